@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the tests of the package, of the executable and of verification share."""
+"""Fixtures that the tests of the package, of the executable and of verification share."""
 
 import os
 import subprocess
@@ -12,7 +12,7 @@ import xarray as xr
 
 ROOT = Path(__file__).parents[1]
 TESTS = ROOT / "tests" / "python"
-sys.path[:0] = map(str, (TESTS, *TESTS.glob("[a-z]*/")))  # tests share what stands in others
+sys.path[:0] = map(str, (TESTS, *TESTS.glob("[a-z]*/")))  # tests import modules of other folders
 
 from environment import ARGUMENTS, BROWSER, DEADLINE, executable  # noqa: E402
 from model_text import namelist  # noqa: E402
@@ -20,30 +20,30 @@ from model_text import namelist  # noqa: E402
 
 @pytest.fixture(scope="session")
 def root() -> Path:
-    """Top of the source tree."""
+    """Return the top of the source tree."""
     return ROOT
 
 
 @pytest.fixture(scope="session", params=["sitedda", "sitedda-native"])
 def program(request):
-    """Each of the two programs: call it with arguments, get the completed process."""
+    """Return a caller of each of the two programs: arguments in, completed process out."""
     return caller(request.param)
 
 
 @pytest.fixture(scope="session")
 def native():
-    """The executable without Python: call it with arguments."""
+    """Return a caller of the executable without Python."""
     return caller("sitedda-native")
 
 
 @pytest.fixture(scope="session")
 def python_program():
-    """The command line of the package: call it with arguments."""
+    """Return a caller of the command line of the package."""
     return caller("sitedda")
 
 
 def caller(name: str):
-    """A function that runs a program with arguments and returns the completed process."""
+    """Return a function that runs a program with arguments and returns the completed process."""
     path = executable(name)
 
     def call(*arguments, folder=None, threads=None) -> subprocess.CompletedProcess:
@@ -63,7 +63,7 @@ def caller(name: str):
 
 
 def named(call, name: str):
-    """A caller with the name of its program and `ok`, a call that has to end with status 0."""
+    """Add to a caller the name of its program and `ok`, a call that must end with status 0."""
 
     def ok(*arguments, **options) -> subprocess.CompletedProcess:
         done = call(*arguments, **options)
@@ -76,7 +76,7 @@ def named(call, name: str):
 
 @pytest.fixture
 def main(capfd, monkeypatch):
-    """The command line of the package within this process, which spares the start of Python."""
+    """Return a caller of the command line in this process, which saves the start of Python."""
 
     def call(*arguments, folder=None) -> subprocess.CompletedProcess:
         from sitedda.command import main
@@ -95,7 +95,7 @@ def main(capfd, monkeypatch):
 
 @pytest.fixture(scope="session")
 def chromium():
-    """A headless browser; without one the test is skipped."""
+    """Yield a headless browser; skip the test if there is none."""
     if not BROWSER:
         pytest.skip("there is no Chromium")
     from playwright.sync_api import sync_playwright
@@ -108,7 +108,7 @@ def chromium():
 
 @pytest.fixture
 def new_page(chromium):
-    """An empty page that keeps every message, dialogue and request but to these addresses."""
+    """Return a maker of empty pages that record all messages, dialogues and foreign requests."""
     contexts = []
 
     def enter(known: tuple[str, ...], **options):
@@ -131,7 +131,7 @@ def new_page(chromium):
 
 @pytest.fixture
 def write_input(tmp_path, monkeypatch):
-    """Write groups, or a text, as an input file in the test's own folder, the working folder."""
+    """Return a writer of inputs (groups or text) in the folder of the test, the working folder."""
     monkeypatch.chdir(tmp_path)
 
     def write(groups, name: str = "model.nml") -> Path:
@@ -146,7 +146,7 @@ def write_input(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="session")
 def bolted(tmp_path_factory):
-    """A run of a roof on bolts; one of them is broken, and one is a cable past a third block."""
+    """Run a roof on bolts; one bolt is broken, and one is a cable over three blocks."""
     from sitedda.model import Model
 
     model = Model.read(ROOT / "inputs" / "tunnel_roof_bolted.nml")
@@ -159,7 +159,7 @@ def bolted(tmp_path_factory):
 
 @pytest.fixture
 def in_parts(tmp_path):
-    """History of a run that is closed after so many steps, and resumed."""
+    """Return a runner that closes a run after a number of steps and resumes it."""
     import sitedda
 
     def run(file, steps: int) -> xr.Dataset:
@@ -174,7 +174,7 @@ def in_parts(tmp_path):
 
 @pytest.fixture(scope="session")
 def same_bits():
-    """Assert that two output files, or datasets, hold identical bits in every variable."""
+    """Return a function that asserts that two outputs or datasets are bit-identical."""
 
     def compare(one, other, attributes=("title", "input_text", "step_control")):
         one, other = load(one), load(other)
@@ -194,7 +194,7 @@ def same_bits():
 
 @pytest.fixture
 def same_everywhere(in_parts, native, same_bits, tmp_path):
-    """History of a run; in parts, and by the executable on one thread or two, it has its bits."""
+    """Return a runner that asserts bit-identical results in parts, natively and with threads."""
     import sitedda
 
     def run(file, steps: int) -> xr.Dataset:
@@ -210,7 +210,7 @@ def same_everywhere(in_parts, native, same_bits, tmp_path):
 
 
 def load(source) -> xr.Dataset:
-    """A dataset in memory."""
+    """Return a dataset in memory."""
     if isinstance(source, xr.Dataset):
         return source
     with xr.open_dataset(source, engine="netcdf4") as dataset:

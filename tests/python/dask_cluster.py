@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Dask scheduler and workers as processes of their own, started from the command line."""
+"""A Dask scheduler and workers as separate processes, started from the command line."""
 
 import json
 import os
@@ -33,7 +33,7 @@ class Cluster:
         self.start(workers)
 
     def start(self, workers: int) -> None:
-        """Start all."""
+        """Start the scheduler and the workers."""
         self.file = self.folder / f"scheduler-{time.monotonic_ns()}.json"
         self.scheduler = _start("scheduler", "--host", "127.0.0.1", "--port", "0",
                                 "--scheduler-file", str(self.file))  # fmt: skip
@@ -46,17 +46,17 @@ class Cluster:
         self.workers = [self.new_worker() for _ in range(workers)]
 
     def new_worker(self) -> subprocess.Popen:
-        """One more worker of one thread."""
+        """Start one more worker with one thread."""
         return _start("worker", "--scheduler-file", str(self.file), "--nthreads", "1",
                       "--no-nanny", "--local-directory", str(self.folder))  # fmt: skip
 
     @property
     def address(self) -> str:
-        """Of the scheduler."""
+        """Return the address of the scheduler."""
         return json.loads(self.file.read_text())["address"]
 
     def stop(self) -> None:
-        """End all."""
+        """End all processes."""
         for process in [*self.workers, self.scheduler]:
             if process and process.poll() is None:
                 process.kill()
@@ -65,7 +65,7 @@ class Cluster:
 
 @contextmanager
 def cluster(folder: Path, workers: int = 2):
-    """A cluster that ends with this."""
+    """Yield a cluster that ends with the context."""
     found = Cluster(folder, workers)
     try:
         yield found

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Programs of the environment that runs the tests, and how long one may wait for them."""
+"""Programs of the environment that runs the tests, and the time limit of waiting for them."""
 
 import shutil
 import sys
@@ -9,11 +9,11 @@ BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
 )
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-DEADLINE = 900  # s of the clock: what hangs takes so long, nothing else, on a busy machine too
+DEADLINE = 900  # wall-clock limit of a test that hangs, s; also sufficient on a busy machine
 
 
 def executable(name: str) -> str:
-    """A program of the environment that runs the tests, or of the PATH."""
+    """Return the path of a program in the environment of the tests, or in PATH."""
     beside = Path(sys.executable).parent / name
     found = str(beside) if beside.exists() else shutil.which(name)
     assert found, f"{name} is not installed"

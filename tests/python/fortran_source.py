@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Fortran tree read line by line: modules, what they use, procedures and their arguments."""
+"""Line-by-line parser of the Fortran tree: modules, used modules, procedures, arguments."""
 
 import re
 from dataclasses import dataclass, field
@@ -24,9 +24,9 @@ class Procedure:
     name : str
     arguments : list of str
     documented : set of str
-        Arguments that a comment stands beside (``!<``) or before (``!>``).
+        Arguments with a comment beside (``!<``) or before (``!>``) them.
     lines : int
-        From its first statement to its end.
+        Number of lines from its first statement to its end.
     """
 
     where: str
@@ -48,7 +48,7 @@ class Source:
 
 
 def read_tree(folder: Path) -> list[Source]:
-    """All Fortran files of a folder."""
+    """Return all Fortran files of a folder."""
     return [_read(file) for file in sorted(folder.rglob("*.f90"))]
 
 
@@ -83,7 +83,7 @@ def _read(file: Path) -> Source:
 
 
 def _statements(lines: list[str]):
-    """First and last line, statement, and whether a comment documents it."""
+    """Yield first and last line, statement, and whether a comment documents it."""
     statement, documented, first, before = "", False, 0, ""
     for number, line in enumerate(lines, 1):
         if line.lstrip().startswith("!"):
@@ -103,13 +103,13 @@ def _statements(lines: list[str]):
 
 
 def _split(line: str) -> tuple[str, str]:
-    """Code and comment of a line."""
+    """Split a line into code and comment."""
     match = re.match(r"((?:[^'\"!]|'[^']*'|\"[^\"]*\")*)(.*)", line)
     return match[1], match[2]
 
 
 def _names(text: str) -> set[str]:
-    """Names of a list of declarations, without shapes and values."""
+    """Return the names in a list of declarations, without shapes and values."""
     while (flat := re.sub(r"\([^()]*\)", "", text)) != text:
         text = flat
     return {part.split("=")[0].strip().lower() for part in text.split(",")}
@@ -130,13 +130,13 @@ _INTRINSIC = set(
 
 
 def read_statements(file: Path) -> list[tuple[int, str]]:
-    """Statements of a file without comments and texts, in lower case, each with its first line."""
+    """Return the statements of a file in lower case, without comments, with their first lines."""
     found = _statements(file.read_text().splitlines())
     return [(line, re.sub(r"'[^']*'|\"[^\"]*\"", "''", code).lower()) for line, _, code, _ in found]
 
 
 def functions_in_scope(statements, tree_functions: set[str], bound: set[str]) -> set[str]:
-    """Functions of the tree that a file may call by their names; bound ones with a % before."""
+    """Return the functions of the tree that a file may call; bound ones with a % before."""
     own = {match[1] for _, code in statements if (match := _FUNCTION.match(code))}
     used = {
         name.split("=>")[0].strip()
@@ -148,18 +148,18 @@ def functions_in_scope(statements, tree_functions: set[str], bound: set[str]) ->
 
 
 def own_functions(statements) -> set[str]:
-    """Functions that a file defines."""
+    """Return the functions that a file defines."""
     return {match[1] for _, code in statements if (match := _FUNCTION.match(code))}
 
 
 def bound_names(statements) -> set[str]:
-    """Names that procedures of types are called by."""
+    """Return the names of procedures that are bound to types."""
     found = [match[1] for _, code in statements if (match := _BINDING.match(code))]
     return {part.split("=>")[0].strip() for names in found for part in names.split(",")}
 
 
 def logical_operands(code: str) -> list[list[str]]:
-    """The operands of each .and. and .or. of a statement, by pairs of brackets."""
+    """Return the operands of each .and. and .or. of a statement, by pairs of brackets."""
     if match := re.match(r"\s*(?:else\s+)?(?:if|where|do\s+while)\s*(?=\()", code):
         end = _closing(code, match.end() + 1)
         return _operands(code[match.end() : end]) + _operands(code[end:])
@@ -185,7 +185,7 @@ def _operands(code: str) -> list[list[str]]:
 
 
 def _closing(code: str, at: int) -> int:
-    """Behind the bracket that closes the one before a place."""
+    """Return the index after the bracket that closes the one before an index."""
     depth = 1
     while depth and at < len(code):
         depth += {"(": 1, ")": -1}.get(code[at], 0)
@@ -194,10 +194,10 @@ def _closing(code: str, at: int) -> int:
 
 
 def guards(operands: list[str], functions: set[str] = frozenset()) -> list[str]:
-    """Names whose status or value one operand requires, and that another uses as if it knew.
+    """Return names whose status one operand tests, while another operand already depends on it.
 
-    An argument or allocatable that may not be there and is used, and a scalar that is compared and
-    is an index or the bound of a part of an array.
+    These are optional arguments and allocatables that are used, and compared scalars that are also
+    an index or the bound of an array section.
     """
     found = []
     for i, operand in enumerate(operands):
@@ -215,7 +215,7 @@ def guards(operands: list[str], functions: set[str] = frozenset()) -> list[str]:
 
 
 def _compared(operand: str) -> list[str]:
-    """The plain names on either side of a comparison, if they are not on both."""
+    """Return the plain names on either side of a comparison, unless they are on both sides."""
     plain = operand.replace(".not.", "").strip()
     while plain.startswith("(") and _closing(plain, 1) == len(plain):
         plain = plain[1:-1].strip()
@@ -231,7 +231,7 @@ def _compared(operand: str) -> list[str]:
 
 
 def _has_index(operand: str, name: str, functions: set[str]) -> bool:
-    """Whether a name is within the brackets of anything but a function."""
+    """Return whether a name is within brackets, except those of a function."""
     for match in _CALL.finditer(operand):
         inside = operand[match.end() : _closing(operand, match.end()) - 1]
         plain = match[2] not in _INTRINSIC | functions
@@ -241,6 +241,6 @@ def _has_index(operand: str, name: str, functions: set[str]) -> bool:
 
 
 def functions_called(operands: list[str], scope: set[str]) -> set[str]:
-    """Functions of the tree that operands call."""
+    """Return the functions of the tree that operands call."""
     calls = (mark + name for one in operands for mark, name in _CALL.findall(one))
     return {name.removeprefix("%") for name in calls if name in scope}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Layered ground of square blocks on a compliant base, for tests of what stands at its sides."""
+"""Layered ground of square blocks on a compliant base, for tests of its sides."""
 
 import numpy as np
 
@@ -14,9 +14,9 @@ def lattice(
     sides: str, along="x", columns=10, rows=3, order=1, acceleration=1.0, hill=(), body="",
     damping=None, **control,
 ):  # fmt: skip
-    """Layers of square blocks of 1 m on a compliant base under a pulse, one more on a hill.
+    """Layers of square blocks of 1 m on a compliant base under a pulse; a hill has one more layer.
 
-    With the name of a `body` they are its cells, else glued.  `sides` is 'free', 'tied',
+    With a name `body` they are its cells, otherwise glued blocks.  `sides` is 'free', 'tied',
     'free_field' or 'viscous'; the lowest layer is the stiffest.
     """
     control = {"time_step": 1e-3, "duration": 0.15, "analysis": "plane_strain"} | control

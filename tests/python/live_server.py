@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda live` as a process, and a client that speaks to it as its page does."""
+"""`sitedda live` as a process, and a client that communicates like its page."""
 
 import asyncio
 import json
@@ -29,9 +29,9 @@ class LiveProcess:
     folder : path
         The working folder.
     state : path
-        Where it keeps what is private.
+        Folder of its private files.
     *arguments
-        Of the command.
+        Arguments of the command.
     """
 
     def __init__(self, folder: Path, state: Path, *arguments):
@@ -55,23 +55,23 @@ class LiveProcess:
 
     @property
     def host(self) -> str:
-        """Name and port."""
+        """Return host name and port."""
         return self.address.removeprefix("http://").rstrip("/")
 
     def end(self) -> int:
-        """Ctrl-C; the exit status."""
+        """Send Ctrl-C and return the exit status."""
         self.process.send_signal(signal.SIGINT)
         return self.process.wait(DEADLINE)
 
     def kill(self) -> None:
-        """End it at once."""
+        """Kill the server."""
         self.process.kill()
         self.process.wait()
 
 
 @contextmanager
 def live(folder: Path, state: Path, *arguments):
-    """A server for as long as this is entered."""
+    """Yield a server that ends with the context."""
     server = LiveProcess(folder, state, *arguments)
     try:
         yield server
@@ -85,7 +85,7 @@ class Client:
     Attributes
     ----------
     messages : list
-        Heads of all that was heard.
+        Heads of all received messages.
     """
 
     def __init__(self, server: LiveProcess):
@@ -94,22 +94,22 @@ class Client:
         self.socket = None
 
     async def __aenter__(self) -> "Client":
-        """Connect and enter."""
+        """Connect to the server and send the token."""
         self.socket = await connect(self.server)
         await self.socket.write_message(json.dumps({"token": self.server.token}))
         await self.until(lambda m: m["kind"] == "start")
         return self
 
     async def __aexit__(self, *_) -> None:
-        """Go away."""
+        """Close the connection."""
         self.socket.close()
 
     async def ask(self, command: str, **fields) -> None:
-        """Say a command."""
+        """Send a command."""
         await self.socket.write_message(json.dumps({"do": command, **fields}))
 
     async def hear(self) -> dict:
-        """The head of the next message."""
+        """Return the head of the next message."""
         data = await asyncio.wait_for(self.socket.read_message(), DEADLINE)
         assert data is not None, f"the connection has ended: {self.socket.close_code}"
         if isinstance(data, bytes):
@@ -118,33 +118,33 @@ class Client:
         return self.messages[-1]
 
     async def until(self, wanted) -> dict:
-        """The first message from now on that is wanted."""
+        """Return the first message from now on for which `wanted` is true."""
         while not wanted(message := await self.hear()):
             assert message["kind"] != "refused", message
         return message
 
     async def status(self, *names: str) -> dict:
-        """Until the run has one of these states."""
+        """Wait until the run has one of these states."""
         return await self.until(lambda m: m["kind"] == "run" and m["status"] in names)
 
     async def saved(self, what: str, name: str) -> Path:
-        """Save, and the file."""
+        """Save a file and return its path."""
         await self.ask("save", what=what, name=name)
         message = await self.until(lambda m: m["kind"] == "saved")
         return self.server.folder / message["files"][0]
 
 
 def talk(conversation: Coroutine):
-    """What a conversation with a server ends with.
+    """Return the result of a conversation with a server.
 
-    In a thread of its own: Playwright leaves a loop of events running in that of the tests.
+    It runs in a separate thread, because Playwright occupies the event loop of the tests.
     """
     with ThreadPoolExecutor(1) as thread:
         return thread.submit(asyncio.run, conversation).result()
 
 
 async def connect(server: LiveProcess, **headers):
-    """A connection that has not entered; headers instead of those of the page."""
+    """Return a connection without a token; `headers` replace those of the page."""
     given = {"Host": server.host, "Origin": server.address.rstrip("/")} | headers
     given = {name: value for name, value in given.items() if value is not None}
     request = HTTPRequest(f"ws://{server.host}/socket", headers=given)
@@ -152,7 +152,7 @@ async def connect(server: LiveProcess, **headers):
 
 
 def wait_for(condition, words: str = "") -> None:
-    """Until something is so."""
+    """Wait until a condition is true."""
     end = time.monotonic() + DEADLINE
     while not condition():
         assert time.monotonic() < end, words

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Namelist inputs written from Python, and two small models that most tests start from."""
+"""Namelist inputs written from Python, and two small models for most tests."""
 
 import copy
 
@@ -16,19 +16,19 @@ DRY = {"name": "bedding", "friction_angle": 35.0}
 
 
 def group(name: str, /, **variables) -> tuple[str, dict]:
-    """A group as `namelist` takes it; a variable that is a word of Python has a _ behind it."""
+    """Return a group for `namelist`; names that are words of Python end with _."""
     return name, {variable.removesuffix("_"): value for variable, value in variables.items()}
 
 
 def namelist(groups) -> str:
-    """The text of pairs (name of the group, its variables), a variable a line."""
+    """Return the text of groups (name, variables), one variable per line."""
     given = [(n, "".join(f"   {k} = {value_text(v)}\n" for k, v in g.items() if v is not None))
              for n, g in groups]  # fmt: skip
     return "".join(f"&{name}\n{variables}/\n" for name, variables in given)
 
 
 def changed(groups, group: str, which: int = 0, **values) -> list:
-    """A copy with variables of the `which`-th group of that name changed; None takes one out."""
+    """Return a copy with changed variables of the `which`-th group of a name; None removes one."""
     groups = copy.deepcopy(list(groups))
     target = [have for name, have in groups if name == group][which]
     target.update(values)
@@ -38,18 +38,18 @@ def changed(groups, group: str, which: int = 0, **values) -> list:
 
 
 def without(groups, group: str) -> list:
-    """A copy with no group of that name."""
+    """Return a copy without the groups of a name."""
     return [pair for pair in copy.deepcopy(list(groups)) if pair[0] != group]
 
 
 def rectangle(left: float, bottom: float, width: float, height: float) -> list[float]:
-    """Vertices of an upright rectangle, counter-clockwise, as they stand in &block."""
+    """Return the vertices of a rectangle, counter-clockwise, as in &block."""
     right, top = left + width, bottom + height
     return [left, bottom, right, bottom, right, top, left, top]
 
 
 def tower(layers: int = 3, steps: int = 60, joint=None, **control) -> list:
-    """Layers of 15 m x 1 m on a base block that a short pulse shakes."""
+    """Return layers of 15 m x 1 m on a base block with a short pulse as motion."""
     return [
         group("run", title="A small tower"),
         ("control", {"time_step": 1e-3, "steps": steps, **control}),
@@ -77,7 +77,7 @@ def tower(layers: int = 3, steps: int = 60, joint=None, **control) -> list:
 
 
 def flying_block(steps: int = 50, **control) -> list:
-    """One free block, 2 m x 1 m, with nothing to touch."""
+    """Return one free block, 2 m x 1 m, without neighbours."""
     return [
         ("control", {"time_step": 1e-3, "steps": steps, **control}),
         group("contact", normal_stiffness=1.0e9),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Models of random content: ground, rock and masonry with all that an input may add to them."""
+"""Models of random content: ground, rock and masonry with all kinds of groups."""
 
 import random
 
@@ -24,12 +24,12 @@ _LAWS = (
 
 
 def random_model(seed: int) -> str:
-    """The text of a model of a few dozen blocks that runs in a second.
+    """Return the text of a model of a few dozen blocks that runs in a second.
 
     Parameters
     ----------
     seed : int
-        The same one gives the same text.
+        Equal seeds give equal texts.
     """
     chance = random.Random(seed)
     return namelist(_KINDS[seed % len(_KINDS)](chance))
@@ -40,7 +40,7 @@ def _names(chance, kind: str, count: int) -> list[str]:
 
 
 def _begun(chance, stones, joints, size, weakest=20.0, **control) -> list:
-    """Title, control, springs, materials and joints of a model of blocks of this size, m."""
+    """Return title, control, springs, materials and joints of a model of blocks of a size (m)."""
     damped = chance.choice(({}, {}, {"damping_ratio": 0.03, "reference_frequency": 5.0},
                             {"rayleigh_beta": 1e-3}))  # fmt: skip
     title = " ".join(chance.choices(_WORDS, k=chance.randint(1, 5)))
@@ -59,8 +59,8 @@ def _begun(chance, stones, joints, size, weakest=20.0, **control) -> list:
 
 
 def _bricks(chance) -> list:
-    """Blocks in courses on one block that is shaken or not."""
-    size = 10 ** chance.uniform(-0.5, 1.5)  # m, of a block
+    """Return blocks in courses on a base block, shaken or not."""
+    size = 10 ** chance.uniform(-0.5, 1.5)  # size of a block, m
     columns, rows = chance.randint(1, 7), chance.randint(1, 6)
     wide, tall = size * chance.uniform(0.6, 2.5), size
     box = (columns * wide, rows * tall)
@@ -78,7 +78,7 @@ def _bricks(chance) -> list:
 
 
 def _courses(chance, columns, rows, wide, tall, stones, joints) -> list:
-    """Blocks in courses, some of them left out at the top."""
+    """Return blocks in courses; some are missing at the top."""
     left_out, found = chance.randint(0, columns - 1) * (rows > 1), []
     for row in range(rows):
         for column in range(columns - left_out * (row == rows - 1)):
@@ -90,7 +90,7 @@ def _courses(chance, columns, rows, wide, tall, stones, joints) -> list:
 
 
 def _masonry(chance) -> list:
-    """A façade with a door, windows and ties on a bed of springs, shaken or settling."""
+    """Return a façade with a door, windows and ties on a bed of springs, shaken or settling."""
     stones, joints = _names(chance, "stone", 2), _names(chance, "joint", 2)
     width, height = chance.uniform(5, 9), chance.uniform(3, 5)
     heads = [chance.choice(["arch", "lintel"]) for _ in range(2)]
@@ -116,7 +116,7 @@ def _masonry(chance) -> list:
 
 
 def _arch(chance) -> list:
-    """An arch or a colonnade on ground: some stand, some fall."""
+    """Return an arch or a colonnade on ground, stable or not."""
     stones, joints = _names(chance, "stone", 2), _names(chance, "joint", 2)
     size = chance.uniform(2, 6)
     arch = group("arch", radius=size, thickness=size * chance.uniform(0.06, 0.2),
@@ -136,7 +136,7 @@ def _arch(chance) -> list:
 
 
 def _slope(chance) -> list:
-    """A slope of two joint sets with a water table or water that flows, and bolts."""
+    """Return a slope of two joint sets with a water table or flowing water, and bolts."""
     stones, joints = _names(chance, "stone", 2), _names(chance, "set", 2)
     height = chance.uniform(8, 40)
     face = chance.uniform(0.3, 0.9) * height
@@ -169,7 +169,7 @@ def _slope(chance) -> list:
 
 
 def _columns(chance) -> list:
-    """A column of drums, or a wall in section with a core, that rocks."""
+    """Return a rocking column of drums, or a wall section with a core."""
     stones, joints = _names(chance, "stone", 2), _names(chance, "joint", 2)
     width = 10 ** chance.uniform(-1, 0.5)
     drums = group("drums", width=width, top_width=0.8 * width, height=width, material=stones[1],
@@ -190,7 +190,7 @@ def _columns(chance) -> list:
 
 
 def _site(chance) -> list:
-    """Meshed ground with layers, a compliant base and a free field or tied sides."""
+    """Return meshed layered ground with a compliant base and free-field or tied sides."""
     stones, joints = _names(chance, "soil", 3), _names(chance, "joint", 1)
     size = chance.uniform(3, 8)
     groups = _begun(chance, stones, joints, size, settle=True)
@@ -219,7 +219,7 @@ def _site(chance) -> list:
 
 
 def _tunnel(chance) -> list:
-    """A tunnel or an excavation in stressed rock, jointed or meshed, elastic or yielding."""
+    """Return a tunnel or an excavation in stressed rock, jointed or meshed, elastic or yielding."""
     stones, joints = _names(chance, "rock", 1), _names(chance, "set", 2)
     half = chance.uniform(10, 20)
     bored = chance.random() < 0.5
@@ -261,7 +261,7 @@ def _tunnel(chance) -> list:
 
 
 def _dam(chance) -> list:
-    """A dam on jointed rock with a reservoir, water in its joints, and a motion or none."""
+    """Return a dam on jointed rock with a reservoir, water in joints, with or without a motion."""
     stones, joints = _names(chance, "stone", 2), _names(chance, "joint", 2)
     tall = chance.uniform(10, 50)
     level = chance.uniform(0.6, 0.95) * tall
@@ -297,7 +297,7 @@ def _now_and_then(chance, often: float, *groups) -> tuple:
 
 
 def _motion(chance) -> tuple:
-    """An acceleration whose displacement drifts, as those of records do."""
+    """Return an acceleration whose displacement drifts, like that of a record."""
     time = np.arange(60) * 0.01
     values = chance.uniform(1, 8) * np.sin(2 * np.pi * chance.uniform(2, 8) * time) + 1.0
     return group("motion", name="shake", values=values.round(3).tolist(), time_step=0.01,
@@ -305,7 +305,7 @@ def _motion(chance) -> tuple:
 
 
 def _held(chance, base: str, box, tall, shaken: bool) -> list:
-    """Supports of the lowest blocks, and the motion that moves them."""
+    """Return supports of the lowest blocks, and their motion."""
     along = {"motion_x": "shake"} if shaken else {}
     motion = [_motion(chance)] * shaken
     if base != "points":
@@ -314,7 +314,7 @@ def _held(chance, base: str, box, tall, shaken: bool) -> list:
 
 
 def _more(chance, box, wide, tall) -> list:
-    """Points, bolts, water, loads, a mesh: each of them now and then."""
+    """Return some of: points, bolts, water, loads, a mesh."""
     found = []
     for i, name in enumerate(chance.sample(_WORDS, chance.randint(0, 6))):
         x, y = chance.uniform(0.02, 0.98) * box[0], chance.uniform(-0.9 * tall, box[1] - tall)

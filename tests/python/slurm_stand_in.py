@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stands in for sbatch: runs the tasks of a job array here, in turn or in random order.
+"""Substitute for sbatch: runs the tasks of a job array here, in sequence or in random order.
 
 usage: slurm_stand_in.py SCRIPT
 
-STAND_IN_SEED gives the random order, STAND_IN_SIDE how many tasks run side by side.
+STAND_IN_SEED: seed of a random order; STAND_IN_SIDE: number of simultaneous tasks.
 """
 
 import os
@@ -17,7 +17,7 @@ from pathlib import Path
 
 
 def install(folder: Path) -> Path:
-    """A folder for the PATH with an sbatch in it."""
+    """Write an sbatch into a folder for PATH, and return the folder."""
     folder.mkdir(parents=True, exist_ok=True)
     program = folder / "sbatch"
     program.write_text(f'#!/bin/sh\nexec {sys.executable} {Path(__file__).resolve()} "$@"\n')
@@ -26,19 +26,19 @@ def install(folder: Path) -> Path:
 
 
 def tasks_of(script: str) -> list[int]:
-    """The indices of the array that a script requires."""
+    """Return the indices of the job array of a script."""
     first, last = re.search(r"^#SBATCH --array=(\d+)-(\d+)$", script, re.MULTILINE).groups()
     return list(range(int(first), int(last) + 1))
 
 
 def run_task(script: Path, index: int) -> int:
-    """One task, as Slurm starts it; again while it is interrupted."""
+    """Run a task as Slurm does; repeat it while it is interrupted."""
     numbers = {"SLURM_ARRAY_TASK_ID": str(index), "SLURM_ARRAY_JOB_ID": "7"}
     return subprocess.run(["bash", str(script)], env=os.environ | numbers, check=False).returncode
 
 
 def main() -> int:
-    """Run the array."""
+    """Run the job array."""
     script = Path(sys.argv[1])
     tasks = tasks_of(script.read_text())
     if "STAND_IN_SEED" in os.environ:

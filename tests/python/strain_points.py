@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small elastic bodies of welded cells, assembled apart from the engine, to try meshes on.
+"""Elastic bodies of welded cells, assembled independently of the engine, to test meshes.
 
 A cell moves linearly: displacement of its centroid, rotation, three strains.  The strain of a face
-is the mean of the distributional strain over the two triangles between it and the centroids; the
-rest of a cell has the strain of the cell.  Jumps of the displacement across faces have an energy,
-of their mean and of their linear part.
+is the mean of the distributional strain over the two triangles between the face and the centroids;
+the rest of a cell has the strain of the cell.  Jumps of the displacement across faces have an
+energy, from their mean and from their linear part.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class Faces:
     start: np.ndarray
     end: np.ndarray
     normal: np.ndarray
-    edge: np.ndarray  # of the first cell, and of the second, by the corner where each begins
+    edge: np.ndarray  # edges of both cells, by the corner where each begins
 
     @property
     def length(self):
@@ -35,7 +35,7 @@ class Faces:
 
 
 def faces_of(polygons, near=1e-7):
-    """The faces of cells, found with a tolerance (of their mean size); each of them once."""
+    """Return the faces of cells, each once, with a tolerance over their mean size."""
     rings = Rings.of(polygons)
     corners, after, owner = rings.corners, rings.corners[rings.after], rings.owner
     reach = near * np.sqrt(rings.areas().mean())
@@ -56,7 +56,7 @@ def faces_of(polygons, near=1e-7):
 
 
 def displacement(places, centres):
-    """What cells of these centroids do at places, shape (k, 2, 6)."""
+    """Return the displacement operator of cells with these centroids, shape (k, 2, 6)."""
     x, y = (places - centres).T
     one, zero = np.ones_like(x), np.zeros_like(x)
     rows = [[one, zero, -y, x, zero, 0.5 * y], [zero, one, x, zero, y, 0.5 * x]]
@@ -64,7 +64,7 @@ def displacement(places, centres):
 
 
 def elasticity(young, poisson, plane_strain):
-    """Stress of strains ε_x, ε_y, γ, shape (3, 3), and the modulus E′."""
+    """Return the matrix from strains ε_x, ε_y, γ to stresses, shape (3, 3), and the modulus E′."""
     if plane_strain:
         young, poisson = young / (1 - poisson**2), poisson / (1 - poisson)
     factor = young / (1 - poisson**2)
@@ -92,7 +92,7 @@ class Body:
         self._set_points()
 
     def _set_points(self):
-        """Operators of faces on the twelve unknowns of their cells."""
+        """Set the operators of faces on the twelve unknowns of their cells."""
         f = self.faces
         length = f.length
         pair = np.stack([f.first, f.second])
@@ -115,7 +115,7 @@ class Body:
             np.subtract.at(self.rest, c, area)
 
     def stiffness(self):
-        """Shape (6 cells, 6 cells), sparse."""
+        """Return the sparse stiffness matrix, shape (6 cells, 6 cells)."""
         f = self.faces
         over = f.length / (2 * self.point_areas / f.length)
         blocks = np.einsum(
@@ -138,7 +138,7 @@ class Body:
         return coo_array((entries[0], (entries[1], entries[2])), shape=(count, count)).tocsc()
 
     def mass(self):
-        """Shape (6 cells, 6 cells), sparse: exact for cells that move linearly."""
+        """Return the sparse mass matrix, shape (6 cells, 6 cells), exact for linear motion."""
         blocks = np.zeros((len(self.areas), 6, 6))
         for i, corners in enumerate(self.polygons):
             here = corners - self.centres[i]
@@ -155,14 +155,14 @@ class Body:
         return coo_array(entries, shape=(count, count)).tocsc()
 
     def linear_field(self, gradient):
-        """The unknowns of cells that move by a gradient (2, 2) from the origin."""
+        """Return the unknowns of cells in a displacement gradient (2, 2) about the origin."""
         move = self.centres @ gradient.T
         turn = np.full(len(move), 0.5 * (gradient[1, 0] - gradient[0, 1]))
         strains = [gradient[0, 0], gradient[1, 1], gradient[0, 1] + gradient[1, 0]]
         return np.column_stack([move, turn, np.tile(strains, (len(move), 1))])
 
     def free_edges(self):
-        """Cells, ends (k, 2) and outward normals of the edges without a face."""
+        """Return cells, ends (k, 2) and outward normals of the edges without a face."""
         rings = Rings.of(self.polygons)
         count = np.bincount(self.faces.edge.ravel(), minlength=len(rings.corners))
         free = count == 0

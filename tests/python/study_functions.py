@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Functions that studies of the tests call, here and in worker processes; when tables agree."""
+"""Functions that studies of the tests call in worker processes; comparison of tables."""
 
 import os
 import signal
@@ -14,14 +14,14 @@ def ishigami(x1: float, x2: float, x3: float) -> float:
 
 
 def plane(a: float, b: float, word: str = "") -> dict:
-    """Numbers and an array; fails for b = 0."""
+    """Return numbers and an array; raise ValueError for b = 0."""
     if b == 0:
         raise ValueError(f"b is nothing {word}".strip())
     return {"sum": a + b, "row": np.array([a, b, a * b])}
 
 
 def troubled(kind: str) -> float:
-    """Ends its process, takes all memory, or never ends; else returns a number."""
+    """End the process, use all memory, or never end, by `kind`; otherwise return a number."""
     if kind == "killed":
         os.kill(os.getpid(), signal.SIGKILL)
     if kind == "exits":
@@ -34,12 +34,12 @@ def troubled(kind: str) -> float:
 
 
 def steps_of(run) -> float:
-    """Number of samples of a run."""
+    """Return the number of samples of a run."""
     return float(run.history.sizes["time"])
 
 
 def first_frequency(file) -> dict:
-    """What can be known of an input without a run."""
+    """Return the first frequency of an input, which needs no run."""
     import sitedda
 
     found = sitedda.modes(file, 1)
@@ -47,14 +47,14 @@ def first_frequency(file) -> dict:
 
 
 def same(one, other) -> None:
-    """The same table: every bit, except for the seconds that cases took."""
+    """Check that two tables are bit-identical except for the seconds of the cases."""
     import xarray as xr
 
     xr.testing.assert_identical(one.drop_vars("seconds").load(), other.drop_vars("seconds").load())
 
 
 def fails_once(run):
-    """No result at first, then 1."""
+    """Fail at the first call, then return 1."""
     mark = run.output.with_name("tried")
     if not mark.exists():
         mark.touch()

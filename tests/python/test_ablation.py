@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The ablation of the iteration: what it leaves out and changes is still there."""
+"""Study of ablation of the contact iteration: its changes still apply to the source."""
 
 import sys
 from pathlib import Path
@@ -14,7 +14,7 @@ import sitedda
 pytestmark = pytest.mark.slow
 
 
-def test_every_remedy_and_constant_is_found_in_its_file():
+def test_each_remedy_and_constant_exists_in_its_file():
     found = ablation.variants([""])
     assert sum(name.startswith("without") for name in found) == len(ablation.REMEDIES)
     for name, (file, text) in found.items():

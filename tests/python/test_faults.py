@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Faults at run time: one message (what, where, when, what to try) and a status that is not 0."""
+"""Run-time errors: one message (what, where, when, remedy) and an exit status above 0."""
 
 import numpy as np
 import pytest
@@ -13,12 +13,12 @@ SOLVERS = ("direct", "lagged", "jacobi", "sor")
 
 
 def flying(velocity: float, **control) -> list:
-    """A block that leaves with this velocity (m/s)."""
+    """Return a block with an initial velocity (m/s)."""
     return changed(flying_block(**control), "material", initial_velocity=[velocity, 0.0, 0.0])
 
 
 def hopeless(solver: str) -> list:
-    """A tower whose matrix rounding makes singular: penalties beside blocks of nearly nothing."""
+    """Return a tower with a numerically singular matrix: stiff penalties and very soft blocks."""
     stiff = changed(
         tower(steps=5, solver=solver), "contact", normal_stiffness=1e18, fixed_point_ratio=1e6
     )
@@ -26,7 +26,7 @@ def hopeless(solver: str) -> list:
 
 
 def jammed(**control) -> list:
-    """Slippery blocks that fall on each other, with too few iterations for a step."""
+    """Return blocks with little friction that fall on each other, with too few iterations."""
     groups = flying_block(steps=500, gravity=[-3.0, -9.81], **control)
     groups = changed(groups, "contact", max_iterations=2, force_tolerance=1e-15)
     more = [
@@ -38,7 +38,7 @@ def jammed(**control) -> list:
 
 
 def fault(case: str, groups, *words: str, exception="ConvergenceError", status=3):
-    """A case: its name, the input, words of the message, the exception and the exit status."""
+    """Return a case: name, input, words of the message, exception and exit status."""
     return pytest.param(groups, exception, status, words, id=case)
 
 
@@ -118,7 +118,7 @@ def test_a_fault_is_one_message_and_a_status(
 
 
 def finite_and_unfinished(file) -> None:
-    """The results so far can be read, say that they are not all, and hold numbers only."""
+    """Check that the results so far can be read, are marked incomplete, and are finite."""
     with xr.open_dataset(file) as found:
         assert found.attrs["complete"] == "no"
         assert found.sizes["time"] >= 1
@@ -126,21 +126,21 @@ def finite_and_unfinished(file) -> None:
             if not np.issubdtype(found[name].dtype, np.floating):
                 continue
             values = found[name].values
-            if "maximum" in found[name].dims:  # not a number: there is none
+            if "maximum" in found[name].dims:  # NaN: no such value
                 values = values[~np.isnan(values)]
             assert np.all(np.isfinite(values)), name
 
 
 @pytest.mark.parametrize("speed", [1e160, 1e300])
-def test_energies_beyond_all_numbers_are_no_result(speed, write_input):
+def test_overflowing_energies_are_an_error(speed, write_input):
     with sitedda.Simulation(write_input(flying_block())) as run:
         with pytest.raises((sitedda.SiteddaError, ValueError)):
             run.rates = np.full((1, 6), speed)
             run.advance(1)
 
 
-def test_a_run_that_failed_keeps_failing(write_input):
-    """After a fault more steps do not continue as if nothing had happened."""
+def test_a_failed_run_cannot_continue(write_input):
+    """After an error, further steps raise the error again."""
     with sitedda.Simulation(write_input(flying(1e29))) as run:
         for _ in range(3):
             with pytest.raises(sitedda.ConvergenceError):
@@ -148,14 +148,14 @@ def test_a_run_that_failed_keeps_failing(write_input):
         assert not run.done
 
 
-def test_a_slow_fall_is_no_fault(write_input):
-    """A block that falls off and away stays a result while its places have digits."""
+def test_a_slow_fall_is_no_error(write_input):
+    """A falling block is a valid result while its position has enough digits."""
     free = changed(flying_block(steps=3000), "control", gravity=[0.0, -9.81])
     end = sitedda.run(write_input(free)).history.displacement.sel(point="corner").isel(time=-1)
     assert end.values[1] == pytest.approx(-0.5 * 9.81 * 3.0**2, rel=1e-3)
 
 
 @pytest.mark.filterwarnings("error::sitedda.AuditWarning")
-def test_open_contacts_and_dry_joints_are_no_fault(write_input):
-    """Nor is what rounding leaves open in the audit of a model without weight."""
+def test_open_contacts_and_dry_joints_are_no_error(write_input):
+    """Nor are rounding errors in the audit of a model without weight."""
     assert sitedda.run(write_input(tower(joint=DRY, steps=20))).complete

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Programs in Fortran that link the engine: the module sitedda, as it is installed."""
+"""Fortran programs that link the engine: the installed module sitedda."""
 
 import os
 import subprocess
@@ -14,7 +14,7 @@ import sitedda
 
 @pytest.fixture(scope="module")
 def library(root, tmp_path_factory):
-    """Installed from the folder of the build: an environment in which pkg-config finds it."""
+    """Install the library from the build folder; return an environment for pkg-config."""
     build, place = root / "build", tmp_path_factory.mktemp("installed")
     assert (build / "build.ninja").exists(), "meson setup build; ninja -C build"
     call(executable("meson"), "install", "-C", build, "--no-rebuild", "--quiet", "--tags", "devel",
@@ -25,38 +25,38 @@ def library(root, tmp_path_factory):
 
 
 def call(*words, **options) -> subprocess.CompletedProcess:
-    """What a command prints, if it succeeds."""
+    """Return the output of a command; fail if the command fails."""
     done = subprocess.run([*map(str, words)], capture_output=True, text=True, **options)
     assert done.returncode == 0, done.stdout + done.stderr
     return done
 
 
 def by_compiler(library, source, folder):
-    """The program of one command line of gfortran."""
+    """Compile the program with one command line of gfortran."""
     flags = call("pkg-config", "--cflags", "--libs", "sitedda", env=library.environment).stdout
     call("gfortran", source / "crest.f90", "-o", folder / "crest", *flags.split())
 
 
 def by_meson(library, source, folder):
-    """The program of a meson project."""
+    """Build the program as a meson project."""
     call(executable("meson"), "setup", folder, source, env=library.environment)
     call(executable("ninja"), "-C", folder)
 
 
 @pytest.fixture(scope="module", params=[by_compiler, by_meson], ids=["pkg-config", "meson"])
 def crest(request, root, library, tmp_path_factory):
-    """The program of the handbook."""
+    """Build the program of the handbook."""
     folder = tmp_path_factory.mktemp("program")
     request.param(library, root / "docs" / "program", folder)
     return folder / "crest"
 
 
-def test_only_what_programs_need_is_installed(library):
+def test_only_required_files_are_installed(library):
     names = {file.name for file in library.place.rglob("*") if file.is_file()}
     assert names == {"libsitedda_engine.a", "sitedda.mod", "sitedda.pc"}
 
 
-def test_the_program_prints_what_a_run_gives(crest, root, tmp_path):
+def test_the_program_prints_results_of_a_run(crest, root, tmp_path):
     done = call(crest, root / "inputs" / "wedge.nml", "head", cwd=tmp_path)
     run = sitedda.run(root / "inputs" / "wedge.nml")
     way = np.hypot(*run.history.displacement.sel(point="head").transpose("axis", "time").values)
@@ -73,7 +73,7 @@ def test_the_program_prints_what_a_run_gives(crest, root, tmp_path):
         ("wedge.nml", "had", "there is no measured point 'had'; there are head"),
     ],
 )
-def test_errors_are_values_that_the_program_prints(crest, root, tmp_path, file, point, words):
+def test_errors_are_returned_to_the_program(crest, root, tmp_path, file, point, words):
     (tmp_path / "wedge.nml").write_text((root / "inputs" / "wedge.nml").read_text())
     done = subprocess.run([crest, file, point], cwd=tmp_path, capture_output=True, text=True)
     assert (done.returncode, done.stderr.count("\n")) == (1, 1) and words in done.stderr

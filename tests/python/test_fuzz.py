@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hostile files at random, with fixed seeds, and every one that ever did harm.
+"""Random hostile files with fixed seeds, and files that once caused a failure.
 
 The long mode is a command: tests/robustness/fuzz.py.
 """
@@ -26,7 +26,7 @@ ATTACKS = sorted((ROBUSTNESS / "cases" / "attacks").iterdir())
 
 
 @pytest.mark.parametrize("groups", models(), ids=lambda groups: groups[-1][0])
-def test_models_to_be_spoilt_are_good(groups, tmp_path):
+def test_models_are_valid_before_damage(groups, tmp_path):
     file = tmp_path / "good.nml"
     file.write_text(unquoted(namelist(groups)))
     with Probe(PYTHON_PROBE) as probe:
@@ -36,7 +36,7 @@ def test_models_to_be_spoilt_are_good(groups, tmp_path):
 
 
 @pytest.mark.parametrize(("kind", "count"), [("input", 400), ("record", 300)])
-def test_hostile_files_are_refused_in_words_or_computed(kind, count):
+def test_hostile_files_are_refused_or_computed(kind, count):
     tally = fuzz(PYTHON_PROBE, kind, range(count))
     assert not tally.failures
     assert tally.answers["ok"] > count / 20
@@ -44,14 +44,14 @@ def test_hostile_files_are_refused_in_words_or_computed(kind, count):
 
 
 @pytest.mark.parametrize("kind", FILES)
-def test_hostile_files_of_lines_and_blocks_are_refused_in_words(kind):
+def test_hostile_files_of_lines_and_blocks_are_refused_with_a_reason(kind):
     tally = fuzz(PYTHON_PROBE, kind, range(80))
     assert not tally.failures
     assert tally.answers["refused"] > 10
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])
-def test_what_once_did_harm(case, tmp_path):
+def test_files_that_once_caused_failures(case, tmp_path):
     file = Path(shutil.copy(case, tmp_path))
     with Probe(PYTHON_PROBE) as probe:
         assert not ask_about(probe, "input" if case.suffix == ".nml" else "record", file, Tally())
@@ -64,7 +64,7 @@ def test_attacks_do_no_harm():
     assert sum(found["done"] for found in counts.values()) >= 10
 
 
-def test_attacks_that_once_did_harm():
+def test_attacks_that_once_succeeded():
     counts, failures = attack(lambda good: map(kept_case, ATTACKS))
     assert not failures
     assert sum(map(Counter.total, counts.values())) == len(ATTACKS) > 0

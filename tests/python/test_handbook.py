@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The handbook: its code runs and prints what it shows, its links lead somewhere."""
+"""The handbook: its code runs and prints the shown output, and its links are valid."""
 
 import contextlib
 import io
@@ -23,11 +23,11 @@ from sitedda.schema import GROUPS
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.M | re.S)
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 ROOT = Path(__file__).parents[2]
-TOLD = [  # what their commands print is shown, too
+TOLD = [  # pages that show the output of commands
     *sorted(ROOT.glob("docs/tutorials/*.md")),
     *(ROOT / f"docs/casebook/{name}.md" for name in ("arch", "wall", "slope", "rocking", "column")),
 ]
-SHORT = [  # a user's path from beginning to end, and cases
+SHORT = [  # tutorials and cases of at most 30 lines
     *(ROOT / f"docs/tutorials/{name}.md"
       for name in ("wall", "profile", "tunnel", "back_analysis", "bonded_blocks")),
     *(page for page in TOLD if page.parent.name == "casebook"),
@@ -45,7 +45,7 @@ def name_of(page: Path) -> str:
 
 
 def run_block(kind: str, text: str) -> str:
-    """What the code of a page prints, and says in reports that it writes."""
+    """Return the printed output of code of a page, and text of the reports that it writes."""
     with contextlib.redirect_stdout(io.StringIO()) as said:
         if kind == "python":
             exec(compile(text, "<handbook>", "exec"), {"__name__": "handbook"})
@@ -60,7 +60,7 @@ def run_block(kind: str, text: str) -> str:
 
 @contextlib.contextmanager
 def alone(folder: Path):
-    """An empty folder, whose files are then moved to those of the page."""
+    """Run in an empty folder, whose files are then moved to those of the page."""
     with tempfile.TemporaryDirectory() as empty, contextlib.chdir(empty):
         yield
         shutil.copytree(empty, folder, dirs_exist_ok=True)
@@ -68,7 +68,7 @@ def alone(folder: Path):
 
 @pytest.mark.parametrize("page", TOLD, ids=name_of)
 def test_a_page_prints_what_it_shows(page, tmp_path, monkeypatch):
-    """Each Python block runs alone, in an empty folder; commands beside what was written so far."""
+    """Each Python block runs alone in an empty folder; commands run beside all files so far."""
     monkeypatch.chdir(tmp_path)
     said = ""
     for kind, text in BLOCK.findall(page.read_text()):
@@ -115,7 +115,7 @@ def test_a_path_takes_thirty_lines(page):
 
 @pytest.fixture(scope="module")
 def pages(root) -> list:
-    """All pages of the handbook, and the others that link to it."""
+    """Return all pages of the handbook, and others that link to it."""
     return [*(root / "docs").rglob("*.md"), *root.glob("*.md")]
 
 
@@ -127,8 +127,8 @@ def test_every_input_is_in_the_gallery_with_its_sentence(root):
         assert told and len(told[1]) > 30, file.name
 
 
-def test_every_command_is_one(pages):
-    """Programs and sub-commands that pages show exist."""
+def test_each_command_of_the_pages_exists(pages):
+    """This includes programs and sub-commands."""
     with contextlib.redirect_stdout(io.StringIO()) as said, pytest.raises(SystemExit):
         command(["--help"])
     known = set(re.findall(r"^    (\w+)", said.getvalue(), re.M))
@@ -140,7 +140,7 @@ def test_every_command_is_one(pages):
     assert {"run", "resume", "check", "example"} <= shown <= known
 
 
-def test_no_link_leads_nowhere(pages):
+def test_links_of_pages_are_valid(pages):
     for page in pages:
         for link in LINK.findall(re.sub(r"```.*?```", "", page.read_text(), flags=re.S)):
             path, _, anchor = link.partition("#")
@@ -152,8 +152,8 @@ def test_no_link_leads_nowhere(pages):
                 assert anchor in anchors(target), f"{page.name}: {link}"
 
 
-def test_a_built_page_has_no_link_that_leads_nowhere(root, tmp_path):
-    """`docs/build.py` ends with an error for one; that of Ford's lists is mended there."""
+def test_links_of_built_pages_are_valid(root, tmp_path):
+    """`docs/build.py` reports invalid links as errors, and repairs those in lists of Ford."""
     build = runpy.run_path(str(root / "docs/build.py"))
     shown = "<a href='#moduleprocedure-grow_reals'></a><p id='proc-grow_reals'></p>"
     (tmp_path / "grow.html").write_text(shown)
@@ -166,7 +166,7 @@ def test_a_built_page_has_no_link_that_leads_nowhere(root, tmp_path):
 
 
 def anchors(page) -> set[str]:
-    """Anchors of the headings of a page."""
+    """Return the anchors of the headings of a page."""
     heads = re.findall(r"^#+ (.*)$", page.read_text(), re.M)
     return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
 
@@ -184,7 +184,7 @@ def test_every_page_is_in_a_table_of_contents(root):
 
 
 @pytest.mark.parametrize("of", ["input", "output"])
-def test_the_reference_is_made_of_the_schema(root, tmp_path, of):
+def test_the_reference_is_generated_from_the_schema(root, tmp_path, of):
     made, source, page = tmp_path / "made", root / "fortran" / of, f"docs/{of}_reference.md"
     command = [sys.executable, source / "make_schema.py", "page", source / "schema.txt", made]
     subprocess.run(command, check=True)

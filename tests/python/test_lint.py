@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The rules of the source: linters of both languages, layers, lengths, documented arguments."""
+"""Rules of the source: linters of both languages, layers, lengths, documented arguments."""
 
 import ast
 import re
@@ -54,7 +54,7 @@ def test_no_line_is_longer_than_the_limit():
 
 
 def test_prose_is_wrapped():
-    """Code, formulas, tables, pictures and links may be longer, and pages that programs write."""
+    """Code, formulas, tables, pictures, links and generated pages may be longer."""
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
     made = ("input_reference", "output_reference", "benchmarks", "ford", "gallery")
     long = [
@@ -68,7 +68,7 @@ def test_prose_is_wrapped():
 
 
 def test_f2py_can_read_the_interface():
-    """It takes files for ASCII where the library that guesses encodings is not installed."""
+    """Without the library that guesses encodings, f2py reads files as ASCII."""
     files = _files("python/sitedda/api", "*.f90")
     assert files and all(file.read_bytes().isascii() for file in files)
 
@@ -77,7 +77,7 @@ def _files(top: str, kind: str) -> list[Path]:
     return list((ROOT / top).rglob(kind))
 
 
-def test_the_tree_was_read_whole():
+def test_the_parser_reads_the_whole_tree():
     names = {name for source in TREE for name in source.modules}
     assert len(names) >= len(TREE) - 1  # all but the main program
     assert "dda_simulation" in names
@@ -90,7 +90,7 @@ def test_the_tree_was_read_whole():
 
 
 def test_every_source_file_names_its_licence():
-    """SPDX-License-Identifier in the first lines, so that a single file can be told apart."""
+    """Each file has SPDX-License-Identifier in its first lines."""
     tag = "SPDX-License-Identifier: GPL-3.0-or-later"
     folders = ("fortran", "python", "tests")
     kinds = (".f90", ".inc", ".py", ".in")
@@ -101,7 +101,7 @@ def test_every_source_file_names_its_licence():
 
 
 def check_layers(below: dict) -> None:
-    """Nothing depends on what depends on it, directly or through others."""
+    """Check that dependencies have no cycles."""
     assert sum(map(len, below.values())) > len(below)
     while below:
         lowest = {one for one, to in below.items() if not (to - {one}) & set(below)}
@@ -118,7 +118,7 @@ def test_folders_are_layers():
 
 
 def _imports() -> dict[tuple[str, ...], set[tuple[str, ...]]]:
-    """What each Python module uses of the package, inside functions as well, except for types."""
+    """Return the imports of each Python module within the package, except those for types."""
     top = ROOT / "python" / "sitedda"
     files = {file.relative_to(top).with_suffix("").parts: file for file in top.rglob("*.py")}
     used: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
@@ -149,7 +149,7 @@ def test_python_packages_are_layers():
 
 
 def test_python_modules_are_layers():
-    """A package that gathers names of its modules lies below none of them."""
+    """Names that a package collects from its modules do not count."""
     used = {name: to for name, to in _imports().items() if name != ("__init__",)}
     for name, to in used.items():
         to -= {(*name[:depth], "__init__") for depth in range(len(name))}
@@ -176,13 +176,13 @@ def test_most_arguments_are_documented():
     assert documented >= DOCUMENTED * count, f"{documented} of {count}"
 
 
-# Arrays and texts there have the names of functions.
+# Arrays and texts with names of functions.
 NAMES_OF_ARRAYS = {"columns", "label", "normal_force"}
 
 
 @pytest.fixture(scope="module")
 def logical_expressions():
-    """Where each expression with .and. or .or. is, its operands, the functions it calls."""
+    """Yield position, operands and called functions of each expression with .and. or .or."""
     files = [f for kind in ("*.f90", "*.inc", "*.in") for f in _files("fortran", kind)]
     files = {file: read_statements(file) for file in [*files, *_files("python", "*.f90")]}
     functions = set().union(*map(own_functions, files.values()))
@@ -198,15 +198,15 @@ def logical_expressions():
     return found
 
 
-def test_no_operand_is_the_guard_of_another(logical_expressions):
-    """Fortran evaluates the operands of .and. and .or. in any order, or all of them."""
+def test_no_operand_guards_another_one(logical_expressions):
+    """Fortran may evaluate the operands of .and. and .or. in any order, or all of them."""
     assert len(logical_expressions) > 500
     found = [(where, names) for where, *one in logical_expressions if (names := guards(*one))]
     assert not found
 
 
 def test_operands_call_only_functions_without_preconditions(logical_expressions):
-    """Else nest the conditions; where one needs no guard its declaration ends with ``! total``."""
+    """Other conditions must be nested; functions without preconditions are marked ``! total``."""
     lines = "\n".join(source.file.read_text() for source in TREE)
     total = set(re.findall(r"\bfunction (\w+) *\(.*! total$", lines, re.MULTILINE))
     known = total | NAMES_OF_ARRAYS
@@ -226,7 +226,7 @@ def test_operands_call_only_functions_without_preconditions(logical_expressions)
         "if (text /= '' .and. text(len(text):) /= 'x') n = 1",
     ],
 )
-def test_a_guard_beside_what_it_guards_is_found(code):
+def test_an_operand_that_guards_another_is_found(code):
     assert any(guards(operands) for operands in logical_operands(code))
 
 
@@ -240,5 +240,5 @@ def test_a_guard_beside_what_it_guards_is_found(code):
         "where (list == i .or. flag(:)) list = 0",
     ],
 )
-def test_what_needs_no_guard_is_left_alone(code):
+def test_independent_operands_are_accepted(code):
     assert not any(guards(operands) for operands in logical_operands(code))

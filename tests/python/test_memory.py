@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Too little memory is an error of its own that says how much is needed, never a crash."""
+"""Lack of memory causes an error with the required amount, never a crash."""
 
 import os
 import platform
@@ -19,11 +19,11 @@ from memory_limits import DONE, MEBI, REFUSED, is_sound, limited, outcome, sweep
 
 BLOCKS = 2500
 LITTLE = 240 * MEBI  # with 225 MB, OpenBLAS 0.3.29 never loads
-# Of a processor without AVX-512: with these kernels each product of OpenBLAS takes a buffer.
+# Kernels of a processor without AVX-512, with which each product of OpenBLAS uses a buffer.
 PLAIN_CORE = "Nehalem" if platform.machine() == "x86_64" else ""
 
 
-def test_a_model_that_does_not_fit_is_refused_before_it_is_made(native, write_input, tmp_path):
+def test_a_model_that_does_not_fit_is_refused_before_it_is_built(native, write_input, tmp_path):
     file = write_input(wall(20_000, "jacobi"))
     done = limited(native.path, LITTLE, "run", file, folder=tmp_path)
     assert done.returncode == 7, done.stderr
@@ -34,7 +34,7 @@ def test_a_model_that_does_not_fit_is_refused_before_it_is_made(native, write_in
 
 @pytest.fixture(scope="module")
 def enough_for_jacobi(native, tmp_path_factory) -> int:
-    """Bytes of addresses that steps without a factor take, too few for a check beside them."""
+    """Return the address space of steps without a factor; it is too small for a check."""
     folder = tmp_path_factory.mktemp("jacobi")
     (folder / "model.nml").write_text(wall(BLOCKS, "jacobi", steps=2000))
     environment = os.environ | memory_limits.ONE_THREAD
@@ -67,7 +67,7 @@ def test_a_factor_that_does_not_fit_is_named_and_jacobi_runs(
 
 
 @pytest.mark.parametrize(("solver", "core"), [("direct", PLAIN_CORE), ("lagged", "")])
-def test_whatever_the_limit_a_run_ends_or_says_what_it_needs(
+def test_with_any_limit_a_run_completes_or_states_its_need(
     solver, core, native, enough_for_jacobi, tmp_path
 ):
     limits = range(enough_for_jacobi - 20 * MEBI, enough_for_jacobi + 60 * MEBI, 8 * MEBI)
@@ -75,7 +75,7 @@ def test_whatever_the_limit_a_run_ends_or_says_what_it_needs(
     assert is_sound(found) and set(found) == {REFUSED, DONE}, found
 
 
-def test_a_limit_that_leaves_blas_no_buffer_is_refused_at_once(native, write_input, tmp_path):
+def test_a_limit_without_room_for_blas_is_refused_at_once(native, write_input, tmp_path):
     file = write_input(wall(16, "jacobi"))
     for command in ("run", "check"):
         done = limited(native.path, LITTLE, command, file, folder=tmp_path, core=PLAIN_CORE)

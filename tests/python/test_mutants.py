@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The mutants: what is drawn stands in its file, and nothing is left out without need."""
+"""Mutants of the source: they exist in their files, and exclusions are needed."""
 
 import re
 import sys
@@ -20,7 +20,7 @@ def test_each_mutant_changes_one_place_of_one_line():
         assert len(changed) == 1 and before[one.line - 1] == changed[0][0], one
 
 
-def test_every_reason_leaves_something_out():
+def test_each_exclusion_is_needed():
     found = [f"{file}:{name}:{kind} {match[group]}"
              for file, _, match, group, kind, name in mutants.places()]  # fmt: skip
     for why, pattern in mutants.EXCLUDED.items():
@@ -29,7 +29,7 @@ def test_every_reason_leaves_something_out():
     assert len(kept) > len(found) // 2
 
 
-def test_tests_that_speak_of_a_file_come_first():
+def test_tests_that_mention_a_file_run_first():
     first = mutants.tests_of("elements/bolts.f90")[0]
     assert first.name == "test_bolts.py"
     assert mutants.times("1.0e-3_wp", 0.5) == "0.0005_wp" and mutants.times("3", 0.5) == "1"

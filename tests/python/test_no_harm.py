@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is written: nothing instead of what is not the program's own, whole or not at all."""
+"""Written files: only files of the program are replaced; files are complete or not written."""
 
 import json
 import os
@@ -35,7 +35,7 @@ SIDE_FILES = ("journal", "writing", "partial", "checkpoint", "checkpoint.previou
 
 @pytest.fixture
 def here(tmp_path):
-    """A folder within one that is watched, with a model, and a file that is to stay."""
+    """Return a folder with a model in a watched folder with a file that must not change."""
     folder = tmp_path / "here"
     folder.mkdir()
     (folder / "m.nml").write_text(namelist(changed(tower(steps=5), "output", file="o.nc")))
@@ -45,7 +45,7 @@ def here(tmp_path):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """The output of a run with several frames."""
+    """Return the output of a run with several frames."""
     file = tmp_path_factory.mktemp("finished") / "m.nml"
     file.write_text(namelist(changed(tower(steps=20), "output", block_interval=5)))
     sitedda.run(file, file.with_name("o.nc"))
@@ -53,7 +53,7 @@ def finished(tmp_path_factory):
 
 
 def refused(done, *words) -> None:
-    """One line and a status, no traceback."""
+    """Check that a command printed one line, without traceback, and failed."""
     assert done.returncode in (1, 5), (done.stdout, done.stderr)
     assert done.stderr.count("\n") == 1, done.stderr
     for word in words:
@@ -100,7 +100,7 @@ def test_an_input_names_outputs_in_its_folder_only(native, main, here, name):
 
 
 @pytest.mark.parametrize("name", ["sub/o.nc", "./o.nc", "{here}/o.nc", "link/o.nc", "a..b.nc"])
-def test_names_below_the_folder_are_taken(native, here, name):
+def test_names_below_the_folder_are_accepted(native, here, name):
     (here / "sub").mkdir()
     (here / "elsewhere").mkdir()
     (here / "link").symlink_to("elsewhere")
@@ -129,7 +129,7 @@ def test_links_pipes_and_devices_are_not_replaced(native, main, here):
 
 
 def standing(file: Path) -> tuple:
-    """What stands under a name."""
+    """Return type and content of a path."""
     found = os.lstat(file)
     return found.st_mode, found.st_ino, found.st_rdev, found.st_size
 
@@ -143,7 +143,7 @@ def test_a_device_is_not_replaced_by_root(main, here):
 
 
 @pytest.mark.parametrize("ending", SIDE_FILES)
-def test_side_files_are_not_written_through_links(native, main, here, ending):
+def test_companion_files_are_not_written_through_links(native, main, here, ending):
     side = here / f"o.nc.{ending}"
     for make in (lambda: side.symlink_to("../victim"), lambda: os.link("victim", side),
                  lambda: side.write_bytes(PRECIOUS)):  # fmt: skip
@@ -156,8 +156,8 @@ def test_side_files_are_not_written_through_links(native, main, here, ending):
     assert sorted(os.listdir(here)) == ["m.nml"]
 
 
-def test_what_a_killed_run_leaves_is_replaced(native, here):
-    """Empty files, zeros that never got their content, and the program's own."""
+def test_remains_of_a_killed_run_are_replaced(native, here):
+    """Empty files, blocks of zeros, and files of the program."""
     for ending in SIDE_FILES:
         (here / f"o.nc.{ending}").write_bytes(b"" if ending == "journal" else bytes(4096))
     native.ok("run", "m.nml", "-q", folder=here)
@@ -165,7 +165,7 @@ def test_what_a_killed_run_leaves_is_replaced(native, here):
     native.ok("run", "m.nml", "-q", folder=here)
 
 
-def test_an_output_does_not_replace_what_is_read_by_another_name(main, here):
+def test_an_output_does_not_replace_a_file_that_is_read_under_another_name(main, here):
     blocks = [{"vertices": [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0]}]
     from sitedda.block_file import write_block_file
 
@@ -189,9 +189,9 @@ def test_an_output_does_not_replace_what_is_read_by_another_name(main, here):
 
 
 @pytest.mark.parametrize("command", ["view", "report", "draw", "movie", "site", "surface"])
-def test_nothing_replaces_its_own_source(main, here, finished, command):
+def test_no_command_replaces_the_file_that_it_reads(main, here, finished, command):
     shutil.copy(finished, here / "o.nc")
-    shutil.copy(finished, here / "o.png")  # by its name, a picture
+    shutil.copy(finished, here / "o.png")  # named like a picture
     (here / "o.gif").write_bytes(PRECIOUS)
     before = {file.name: file.read_bytes() for file in here.iterdir()}
     more = ["--no-open"] if command == "view" else []
@@ -216,7 +216,7 @@ def test_files_of_a_kind_replace_each_other(main, here, finished):
         main.ok("export", finished, "--vtk", here / "vtk")
 
 
-def test_inputs_that_were_not_written_by_it_are_not_replaced(main, here):
+def test_inputs_of_the_user_are_not_replaced(main, here):
     (here / "wall.nml").write_text(WALL.format(courses=2))
     (here / "column.nml").write_text(WALL.format(courses=3))
     hand = here / "mine.nml"
@@ -226,7 +226,7 @@ def test_inputs_that_were_not_written_by_it_are_not_replaced(main, here):
     with pytest.raises(OutputError, match="not replaced"):
         sitedda.Model.read(here / "wall.nml").write(hand)
     assert hand.read_bytes() == before
-    for _ in range(2):  # what it wrote itself it may replace, by other content too
+    for _ in range(2):  # files of the program may be replaced by other content
         main.ok("build", "wall.nml", "-o", "built.nml", folder=here)
         sitedda.Model.read(here / "wall.nml").write(here / "model.nml")
     sitedda.Model.read(here / "column.nml").write(here / "model.nml")
@@ -234,7 +234,7 @@ def test_inputs_that_were_not_written_by_it_are_not_replaced(main, here):
 
 
 @pytest.mark.parametrize("command", ["view", "report", "draw", "movie"])
-def test_a_full_disk_leaves_nothing_under_the_name(main, here, finished, command):
+def test_a_full_disk_leaves_no_file(main, here, finished, command):
     name = {"draw": "x.png", "movie": "x.gif"}.get(command, "x.html")
     more = ["--no-open"] if command == "view" else []
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -249,7 +249,7 @@ def test_a_full_disk_leaves_nothing_under_the_name(main, here, finished, command
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT])
-def test_a_signal_leaves_nothing_under_the_name(here, number):
+def test_a_signal_leaves_no_file(here, number):
     class Slow(Figure):
         def savefig(self, file, **_):
             Path(file).write_bytes(b"half")
@@ -268,7 +268,7 @@ def test_a_signal_leaves_nothing_under_the_name(here, number):
     assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
 
 
-def test_what_is_written_has_the_usual_rights_and_its_kind_is_kept(here):
+def test_written_files_have_the_usual_permissions_and_kind(here):
     page = write(here / "p.html", "<!DOCTYPE html><p>1", "a page")
     assert page.stat().st_mode & 0o777 == 0o666 & ~umask()
     write(page, "<!doctype html><p>2", "a page")
@@ -283,8 +283,8 @@ def test_what_is_written_has_the_usual_rights_and_its_kind_is_kept(here):
         check_target(here / "no" / "p.html", "a page")
 
 
-def test_rights_are_those_of_the_moment(here):
-    """A library that has written under another mask before leaves nothing behind."""
+def test_permissions_follow_the_present_umask(here):
+    """An earlier umask of the process has no effect."""
     before = os.umask(0o077)
     write(here / "a.html", "<!doctype html>", "a page")
     os.umask(0o002)
@@ -293,7 +293,7 @@ def test_rights_are_those_of_the_moment(here):
     assert [(here / name).stat().st_mode & 0o777 for name in ("a.html", "b.html")] == [0o600, 0o664]
 
 
-def test_what_is_write_protected_is_not_replaced(here, program):
+def test_write_protected_files_are_not_replaced(here, program):
     page = write(here / "p.html", "<!doctype html>", "a page")
     page.chmod(0o444)
     with pytest.raises(OutputError, match="write-protected"):
@@ -308,7 +308,7 @@ def test_what_is_write_protected_is_not_replaced(here, program):
 
 @pytest.fixture
 def shut():
-    """A folder with a model in which nobody may write, and who runs there: not the superuser."""
+    """Return a read-only folder with a model, and a user without superuser rights."""
     with tempfile.TemporaryDirectory() as name:
         folder, root = Path(name), os.geteuid() == 0
         (folder / "m.nml").write_text(namelist(tower(steps=5)))
@@ -319,7 +319,7 @@ def shut():
 
 @pytest.mark.parametrize("name", ["sitedda", "sitedda-native"])
 @pytest.mark.parametrize("words", [["run", "m.nml", "-q"], ["run", "m.nml", "-q", "-o", "n.nc"]])
-def test_a_folder_without_rights_is_said(shut, name, words):
+def test_a_folder_without_permission_is_reported(shut, name, words):
     folder, user = shut
     if user and name == "sitedda":
         pytest.skip("a superuser's interpreter is seldom open to others")
@@ -332,22 +332,22 @@ def test_a_folder_without_rights_is_said(shut, name, words):
 
 
 @pytest.mark.parametrize("host", ["a\u2028b", "../x.png", "a..b"])
-def test_a_host_without_a_name_is_refused(main, host):
+def test_an_invalid_host_name_is_refused(main, host):
     done = main("live", "--no-open", "--host", host)
     assert done.returncode == 5 and "host name is invalid" in done.stderr
 
 
 def umask() -> int:
-    """Of this process."""
+    """Return the umask of this process."""
     mask = os.umask(0o022)
     os.umask(mask)
     return mask
 
 
-# --- Side files that vanish ----------------------------------------------------------------------
+# --- Lost companion files ------------------------------------------------------------------------
 
 
-def test_a_journal_that_is_removed_is_written_again(here, same_bits):
+def test_a_journal_that_was_removed_is_written_again(here, same_bits):
     (here / "m.nml").write_text(namelist(changed(tower(steps=40), "output", file="o.nc")))
     whole = sitedda.run(here / "m.nml", here / "whole.nc")
     with sitedda.Simulation(here / "m.nml", here / "o.nc") as run:
@@ -368,7 +368,7 @@ def test_a_journal_that_is_removed_is_written_again(here, same_bits):
     same_bits(here / "o.nc", whole.output)
 
 
-def test_a_journal_that_is_replaced_is_an_error(here):
+def test_a_journal_that_was_replaced_is_an_error(here):
     with sitedda.Simulation(here / "m.nml", here / "o.nc") as run:
         run.advance(2)
         (here / "o.nc.journal").unlink()
@@ -378,7 +378,7 @@ def test_a_journal_that_is_replaced_is_an_error(here):
     assert (here / "o.nc.journal").read_bytes() == PRECIOUS
 
 
-def test_nothing_is_promised_that_is_not_there(native, here):
+def test_lost_results_are_not_reported_as_saved(native, here):
     (here / "m.nml").write_text(namelist(tower(steps=NEVER_ENDING)))
     folder = here / "results"
     folder.mkdir()
@@ -432,14 +432,14 @@ results = ["displacement[surface].x.largest"]
         "folder = 3",
     ],
 )
-def test_no_text_of_a_study_is_a_command(main, here, line):
+def test_texts_of_a_study_are_not_executed(main, here, line):
     (here / "s.toml").write_text(f"{line}\n{STUDY}")
     refused(main("study", "plan", "s.toml", folder=here), "s.toml")
     assert not list(here.rglob("submit.sh"))
     assert sorted(os.listdir(here.parent)) == ["here", "victim"]
 
 
-def test_python_arguments_are_not_commands_either(here):
+def test_python_arguments_are_not_executed(here):
     plan = make_plan(here / "m.nml", {"motion.scale": [1.0]}, folder=here / "a\ntouch b")
     with pytest.raises(InputError, match="control character"):
         plan.write()
@@ -449,7 +449,7 @@ def test_python_arguments_are_not_commands_either(here):
         write_batch(good, evil)
     plain = Slurm(executable("sitedda-native"), options=["--comment=a 'b' $(c) #d"])
     text = write_batch(good, plain).read_text()
-    for line in text.splitlines():  # what a comment holds ends with its line
+    for line in text.splitlines():  # a comment ends with its line
         assert "touch" not in line
     assert "#SBATCH --comment=a\\ \\'b\\'\\ \\$\\(c\\)\\ \\#d\n" in text
     assert "%%j/slurm-%A_%a.log\n" in text
@@ -487,7 +487,7 @@ def test_a_wrong_change_is_refused_with_the_study(main, here):
     refused(main("study", "s.toml", "-q", folder=here), "s.toml: case 0: motion.scael")
 
 
-def test_good_figures_are_taken(here, root):
+def test_valid_figures_are_accepted(here, root):
     (here / "s.toml").write_text(
         f"{STUDY}\n[[figures]]\nkind = 'fragility'\nquantity = 'displacement[surface].x.largest'\n"
         "intensity = 'scale'\nthreshold = 1\nselect = {scale = [1, 2.0]}\n"
@@ -522,7 +522,7 @@ def test_a_damaged_result_is_missing(main, here):
         assert done.returncode == 0 and "complete" not in done.stdout, done.stderr
 
 
-def test_a_study_folder_is_no_place_for_a_table_of_something_else(main, here):
+def test_a_table_does_not_replace_other_folders(main, here):
     (here / "s.toml").write_text(STUDY)
     main.ok("study", "s.toml", "-q", "-w", "1", folder=here)
     results = here / "results"

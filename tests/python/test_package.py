@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Manners of the package: light to import, nothing accidental in it, one thread inside."""
+"""Properties of the package: fast import, no accidental names, thread safety."""
 
 import ast
 import importlib.metadata
@@ -23,7 +23,7 @@ HEAVY = ("ezdxf", "matplotlib", "netCDF4", "pandas", "scipy", "shapely", "tqdm",
 
 
 def python(code: str, folder=None) -> str:
-    """What a fresh interpreter prints."""
+    """Return the output of a fresh interpreter."""
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, timeout=DEADLINE
     )
@@ -38,8 +38,8 @@ def test_the_import_and_the_help_need_no_heavy_library():
     assert python(code.format(show, HEAVY)).endswith("@")
 
 
-def test_the_core_runs_with_numpy_and_netcdf_alone(tmp_path):
-    """What draws, builds, meshes, serves and distributes is imported when it is first used."""
+def test_the_core_runs_with_only_numpy_and_netcdf(tmp_path):
+    """Libraries for drawing, building, meshing, serving and clusters are imported on first use."""
     blocked = ("dask", "matplotlib", "PIL", "scipy", "shapely", "tornado", "tqdm", "ezdxf")
     (tmp_path / "model.nml").write_text(namelist(tower(2)))
     code = f"""
@@ -76,7 +76,7 @@ def test_nothing_accidental_is_in_the_package():
         sitedda.simulate  # noqa: B018
 
 
-def test_commands_of_the_evidence_say_where_they_are():
+def test_commands_of_the_evidence_name_their_package():
     code = "import sys, importlib.metadata as m; m.entry_points = lambda **_: ()\n{}"
     code = code.format("from sitedda.command import main; print(main(['paper', 'layers']))")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
@@ -92,7 +92,7 @@ def test_a_wheel_is_built_for_any_processor():
     assert "-Dnative_arch=false" in args["setup"]
 
 
-def test_the_package_says_that_it_is_typed():
+def test_the_package_is_marked_as_typed():
     assert (Path(sitedda.__file__).parent / "py.typed").exists()
 
 
@@ -123,7 +123,7 @@ def test_every_library_that_is_imported_is_declared():
 
 
 def _check_imports(folder: Path, declared: set[str]) -> None:
-    """All that is imported is Python's own or declared, under the names it is imported by."""
+    """Check that all imported libraries are declared or belong to Python."""
     for file in _modules(folder):
         for node in ast.walk(ast.parse(file.read_text())):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
@@ -150,8 +150,8 @@ def _modules(folder: Path):
     return [f for f in folder.rglob("*.py") if inputs not in f.parents]
 
 
-def test_the_version_is_one():
-    """That of meson.build, which the engine and the package have from it."""
+def test_all_versions_agree():
+    """meson.build defines the version of engine and package."""
     build = (ROOT / "meson.build").read_text()
     version = re.search(r"^\s*version: '([\d.]+)'", build, re.MULTILINE)[1]
     assert sitedda.__version__ == version == importlib.metadata.version("sitedda-evidence")
@@ -170,7 +170,7 @@ def test_the_version_is_one():
 
 
 @pytest.mark.parametrize("name", ["loads", "dynamic_factor", "time", "velocities"])
-def test_what_cannot_be_set_is_refused(write_input, name):
+def test_read_only_attributes_cannot_be_set(write_input, name):
     with sitedda.Simulation(write_input(tower())) as simulation:
         with pytest.raises(AttributeError, match=name):
             setattr(simulation, name, [1.0])
@@ -188,7 +188,7 @@ QUESTIONS = {
 
 @pytest.mark.parametrize("ask", QUESTIONS.values(), ids=QUESTIONS)
 def test_a_check_waits_for_a_thread_that_steps(write_input, ask):
-    """The engine releases the interpreter while it steps; nobody else may then read its state."""
+    """The engine releases the interpreter lock during steps, so reads of its state must wait."""
     with sitedda.Simulation(write_input(tower(steps=1_000_000))) as simulation:
         stepping = threading.Event()
         ended = []
@@ -210,7 +210,7 @@ def test_a_check_waits_for_a_thread_that_steps(write_input, ask):
 
 
 class SlowLock:
-    """A lock whose holder leaves other threads time to take what they can."""
+    """A lock whose owner gives other threads time to acquire other locks."""
 
     def __init__(self):
         self.lock = threading.Lock()
@@ -224,7 +224,7 @@ class SlowLock:
 
 
 def test_a_thread_that_changes_and_one_that_steps_both_end(write_input, tmp_path, monkeypatch):
-    """Both need the simulation and the lock of files: they must ask in the same order."""
+    """Both need the locks of simulation and files, and must acquire them in the same order."""
     monkeypatch.setattr("sitedda.engine.simulation.FILES", SlowLock())
     simulation = sitedda.Simulation(write_input(tower(steps=1000)), tmp_path / "out.nc")
 
@@ -246,7 +246,7 @@ def test_a_thread_that_changes_and_one_that_steps_both_end(write_input, tmp_path
 
 
 @pytest.mark.parametrize("megabytes", [150, 327, 600])
-def test_little_memory_is_one_sentence(monkeypatch, megabytes):
+def test_lack_of_memory_is_one_sentence(monkeypatch, megabytes):
     monkeypatch.syspath_prepend(ROOT / "tests" / "robustness")
     from little_memory import COMMANDS, failures
 

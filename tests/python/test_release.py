@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Version, metadata, recipes and the paper of a release agree with each other."""
+"""Version, metadata, recipes and the paper of a release are consistent."""
 
 import json
 import re
@@ -42,8 +42,8 @@ def test_metadata_can_be_read(root):
 
 
 @pytest.mark.parametrize("file, width", [("spack/package.py", 99), ("easybuild/*.eb", 120)])
-def test_recipes_keep_the_style_of_their_collections(root, file, width):
-    """Their collections provide the names that they use without import."""
+def test_recipes_follow_the_style_of_their_collections(root, file, width):
+    """The collections provide names that are used without import."""
     text = next((root / "docs/packaging").glob(file)).read_text()
     ruff = [sys.executable, "-m", "ruff", "check", "--isolated", "--select=E,W,F"]
     words = ("--ignore=F403,F405,F821", f"--line-length={width}", "--stdin-filename=recipe.py", "-")
@@ -52,7 +52,7 @@ def test_recipes_keep_the_style_of_their_collections(root, file, width):
 
 
 def test_recipes_name_every_library_that_the_package_needs(root):
-    """One that is missing is found when somebody installs it, not before."""
+    """Otherwise, users would detect a missing library at installation."""
     project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
     needed = {re.match(r"[\w-]+", one)[0].lower() for one in project["dependencies"]}
     same = {"numpy": "numpy|scipy-bundle", "pandas": "pandas|scipy-bundle"}
@@ -72,8 +72,8 @@ def test_the_documented_packages_are_those_that_recipes_install(root):
         assert libraries <= set(re.findall(r"[\w.-]+", (root / file).read_text())), file
 
 
-def test_the_paper_keeps_the_form_of_the_journal(root):
-    """JOSS: 750 to 1,750 words, a summary, a statement of need; every citation has its source."""
+def test_the_paper_has_the_form_of_the_journal(root):
+    """JOSS: 750 to 1,750 words, a summary, a statement of need, and sources of all citations."""
     text = (root / "docs/joss/paper.md").read_text()
     _, head, body = text.split("---\n", 2)
     assert 750 <= len(body.split()) <= 1750
@@ -84,11 +84,11 @@ def test_the_paper_keeps_the_form_of_the_journal(root):
     assert cited == known
 
 
-# Claims of the README, and how the name of the test of each begins.
+# Claims of the README, and the beginning of the name of a test of each.
 CLAIMS = {
     "response of ground, rock slopes and masonry": "input/test_examples.py::test_an_example_has_a",
-    "checks a model before a run": "engine/test_check.py::test_both_programs_say_what_the_packag",
-    "with error bars": "study/test_accuracy.py::test_runs_say_it_too",
+    "checks a model before a run": "engine/test_check.py::test_both_programs_report_the_same_as",
+    "with error bars": "study/test_accuracy.py::test_runs_print_their_error_bars",
     "`sitedda paper` and `sitedda": "verification/test_paper.py::test_the_study_reaches_what_it_m",
     "analytic solutions": "verification/test_validation_cases.py::test_case_in_its_short_form",
     "lists each change": "test_release.py::test_every_file_has_the_version_of_the_program",
@@ -96,7 +96,7 @@ CLAIMS = {
     "pip install .": "test_release.py::test_the_documented_packages_are_those_that_recipes_install",
     "python3 python/start.py site": "test_release.py::test_the_install_section_holds",
     "python3 python/start.py test": "test_release.py::test_the_install_section_holds",
-    "pip install ./python/evidence": "test_package.py::test_commands_of_the_evidence_say_where",
+    "pip install ./python/evidence": "test_package.py::test_commands_of_the_evidence_name_their",
     "installs missing system packages": "test_release.py::test_the_documented_packages_are_those",
     "import sitedda": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
     "sitedda.copy_example": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
@@ -106,47 +106,47 @@ CLAIMS = {
     "returns matplotlib axes": "drawing/test_pictures.py::test_a_run_is_drawn_in_every_look",
     "computes all 20 s": "test_release.py::test_the_commands_of_the_example_run",
     "a rock slope with two": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
-    "![Slip of the joints": "test_handbook.py::test_no_link_leads_nowhere",
+    "![Slip of the joints": "test_handbook.py::test_links_of_pages_are_valid",
     "requires no Python": "test_release.py::test_the_executable_runs_given_blocks",
     "only inputs that contain all": "test_release.py::test_the_executable_runs_given_blocks",
     "sitedda check slope.nml": "test_release.py::test_the_commands_of_the_example_run",
     "sitedda run slope.nml": "test_release.py::test_the_commands_of_the_example_run",
-    "sitedda resume slope.nml": "engine/test_checkpoint.py::test_a_killed_run_goes_on_from_its_las",
-    "sitedda accuracy slope.nml": "study/test_accuracy.py::test_runs_say_it_too",
+    "sitedda resume slope.nml": "engine/test_checkpoint.py::test_a_killed_run_continues",
+    "sitedda accuracy slope.nml": "study/test_accuracy.py::test_runs_print_their_error_bars",
     "sitedda view slope.nc": "test_release.py::test_the_commands_of_the_example_run",
-    "sitedda --help": "test_handbook.py::test_every_command_is_one",
+    "sitedda --help": "test_handbook.py::test_each_command_of_the_pages_exists",
     "namelist of groups": "test_handbook.py::test_the_references_have_every_group_and_variable",
     "exits with status 0": "test_release.py::test_every_exit_status_of_the_readme_has_a_test",
     "**Energy budget**": "verification/test_layered_site.py::test_the_audit_explains_eve",
-    "**Convergence**": "commands/test_command.py::test_a_step_that_does_not_close_is",
+    "**Convergence**": "commands/test_command.py::test_a_step_that_does_not_converge_is",
     "**Checks before a run**": "engine/test_check.py::test_a_run_is_refused_by_a_check_that",
-    "**Bit-identical results**": "engine/test_bolts.py::test_bits_of_both_programs_and_of_a_resume",
-    "number of threads": "engine/test_threads.py::test_joint_laws_have_the_same_bits_with_any",
+    "**Bit-identical results**": "engine/test_bolts.py::test_both_programs_and_resumed_runs_are",
+    "number of threads": "engine/test_threads.py::test_joint_laws_are_bit_identical_with_any",
     "constant strain unless they are": "engine/test_bodies.py::test_the_shipped_roof_beam_is_a_bea",
     "rotations may be large": "engine/test_bodies.py::test_a_spinning_body_keeps_its_energy",
-    "Water acts on edges": "engine/test_water.py::test_water_on_faces_alone_presses",
+    "Water acts on edges": "engine/test_water.py::test_water_on_faces_alone_does_not_lift",
 }  # fmt: skip
-STATUSES = {  # and the test in which a program ends with it
+STATUSES = {  # exit statuses, and a test of each
     1: ("bad input", "commands/test_command.py::test_bad_input_is_status_1"),
     2: ("failed check", "engine/test_check.py::test_a_check_that_fails_is_status_2"),
-    3: ("a step does not converge", "commands/test_command.py::test_a_step_that_does_not_close"),
+    3: ("a step does not converge", "commands/test_command.py::test_a_step_that_does_not_converge"),
     4: ("linear solver", "test_faults.py::test_a_fault_is_one_message_and_a_status"),
     5: ("file", "commands/test_command.py::test_an_output_that_cannot_be_written_is_status_5"),
     6: ("interrupted", "commands/test_command.py::test_ctrl_c_keeps_what_was_computed"),
-    7: ("memory", "test_package.py::test_little_memory_is_one_sentence"),
-    141: ("closed pipe", "commands/test_command.py::test_the_bar_is_for_terminals_and_a_reader"),
+    7: ("memory", "test_package.py::test_lack_of_memory_is_one_sentence"),
+    141: ("closed pipe", "commands/test_command.py::test_the_bar_is_for_terminals_and_a_closed"),
 }
 
 
 def is_there(root, test: str) -> bool:
-    """A function of a test file has a name that begins like this."""
+    """Return whether a test file has a function whose name begins like this."""
     file, _, name = test.partition("::")
     place = root / "tests" / (file if file.startswith("verification") else f"python/{file}")
     return f"\ndef {name}" in place.read_text()
 
 
 def test_every_claim_of_the_readme_has_its_test(root):
-    """Each paragraph, item and line of code between the title and the links holds a claim."""
+    """Each paragraph, item and line of code between title and links contains a claim."""
     text = (root / "README.md").read_text().partition("\n## Read on")[0]
     parts = []
     for i, part in enumerate(re.split(r"^```.*\n", text, flags=re.M)):
@@ -170,7 +170,7 @@ def test_every_exit_status_of_the_readme_has_a_test(root):
     constants = re.findall(
         r"parameter :: error_\w+ = (\d)", (root / "fortran/base/errors.f90").read_text()
     )
-    assert {*map(int, constants)} - {8} == STATUSES.keys() - {141}  # 8 exits as a file does
+    assert {*map(int, constants)} - {8} == STATUSES.keys() - {141}  # 8 exits as file errors
 
 
 def test_the_install_section_holds(root):
@@ -183,7 +183,7 @@ def test_the_install_section_holds(root):
 
 
 def test_the_executable_runs_given_blocks(native, python_program, tmp_path):
-    """And refuses others with a sentence that names the other program; it links no Python."""
+    """It refuses other inputs with a sentence that names the other program, and links no Python."""
     libraries = subprocess.check_output(["ldd", executable("sitedda-native")], text=True)
     assert "libgfortran" in libraries and "libpython" not in libraries
     python_program.ok("example", "layered_site", folder=tmp_path)
@@ -194,7 +194,7 @@ def test_the_executable_runs_given_blocks(native, python_program, tmp_path):
 
 
 def test_the_commands_of_the_example_run(main, tmp_path):
-    """Those of the README, on the first 0.1 s of the slope."""
+    """The commands of the README, with the first 0.1 s of the slope."""
     main.ok("example", "slope", folder=tmp_path)
     assert "duration = 20.0" in (tmp_path / "slope.nml").read_text()
     main.ok("check", "slope.nml", folder=tmp_path)
@@ -205,7 +205,7 @@ def test_the_commands_of_the_example_run(main, tmp_path):
 
 
 def test_metadata_agree(root):
-    """Description and keywords are those of the package; codemeta has terms of its vocabulary."""
+    """Description and keywords equal those of the package; codemeta uses its own vocabulary."""
     project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
     codemeta, zenodo = (json.loads((root / name).read_text())
                         for name in ("codemeta.json", ".zenodo.json"))  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Python code may do without harm: odd arrays, closed handles, threads, processes."""
+"""Unusual use from Python is safe: odd arrays, closed handles, threads, processes."""
 
 import gc
 import multiprocessing
@@ -32,7 +32,7 @@ ERRORS = [
 
 @pytest.fixture
 def small(write_input):
-    """A tower that is ready to run."""
+    """Return a tower that is ready to run."""
     with sitedda.Simulation(write_input(tower(steps=20))) as run:
         yield run
 
@@ -56,8 +56,8 @@ RIGHT = np.arange(24, dtype=float).reshape(4, 6) / 100
     ],
     ids=["fortran", "strided", "reversed", "list", "big endian", "long", "read-only", "masked"],
 )
-def test_arrays_of_any_layout_are_taken_as_they_read(values, write_input):
-    """On blocks that nothing holds: a support stops the rates that it would not let be."""
+def test_arrays_of_any_layout_are_read_correctly(values, write_input):
+    """The blocks are free, because supports would change their rates."""
     free = [group for group in tower(steps=20) if group[0] != "fixed_point"]
     with sitedda.Simulation(write_input(free)) as run:
         run.rates = values
@@ -85,14 +85,14 @@ def test_arrays_of_any_layout_are_taken_as_they_read(values, write_input):
     ids=lambda values: str(np.shape(values) if isinstance(values, np.ndarray) else type(values)),
 )
 @pytest.mark.filterwarnings("ignore::numpy.exceptions.ComplexWarning")
-def test_arrays_that_are_no_rates_are_refused(values, small):
+def test_arrays_that_are_not_rates_are_refused(values, small):
     before = small.rates
     with pytest.raises((TypeError, ValueError)):
         small.rates = values
     assert np.array_equal(small.rates, before)
 
 
-def test_what_is_handed_out_is_a_copy(small):
+def test_returned_arrays_are_copies(small):
     for name in ("coordinates", "rates", "stresses", "point_motions"):
         before = getattr(small, name)
         getattr(small, name)[:] = np.nan
@@ -104,13 +104,13 @@ def test_what_is_handed_out_is_a_copy(small):
 
 
 @pytest.mark.parametrize("steps", ["3", None, 2**31, 2**63, -(2**40), [1, 2]])
-def test_steps_that_are_no_number(steps, small):
+def test_invalid_numbers_of_steps_are_refused(steps, small):
     with pytest.raises((TypeError, ValueError, OverflowError, sitedda.InputError)):
         small.advance(steps)
     assert small.steps == 0
 
 
-def test_no_step_and_fewer_than_none(small):
+def test_zero_and_negative_numbers_of_steps(small):
     assert not small.advance(0)
     with pytest.raises(sitedda.InputError, match="steps = -5 must be a whole number from 0"):
         small.advance(-5)
@@ -121,7 +121,7 @@ def test_no_step_and_fewer_than_none(small):
     "series", [[], [1.0], np.zeros((3, 3)), [1.0, np.nan, 2.0], ["a", "b"], None, [1j, 2j]]
 )
 @pytest.mark.filterwarnings("ignore::numpy.exceptions.ComplexWarning")
-def test_series_that_are_none(series):
+def test_invalid_series_are_refused(series):
     with pytest.raises((TypeError, ValueError)):
         sitedda.fourier_spectrum(series, 0.01)
     with pytest.raises((TypeError, ValueError)):
@@ -129,7 +129,7 @@ def test_series_that_are_none(series):
 
 
 @pytest.mark.parametrize("word", ["x" * 10_000_000, "a\0b", "地" * 100, "", " "])
-def test_words_of_any_length(word, tmp_path):
+def test_arguments_may_be_texts_of_any_length(word, tmp_path):
     file = tmp_path / "record.txt"
     file.write_text("0 1\n1 2\n2 1\n")
     with pytest.raises((sitedda.SiteddaError, ValueError)):
@@ -142,7 +142,7 @@ def test_words_of_any_length(word, tmp_path):
 # --- Handles -------------------------------------------------------------------------------------
 
 
-def test_a_closed_simulation_says_so(write_input):
+def test_a_closed_simulation_raises_errors(write_input):
     run = sitedda.Simulation(write_input(tower(steps=5)))
     run.close()
     run.close()
@@ -159,7 +159,7 @@ def test_a_closed_simulation_says_so(write_input):
 
 
 @pytest.mark.parametrize("handle", [-1, 0, 65536, 65537, 2**31 - 1, -(2**31)])
-def test_handles_that_were_never_given(handle):
+def test_unknown_handles_are_refused(handle):
     for name, more in [
         ("advance_run", (1,)),
         ("finish_run", ()),
@@ -176,7 +176,7 @@ def test_handles_that_were_never_given(handle):
 
 
 def final_state(file) -> bytes:
-    """Bits of a run at its end."""
+    """Return the final state of a run as bytes."""
     with sitedda.Simulation(file) as run:
         while not run.advance(7):
             pass
@@ -184,13 +184,13 @@ def final_state(file) -> bytes:
 
 
 def output_bits(job) -> bytes:
-    """Bits of the history of a run that writes a file."""
+    """Return the history of a run that writes a file, as bytes."""
     file, output = job
     history = sitedda.run(file, output=output).history
     return b"".join(history[name].values.tobytes() for name in ("displacement", "energy_balance"))
 
 
-def test_runs_in_threads_give_the_same_bits(write_input, tmp_path):
+def test_runs_in_threads_are_bit_identical(write_input, tmp_path):
     files = [write_input(tower(layers=n, steps=300), f"tower_{n}.nml") for n in (2, 3, 4, 5)]
     expected = [final_state(file) for file in files]
     with ThreadPoolExecutor(4) as pool:
@@ -201,7 +201,7 @@ def test_runs_in_threads_give_the_same_bits(write_input, tmp_path):
 
 
 @pytest.mark.parametrize("way", ["fork", "spawn", "forkserver"])
-def test_runs_in_other_processes_give_the_same_bits(way, write_input):
+def test_runs_in_other_processes_are_bit_identical(way, write_input):
     file = write_input(tower(steps=60))
     expected = final_state(file)
     context = multiprocessing.get_context(way)
@@ -216,7 +216,7 @@ def test_runs_in_other_processes_give_the_same_bits(way, write_input):
 
 
 def test_threads_of_the_engine_survive_a_fork(write_input, tmp_path):
-    """A wall large enough for the engine's own threads, run before the fork and after it."""
+    """The wall is large enough for several threads; it runs before and after a fork."""
     wall = ("wall", {"brick_length": 0.5, "brick_height": 0.2, "bricks": 20, "courses": 12})
     groups = [
         group for group in flying_block(steps=4) if group[0] not in ("block", "measured_point")
@@ -247,7 +247,7 @@ def test_threads_of_the_engine_survive_a_fork(write_input, tmp_path):
 
 
 def test_one_simulation_in_many_threads(write_input):
-    """Steps, looks and the close of one object at the same time are done one after the other."""
+    """Simultaneous steps, reads and close of one object are executed in sequence."""
     run = sitedda.Simulation(write_input(tower(layers=6, steps=1_000_000)))
     trouble = []
 
@@ -281,13 +281,13 @@ def test_one_simulation_in_many_threads(write_input):
 
 
 def resident() -> int:
-    """Memory of this process, bytes."""
+    """Return the memory of this process, bytes."""
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="needs Linux")
-def test_ten_thousand_models_leave_no_memory_behind(write_input):
+def test_ten_thousand_models_do_not_leak_memory(write_input):
     good = write_input(flying_block(steps=3))
     bad = write_input(namelist(flying_block()).replace("2643.0", "-1"), "bad.nml")
     sizes = []
@@ -318,14 +318,14 @@ def test_a_dropped_simulation_is_freed(write_input):
 
 
 @pytest.mark.parametrize("kind", ERRORS)
-def test_exceptions_pickle(kind):
+def test_exceptions_can_be_pickled(kind):
     error = pickle.loads(pickle.dumps(kind("model.nml, group &block: größer")))
     assert type(error) is kind
     assert str(error) == "model.nml, group &block: größer"
     assert error.kind == kind.kind
 
 
-def test_exceptions_come_back_from_other_processes(write_input):
+def test_exceptions_are_returned_from_other_processes(write_input):
     file = write_input(namelist(flying_block()).replace("2643.0", "-1"))
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         with pytest.raises(sitedda.InputError, match="density = -1"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Words of the pages: short sentences that begin with their subject; true files and facts."""
+"""Words of pages: short sentences that begin with their subject; valid file names and facts."""
 
 import re
 from pathlib import Path
@@ -25,7 +25,7 @@ END = re.compile(r"(?<=[.?!])[*)]*\s+(?=[A-Z0-9α-ω\"`*\[(“&])")
 OPENING = re.compile(r"[*\[(\"]*(What|Where|Who|Whatever|Whose)\b")
 PATH = re.compile(r"`(?:python )?((?:docs|fortran|inputs|python|tests)/[\w./]+)")
 FILE = re.compile(r"`(\w+\.f90)`")
-OWN = {"crest.f90", "record_NAME.f90"}  # of a reader
+OWN = {"crest.f90", "record_NAME.f90"}  # files of the reader
 
 
 def sentences(page: str) -> list[str]:
@@ -58,7 +58,7 @@ def test_long_and_turned_sentences_are_found():
     ]  # fmt: skip
 
 
-def test_files_that_pages_name_exist():
+def test_files_named_in_pages_exist():
     names = {file.name for top in ("fortran", "python", "tests") for file in
              (ROOT / top).rglob("*.f90")}  # fmt: skip
     for page in PAGES:
@@ -69,7 +69,7 @@ def test_files_that_pages_name_exist():
 
 
 def words_of(group: str, variable: str) -> set[str]:
-    """The words that a variable of the input may have."""
+    """Return the permitted words of a variable of the input."""
     found = next(one for one in GROUPS[group].variables if one.name == variable)
     return set(re.findall(r"'(\w+)'", found.values))
 

@@ -30,7 +30,7 @@ def test_supports_of_any_stiffness_leave_the_base_its_motion(tmp_path):
 
 
 @pytest.mark.parametrize("stop", [1, 35, 137])  # 35: within the pulse
-def test_a_resumed_run_has_the_bits_of_one_left_alone(write_input, in_parts, same_bits, stop):
+def test_a_resumed_run_equals_an_uninterrupted_one(write_input, in_parts, same_bits, stop):
     """The supports' velocity of the motion is a state where χ > 1/2."""
     loose = {"name": "bedding", "friction_angle": 5.0}
     file = write_input(tower(4, 300, loose, gravity=[0.0, -9.81], integration="theta"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every number of a command line, and of functions of its kind, has its range."""
+"""Numbers of the command line, and arguments of functions, have ranges."""
 
 import pytest
 from model_text import tower
@@ -34,20 +34,20 @@ def test_a_number_beyond_its_range_is_refused_before_the_work(main, tmp_path, co
             assert option in line and f"{command} --help" in line, (option, value)
 
 
-def test_names_that_are_not_known_are_one_sentence(main):
+def test_unknown_names_are_reported_in_one_sentence(main):
     for words in (["paper", "x"], ["validate", "x"], ["x"], [], ["study", "run"], ["draw", "--x"]):
         done = main(*words)
         assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, words
 
 
-def test_numbers_in_range_are_taken():
+def test_numbers_in_range_are_accepted():
     assert Range(0.0, 1.0)("0") == 0.0
     assert Range(0.0, 1.0, above=True)("1") == 1.0
     assert Range(1, 5, whole=True)("5") == 5
     assert str(Range(0.0, 1.0, above=True)) == "a number above 0 to 1"
 
 
-def test_functions_refuse_the_same(write_input, tmp_path):
+def test_functions_refuse_the_same_numbers(write_input, tmp_path):
     file = write_input(tower())
     with sitedda.Simulation(file) as simulation:
         for steps in (-1, 2**31):

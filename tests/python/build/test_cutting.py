@@ -39,7 +39,7 @@ def areas(blocks):
 
 
 def full_lines(count, seed, reach=30.0):
-    """Lines across everything at random angles and places, shape (count, 2, 2)."""
+    """Lines across the whole region at random angles and positions, shape (count, 2, 2)."""
     random = np.random.default_rng(seed)
     angle = random.uniform(0, np.pi, count)
     along = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -193,7 +193,7 @@ def test_too_many_blocks_are_refused_before_the_work(joints, words):
     assert time.process_time() - begun < 1.0
 
 
-def test_no_more_blocks_than_asked_for():
+def test_most_blocks_is_a_limit():
     sets = [JointSet(angle=0, spacing=1.0), JointSet(angle=90, spacing=1.0)]
     assert len(cut([Region(outline=SQUARE)], sets, settings=Cutting(most_blocks=100))) == 100
     for most, words in ((99, "form 100 blocks"), (50, "form about")):
@@ -271,7 +271,7 @@ def test_joints_that_miss_an_outline_by_rounding_reach_it(miss):
     assert len(cut([Region(outline=SQUARE)], [JointLine(points=[1e-6, 5, 10, 5])])) == 1
 
 
-def test_loops_inside_one_block_are_left_out_and_named():
+def test_loops_inside_one_block_are_omitted_and_reported():
     loop = JointLine(points=[4, 4, 6, 4, 5, 6, 4, 4])
     touching = JointLine(points=[0, 3, 2, 2, 2, 4, 0, 3])  # touches the outline at one point
     blocks = cut([Region(outline=SQUARE)], [loop, touching], settings=KEEP)
@@ -279,7 +279,7 @@ def test_loops_inside_one_block_are_left_out_and_named():
     assert "2 loops of joints" in blocks.messages[0]
 
 
-def test_what_lies_on_each_other_is_one_edge():
+def test_coincident_segments_become_one_edge():
     joints = [
         JointLine(points=[0, 5, 10, 5], joint="fault"),
         JointSet(joint="set", angle=0, spacing=2.5),
@@ -293,7 +293,7 @@ def test_what_lies_on_each_other_is_one_edge():
     assert blocks.joints == ["set", "fault", "fault", "set"]
 
 
-def test_every_edge_knows_the_joint_that_cut_it():
+def test_each_edge_has_the_joint_that_cut_it():
     sets = [JointSet(joint="a", angle=30, spacing=1.1), JointSet(joint="b", angle=-50, spacing=0.9)]
     blocks = cut([Region(outline=SQUARE, joint="free")], sets)
     angles = {"a": 30.0, "b": 130.0}
@@ -378,7 +378,7 @@ def test_thin_blocks_vanish_with_least_edge_and_sharp_ones_with_least_angle():
 )
 @example(seed=1115, least_edge=0.3, shape="circle", place=(2, 2))
 @example(seed=8980, least_edge=0.1, shape="horseshoe", place=(5.591186665513415, 5.634437216308598))
-def test_outlines_keep_their_shape_when_corners_are_made_one(seed, least_edge, shape, place):
+def test_outlines_keep_their_shape_when_corners_are_merged(seed, least_edge, shape, place):
     hole = Tunnel(centre=place, width=1.5, height=2.5, shape=shape, sides=16)  # of short sides
     joints = [
         JointSet(angle=20, spacing=0.9, spacing_distribution="exponential", seed=seed),
@@ -392,7 +392,7 @@ def test_outlines_keep_their_shape_when_corners_are_made_one(seed, least_edge, s
 
 
 def pairs_of_edges(ends):
-    """A network of edges two by two, from their ends, shape (pairs, 4, 2)."""
+    """A network of pairs of edges from their ends, shape (pairs, 4, 2)."""
     edges = np.arange(2 * ends.shape[0] * 2).reshape(-1, 2)
     nodes = ends.reshape(-1, 2)
     kinds, labels = np.full(len(nodes), CORNER), np.zeros(len(edges), dtype=int)
@@ -400,7 +400,7 @@ def pairs_of_edges(ends):
 
 
 def random_lines(count, seed):
-    """A place, a direction and the direction across it for each line, shape (count, 2)."""
+    """A position, a direction and the normal direction of each line, shape (count, 2)."""
     random = np.random.default_rng(seed)
     angle = random.uniform(0, 2 * np.pi, count)
     along = np.column_stack([np.cos(angle), np.sin(angle)])
@@ -408,7 +408,7 @@ def random_lines(count, seed):
 
 
 def crossings_found(ends):
-    """Of the pairs of edges, how many are found to cross when each is looked at alone."""
+    """Number of pairs of edges that are found to cross, each pair by itself."""
     network = pairs_of_edges(ends)
     one = 2 * np.arange(len(ends))
     return len(_find_crossings(network, one, one + 1, np.ones(len(one), dtype=bool))[0])
@@ -421,7 +421,7 @@ def test_edges_of_one_side_do_not_cross_by_rounding():
 
 
 @pytest.mark.parametrize("angle", [1e-9, 1e-6, 1e-3, 1.0])
-def test_edges_that_cross_at_a_small_angle_do(angle):
+def test_edges_that_cross_at_a_small_angle_are_found(angle):
     random, foot, along, across = random_lines(2_000, 2)
     reach = random.uniform(2, 5, (len(foot), 4, 1)) * [[-1], [1], [-1], [1]]
     turned = np.cos(angle) * along + np.sin(angle) * across
@@ -429,7 +429,7 @@ def test_edges_that_cross_at_a_small_angle_do(angle):
     assert crossings_found(foot[:, None] + reach * arms) == len(foot)
 
 
-def test_slivers_of_foreign_polygons_are_named():
+def test_slivers_of_imported_polygons_are_named():
     squares = [np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) + (i, 0) for i in range(5)]
     thin = [
         np.array([(0, 2), (1, 2), (1, 2 + 1e-5)]),
@@ -466,7 +466,7 @@ def test_regions_side_by_side_share_corners():
     check_partition(blocks, 100.0)
 
 
-def test_a_hole_is_left_empty_and_an_excavation_keeps_its_blocks():
+def test_a_hole_stays_empty_and_an_excavation_keeps_its_blocks():
     joint = JointLine(points=[0, 5, 10, 5])
     outline = [4, 4, 6, 4, 6, 6, 4, 6]
     empty = cut([Region(outline=SQUARE)], [joint], holes=[Hole(outline=outline, joint="wall")])
@@ -479,7 +479,7 @@ def test_a_hole_is_left_empty_and_an_excavation_keeps_its_blocks():
 
 
 @pytest.mark.parametrize("shape", ["circle", "horseshoe", "rectangle"])
-def test_tunnels_have_the_width_and_height_asked_for(shape):
+def test_tunnels_have_the_given_width_and_height(shape):
     tunnel = Tunnel(centre=(1, 2), width=4, height=5, shape=shape, sides=64)
     low, high = tunnel.outline.min(axis=0), tunnel.outline.max(axis=0)
     assert high - low == pytest.approx([4, 5], rel=2e-3) and high + low == pytest.approx([2, 4])
@@ -487,7 +487,7 @@ def test_tunnels_have_the_width_and_height_asked_for(shape):
     assert shapely.Polygon(tunnel.outline).area == pytest.approx(area, rel=2e-3)
 
 
-def test_random_polygons_have_the_size_asked_for_and_become_even():
+def test_random_polygons_have_the_given_size_and_become_even():
     spread = []
     for iterations in (0, 10):
         blocks = cut(
@@ -548,7 +548,7 @@ def test_distributions(distribution, cdf):
     assert kstest(drawn, cdf).pvalue > 0.01
 
 
-def test_a_larger_region_holds_the_joints_of_a_smaller_one():
+def test_a_larger_region_contains_the_joints_of_a_smaller_one():
     joints = JointSet(
         angle=25, spacing=0.5, spacing_distribution="normal", spacing_deviation=0.1, seed=11,
         trace_length=2, trace_length_distribution="exponential", bridge=0.5,

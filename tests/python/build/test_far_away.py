@@ -11,10 +11,10 @@ from sitedda.model import Model
 
 EXACT = np.array([524288.0, 4194304.0])  # powers of two: multiples of 2⁻³⁰ m move without rounding
 UTM = np.array([500000.0, 5200000.0])
-NOISE = 1e-9  # m, as coordinates of a map are rounded
-AMPLIFIED = 10  # times what noise of the vertices does
+NOISE = 1e-9  # rounding of map coordinates, m
+AMPLIFIED = 10  # largest error over that caused by noise of vertices
 STEPS = 200
-HORIZON = 1e-3  # of the largest displacement: from there on noise has changed the motion
+HORIZON = 1e-3  # relative displacement due to noise at which the comparison ends
 
 SLOPE = np.reshape([0, 0, 30, 0, 30, 4, 20, 4, 12, 14, 0, 14], (-1, 2)).astype(float)
 SETS = {
@@ -56,7 +56,7 @@ GENERATORS = {
 
 
 def blocks_of(groups) -> list[np.ndarray]:
-    """Vertices of the blocks that groups are turned into."""
+    """Vertices of the blocks that are built from groups."""
     groups = [("joint", {"name": "bed", "friction_angle": 30.0}), *groups]
     built = built_text(namelist(groups), "model.nml")[1]
     return [np.reshape(block["vertices"], (-1, 2)) for block in built.blocks]
@@ -128,7 +128,7 @@ def shaken(at, unit: float = 1.0, noise: float = 0.0, seed: int = 0) -> sitedda.
 def answer(run) -> dict[str, np.ndarray]:
     """Displacements of the points of all blocks, rates and stresses, by frame.
 
-    The coordinates themselves are rounded in the output, as those of a map are.
+    The output rounds coordinates themselves like map coordinates.
     """
     moves = run.history.displacement.sel(time=run.history.frame_time.values).values
     return {"moves": moves, "rates": run.history.block_rates.values,
@@ -136,20 +136,20 @@ def answer(run) -> dict[str, np.ndarray]:
 
 
 def difference(one, other) -> dict[str, np.ndarray]:
-    """Of each frame, over the largest value of all."""
+    """Largest difference in each frame over the largest value of all frames."""
     return {
         name: abs(one[name] - other[name]).max(axis=(1, 2)) / abs(other[name]).max()
         for name in other
     }
 
 
-def test_a_shaken_wall_far_away_is_the_one_at_the_origin():
+def test_a_shaken_wall_far_away_moves_as_at_the_origin():
     here = answer(shaken(np.zeros(2)))
     exact = difference(answer(shaken(EXACT)), here)
     assert max(value.max() for value in exact.values()) <= 1e-8
 
 
-def test_a_shaken_wall_at_coordinates_of_a_map_is_off_by_their_rounding():
+def test_a_shaken_wall_at_coordinates_of_a_map_differs_by_their_rounding():
     unit = 1.1  # no power of two: every coordinate is rounded
     here = answer(shaken(np.zeros(2), unit))
     noisy = [difference(answer(shaken(np.zeros(2), unit, NOISE, i)), here) for i in range(3)]

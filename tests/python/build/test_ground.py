@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshed ground around a core: waves in it, its outline, its boundaries, what is refused."""
+"""Meshed ground around a core: waves, outline, boundaries, rejected input."""
 
 import numpy as np
 import pytest
@@ -10,20 +10,20 @@ from sitedda.command import main as command
 
 DENSITY, SPEED = 2400.0, {"x": 600.0, "y": 600.0 * 3**0.5}
 WIDTH, DEPTH, SIZE = 80.0, 32.0, 4.0  # m
-PEAK, MIDDLE, FREQUENCY = 1e-6, 0.3, 4.0  # m, s, Hz: of the motion of the outcrop
+PEAK, MIDDLE, FREQUENCY = 1e-6, 0.3, 4.0  # of the outcrop motion: m, s, Hz
 CORE = [-12, -16, 12, -16, 12, 0, -12, 0]
 BURIED = [-12, -20, 12, -20, 12, -8, -12, -8]
 THROUGH = [-12, -32, 12, -32, 12, 0, -12, 0]
 
 
 def ricker(time):
-    """A wavelet whose largest value is 1."""
+    """Return a Ricker wavelet with a peak of 1."""
     phase = (np.pi * FREQUENCY * (time - MIDDLE)) ** 2
     return (1 - 2 * phase) * np.exp(-phase)
 
 
 def ground(along="x", cells=None, joint=None, **values):
-    """Ground 80 m wide and 32 m deep under a wavelet, with a core of cells of its own."""
+    """Ground 80 m wide and 32 m deep under a wavelet, with a core of separate cells."""
     model = sitedda.Model("ground", time_step=1e-3, duration=0.6, analysis="plane_strain",
                           integration="midpoint")  # fmt: skip
     model.material("rock", density=DENSITY, shear_velocity=SPEED["x"], pressure_velocity=SPEED["y"])
@@ -50,7 +50,7 @@ def moved(model):
 
 
 def exact(along, time, height):
-    """On a half-space of its own rock: the wave that comes up, and the one that goes down."""
+    """Displacement of a half-space of one rock: upgoing wave plus downgoing wave."""
     speed = SPEED[along]
     up, down = ricker(time - height / speed), ricker(time - (2 * DEPTH - height) / speed)
     return 0.5 * PEAK * (up + down)
@@ -58,7 +58,7 @@ def exact(along, time, height):
 
 @pytest.mark.parametrize("along", ["x", "y"])
 def test_ground_without_a_core_is_the_column(along):
-    """As one period of itself to 1e-7 of the peak, and at every height as the closed form."""
+    """It equals a periodic column to 1e-7 of the peak, and the closed form at each height."""
     time, height, found = moved(ground(along, surface=[0, 0]))
     _, _, tied = moved(ground(along, surface=[0, 0], sides="tied"))
     assert abs(found - tied).max() < 1e-7 * PEAK
@@ -71,7 +71,7 @@ def test_ground_without_a_core_is_the_column(along):
     [(CORE, 4.0, 4e-3), (CORE, 3.0, 4e-3), (BURIED, 3.0, 4e-3), (THROUGH, 2.5, 4e-3)],
     ids=["same cells", "other cells", "buried", "to the bottom"],
 )
-def test_a_core_of_the_same_rock_is_no_core(along, core, cells, limit):
+def test_a_core_of_the_same_rock_does_not_change_the_wave(along, core, cells, limit):
     surface = {"surface": [0, 0]} if core is BURIED else {}
     time, height, found = moved(ground(along, cells, core=core, **surface))
     wanted = exact(along, time, height)
@@ -80,7 +80,7 @@ def test_a_core_of_the_same_rock_is_no_core(along, core, cells, limit):
 
 
 def test_ties_beside_joints_with_restitution():
-    """No stiffness per area goes with them: ties have the springs of contacts."""
+    """Ties then use the stiffness of contacts, not a stiffness per area."""
     model = ground(cells=3.0, core=CORE, joint={"friction_angle": 30.0, "restitution": 0.0})
     time, height, found = moved(model)
     assert abs(found[..., 0] - exact("x", time, height)).max() < 1e-2 * PEAK
@@ -93,7 +93,7 @@ def shapes(model) -> list[shapely.Polygon]:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_ground_and_core_fill_what_is_below_the_surface(seed):
-    """Random cores, whose upper side is the surface: no gap, no overlap, level to the sides."""
+    """Random cores whose upper side is the surface leave no gap and no overlap."""
     random = np.random.default_rng(seed)
     low, x = -20 + 8 * random.random(), np.sort(random.uniform(-20, 20, 6))
     x += np.arange(6)
@@ -109,8 +109,8 @@ def test_ground_and_core_fill_what_is_below_the_surface(seed):
         assert corners[abs(corners[:, 0] - side) < 1e-9, 1].max() == pytest.approx(level)
 
 
-def test_a_file_of_it_runs_as_the_model_does(tmp_path, native, same_bits):
-    """A jointed core: built to a file without it, run by the executable."""
+def test_a_written_model_runs_as_the_model_in_memory(tmp_path, native, same_bits):
+    """A jointed core: the native executable runs the file of built blocks."""
     model = ground(core=CORE, base="fixed", sides="roller", joint={"friction_angle": 35.0})
     model.joint_set("smooth", angle=20.0, spacing=4.0, region="core")
     model.joint_set("smooth", angle=-70.0, spacing=5.0, region="core")
@@ -143,12 +143,12 @@ def test_a_file_of_it_runs_as_the_model_does(tmp_path, native, same_bits):
         ({"surface": [0, 0], "size": 1e-3}, "choose a larger size"),
     ],
 )
-def test_what_is_refused(values, words):
+def test_invalid_ground_is_refused(values, words):
     with pytest.raises(sitedda.InputError, match=words):
         sitedda.check(ground(**values))
 
 
-def test_an_error_in_what_is_made_is_said_without_a_line():
+def test_an_error_in_a_generated_group_has_no_line_number():
     model = ground(core=CORE, sides="tied", base="fixed", motion_x="none")
     with pytest.raises(sitedda.InputError, match="a &boundary generated from another group"):
         sitedda.check(model)

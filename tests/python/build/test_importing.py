@@ -40,7 +40,7 @@ LINE = {"type": "LineString", "coordinates": [[0, 1, 9.0], [5, 1, 9.0]]}
         ),
     ],
 )  # fmt: skip
-def test_polygons_and_lines(name, text, tmp_path):
+def test_polygons_and_lines_are_read(name, text, tmp_path):
     (tmp_path / name).write_text(text)
     polygon, line = read_outlines(tmp_path / name)
     assert polygon.closed and polygon.points.tolist() == TRIANGLE
@@ -58,7 +58,7 @@ def test_polygons_and_lines(name, text, tmp_path):
         ("block,depth,x,y\na,1,0,0\na,2,4,0\na,3,0,3\n", [True], ["a"]),
     ],
 )
-def test_tables(text, closed, names, tmp_path):
+def test_tables_of_points_are_read(text, closed, names, tmp_path):
     (tmp_path / "a.csv").write_text(text)
     found = read_outlines(tmp_path / "a.csv")
     assert [one.closed for one in found] == closed and [one.name for one in found] == names
@@ -84,7 +84,7 @@ def drawing(tmp_path):
     return tmp_path / "a.dxf"
 
 
-def test_drawings(tmp_path):
+def test_drawings_are_read(tmp_path):
     file = drawing(tmp_path)
     outline = read_outlines(file, layer="outline")[0]
     assert outline.closed and outline.points == pytest.approx(np.array(TRIANGLE), abs=1e-12)
@@ -97,7 +97,7 @@ def test_drawings(tmp_path):
     assert ends == [pytest.approx([1, 0]), pytest.approx([0, 1.5], abs=1e-9)]
 
 
-def test_groups_take_their_points_from_files(tmp_path):
+def test_groups_read_their_points_from_files(tmp_path):
     file = drawing(tmp_path)
     (tmp_path / "top.csv").write_text("x,y\n0,0.5\n9,0.5\n")
     text = namelist(flying_block()) + (
@@ -150,7 +150,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_files_are_refused_in_words(name, tmp_path):
+def test_bad_files_are_refused_with_a_reason(name, tmp_path):
     file, content, words = BAD[name]
     if file.endswith("dxf"):
         pytest.importorskip("ezdxf")
@@ -160,7 +160,7 @@ def test_bad_files_are_refused_in_words(name, tmp_path):
     assert words in str(found.value) and (file in str(found.value))
 
 
-def test_size_and_kind_of_a_file_are_looked_at_first(tmp_path):
+def test_size_and_kind_of_a_file_are_checked_first(tmp_path):
     large = tmp_path / "large.csv"
     with large.open("wb") as file:
         os.truncate(file.fileno(), MOST_BYTES + 1)
@@ -179,7 +179,7 @@ def test_size_and_kind_of_a_file_are_looked_at_first(tmp_path):
         read_outlines(tmp_path / "plain.wkt", layer="x")
 
 
-def test_blocks_within_blocks_are_bounded(tmp_path):
+def test_nesting_of_inserted_blocks_is_limited(tmp_path):
     ezdxf = pytest.importorskip("ezdxf")
     document = ezdxf.new()
     document.blocks.new("b0").add_line((0, 0), (1, 0))

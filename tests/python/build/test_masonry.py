@@ -19,7 +19,7 @@ def area(structure):
 
 
 def check_stones(structure):
-    """Stones are simple, counter-clockwise, do not overlap, and have names of their own."""
+    """Stones are simple, counter-clockwise, do not overlap, and have different names."""
     found = structure.blocks()
     shapes = np.array([shapely.Polygon(stone.polygon) for stone in found])
     assert shapely.is_valid(shapes).all() and (Rings.of(polygons(structure)).areas() > 0).all()
@@ -46,11 +46,11 @@ STRUCTURES = [
 
 
 @pytest.mark.parametrize("structure", STRUCTURES, ids=lambda one: type(one).__name__)
-def test_stones_fit(structure):
+def test_stones_do_not_overlap(structure):
     check_stones(structure)
 
 
-def test_areas_are_those_of_the_whole():
+def test_stones_have_the_total_area_of_the_structure():
     half = Arch(radius=5.0, thickness=0.6, voussoirs=27)
     ring = 27 * np.sin(np.pi / 27) * 5.0 * 0.6  # trapezoids between the radial lines
     assert area(half) == pytest.approx(ring, rel=1e-12)
@@ -103,7 +103,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_numbers_are_refused_in_words(name):
+def test_bad_numbers_are_refused_with_a_reason(name):
     make, words = BAD[name]
     with pytest.raises(InputError) as found:
         make()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blocks turned into bodies: which, under which names, how fine, and what is refused."""
+"""Meshed blocks: selection, names, cell sizes, and rejected input."""
 
 import numpy as np
 import pytest
@@ -28,14 +28,14 @@ def meshed(pieces, *meshes):
 BEAMS = [box(0, 0, 4, 1, name="beam_1"), box(0, 1, 4, 1, name="beam_2"), box(9, 0, 1, 1)]
 
 
-def test_each_block_becomes_a_body_of_its_own_name():
+def test_each_block_becomes_a_body_with_its_name():
     cells, taken, messages = meshed(BEAMS, Mesh(blocks="beam_*", size=0.5))
     assert taken == [0, 1] and not messages
     assert {cell["body"] for cell in cells} == {"beam_1", "beam_2"}
     assert len(cells) == 32 and not any("name" in cell for cell in cells)
 
 
-def test_several_blocks_become_one_body_with_borders_between_materials():
+def test_several_blocks_become_one_body_with_boundaries_between_materials():
     pieces = [
         box(0, 0, 4, 1, name="low", material="rock", joint="a"),
         box(0, 1, 4, 1, name="high", material="soft", joint="b"),
@@ -47,13 +47,13 @@ def test_several_blocks_become_one_body_with_borders_between_materials():
         assert (cell["material"], cell["joint"]) == (("soft", "b") if upper else ("rock", "a"))
 
 
-def test_joints_of_edges_stay_with_the_outline():
+def test_edge_joints_remain_on_the_outline():
     piece = box(0, 0, 2, 1, name="one", joint="a", edge_joints=("", "b"))
     cells, *_ = meshed([piece], Mesh(blocks="one", size=1.0))
     assert [cell.get("edge_joints") for cell in cells] == [None, ("a", "b", "a", "a")]
 
 
-def test_a_frequency_gives_twelve_cells_in_a_wave_of_each_material():
+def test_a_frequency_gives_twelve_cells_per_wavelength_of_each_material():
     pieces = [
         box(0, 0, 40, 10, name="low", material="rock"),
         box(0, 10, 40, 10, name="high", material="soft"),
@@ -92,7 +92,7 @@ def test_a_block_round_a_tunnel_is_meshed_round_it():
     assert walls == pytest.approx(Rings.of([tunnel.outline]).edge_lengths().sum(), rel=1e-9)
 
 
-def test_a_ring_round_another_ring_surrounds_that_alone():
+def test_a_ring_around_a_ring_surrounds_only_this_ring():
     square = np.array([[0, 0], [20, 0], [20, 20], [0, 20]], float)
     core = Region(name="core", outline=0.4 * square + 6)
     hole = Tunnel(centre=(10, 10), width=3.0, joint="wall")
@@ -117,7 +117,7 @@ def test_a_ring_round_another_ring_surrounds_that_alone():
         (Mesh(blocks="beam_1", body="b" * 65, size=1.0), "at most 64 bytes"),
     ],
 )
-def test_what_cannot_be_meshed_is_refused_with_its_place(mesh, message):
+def test_meshes_that_cannot_be_made_are_refused_with_position(mesh, message):
     with pytest.raises(InputError, match=r"^mesh 1: ") as refused:
         meshed(BEAMS, mesh)
     assert message in str(refused.value)
@@ -216,11 +216,11 @@ def test_a_ring_that_is_not_meshed_is_refused():
         ({"blocks": "a", "size": 1.0, "seed": -1}, "seed = -1"),
     ],
 )
-def test_settings_that_make_no_sense_are_refused(values, message):
+def test_contradictory_settings_are_refused(values, message):
     with pytest.raises(InputError, match=message):
         Mesh(**values)
 
 
-def test_lists_of_names():
+def test_names_match_patterns_of_a_list():
     assert is_listed("roof_3", "beam, roof_*") and is_listed("beam", " beam ,x")
     assert not is_listed("roof", "roof_*") and not is_listed("beam_1", "beam")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Meshes carry what elastic bodies need: uniform strain, three rigid motions, closed forms."""
+"""Meshed elastic bodies: uniform strain, three rigid motions, closed forms."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ ONE_PART = sorted(name for name in SHAPES if len(SHAPES[name]) == 1)
 @pytest.mark.parametrize("cells", CELLS)
 @pytest.mark.parametrize("name", SHAPES)
 def test_every_face_is_found(name, cells):
-    """Over the faces and free edges of each cell the sum of L n is zero: none is lost."""
+    """The sum of L n over all faces and free edges of each cell is zero: no face is missing."""
     body = Body(mesh_body(SHAPES[name], cells).polygons)
     total = np.zeros((len(body.areas), 2))
     vectors = body.faces.length[:, None] * body.faces.normal
@@ -32,7 +32,7 @@ def test_every_face_is_found(name, cells):
 @pytest.mark.parametrize("cells", CELLS)
 @pytest.mark.parametrize("name", SHAPES)
 def test_uniform_strain_is_uniform(name, cells):
-    """Patch test: inner cells are in balance, and the energy is that of the whole area."""
+    """Patch test: inner cells are in equilibrium, and the energy is that of the whole area."""
     body = Body(mesh_body(SHAPES[name], cells).polygons)
     field = body.linear_field(GRADIENT).ravel()
     stiffness = body.stiffness()
@@ -72,7 +72,7 @@ def test_cantilever(cells, deep, bound):
 
 
 def kirsch(places, radius, side, young, poisson):
-    """Displacement round a hole under the tension `side` along x, plane strain, shape (k, 2)."""
+    """Displacement around a hole under the tension `side` along x, plane strain, shape (k, 2)."""
     r, angle = np.hypot(*places.T), np.arctan2(places[:, 1], places[:, 0])
     shear, kappa = young / (2 * (1 + poisson)), 3 - 4 * poisson
     q = radius / r
@@ -85,7 +85,7 @@ def kirsch(places, radius, side, young, poisson):
 
 
 def kirsch_stress(places, radius, side):
-    """σx, σy, τ round the hole, shape (k, 3)."""
+    """Stresses σx, σy, τ around the hole, shape (k, 3)."""
     r, angle = np.hypot(*places.T), np.arctan2(places[:, 1], places[:, 0])
     q = (radius / r) ** 2
     c2, s2, c4, s4 = (f(k * angle) for k in (2, 4) for f in (np.cos, np.sin))
@@ -96,7 +96,7 @@ def kirsch_stress(places, radius, side):
 
 
 def kirsch_error(size, sides, cells, fine):
-    """Relative error of the displacements round a hole, loaded by the exact tractions."""
+    """Relative error of the displacements around a hole under the exact tractions."""
     near = [shapely.LinearRing(circle(1.0, sides))] if fine else []
     cut = mesh_body(
         [part([-5, -5, 5, -5, 5, 5, -5, 5], size, [circle(1.0, sides)])],
@@ -106,7 +106,7 @@ def kirsch_error(size, sides, cells, fine):
 
 
 def solve_kirsch(polygons):
-    """Relative error of the displacements."""
+    """Relative error of the displacements of a plate of cells under the exact tractions."""
     radius, young, poisson = 1.0, 1.0, 0.25
     body = Body(polygons, young, poisson)
     force = np.zeros((len(body.areas), 6))
@@ -121,7 +121,7 @@ def solve_kirsch(polygons):
         )
         work = np.einsum("kai,ka->ki", displacement(places, body.centres[owner]), traction)
         np.add.at(force, owner[outer], (0.5 * length[:, None] * work)[outer])
-    # Rigid motions are held by a little mass.
+    # A small mass prevents rigid motions.
     tiny = 1e-9 * body.mass()
     found = splu((body.stiffness() + tiny).tocsc()).solve(force.ravel()).reshape(-1, 6)
     exact = kirsch(body.centres, radius, 1.0, young, poisson)
@@ -145,14 +145,14 @@ def solve_kirsch(polygons):
     ],
 )
 def test_hole_in_a_plate(cells, fine, bounds):
-    """Kirsch: a hole of radius 1 in a square of 10, under the exact tractions on its outside."""
+    """Kirsch: a hole of radius 1 in a square of side 10 under the exact tractions."""
     for size, sides, bound in ((0.5, 128, bounds[0]), (0.25, 256, bounds[1])):
         assert kirsch_error(size, sides, cells, fine) < bound
 
 
 @pytest.mark.parametrize("cells", CELLS)
 def test_order_on_cells_fitted_to_a_hole(cells):
-    """Kirsch, where the sides of the hole are as long as cells: 1.8 over two halvings, 2.5 found.
-    (Of a hole with many short sides each side has a cell of its own, long and narrow.)"""
+    """Kirsch with sides of the hole as long as cells: order 1.8 over two halvings, 2.5 found.
+    Each of many short sides would have its own narrow cell."""
     coarse, fine = (kirsch_error(0.5 / part, 12 * part, cells, None) for part in (1, 4))
     assert np.log2(coarse / fine) / 2 > 1.8

@@ -43,7 +43,7 @@ def sharpest_turn(polygons):
 
 
 def common_lengths(polygons, near):
-    """For each cell the length of its edges, and of that the part that lies on those of others."""
+    """Length of the edges of each cell, and length shared with edges of other cells."""
     rings = [shapely.LinearRing(corners) for corners in polygons]
     tree = shapely.STRtree(rings)
     one, other = tree.query(rings, predicate="dwithin", distance=near)
@@ -55,7 +55,7 @@ def common_lengths(polygons, near):
 
 
 def common(first, second, near):
-    """Length of the overlap of the edges of two convex polygons, found by projection."""
+    """Length of the common part of the edges of two convex polygons, by projection."""
     total = 0.0
     for a, b in zip(first, np.roll(first, -1, 0), strict=True):
         length = np.hypot(*(b - a))
@@ -69,7 +69,7 @@ def common(first, second, near):
 
 
 def check_cells(cut, parts, area=1e-12):
-    """Cells are convex, fill their parts, overlap nowhere; edges are faces or outlines."""
+    """Check that cells are convex, fill the parts without overlap, and share faces or outlines."""
     domain = shape_of(parts)
     polygons = [shapely.Polygon(corners) for corners in cut.polygons]
     assert sharpest_turn(cut.polygons) > -1e-6
@@ -80,7 +80,7 @@ def check_cells(cut, parts, area=1e-12):
     tree = shapely.STRtree(polygons)
     first, second = tree.query(polygons, predicate="overlaps")
     near = 1e-9 * np.sqrt(domain.area) + 16 * np.spacing(abs(parts[0].outline).max())
-    # On a grid: without one the intersection of two cells that touch may be one of them.
+    # Without a grid, the intersection of two touching cells may be one of these cells.
     pairs = np.array(polygons)[first], np.array(polygons)[second]
     shared = shapely.intersection(*pairs, grid_size=near)
     assert shapely.area(shared).max(initial=0.0) < near * np.sqrt(domain.area)
@@ -128,7 +128,7 @@ def test_cells_fill_the_body_and_are_convex(name, cells):
 
 @st.composite
 def bodies(draw):
-    """A simple polygon, round or with teeth, sometimes with a hole, and a size."""
+    """Draw a simple polygon, round or toothed, with or without a hole, and a cell size."""
     count = draw(st.integers(3, 12))
     random = np.random.default_rng(draw(st.integers(0, 2**31)))
     angle = 2 * np.pi * (np.arange(count) + random.uniform(0.1, 0.9, count)) / count
@@ -181,7 +181,7 @@ def test_cells_far_away_are_the_same(name, cells):
     check_cells(far, moved, area=1e-9)
 
 
-def test_a_rectangle_is_rectangles_whichever_way_it_is_turned():
+def test_a_rotated_rectangle_is_divided_into_rectangles():
     turn = np.array([[0.8, 0.6], [-0.6, 0.8]])
     for matrix in (np.eye(2), turn):
         box = np.reshape([0.0, 0, 3, 0, 3, 1, 0, 1], (-1, 2)) @ matrix
@@ -194,7 +194,7 @@ def test_a_rectangle_is_rectangles_whichever_way_it_is_turned():
 @pytest.mark.parametrize(
     "fine", [shapely.Point(2, 2), shapely.LineString([(0, 0), (10, 10)])], ids=["point", "line"]
 )
-def test_cells_grow_with_the_distance_from_where_they_are_small(cells, fine):
+def test_cells_grow_with_the_distance_from_small_cells(cells, fine):
     one = part([0, 0, 20, 0, 20, 20, 0, 20], 2.0)
     cut = mesh_body([one], cells, [fine], 0.25)
     check_cells(cut, [one])
@@ -207,7 +207,7 @@ def test_cells_grow_with_the_distance_from_where_they_are_small(cells, fine):
     assert size[away < 0.5].mean() < 0.45 and size[away > 9].mean() > 1.4
 
 
-def test_borders_of_materials_are_borders_of_cells():
+def test_boundaries_of_materials_are_edges_of_cells():
     parts = SHAPES["layers"]
     cut = mesh_body(parts)
     shapes = [shape_of([one]) for one in parts]
@@ -216,14 +216,14 @@ def test_borders_of_materials_are_borders_of_cells():
         assert cell.intersection(shapes[own]).area == pytest.approx(cell.area, rel=1e-9)
 
 
-def test_joints_of_edges_stay_on_the_outline():
+def test_edge_joints_stay_on_the_outline():
     box = np.reshape([0.0, 0, 4, 0, 4, 2, 0, 2], (-1, 2))
     cut = mesh_body([Part(box, ["low", "right", "up", "left"], 0.5)])
     total = dict.fromkeys(["", "low", "right", "up", "left"], 0.0)
     for corners, joints in zip(cut.polygons, cut.joints, strict=True):
         for length, joint in zip(Rings.of([corners]).edge_lengths(), joints, strict=True):
             total[joint] += length
-    inner = 2 * (7 * 2.0 + 3 * 4.0)  # seven upright lines and three level ones, from both sides
+    inner = 2 * (7 * 2.0 + 3 * 4.0)  # seven vertical and three horizontal lines, both sides
     assert total == pytest.approx({"low": 4, "right": 2, "up": 4, "left": 2, "": inner})
 
 
@@ -237,14 +237,14 @@ def test_a_joint_that_ends_on_a_side_ends_at_a_corner_of_cells(cells, at):
     assert not Rings.of(cut.polygons).straight(1e-9).any()
 
 
-def test_corners_of_the_outline_keep_their_last_bit():
+def test_corners_of_the_outline_are_bit_identical():
     rim = SHAPES["ridge"][0].outline + UTM
     cut = mesh_body([part(rim, 1.0)])
     corners = {tuple(corner) for polygon in cut.polygons for corner in polygon.tolist()}
     assert {tuple(corner) for corner in rim.tolist()} <= corners
 
 
-def test_parts_that_do_not_meet_are_refused():
+def test_unconnected_parts_are_refused():
     apart = [part([0, 0, 1, 0, 1, 1, 0, 1], 0.5), part([3, 0, 4, 0, 4, 1, 3, 1], 0.5)]
     with pytest.raises(InputError, match="has 2 parts"):
         mesh_body(apart)
@@ -262,7 +262,7 @@ def test_too_many_cells_are_refused_before_the_work(cells, outline, size):
 
 @pytest.mark.parametrize("cells", CELLS)
 @pytest.mark.parametrize("fine", [1e-9, 1e-300, 5e-324])
-def test_cells_too_small_for_their_places_are_refused(cells, fine):
+def test_cells_too_small_for_their_coordinates_are_refused(cells, fine):
     with pytest.raises(InputError, match="choose"):
         mesh_body([part([0, 0, 4, 0, 4, 3, 0, 3], 1.0)], cells, [shapely.Point(1, 1)], fine)
 

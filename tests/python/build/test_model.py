@@ -20,7 +20,7 @@ from sitedda.model import Group
 from sitedda.schema import GROUPS
 
 
-def test_groups_that_become_blocks_have_a_class_each():
+def test_each_group_that_becomes_blocks_has_a_class():
     made = {group.name for group in GROUPS.values() if group.built}
     assert made == {*kinds(), "polygons"}
     for name, kind in kinds().items():
@@ -29,7 +29,7 @@ def test_groups_that_become_blocks_have_a_class_each():
         assert "Attributes" in kind.__doc__ and not kind.__doc__.startswith("&")
 
 
-def test_the_executable_says_what_turns_joints_into_blocks(native, root):
+def test_the_executable_names_the_command_that_builds_blocks(native, root):
     for name, group in (("slope", "region"), ("arch", "arch"), ("colonnade", "colonnade")):
         file = root / "inputs" / f"{name}.nml"
         for command in ("run", "check", "resume"):
@@ -41,7 +41,7 @@ def test_the_executable_says_what_turns_joints_into_blocks(native, root):
 
 
 def small_slope(**control) -> Model:
-    """Nine blocks on a held one."""
+    """Nine blocks on a fixed block."""
     model = Model("A small slope", time_step=1e-3, steps=40, gravity=(0, -9.81), **control)
     model.material("rock", 2600.0, 5e9, 0.25)
     model.joint("bedding", 38.0)
@@ -60,7 +60,7 @@ def small_slope(**control) -> Model:
 
 
 @pytest.mark.parametrize("group", GROUPS.values(), ids=lambda group: group.name)
-def test_the_example_of_a_group_is_one(group):
+def test_the_example_of_a_group_is_valid(group):
     found = find_groups(group.example)[0]
     assert found.name == group.name and read_values(found, "example")
 
@@ -93,7 +93,7 @@ def test_every_input_is_read_and_written_without_loss(file):
     assert sorted(parsed) == sorted(found.name for found in find_groups(text))
 
 
-def test_a_model_that_was_read_runs_to_the_same_bits(write_input, same_bits):
+def test_a_model_that_was_read_runs_bit_identically(write_input, same_bits):
     file = write_input(tower())
     same_bits(
         sitedda.run(file).history, Model.read(file).run().history,
@@ -109,7 +109,7 @@ def test_a_model_that_was_read_runs_to_the_same_bits(write_input, same_bits):
         ("VERTICES = 0. .0 +1.0E+0,0 10D-1 1,", [[0, 0], [1, 0], [1, 1]]),
     ],
 )
-def test_values_are_read_as_fortran_writes_them(text, value):
+def test_values_are_read_in_fortran_notation(text, value):
     model = Model.from_namelist(f"&block name = 'a ''b'' !/&' {text} /")
     assert model["block"][0].name == "a 'b' !/&"
     assert model["block"][0].vertices.tolist() == value
@@ -135,7 +135,7 @@ BAD_TEXT = {
 
 
 @pytest.mark.parametrize("name", BAD_TEXT)
-def test_bad_text_is_refused_with_its_line(name):
+def test_bad_text_is_refused_with_its_line_number(name):
     text, place, words = BAD_TEXT[name]
     with pytest.raises(InputError) as found:
         Model.from_namelist(text, "some.nml")
@@ -192,7 +192,7 @@ def test_variables_are_attributes():
     assert "density" in dir(rock)
 
 
-def test_blocks_from_arrays_and_polygons_in_either_sense():
+def test_blocks_from_arrays_and_polygons_of_either_orientation():
     square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
     model = Model(time_step=1e-3, steps=1)
     model.add_blocks([square, shapely.box(2, 0, 3, 1), (square + (4, 0))[::-1].ravel().tolist()])
@@ -235,10 +235,10 @@ def test_build_turns_groups_into_blocks():
     joints = [block.edge_joints or {block.joint} for block in blocks[1:]]
     assert set().union(*joints) == {"bedding", "cross"}
     assert Model.from_namelist(built.to_namelist()) == built
-    assert len(model["block"]) == 1  # the model itself is as it was
+    assert len(model["block"]) == 1  # the model itself is unchanged
 
 
-def test_model_file_built_file_and_executable_give_the_same_bits(tmp_path, same_bits, main, native):
+def test_model_file_built_file_and_executable_are_bit_identical(tmp_path, same_bits, main, native):
     model = small_slope()
     file = model.write(tmp_path / "slope.nml")
     done = main("build", file)
@@ -305,7 +305,7 @@ BAD_GROUPS = [
 
 
 @pytest.mark.parametrize(("text", "place", "words"), BAD_GROUPS, ids=lambda one: one[:24])
-def test_groups_that_cannot_be_built_name_their_place(text, place, words, write_input, main):
+def test_groups_that_cannot_be_built_report_their_position(text, place, words, write_input, main):
     file = write_input(text + "\n" + namelist(flying_block()))
     done = main("build", file)
     assert done.returncode == 1 and not file.with_name("model_blocks.nml").exists()
@@ -350,7 +350,7 @@ def test_check_and_run_name_slivers(write_input, main, tmp_path):
         assert "note: 1 block is a sliver: block 2 thin at" in done.stdout
 
 
-def test_changes_reach_groups_that_are_built():
+def test_changes_apply_to_groups_that_are_built():
     model = small_slope()
     with sitedda.Simulation(model) as one:
         count = len(one.block_names)
@@ -358,7 +358,7 @@ def test_changes_reach_groups_that_are_built():
         assert len(other.block_names) > count + 4
 
 
-def test_groups_name_each_other_and_defaults():
+def test_groups_accept_names_of_others_and_defaults():
     model = Model(time_step=1e-3, steps=1)
     model.region(outline=[0, 0, 4, 0, 4, 4, 0, 4])
     model.joint_line([0, 2, 4, 2], region="rock")

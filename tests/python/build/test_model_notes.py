@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Probable mistakes in a model: one line in run, native run and check; none that is not true."""
+"""Notes on probable mistakes in a model: one line in run, native run and check; none if correct."""
 
 import math
 import re
@@ -18,7 +18,7 @@ INPUTS = sorted((Path(__file__).parents[3] / "inputs").rglob("*.nml"))
 
 
 def pile(*blocks, supports="xy", **control) -> list:
-    """A floor of 4 m x 1 m that is held, and a brick of 1 m on it, or other blocks."""
+    """A fixed floor of 4 m x 1 m with a brick of 1 m, or with other blocks."""
     bricks = blocks or (("brick", rectangle(0.0, 0.0, 1.0, 1.0)),)
     timing = {} if "duration" in control else {"steps": 3}
     return [
@@ -186,8 +186,8 @@ ODD = {
 
 
 @pytest.fixture(params=["python", "native"])
-def said(request, native, tmp_path, capsys, monkeypatch):
-    """What a command line says; that of Python within this process, which has no time."""
+def output_of(request, native, tmp_path, capsys, monkeypatch):
+    """Return a caller that returns the text of a command; Python runs in this process."""
 
     def call(*words: str) -> str:
         if request.param == "native":
@@ -201,16 +201,16 @@ def said(request, native, tmp_path, capsys, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_what_is_seldom_meant_is_one_line(said, name, write_input):
+def test_a_probable_mistake_is_one_line(output_of, name, write_input):
     groups, words = ODD[name]
     file = write_input(groups)
     rows = [
         line
-        for line in said("run", file, "-q").replace("\n      ", " ").splitlines()
+        for line in output_of("run", file, "-q").replace("\n      ", " ").splitlines()
         if line.startswith("note: ")
     ]
     assert len(rows) == 1 and re.search(words, rows[0]), rows
-    report = re.sub(r"\n {24}(?!->)", " ", said("check", file))  # its lines are wrapped
+    report = re.sub(r"\n {24}(?!->)", " ", output_of("check", file))  # its lines are wrapped
     rows = [line for line in report.splitlines() if line.startswith("warn  input")]
     assert len(rows) == 1 and re.search(words, rows[0]), rows
     assert "nothing to do" not in report
@@ -246,19 +246,19 @@ MEANT = {
 
 
 @pytest.mark.parametrize("name", MEANT)
-def test_what_is_meant_is_not_spoken_of(name, write_input):
+def test_a_deliberate_value_has_no_note(name, write_input):
     assert notes_of(MEANT[name], write_input) == []
 
 
-def test_what_hangs_on_a_bolt_is_held(write_input):
-    """The bolt joins the block to the floor, beside which it hangs; without it nothing does."""
+def test_a_block_hanging_on_a_bolt_is_supported(write_input):
+    """A bolt suspends the block from the floor; without the bolt it has no support."""
     hung = pile(("hung", rectangle(3.0, -1.0, 1.0, 1.0)))
     bolt = group("bolt", name="bolt", from_=[1.5, -0.5], to=[3.5, -0.5], axial_stiffness=1e8)
     assert "nothing supports block 'hung' against gravity" in notes_of(hung, write_input)[0]
     assert notes_of([*hung, bolt], write_input) == []
 
 
-def test_a_point_that_begins_to_hold_later_counts(write_input):
+def test_a_fixed_point_of_a_later_stage_counts(write_input):
     groups = pile(supports="none")
     for at, (name, values) in enumerate(groups):
         if name == "fixed_point":
@@ -271,8 +271,8 @@ def test_a_point_that_begins_to_hold_later_counts(write_input):
     assert notes_of([*groups, *stages], write_input) == []
 
 
-def test_rollers_hold_along_their_normals(write_input):
-    """Upright edges carry no weight, an inclined one does."""
+def test_rollers_support_along_their_normals(write_input):
+    """Rollers on vertical edges do not carry weight; on an inclined edge they do."""
     model = sitedda.Model(time_step=1e-3, steps=2, gravity=(0, -GRAVITY))
     model.material("rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
     model.joint("dry", friction_angle=30.0)
@@ -285,52 +285,52 @@ def test_rollers_hold_along_their_normals(write_input):
         assert run.notes == ""
 
 
-def test_the_name_of_two_blocks_means_the_one_at_the_point(write_input):
+def test_a_name_of_two_blocks_selects_the_one_at_the_point(write_input):
     twins = pile(*TWINS)
     point = group("measured_point", name="right", x=1.25, y=0.25, block="twin")
     with sitedda.Simulation(write_input([*twins, point])) as run:
         assert run.notes.count("\n") == 0
 
 
-def test_the_reference_of_stop_is_one_block(write_input):
+def test_the_reference_of_stop_must_be_one_block(write_input):
     twins = pile(*TWINS)
     stop = group("stop", displacement=1.0, reference="twin")
     with pytest.raises(sitedda.InputError, match="'twin' is the name of 2 blocks"):
         sitedda.Simulation(write_input([*twins, stop]))
 
 
-# --- What has happened ---------------------------------------------------------------------------
+# --- Results of a run ----------------------------------------------------------------------------
 
 
 def unwrapped(words: str) -> list[str]:
-    """Lines of a verdict, each whole."""
+    """Lines of a verdict without wrapping."""
     return re.sub(r"\n {7,}", " ", words).splitlines()
 
 
-def test_large_strains_and_deep_contacts_are_said_at_the_end(said, write_input):
-    """Rest by hand: a brick of weight W sinks W/2k into the floor."""
+def test_large_strains_and_penetrations_are_reported_at_the_end(output_of, write_input):
+    """By statics, a brick of weight W penetrates the floor by W/2k."""
     soft = changed(pile(settle=True), "contact", normal_stiffness=1e5)
-    words = said("run", write_input(soft), "-q")
+    words = output_of("run", write_input(soft), "-q")
     row = next(line for line in unwrapped(words) if "a vertex of block" in line)
     depth = float(re.search(r"penetrates (\S+) m into block", row)[1])
     assert depth == pytest.approx(2500 * GRAVITY / 2 / 1e5, rel=1e-3), row
     assert re.search(r"12\.2\d* % of the size .* limit 5 %", row) and "has a strain of" not in words
 
     weak = changed(pile(settle=True), "material", young_modulus=2e5)
-    words = said("run", write_input(weak), "-q")
+    words = output_of("run", write_input(weak), "-q")
     strain = "block .* has a strain of .* % at t = .* s; small-strain theory holds up to 2 %"
     assert re.search(strain, " ".join(words.split()))
     assert "a vertex of block" not in words
 
 
-def test_what_was_deep_on_the_way_is_said_with_its_time(said, write_input):
+def test_the_largest_penetration_is_reported_with_its_time(output_of, write_input):
     """A stone of mass m falls by h on two corners: 2kd²/2 = mg(h + d); it ends in the air."""
     stiffness, height = 2e6, 0.2
     groups = pile(("stone", rectangle(0.0, height, 1.0, 1.0)), duration=0.4,
                   integration="backward_euler")  # fmt: skip
     groups = changed(changed(groups, "contact", normal_stiffness=stiffness), "control",
                      time_step=1e-4)  # fmt: skip
-    words = said("run", write_input(groups), "-q")
+    words = output_of("run", write_input(groups), "-q")
     row = next(line for line in unwrapped(words) if "a vertex of block" in line)
     weight = 2500 * GRAVITY
     static = weight / (2 * stiffness)
@@ -344,18 +344,18 @@ def test_what_was_deep_on_the_way_is_said_with_its_time(said, write_input):
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_a_gap_closed_by_static_steps_is_said(said, write_input, command):
-    """Displacements count from rest: the way to it is in no other figure."""
+def test_a_gap_closed_by_static_steps_is_reported(output_of, write_input, command):
+    """Displacements count from equilibrium, so no other result contains the closure."""
     gap, sinks = 0.01, 2500 * GRAVITY / 2 / 1e9
     file = write_input(pile(("brick", rectangle(0.0, gap, 1.0, 1.0)), settle=True))
-    words = " ".join(said(command, file).split())
+    words = " ".join(output_of(command, file).split())
     found = re.search(r"block 2 'brick' is (\S+) m from its position in the input", words)
     found = found or re.search(r"block 2 'brick' moved farthest, by (\S+) m", words)
     assert float(found[1]) == pytest.approx(gap + sinks, rel=1e-3)
 
 
-def test_small_strains_and_depths_are_not_said(said, write_input):
-    words = said("run", write_input(pile()), "-q")
+def test_small_strains_and_penetrations_are_not_reported(output_of, write_input):
+    words = output_of("run", write_input(pile()), "-q")
     assert "has a strain of" not in words and "a vertex of block" not in words
 
 
@@ -366,8 +366,8 @@ def test_shipped_inputs_have_no_probable_mistakes(file):
         assert not notes and "is it meant in" not in run.block_notes()
 
 
-def test_a_compliant_base_without_motion_is_said(write_input):
-    """The same model with a motion, or with a base that only absorbs, is not spoken of."""
+def test_a_compliant_base_without_motion_is_reported(write_input):
+    """With a motion, or with a base that only absorbs, the same model has no note."""
     model = sitedda.Model(time_step=1e-3, steps=2, analysis="plane_strain")
     model.material("soil", density=2000.0, young_modulus=1e8, poisson_ratio=0.3)
     model.joint("j", friction_angle=45.0)
@@ -382,7 +382,7 @@ def test_a_compliant_base_without_motion_is_said(write_input):
 
 
 def without_motion(model) -> str:
-    """The text of a model without what moves it."""
+    """The text of a model without its motion."""
     return re.sub("(?s)&motion.*?/\n", "", model.to_namelist())
 
 
@@ -396,7 +396,7 @@ def without_motion(model) -> str:
         ("&mesh regions = '*', size = 4, fine_size = 2, fine_along = 0, 0, 9, 9 /", ""),
     ],
 )  # fmt: skip
-def test_sizes_of_what_blocks_are_made_from(more, words, write_input):
+def test_doubtful_sizes_of_regions_and_joint_sets_have_notes(more, words, write_input):
     groups = [one for one in pile() if one[0] not in ("block", "fixed_point")]
     region = f"&region outline = 0, 0, 40, 0, 40, 40, 0, 40 /\n{more}\n"
     with sitedda.Simulation(write_input(namelist(groups) + region)) as run:
@@ -414,7 +414,7 @@ def test_many_cells_are_announced(monkeypatch):
 
 
 def test_blocks_of_very_different_widths_have_notes(write_input, native):
-    """A width of 1e-9 of the model's ended the process: the number of columns was no integer."""
+    """A width of 1e-9 of the model once ended the process by overflow of an integer."""
     wall = {"brick_length": 6.5e-9, "brick_height": 0.5, "bricks": 2, "courses": 3}
     groups = changed(flying_block(gravity=[0.0, -9.8]), "block", vertices=rectangle(-1, -1, 5, 1))
     groups = [*without(groups, "measured_point"), ("wall", wall)]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A site in a CSV file: read, as a column, as blocks, from the command line."""
+"""A site in a CSV file: reading, conversion to a column and to blocks, command line."""
 
 import math
 
@@ -44,7 +44,7 @@ def test_a_profile_and_its_mean_velocity(site):
     assert found.plot().axes
 
 
-def test_other_heads_units_and_separators_say_the_same(site):
+def test_other_heads_units_and_separators_are_equivalent(site):
     foot, weight = 0.3048, 9.80665e-3
     rows = ["thickness [ft]; v_s (km/s); nu; unit weight (kN/m³); damping (1)"]
     given = read_profile(site())
@@ -63,7 +63,7 @@ def test_other_heads_units_and_separators_say_the_same(site):
             assert getattr(mine, name) == pytest.approx(getattr(theirs, name), rel=1e-9), name
 
 
-def test_depths_of_bottoms_and_a_file_without_half_space(site):
+def test_bottom_depths_and_a_file_without_half_space(site):
     found = read_profile(site("depth (m),vs (m/s),density (kg/m3)\n4,150,1800\n10,200,1850\n"))
     assert [one.thickness for one in found.layers] == [4, 6]
     assert found.half_space is None
@@ -97,7 +97,7 @@ def test_files_that_cannot_be_read(site, text, words):
         read_profile(site(text))
 
 
-def test_curves_have_the_stress_of_their_depth(site):
+def test_curves_use_the_mean_stress_at_their_depth(site):
     from sitedda.site import darendeli
 
     dry, wet = (read_profile(site()).curves(*w) for w in ((), (2.0,)))
@@ -115,7 +115,7 @@ def test_curves_have_the_stress_of_their_depth(site):
 
 
 def model_of(file, **values) -> sitedda.Model:
-    """A model whose ground is that of a file."""
+    """A model with the layered ground of a file."""
     model = sitedda.Model("site", time_step=1e-4, steps=1, integration="midpoint")
     model.control(analysis="plane_strain")
     model.profile(str(file), **values)
@@ -124,7 +124,7 @@ def model_of(file, **values) -> sitedda.Model:
 
 @pytest.mark.parametrize("columns", [1, 3])
 def test_blocks_amplify_as_the_column(site, columns):
-    """Surface over outcrop, with the damping of the materials left out."""
+    """Surface over outcrop motion, without damping of the materials."""
     lines = SITE.replace(", 2,", ", 0,").replace("1.5,", "0,").replace("0.5,", "0,")
     file = site(lines)
     frequencies = np.linspace(0.5, 8.0, 31)
@@ -139,7 +139,7 @@ def test_blocks_amplify_as_the_column(site, columns):
 
 
 def file_of_layers(folder, text):
-    """An input beside a profile of one layer on nothing."""
+    """An input and a profile with one layer and no half-space."""
     folder.mkdir()
     head = "thickness (m), Vs (m/s), Vp (m/s), density (kg/m3)"
     (folder / "vs.csv").write_text(f"{head}\n5, 200, 400, 1800\n")
@@ -147,7 +147,7 @@ def file_of_layers(folder, text):
     return folder / "site.nml"
 
 
-def test_a_profile_runs_from_both_programs_and_beside_its_column(tmp_path, site, native, same_bits):
+def test_both_programs_run_a_profile_and_compare_its_column(tmp_path, site, native, same_bits):
     site()
     values = "values = 20*0.0, 1.0, 2.0, 0.0, -2.0, -1.0, 100*0.0"
     text = f"""&control time_step = 2e-3, duration = 4, analysis = 'plane_strain' /
@@ -190,8 +190,8 @@ def test_sides_of_level_ground_move_alike(site, sides):
 
 
 @pytest.mark.filterwarnings("error::sitedda.PeakWarning")
-def test_layers_that_yield_follow_the_nonlinear_column(site, root):
-    """By each kind of curve, at strains where the linear column is far off."""
+def test_yielding_layers_agree_with_the_nonlinear_column(site, root):
+    """For each kind of curve, at strains at which the linear column is wrong."""
     site("strain,reduction,damping\n1e-6,1,.01\n1e-4,.8,.03\n1e-3,.3,.12\n1e-2,.05,.2\n", "c.csv")
     text = SITE.replace("1.5,", "1.5, c.csv")
     model = model_of(site(text), law="hysteretic", water_table=2.0, highest_frequency=15.0,
@@ -200,7 +200,7 @@ def test_layers_that_yield_follow_the_nonlinear_column(site, root):
     record = root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
     model.motion("quake", file=str(record), scale=0.3)
     model.amplification(lowest=0.5, highest=8.0)
-    found = beside(model.run().history)  # without a word of a linear peak
+    found = beside(model.run().history)  # without a warning about a linear peak
     periods = [0.1, 0.2, 0.5, 1.0]
     blocks, column, linear = (
         spectral_acceleration(one, found.response.motion.time_step, periods)
@@ -210,7 +210,7 @@ def test_layers_that_yield_follow_the_nonlinear_column(site, root):
     assert np.max(abs(linear / column - 1)) > 0.2
 
 
-def test_curves_become_those_of_materials(site):
+def test_curves_become_variables_of_materials(site):
     text = SITE.replace("hyperbolic 5e-4", "mkz 5e-4 1.2 0.9")
     model = model_of(site(text), law="hysteretic", water_table=2.0).build()
     first, second, third, base = model["material"]
@@ -233,13 +233,13 @@ def test_curves_become_those_of_materials(site):
         ("none.csv", "none.csv"),
     ],
 )
-def test_curves_that_no_material_has(site, curve, words):
+def test_unsupported_curves_are_refused(site, curve, words):
     text = f"depth (m),vs (m/s),vp (m/s),density (kg/m3),curve\n4,150,400,1800,{curve}\n"
     with pytest.raises(InputError, match=words):
         model_of(site(text), law="hysteretic").build()
 
 
-def test_a_rigid_base(site):
+def test_a_file_without_half_space_has_a_rigid_base(site):
     text = "depth (m),vs (m/s),vp (m/s),density (kg/m3)\n4,150,400,1800\n"
     model = model_of(site(text), highest_frequency=10.0)
     built = model.build()
@@ -255,7 +255,7 @@ def test_a_rigid_base(site):
         ({"highest_frequency": 1e7}, "blocks exceed the limit of"),
     ],
 )
-def test_ground_that_cannot_be_made(site, values, words):
+def test_invalid_ground_is_refused(site, values, words):
     text = "depth (m),vs (m/s),vp (m/s),density (kg/m3)\n4,150,400,1800\n"
     with pytest.raises(InputError, match=words):
         model_of(site(text), **values).build()
@@ -282,7 +282,7 @@ def test_the_command_prints_and_draws(tmp_path, site, main, root):
     assert math.isfinite(read_profile(linear).mean_velocity())
 
 
-def test_strength_of_the_file_is_what_the_curves_end_at(site):
+def test_curves_end_at_the_strength_of_the_file(site):
     from sitedda.site import darendeli, gqh, strength_corrected
 
     head = "depth (m), Vs (m/s), density (kg/m3), su (kPa), phi (deg), curve\n"
@@ -317,7 +317,7 @@ def test_strength_of_the_file_is_what_the_curves_end_at(site):
         read_profile(site(head + "4, 150, 1800, -1, , linear\n", "d.csv"))
 
 
-def test_an_implied_strength_that_no_soil_has_is_said(site):
+def test_an_unrealistic_implied_strength_is_reported(site):
     head = "depth (m), Vs (m/s), density (kg/m3), curve\n"
     words = read_profile(site(head + "2, 400, 1900, hyperbolic 1e-2\n")).strength_words()
     assert "row 2: the curves imply a shear strength of" in words

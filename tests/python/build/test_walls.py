@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Walls with openings: their stones fill what is no opening, stand, and have limits of load."""
+"""Walls with openings: geometry of the stones, equilibrium and limit loads."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def polygons(model) -> dict[str, np.ndarray]:
 
 
 def under_chords(width, rise, voussoirs) -> float:
-    """Area under the inner edges of voussoirs, above their springing, m²."""
+    """Area under the inner edges of the voussoirs, above the springing, m²."""
     radius = (0.25 * width**2 + rise**2) / (2 * rise)
     first = np.arctan2(radius - rise, 0.5 * width)
     angle = np.linspace(first, np.pi - first, voussoirs + 1)
@@ -49,7 +49,7 @@ def under_chords(width, rise, voussoirs) -> float:
 @pytest.mark.parametrize(
     ("head", "rise"), [("lintel", None), ("arch", 0.2), ("arch", 0.5), ("none", None)]
 )
-def test_stones_fill_what_is_no_opening(bond, head, rise):
+def test_stones_fill_the_wall_except_its_openings(bond, head, rise):
     door = DOOR | {"head": head, "depth": 0.25} | ({"rise": rise} if rise else {})
     height = HEIGHT if head != "none" else DOOR["height"]  # an opening without a head ends it
     openings = [door] if head == "none" else [door, WINDOW]
@@ -72,7 +72,7 @@ def test_stones_fill_what_is_no_opening(bond, head, rise):
         assert len(simulation.polygons) == len(found) + 1  # none overlaps another
 
 
-def test_upright_joints_of_rubble_do_not_stand_above_each_other():
+def test_head_joints_of_successive_rubble_courses_are_offset():
     found = polygons(wall((), bond="rubble", seed=5, width=20.0, courses=12))
     courses: dict[float, list[float]] = {}
     for one in found.values():
@@ -87,7 +87,7 @@ def test_upright_joints_of_rubble_do_not_stand_above_each_other():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_walls_stand_and_have_limits(seed):
+def test_walls_stand_and_have_limit_loads(seed):
     rng = np.random.default_rng(seed)
     head = ("lintel", "arch")[seed % 2]
     door = DOOR | {"head": head, "width": rng.uniform(0.7, 1.1), "depth": 0.3}
@@ -100,7 +100,7 @@ def test_walls_stand_and_have_limits(seed):
     assert "at rest" in model.run().summary
 
 
-def test_ties_and_both_programs(tmp_path, native, same_bits):
+def test_walls_with_ties_run_in_both_programs(tmp_path, native, same_bits):
     model = wall(ties=[2.5], tie_stiffness=1e7, tie_yield=1e5)
     model.write(tmp_path / "wall.nml")
     run = sitedda.run(tmp_path / "wall.nml", tmp_path / "a.nc")
@@ -129,6 +129,6 @@ def test_ties_and_both_programs(tmp_path, native, same_bits):
         ([{"left": 1.0}], {}, "opening 'opening': width is missing"),
     ],
 )
-def test_walls_that_cannot_be(openings, values, words):
+def test_invalid_walls_are_refused(openings, values, words):
     with pytest.raises(InputError, match=words):
         wall(openings, **values).build()

@@ -32,7 +32,7 @@ def dataset(file) -> xr.Dataset:
 
 
 def stubborn() -> list:
-    """A brick thrown into a corner at an angle with hardly any iterations allowed."""
+    """A brick that is thrown into a corner, with too few iterations allowed."""
     return [
         group("control", time_step=1e-3, steps=400, gravity=[3.0, -9.81]),
         group("contact", normal_stiffness=1e8, max_iterations=2, force_tolerance=1e-15),
@@ -50,7 +50,7 @@ def stubborn() -> list:
     ]
 
 
-# --- What both say -------------------------------------------------------------------------------
+# --- Output of both ------------------------------------------------------------------------------
 
 
 def test_version_is_that_of_the_package(program):
@@ -63,7 +63,7 @@ def test_help_names_the_command(program):
     assert "run" in done.stdout and "usage" in done.stdout.lower()
 
 
-def test_a_run_writes_its_output_and_says_where(program, write_input, tmp_path):
+def test_a_run_writes_its_output_and_prints_its_path(program, write_input, tmp_path):
     file = write_input(tower(steps=40))
     done = program.ok("run", file, folder=tmp_path)
     assert "40 steps" in done.stdout
@@ -73,7 +73,7 @@ def test_a_run_writes_its_output_and_says_where(program, write_input, tmp_path):
     assert not list(tmp_path.glob("*.partial"))
 
 
-def test_output_goes_where_it_is_asked_for(program, write_input, tmp_path):
+def test_output_goes_to_the_given_path(program, write_input, tmp_path):
     done = program.ok("run", write_input(tower(steps=5)), "--output", tmp_path / "elsewhere.nc")
     assert f"output: {tmp_path / 'elsewhere.nc'}" in done.stdout
     assert dataset(tmp_path / "elsewhere.nc").sizes["time"] == 6
@@ -121,7 +121,7 @@ def test_set_changes_the_input(python_program, write_input, tmp_path):
     assert found.attrs["title"] == "Other"
 
 
-def test_set_reaches_every_group(main, write_input, tmp_path):
+def test_set_changes_variables_of_all_groups(main, write_input, tmp_path):
     file = write_input(tower(steps=3))
     changes = ["output.file=other.nc", "joint[bedding].friction_angle=30"]
     changes.append("material[*].density=2000")
@@ -134,13 +134,13 @@ def test_set_reaches_every_group(main, write_input, tmp_path):
 
 @pytest.mark.parametrize("command", ["run", "resume", "check"])
 @pytest.mark.parametrize("change", ["file=x.smc", "output=x.nc", "progress=1", "time_stp=1"])
-def test_set_of_a_name_that_cannot_be_meant_is_one_line(main, write_input, command, change):
+def test_set_of_an_invalid_name_is_reported_in_one_line(main, write_input, command, change):
     done = main(command, write_input(tower()), "--set", change)
     assert done.returncode == 1
     assert done.stderr.startswith("sitedda: ") and done.stderr.count("\n") == 1
 
 
-def test_check_sees_what_set_changes(main, write_input):
+def test_check_uses_the_changes_of_set(main, write_input):
     file = write_input(tower(time_step=1e-3, steps=3))
     main.ok("check", file)
     assert main("check", file, "--set", "time_step=0.05").returncode == 2
@@ -151,19 +151,19 @@ def test_check_sees_what_set_changes(main, write_input):
 # --- Progress ------------------------------------------------------------------------------------
 
 
-def test_native_progress_states_time_share_and_time_left(native, write_input, tmp_path):
+def test_native_progress_states_time_fraction_and_time_left(native, write_input, tmp_path):
     done = native("run", write_input(tower(steps=500)), folder=tmp_path)
     line = [line for line in done.stdout.splitlines() if line.startswith("t = ")][-1]
     assert re.fullmatch(r"t = 0?\.500 of 0?\.500 s, 100\.0 %, spent .* s, left .* s", line), line
 
 
-def test_the_bar_is_for_terminals_and_a_reader_that_leaves_is_no_error(write_input, tmp_path):
+def test_the_bar_is_for_terminals_and_a_closed_terminal_is_no_error(write_input, tmp_path):
     command = [executable("sitedda"), "run", write_input(tower(steps=500)), "--no-plot"]
     ours, theirs = os.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 99, 0, 0))
     parts = []
     reading = threading.Thread(target=_read_all, args=(ours, parts), daemon=True)
-    reading.start()  # a terminal that nobody reads stops who writes
+    reading.start()  # a terminal that is not read blocks the writer
     subprocess.run(command, stdout=subprocess.DEVNULL, stderr=theirs, cwd=tmp_path, check=True)
     reader, writer = os.pipe()
     os.close(reader)
@@ -177,13 +177,13 @@ def test_the_bar_is_for_terminals_and_a_reader_that_leaves_is_no_error(write_inp
 
 
 def _read_all(end: int, parts: list[bytes]) -> None:
-    with contextlib.suppress(OSError):  # of a terminal whose other end is closed
+    with contextlib.suppress(OSError):  # the other end is closed
         while part := os.read(end, 4096):
             parts.append(part)
 
 
-def test_warnings_are_those_of_the_program_alone(capsys, monkeypatch):
-    """What a verdict has among its doubts, and what libraries say, is not repeated."""
+def test_only_warnings_of_the_program_are_printed(capsys, monkeypatch):
+    """Warnings in the verdict and warnings of libraries are not printed again."""
     monkeypatch.setattr("sys.warnoptions", [])
     place = ("site-packages/some.py", 3)
     for one in (CostWarning("slow"), AuditWarning("energy"), RuntimeWarning("of a library")):
@@ -206,7 +206,7 @@ def test_quiet_shows_no_progress(program, write_input, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
-def test_what_is_seldom_meant_is_said(program, command, write_input, tmp_path):
+def test_probable_mistakes_are_reported(program, command, write_input, tmp_path):
     words = [] if command == "check" else ["-q"]
     begin = "warn  input" if command == "check" else "note: "
     good = program(command, write_input(tower(steps=3)), *words, folder=tmp_path)
@@ -230,7 +230,7 @@ def test_bad_input_is_status_1(program, tmp_path):
     assert done.stderr.startswith(f"{program.name}: ") and "nowhere.nml" in done.stderr
 
 
-def test_a_step_that_does_not_close_is_status_3_and_located(program, write_input, tmp_path):
+def test_a_step_that_does_not_converge_is_status_3_and_located(program, write_input, tmp_path):
     done = program("run", write_input(stubborn()), "-o", tmp_path / "out.nc", "-q")
     assert done.returncode == 3, (done.stdout, done.stderr)
     place = r"step \d+ at t = \S+ s.* does not converge; worst contact: .*'brick'"
@@ -287,7 +287,7 @@ def test_an_output_that_is_a_folder_is_refused_before_the_run(program, write_inp
     [("walk", "a.nml"), ("run",), ("run", "a.nml", "b.nml"), ("run", "a.nml", "--colour")],
 )
 def test_a_wrong_command_line_fails_with_a_message(program, arguments):
-    """Not with status 2, which argparse would take: that is a check that refuses a run."""
+    """Status 2 of argparse is not used, because it means that a check failed."""
     done = program(*arguments)
     assert done.returncode == 1
     assert done.stderr.strip() and "Traceback" not in done.stderr
@@ -338,7 +338,7 @@ def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
     assert final.read_bytes() == OLDER
 
 
-def test_the_kept_part_is_the_beginning_of_the_whole(
+def test_the_partial_output_equals_the_start_of_a_complete_one(
     python_program, write_input, tmp_path, same_bits
 ):
     running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
@@ -385,8 +385,8 @@ def test_ctrl_c_on_the_executable_keeps_what_was_computed(native, write_input, t
     assert dataset(tmp_path / "tower.nc.partial").attrs["complete"] == "no"
 
 
-def test_a_batch_log_is_alive_and_in_order(native, write_input, tmp_path):
-    """Each line is in the log when it happens, errors behind the lines that came before them."""
+def test_a_log_is_written_at_once_and_in_order(native, write_input, tmp_path):
+    """Each line is written when its event occurs; errors follow the earlier lines."""
     log = tmp_path / "log"
     with log.open("wb") as stream:
         running = subprocess.Popen(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A signal ends every command in one sentence, soon; a host keeps its own handlers."""
+"""A signal ends each command in one sentence, soon; a host program keeps its handlers."""
 
 import os
 import signal
@@ -18,25 +18,25 @@ import sitedda
 from sitedda import stop
 
 INPUTS = Path(__file__).parents[3] / "inputs"
-SOON = 6.0  # s of the processor: an import that has begun is completed
+SOON = 6.0  # processor time, s; a running import is completed first
 STATIC = [INPUTS / "retaining_wall.nml"]
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
 def processor_time(process) -> float:
-    """Of a process, s."""
+    """Processor time of a process, s."""
     fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS
 
 
 def stopped(words, after: float, number, folder) -> tuple[int, float, list[str]]:
-    """Status, time that passed after a signal (s of the processor), and lines on stderr."""
+    """Return status, processor time after a signal (s), and lines on stderr."""
     process = subprocess.Popen(
         list(map(str, words)),
         cwd=folder,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
-        # Where the tests run in the background, Ctrl-C is ignored.
+        # In the background, the shell makes tests ignore Ctrl-C.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     while process.poll() is None and processor_time(process) < after:
@@ -54,7 +54,7 @@ def stopped(words, after: float, number, folder) -> tuple[int, float, list[str]]
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["interrupt", "terminate"])
 @pytest.mark.parametrize("after", [0.12, 0.4, 1.5])
-def test_static_work_hears_signals_from_the_start(tmp_path, number, after):
+def test_signals_end_static_analyses_at_any_time(tmp_path, number, after):
     words = [executable("sitedda"), "safety", *STATIC]
     status, seconds, said = stopped(words, after, number, tmp_path)
     assert (status, said) == (6, ["sitedda: interrupted"])
@@ -95,7 +95,7 @@ def outputs(tmp_path_factory) -> Path:
      ["site", "layered_site.nc", "-o", "a.png"], ["validate"]],
     ids=lambda words: words[0],
 )  # fmt: skip
-def test_what_shows_an_output_ends_in_one_sentence(tmp_path, outputs, words):
+def test_commands_that_show_outputs_end_in_one_sentence(tmp_path, outputs, words):
     words = [outputs / word if word.endswith(".nc") else word for word in words]
     status, seconds, said = stopped([executable("sitedda"), *words], 0.2, signal.SIGTERM, tmp_path)
     assert (status, said) == (6, ["sitedda: interrupted"])
@@ -103,7 +103,7 @@ def test_what_shows_an_output_ends_in_one_sentence(tmp_path, outputs, words):
     assert not [file for file in tmp_path.iterdir() if file.is_file()]
 
 
-def test_what_loses_an_interrupt_is_interrupted_again(monkeypatch):
+def test_a_suppressed_interrupt_is_repeated(monkeypatch):
     monkeypatch.setattr(stop, "_AGAIN", 0.1)
     with stop.Interruption() as interruption:
         with pytest.raises(KeyboardInterrupt):
@@ -119,7 +119,7 @@ def test_what_loses_an_interrupt_is_interrupted_again(monkeypatch):
 
 
 class Incomplete:
-    """Its finaliser fails, as that of an object whose construction was interrupted."""
+    """An object whose finaliser fails, as after an interrupted construction."""
 
     def __del__(self):
         raise AttributeError("_never_set")
@@ -135,19 +135,19 @@ def test_finalisers_that_fail_after_a_signal_are_not_reported(monkeypatch):
             signal.raise_signal(signal.SIGTERM)
         Incomplete()
         assert reported == [AttributeError]
-    Incomplete()  # of the host, again
+    Incomplete()  # handlers of the host are restored
     assert reported == 2 * [AttributeError]
 
 
 @pytest.fixture
 def listening():
-    """SIGINT is not ignored, as it is in what a shell has put into the background."""
+    """Make SIGINT effective, which a shell ignores in background processes."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
 
 
-def test_a_run_within_a_command_ends_the_command(write_input, listening):
+def test_an_interrupt_during_a_run_ends_the_command(write_input, listening):
     file = write_input(tower(steps=NEVER_ENDING))
     with stop.Interruption():
         killer = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
@@ -156,7 +156,7 @@ def test_a_run_within_a_command_ends_the_command(write_input, listening):
             sitedda.run(file)
 
 
-def test_the_check_of_a_large_model_hears_signals(tmp_path, write_input):
+def test_the_check_of_a_large_model_is_ended_by_signals(tmp_path, write_input):
     text = (
         "&control time_step = 1e-3, duration = 1.0, gravity = 0.0, -9.81 /\n"
         "&contact normal_stiffness = 2e10 /\n&joint friction_angle = 35.0 /\n"
@@ -193,7 +193,7 @@ def test_a_host_gets_its_own_exception_and_keeps_its_handlers(tmp_path):
     assert seconds < SOON
 
 
-def test_a_handler_that_raises_nothing_stops_nothing(write_input):
+def test_a_handler_without_exception_does_not_stop_a_run(write_input):
     heard = []
     before = signal.signal(signal.SIGINT, lambda *_: heard.append(1))
     try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda record`: own records are read, what is missing is named, nothing is lost."""
+"""`sitedda record`: reads records in text, names missing options, and overwrites nothing."""
 
 import math
 import sys
@@ -20,7 +20,7 @@ def pulse() -> np.ndarray:
 
 @pytest.fixture
 def table(pulse, tmp_path):
-    """A file with a heading in front of times and accelerations."""
+    """Return a writer of a file of times and accelerations under a heading."""
 
     def write(heading: str, separator: str = ","):
         rows = "".join(f"{i * STEP:.2f}{separator}{a:.9g}\n" for i, a in enumerate(pulse))
@@ -36,14 +36,14 @@ def table(pulse, tmp_path):
     [("time,acc", ","), ("Time (s), Acceleration (m/s2)", ", "), ("t\ta", "\t"), ("", ","),
      ('"time","a"', ","), ("# a comment\ntime  acc", "  ")],
 )  # fmt: skip
-def test_columns_may_have_names(table, pulse, heading, separator):
+def test_columns_may_have_headings(table, pulse, heading, separator):
     motion = sitedda.read_record(table(heading, separator), unit="m/s2", drift_order=0)
     assert motion.acceleration.values == pytest.approx(pulse, abs=1e-7)
     assert float(motion.time[1]) == pytest.approx(STEP)
 
 
 @pytest.mark.parametrize("heading", ["three,names,here", "1,acc", "time,acc\nanother,line", "nan"])
-def test_what_is_no_heading_is_refused(table, heading):
+def test_invalid_headings_are_refused(table, heading):
     with pytest.raises(sitedda.InputError, match="line 1: the format is not recognised; name one"):
         sitedda.read_record(table(heading), unit="m/s2")
 
@@ -58,7 +58,7 @@ def test_a_message_names_the_option_to_use(main, tmp_path, text, hint):
     assert done.returncode == 1 and hint in done.stderr and done.stderr.count("\n") == 1
 
 
-def test_one_column_asks_for_its_time_step(main, tmp_path):
+def test_one_column_requires_a_time_step(main, tmp_path):
     (tmp_path / "own.txt").write_text("0\n1\n0\n")
     words = ("record", "own.txt", "--unit", "g", "--format", "text")
     assert "--time-step" in main(*words, folder=tmp_path).stderr
@@ -73,7 +73,7 @@ def test_measures_are_printed_and_nothing_is_overwritten_unasked(main, table, mo
     arias = math.pi / (2 * 9.80665) * LARGEST**2 / 2 * STEP * SAMPLES  # of a sine, whole periods
     measures = next(line for line in done.stdout.splitlines() if "Arias" in line)
     printed = float(measures.split("Arias ")[1].split()[0])
-    assert printed == pytest.approx(arias, rel=0.02)  # the drift is taken out
+    assert printed == pytest.approx(arias, rel=0.02)  # the drift is removed
     picture = file.parent / "own.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
     another = b"\x89PNG\r\n\x1a\nanother"
@@ -94,7 +94,7 @@ def test_help_lists_the_formats(main):
         assert f"'{name}'" in said
 
 
-def test_a_library_that_is_missing_is_one_sentence(main, monkeypatch, tmp_path):
+def test_a_missing_library_is_reported_in_one_sentence(main, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "obspy", None)  # as if it were not installed
     (tmp_path / "a.mseed").write_bytes(b"0")
     done = main("record", "a.mseed", "--format", "obspy", folder=tmp_path)

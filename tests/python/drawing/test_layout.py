@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Layout of pictures: no text over another one or outside, in models of random content."""
+"""Layout of pictures: texts neither overlap nor leave the figure, for models of random content."""
 
 import re
 from contextlib import suppress
@@ -19,9 +19,9 @@ from sitedda.report import Facts, Page
 from sitedda.report.html import _table_html
 from sitedda.style import new_figure
 
-_TOUCH = 1.0  # pixels that boxes of letters may share
+_TOUCH = 1.0  # allowed overlap of boxes of letters, pixels
 _MODELS = 40
-_VARIABLE = re.compile(r"[a-z]+_[a-z]+")  # names of the models have none
+_VARIABLE = re.compile(r"[a-z]+_[a-z]+")  # such words do not occur in names of the models
 _LOOKS = [{"color": color, "contacts": contacts, "arrows": arrows}
           for color in ("material", "displacement", "rotation", "compression", "velocity")
           for contacts in (None, "force", "chain", "slip", "opening")
@@ -43,7 +43,7 @@ def overlaps(figure) -> list[str]:
 
 
 def raw_words(figure) -> list[str]:
-    """Labels of axes and colour bars without a unit, and texts with names of variables."""
+    """Labels of axes and colour bars without a unit, and texts that contain names of variables."""
     quantities = [words for axes in figure.findobj(Axes) for words in
                   (axes.get_xlabel(), axes.get_ylabel(),
                    axes.get_title(loc="left") if hasattr(axes, "_colorbar") else "")]  # fmt: skip
@@ -53,7 +53,7 @@ def raw_words(figure) -> list[str]:
 
 
 def _box(text: Text) -> Bbox:
-    """The pixels of a text without blank lines behind it."""
+    """Extent of a text in pixels, without blank lines at its end."""
     box = Text.get_window_extent(text)  # of a name beside a point without its line
     lines = text.get_text().split("\n")
     below = len(lines) - len(text.get_text().rstrip().split("\n"))
@@ -61,7 +61,7 @@ def _box(text: Text) -> Bbox:
 
 
 def _shown(figure) -> list[Text]:
-    """Texts that are drawn: axes keep those of ticks beyond their ends."""
+    """Texts that are drawn; axes also contain tick labels beyond their ends."""
     hidden: set[Text] = set()
     for axes in figure.findobj(Axes):
         for axis in (axes.xaxis, axes.yaxis):
@@ -86,7 +86,7 @@ def runs(tmp_path_factory) -> list:
     return found
 
 
-def test_no_text_of_a_picture_is_over_another_or_outside(runs):
+def test_texts_of_pictures_neither_overlap_nor_leave_the_figure(runs):
     for seed, run in enumerate(runs):
         look = _LOOKS[seed * 7 % len(_LOOKS)]
         axes = run.draw(**look)
@@ -99,7 +99,7 @@ def test_no_text_of_a_picture_is_over_another_or_outside(runs):
             assert values is None or bar.vmin <= values.min() <= values.max() <= bar.vmax, seed
 
 
-def test_tables_of_a_report_have_words_and_lists_that_wrap(runs):
+def test_tables_of_a_report_contain_words_and_wrap_lists(runs):
     shaken = 0
     for seed, run in enumerate(runs):
         scene = Scene.of(run)
@@ -124,7 +124,7 @@ def test_facts_of_a_report_count_blocks_as_pictures_do_and_have_no_raw_words(run
         assert not _VARIABLE.search(facts["boundaries"]), seed
 
 
-def test_a_layout_that_fails_is_seen():
+def test_a_failed_layout_is_detected():
     figure, axes = new_figure(size=(3.0, 2.0))
     axes.set(xlabel="largest_tilt_rad", ylabel="displacement")
     for place in ((0.5, 0.5), (0.52, 0.5), (0.9, 0.9)):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What pictures show: scales by area, rounding, joints, forces, schemes, and the kind of a run."""
+"""Content of pictures: scales by area, rounding, joints, forces, schemes, kind of the run."""
 
 import json
 import re
@@ -60,7 +60,7 @@ def bars_of(axes) -> list:
     return [child for child in axes.child_axes if hasattr(child, "_colorbar")]
 
 
-def test_a_scale_has_all_values_and_leaves_room_for_the_usual_ones():
+def test_a_scale_contains_all_values_and_resolves_the_usual_ones():
     area = np.ones(200)
     values = np.linspace(0.0, 1.0, 200)
     found = limits(values, area)
@@ -77,17 +77,17 @@ def test_a_scale_has_all_values_and_leaves_room_for_the_usual_ones():
     assert limits(np.zeros((2, 3)), np.ones(3)).most == 0.0
 
 
-def test_a_rotation_says_which_way_and_sides_of_many_blocks_are_faint():
+def test_rotations_have_a_sense_and_edges_of_many_blocks_are_faint():
     data = shaken_grid(6400, 2)
     data.block_coordinates.values[1, :, 2] = np.linspace(-0.1, 0.1, 6400)
     axes = draw(Scene(data), color="rotation")
     (bar,) = bars_of(axes)
     assert "anticlockwise +" in bar.get_title(loc="left")
     blocks = next(c for c in axes.collections if len(c.get_facecolor()) > 0)
-    assert max(blocks.get_linewidth()) <= 0.2  # pt; else they are a grey haze
+    assert max(blocks.get_linewidth()) <= 0.2  # points; wider edges would merge
 
 
-def test_a_factor_of_safety_is_not_that_of_its_mechanism():
+def test_a_mechanism_is_titled_with_its_own_factor():
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
     moved = Mechanism(1.421, np.zeros((1, 3)), ("slides",), ("dam",), True, [corners])
     axes = Safety(1.39, 1.396, (), moved).draw()
@@ -95,7 +95,7 @@ def test_a_factor_of_safety_is_not_that_of_its_mechanism():
     assert words_of(axes) == "mechanism with strength divided by 1.421"
 
 
-def test_one_sliver_has_few_of_the_colours_and_is_named(sliver):
+def test_one_sliver_does_not_dominate_the_colours_and_is_named(sliver):
     axes = draw(sliver, color="displacement")
     assert "largest: block 61 (0.01 m²) 883 mm" in words_of(axes)
     (bar,) = bars_of(axes)
@@ -117,8 +117,8 @@ def test_every_bar_has_three_ticks_and_no_power_of_ten_over_it(run):
             assert bar.yaxis.get_offset_text().get_text() == ""
 
 
-def test_rounding_has_no_colours_and_nothing_no_bar(write_input):
-    """A stack at rest: velocities of rounding, and no joint that has opened."""
+def test_rounding_errors_have_neither_colours_nor_a_bar(write_input):
+    """A stack at rest: velocities are rounding errors, and no joint has opened."""
     groups = [(n, {k: v for k, v in g.items() if not k.startswith("motion")})
               for n, g in tower(steps=40, gravity=[0.0, -9.81], settle=True)
               if n != "motion"]  # fmt: skip
@@ -134,13 +134,13 @@ def test_rounding_has_no_colours_and_nothing_no_bar(write_input):
     assert titles == ["The model", "Forces at the end"]
 
 
-def test_rounding_follows_what_drives_the_model(run):
+def test_the_rounding_limit_depends_on_the_load(run):
     scene = Scene.of(run)
     moved = run.history.attrs["largest_displacement_m"]
     assert rounding(scene)["m"] == pytest.approx(1e-9 * moved)
 
 
-def test_joints_that_move_more_are_wider_and_stronger_and_none_is_dark(run):
+def test_joints_that_move_more_are_wider_and_stronger_and_never_dark(run):
     axes = draw(run, color="material", contacts="slip")
     joints = next(c for c in axes.collections
                   if isinstance(c, LineCollection) and c.get_array() is not None)  # fmt: skip
@@ -150,8 +150,8 @@ def test_joints_that_move_more_are_wider_and_stronger_and_none_is_dark(run):
     assert (np.diff(light) < 0).all() and light[-1] > 0.1
 
 
-def test_the_sense_of_slip_is_that_of_the_sides(run):
-    """The right block is left behind by the table, which is thrown to the right."""
+def test_slip_arrows_have_the_sense_of_the_slip(run):
+    """The table is thrown to the right, so the right block slips to the left."""
     scene, last = Scene.of(run), Scene.of(run).frames - 1
     faces, moved = scene.interfaces, scene.displacement(last)
     for k in np.flatnonzero(scene.joint_movement(last)[0] > 0.01):
@@ -160,7 +160,7 @@ def test_the_sense_of_slip_is_that_of_the_sides(run):
         assert scene.joint_sense(last)[k] == np.sign(along @ apart)
 
 
-def test_what_presses_is_a_chain_in_ink_and_arrows_have_a_scale(run):
+def test_contact_forces_are_dark_lines_and_arrows_have_a_scale(run):
     scene, last = Scene.of(run), Scene.of(run).frames - 1
     *_, presses = resultants(scene, last, scene.vertices(last))
     assert presses.all() and len(presses) == 2
@@ -173,7 +173,7 @@ def test_what_presses_is_a_chain_in_ink_and_arrows_have_a_scale(run):
     assert any(re.match(r"displacement: [125]0* mm", t) for t in said)
 
 
-def test_movement_since_a_stage_is_less_by_what_was_before(write_input):
+def test_movement_since_a_stage_excludes_earlier_movement(write_input):
     from test_pictures import excavated
 
     run = sitedda.run(write_input(excavated()))
@@ -215,7 +215,7 @@ def test_the_picture_is_of_the_kind_of_the_run(root):
 
 
 def test_spectra_of_a_shake_are_those_of_its_figures(run, root):
-    """Below the frequency that blocks carry: contacts that hit have no part in them."""
+    """Only below the frequency that blocks resolve, without impacts of contacts."""
     wall = sitedda.run(root / "inputs/wall.nml", duration=1.6, output=False)
     for history in (run.history, wall.history):
         curves = {c.get_label(): c for axes in run_picture(history).axes for c in axes.lines
@@ -228,17 +228,17 @@ def test_spectra_of_a_shake_are_those_of_its_figures(run, root):
     fallen = sitedda.run(root / "inputs/rocking_blocks.nml", output=False).history
     shown = [c.get_label() for axes in run_picture(fallen).axes for c in axes.lines
              if axes.get_ylabel().startswith("Sa")]  # fmt: skip
-    assert shown == ["large, x"]  # the landing of the others is no motion of theirs
+    assert shown == ["large, x"]  # the impacts of the others are excluded
 
 
-def test_energies_given_are_those_found(run):
+def test_the_energy_budget_is_closed(run):
     found = budget(run.history)
     assert sum(found.parts.values()) == pytest.approx(found.given + found.residual, rel=1e-9)
     assert all((values >= 0).all() for values in found.parts.values())
     assert {"kinetic", "lost by slip"} <= set(found.parts)
 
 
-def test_an_output_whose_places_are_lost_has_a_rounding(sliver):
+def test_an_output_without_positions_has_a_rounding_limit(sliver):
     sliver.data.vertices.values[:] = 0.0
     sliver.groups["motion"] = [{"name": "shake"}]
     assert sliver.size == 0 and all(np.isfinite(one) for one in rounding(sliver).values())
@@ -285,7 +285,7 @@ def test_a_picture_of_a_page_is_light_again_after_the_dark_one(run):
     assert SCHEMES["dark"]["paper"].encode() in dark and INK.encode() not in dark
 
 
-def test_a_fallen_block_is_told_with_its_area(write_input):
+def test_a_fallen_block_is_reported_with_its_area(write_input):
     from test_pictures import excavated
 
     groups = [pair for pair in excavated() if pair[0] != "stage"]
@@ -324,14 +324,14 @@ def vtk_array(data, name: str) -> np.ndarray:
     return vtk_to_numpy(data.GetArray(name))
 
 
-def test_joints_lie_above_the_water_that_presses_in_them(root):
-    """A slip along a wet joint was hidden by the line of the water."""
+def test_joints_are_drawn_above_their_water(root):
+    """The line of the water once hid slip along a wet joint."""
     axes = draw(root / "inputs/wedge.nml")
     water = [line for line in axes.lines if line.get_label() == "water"]
     assert water and all(2.2 < line.get_zorder() < 3 for line in water)  # outlines, joints
 
 
-def test_a_picture_that_is_laid_out_once_is_the_same(tmp_path):
+def test_a_single_layout_pass_gives_the_same_picture(tmp_path):
     def made():
         figure, axes = new_figure(1, 2, size=(5.0, 3.0))
         for i, one in enumerate(axes):

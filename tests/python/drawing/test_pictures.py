@@ -65,8 +65,8 @@ def test_names_and_materials_of_generated_blocks_are_those_of_the_engine(write_i
     assert Scene.of(sitedda.run(file)).names == names
 
 
-def test_shear_forces_have_the_sign_that_keeps_a_block_at_rest(write_input):
-    """On a slope of 20° the force of the slope on the block is its weight, upwards."""
+def test_shear_forces_balance_a_block_on_a_slope(write_input):
+    """On a slope of 20°, the force of the slope on the block equals minus its weight."""
     cos, sin = np.cos(np.radians(20)), np.sin(np.radians(20))
     turned = [
         v
@@ -91,7 +91,7 @@ def test_shear_forces_have_the_sign_that_keeps_a_block_at_rest(write_input):
     assert abs(force[0, 0]) < 1e-3 * abs(force[0, 1])
 
 
-def test_carried_points_follow_the_vertices(run):
+def test_points_of_blocks_move_like_their_vertices(run):
     scene = Scene.of(run)
     for frame in (0, scene.frames - 1):
         carried = scene.carried(scene.owner, scene.vertices(0), frame)
@@ -116,7 +116,7 @@ def test_the_weaker_joint_of_two_edges_is_drawn(write_input):
     }  # fmt: skip
 
 
-def test_slivers_are_found(write_input):
+def test_slivers_of_a_scene_are_found(write_input):
     groups = [*tower(), group("block", name="thin", vertices=[50, 0, 51, 0, 51, 1e-3])]
     scene = Scene.of(write_input(groups))
     assert [scene.names[b] for b in scene.slivers()] == ["thin"]
@@ -154,7 +154,7 @@ def test_a_wrong_look_is_refused(run):
         draw(run, contacts="all")
 
 
-def test_the_backend_of_the_session_stays(run, tmp_path):
+def test_the_matplotlib_backend_does_not_change(run, tmp_path):
     code = (
         "import matplotlib; matplotlib.use('svg'); import sitedda, sitedda.plot, sitedda.pictures;"
         "import sitedda_evidence.catalogue, sitedda.movie;"
@@ -165,7 +165,7 @@ def test_the_backend_of_the_session_stays(run, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
-def test_a_site_picture_says_which_damping_is_in_the_model(write_input):
+def test_a_site_picture_states_the_damping_of_the_model(write_input):
     file = write_input([*tower(layers=2, steps=400), group("amplification", lowest=1, highest=99)])
     history = sitedda.run(file).history
     figure = run_picture(history)
@@ -177,7 +177,7 @@ def test_a_site_picture_says_which_damping_is_in_the_model(write_input):
         assert box.y0 >= axes.y1 - 1 or box.y1 <= axes.y0 + 1
 
 
-def test_names_of_points_cover_neither_each_other_nor_points():
+def test_names_of_points_overlap_neither_each_other_nor_points():
     places = [(0, 0), (15, 15), (30, 30), (60, 30), (62, 30), (64, 30)]
     names = ["toe", "6", "crest", "8", "8 b", "a longer name"]
     figure, axes = new_figure(size=(9, 3))
@@ -191,9 +191,9 @@ def test_names_of_points_cover_neither_each_other_nor_points():
         assert not any(box.contains(*at) for at in axes.transData.transform(places)), names[i]
 
 
-def test_the_usual_part_of_a_scale_over_frames_leaves_no_more_of_the_last_beyond_it():
+def test_the_usual_range_over_frames_covers_the_last_frame():
     values = np.full((60, 100), 0.1)
-    values[-1, :20] = np.linspace(1.0, 2.0, 20)  # of all frames a third of a per cent
+    values[-1, :20] = np.linspace(1.0, 2.0, 20)  # a third of a per cent of all values
     assert limits(values, np.ones(100)).usual == limits(values[-1], np.ones(100)).usual == 2.0
     values[0, :20] = 5.0
     assert limits(values, np.ones(100)).high == 5.0
@@ -221,7 +221,7 @@ def test_a_gif_moves(run, tmp_path):
         assert abs(np.asarray(movie.convert("RGB")) - first).max() > 50
 
 
-def test_an_mp4_has_the_pictures_that_were_asked_for(run, tmp_path):
+def test_an_mp4_has_the_requested_number_of_pictures(run, tmp_path):
     file = write_movie(run, tmp_path / "x.mp4", fps=5, seconds=1)
     told = subprocess.run([ffmpeg(), "-i", file, "-f", "null", "-"], capture_output=True, text=True)
     assert "Video: h264" in told.stderr and "frame=    5" in told.stderr
@@ -246,7 +246,7 @@ def read_polygons(file):
     return reader.GetOutput()
 
 
-def test_vtk_reads_back_what_the_output_holds(run, tmp_path):
+def test_vtk_files_contain_the_values_of_the_output(run, tmp_path):
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     scene = Scene.of(run)
@@ -283,8 +283,8 @@ def test_vtk_reads_back_what_the_output_holds(run, tmp_path):
     assert not (collection.parent / "bolts.pvd").exists()
 
 
-def test_vtk_reads_back_bolts(bolted, tmp_path):
-    """Lines through all points, with forces and states of the output."""
+def test_vtk_files_contain_bolts(bolted, tmp_path):
+    """Lines through all points, with the forces and states of the output."""
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     folder = write_vtk(bolted, tmp_path).parent
@@ -298,7 +298,7 @@ def test_vtk_reads_back_bolts(bolted, tmp_path):
 
 
 def test_pictures_show_bolts_with_their_force(bolted):
-    """The legend has the largest; the broken one is dotted; a force of zero is in N/m."""
+    """The legend contains the largest force; a broken bolt is dotted; zero has the unit N/m."""
     axes = draw(bolted).axes
     assert in_unit(0.0, "N/m") == (1.0, "N/m")
     force = float(bolted.history.bolt_force[-1].max())
@@ -322,11 +322,11 @@ def polygon_area(cell) -> float:
 # --- Words ----------------------------------------------------------------------------------------
 
 
-def test_the_verdict_says_what_moved_and_slipped(run):
+def test_the_verdict_reports_movement_and_slip(run):
     scene, values = Scene.of(run), run.verdict.values
 
     def moved(frame: int) -> float:
-        """Against the table, which its supports carry along."""
+        """Largest displacement relative to the table, which moves with its supports."""
         away = scene.displacement(frame)
         return np.linalg.norm(away - away[0], axis=1).max()
 
@@ -343,8 +343,8 @@ def test_the_verdict_says_what_moved_and_slipped(run):
     assert "PGA" in text and "Arias" in text and text.startswith("Blocks moved by up to ")
 
 
-def test_the_output_says_how_strongly_points_were_shaken(run):
-    """PGA, PGV, Arias and Sa of the engine against those of the package, each of its own axis."""
+def test_the_output_contains_the_intensities_of_points(run):
+    """PGA, PGV, Arias intensity and Sa of engine and package agree, each along its axis."""
     attributes = run.history.attrs
     for name in run.history.point.values:
         motion = run.history.sel(point=name)
@@ -391,14 +391,14 @@ def test_points_resolve_waves_of_eight_blocks_and_a_quarter_of_the_sampling(writ
 
 
 def low_passed_peak(time, acceleration) -> float:
-    """Largest value after a Butterworth low-pass of 50 Hz and second order."""
+    """Largest value after a Butterworth low-pass of second order at 50 Hz."""
     fine = np.linspace(float(time[0]), float(time[-1]), 8 * len(time))
     low_pass = butter(2, 2 * np.pi * 50.0, analog=True)
     return abs(lsim(low_pass, np.interp(fine, time, acceleration), fine)[1]).max()
 
 
-def test_a_peak_above_50_hz_is_a_number_of_its_own(write_input, tmp_path):
-    """A force of one millisecond on a block, and one of thirty."""
+def test_a_peak_above_50_hz_is_a_separate_result(write_input, tmp_path):
+    """A force on a block for one millisecond, and for thirty."""
     peaks = {}
     for ms in (1, 30):
         groups = changed(flying_block(100), "measured_point", name="top")
@@ -412,8 +412,8 @@ def test_a_peak_above_50_hz_is_a_number_of_its_own(write_input, tmp_path):
     assert peaks[1] < 0.2 and peaks[30] > 0.8
 
 
-def test_intensities_of_unequal_steps_and_of_names_that_attributes_cannot_have(write_input):
-    """A block under a constant push: a = F/m from the first step on, whatever the steps are."""
+def test_intensities_of_unequal_steps_and_of_names_with_special_characters(write_input):
+    """A block under constant force: a = F/m from the first step, for any step lengths."""
     groups = flying_block(50, time_step_control="adaptive", max_displacement_ratio=1e-4)
     groups = changed(groups, "measured_point", name="Größe/α")
     load = {"x": 1.0, "y": 0.5, "time": [0.0, 9.0], "force_y": [5e5, 5e5]}
@@ -422,18 +422,18 @@ def test_intensities_of_unequal_steps_and_of_names_that_attributes_cannot_have(w
     assert np.ptp(np.diff(time)) > 0
     found = np.pi / (2 * GRAVITY) * np.trapezoid(acceleration**2, time)
     assert history.attrs["arias_m_s[Größe|α]"] == pytest.approx(found, rel=1e-12)
-    # Under a step of acceleration an oscillator overshoots, by less than the step if it is damped.
+    # Under a step of acceleration, a damped oscillator overshoots by less than the step.
     assert acceleration[-1] < history.attrs["sa_m_s2[Größe|α]"] < 2.0 * acceleration[-1]
 
 
-def test_spectra_after_tiny_steps_take_no_time(write_input):
-    """Free vibration is followed by steps of its own: five seconds are 5e9 of these steps."""
+def test_spectra_after_tiny_steps_are_fast(write_input):
+    """Free vibration has its own steps: five seconds would be 5e9 of the time steps."""
     history = sitedda.run(write_input(tower(steps=3, time_step=1e-9)), output=False).history
     assert history.attrs["sa_m_s2[surface]"] > 0
 
 
-def test_contacts_have_slipped_and_opened_as_their_joints_have(run):
-    """The engine follows a vertex against an edge, the scene what two edges share."""
+def test_contacts_and_joints_have_the_same_slip_and_opening(run):
+    """The engine uses vertices on edges; the scene uses common segments of two edges."""
     scene, values = Scene.of(run), run.verdict.values
     slip, gap = scene.joint_movement(scene.frames - 1)
     assert values["largest_slip_m"] == pytest.approx(slip.max(), rel=1e-3) and slip.max() > 0.05
@@ -442,7 +442,7 @@ def test_contacts_have_slipped_and_opened_as_their_joints_have(run):
     assert values["contacts_opened"] <= values["contacts_slipped"]
 
 
-def test_the_output_of_the_executable_holds_the_same_words(run, native, write_input, tmp_path):
+def test_the_output_of_the_executable_contains_the_same_words(run, native, write_input, tmp_path):
     import xarray as xr
 
     native("run", write_input(sliding_blocks()), "-q", "-o", tmp_path / "n.nc")
@@ -475,7 +475,7 @@ def test_blocks_that_leave_are_counted_and_named(write_input):
 
 
 @pytest.mark.parametrize("both", [False, True])
-def test_the_smaller_axis_has_its_unit_and_is_told_from_a_hundredth_on(write_input, both):
+def test_the_smaller_axis_has_its_unit_and_is_shown_from_a_hundredth_on(write_input, both):
     groups = [(name, one | {"motion_y": "pulse"} if both and name == "fixed_point" else one)
               for name, one in tower()]  # fmt: skip
     found = [line.place for line in sitedda.run(write_input(groups)).verdict.figures
@@ -488,7 +488,7 @@ def test_the_smaller_axis_has_its_unit_and_is_told_from_a_hundredth_on(write_inp
 # --- Pages ----------------------------------------------------------------------------------------
 
 
-def test_no_text_leaves_the_place_where_it_stands():
+def test_texts_are_escaped_in_their_context():
     page = Page(TITLE, EVIL)
     page.add(EVIL, Paragraph(EVIL, markup=True), Table([EVIL, "verdict"], [[EVIL, "ok"]], EVIL))
     page.provenance = [("input", EVIL)]
@@ -499,7 +499,7 @@ def test_no_text_leaves_the_place_where_it_stands():
     assert "</" not in json_for_script({"name": EVIL})
 
 
-def test_numbers_are_set_to_the_right_and_prose_is_not():
+def test_numbers_are_aligned_at_the_right_and_prose_is_not():
     page = Page("t")
     page.add(
         "s", Table(["a", "b"], [["1.5", "28 crests of a wave"], ["6.2·10^-5 %", "3"]], markup=True)
@@ -516,7 +516,7 @@ def test_only_long_tables_scroll():
         assert ("class='wide long'" in to_html(page)) is scrolls
 
 
-def test_commands_write_what_they_say(main, run, write_input, tmp_path):
+def test_commands_write_the_files_that_they_report(main, run, write_input, tmp_path):
     file = write_input(changed(tower(steps=40), "output", block_interval=5))
     main.ok("run", file, "-o", tmp_path / "t.nc", "-q", folder=tmp_path)
     assert (tmp_path / "t.png").stat().st_size > 20_000
@@ -549,7 +549,7 @@ def test_a_model_that_does_not_settle_is_shown_as_drawn(main, write_input, comma
 
 
 def test_a_report_checks_the_input_as_it_was_run(main, write_input, tmp_path):
-    """With the changes of the command line, though the file has gone."""
+    """The changes of the command line apply, although the file no longer exists."""
     file = write_input(tower(steps=5))
     expected, other = (
         next(line.words for line in sitedda.check(file, changes).lines if "ω_max" in line.words)
@@ -572,7 +572,7 @@ def test_outputs_are_selected_by_names(run):
     assert "&lt;" in run._repr_html_() and "<img" not in run._repr_html_()
 
 
-def test_objects_say_what_they_are(write_input):
+def test_objects_have_a_readable_repr(write_input):
     file = write_input(tower())
     simulation = sitedda.Simulation(file)
     assert repr(simulation) == "<sitedda.Simulation 'A small tower': 4 blocks, 0 of 0.06 s>"
@@ -613,7 +613,7 @@ def test_hostile_names_stay_texts_in_pictures_and_exports(run, tmp_path):
 
 
 def excavated() -> list:
-    """Two blocks side by side on a table; the first is taken away."""
+    """Two blocks side by side on a table; a stage removes the first."""
     groups = tower(2, steps=None, gravity=[0.0, -9.81])
     groups = [pair for pair in groups if pair[1].get("name") != "surface"]
     return [
@@ -651,7 +651,7 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
     assert "damping of the scheme" in figure.texts[-1].get_text()
 
 
-def test_check_tells_its_lines_in_four_digits(write_input, main):
+def test_check_prints_four_digits(write_input, main):
     import json
     from dataclasses import replace
 
@@ -665,8 +665,8 @@ def test_check_tells_its_lines_in_four_digits(write_input, main):
     assert told["omega_max"] == report.omega_max and len(told["lines"]) == len(report.lines)
 
 
-def test_a_report_of_a_motion_in_which_nothing_has_moved(main, write_input, tmp_path):
-    """One frame, of a wall that a motion of zeros shakes."""
+def test_a_report_of_a_motion_without_movement(main, write_input, tmp_path):
+    """One frame of a wall under a motion of zeros."""
     file = write_input(changed(tower(steps=1), "motion", values=[0.0, 0.0, 0.0]))
     main.ok("run", file, "-o", tmp_path / "t.nc", "-q", "--no-plot")
     main.ok("report", tmp_path / "t.nc", "-o", tmp_path / "t.html")

@@ -65,7 +65,7 @@ def pages(run, tmp_path_factory) -> Path:
 
 @pytest.fixture
 def opened(new_page):
-    """Open a page, which requires nothing but itself."""
+    """Return an opener of pages, which request nothing but themselves."""
 
     def open_page(file: Path, **options):
         page = new_page(("file:", "data:", "blob:"), **options)
@@ -80,7 +80,7 @@ def opened(new_page):
 
 
 def wait_until_decoded(page) -> None:
-    """Until the first view of a page has all frames."""
+    """Wait until the first view of a page has decoded all frames."""
     deadline = time.monotonic() + DEADLINE
     while not page.evaluate("window.blockViews?.[0]?.state.decoded"):
         assert time.monotonic() < deadline
@@ -95,7 +95,7 @@ def wait_until(page, done) -> None:
 
 
 def wait_for_drawing(page) -> None:
-    """Wait until what was asked of the view before is drawn, and the frame after it has begun."""
+    """Wait until the view is drawn, and the next frame has begun."""
     page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
@@ -111,7 +111,7 @@ def place_in_view(page, x: float, y: float) -> list[float]:
 
 
 def drawn(page) -> list[int]:
-    """Sums of red, green, blue of the canvas, drawn again."""
+    """Sums of red, green and blue over the redrawn canvas."""
     return page.evaluate(
         """() => { const v = blockViews[0]; v.draw(); const gl = v.painter.gl;
         const [w, h] = [v.camera.width, v.camera.height], p = new Uint8Array(4 * w * h);
@@ -120,7 +120,7 @@ def drawn(page) -> list[int]:
     )
 
 
-def test_a_report_shows_names_as_they_are_and_runs_none_of_them(pages, opened):
+def test_a_report_shows_hostile_names_without_executing_them(pages, opened):
     page = opened(pages / "report.html", viewport={"width": 1280, "height": 900})
     assert page.complaints == []
     assert page.title() == page.inner_text("h1") == " ".join(TITLE.split())
@@ -165,8 +165,8 @@ def test_the_view_plays_and_a_block_is_picked_by_a_click(pages, opened, run):
     assert page.complaints == []
 
 
-def test_places_in_the_view_are_those_of_the_output(pages, opened, run):
-    """Within 1 mm per 100 m, in every frame, at the factor 1; the same for forces."""
+def test_positions_in_the_view_are_those_of_the_output(pages, opened, run):
+    """Within 1 mm per 100 m in each frame at scale 1; forces as well."""
     page = opened(pages / "view.html")
     scene = Scene.of(run)
     for frame in range(scene.frames):
@@ -181,7 +181,7 @@ def test_places_in_the_view_are_those_of_the_output(pages, opened, run):
 
 
 def test_bolts_in_the_view_are_those_of_the_output(bolted, opened, tmp_path):
-    """Places, forces and states in every frame, and the largest force in the legend."""
+    """Positions, forces and states in each frame, and the largest force in the legend."""
     page = opened(write_view(bolted, tmp_path / "bolts.html"))
     scene = Scene.of(bolted)
     for frame in range(scene.frames):
@@ -200,7 +200,7 @@ def test_bolts_in_the_view_are_those_of_the_output(bolted, opened, tmp_path):
 
 
 @pytest.mark.parametrize("dark", [False, True])
-def test_a_phone_shows_everything_below_each_other(pages, opened, dark):
+def test_a_phone_stacks_all_parts(pages, opened, dark):
     scheme = "dark" if dark else "light"
     page = opened(
         pages / "report.html", viewport={"width": 390, "height": 844}, color_scheme=scheme
@@ -221,7 +221,7 @@ def test_a_phone_shows_everything_below_each_other(pages, opened, dark):
     assert (int(ink) > int(paper)) is dark
 
 
-def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, new_page):
+def test_canvas_2d_draws_without_webgl_and_states_the_reason(run, pages, new_page):
     page = new_page(("file:",))
     page.add_init_script(
         "const get = HTMLCanvasElement.prototype.getContext;"
@@ -242,8 +242,8 @@ def test_canvas_2d_draws_where_webgl_is_refused_and_says_why(run, pages, new_pag
     assert colors > 3
 
 
-def test_the_page_lets_nothing_in_and_nothing_out(pages, opened):
-    """No network, no script that came in with a text, no evaluation of texts."""
+def test_the_page_blocks_network_and_foreign_scripts(pages, opened):
+    """No network access, no scripts from texts, no evaluation of texts."""
     page = opened(pages / "report.html")
     policy = page.get_attribute("meta[http-equiv='Content-Security-Policy']", "content")
     assert policy.startswith("default-src 'none'") and "unsafe" not in policy
@@ -263,7 +263,7 @@ def test_the_page_lets_nothing_in_and_nothing_out(pages, opened):
 
 
 def test_the_view_page_fits_wide_and_narrow_windows(pages, opened):
-    """Also a tall model above the scale bar."""
+    """This also applies to a tall model above the scale bar."""
     for width, height in ((1280, 900), (390, 844)):
         page = opened(pages / "view.html", viewport={"width": width, "height": height})
         assert page.evaluate("document.documentElement.scrollWidth") <= width
@@ -341,7 +341,7 @@ def shaken_grid(blocks: int, frames: int) -> xr.Dataset:
     )
 
 
-def test_frames_are_thinned_to_the_budget_and_the_page_knows():
+def test_frames_are_thinned_to_the_budget_and_the_page_reports_it():
     scene = Scene.of(shaken_grid(400, 200))
     whole, thin = encode(scene, 10_000_000), encode(scene, 300_000)
     assert len(whole.meta["time"]) == whole.meta["all_frames"] == 200
@@ -350,8 +350,8 @@ def test_frames_are_thinned_to_the_budget_and_the_page_knows():
     assert (thin.meta["time"][0], thin.meta["time"][-1]) == (0.0, 1.99)
 
 
-def test_joints_tell_slip_and_opening(run):
-    """The right block slides on the table by what its centroid moves against the table's."""
+def test_joints_have_slip_and_opening(run):
+    """The slip of the right block is the displacement of its centroid relative to the table."""
     scene = Scene.of(run)
     slip, gap = scene.joint_movement(scene.frames - 1)
     moved = scene.displacement(scene.frames - 1)
@@ -389,7 +389,7 @@ def test_charts_have_ticks_and_units_and_scales_are_those_of_pictures(pages, ope
         assert every["high"] == limits_of(scene, name, some_of(range(scene.frames))).high
 
 
-def test_histories_that_are_no_more_than_rounding_have_no_chart(run):
+def test_histories_of_rounding_errors_have_no_chart(run):
     history = run.history.copy()
     titles = []
     for factor in (1.0, 1e-12):
@@ -400,7 +400,7 @@ def test_histories_that_are_no_more_than_rounding_have_no_chart(run):
     assert len(titles[0]) == 2 and titles[1] == []
 
 
-def test_everything_can_be_done_by_keys_and_a_joint_has_a_history(pages, opened, run):
+def test_keys_control_the_view_and_joints_have_histories(pages, opened, run):
     page = opened(pages / "view.html", viewport={"width": 1280, "height": 900})
     page.evaluate("blockViews[0].canvas.focus()")
     state = "(() => { const v = blockViews[0]; return [v.color, v.contacts, v.camera.x, v.frame,"
@@ -421,7 +421,7 @@ def test_everything_can_be_done_by_keys_and_a_joint_has_a_history(pages, opened,
     assert page.complaints == []
 
 
-def test_picture_data_and_state_leave_the_page(pages, opened, tmp_path):
+def test_picture_data_and_state_can_be_saved(pages, opened, tmp_path):
     from PIL import Image
 
     page = opened(pages / "view.html", viewport={"width": 1000, "height": 900})
@@ -443,7 +443,7 @@ def test_picture_data_and_state_leave_the_page(pages, opened, tmp_path):
     assert again.evaluate("blockViews[0].color") == "velocity"
 
 
-def test_two_runs_have_one_cursor_and_a_difference_only_where_they_agree(run, opened, tmp_path):
+def test_two_runs_have_one_cursor_and_a_difference_only_if_blocks_agree(run, opened, tmp_path):
     page = opened(write_view(run, tmp_path / "two.html", other=run, difference=True))
     page.evaluate("blockViews[0].show(3)")
     assert page.evaluate("blockViews.map((v) => v.frame)") == [3, 3]
@@ -479,7 +479,7 @@ def test_modes_are_played_as_they_are_computed(write_input, opened, tmp_path):
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_on_report_and_view(pages, new_page, scheme):
+def test_report_and_view_have_no_accessibility_errors(pages, new_page, scheme):
     axe = pytest.importorskip("axe_playwright_python.base")
     script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
     for name in ("report.html", "view.html"):
@@ -506,7 +506,7 @@ NOTEBOOK = """async ([source, state]) => {
 
 
 def test_a_block_that_is_picked_in_a_notebook_is_a_value_in_python(run, new_page):
-    """The widget's own module, in a page that has the model of a notebook."""
+    """The module of the widget, in a page with the model of a notebook."""
     pytest.importorskip("anywidget")
     widget = run.widget(color="material")
     names = ("page", "picked", "time")
@@ -528,7 +528,7 @@ def test_a_block_that_is_picked_in_a_notebook_is_a_value_in_python(run, new_page
 
 
 def test_water_in_the_view_is_that_of_the_output(opened, tmp_path):
-    """Pressures of the channels in every frame, dashes where they are not full, the legend."""
+    """Pressures of channels in each frame, dashes if not full, and the legend."""
     model = sitedda.Model("wet", time_step=1e-3, steps=20)
     model.material("rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
     model.joint("joint", friction_angle=35.0)

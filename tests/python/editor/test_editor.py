@@ -26,7 +26,7 @@ TEXT = """&control
 @pytest.mark.parametrize(
     ("groups", "group", "words"), [case for case in CASES if isinstance(case.values[0], list)][:40]
 )
-def test_mistakes_are_diagnostics_in_the_words_of_the_engine(groups, group, words, write_input):
+def test_mistakes_are_diagnostics_with_the_message_of_the_engine(groups, group, words, write_input):
     file = write_input(groups)
     text = file.read_text()
     with pytest.raises(Exception) as failure:
@@ -57,7 +57,7 @@ def test_completion_offers_every_group_and_variable_once():
             assert v.meaning in words and v.unit in words and v.default in words
 
 
-def test_completion_knows_where_it_is():
+def test_completion_depends_on_the_position():
     assert not offers(TEXT, 1, len("  time_step = 1e-3  ! &jo"))  # a comment
     assert [one.word for one in offers(TEXT, 2, 24)] == ["fixed", "adaptive"]
     left = {one.word for one in offers("&control time_step = 1, ", 0, 24)}
@@ -110,7 +110,7 @@ def test_the_grammar_colours_groups_variables_and_comments():
 
 
 def test_the_language_server_answers():
-    """Over its pipe, as an editor speaks with it."""
+    """The test communicates through the pipe of the server, like an editor."""
     pytest.importorskip("pygls")
     server = subprocess.Popen([sys.executable, "-m", "sitedda", "editor", "server"],
                               stdin=subprocess.PIPE, stdout=subprocess.PIPE)  # fmt: skip

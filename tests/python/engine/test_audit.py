@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The verdict of the energy audit reaches whoever runs the engine."""
+"""The verdict of the energy audit is reported in all interfaces."""
 
 import math
 import re
@@ -38,8 +38,8 @@ def file(tmp_path):
     return path
 
 
-def test_a_loose_tolerance_is_told(file):
-    """Steps that are accepted half converged leave energy unexplained: it is said, in place."""
+def test_a_loose_tolerance_causes_a_warning(file):
+    """Accepted steps with incomplete convergence leave an energy residual, which is reported."""
     with pytest.warns(sitedda.AuditWarning, match="does not balance.*force_tolerance"):
         done = sitedda.run(file, contact={"force_tolerance": 1e-2})
     assert "does not balance" in done.history.attrs["energy_audit"]
@@ -54,9 +54,9 @@ def test_a_good_run_is_silent(file):
 
 
 def wheel() -> list:
-    """An octagon that turns by a tenth of a radian in a step, on the ground."""
+    """An octagon on the ground that rotates by 0.1 rad per step."""
     corners = [math.pi * (i + 0.5) / 4 for i in range(8)]
-    top = 0.5 * math.cos(math.pi / 8)  # of the ground, m: no corner is lower
+    top = 0.5 * math.cos(math.pi / 8)  # level of the ground below the lowest corners, m
     outline = [f for a in corners for f in (0.5 * math.cos(a), top + 0.5 * math.sin(a))]
     return [
         group(
@@ -72,8 +72,8 @@ def wheel() -> list:
     ]
 
 
-def test_steps_too_long_for_the_geometry_are_told(write_input):
-    """The audit names what the exact geometry gave to the springs, as the output has it."""
+def test_steps_too_long_for_the_geometry_cause_a_warning(write_input):
+    """The audit reports the energy that the exact geometry added to springs, as in the output."""
     path = write_input(wheel(), "wheel.nml")
     with pytest.warns(sitedda.AuditWarning, match="try a smaller time_step") as told:
         done = sitedda.run(path)
@@ -86,7 +86,7 @@ def test_steps_too_long_for_the_geometry_are_told(write_input):
     [(1e6, "warn", "a higher normal_stiffness"), (1e10, "ok", ""), (1e17, "warn", "a lower")],
 )
 def test_penalty_bounds(file, stiffness, verdict, advice):
-    """The check tells a penalty that blocks sink into, and one that is all rounding."""
+    """The check reports a penalty that is too soft, and one that causes rounding errors."""
     text = sitedda.check(file, contact={"normal_stiffness": stiffness}).text
     lines = text.splitlines()
     at = next(i for i, line in enumerate(lines) if "penalty bounds" in line)
@@ -95,7 +95,7 @@ def test_penalty_bounds(file, stiffness, verdict, advice):
     assert ("->" in " ".join(lines[at + 1 : at + 6])) == bool(advice)
 
 
-def test_bonds_that_break_between_steps_give_the_springs_nothing():
+def test_bonds_that_break_between_steps_add_no_energy_to_springs():
     """In masonry on springs under sudden weight, contact springs gained 288 kJ/m between steps.
 
     Beside the arch, a stone has an edge of 8 mm; its other end, 6 mm apart, took over the bond.

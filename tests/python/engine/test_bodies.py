@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blocks that are cells of bodies, against closed forms and an assembly apart."""
+"""Bodies of cells compared with closed forms and with an independent assembly."""
 
 import re
 
@@ -40,7 +40,7 @@ def hold(model, cells, axis: str, **motions) -> None:
 
 
 def model_of(bodies, poisson=0.25, young=YOUNG, **control):
-    """Bodies of cells, by their numbers from 1; (polygon, material) represents a polygon."""
+    """Bodies of cells, by their numbers from 1; (polygon, material) is also accepted as a cell."""
     model = sitedda.Model()
     control = {"time_step": 1e-3, "steps": 10, "gravity": [0.0, 0.0]} | control
     model.control(**({"analysis": "plane_stress"} | control))
@@ -56,7 +56,7 @@ def model_of(bodies, poisson=0.25, young=YOUNG, **control):
 @pytest.mark.parametrize("strain", ["plane_stress", "plane_strain"])
 @pytest.mark.parametrize("poisson", [0.0, 0.25, 0.4999])
 @pytest.mark.parametrize("cells", CELLS)
-def test_modes_of_a_free_beam_are_those_of_an_assembly_apart(cells, poisson, strain):
+def test_modes_of_a_free_beam_are_those_of_an_independent_assembly(cells, poisson, strain):
     polygons = cells_of((0, 0, 6, 1), 0.5, cells)
     found = sitedda.modes(model_of([polygons], poisson, analysis=strain), count=12).frequency
     body = Body(polygons, YOUNG, poisson, DENSITY, plane_strain=strain == "plane_strain")
@@ -64,8 +64,8 @@ def test_modes_of_a_free_beam_are_those_of_an_assembly_apart(cells, poisson, str
     np.testing.assert_allclose(found, np.sqrt(values[3:15]) / (2 * np.pi), rtol=1e-7)
 
 
-def test_faces_that_meet_in_part_are_welded():
-    """A course of long cells on one of short ones: the modes of the independent assembly."""
+def test_partly_overlapping_faces_are_welded():
+    """A row of long cells on a row of short ones has the modes of the independent assembly."""
     low = [cell for x in range(6) for cell in cells_of((x, 0, x + 1, 1), 1.0)]
     high = [cell for x in (0, 2.5) for cell in cells_of((x, 1, x + 2.5, 2), 2.5)]
     found = sitedda.modes(model_of([low[:5] + high]), count=9).frequency
@@ -74,8 +74,8 @@ def test_faces_that_meet_in_part_are_welded():
     np.testing.assert_allclose(found, np.sqrt(values[3:12]) / (2 * np.pi), rtol=1e-7)
 
 
-def test_two_layers_of_contrast_1000_sway_as_in_closed_form():
-    """tan(k₁h) tan(k₂h) = impedance of the upper over the lower one, 4 cells a layer: .3 %."""
+def test_two_layers_of_contrast_1000_have_the_frequency_of_the_closed_form():
+    """tan(k₁h) tan(k₂h) = impedance ratio of upper to lower layer, to 0.3 % with 4 cells each."""
     soft, height = YOUNG / 1000, 4.0
     low, high = cells_of((0, 0, 1, 4), 1.0), cells_of((0, 4, 1, 8), 1.0)
     model = model_of([low + [(cell, "soil") for cell in high]], 0.0)
@@ -96,9 +96,9 @@ def test_two_layers_of_contrast_1000_sway_as_in_closed_form():
     assert sitedda.modes(model, count=1).frequency[0] == pytest.approx(exact, rel=3e-3)
 
 
-def test_a_cantilever_rests_with_the_deflection_and_the_stress_of_a_beam():
-    """q l⁴/8EI + q l²/2κGA within 1.5 % at four cells deep; mean stress of the upper half of a
-    metre of it within 5 %."""
+def test_a_cantilever_has_the_deflection_and_the_stress_of_a_beam():
+    """q l⁴/8EI + q l²/2κGA within 1.5 % with four cells over the depth; the mean stress of the
+    upper half over one metre within 5 %."""
     cells = cells_of((0, 0, 10, 1), 0.25)
     model = model_of([cells], 0.0, gravity=[0.0, -10.0], steps=None)
     hold(model, cells, "x")
@@ -130,7 +130,7 @@ def test_the_shipped_roof_beam_is_a_beam(root):
 
 
 def test_the_shipped_tunnel_is_that_of_kirsch(root):
-    """Walls within 2.5 % of the solution in unbounded rock, hoop stress beside them within 3 %."""
+    """Walls within 2.5 % of Kirsch's solution, hoop stress beside the walls within 3 %."""
     history = sitedda.run(root / "inputs" / "circular_tunnel.nml").history
     pressure, ratio, radius, young, poisson = 5e6, 0.5, 2.0, 10e9, 0.25
     moved = history.displacement.values[-1]  # crown, invert, left, right
@@ -149,7 +149,7 @@ def test_the_shipped_tunnel_is_that_of_kirsch(root):
 
 
 def spinning(step, rate=3.0):
-    """A beam of even polygons that turns about its middle for a third of a second."""
+    """A beam of random polygons that rotates about its middle for a third of a second."""
     cells = cells_of((0, 0, 10, 1), 0.4, "voronoi")
     model = model_of([], time_step=step, steps=round(1 / (3 * step)), integration="midpoint")
     for number, (cell, centre) in enumerate(zip(cells, Body(cells).centres, strict=True)):
@@ -162,7 +162,7 @@ def spinning(step, rate=3.0):
     return model
 
 
-def test_a_spinning_body_keeps_its_energy_and_all_is_accounted_for():
+def test_a_spinning_body_keeps_its_energy_and_balances():
     gained = []
     for step in (2e-3, 1e-3):
         history = spinning(step).run().history
@@ -183,7 +183,7 @@ CONSTANT = {"damping_ratio": 0.03, "reference_frequency": 20.0}
 @pytest.mark.parametrize("soft", [1.0, 4.0])
 @pytest.mark.parametrize("damping", [RAYLEIGH, CONSTANT], ids=["rayleigh", "constant"])
 def test_materials_of_a_body_damp_its_modes(damping, soft):
-    """(α/ω + βω)/2 to rounding, ζ within .1 %; in time within 5 %, all energy accounted for."""
+    """(α/ω + βω)/2 to rounding, ζ within 0.1 %; time stepping within 5 %, with balanced energy."""
     low, high = cells_of((0, 0, 8, 0.5), 0.5), cells_of((0, 0.5, 8, 1), 0.5)
     step, steps = 2e-4, 400
     model = model_of([low + [(cell, "other") for cell in high]], time_step=step, steps=steps,
@@ -210,8 +210,8 @@ def test_materials_of_a_body_damp_its_modes(damping, soft):
     assert energies["material_damping"] == pytest.approx(before - left, rel=2e-2)
 
 
-def test_damping_forgets_at_rest():
-    """A static stage after a damped one: what the springs remember is booked, and nothing else."""
+def test_damping_is_reset_by_a_static_stage():
+    """The energy of the relaxation springs is booked at a static stage after a damped one."""
     cells = cells_of((0, 0, 4, 1), 0.5)
     model = model_of([cells], gravity=[0.0, -10.0], steps=None)
     model["material"][0].damping_ratio = 0.05
@@ -226,7 +226,7 @@ def test_damping_forgets_at_rest():
 
 
 def sliding(floor, block, steps=1200):
-    """Cells on cells, on a slope of 30°, with faces that do not match."""
+    """Cells that slide on cells with non-matching faces, on a slope of 30°."""
     model = model_of([floor, block], young=1e12, time_step=1e-3, steps=steps,
                      gravity=[5.0, -10 * np.cos(np.pi / 6)])  # fmt: skip
     hold(model, floor, "y")
@@ -234,8 +234,8 @@ def sliding(floor, block, steps=1200):
     return model
 
 
-def test_deep_soft_contacts_do_not_let_a_block_sink_between_cells():
-    """At rest 2 cm deep on cells of 25 cm, and tilted by friction: at most the sudden double."""
+def test_soft_contacts_keep_a_block_above_the_gaps_of_cells():
+    """The penetration is 2 cm at rest with cells of 25 cm; at most twice this under sudden load."""
     depth, block = 0.02, [np.array([[1, 1], [3, 1], [3, 3], [1, 3]])]
     model = sliding(cells_of((0, 0, 8, 1), 0.25), block, steps=1500)
     model["joint"][0].friction_angle = 20.0
@@ -247,7 +247,7 @@ def test_deep_soft_contacts_do_not_let_a_block_sink_between_cells():
 
 
 def wedge(cells):
-    """A wedge on a plane of 30°, and what holds the plane."""
+    """A wedge on a fixed plane of 30°."""
     model = sitedda.Model()
     model.control(time_step=1e-3, gravity=[0.0, -9.81], steps=1)
     model.material(name="rock", density=DENSITY, young_modulus=YOUNG, poisson_ratio=0.25)
@@ -265,7 +265,7 @@ def wedge(cells):
 
 @pytest.mark.parametrize("cells", [0, 4, 16, 64])
 def test_the_factor_of_safety_does_not_depend_on_cells(cells):
-    """tan 40°/tan 30° within .1 %; the mechanism is of two blocks."""
+    """tan 40°/tan 30° within 0.1 %; the mechanism contains two blocks."""
     found = sitedda.safety(wedge(cells))
     exact = np.tan(np.radians(40)) / np.tan(np.radians(30))
     assert found.low == pytest.approx(exact, rel=1e-3)
@@ -282,7 +282,7 @@ def test_limit_analysis_is_of_rigid_blocks():
 
 
 @pytest.mark.parametrize("damping", [{}, CONSTANT], ids=["elastic", "damped"])
-def test_bits_of_threads_and_of_a_resumed_run(damping, tmp_path, same_everywhere):
+def test_threads_and_resumed_runs_are_bit_identical(damping, tmp_path, same_everywhere):
     cells = cells_of((0, 0, 8, 1), 1.0)
     model = sliding(cells, cells_of((1, 1.01, 3, 2.01), 0.3, "voronoi"), steps=300)
     for name, value in damping.items():
@@ -295,7 +295,7 @@ def test_bits_of_threads_and_of_a_resumed_run(damping, tmp_path, same_everywhere
 
 
 def test_a_meshed_input_built_into_a_block_file_runs_without_python(root, tmp_path, native):
-    """The same displacements as of the cells made in memory."""
+    """The displacements equal those of cells in memory."""
     whole = sitedda.run(root / "inputs" / "roof_beam.nml").history
     file, _ = build_file(root / "inputs" / "roof_beam.nml", tmp_path / "beam.nml", True)
     native.ok("run", file, "-q", "-o", tmp_path / "beam.nc")
@@ -306,7 +306,7 @@ def test_a_meshed_input_built_into_a_block_file_runs_without_python(root, tmp_pa
 
 
 def test_check_bounds_the_ringing_of_a_body_by_beta():
-    """Steps to 1/e of its stiffest mode, of |1 − βω²Δt/2|/(1 + βω²Δt/2): from above, within 3."""
+    """Steps to 1/e of the stiffest mode: |1 − βω²Δt/2|/(1 + βω²Δt/2), a bound within factor 3."""
     step, beta, cells = 1e-3, 1e-4, cells_of((0, 0, 4, 1), 0.5)
     model = model_of([cells], time_step=step, integration="midpoint")
     model["material"][0].rayleigh_alpha, model["material"][0].rayleigh_beta = 0.0, beta
@@ -320,7 +320,7 @@ def test_check_bounds_the_ringing_of_a_body_by_beta():
 
 
 def propped(**stage):
-    """A beam held at its left end, and a body on it; rest, then another stage."""
+    """A beam with a fixed left end under a body: a static stage, then another stage."""
     beam, load = cells_of((0, 0, 4, 1), 0.5), cells_of((3, 1, 4, 2), 0.5)
     model = model_of([beam, load], gravity=[0.0, -10.0], steps=None)
     model.material(name="soft", density=DENSITY, young_modulus=YOUNG / 10, poisson_ratio=0.25)
@@ -331,28 +331,28 @@ def propped(**stage):
     return model
 
 
-def test_stress_stays_when_moduli_change():
+def test_stress_does_not_change_with_the_modulus():
     model = propped(kind="static", change_materials="rock -> soft")
     model.stage(name="end", steps=1)
     history = model.run().history
     place = history.displacement[:, 0, 1].values
     at = [np.flatnonzero(history.stage.values == stage)[-1] for stage in (1, 2)]
     assert abs(place[at[1]] - place[at[0]]) < 1e-6 * abs(place[at[0]])
-    assert abs(place[at[0]]) > 1e-6  # there is something to keep
+    assert abs(place[at[0]]) > 1e-6  # the stress is not zero
 
 
-def test_a_body_is_removed_whole_and_what_it_held_falls_freely():
+def test_a_body_is_removed_whole_and_the_supported_body_falls_freely():
     model = propped(steps=100, remove="b1")
     history = model.run().history
     place = history.displacement[:, 0, 1].values
     speed = history.velocity[:, 0, 1].values
-    # Strains that are let go move the point against the centroid by much less than 1 %.
+    # Released strains move the point relative to the centroid by much less than 1 %.
     assert place[-1] - place[0] == pytest.approx(-10 * 0.1**2 / 2, rel=0.01)
     assert speed[-1] == pytest.approx(-1.0, rel=0.01)
 
 
 def test_a_part_of_a_body_is_not_removed():
-    """Its neighbours would lose stiffness, and things would fall through what was within."""
+    """Otherwise, its neighbours would lose stiffness, and others could fall through the gap."""
     model = propped(steps=10, remove="half")
     for group in model["block"][:8]:
         group.name = "half"
@@ -366,7 +366,7 @@ def words_of(model, topic):
 
 @pytest.mark.parametrize(("cells", "deep"), [("quadrilateral", 3), ("quadrilateral", 5)])
 def test_check_counts_the_cells_across_a_beam(cells, deep):
-    """Also turned by 30°, beside a block as deep as it is long; a side with a boundary is none."""
+    """Also rotated by 30° beside a square block; sides with a boundary are excluded."""
     turn = np.array([[3**0.5, 1], [-1, 3**0.5]]) / 2
     beam = [cell @ turn + [0, 3] for cell in cells_of((0, 0, 6, 1), 1 / deep, cells)]
     block = cells_of((0, -8, 6, -2), 0.5)
@@ -398,8 +398,8 @@ def test_check_warns_of_slender_cells_in_offset_rows():
     assert any("in rows that are offset" in words for words in words_of(model_of([cells]), "cells"))
 
 
-def test_the_error_of_stresses_is_said_and_falls_with_the_cells(root):
-    """Bending within n cells over the depth: 1/n in the energy norm, and more by shear."""
+def test_the_error_of_stresses_is_reported_and_decreases_with_the_cell_size(root):
+    """With n cells over the depth, bending has an error of 1/n in the energy norm, shear more."""
     said = []
     for size in (0.15, 0.075):
         model = sitedda.Model.read(root / "inputs" / "roof_beam.nml")
@@ -409,8 +409,8 @@ def test_the_error_of_stresses_is_said_and_falls_with_the_cells(root):
     assert said[1] == pytest.approx(said[0] / 2, rel=0.1)
 
 
-def test_each_cell_has_its_error_of_stress(root, tmp_path):
-    """Of half the η² of its faces: they add up to the verdict's; in files and pictures."""
+def test_each_cell_has_an_error_of_stress(root, tmp_path):
+    """Half of η² of each face: the sum is that of the verdict, in files and pictures."""
     model = sitedda.Model.read(root / "inputs" / "roof_beam.nml")
     run = model.run(output=tmp_path / "out.nc")
     scene = Scene.of(run)
@@ -430,7 +430,7 @@ def test_each_cell_has_its_error_of_stress(root, tmp_path):
 
 
 def test_a_body_falls_as_one_block(tmp_path):
-    """Four cells that fall by .6 of the root of their area have not fallen, by 1.1 they have."""
+    """Four cells have fallen at 1.1 times the root of their common area, but not at 0.6 times."""
     model = model_of([[np.array([[0, -1], [2, -1], [2, 0], [0, 0]])], cells_of((0, 3, 1, 4), 0.5)],
                      gravity=[0.0, -10.0], steps=None)  # fmt: skip
     model.fixed_point(x=1.0, y=-0.5, block="1")
@@ -451,14 +451,14 @@ def test_pictures_show_bodies(tmp_path):
     model = model_of([cells_of((0, 0, 2, 1), 0.5), cells_of((0, 1, 1, 2), 1.0)])
     scene = Scene.of(model)
     assert (scene.blocks, scene.bodies) == (9, 2)
-    # Of a grid of four by two cells ten pairs share a side.
+    # Ten pairs of cells share a side in a grid of four by two cells.
     assert scene.welded.sum() == 20
     assert "2 blocks of 9 cells" in _picture_text(scene, 0, 1.0)
     model.draw().figure.savefig(tmp_path / "bodies.png")
 
 
 def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
-    """Of a bar that is pulled along x: arms along x alone, red, as long as 85 % of a cell."""
+    """Under tension along x, the arms are only along x, red, and 85 % of a cell long."""
     model = model_of([cells_of((0, 0, 4, 1), 0.5)], steps=None)
     for side, pull in (("left", -1e5), ("right", -1e5)):
         model.traction(side=side, normal=pull)
@@ -484,14 +484,14 @@ def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
         ([[0, 0, 1, 0, 1, 1, 0.5, 0.2]], "divide it into convex cells"),
         ([[0, 0, 1, 0, 1, 1, 0, 1], [0.5, 0, 1.5, 0, 1.5, 1, 0.5, 1]], "overlaps block 1"),
         (
-            # Three squares in an L are one piece; the fourth misses one of its two neighbours.
+            # Three squares in an L are connected; the fourth misses one of its two neighbours.
             [[0, 0, 1, 0, 1, 1, 0, 1], [1, 0, 2, 0, 2, 1, 1, 1], [0, 1, 0.999, 1, 0.999, 2, 0, 2],
              [1, 1, 2, 1, 2, 2, 1, 2]],
             "are closer than a tenth of a cell but do not coincide",
         ),
     ],
 )  # fmt: skip
-def test_what_cannot_be_a_body_is_one_error(cells, words):
+def test_invalid_bodies_are_one_error(cells, words):
     model = model_of([cells])
     with pytest.raises(sitedda.InputError, match=words):
         model.run()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bodies in steps, against closed forms: a disc that spins, Hertz, meshes that do not match."""
+"""Bodies in time steps against closed forms: spinning disc, Hertz, non-matching meshes."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from sitedda.meshing.body import mesh_body
 
 
 def second_moments(polygon):
-    """Of a polygon about its centroid, shape (2, 2)."""
+    """Second moments of a polygon about its centroid, shape (2, 2)."""
     after = np.roll(polygon, -1, axis=0)
     double = polygon[:, 0] * after[:, 1] - polygon[:, 1] * after[:, 0]
     middles = (0.5 * polygon, 0.5 * after, 0.5 * (polygon + after))
@@ -21,7 +21,7 @@ def second_moments(polygon):
 
 
 def angular_momentum(run, areas, moments):
-    """About the origin, over the density, of blocks with the masses of their first shapes."""
+    """Angular momentum about the origin over the density, with the initial masses of the blocks."""
     place, rate = run.coordinates, run.rates
     x, y = place[:, :2].T
     orbit = areas * (x * rate[:, 1] - y * rate[:, 0])
@@ -30,9 +30,9 @@ def angular_momentum(run, areas, moments):
     return (orbit + own).sum()
 
 
-def test_a_disc_that_spins():
-    """From the stress of a spinning disc, σ_r(0) = (3 + ν) ρ ω² R²/8, over 2 rad in plane stress,
-    ωΔt = .01: momentum to 1e-12, the centre's stress within 3 %, energy 1e-6 and of order 2."""
+def test_a_spinning_disc():
+    """Initial stress σ_r(0) = (3 + ν) ρ ω² R²/8 over 2 rad in plane stress, ωΔt = 0.01: momentum to
+    1e-12, stress of the centre within 3 %, energy within 1e-6 and of order 2."""
     radius, rate, poisson = 5.0, 10.0, 0.25
     cells = mesh_body([part(circle(radius, 48), 1.145)], "voronoi").polygons
     body = Body(cells)
@@ -60,7 +60,7 @@ def test_a_disc_that_spins():
             start = angular_momentum(run, body.areas, moments)
             run.advance(steps)
             change = angular_momentum(run, body.areas, moments) / start - 1
-            assert abs(change) < (1e-12 if step == 1e-3 else 1e-10)  # of the solver's tolerance
+            assert abs(change) < (1e-12 if step == 1e-3 else 1e-10)  # tolerance of the solver
             assert abs(run.energies["balance"]) < 1e-9 * kinetic
             gained.append(abs(run.energies["geometric"]) / kinetic)
             middle = run.stresses[np.argmin(r), :2]
@@ -114,7 +114,7 @@ def test_hertz():
 
 
 def rows_of(left, right, low, count, shift=0.0):
-    """Four courses of cells, from `low` up over 1 m; their inner joints moved by `shift`."""
+    """Four rows of cells from `low` over 1 m; their inner joints are displaced by `shift`."""
     x, y = np.linspace(left, right, count + 1), np.linspace(low, low + 1, 5)
     x[1:-1] += shift
     sides = list(zip(x, x[1:], strict=False))
@@ -135,7 +135,7 @@ APART = {
 
 
 def stress_under(pressure, upper, poisson, friction=30.0, **joint):
-    """Of two bodies whose meshes do not match, over the pressure, shape (cells, 3)."""
+    """Stresses of two bodies with non-matching meshes over the pressure, shape (cells, 3)."""
     model = model_of([rows_of(0.0, 3.0, 0.0, 12), upper], poisson, steps=40, time_step=1.0,
                      dynamic_factor=0.0)  # fmt: skip
     model["joint"][0](friction_angle=friction, **joint)
@@ -152,8 +152,8 @@ def stress_under(pressure, upper, poisson, friction=30.0, **joint):
 @pytest.mark.parametrize("points", [2, 3])
 @pytest.mark.parametrize("name", APART)
 def test_bodies_whose_meshes_do_not_match_bear_uniform_pressure(name, points):
-    """Pressure that follows edges acts on 1 + ν p/E of their length; nothing else is left but
-    the round-off of places, 10⁻¹⁶ over the strain."""
+    """Following pressure acts on 1 + ν p/E of the edge length; otherwise only the rounding of
+    positions remains, 10⁻¹⁶ over the strain."""
     pressure, poisson = 1e5, 0.25
     stress = stress_under(pressure, APART[name], poisson, contact_points=points,
                           normal_stiffness_per_area=100 * YOUNG)  # fmt: skip
@@ -163,8 +163,8 @@ def test_bodies_whose_meshes_do_not_match_bear_uniform_pressure(name, points):
 
 @pytest.mark.parametrize("name", list(APART)[:4])
 def test_pressure_is_uniform_to_twelve_digits(name):
-    """Of E/100, on joints that give a millimetre, so that places round less: p/(1 − ν p/E).  (Where
-    vertices meet, to 7·10⁻⁸; friction keeps 3·10⁻⁹ of the way of the first step.)"""
+    """A pressure of E/100 on soft joints reduces rounding of positions: p/(1 − ν p/E).  (7·10⁻⁸ if
+    vertices coincide; friction retains 3·10⁻⁹ of the displacement of the first step.)"""
     pressure, poisson = 0.01 * YOUNG, 0.25
     stress = stress_under(pressure, APART[name], poisson, friction=0.0, contact_points=3,
                           normal_stiffness_per_area=10 * YOUNG)  # fmt: skip

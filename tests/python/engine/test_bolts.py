@@ -15,7 +15,7 @@ STIFFNESS, MASS = 1.0e6, 2000.0  # N/m, kg/m
 
 
 def rock(penalty: float, young: float, boxes: dict, joint=None, **control) -> Model:
-    """Rectangles (left, bottom, right, top), of which the first is held."""
+    """Rectangles (left, bottom, right, top); the first is fixed."""
     model = Model("Rock", **({"time_step": 1e-3, "gravity": (0.0, -10.0)} | control))
     model.contact(normal_stiffness=penalty)
     model.material("rock", density=2000.0, young_modulus=young, poisson_ratio=0.0)
@@ -29,7 +29,7 @@ def rock(penalty: float, young: float, boxes: dict, joint=None, **control) -> Mo
 
 
 def hanging(steps=2000, gravity=10.0, **bolt) -> Model:
-    """A block of 2000 kg/m that hangs on a bolt from a held one, 2 m above."""
+    """A block of 2000 kg/m that hangs on a bolt, 2 m below a fixed block."""
     boxes = {"above": (0, 3, 1, 4), "below": (0, 0, 1, 1)}
     model = rock(1e10, 1e12, boxes, time_step=1e-4, steps=steps, gravity=(0.0, -gravity))
     model.output(history_interval=10)
@@ -39,7 +39,7 @@ def hanging(steps=2000, gravity=10.0, **bolt) -> Model:
 
 
 def test_force_and_elongation_at_rest():
-    """F = W, s = (W − pretension)/k; the other end does not turn."""
+    """F = W, s = (W − pretension)/k; the other end does not rotate."""
     model = hanging(steps=1, pretension=5e3)
     model.control(settle=True)
     history = model.run().history
@@ -49,8 +49,8 @@ def test_force_and_elongation_at_rest():
     assert history.bolt.values.tolist() == ["tie"]
 
 
-def test_a_loop_reads_the_bolts():
-    """The weight hangs on the bolt; a model without bolts has none."""
+def test_bolts_can_be_read_between_steps():
+    """The weight is the bolt force; a model without bolts has no bolts."""
     model = hanging(steps=1, pretension=5e3)
     model.control(settle=True)
     with sitedda.Simulation(model) as run:
@@ -66,8 +66,8 @@ def test_a_loop_reads_the_bolts():
         assert [len(values) for values in run.bolts.values()] == [0, 0, 0, 0]
 
 
-def test_a_mass_on_a_bolt_swings():
-    """s = (g/ω²)(1 − cos ωt) under sudden gravity, less the damping ωΔt/4 of the scheme."""
+def test_a_mass_on_a_bolt_oscillates():
+    """s = (g/ω²)(1 − cos ωt) under sudden gravity, with damping ωΔt/4 of the scheme."""
     history = hanging(steps=3000).run().history
     omega = math.sqrt(STIFFNESS / MASS)
     expected = 10.0 / omega**2 * (1.0 - np.cos(omega * history.time))
@@ -87,8 +87,8 @@ def bouncing(*bolt) -> Model:
     return model
 
 
-def test_a_bolt_without_force_leaves_impacts_as_they_are():
-    """A step that is solved again for a bolt that yields begins again, with nothing hit."""
+def test_a_bolt_without_force_does_not_change_impacts():
+    """If a bolt yields, the step is repeated from its start, without its first impact."""
     free = bouncing().run().history
     bolted = bouncing({"axial_stiffness": 10.0, "yield_force": 1e-3}).run().history
     assert abs(bolted.bolt_force).max() <= 1e-3
@@ -96,10 +96,10 @@ def test_a_bolt_without_force_leaves_impacts_as_they_are():
         assert_allclose(bolted[name].values[-1], free[name].values[-1], atol=1e-3)
 
 
-def test_yield():
-    """A bolt that yields at 1.5 W stops the block when (F_y − W) x = the energy it had then."""
+def test_a_yielding_bolt_stops_its_block():
+    """A bolt that yields at 1.5 W stops the block when (F_y − W) x equals the energy at yield."""
     history = hanging(steps=4000, yield_force=30e3).run().history
-    elastic = 30e3 / STIFFNESS  # W x = ½ k x² + ½ m v² there, then F_y − W brakes
+    elastic = 30e3 / STIFFNESS  # W x = ½ k x² + ½ m v² at yield, then F_y − W brakes
     most = elastic + (20e3 * elastic - 0.5 * STIFFNESS * elastic**2) / (30e3 - 20e3)
     assert history.bolt_force.max() == pytest.approx(30e3, rel=1e-12)
     assert history.bolt_elongation.max() == pytest.approx(most, rel=5e-3)
@@ -116,14 +116,14 @@ def test_rupture_lets_the_block_fall():
     lost = math.sqrt(float(history.energy_yield[-1]) / (0.5 * STIFFNESS))  # elongation when broken
     omega = math.sqrt(STIFFNESS / MASS)
     speed = 10.0 / omega * math.sqrt(1.0 - (1.0 - 0.025 * omega**2 / 10.0) ** 2)
-    assert 0.025 <= lost < 0.025 + speed * 1e-4  # it breaks in the step that stretches it so far
+    assert 0.025 <= lost < 0.025 + speed * 1e-4  # it breaks in the step of this elongation
     speed = history.energy_kinetic.diff("time")[-3:] > 0.0
     assert speed.all()
     assert residual(history) < 1e-9
 
 
 def test_a_cable_takes_no_compression():
-    """Thrown up against gravity the block is free until it comes back."""
+    """A block that moves up against gravity is free until it returns."""
     model = hanging(steps=600, gravity=0.0, compression=False)
     model["material"][0](initial_velocity=(0.0, 0.1, 0.0))
     history = model.run().history
@@ -134,7 +134,7 @@ def test_a_cable_takes_no_compression():
 
 DIP, FRICTION = math.radians(30.0), math.radians(20.0)
 SHEAR_STIFFNESS = 1e7  # N/m
-# N/m, what friction leaves of the weight of a layer of 4 m²
+# Part of the weight of a layer of 4 m² that friction does not carry, N/m
 LEFT = 80e3 * (math.sin(DIP) - math.cos(DIP) * math.tan(FRICTION))
 
 
@@ -149,7 +149,7 @@ def grouted(**bolt) -> Model:
     return model
 
 
-def test_a_grouted_bolt_carries_what_friction_leaves():
+def test_a_grouted_bolt_carries_the_load_beyond_friction():
     """Its shear force at a joint is W sin α − W cos α tan φ of the blocks above."""
     history = grouted().run().history
     assert history.bolt.values.tolist() == ["dowel", "dowel"]
@@ -180,7 +180,7 @@ def test_a_grouted_bolt_turns_with_its_blocks():
 
 @pytest.mark.parametrize("limit", ["shear_yield_force", "rupture_slip"])
 def test_shear_yield_and_rupture_of_a_grouted_bolt(limit):
-    """The lower joint carries what both blocks leave: the bolt holds just above that, not below."""
+    """The lower joint carries the excess of both blocks: the bolt must not fail below this load."""
     most = 2.0 * LEFT if limit == "shear_yield_force" else 2.0 * LEFT / SHEAR_STIFFNESS
     held = grouted(**{limit: 1.02 * most}).run().history
     assert abs(held.bolt_shear_force[-1, 1]) == pytest.approx(2.0 * LEFT, rel=1e-3)
@@ -189,7 +189,7 @@ def test_shear_yield_and_rupture_of_a_grouted_bolt(limit):
 
 
 def test_stages_add_and_drop_bolts():
-    """Put in late, a bolt has its pretension; taken away, nothing."""
+    """A bolt of a later stage has its pretension; a removed bolt has no force."""
     model = hanging(pretension=20e3)
     model.control(settle=None, steps=None)
     model.stage(name="hold", kind="static")
@@ -208,7 +208,7 @@ def test_stages_add_and_drop_bolts():
     assert residual(history) < 1e-6
 
 
-def test_bits_of_both_programs_and_of_a_resumed_run(tmp_path, same_everywhere):
+def test_both_programs_and_resumed_runs_are_bit_identical(tmp_path, same_everywhere):
     model = hanging(steps=1200, yield_force=30e3)
     model.output(block_interval=400)
     same_everywhere(model.write(tmp_path / "model.nml"), 800)
@@ -233,7 +233,7 @@ def test_bad_bolts_are_refused(changes, words):
     assert words in str(caught.value)
 
 
-def test_a_stage_names_what_is_there():
+def test_a_stage_with_unknown_bolts_is_refused():
     model = hanging()
     model.stage(name="one", steps=5, add="nothing")
     model.control(steps=None)
@@ -242,7 +242,7 @@ def test_a_stage_names_what_is_there():
 
 
 def leaning(**bolt) -> np.ndarray:
-    """Frequencies at rest of a block that leans on its friction and on a bolt, Hz."""
+    """Frequencies at rest of a block that is supported by friction and a bolt, Hz."""
     boxes = {"floor": (-1, -1, 2, 0), "block": (0, 0, 1, 1)}
     model = rock(1e9, 1e10, boxes, steps=1, gravity=(2.0, -10.0), settle=True)
     if bolt:
@@ -250,7 +250,7 @@ def leaning(**bolt) -> np.ndarray:
     return sitedda.modes(model, contacts="settled").frequency
 
 
-def test_a_bolt_that_breaks_on_the_way_to_rest_is_no_part_of_the_modes():
-    """All contacts are: frequencies are those without the bolt."""
+def test_a_bolt_that_breaks_in_a_static_stage_does_not_affect_modes():
+    """The frequencies equal those without the bolt, with all contacts."""
     assert_allclose(leaning(rupture_elongation=1e-7), leaning(), rtol=1e-9)
     assert leaning(yield_force=1e9)[0] > 1.05 * leaning()[0]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The shipped tests of bonded grains: a disc that splits, a sample that is crushed."""
+"""The shipped tests of bonded grains: splitting of a disc, crushing of a sample."""
 
 import numpy as np
 import pytest
@@ -27,8 +27,8 @@ def disc_stress(x, y):
     return across, along
 
 
-def test_whole_bonds_carry_the_stresses_of_an_elastic_disc(disc):
-    """Their mean over 20 or more grains; forces of both platens agree, so that inertia is small."""
+def test_intact_bonds_carry_the_stresses_of_an_elastic_disc(disc):
+    """The mean over 20 or more grains; the forces of both platens agree, so inertia is small."""
     changes = WHOLE | {"control.duration": 8e-4}
     history = sitedda.run(disc, output=False, changes=changes).history
     with sitedda.Simulation(disc, changes=changes) as start:
@@ -44,7 +44,7 @@ def test_whole_bonds_carry_the_stresses_of_an_elastic_disc(disc):
     assert along == pytest.approx(wanted[1], rel=0.1)
 
 
-def test_the_disc_splits_at_its_middle_and_bears_nothing_then(disc):
+def test_the_disc_splits_in_the_middle_and_loses_its_strength(disc):
     changes = {"voronoi.size": 0.01, "stop.tilt": 20.0, "control.duration": 3e-3}
     history = sitedda.run(disc, output=False, changes=changes).history
     start = history.block_coordinates.values[0, :, 0]
@@ -65,5 +65,5 @@ def test_lateral_pressure_makes_the_sample_stronger(tmp_path):
         changes |= {"voronoi.size": 0.01, "stop.fallen": 1}
         history = sitedda.run(sample, output=False, changes=changes).history
         strength.append(history.joint_normal_force.values.max() / 0.05)
-    least = 10e6 * np.tan(np.radians(45 + 15)) ** 2  # what friction of 30° alone adds
+    least = 10e6 * np.tan(np.radians(45 + 15)) ** 2  # the part due to friction of 30°
     assert strength[1] > strength[0] + 0.5 * least

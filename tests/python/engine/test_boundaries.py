@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Boundaries: half-spaces that absorb, motions that come in, rest on dashpots, bad input."""
+"""Boundaries: absorbing half-spaces, incoming motions, equilibrium on dashpots, bad input."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def soil(title: str = "soil", penalty: float = 40.0, **control) -> sitedda.Model
 def stack(
     layers: int, height: float = 20.0, motion=(0.0, 1.0), along: str = "x", penalty=2e4, **control
 ):
-    """Layers on a compliant base, on rollers so that they shear or compress and nothing else."""
+    """Layers on a compliant base, on rollers that permit only shear or only compression."""
     model = soil(penalty=penalty, **control)
     model.layers("layer", width=1.0, thickness=height / layers, count=layers)
     model.motion("rock", list(motion), model.control.time_step, "acceleration", drift_order=0)
@@ -62,7 +62,7 @@ def outcrop_ratio(frequencies, height: float = 20.0):
 
 
 def test_a_layer_on_a_half_space_amplifies_in_time():
-    """Spectrum of the surface over that of the outcrop, of a pulse, to 1 % of the peak."""
+    """Spectral ratio of surface to outcrop for a pulse, within 1 % of the peak."""
     step, frequencies = 2e-3, np.linspace(0.75, 5.0, 18)
     time = np.arange(0.0, 0.5, step)
     motion = np.sin(2 * np.pi * time / 0.5) * np.sin(np.pi * time / 0.5) ** 2
@@ -81,8 +81,8 @@ def test_a_layer_on_a_half_space_amplifies_in_time():
 
 
 @pytest.mark.parametrize("along", ["x", "y"])
-def test_a_pulse_leaves_through_its_own_half_space(along):
-    """A half-space of the material of the blocks: the base moves once up, once down, then rests."""
+def test_a_pulse_leaves_through_a_half_space_of_the_same_rock(along):
+    """The base moves once with the upgoing and once with the downgoing pulse, then rests."""
     step, height = 5e-4, 20.0
     time = np.arange(0.0, 0.12, step)
     motion = np.sin(np.pi * time / 0.12) ** 2 * np.sin(4 * np.pi * time / 0.12)
@@ -99,8 +99,8 @@ def test_a_pulse_leaves_through_its_own_half_space(along):
 
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
-def test_nothing_moves_when_dashpots_take_over(integration):
-    """Less than 1e-9 of the sag at the change of stage, and no creep in 60 s."""
+def test_nothing_moves_when_dashpots_replace_supports(integration):
+    """Less than 1e-9 of the settlement at the change of stage, and no creep in 60 s."""
     model = grid(integration=integration, time_step=0.02, duration=60.0)
     model["boundary"][0].motion_x = None
     run = model.run()
@@ -122,7 +122,7 @@ def test_incoming_is_half_of_the_outcrop_and_within_is_the_base_itself():
     np.testing.assert_allclose(base[:200], driven, atol=1e-3 * abs(driven).max())
 
 
-def test_bits_stay_across_a_checkpoint_and_threads(tmp_path, same_everywhere):
+def test_checkpoints_and_threads_are_bit_identical(tmp_path, same_everywhere):
     model = grid(time_step=1e-3, steps=200)
     same_everywhere(model.write(tmp_path / "grid.nml"), 77)
 
@@ -152,7 +152,7 @@ def test_bits_stay_across_a_checkpoint_and_threads(tmp_path, same_everywhere):
         ({"kind": "fixed", "direction": "normal", **BARE, "motion_x": "rock"}, "need direction"),
     ],
 )
-def test_bad_boundaries_are_refused_in_words(values, words):
+def test_bad_boundaries_are_refused_with_a_reason(values, words):
     model = grid()
     base = model["boundary"][0]
     for name, value in values.items():
@@ -183,7 +183,7 @@ def test_tied_sides_make_level_ground_of_any_width(integration, along):
         assert abs(free - free[:, :, :1]).max() > 0.01 * peak
 
 
-def test_a_mirrored_model_moves_as_a_mirror_image():
+def test_a_mirrored_model_has_the_mirrored_motion():
     here = moved(lattice("free", columns=4), columns=4)
     there = moved(lattice("free", columns=4, order=-1, acceleration=-1.0), columns=4)
     np.testing.assert_allclose(here, there[:, :, ::-1] * [-1, 1], atol=1e-10 * abs(here).max())
@@ -195,8 +195,8 @@ def test_energy_of_ties_balances():
     assert abs(history.energy_balance.values).max() < 1e-6 * turned
 
 
-def test_ties_go_with_a_block_that_is_removed():
-    """What was tied to it falls freely: n² Δt² g / 2 in n steps of DDA."""
+def test_ties_of_a_removed_block_are_removed():
+    """The block tied to it falls freely: n² Δt² g / 2 in n steps of DDA."""
     model = soil(steps=None, gravity=(0.0, -9.81))
     for name, x in (("left", 0.0), ("right", 2.0)):
         model.block([x, 0.0, x + 2, 0.0, x + 2, 2.0, x, 2.0], name=name)
@@ -214,7 +214,7 @@ def test_ties_go_with_a_block_that_is_removed():
 
 
 def base_of_a_block(turn: float, **motions) -> sitedda.Model:
-    """A block on a compliant base, turned about its corner, degrees."""
+    """A block on a compliant base, rotated about its corner by an angle in degrees."""
     cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     corners = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [0.0, 1.0], [1.5, 0.5]])
     *corners, centre = corners @ [[cos, sin], [-sin, cos]]
@@ -241,7 +241,7 @@ def test_the_transfer_function_of_an_inclined_base_is_that_of_its_axes():
 
 
 def rigid_on_dashpots(width: float, height: float, frequencies) -> np.ndarray:
-    """Top over outcrop of a rigid block on a base that moves, between sides that do not.
+    """Motion of the top of a rigid block over the outcrop motion of its base; its sides are fixed.
 
     (−ω²M + iωC) q = iω C_b e_x, C = Σ ∫ Rᵀ (ρV_p n nᵀ + ρV_s t tᵀ) R over the edges, C_b over the
     base: q = (u, v, φ) of the centroid, R the rigid motion of a point.
@@ -271,8 +271,8 @@ def rigid_on_dashpots(width: float, height: float, frequencies) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("width", "height"), [(2.0, 1.0), (1.0, 3.0)])
-def test_a_rigid_block_on_dashpots_alone_of_which_some_move(width, height, capfd):
-    """Nothing holds it at rest, and no part of the ground moves all of it."""
+def test_a_rigid_block_with_moving_and_fixed_dashpots(width, height, capfd):
+    """No spring supports the block, and the boundaries have different motions."""
     model = soil(integration="midpoint", time_step=1e-6)
     model["material"][0].young_modulus = 1e7 * MODULUS  # ωρV_p/E is 2e-6
     model.block([0.0, 0.0, width, 0.0, width, height, 0.0, height], name="block")
@@ -287,8 +287,8 @@ def test_a_rigid_block_on_dashpots_alone_of_which_some_move(width, height, capfd
     assert "illegal" not in "".join(capfd.readouterr())
 
 
-def test_a_layer_between_two_half_spaces_lets_through_what_the_closed_form_says():
-    """1/[(1 + Z₂/Z₁) cos kH + i (Z/Z₁ + Z₂/Z) sin kH], Z₁ of the base, Z₂ of what is above."""
+def test_a_layer_between_two_half_spaces_transmits_as_in_the_closed_form():
+    """1/[(1 + Z₂/Z₁) cos kH + i (Z/Z₁ + Z₂/Z) sin kH] ; Z₁ of the lower, Z₂ of the upper half."""
     height, layers = 20.0, 40
     model = soil(penalty=2e5, integration="midpoint", time_step=1e-5)
     model.layers("layer", width=1.0, thickness=height / layers, count=layers)
@@ -314,7 +314,7 @@ BED, WIDTH, HEIGHT = 3e9, 3.0, 2.0  # Pa/m, m
 
 
 def on_springs(turn: float = 0.0, time_step: float = 1e-4, **more) -> sitedda.Model:
-    """A block, all but rigid, on a bed of springs, turned about its lower left corner, degrees."""
+    """An almost rigid block on a bed of springs, rotated about its lower left corner (degrees)."""
     cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     corners = [[0.0, 0.0], [WIDTH, 0.0], [WIDTH, HEIGHT], [0.0, HEIGHT], [WIDTH / 2, HEIGHT / 2]]
     *corners, centre = np.array(corners) @ [[cos, sin], [-sin, cos]]
@@ -327,7 +327,7 @@ def on_springs(turn: float = 0.0, time_step: float = 1e-4, **more) -> sitedda.Mo
 
 
 def bed_matrices() -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness and mass of a rigid block on the bed: x and y of the centre, rotation."""
+    """Stiffness and mass matrices of a rigid block on the bed: x and y of the centre, rotation."""
     spring, arm = BED * WIDTH, HEIGHT / 2
     stiffness = spring * np.array([[1.0, 0.0, arm], [0.0, 1.0, 0.0], [arm, 0.0, 0.0]])
     stiffness[2, 2] = spring * (arm**2 + WIDTH**2 / 12)
@@ -337,7 +337,7 @@ def bed_matrices() -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("gravity", [(0.0, -9.81), (3.0, -9.0)])
 def test_a_block_settles_on_a_bed_of_springs(gravity):
-    """By W/k; a load that is tilted turns it, too."""
+    """The settlement is W/k; an inclined load also rotates the block."""
     model = on_springs(steps=None)
     model.control.gravity = gravity
     model.stage(name="rest", kind="static")
@@ -357,7 +357,7 @@ def test_the_frequencies_of_a_block_on_a_bed_are_those_of_its_springs(turn):
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint"])
 def test_a_block_on_a_bed_that_moves_follows_the_transfer_function(integration):
-    """1/(1 − (f/f₀)²) upwards; steps of a run book every joule."""
+    """1/(1 − (f/f₀)²) for vertical motion; the energy budget of a run balances."""
     model = on_springs(duration=0.2, integration=integration)
     model.motion("rock", [0.0, 20.0, -20.0, 0.0], 0.05, "acceleration")
     model["boundary"][0].motion_y = "rock"
@@ -365,7 +365,7 @@ def test_a_block_on_a_bed_that_moves_follows_the_transfer_function(integration):
     frequencies = own * np.array([0.1, 0.7, 3.0])
     if integration == "midpoint":
         found = sitedda.transfer(model, frequencies, "centre", None, "y")
-        seen = np.tan(np.pi * frequencies * 1e-4) / (np.pi * 1e-4)  # by steps of 1e-4 s
+        seen = np.tan(np.pi * frequencies * 1e-4) / (np.pi * 1e-4)  # with steps of 1e-4 s
         np.testing.assert_allclose(found, 1 / (1 - (seen / own) ** 2), rtol=1e-5)
     history = model.run().history
     assert abs(history.energy_input.values[-1]) > 1.0
@@ -402,7 +402,7 @@ def test_a_run_on_a_bed_that_moves_has_the_same_bits_everywhere(tmp_path, same_e
         ("free_field", "left", {"density": -1.0}, "density = -1"),
     ],
 )
-def test_bad_values_of_a_kind_are_refused_in_words(kind, side, values, words):
+def test_bad_values_of_a_kind_are_refused_with_a_reason(kind, side, values, words):
     model = lattice("free", columns=3)
     model.boundary(kind=kind, side=side, **values)
     with pytest.raises(sitedda.InputError, match=words):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What comes in through boundaries and how they move; pictures; edges taken twice."""
+"""Incoming waves and motions of boundaries; pictures; edges with two boundaries."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ MOTIONS = [f"{who}_{what}" for who in ("incoming", "boundary")
 
 @pytest.mark.parametrize(("motion_is", "share"), [("outcrop", 0.5), ("incoming", 1.0)])
 @pytest.mark.parametrize("along", ["x", "y"])
-def test_the_wave_that_comes_in_is_that_of_the_record(motion_is, share, along):
+def test_the_incoming_wave_is_that_of_the_record(motion_is, share, along):
     model = stack(4, motion=PULSE, along=along, duration=0.1)
     model["boundary"][0](motion_is=motion_is)
     history = model.run().history.sel(boundary="base")
@@ -41,8 +41,8 @@ def test_the_motion_of_a_base_is_the_mean_of_its_edges():
         np.testing.assert_allclose(own, middle, atol=1e-8 * abs(middle).max())
 
 
-def test_a_matched_base_moves_as_the_wave_that_comes_in_and_the_one_that_comes_back():
-    """v(t) = v_in(t) + v_in(t − 2H/V_s), in layers of the half-space's own stuff."""
+def test_a_matched_base_moves_as_the_incoming_plus_the_reflected_wave():
+    """v(t) = v_in(t) + v_in(t − 2H/V_s) in layers with the material of the half-space."""
     height = 10.0
     model = stack(40, height, motion=PULSE, duration=0.25, integration="midpoint", penalty=2e4)
     model["boundary"][0](
@@ -54,7 +54,7 @@ def test_a_matched_base_moves_as_the_wave_that_comes_in_and_the_one_that_comes_b
     assert abs(history.boundary_velocity.values - wave - back).max() < 0.01 * abs(wave).max()
 
 
-def test_level_ground_moves_as_the_free_field_that_comes_in():
+def test_level_ground_moves_as_the_incoming_free_field():
     history = lattice("free_field").run().history
     assert list(history.boundary.values) == ["base", "free field left", "free field right"]
     surface = lattice("tied", columns=1)
@@ -88,7 +88,7 @@ def test_the_same_bits_from_both_programs_and_after_a_resume(tmp_path, same_ever
     assert all(np.any(history[name].values) for name in MOTIONS)
 
 
-def test_models_without_boundaries_have_none_of_it():
+def test_models_without_boundaries_have_no_such_variables():
     history = lattice("free", columns=2).run().history
     assert "boundary_edge" in history
     bare = sitedda.Model("bare", time_step=STEP, steps=2)
@@ -100,7 +100,7 @@ def test_models_without_boundaries_have_none_of_it():
 
 
 def every_kind() -> sitedda.Model:
-    """A lattice with a piece of each kind of boundary that edges can have, and half an edge."""
+    """A lattice with a boundary of each kind that edges can have, one on half an edge."""
     model = lattice("free", columns=4, rows=4)
     model["boundary"][0](side=None, blocks="b_0_0", edges=[1])
     model.boundary("still", "fixed", blocks="b_1_0", edges=[1])
@@ -112,7 +112,7 @@ def every_kind() -> sitedda.Model:
 
 
 def test_boundaries_are_drawn_where_they_are(tmp_path):
-    """Every kind has its words, lines on its edges, and signs outside the blocks."""
+    """Each kind has a legend, lines on its edges, and symbols outside the blocks."""
     model = every_kind()
     scene = Scene.of(model.write(tmp_path / "kinds.nml"))
     found = scene.boundaries(0)

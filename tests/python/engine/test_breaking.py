@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Welded faces that break into cohesive joints: closed forms, momentum, pieces that collide."""
+"""Welded faces that break into cohesive joints: closed forms, momenta, colliding pieces."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ DENSITY, YOUNG, STRENGTH, ENERGY = 2500.0, 20e9, 2e6, 60.0
 
 
 def cells(columns, rows, size, steps, time_step, poisson=0.0, velocities=((0, 0, 0),) * 2, **joint):
-    """A body of squares whose faces break, its left and right half at two velocities."""
+    """A body of squares with breakable faces; both halves have initial velocities."""
     model = sitedda.Model()
     model.control(
         time_step=time_step, steps=steps, gravity=[0.0, 0.0], integration="midpoint",
@@ -39,7 +39,7 @@ def cells(columns, rows, size, steps, time_step, poisson=0.0, velocities=((0, 0,
 
 
 def pulled_bar(count):
-    """A bar of 2 m between a hold and an end that is pulled to 1.1 times its strength."""
+    """A bar of 2 m with one fixed end; the other end is pulled to 1.1 times the strength."""
     size = 2.0 / count
     model = cells(count, 1, size, 4000, 5e-5)
     pulled = 2.2e-4 * np.arange(4002) / 4000
@@ -52,8 +52,8 @@ def pulled_bar(count):
 
 
 @pytest.mark.parametrize("count", [2, 5])
-def test_a_bar_breaks_at_its_strength_and_keeps_the_energy_that_is_left(count):
-    """T²L/2E = 200 J/m² are stored, G = 60 are spent, 140 become motion (in one break)."""
+def test_a_bar_breaks_at_its_strength_and_keeps_the_remaining_energy(count):
+    """200 J/m² (T²L/2E) are stored, G = 60 are dissipated, 140 become kinetic energy."""
     run = pulled_bar(count).run()
     history, depth = run.history, 2.0 / count
     stress = history.block_stress.sel(component="xx").values
@@ -79,7 +79,7 @@ def momenta(history, size):
 
 
 def test_breaking_keeps_momenta():
-    """Two halves of a spinning body that fly apart."""
+    """Two halves of a spinning body fly apart."""
     model = cells(4, 2, 0.5, 1500, 5e-6, 0.2, ([-0.6, -0.3, 1.0], [0.6, 0.3, 1.0]))
     model.output(block_interval=50)
     history = model.run().history
@@ -91,7 +91,7 @@ def test_breaking_keeps_momenta():
 
 
 def test_pieces_collide_as_blocks():
-    """Halves that have come apart are pushed together again, and rest on each other."""
+    """Separated halves are pushed together again and come to rest on each other."""
     model = cells(4, 2, 0.5, 8000, 4e-5, 0.2, ([-0.6, 0.0, 0.0], [0.6, 0.0, 0.0]))
     for i in range(4):
         for j in range(2):
@@ -113,7 +113,7 @@ def test_pieces_collide_as_blocks():
 
 @pytest.mark.parametrize("pressure", [0.0, 1e6])
 def test_a_face_shears_at_cohesion_and_friction(pressure):
-    """The peak is c + σ tan φ, and σ tan φ stays."""
+    """The peak is c + σ tan φ; the residual stress is σ tan φ."""
     steps, slip = 2000, 2e-3
     model = cells(0, 0, 0, steps, 1e-3, cohesion=1e6, shear_fracture_energy=200.0)
     model.control(integration="backward_euler")
@@ -150,8 +150,8 @@ def test_a_run_that_breaks_has_the_same_bits_everywhere(
 
 
 def test_a_study_runs_over_strengths_of_faces(tmp_path):
-    """A strength above what comes breaks nothing."""
-    velocities = ([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0])  # 1.4 MPa
+    """If the strength exceeds the stress, nothing breaks."""
+    velocities = ([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0])  # stress 1.4 MPa
     file = cells(4, 2, 0.5, 200, 2e-5, 0.2, velocities).write(tmp_path / "body.nml")
     values = {"joint.crack.tensile_strength": [5e5, 3e6]}
     table = sitedda.study(file, values, ["energy_fracture.last"], folder=tmp_path / "cases")
@@ -160,7 +160,7 @@ def test_a_study_runs_over_strengths_of_faces(tmp_path):
 
 
 def between(first, *others):
-    """A body of two materials that break nowhere but between those that are named."""
+    """A body of two materials that breaks only between the given materials."""
     model = cells(4, 2, 0.5, 300, 2e-5, 0.2, ([-0.6, 0.0, 0.0], [0.6, 0.0, 0.0]))
     for material in model.of_kind("material"):
         material(fracture=None)
@@ -169,8 +169,8 @@ def between(first, *others):
 
 
 @pytest.mark.parametrize("names", [("left", "right"), ("right", "left")])
-def test_faces_between_two_materials_have_a_joint_of_their_own(names):
-    """The two of them break, from either side, and no other."""
+def test_faces_between_two_materials_have_a_separate_joint(names):
+    """Only faces between the two materials break, in either order of the names."""
     history = between(*names).run().history
     damage = history.edge_damage.values[-1].reshape(2, 4, 4)
     assert np.all(damage[:, 1, 1] == 1) and np.all(damage[:, 2, 3] == 1)
@@ -182,7 +182,7 @@ def test_faces_between_two_materials_have_a_joint_of_their_own(names):
     ("names", "message"),
     [(("left",), "between needs two materials"), (("left", "sand"), "'sand' is not the name of a")],
 )
-def test_faces_between_what_is_no_two_materials_are_refused(names, message):
+def test_faces_between_invalid_materials_are_refused(names, message):
     with pytest.raises(sitedda.InputError, match=message):
         between(*names).run()
 
@@ -206,7 +206,7 @@ def test_pictures_and_files_show_cracks(tmp_path):
         ({}, "none", "'none' is not the name of a &joint"),
     ],
 )
-def test_a_joint_that_faces_cannot_become_is_refused(joint, fracture, message):
+def test_an_unsuitable_joint_of_broken_faces_is_refused(joint, fracture, message):
     model = cells(2, 1, 1.0, 4, 1e-4)
     own = model.of_kind("joint")[0]
     if "law" in joint:

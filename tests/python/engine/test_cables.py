@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cables past several points against closed forms, besides those of the validation case."""
+"""Cables over several points against closed forms, in addition to the validation case."""
 
 import math
 
@@ -24,8 +24,8 @@ from sitedda_evidence.validation.cables import (
 )
 
 
-def test_a_cable_yields_as_one():
-    """At constant force m₁ falls with g − F/m₁, and the loss is F times the plastic stretch."""
+def test_a_cable_yields_along_its_whole_length():
+    """At constant force m₁ falls with g − F/m₁; dissipation is F × plastic elongation."""
     force = 0.5 * TENSION
     history = atwood(pretension=force, yield_force=force).run().history
     speed = history.velocity.sel(axis="y").values[-1]
@@ -37,7 +37,7 @@ def test_a_cable_yields_as_one():
 
 
 def test_the_highest_frequency_of_a_stiff_sling():
-    """ω² = k Σ u_i²/m_i over the three blocks, u = ∂L/∂x; it lies between the bounds."""
+    """ω² = k Σ u_i²/m_i over the three blocks, u = ∂L/∂x; it is between the guaranteed bounds."""
     model = sling()
     model.control(settle=None, gravity=(0.0, 0.0))
     model["bolt"][0](axial_stiffness=1e17)
@@ -50,7 +50,7 @@ def test_the_highest_frequency_of_a_stiff_sling():
 
 
 def test_a_pretensioned_cable_presses_a_row_together():
-    """Each joint of the row carries the force of the cable, and no block is bent."""
+    """The compressive force in each joint of the row is the cable force, without bending."""
     model = stiff_model("Row", time_step=1e-3, steps=1, settle=True)
     model.control(gravity=(0.0, 0.0))
     for i in range(3):
@@ -69,7 +69,7 @@ def test_a_pretensioned_cable_presses_a_row_together():
 
 
 def pendulum(integration="midpoint", anchor=0.5, steps=20000) -> Model:
-    """A block of 2000 kg/m that swings on a bolt to a held one above."""
+    """A block of 2000 kg/m that swings on a bolt below a fixed block."""
     model = stiff_model("Pendulum", time_step=1e-3, steps=steps, integration=integration)
     model.output(history_interval=100)
     model.block(square(0, 5), name="above", material="light")
@@ -83,7 +83,7 @@ def pendulum(integration="midpoint", anchor=0.5, steps=20000) -> Model:
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint"])
 def test_a_pendulum_gains_no_energy(integration):
-    """ω²Δt/2 a second is lost by the scheme, and the exact geometry adds nothing."""
+    """The scheme damps by ω²Δt/2 per second; the exact geometry adds no energy."""
     history = pendulum(integration, 0.0).run().history
     omega = math.sqrt(GRAVITY / 5.0)
     start = 0.5 * LIGHT * 0.1**2
@@ -93,8 +93,8 @@ def test_a_pendulum_gains_no_energy(integration):
 
 
 def test_modes_of_a_pendulum():
-    """Those of a double pendulum: the bolt of length l, and the block about an anchor at a."""
-    arm, radius = 0.5, 1.0 / math.sqrt(6.0)  # m, of gyration
+    """The modes of a double pendulum: a bolt of length l, and the block about an anchor at a."""
+    arm, radius = 0.5, 1.0 / math.sqrt(6.0)  # m; radius of gyration
     length = 5.0 - arm
     mass = np.array([[length**2, length * arm], [length * arm, arm**2 + radius**2]])
     weight = GRAVITY * np.diag([length, arm])
@@ -104,8 +104,8 @@ def test_modes_of_a_pendulum():
         assert abs(found / frequency - 1.0).min() < 1e-4
 
 
-def test_a_removed_block_takes_its_cable_along():
-    """Also one that the cable passes between its ends; then both blocks fall freely."""
+def test_a_removed_block_removes_its_cable():
+    """Also a block between the ends of the cable; both other blocks then fall freely."""
     model = atwood(steps=None, time_step=1e-3)
     model.stage(name="hang", steps=20)
     model.stage(name="cut", steps=100, remove="beam")
@@ -116,14 +116,14 @@ def test_a_removed_block_takes_its_cable_along():
     assert speed[-1] - speed[2] == pytest.approx(-GRAVITY * 0.1, rel=1e-9)
 
 
-def test_bits_of_threads_and_of_a_resumed_run(tmp_path, same_everywhere):
+def test_threads_and_resumed_runs_are_bit_identical(tmp_path, same_everywhere):
     model = atwood(steps=1200, yield_force=1.5 * TENSION)
     model.output(block_interval=400)
     same_everywhere(model.write(tmp_path / "model.nml"), 800)
 
 
-def test_pictures_know_the_points_of_a_cable():
-    """Before a run and in its frames."""
+def test_pictures_show_the_points_of_a_cable():
+    """Before a run and in the frames of its output."""
     model = atwood(steps=100, pretension=TENSION)
     model.output(block_interval=100)
     before = Scene.of(model).bolts(0)[0]
@@ -158,7 +158,7 @@ def test_bad_cables_are_refused(changes, words):
     assert words in str(caught.value)
 
 
-def test_half_a_point_is_refused(tmp_path):
+def test_a_point_with_one_coordinate_is_refused(tmp_path):
     file = atwood().write(tmp_path / "model.nml")
     text = file.read_text()
     assert "9.5, 2.0, 9.5" in text

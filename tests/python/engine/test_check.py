@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `check` says before a run: the same from both programs, and no number that is none."""
+"""Reports of `check` before a run: equal in both programs, and only with valid numbers."""
 
 import math
 import re
@@ -14,13 +14,13 @@ from sitedda.scheme import Scheme
 
 
 def finding(text: str, what: str) -> str:
-    """One finding of a report as one line, with its verdict."""
+    """One finding of a report in one line, with its verdict."""
     joined = re.sub(r"\n {24}", " ", text)
     return next(line for line in joined.splitlines() if line[6:].startswith(what))
 
 
 def numbers_of(report) -> np.ndarray:
-    """All numbers that a report holds."""
+    """All numbers in the text of a report."""
     return np.array(
         [report.omega_max, *report.bracket, report.residual, report.shift, *report.band]
     )
@@ -30,7 +30,7 @@ def numbers_of(report) -> np.ndarray:
 
 
 def check_tower(write_input, time_step: float) -> sitedda.Report:
-    """The report of the tower at a step; its pulse has energy from 14 to 29 Hz."""
+    """Report of the tower with a time step; its pulse has energy from 14 to 29 Hz."""
     report = sitedda.check(write_input(tower(time_step=time_step)))
     assert np.all(np.isfinite(numbers_of(report)))
     assert not re.search(r"Infinity|NaN|\*\*", report.text)
@@ -57,7 +57,7 @@ def test_a_band_that_reaches_beyond_the_steps_has_damping_at_one_end(write_input
 
 
 @pytest.mark.parametrize("time_step", [0.05, 1e3])
-def test_a_band_beyond_the_steps_is_said_in_words(write_input, time_step):
+def test_a_band_beyond_the_steps_is_reported(write_input, time_step):
     report = check_tower(write_input, time_step)
     assert 1 / (2 * time_step) < report.band[0]
     line = finding(report.text, "damping")
@@ -65,7 +65,7 @@ def test_a_band_beyond_the_steps_is_said_in_words(write_input, time_step):
     assert "the band of the record, 14.29 … 28.57 Hz, lies beyond 1/(2 Δt)" in line
 
 
-def test_a_record_of_nanoseconds_is_told_in_short_numbers(write_input):
+def test_a_record_of_nanoseconds_is_reported_in_short_numbers(write_input):
     report = sitedda.check(write_input(changed(tower(), "motion", time_step=1e-9)))
     assert "1.429e8 … 2.857e8 Hz, lies beyond" in finding(report.text, "damping")
 
@@ -73,7 +73,7 @@ def test_a_record_of_nanoseconds_is_told_in_short_numbers(write_input):
 # --- Other findings -------------------------------------------------------------------------------
 
 
-def test_a_first_mode_that_does_not_swing_fails(write_input):
+def test_a_first_mode_without_oscillation_fails(write_input):
     file = write_input(tower())
     first = sitedda.modes(file).frequency[0]
     least = 4 / (2 * math.pi * first)  # s, paper eq. 13
@@ -83,7 +83,7 @@ def test_a_first_mode_that_does_not_swing_fails(write_input):
     assert line.startswith("warn")
 
 
-def test_the_time_step_is_held_against_the_highest_frequency(write_input):
+def test_the_time_step_is_compared_with_the_highest_frequency(write_input):
     file = write_input(tower())
     limit = 4 / sitedda.check(file).omega_max
     text = sitedda.check(file, time_step=0.99 * limit).text
@@ -92,7 +92,7 @@ def test_the_time_step_is_held_against_the_highest_frequency(write_input):
     assert re.search(r"; \d+ of 24 modes lie beyond", line)
 
 
-def test_blocks_that_touch_nothing_are_told(write_input):
+def test_blocks_that_touch_nothing_are_reported(write_input):
     apart = [*flying_block(), group("block", vertices=rectangle(5.0, 0.0, 2.0, 1.0))]
     line = finding(sitedda.check(write_input(apart)).text, "contacts")
     assert line.startswith("warn") and "no contact is closed" in line
@@ -100,7 +100,7 @@ def test_blocks_that_touch_nothing_are_told(write_input):
 
 @pytest.mark.parametrize(("ratio", "kind"), [(1e3, "normal"), (1e-3, "shear")])
 def test_the_spring_that_governs_is_named(write_input, ratio, kind):
-    """Springs of a kind that is a thousand times stiffer than all others hold the highest mode."""
+    """The stiffest kind of springs (by a factor of 1000) governs the highest mode."""
     stiff = changed(
         tower(), "contact", normal_stiffness=1.5e12, shear_ratio=ratio, fixed_point_ratio=1e-3
     )
@@ -113,7 +113,7 @@ def test_the_spring_that_governs_is_named(write_input, ratio, kind):
 MEMBERS = ("dda", "midpoint", "theta", "backward_euler")
 
 
-def test_ringing_is_told_in_steps(write_input):
+def test_ringing_is_reported_in_steps(write_input):
     report = sitedda.check(write_input(tower()))
     line = finding(report.text, "ringing")
     assert "normal contact springs" in line  # supports have a dashpot and do not ring
@@ -143,7 +143,7 @@ def test_modes_have_damping_and_period_of_the_member(write_input, integration):
 # --- The commands ---------------------------------------------------------------------------------
 
 
-def test_both_programs_say_what_the_package_says(program, write_input):
+def test_both_programs_report_the_same_as_the_package(program, write_input):
     file = write_input(tower())
     done = program.ok("check", file)
     with sitedda.Simulation(file) as simulation:
@@ -176,8 +176,8 @@ def test_a_check_of_bad_input_is_status_1(program, write_input):
     assert done.returncode == 1 and "time_step" in done.stderr
 
 
-def test_a_block_that_a_stage_removes_is_no_part_of_what_is_checked(root):
-    """Its mass of 0 made all modes NaN, block sizes over speeds 0 s, and no bounds of a penalty."""
+def test_a_block_that_a_stage_removes_is_not_checked(root):
+    """Its mass of 0 made modes NaN, block sizes over speeds 0 s, and penalty bounds invalid."""
     text = str(sitedda.check(root / "inputs" / "tunnel_roof.nml"))
     modes = finding(text, "lowest modes")
     assert modes.startswith("ok") and "rigid-body" not in modes
@@ -204,8 +204,8 @@ def test_contacts_may_penetrate_by_a_hundredth_of_a_block(write_input, percent, 
     assert line.startswith(verdict) and f"penetrate by {percent} %" in line
 
 
-def test_the_penalty_has_its_cost_beside_the_compression_that_it_saves(write_input):
-    """A layer has two contacts on either side; softer joints add to 1/f² in proportion to 1/k_n."""
+def test_the_check_reports_cost_and_benefit_of_a_stiffer_penalty(write_input):
+    """Each side of a layer has two contacts; softer joints add to 1/f² in proportion to 1/k_n."""
     model = write_input(tower())
     mass, pattern = 15.0 * ROCK["density"], r"iteration ([\d.e+]+); .* = (\S+) N/m, with (\S+),"
     line = finding(sitedda.check(model).text, "penalty ").replace(" [", ", [")
@@ -220,19 +220,19 @@ def test_the_penalty_has_its_cost_beside_the_compression_that_it_saves(write_inp
 
 
 @pytest.mark.parametrize("accuracy", [0.0, 1.0, -0.1, math.nan])
-def test_a_share_of_the_first_frequency_lies_between_0_and_1(write_input, accuracy):
+def test_the_reduction_of_the_first_frequency_must_be_between_0_and_1(write_input, accuracy):
     with pytest.raises(sitedda.SiteddaError, match="between 0 and 100"):
         sitedda.penalty_for(write_input(tower()), accuracy=accuracy)
 
 
 @pytest.mark.parametrize("percent", [4.9, 5.1])
-def test_a_run_doubts_contacts_deeper_than_a_twentieth_of_a_block(write_input, percent):
+def test_a_run_warns_if_a_penetration_exceeds_a_twentieth_of_a_block(write_input, percent):
     verdict = sitedda.run(write_input(standing(percent)), output=False).verdict
     assert ("penetration" in [one.topic for one in verdict.doubts]) == (percent > 5)
 
 
 def standing(percent: float) -> list:
-    """A cube of 1 m on a base by two corners: half of its weight over k_n."""
+    """A cube of 1 m on two corners of a base: each penetrates by half the weight over k_n."""
     weight = 2500.0 * 9.81
     return [
         group("run"),
@@ -247,11 +247,11 @@ def standing(percent: float) -> list:
     ]
 
 
-# --- What a run says of its check -----------------------------------------------------------------
+# --- Warnings of the check in a run ---------------------------------------------------------------
 
 
 def drums(**joint) -> list:
-    """Two drums on a floor, on their way down."""
+    """Two drums that settle on a floor."""
     shapes = [rectangle(-1, -0.2, 2, 0.2), *(rectangle(-0.5, y, 1, 1) for y in (0, 1))]
     return [
         group("control", time_step=1e-3, steps=5, gravity=[0.0, -9.81]),
@@ -263,30 +263,30 @@ def drums(**joint) -> list:
     ]
 
 
-def said_of_check(file, **changes) -> list[str]:
+def check_lines_of_run(file, **changes) -> list[str]:
     lines = str(sitedda.run(file, **changes).verdict).splitlines()
     return [line for line in lines if line.startswith(("doubt  check: ", "what to change: "))]
 
 
-def test_a_run_says_each_doubt_of_its_check_in_a_line(write_input):
-    """Two drums have four contacts; at rest no mode of theirs matters."""
+def test_a_run_prints_each_warning_of_its_check_in_a_line(write_input):
+    """Two drums have four contacts; a static model has no relevant modes."""
     file = write_input(drums())
-    *doubts, last = said_of_check(file)
+    *doubts, last = check_lines_of_run(file)
     assert any("lower the frequency by " in line and "(4 contacts)" in line for line in doubts)
     assert last == "what to change: sitedda check FILE.nml"
     assert max(map(len, doubts)) <= 80
-    assert said_of_check(file, settle=True) == []
+    assert check_lines_of_run(file, settle=True) == []
 
 
 def test_measured_stiffness_is_no_penalty(write_input, main):
     measured = drums(normal_stiffness_per_area=1e8, shear_stiffness_per_area=1e8)
     file = write_input(measured)
-    assert not any("rigid joints" in line for line in said_of_check(file))
+    assert not any("rigid joints" in line for line in check_lines_of_run(file))
     assert finding(main("check", file).stdout, "penalty").startswith("ok")
 
 
-def test_a_wave_and_a_cell_are_of_one_material(write_input):
-    """Large blocks of rock below small ones of soil resolve what each of them carries."""
+def test_wavelength_and_cell_size_are_compared_per_material(write_input):
+    """Large blocks of rock below small blocks of soil resolve the waves in their own material."""
     soil = {"density": 1800.0, "shear_velocity": 100.0, "pressure_velocity": 200.0}
     rock = {"density": 2500.0, "shear_velocity": 2000.0, "pressure_velocity": 3500.0}
     groups = [
@@ -307,4 +307,4 @@ def test_a_wave_and_a_cell_are_of_one_material(write_input):
                header="time (s),acceleration (m/s^2)", comments="")  # fmt: skip
     report = sitedda.check(file)
     line = finding(report.text, "element size")
-    assert line.startswith("ok")  # 1/20 of a wave in the soil; 12 m of rock over it would be 0.6
+    assert line.startswith("ok")  # 1/20 of a wavelength in the soil; 0.6 with the rock

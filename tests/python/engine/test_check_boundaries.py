@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a check says of dashpots, of the size of blocks, and of the sides of a model."""
+"""Findings of a check on dashpots, block size, and sides of a model."""
 
 import re
 
@@ -11,7 +11,7 @@ import sitedda
 
 
 def line(model, what: str):
-    """The line of a check, or None."""
+    """The finding of a check on a topic, or None."""
     return next((one for one in sitedda.check(model).lines if one.topic == what), None)
 
 
@@ -20,8 +20,8 @@ def percent(text: str, before: str) -> float:
 
 
 @pytest.mark.parametrize(("integration", "share"), [("dda", 1 / 8), ("midpoint", 0), ("theta", 0)])
-def test_what_dashpots_reflect(integration, share):
-    """(kh)²/48 by the lowest blocks, ωΔt/8 of DDA and nothing in other members."""
+def test_the_check_reports_the_reflection_of_dashpots(integration, share):
+    """(kh)²/48 due to the lowest blocks, plus ωΔt/8 in DDA and 0 in other members."""
     found = line(lattice("free_field", columns=3, integration=integration), "dashpots").words
     frequency = float(re.search(r"and ([0-9.]+) Hz", found)[1])
     omega = 2 * np.pi * frequency
@@ -30,14 +30,14 @@ def test_what_dashpots_reflect(integration, share):
         100 * (omega / slowest) ** 2 / 48, rel=0.02
     )
     assert percent(found, "due to the time") == pytest.approx(100 * omega * 1e-3 * share, rel=0.02)
-    # Of ν = ¼: the table of docs/boundaries.md, .0003 at 30° and .0039 at 45° for P.
+    # The table of docs/boundaries.md for ν = ¼: 0.0003 at 30° and 0.0039 at 45° for P waves.
     degrees = [int(n) for n in re.findall(r"(\d+)°", found)]
     assert degrees[0] <= 50
     assert degrees[1] <= 21
 
 
-def test_waves_are_too_fast_by_the_size_of_the_blocks():
-    """(kΔx)²/24: the first frequency of layers on a fixed base lies above the closed form."""
+def test_the_check_reports_the_velocity_error_of_the_block_size():
+    """(kΔx)²/24: the first frequency of layers on a fixed base exceeds the closed form."""
     layers, height = 4, 4.0
     model = sitedda.Model(
         "layers", time_step=1e-5, steps=1, analysis="plane_strain", integration="midpoint"
@@ -53,20 +53,20 @@ def test_waves_are_too_fast_by_the_size_of_the_blocks():
     assert found - 1 == pytest.approx((np.pi / 2 / layers) ** 2 / 24, rel=0.03)
 
 
-def test_sides_that_disturb_are_warned_of():
+def test_the_check_warns_of_free_sides():
     assert line(lattice("free", columns=3), "sides").verdict == "warn"
     assert line(lattice("viscous", columns=3), "sides").verdict == "warn"
     assert line(lattice("tied", columns=3), "sides") is None
 
 
-def test_level_ground_does_not_depart_from_its_free_fields():
+def test_level_ground_does_not_differ_from_its_free_fields():
     found = line(lattice("free_field", columns=3), "sides")
     assert found.verdict == "ok"
     assert percent(found.words, "at ") == 0.0
 
 
 def departure_of_a_step(omega, depths, distances) -> float:
-    """Of a bar of two depths (m) on dashpots, at its ends so far (m) from the step, largest.
+    """Largest departure at the ends of a bar with a step, at given distances from the step (m).
 
     u = u_free + A e^κx + B e^−κx in both parts, κ² = (iωZ − ρHω²)/(E'H); at the step u and E'H u'
     are continuous, at the ends E'H u' = ∓iωρV_p H (u − u_free).
@@ -76,7 +76,7 @@ def departure_of_a_step(omega, depths, distances) -> float:
     free = 2.0 / (1.0 + 1j * omega * density * depths / base)
     wave = np.sqrt((1j * omega * base / depths - density * omega**2) / plate)
     slope = plate * depths * wave
-    equations = np.zeros((4, 4), dtype=complex)  # A, B on the left, A, B on the right
+    equations = np.zeros((4, 4), dtype=complex)  # unknowns: A, B on the left, A, B on the right
     equations[0] = [1.0, 1.0, -1.0, -1.0]
     equations[1] = [slope[0], -slope[0], -slope[1], slope[1]]
     rise = np.exp(wave * ends)
@@ -95,8 +95,8 @@ def departure_of_a_step(omega, depths, distances) -> float:
 @pytest.mark.parametrize(
     ("distances", "verdict"), [((60.0, 100.0), "warn"), ((200.0, 280.0), "ok")]
 )
-def test_how_far_sides_depart_from_their_free_fields(root, distances, verdict):
-    """A step of the ground from 15 to 45 m, by the closed form of its long-wave estimate."""
+def test_departure_of_sides_from_their_free_fields(root, distances, verdict):
+    """Ground that steps from 15 to 45 m, by the closed form of its long-wave estimate."""
     model = sitedda.Model.read(root / "inputs" / "step.nml")
     left, right = -distances[0], distances[1]
     model["region"][0](outline=[(left, -15), (right, -15), (right, 30), (0, 30), (0, 0), (left, 0)])

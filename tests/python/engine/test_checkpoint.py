@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs that end early go on from a checkpoint, to the same bits; what does not fit is refused."""
+"""Interrupted runs continue bit-identically from a checkpoint; mismatches are refused."""
 
 import shutil
 import signal
@@ -23,20 +23,20 @@ LONG = 200_000  # steps that take longer than a test waits
 
 
 def shaken_tower(steps: int = STEPS, interval: int = 0, **control) -> list:
-    """Loose layers that slide, with frames and checkpoints now and then."""
+    """Loose layers that slide, with frames and checkpoints at intervals."""
     loose = {"name": "bedding", "friction_angle": 5.0}
     groups = tower(4, steps, loose, gravity=[0.0, -9.81], **control)
     return changed(groups, "output", checkpoint_interval=interval, block_interval=30)
 
 
 def stopped(file, output, after: int, **changes):
-    """A run that is left after some steps, with a checkpoint."""
+    """A run that is closed after some steps, with a checkpoint."""
     with sitedda.Simulation(file, output, **changes) as simulation:
         simulation.advance(after)
 
 
 def written(file) -> int | None:
-    """When a file was written, ns; None while it is not there, also for a moment."""
+    """Modification time of a file, ns; None while the file is missing."""
     try:
         return file.stat().st_mtime_ns
     except FileNotFoundError:
@@ -44,7 +44,7 @@ def written(file) -> int | None:
 
 
 def interrupted(program, file, folder, number=signal.SIGTERM, command="run"):
-    """A run that gets a signal once it has written a checkpoint."""
+    """A run that receives a signal after its first checkpoint."""
     newest = folder / "tower.nc.checkpoint"
     before = written(newest)
     running = subprocess.Popen(
@@ -69,7 +69,7 @@ def files_beside(output) -> set[str]:
     return {file.name.removeprefix(output.name) for file in output.parent.glob(f"{output.name}*")}
 
 
-# --- The same bits -------------------------------------------------------------------------------
+# --- Bit-identical runs--------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def files_beside(output) -> set[str]:
     ],
     ids=str,
 )
-def test_a_resumed_run_has_the_bits_of_one_left_alone(write_input, tmp_path, same_bits, control):
+def test_a_resumed_run_equals_an_uninterrupted_one(write_input, tmp_path, same_bits, control):
     file = write_input(shaken_tower())
     whole = sitedda.run(file, **control)
     stopped(file, tmp_path / "out.nc", 211, **control)
@@ -132,8 +132,8 @@ LAWS |= {f"{law} at 5 points": LAWS[law] | FIVE for law in ("plesha", "cohesive"
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_the_same_for_joint_laws(native, write_input, tmp_path, same_bits, law):
-    """What joints remember is in the checkpoint; the number of threads does not matter."""
+def test_resumed_joint_laws_are_bit_identical(native, write_input, tmp_path, same_bits, law):
+    """Checkpoints contain the state of joints; the number of threads has no effect."""
     file = write_input(changed(shaken_tower(), "joint", **LAWS[law]))
     whole = sitedda.run(file)
     assert float(whole.history.energy_friction[-1]) > 0
@@ -142,7 +142,7 @@ def test_the_same_for_joint_laws(native, write_input, tmp_path, same_bits, law):
     same_bits(whole.history, tmp_path / "out.nc")
 
 
-def test_stopping_at_every_turn_changes_nothing(write_input, tmp_path, same_bits):
+def test_stopping_after_each_step_changes_nothing(write_input, tmp_path, same_bits):
     file = write_input(shaken_tower(60))
     whole = sitedda.run(file)
     stopped(file, tmp_path / "out.nc", 0)
@@ -178,7 +178,7 @@ def test_the_number_of_threads_may_change(native, write_input, tmp_path, same_bi
         same_bits(whole.history, output)
 
 
-def test_rates_set_on_the_way_are_part_of_the_state(write_input, tmp_path, same_bits):
+def test_rates_that_were_set_are_part_of_the_state(write_input, tmp_path, same_bits):
     file = write_input(shaken_tower(50))
 
     def push(output):
@@ -228,7 +228,7 @@ def test_each_program_resumes_what_the_other_began(
     same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
 
 
-def test_a_killed_run_goes_on_from_its_last_checkpoint(program, write_input, tmp_path, same_bits):
+def test_a_killed_run_continues(program, write_input, tmp_path, same_bits):
     file = write_input(shaken_tower(20_000, 50))
     interrupted(program, file, tmp_path, signal.SIGKILL)
     done = program.ok("resume", file, "-q", folder=tmp_path)
@@ -253,12 +253,12 @@ def test_a_growing_output_can_be_read_at_every_moment(native, write_input, tmp_p
     assert sizes == sorted(sizes) and len(set(sizes)) == 3
 
 
-# --- What does not fit ---------------------------------------------------------------------------
+# --- Mismatches ----------------------------------------------------------------------------------
 
 
 @pytest.fixture
 def two_checkpoints(write_input, tmp_path):
-    """An input and an output that was left with two checkpoints."""
+    """An input, and an output with two checkpoints."""
     file = write_input(shaken_tower())
     output = tmp_path / "out.nc"
     with sitedda.Simulation(file, output) as simulation:
@@ -283,13 +283,13 @@ def spoil(path, where=-100):
     path.write_bytes(data)
 
 
-def test_the_newest_checkpoint_is_taken(program, two_checkpoints):
+def test_the_newest_checkpoint_is_used(program, two_checkpoints):
     file, output = two_checkpoints
     done = program("resume", file, "-q", "-o", output)
     assert "resumed at step 200, t = 0.2 s, from" in done.stdout
 
 
-def test_the_one_before_is_taken_if_the_newest_is_damaged(program, two_checkpoints, same_bits):
+def test_the_previous_checkpoint_replaces_a_damaged_one(program, two_checkpoints, same_bits):
     file, output = two_checkpoints
     spoil(beside(output, ".checkpoint"))
     done = program.ok("resume", file, "-q", "-o", output)
@@ -298,7 +298,7 @@ def test_the_one_before_is_taken_if_the_newest_is_damaged(program, two_checkpoin
     same_bits(sitedda.run(file).history, output)
 
 
-def test_the_one_before_is_taken_if_the_newest_is_missing(two_checkpoints):
+def test_the_previous_checkpoint_replaces_a_missing_one(two_checkpoints):
     file, output = two_checkpoints
     beside(output, ".checkpoint").unlink()
     with sitedda.Simulation(file, output, resume=True) as simulation:
@@ -318,7 +318,7 @@ def test_the_one_before_is_taken_if_the_newest_is_missing(two_checkpoints):
     ],
     ids=["cut", "head cut", "empty", "another file", "format", "sum", "state"],
 )
-def test_a_damaged_checkpoint_is_refused_in_words(two_checkpoints, data, reason):
+def test_a_damaged_checkpoint_is_refused_with_a_reason(two_checkpoints, data, reason):
     file, output = two_checkpoints
     beside(output, ".checkpoint.previous").unlink()
     newest = beside(output, ".checkpoint")
@@ -381,7 +381,7 @@ def test_a_checkpoint_of_another_version_is_refused(two_checkpoints):
         sitedda.resume(file, output)
 
 
-def test_a_journal_that_has_lost_something_is_refused(two_checkpoints):
+def test_a_shortened_journal_is_refused(two_checkpoints):
     file, output = two_checkpoints
     journal = beside(output, ".journal")
     data = journal.read_bytes()
@@ -402,7 +402,7 @@ def test_without_a_checkpoint_a_run_begins_at_the_start(program, write_input, tm
 
 
 def test_a_complete_output_is_not_run_again(program, write_input, tmp_path):
-    """A batch job that is queued once more must not compute for hours again."""
+    """A batch job that is submitted again must not repeat the computation."""
     file = write_input(tower(steps=20))
     program.ok("run", file, "-q", folder=tmp_path)
     output = tmp_path / "tower.nc"
@@ -418,7 +418,7 @@ def test_a_complete_output_is_not_run_again(program, write_input, tmp_path):
     assert output.read_bytes() != before[0]
 
 
-def test_a_complete_output_is_handed_back(write_input, tmp_path, same_bits):
+def test_a_complete_output_is_returned_by_resume(write_input, tmp_path, same_bits):
     file = write_input(tower(steps=20))
     first = sitedda.run(file, tmp_path / "out.nc")
     again = sitedda.resume(file, tmp_path / "out.nc")
@@ -436,7 +436,7 @@ def test_a_new_run_begins_at_the_start(two_checkpoints):
         assert not beside(output, ".checkpoint").exists()
 
 
-def test_a_run_that_is_at_work_cannot_be_resumed_beside_it(write_input, tmp_path):
+def test_an_active_run_cannot_be_resumed(write_input, tmp_path):
     file = write_input(shaken_tower())
     with sitedda.Simulation(file, tmp_path / "out.nc") as first:
         first.advance(10)
@@ -489,7 +489,7 @@ def test_a_run_that_is_asked_to_stop_can_be_resumed(write_input, tmp_path, same_
     same_bits(sitedda.run(file).history, second.history)
 
 
-def test_a_run_goes_on_after_an_error_of_the_callers_own(write_input, tmp_path, same_bits):
+def test_a_run_continues_after_an_error_of_the_caller(write_input, tmp_path, same_bits):
     def fail(simulation):
         raise RuntimeError("mine")
 
@@ -499,7 +499,7 @@ def test_a_run_goes_on_after_an_error_of_the_callers_own(write_input, tmp_path, 
     same_bits(sitedda.run(file).history, sitedda.resume(file, tmp_path / "out.nc").history)
 
 
-def test_a_fork_leaves_the_files_of_its_parent_alone(write_input, tmp_path, same_bits):
+def test_a_fork_does_not_change_files_of_its_parent(write_input, tmp_path, same_bits):
     file = write_input(shaken_tower())
     script = f"""
 import os, sys, sitedda
@@ -522,7 +522,7 @@ simulation.finish()
     same_bits(sitedda.run(file).history, tmp_path / "out.nc")
 
 
-# --- The commands that try it at random ----------------------------------------------------------
+# --- Random campaigns --------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

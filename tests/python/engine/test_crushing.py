@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Joints that crush: the hinge of a block at e = t/2 − N/2σ_c, closure, energy, words."""
+"""Crushing joints: the hinge of a block at e = t/2 − N/2σ_c, closure, energy, verdict."""
 
 import numpy as np
 import pytest
@@ -7,11 +7,11 @@ import pytest
 import sitedda
 
 STRENGTH, STIFFNESS, WIDTH = 1e6, 1e11, 1.0  # Pa, Pa/m, m
-WEIGHT = 200.0 * 9.81 * WIDTH * 0.5  # of the block, N/m
+WEIGHT = 200.0 * 9.81 * WIDTH * 0.5  # weight of the block, N/m
 
 
 def pressed(press: float, share: float, law: str = "crushing", **joint) -> sitedda.Model:
-    """A block under N = `press` σ_c t at a share of the limit eccentricity."""
+    """A block under N = `press` σ_c t at a fraction of the limit eccentricity."""
     force = press * STRENGTH * WIDTH
     place = share * (WIDTH - press * WIDTH) / 2
     model = sitedda.Model("Pressed", time_step=1e-3, gravity=(0.0, -9.81))
@@ -31,7 +31,7 @@ def pressed(press: float, share: float, law: str = "crushing", **joint) -> sited
 
 
 def stands(model: sitedda.Model) -> bool:
-    """At rest without turning by more than 0.001: one that falls may rest on its side."""
+    """Return whether the model is at rest without rotation above 0.001 rad."""
     try:
         with sitedda.Simulation(model) as run:
             return abs(run.coordinates[1, 2]) < 1e-3
@@ -45,13 +45,13 @@ def test_a_hinge_turns_about_its_crushed_edge(press):
     assert not stands(pressed(press, 1.01))
 
 
-def test_without_a_strength_it_turns_about_its_corner():
-    """e = t/2: beyond the limit of the joint that crushes it still stands."""
+def test_without_a_strength_a_block_turns_about_its_corner():
+    """e = t/2: the block stands beyond the limit of the crushing joint."""
     assert stands(pressed(0.3, 1.2, "coulomb"))
 
 
 def test_the_shipped_pier_stands_on_a_crushed_bed(root):
-    """At 0.335 m of at most 0.35 m; a load 3 % farther out would turn it over."""
+    """The eccentricity is 0.335 m, at most 0.35 m; a load 3 % farther out overturns the pier."""
     file = root / "inputs" / "crushing_pier.nml"
     with sitedda.Simulation(file) as run:
         assert run.contacts["crushed"].max() > 0.0
@@ -60,7 +60,7 @@ def test_the_shipped_pier_stands_on_a_crushed_bed(root):
 
 
 def test_limit_analysis_has_the_same_hinge():
-    """A vertical force that grows at x = t/4: N = σ_c (t − 2e), e = x (N − W)/N."""
+    """A vertical force at x = t/4 increases: N = σ_c (t − 2e), e = x (N − W)/N."""
     model = pressed(0.3, 0.5)
     model.clear("load")
     model.load(0.25, 0.25, "stone", name="live", time=(0, 1), force_y=(-1e5, -1e5))
@@ -74,8 +74,8 @@ def test_limit_analysis_has_the_same_hinge():
         assert stands(model) == (share < 1.0)
 
 
-def test_it_is_elastic_until_it_crushes():
-    """At σ_max < σ_c nothing crushes, and the joint closes as without a strength."""
+def test_a_crushing_joint_is_elastic_below_its_strength():
+    """At σ_max < σ_c nothing crushes; the closure equals that without a strength."""
     places = []
     for law in ("crushing", "coulomb"):
         with sitedda.Simulation(pressed(0.3, 0.4, law)) as run:
@@ -86,7 +86,7 @@ def test_it_is_elastic_until_it_crushes():
 
 
 def pulsed(rise: float, seconds: float, step: float, **joint) -> sitedda.Model:
-    """The block under its weight alone, then in dynamics under a centric pulse of 1.05 σ_c t."""
+    """The block under its weight, then in dynamics under a centric pulse of 1.05 σ_c t."""
     model = pressed(0.1, 0.0, **joint)
     model.clear("load")
     model["material.stone"](density=2000.0)
@@ -97,7 +97,7 @@ def pulsed(rise: float, seconds: float, step: float, **joint) -> sitedda.Model:
 
 
 def test_energy_of_crushing(tmp_path):
-    """fracture is σ_c Σ L p, the audit closes, and the block comes to rest p lower."""
+    """The term fracture is σ_c Σ L p, the audit balances, and the block rests lower by p."""
     model = pulsed(0.1, 0.3, 1e-3)
     history = model.run(tmp_path / "pulse.nc").history
     with sitedda.Simulation(model) as again:
@@ -115,8 +115,8 @@ def test_energy_of_crushing(tmp_path):
     assert "joints have crushed by up to" in words and "at floor, stone" in words
 
 
-def test_fracture_energy_bounds_what_is_spent(tmp_path):
-    """A block that crushes through has spent G_c per area of its joint."""
+def test_a_crushed_joint_has_dissipated_its_fracture_energy(tmp_path):
+    """A block that crushes its joint completely dissipates G_c per area of the joint."""
     model = pulsed(0.01, 0.0125, 1e-5, crushing_energy=200.0)
     history = model.run(tmp_path / "pulse.nc").history
     assert float(history.energy_fracture[-1]) == pytest.approx(200.0 * WIDTH, rel=0.02)

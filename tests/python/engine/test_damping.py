@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damping of materials and wave velocities, as an input says them."""
+"""Damping of materials and wave velocities as variables of an input."""
 
 import re
 
@@ -12,7 +12,7 @@ from sitedda.damping import ConstantRatio, Rayleigh
 
 
 def damped(**values) -> list:
-    """The tower in the midpoint rule, with its material changed."""
+    """The tower with the midpoint rule and a changed material."""
     groups = changed(tower(steps=400), "control", integration="midpoint")
     return changed(groups, "material", **values)
 
@@ -45,7 +45,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("values", "words"), REFUSED, ids=[words for _, words in REFUSED])
-def test_bad_values_are_refused_in_words(write_input, values, words):
+def test_bad_values_are_refused_with_a_reason(write_input, values, words):
     with pytest.raises(sitedda.InputError) as caught:
         sitedda.Simulation(write_input(damped(**values)))
     message = str(caught.value)
@@ -53,7 +53,7 @@ def test_bad_values_are_refused_in_words(write_input, values, words):
     assert "\n" not in message
 
 
-def test_mechanisms_that_the_time_step_does_not_admit_are_refused(write_input):
+def test_mechanisms_too_fast_for_the_time_step_are_refused(write_input):
     groups = changed(damped(damping_ratio=0.05, damping_band=[0.1, 50.0]), "control", time_step=0.1)
     with pytest.raises(sitedda.InputError, match="smaller time_step"):
         sitedda.Simulation(write_input(changed(groups, "control", integration="dda")))
@@ -66,7 +66,7 @@ def test_a_band_above_all_mechanisms_is_refused(write_input):
         sitedda.Simulation(write_input(groups))
 
 
-def test_a_longer_time_step_must_admit_the_mechanisms(write_input):
+def test_a_longer_time_step_is_refused_if_mechanisms_are_too_fast(write_input):
     file = write_input(changed(damped(damping_ratio=0.05), "control", integration="dda"))
     with sitedda.Simulation(file) as run:
         run.advance(2)
@@ -75,20 +75,20 @@ def test_a_longer_time_step_must_admit_the_mechanisms(write_input):
         run.advance(2)
 
 
-def test_velocities_are_moduli(write_input):
+def test_velocities_are_equivalent_to_moduli(write_input):
     density, young, ratio = 2643.0, 4.788e9, 0.25
     shear = np.sqrt(young / (2 * (1 + ratio)) / density)
     pressure = shear * np.sqrt((2 - 2 * ratio) / (1 - 2 * ratio))
     velocities = {"shear_velocity": shear, "pressure_velocity": pressure}
     by_velocity = damped(young_modulus=None, poisson_ratio=None, **velocities)
-    by_velocity = changed(by_velocity, "control", analysis="plane_stress")  # as of the other
+    by_velocity = changed(by_velocity, "control", analysis="plane_stress")  # as in the other model
     first = sitedda.modes(write_input(by_velocity, "velocities"), 3).frequency
     assert first == pytest.approx(sitedda.modes(write_input(damped(), "moduli"), 3).frequency, 1e-9)
 
 
 @pytest.mark.parametrize("ratio", [0.02, 0.1])
 def test_modes_have_the_moduli_and_damping_of_their_frequencies(write_input, ratio):
-    """A constant ratio goes with a modulus (f/f_ref)^2γ, γ = atan(2ζ)/π; joints are elastic."""
+    """A constant ratio changes the modulus by (f/f_ref)^2γ, γ = atan(2ζ)/π; joints are elastic."""
     reference, young = 40.0, 4.788e9
     body = {"damping_ratio": ratio, "reference_frequency": reference, "damping_band": [1.0, 500.0]}
     found = sitedda.modes(write_input(damped(**body), "damped"), 3)
@@ -99,7 +99,7 @@ def test_modes_have_the_moduli_and_damping_of_their_frequencies(write_input, rat
             sitedda.modes(write_input(damped(young_modulus=e), "elastic"), 3).frequency[mode]
             for e in (own, 1.001 * own)
         )
-        share = 2 * np.log(stiffer / elastic) / np.log(1.001)  # of the energy that is in strains
+        share = 2 * np.log(stiffer / elastic) / np.log(1.001)  # fraction of the strain energy
         assert frequency == pytest.approx(elastic, 1e-3)
         assert found.damping[mode] == pytest.approx(share * ratio, 3e-3)
 
@@ -133,8 +133,8 @@ DAMPED = {
 
 @pytest.mark.parametrize("integration", ["dda", "theta", "midpoint"])
 @pytest.mark.parametrize("name", DAMPED)
-def test_thin_layers_answer_as_the_column_does(write_input, name, integration):
-    """15 m of layers with stiff joints, in steps of 5 ms."""
+def test_thin_layers_respond_as_the_column(write_input, name, integration):
+    """15 m of layers with stiff joints and time steps of 5 ms."""
     values, damping = DAMPED[name]
     groups = changed(damped(**values), "control", time_step=5e-3, integration=integration)
     groups = changed(groups, "contact", normal_stiffness=1e15)
@@ -176,7 +176,7 @@ CHECKED = [
     ),
     ({"damping_ratio": 0.05}, {"gravity": [0.0, -9.81]}, "warn", "creep under their weight"),
     ({"damping_ratio": 0.05}, {"gravity": [0.0, -9.81], "settle": True}, "ok", "mechanisms"),
-    # 5 mechanisms miss the ratio by .58 % of it from 1 to 40 Hz, by 1.1 % from 1 to 80: limit 1 %.
+    # 5 mechanisms have an error of 0.58 % of the ratio in 1 … 40 Hz, 1.1 % in 1 … 80 Hz; limit 1 %.
     (
         {"damping_ratio": 0.05, "mechanisms": 5, "damping_band": [1.0, 40.0]},
         {"integration": "midpoint"},
@@ -195,7 +195,7 @@ CHECKED = [
 
 
 @pytest.mark.parametrize(("material", "control", "verdict", "words"), CHECKED)
-def test_check_says_how_materials_damp(write_input, material, control, verdict, words):
+def test_check_reports_the_damping_of_materials(write_input, material, control, verdict, words):
     file = write_input(changed(damped(**material), "control", **control))
     report = sitedda.check(file)
     assert not re.search(r"\b(omega|zeta|eta|alpha|beta|tau|dt|dx)\b|omega_max", report.text)
@@ -213,7 +213,7 @@ def test_check_states_no_damping_ratio_at_a_frequency_of_zero(write_input):
     assert " % at " in lines["Rayleigh damping"].words
 
 
-def test_check_says_that_alpha_drags_free_blocks(write_input):
+def test_check_reports_that_alpha_damps_free_blocks(write_input):
     groups = changed(damped(rayleigh_alpha=1.0), "joint", cohesion=0.0, tensile_strength=0.0)
     groups = changed(groups, "control", gravity=[0.0, -9.81], settle=True)
     lines = {line.topic: line for line in sitedda.check(write_input(groups)).lines}
@@ -221,7 +221,7 @@ def test_check_says_that_alpha_drags_free_blocks(write_input):
     assert "limits the speed of fall to 9.81" in lines["Rayleigh damping"].words
 
 
-def test_the_highest_frequency_is_that_of_the_largest_modulus(write_input):
+def test_the_highest_frequency_uses_the_largest_modulus(write_input):
     body = {"damping_ratio": 0.2, "damping_band": [0.1, 2.0], "reference_frequency": 0.5}
     file = write_input(damped(**body), "damped")
     stiffer = ConstantRatio(0.2, 0.5, (0.1, 2.0)).body.unrelaxed * 4.788e9

@@ -9,8 +9,8 @@ from test_checkpoint import stopped
 
 import sitedda
 
-WEIGHT = ROCK["density"] * 9.81  # N/m, of the slider of 1 m²
-ROUGH, SMOOTH, SIDE = 0, 1, 2  # places in the list of joints
+WEIGHT = ROCK["density"] * 9.81  # weight of the slider of 1 m², N/m
+ROUGH, SMOOTH, SIDE = 0, 1, 2  # indices in the list of joints
 ANGLES = {ROUGH: 35.0, SMOOTH: 15.0, SIDE: 5.0}
 SLIDE = 1
 
@@ -56,9 +56,9 @@ def slider(floor="edges", speed: float = 6.0, load=None, steps=900, reverse=Fals
 
 
 def followed(file, every: int = 5, push: float = 0.0):
-    """The slider's contacts with the places of their vertices, and its own, now and then.
+    """Contacts of the slider with positions of their vertices, and its coordinates, at intervals.
 
-    The slider comes to rest first if it is to be pushed, to a speed in m/s.
+    If the slider is pushed, to a speed in m/s, it first comes to rest.
     """
     with sitedda.Simulation(file) as run:
         if push:
@@ -125,8 +125,8 @@ def test_the_order_of_the_blocks_does_not_matter(write_input, floor):
 
 
 @pytest.mark.parametrize(("offset", "joint"), [(2e-6, SMOOTH), (-2e-6, ROUGH)])
-def test_a_corner_at_the_end_of_an_edge_keeps_its_joint(write_input, offset, joint):
-    """Its foot moves to and fro over the change by the elastic shear below the friction."""
+def test_a_corner_at_the_end_of_an_edge_does_not_change_its_joint(write_input, offset, joint):
+    """Elastic shear below friction moves its foot to and fro over the change of joints."""
     groups = slider(speed=0.0, steps=400, load={"time": [0.0, 0.04, 0.08, 0.12, 0.16, 0.2]})
     load = next(values for name, values in groups if name == "load")
     load["force_x"] = [0.0, 0.25 * WEIGHT, -0.25 * WEIGHT, 0.25 * WEIGHT, -0.25 * WEIGHT, 0.0]
@@ -143,7 +143,7 @@ def test_a_corner_at_the_end_of_an_edge_keeps_its_joint(write_input, offset, joi
     assert joints == {joint}
 
 
-def test_output_and_simulation_know_the_joint(program, write_input, tmp_path):
+def test_output_and_simulation_contain_the_joint(program, write_input, tmp_path):
     file = write_input(slider(steps=200))
     program.ok("run", file, "-q", "-o", tmp_path / "o.nc")
     with sitedda.Simulation(file) as run, xr.open_dataset(tmp_path / "o.nc") as out:
@@ -155,7 +155,7 @@ def test_output_and_simulation_know_the_joint(program, write_input, tmp_path):
 
 
 @pytest.mark.parametrize("after", [1, 420, 600])
-def test_a_resumed_slider_has_the_same_bits(write_input, tmp_path, same_bits, native, after):
+def test_a_resumed_slider_is_bit_identical(write_input, tmp_path, same_bits, native, after):
     file = write_input(slider(steps=700))
     native.ok("run", file, "-q", "-o", tmp_path / "whole.nc")
     stopped(file, tmp_path / "out.nc", after)
@@ -192,8 +192,8 @@ def test_bad_edge_joints_are_refused(write_input, program, joints, words):
         assert word in message
 
 
-def test_blank_and_missing_edges_take_the_blocks_joint(write_input, same_bits):
-    """A block whose edges all name its joint is one without edge_joints."""
+def test_blank_and_missing_edges_use_the_joint_of_the_block(write_input, same_bits):
+    """A block whose edges all name its joint equals a block without edge_joints."""
     plain = [(name, dict(values)) for name, values in slider(steps=300)]
     for name, values in plain:
         if name == "block":

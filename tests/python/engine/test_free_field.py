@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Free-field sides: level ground moves as its column, hills radiate, states and words."""
+"""Free-field sides: level ground moves as its column, hills radiate, state and verdict."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from lattices import DENSITY, MODULUS, lattice, moved
 
 import sitedda
 
-HILL = (5, 6)  # columns of one that is not symmetric
+HILL = (5, 6)  # columns of an unsymmetric hill
 WEIGHT = {"gravity": (0.0, -9.81), "settle": True}
 
 
@@ -20,7 +20,7 @@ RAYLEIGH = {"rayleigh_alpha": 3.0, "rayleigh_beta": 1e-4}
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
 @pytest.mark.parametrize("along", ["x", "y"])
 def test_level_ground_moves_as_its_column(integration, along, body):
-    """Ten times as wide as deep: every block within 1e-8 of the peak; with free sides not."""
+    """Ground ten times as wide as deep: each block within 1e-8 of the peak; not with free sides."""
     column = moved(lattice("tied", along, 1, integration=integration, body=body), 1)
     ground = moved(lattice("free_field", along, 30, integration=integration, body=body), 30)
     peak = abs(column).max()
@@ -40,14 +40,14 @@ def test_damped_ground_moves_as_its_column(damping, body):
 
 @BODIES
 @pytest.mark.parametrize("control", [WEIGHT, {"time_step_control": "adaptive"}])
-def test_column_has_weight_and_steps_of_the_model(control, body):
+def test_the_column_has_weight_and_steps_of_the_model(control, body):
     column = moved(lattice("tied", columns=1, body=body, **control), 1)
     ground = moved(lattice("free_field", body=body, **control))
     assert abs(ground - column).max() < 1e-8 * abs(column).max()
 
 
-def test_column_is_what_stands_before_the_first_line_between_blocks():
-    """Blocks of two widths: one period of them is the column."""
+def test_the_column_ends_at_the_first_vertical_line_between_blocks():
+    """With blocks of two widths, the column is one period."""
 
     def ground(periods: int, sides: str):
         model = lattice("free", columns=2 * periods, rows=2)
@@ -64,7 +64,7 @@ def test_column_is_what_stands_before_the_first_line_between_blocks():
     assert abs(several - column[:, :, None]).max() < 1e-8 * abs(column).max()
 
 
-def test_a_mirrored_hill_moves_as_a_mirror_image():
+def test_a_mirrored_hill_has_the_mirrored_motion():
     here = moved(lattice("free_field", hill=HILL))
     mirrored = [9 - i for i in HILL]
     there = moved(lattice("free_field", order=-1, acceleration=-1.0, hill=mirrored))
@@ -72,8 +72,8 @@ def test_a_mirrored_hill_moves_as_a_mirror_image():
 
 
 @BODIES
-def test_what_a_hill_sends_out_leaves(body):
-    """Ten columns move as in ground so wide that nothing comes back from its sides in time."""
+def test_waves_from_a_hill_leave_through_the_sides(body):
+    """Ten columns move as in ground that is too wide for reflections from its sides."""
     hill = [30 + i for i in HILL]
     wide = moved(lattice("tied", columns=70, hill=hill, body=body), 70)[:, :, 30:40]
     error = {
@@ -86,15 +86,15 @@ def test_what_a_hill_sends_out_leaves(body):
 
 
 @BODIES
-def test_nothing_moves_when_the_ground_is_let_go(body):
-    """Less than 1e-9 of the sag at the change of stage, beside a hill."""
+def test_nothing_moves_when_free_fields_replace_supports(body):
+    """Less than 1e-9 of the settlement at the change of stage, beside a hill."""
     model = lattice("free_field", hill=HILL, acceleration=0.0, duration=0.5, body=body, **WEIGHT)
     sag = DENSITY * 9.81 * 3.0**2 / 2 / (1.2 * MODULUS)
     assert abs(moved(model)).max() < 1e-9 * sag
 
 
 @BODIES
-def test_energy_and_bits_across_threads_and_a_checkpoint(tmp_path, body, same_everywhere):
+def test_energy_balances_and_runs_are_bit_identical(tmp_path, body, same_everywhere):
     damping = CONSTANT if body else None
     model = lattice("free_field", hill=HILL, body=body, damping=damping, **WEIGHT)
     model.measured_point("crest", 6.0, 4.0)
@@ -104,7 +104,7 @@ def test_energy_and_bits_across_threads_and_a_checkpoint(tmp_path, body, same_ev
 
 
 def test_changes_between_steps_reach_the_column():
-    """Half of the weight is taken away: ground and column rise alike."""
+    """Half of the weight is removed: ground and column rise equally."""
     rise = {}
     for sides, columns in (("tied", 1), ("free_field", 6)):
         with sitedda.Simulation(lattice(sides, columns=columns, **WEIGHT)) as simulation:
@@ -121,7 +121,7 @@ def left_field(model):
 
 
 def left_field_beside(*vertices):
-    """A block on the lattice, and a free field at its left side."""
+    """Add a block to the lattice, and a free field at its left side."""
 
     def change(model):
         model.block(vertices, material="layer_0")
@@ -153,7 +153,7 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
          lambda m: m.stage("dig", remove="b_0_2", duration=0.1), "excavate farther from this side"),
     ],
 )  # fmt: skip
-def test_what_a_free_field_does_not_go_with_is_refused(sides, values, change, words):
+def test_unsupported_combinations_with_a_free_field_are_refused(sides, values, change, words):
     model = lattice(sides, columns=3, **values)
     change(model)
     with pytest.raises(sitedda.InputError, match=words) as refusal:
@@ -161,7 +161,7 @@ def test_what_a_free_field_does_not_go_with_is_refused(sides, values, change, wo
     assert str(refusal.value).startswith("Model.boundary(…), ")
 
 
-def test_a_transfer_function_does_not_hold_the_free_field():
+def test_a_transfer_function_does_not_support_the_free_field():
     model = lattice("free_field", columns=3)
     model.measured_point("surface", 1.5, 3.0)
     with pytest.raises(sitedda.InputError, match="use kind = 'tied' for level ground"):

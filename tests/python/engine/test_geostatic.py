@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Walls and layers that begin with their weight as stress: at rest from the first step."""
+"""Walls and layers with their weight as initial stress are at rest from the first step."""
 
 import numpy as np
 import pytest
@@ -8,12 +8,12 @@ import sitedda
 from sitedda import InputError
 
 DENSITY, GRAVITY, HEIGHT, COURSES, BRICKS = 2500.0, 9.81, 0.5, 12, 10
-WEIGHT = DENSITY * GRAVITY * HEIGHT  # of a course, Pa
+WEIGHT = DENSITY * GRAVITY * HEIGHT  # stress due to the weight of a course, Pa
 HEAD_JOINT = 5e-4  # m
 
 
 def wall(rest: str, layers: str = "", courses: int = COURSES, gravity: str = "0, -9.81") -> str:
-    """A wall on a footing that is held at its corners."""
+    """A wall on a footing with fixed corners."""
     return f"""
 &control time_step = 1e-3, steps = 40, gravity = {gravity} /
 &contact normal_stiffness = 1e12 /
@@ -45,7 +45,7 @@ def largest_energy(run: sitedda.Simulation, steps: int) -> float:
     return found
 
 
-def test_stress_of_the_weight(tmp_path):
+def test_the_initial_stress_is_that_of_the_weight(tmp_path):
     with started(tmp_path, wall(AT_REST, UNDER_WALL)) as run:
         stress = run.stresses
         names = run.block_names
@@ -56,7 +56,7 @@ def test_stress_of_the_weight(tmp_path):
     assert np.all(stress[:, [0, 2]] == 0.0)
 
 
-def test_quiet_from_the_first_step(tmp_path):
+def test_the_wall_is_at_rest_from_the_first_step(tmp_path):
     with started(tmp_path, wall(AT_REST, UNDER_WALL)) as run:
         calm = largest_energy(run, 40)
         assert run.counts["iterations"] == run.steps
@@ -78,14 +78,14 @@ def test_quiet_from_the_first_step(tmp_path):
         (wall("", ", geostatic = .true.", gravity="0, 0"), "acts downwards"),
     ],
 )
-def test_refused(tmp_path, changed, words):
+def test_invalid_geostatic_input_is_refused(tmp_path, changed, words):
     with pytest.raises(InputError, match=r"&(wall|layers)") as refused:
         started(tmp_path, changed)
     assert words in str(refused.value)
 
 
 @pytest.mark.parametrize(("rest", "warned"), [("", True), (AT_REST, False)])
-def test_check_says_when_a_start_will_be_slow(tmp_path, rest, warned):
+def test_check_warns_of_a_slow_start(tmp_path, rest, warned):
     file = tmp_path / "wall.nml"
     file.write_text(wall(rest, courses=100))
     found = [line for line in sitedda.check(file).lines if line.topic == "start"]

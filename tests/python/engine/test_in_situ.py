@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""&in_situ: γz and K₀γz at the start, in blocks, bodies and cut rock, and rest without movement."""
+"""&in_situ: initial stress γz and K₀γz in blocks, bodies and cut rock; equilibrium at the start."""
 
 import re
 
@@ -15,7 +15,7 @@ WORDS = re.compile(r"block .*? moved farthest, by ([-+0-9.eE]+) m|no block moved
 
 
 def ground(kind: str, in_situ: dict | None, **joint) -> sitedda.Model:
-    """Level ground between rollers: blocks, a body of cells, or rock cut by two joint sets."""
+    """Level ground between rollers: blocks, a body of cells, or rock that is cut by joint sets."""
     model = sitedda.Model("ground", time_step=1e-3, gravity=(0, -10), analysis="plane_strain")
     model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.25)
     model.joint("joint", **({"friction_angle": 35.0} | joint))
@@ -39,7 +39,7 @@ def ground(kind: str, in_situ: dict | None, **joint) -> sitedda.Model:
 
 
 def movement(run: sitedda.Simulation) -> float:
-    """Largest of the last static stage, m."""
+    """Largest displacement of the last static stage, m."""
     return float(WORDS.findall(run.summary)[-1] or 0.0)
 
 
@@ -48,7 +48,7 @@ def centres(run: sitedda.Simulation) -> np.ndarray:
 
 
 def check_stress(run: sitedda.Simulation, ratio: float, share: float):
-    """Within a share of the largest stress everywhere."""
+    """Check all stresses, within a fraction of the largest stress."""
     down = WEIGHT * (HEIGHT - centres(run))
     wrong = run.stresses - np.column_stack([-ratio * down, -down, 0 * down])
     assert abs(wrong).max() < share * WEIGHT * HEIGHT
@@ -56,7 +56,7 @@ def check_stress(run: sitedda.Simulation, ratio: float, share: float):
 
 @pytest.mark.parametrize("ratio", [0.5, 1.5])
 @pytest.mark.parametrize("kind", ["blocks", "body", "cut"])
-def test_level_ground_rests_as_drawn(kind, ratio):
+def test_level_ground_rests_without_movement(kind, ratio):
     with sitedda.Simulation(ground(kind, {"k0": ratio})) as run:
         check_stress(run, ratio, 0.02)
         assert movement(run) < 1e-6 * HEIGHT
@@ -71,7 +71,7 @@ JOINTS = {"coulomb": {}, "per area": {"normal_stiffness_per_area": 1e10}} | LAWS
 
 
 @pytest.mark.parametrize("joint", JOINTS.values(), ids=JOINTS)
-def test_energy_balances_from_the_first_step_without_a_stage_of_rest(joint):
+def test_energy_balances_from_the_first_step_without_a_static_stage(joint):
     model = ground("cut", {"k0": 0.5}, **joint)
     model["stage.rest"].kind, model["stage.rest"].steps = "dynamic", 3
     with sitedda.Simulation(model) as run:
@@ -85,20 +85,20 @@ def test_a_stress_beyond_the_strength_is_refused():
         sitedda.Simulation(ground("cut", {"k0": 0.5}, **LAWS["crushing"]))
 
 
-def test_joints_of_a_stiffness_of_their_own():
+def test_joints_with_a_stiffness_per_area():
     joint = {"normal_stiffness_per_area": 1e9, "shear_stiffness_per_area": 1e9}
     with sitedda.Simulation(ground("blocks", {"k0": 0.5}, **joint)) as run:
         check_stress(run, 0.5, 1e-3)
         assert movement(run) < 1e-6 * HEIGHT
 
 
-def test_the_default_is_that_of_elastic_ground_without_strain():
+def test_the_default_is_that_of_laterally_confined_elastic_ground():
     with sitedda.Simulation(ground("blocks", {})) as run:
         check_stress(run, 1 / 3, 1e-3)
 
 
 def test_ratios_by_depth_and_material_under_a_surface():
-    """20 m of ground of 20 kN/m³ above; K₀ 0.4 to 0.8 between 20 and 40 m; 1 MPa is locked in."""
+    """20 m of ground of 20 kN/m³ above; K₀ 0.4 to 0.8 in 20 … 40 m depth; residual stress 1 MPa."""
     model = ground("blocks", {"material": "rock", "k0": (0.4, 0.8), "depth": (20, 40),
                               "surface": [(-10, 40), (50, 40)], "unit_weight": 20e3})  # fmt: skip
     model["material.rock"](initial_stress=(-1e6, 0, 0))
@@ -111,8 +111,8 @@ def test_ratios_by_depth_and_material_under_a_surface():
         assert run.stresses == pytest.approx(expected, rel=1e-12, abs=1e-3)
 
 
-def test_a_slope_stays_after_its_stress_is_corrected():
-    """The first stage balances the stress near the face; a second one without a change rests."""
+def test_a_slope_rests_after_its_stress_is_corrected():
+    """The first stage balances the stress near the face; the second stage causes no movement."""
     model = sitedda.Model("slope", time_step=1e-3, gravity=(0, -10), analysis="plane_strain")
     model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.25)
     model.joint("joint", friction_angle=45.0)
@@ -130,8 +130,8 @@ def test_a_slope_stays_after_its_stress_is_corrected():
         assert "of the largest stress, in block" in run.summary
 
 
-def test_an_excavated_tunnel_closes_as_kirsch_says():
-    """A circle of 2 m at 300 m: γz and K₀γz before; wall points come in by (1 + ν) a/E times
+def test_an_excavated_tunnel_closes_as_in_kirschs_solution():
+    """A circle of 2 m at 300 m depth under γz and K₀γz: wall points converge by (1 + ν) a/E times
     (1 + K₀) p/2 ± (3 − 4ν) (1 − K₀) p/2.  The vertical closure is 1.5, 1.1 and 0.8 % too large with
     cells of 0.4, 0.16 and 0.1 m at the wall."""
     young, poisson, ratio, depth, radius, reach = 10e9, 0.25, 0.8, 300.0, 2.0, 60.0
@@ -164,7 +164,7 @@ def test_an_excavated_tunnel_closes_as_kirsch_says():
 
 
 def test_an_excavation_within_one_block_is_a_ring():
-    """It has a block of its own in a mesh, and is refused without."""
+    """In a mesh it becomes a separate block; without a mesh it is refused."""
     model = ground("blocks", None)
     model.region("rock", [100, 0, 110, 0, 110, 10, 100, 10])
     model.excavation("core", [104, 4, 106, 4, 106, 6, 104, 6])
@@ -186,12 +186,12 @@ def test_an_excavation_within_one_block_is_a_ring():
         ({"material": "soil"}, "'soil'"),
     ],
 )
-def test_what_is_not_a_stress_in_situ(values, words):
+def test_invalid_in_situ_stresses_are_refused(values, words):
     with pytest.raises(InputError, match=words):
         sitedda.Simulation(ground("blocks", values))
 
 
-def test_one_stress_for_a_material():
+def test_a_material_has_only_one_in_situ_stress():
     model = ground("blocks", {})
     model.in_situ(material="rock")
     with pytest.raises(InputError, match="another &in_situ already stresses"):

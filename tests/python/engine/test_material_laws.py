@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials with a law of their own in blocks and bodies, against closed forms and the column."""
+"""Yielding materials in blocks and bodies against closed forms and the one-dimensional column."""
 
 import re
 
@@ -31,14 +31,14 @@ DARENDELI = {"law": "hysteretic", "curve": "darendeli", "mean_stress": 1e5}
 
 
 def moved(history):
-    """Displacement of the surface over the base, m."""
+    """Displacement of the surface relative to the base, m."""
     top, base = (history.displacement.sel(point=name, axis="x").values for name in ("top", "base"))
     return top - base
 
 
 @pytest.mark.parametrize("amplitude", [0.2, 1.0])
 def test_a_column_of_cells_is_the_column_of_one_dimension(amplitude):
-    """Displacements of the surface within .7 % of the largest, over three seconds."""
+    """Surface displacements over three seconds, within 0.7 % of the largest."""
     ground = sine(2.0, amplitude, 1500)
     history = shaken_column(ground, 20, MASING).run().history
     found = moved(history)
@@ -53,9 +53,9 @@ def test_a_column_of_cells_is_the_column_of_one_dimension(amplitude):
     assert np.median(history.iterations) <= 8
 
 
-def test_blocks_of_soil_stand_beside_three_analyses(tmp_path, capsys):
-    """PRENOLIN's P1 (sem2dpack: 5.95 γ_ref in steady state): blocks and nonlinear column, and what
-    of it does not converge."""
+def test_blocks_of_soil_agree_with_column_analyses(tmp_path, capsys):
+    """P1 of PRENOLIN (sem2dpack: 5.95 γ_ref in steady state): blocks and nonlinear column; and the
+    analyses that do not converge."""
     file = tmp_path / "column.nml"
     model = shaken_column(sine(2.0, 1.0, 3000), 20, MASING)
     model.measured_point(name="low", x=0.5, y=1.0, block="c0")
@@ -76,8 +76,8 @@ def test_blocks_of_soil_stand_beside_three_analyses(tmp_path, capsys):
         beside(model.run().history, "top", "base", damping=0.02)
 
 
-def test_columns_beside_blocks_have_the_damping_of_small_strains():
-    """That of the curve, which nobody has given: D_min is counted in all three columns."""
+def test_compared_columns_have_the_small_strain_damping():
+    """All three columns include D_min of the curve, which the input does not give."""
     ground = 1e-4 * np.concatenate([sine(2.0, 1.0, 1000), np.zeros(1000)])
     soil = DARENDELI | {"mean_stress": 2.5e4, "plasticity_index": 100.0}
     both = beside(shaken_column(ground, 10, soil).run().history, "top", "base")
@@ -88,7 +88,7 @@ def test_columns_beside_blocks_have_the_damping_of_small_strains():
     assert peaks == pytest.approx([np.abs(both.surface).max()] * 3, rel=0.05)
 
 
-def test_check_says_how_far_soil_softens():
+def test_check_reports_the_softening_of_soil():
     model = shaken_column(sine(2.0, 1.0, 300), 4, MASING | {"branches": 60})
     report = str(sitedda.check(model))
     line = " ".join(report[report.index("branches, moduli") :].split())
@@ -119,7 +119,7 @@ CURVES = {
 
 @pytest.mark.parametrize("name", CURVES)
 def test_the_engine_has_the_curves_of_the_package(name):
-    """Moduli at .1 and 1 % that the check tells, within the misfit of 60 branches, and this."""
+    """Moduli at 0.1 and 1 % in the check, within its misfit with 60 branches."""
     soil, curve = CURVES[name]
     model = shaken_column(sine(2.0, 1.0, 10), 2, soil | {"branches": 60})
     report = " ".join(str(sitedda.check(model)).split())
@@ -132,15 +132,15 @@ def test_the_engine_has_the_curves_of_the_package(name):
 
 
 @pytest.mark.parametrize("plasticity, said", [(200.0, True), (100.0, False)])
-def test_a_damping_curve_that_is_not_met_is_a_doubt(plasticity, said):
+def test_a_poorly_fitted_damping_curve_causes_a_warning(plasticity, said):
     soil = DARENDELI | {"mean_stress": 2.5e4, "plasticity_index": plasticity}
     model = shaken_column(sine(2.0, 0.1, 20), 2, soil)
     for words in (str(sitedda.check(model)), str(model.run().verdict)):
         assert ("points off their curve, more than 0.3" in " ".join(words.split())) == said
 
 
-def test_safety_takes_the_shear_strength_of_a_curve():
-    """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 s_u/F."""
+def test_safety_uses_the_shear_strength_of_a_curve():
+    """A block of 20 kN/m³, 1 m high, has a mean stress of 10 kPa: 2 s_u/F."""
     for curve, warning in (("hyperbolic", "half the size"), ("darendeli", "elastic")):
         own = {"shear_strength": 6e3} if curve == "hyperbolic" else {"mean_stress": 1e4}
         model = standing_block(law="hysteretic", curve=curve, **own)
@@ -150,7 +150,7 @@ def test_safety_takes_the_shear_strength_of_a_curve():
 
 
 @pytest.mark.parametrize("integration", ["dda", "theta", "midpoint"])
-def test_no_step_gains(integration):
+def test_no_step_gains_energy(integration):
     history = sheared_block(1e-3, DARENDELI, integration).run().history
     for term in ("energy_plastic", "energy_material_damping"):
         assert np.all(np.diff(history[term].values) >= 0)
@@ -158,8 +158,8 @@ def test_no_step_gains(integration):
     assert np.abs(history.energy_balance).max() < 1e-9 * scale
 
 
-def test_small_strains_are_those_of_a_damping_ratio():
-    """At a ten-millionth of the motion: a linear material with the same damping ratio."""
+def test_at_small_strains_soil_is_linear_with_a_damping_ratio():
+    """With 1e-7 of the motion, a linear material with the same damping ratio moves equally."""
     ground = 1e-7 * sine(2.0, 1.0, 400)
     soil = MASING | {"damping_ratio": 0.02}
     found, wanted = (
@@ -169,7 +169,7 @@ def test_small_strains_are_those_of_a_damping_ratio():
     assert np.abs(found - wanted).max() < 0.02 * np.abs(wanted).max()
 
 
-def test_modes_are_those_of_small_strains():
+def test_modes_use_the_small_strain_modulus():
     ground = sine(2.0, 1.0, 4)
     law, linear = (
         sitedda.modes(shaken_column(ground, 8, own), count=6).frequency for own in (MASING, {})
@@ -178,12 +178,12 @@ def test_modes_are_those_of_small_strains():
 
 
 @pytest.mark.parametrize("soil", [MASING | {"damping_ratio": 0.01}, DARENDELI])
-def test_a_run_has_the_same_bits_everywhere(soil, tmp_path, same_everywhere):
+def test_a_run_is_bit_identical_everywhere(soil, tmp_path, same_everywhere):
     same_everywhere(shaken_column(sine(2.0, 1.0, 240), 6, soil).write(tmp_path / "m.nml"), 113)
 
 
 def test_a_study_runs_over_the_values_of_a_law(tmp_path):
-    """Plastic soil and deep soil yield later: they lose less energy."""
+    """Plastic soil and deep soil yield later, so they dissipate less energy."""
     file = shaken_column(sine(2.0, 1.0, 400), 4, DARENDELI).write(tmp_path / "column.nml")
     values = {
         "material.soil.plasticity_index": [0.0, 50.0],
@@ -196,7 +196,7 @@ def test_a_study_runs_over_the_values_of_a_law(tmp_path):
 
 @pytest.mark.parametrize("first, second", [({}, MASING), (MASING, {}), (MASING, DARENDELI)])
 def test_a_change_of_law_keeps_stresses(first, second):
-    """A block that is held sheared while its material changes."""
+    """The material of a block changes while the block is held sheared."""
     model = soil_model(None, first, time_step=1e-2)
     young = 2 * SHEAR * (1 + POISSON)
     model.material("other", density=DENSITY, young_modulus=young, poisson_ratio=POISSON, **second)
@@ -229,6 +229,6 @@ def test_a_change_of_law_keeps_stresses(first, second):
         ({"curve": "mkz"}, "law"),
     ],
 )
-def test_a_law_that_lacks_something_is_refused(soil, message):
+def test_an_incomplete_law_is_refused(soil, message):
     with pytest.raises(sitedda.InputError, match=message):
         shaken_column(sine(2.0, 1.0, 4), 2, soil).run()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The largest values of a run are those of all its steps, against an evaluation of its own."""
+"""Largest values of a run over all steps, compared with an independent evaluation."""
 
 import math
 import zlib
@@ -15,10 +15,10 @@ from sitedda.scene import Scene
 from sitedda.view import view
 
 ROCK = {"name": "rock", "density": 2500.0, "young_modulus": 1e10, "poisson_ratio": 0.2}
-SHAKE = [0.0, 3.0, 5.0, 1.0, -4.0, -6.0, -2.0, 2.0, 4.0, 0.0, -3.0, 0.0, 0.0]  # m/s², to rest
-EVERY = 0.01  # s between its samples
-AREAS = np.array([4.0, 0.4, 0.48, 0.14, 0.27, 0.03])  # m², of the blocks of `pile`
-SIZE = 8.0  # m, of that model
+SHAKE = [0.0, 3.0, 5.0, 1.0, -4.0, -6.0, -2.0, 2.0, 4.0, 0.0, -3.0, 0.0, 0.0]  # m/s²; ends at rest
+EVERY = 0.01  # interval of these samples, s
+AREAS = np.array([4.0, 0.4, 0.48, 0.14, 0.27, 0.03])  # areas of the blocks of `pile`, m²
+SIZE = 8.0  # size of this model, m
 EQUAL = {"rel": 1e-10, "abs": 1e-13}
 
 
@@ -50,7 +50,7 @@ def pile(steps: int = 120, friction: float = 20.0, **control) -> list:
 
 
 def shaken(time: float) -> tuple[float, float]:
-    """Displacement and velocity of the motion: accelerations are linear between samples."""
+    """Displacement and velocity of the motion; accelerations are linear between samples."""
     u = v = 0.0
     for k, (a, b) in enumerate(zip(SHAKE, SHAKE[1:], strict=False)):
         s = min(time - k * EVERY, EVERY)
@@ -62,7 +62,7 @@ def shaken(time: float) -> tuple[float, float]:
 
 
 class Observer:
-    """Maxima from what a `Simulation` shows between steps, with the base it is told."""
+    """Maxima computed from a `Simulation` between steps, relative to a given base."""
 
     def __init__(self, run, chi: float, moves: bool):
         self.run, self.chi, self.moves = run, chi, moves
@@ -97,12 +97,12 @@ class Observer:
             self.found[name] = (values[best], self.run.time, tuple(np.atleast_1d(who[best])))
 
     def step(self) -> None:
-        """One step, and what it shows."""
+        """Advance by one step and update the maxima."""
         self.run.advance(1)
         self.see()
 
     def follow(self, dt: float) -> np.ndarray:
-        """The acceleration of the base; its displacement and velocity are kept."""
+        """Return the acceleration of the base; store its displacement and velocity."""
         if not self.moves or dt == 0:
             return np.zeros(2)
         u, v = (np.array([x, 0.0]) for x in shaken(self.run.time))
@@ -156,7 +156,7 @@ class Observer:
         self.take("opening", opening, owners)
 
     def agree(self, maxima) -> None:
-        """All values, times and places are those that the engine has."""
+        """Check values, times and names against those of the engine."""
         names = self.run.block_names
         for name, one in maxima.items():
             if name not in self.found:
@@ -174,7 +174,7 @@ class Observer:
 
 
 def cross(apart, along):
-    """The distance of points to the right of a direction, times its length."""
+    """Distance of points to the right of a direction, times the length of the direction."""
     return along[:, 1] * apart[:, 0] - along[:, 0] * apart[:, 1]
 
 
@@ -206,8 +206,8 @@ def test_the_same_with_impacts_and_from_rest(write_input, restitution):
         assert run.maxima["displacement"].time > 0
 
 
-def test_an_output_holds_maxima_history_and_residuals(write_input, tmp_path):
-    """Whatever is sampled, peaks are not lost."""
+def test_an_output_contains_maxima_history_and_residuals(write_input, tmp_path):
+    """Sampling does not change the maxima."""
     groups = [*pile(200), group("output", file="pile.nc", history_interval=37)]
     run = sitedda.run(write_input(groups), tmp_path / "pile.nc")
     dense = sitedda.run(write_input(changed(groups, "output", history_interval=1)))
@@ -233,7 +233,7 @@ def test_an_output_holds_maxima_history_and_residuals(write_input, tmp_path):
     assert tilt == pytest.approx(float(abs(last).max()), rel=1e-12)
 
 
-def test_what_has_died_out_is_shown_as_zero(write_input):
+def test_negligible_final_values_are_shown_as_zero(write_input):
     found = sitedda.run(write_input(pile())).verdict
     line = found.figures[0]
     assert line.largest == "largest_displacement_m"
@@ -244,16 +244,16 @@ def test_what_has_died_out_is_shown_as_zero(write_input):
     assert found.rows()[1][2] != f"0 {line.unit}"
 
 
-# --- Where displacements count from ---------------------------------------------------------------
+# --- Reference of displacements --------------------------------------------------------------
 
 
 def carried(**control) -> list:
-    """A block glued to a floor by friction, both carried along."""
+    """A block on a floor with high friction; both follow the motion."""
     return without(pile(friction=80.0, settle=True, **control), "measured_point")
 
 
-def test_a_moving_base_is_no_displacement(write_input):
-    """The floor moves by millimetres, the blocks against it by what joints stretch."""
+def test_displacements_exclude_the_motion_of_the_base(write_input):
+    """The floor moves by millimetres; relative to it, blocks move only by the joint elasticity."""
     groups = [
         one for one in carried() if one[1].get("name") not in ("tall", "cap", "stone", "beam")
     ]
@@ -265,7 +265,7 @@ def test_a_moving_base_is_no_displacement(write_input):
 
 
 def test_supports_that_move_differently_give_absolute_values(write_input):
-    """Said so; a base that an amplification names makes them relative again."""
+    """The verdict states this; with a base of &amplification, values are relative again."""
     groups = changed(pile(), "fixed_point", 1, motion_x=None)
     run = sitedda.run(write_input(groups))
     assert "absolute: supports move differently" in " ".join(str(run.verdict).split())
@@ -281,8 +281,8 @@ def test_supports_that_move_differently_give_absolute_values(write_input):
 
 
 @pytest.mark.parametrize("direction", ["x", "xy"])
-def test_rollers_that_the_base_slides_along_do_not_count(write_input, direction):
-    """A support that is held in y alone says nothing of x; one held in both, and still, does."""
+def test_rollers_along_the_motion_do_not_count_as_supports(write_input, direction):
+    """A point fixed only in y does not count for x; a still point fixed in both does."""
     groups = [*pile(), group("fixed_point", block="floor", x=1.0, y=-0.5, direction="y")]
     if direction == "xy":
         groups = changed(groups, "fixed_point", 2, direction=None)
@@ -290,8 +290,8 @@ def test_rollers_that_the_base_slides_along_do_not_count(write_input, direction)
     assert ("relative to the moving supports" in words) == (direction == "x")
 
 
-def test_on_a_half_space_values_count_from_its_outcrop(root, tmp_path):
-    """The drift of a record is no displacement of the model."""
+def test_on_a_half_space_displacements_are_relative_to_the_outcrop(root, tmp_path):
+    """The drift of a record is not a displacement of the model."""
     sitedda.copy_example("ridge", tmp_path)
     run = sitedda.run(tmp_path / "ridge.nml", duration=3.0, output=False)
     history = run.history
@@ -303,8 +303,8 @@ def test_on_a_half_space_values_count_from_its_outcrop(root, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["slope", "ridge"])
-def test_pictures_show_what_the_table_says(name, root, tmp_path):
-    """Displacements of a scene count from the base, as the engine's largest values do."""
+def test_pictures_and_table_show_the_same_displacements(name, root, tmp_path):
+    """Displacements of a scene are relative to the base, like the largest values of the engine."""
     sitedda.copy_example(name, tmp_path)
     run = sitedda.run(tmp_path / f"{name}.nml", duration=1.5, output=False)
     scene = Scene.of(run)
@@ -335,7 +335,7 @@ def _charted(scene: Scene) -> float:
     return most
 
 
-def test_still_supports_need_no_word(write_input):
+def test_fixed_supports_are_not_mentioned(write_input):
     groups = without(pile(20), "motion")
     for held in (0, 1):
         groups = changed(groups, "fixed_point", held, motion_x=None)
@@ -344,8 +344,8 @@ def test_still_supports_need_no_word(write_input):
     assert run.history.attrs["maxima_base"] == "relative to the supports, which do not move"
 
 
-def test_a_changed_motion_goes_on_from_where_the_base_is(write_input):
-    """Scaled to nothing half-way, the base stands; what has been counted stays."""
+def test_a_changed_motion_continues_from_the_present_base(write_input):
+    """If the motion is scaled to 0, the base stops; its displacement so far remains."""
     groups = carried()
     with sitedda.Simulation(write_input(groups)) as run:
         run.advance(60)
@@ -354,7 +354,7 @@ def test_a_changed_motion_goes_on_from_where_the_base_is(write_input):
         run.advance(60)
         floor = run.coordinates[0, 0]
         assert run.maxima["displacement"].residual < before["displacement"].value + 0.1
-        assert abs(floor - 1.0) > 1e-3  # it has moved, and has not come back
+        assert abs(floor - 1.0) > 1e-3  # the base has moved and does not return
         assert run.maxima["displacement"].residual < 0.5 * abs(floor - 1.0) + 1e-3
         assert run.base_displacement[0] == pytest.approx(floor - 1.0, abs=1e-5)
 
@@ -377,7 +377,7 @@ def test_free_fall(write_input):
 
 
 def test_a_block_that_slides(write_input):
-    """Slip (g_x − μ g_y) t²/2, the residual the same, no opening."""
+    """Slip (g_x − μ g_y) t²/2 as maximum and residual, without opening."""
     pull, weight, friction = 6.0, 9.81, math.tan(math.radians(20.0))
     blocks = [group("block", name="floor", vertices=rectangle(-2.0, -0.5, 8.0, 0.5)),
               group("block", name="box", vertices=rectangle(0.0, 0.0, 1.0, 0.2))]  # fmt: skip
@@ -401,7 +401,7 @@ def test_a_block_that_slides(write_input):
 
 @pytest.mark.parametrize(("scale", "tilt"), [(0.9, 3.79), (1.0, 5.00), (1.2, 6.80)])
 def test_a_rocking_block_without_frames(write_input, scale, tilt):
-    """0.5 m × 2 m under two pulses of 3.5 m/s²: no frame shows its largest tilt."""
+    """0.5 m × 2 m under two pulses of 3.5 m/s²: no frame contains the largest tilt."""
     hold = {"block": "floor", "y": -0.25, "motion_x": "pulses"}
     groups = [
         group("control", time_step=1e-3, duration=2.0, gravity=[0.0, -9.81]),
@@ -424,7 +424,7 @@ def test_a_rocking_block_without_frames(write_input, scale, tilt):
 
 
 def excavated(**second) -> list:
-    """A block beside another is taken away in a static stage, after 20 ms without load."""
+    """A block beside others is removed in a static stage, after 20 ms without load."""
     return [
         *without(pile(0), "motion")[:-5],
         *(group("fixed_point", block="floor", x=x, y=-0.5) for x in (-3.0, 5.0)),
@@ -436,15 +436,15 @@ def excavated(**second) -> list:
     ]  # fmt: skip
 
 
-def test_of_a_static_stage_its_rest_counts(write_input):
-    """The cap is lifted off: the blocks below rise; velocities of the way to rest do not count."""
+def test_only_the_equilibrium_of_a_static_stage_counts(write_input):
+    """The cap is removed: the blocks below rise; velocities of static steps do not count."""
     calm = sitedda.run(write_input(excavated(kind="static")))
     dug = sitedda.run(write_input(excavated(kind="static", remove="cap")))
     last = dug.history.isel(frame=-1).block_coordinates
     first = dug.history.isel(frame=0).block_coordinates
     moved = np.linalg.norm((last - first).values[:, :2], axis=1)
     names = list(dug.history.block.values)
-    moved[names.index("cap")] = 0.0  # gone
+    moved[names.index("cap")] = 0.0  # removed
     assert dug.maxima["displacement"].value == pytest.approx(moved.max(), rel=1e-9)
     assert dug.maxima["displacement"].blocks == (names[int(moved.argmax())],)
     assert dug.maxima["displacement"].value > 10 * calm.maxima["displacement"].value
@@ -487,11 +487,11 @@ def test_a_resumed_run_has_the_same_maxima(write_input, tmp_path, same_bits):
             run.maxima  # noqa: B018  looking changes nothing
         resumed = sitedda.resume(file, tmp_path / f"{steps}.nc")
         same_bits(whole.history, resumed.history)
-        assert repr(resumed.maxima) == repr(whole.maxima)  # NaN is not NaN
+        assert repr(resumed.maxima) == repr(whole.maxima)  # texts, because NaN differs from NaN
 
 
 def wide_wall(count: int) -> list:
-    """Pairs of equal blocks side by side on a shaken floor: all maxima are tied."""
+    """Pairs of equal blocks on a shaken floor: several blocks share each maximum."""
     hold = {"block": "floor", "y": -0.5, "motion_x": "shake"}
     blocks = [group("block", name=f"b{i}", vertices=rectangle(2.0 * i, 0.0, 0.5, 1.5))
               for i in range(count)]  # fmt: skip
@@ -510,7 +510,7 @@ def wide_wall(count: int) -> list:
 
 
 def test_threads_change_no_maximum(native, write_input, tmp_path, same_bits):
-    """More blocks and contacts than one piece of a loop has."""
+    """The number of blocks and contacts exceeds a chunk of a parallel loop."""
     file = write_input(wide_wall(2100))
     files = [tmp_path / f"{threads}.nc" for threads in (1, 2, 3)]
     for threads, output in enumerate(files, 1):
@@ -521,18 +521,18 @@ def test_threads_change_no_maximum(native, write_input, tmp_path, same_bits):
         same_bits(files[0], other)
 
 
-# --- What programs and studies say ----------------------------------------------------------------
+# --- Output of programs and studies --------------------------------------------------------------
 
 
-def test_the_executable_prints_them(native, write_input, tmp_path):
+def test_the_executable_prints_maxima(native, write_input, tmp_path):
     file = write_input(pile(60))
     done = native("run", file, "-q", "-o", tmp_path / "n.nc")
     run = sitedda.run(file)
     said = str(run.verdict).split("\n\n")
-    assert len(said) == 5  # sentence, what the check says, table, doubt, counts
+    assert len(said) == 5  # sentence, check, table, warning, counts
     assert said[1].startswith("doubt  check: ") and "doubt  check: " not in said[3]
     for row in said[2].splitlines()[1:]:
-        if row.startswith("PGA"):  # of samples, which the executable has written away
+        if row.startswith("PGA"):  # from samples, which the executable does not keep
             break
         assert row in done.stdout.splitlines()
     assert all(said[part] in done.stdout for part in (0, 1, 3, 4))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How motions continue after their records, and what is said of them and of the analysis."""
+"""Continuation of motions after their records; descriptions of motions and of the analysis."""
 
 import re
 
@@ -16,7 +16,7 @@ ENDS = PUSH * LASTS**2 / 2  # m
 
 
 def sled(motion=None, duration=0.5, **control):
-    """A block on a floor that is pushed along x."""
+    """A block on a floor that moves along x."""
     pulse = {
         "name": "pulse",
         "quantity": "acceleration",
@@ -45,7 +45,7 @@ def end_of(history, point="floor"):
 
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
-def test_a_floor_goes_on_with_the_velocity_of_its_record(write_input, integration):
+def test_a_floor_continues_with_the_velocity_of_its_record(write_input, integration):
     groups = sled(integration=integration)
     history = sitedda.run(write_input(groups)).history
     after = float(history.time[-1]) - LASTS
@@ -59,12 +59,12 @@ def test_a_floor_goes_on_with_the_velocity_of_its_record(write_input, integratio
     assert float(history.energy_kinetic[-1]) == pytest.approx(0.5 * mass * LEFT**2, rel=5e-3)
 
 
-def test_a_floor_is_held_where_that_is_asked_for(write_input):
+def test_a_floor_stops_with_after_end_hold(write_input):
     history = sitedda.run(write_input(sled({"after_end": "hold"}))).history
     assert end_of(history)[0] == pytest.approx(ENDS, rel=1e-3)
     assert end_of(history)[1] == pytest.approx(0.0, abs=1e-3)
     stop = history.sel(point="floor").isel(axis=0).acceleration
-    assert float(abs(stop).max()) > 0.1 * LEFT / STEP  # an impact, as the description says
+    assert float(abs(stop).max()) > 0.1 * LEFT / STEP  # an impact, as described
 
 
 @pytest.mark.parametrize(
@@ -112,13 +112,13 @@ def test_peaks_of_the_line_are_those_of_the_record(write_input):
     assert f"ends with {velocity[-1]:.4g} m/s" in line
 
 
-def test_a_killed_run_goes_on_to_the_same_bits(write_input, same_bits, in_parts):
+def test_a_resumed_run_after_the_record_is_bit_identical(write_input, same_bits, in_parts):
     file = write_input(sled())
     same_bits(sitedda.run(file).history, in_parts(file, 350))  # after the end of the record
 
 
-def test_a_compliant_base_goes_on_with_its_outcrop(write_input):
-    """A bonded stack on a half-space whose free surface ends with v ends with v."""
+def test_a_compliant_base_continues_with_its_outcrop(write_input):
+    """A bonded stack on a half-space has the final velocity of the free surface."""
     groups = [
         group("control", time_step=STEP, duration=1.5, analysis="plane_strain"),
         group("contact", normal_stiffness=1e11),
@@ -139,8 +139,8 @@ def test_a_compliant_base_goes_on_with_its_outcrop(write_input):
         assert float(abs(history.energy_balance).max()) < 1e-6 * work
 
 
-def test_rest_on_a_floor_that_goes_on_ends_a_run(write_input):
-    """Nothing moves on the floor once its record has ended: &stop rest_time is met."""
+def test_rest_on_a_moving_floor_ends_a_run(write_input):
+    """After the record, nothing moves relative to the floor: rest_time of &stop is reached."""
     groups = [*sled(duration=3.0), group("stop", rest_time=0.2, rest_movement=1e-3)]
     run = sitedda.run(write_input(groups))
     assert LASTS + 0.2 <= float(run.history.time[-1]) < 1.0
@@ -150,7 +150,7 @@ def test_rest_on_a_floor_that_goes_on_ends_a_run(write_input):
 
 
 def test_body_force_has_the_impulse_of_a_record_that_ends_within_a_step(write_input):
-    """A free block in the frame of the base: −a T, wherever T lies between two steps."""
+    """A free block in the frame of the base has −a T, also if T is not a multiple of the step."""
     for lasts in (0.02, 0.0203, 0.0206, 0.0209):
         groups = changed(sled(duration=0.04), "control", base_motion_x="pulse", gravity=None)
         groups = without(without(groups, "fixed_point"), "measured_point")
@@ -184,7 +184,7 @@ def test_body_force_has_the_impulse_of_a_record_that_ends_within_a_step(write_in
         ),
     ],
 )
-def test_what_cannot_be_is_refused(write_input, groups, words):
+def test_contradictory_motions_are_refused(write_input, groups, words):
     with pytest.raises(sitedda.InputError, match=words):
         sitedda.run(write_input(groups))
 
@@ -223,7 +223,7 @@ VELOCITIES = {
         ),
     ],
 )
-def test_where_waves_count_the_analysis_is_chosen(write_input, groups, place):
+def test_models_with_waves_require_a_choice_of_the_analysis(write_input, groups, place):
     file = write_input(groups)
     words = rf"model\.nml, {place}.*'plane_strain'.*'plane_stress'"
     with pytest.raises(sitedda.InputError, match=words):
@@ -238,7 +238,7 @@ def test_where_waves_count_the_analysis_is_chosen(write_input, groups, place):
             assert "analysis" not in str(other)
 
 
-def test_elsewhere_plane_stress_stays_the_default(write_input, native):
+def test_other_models_use_plane_stress_by_default(write_input, native):
     for kind in ("fixed", "roller"):
         groups = [*without(tower(), "fixed_point"), group("boundary", kind=kind, side="bottom")]
         file = write_input(groups)

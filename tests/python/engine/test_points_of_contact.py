@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Contact points between corners: places in files and pictures, the word on bonds that bend."""
+"""Contact points between corners: positions in files and pictures, warning about bending bonds."""
 
 import re
 
@@ -13,11 +13,11 @@ from sitedda.pictures import force_lines
 from sitedda.scene import Scene
 from sitedda.vtk import contacts_of
 
-WEIGHT = 2000.0 * 9.81  # N/m, of the glued block; its bond bends by 6 W/2 = 58.86 kPa
+WEIGHT = 2000.0 * 9.81  # weight of the glued block, N/m; bending stress 6 W/2 = 58.86 kPa
 
 
 def bracket(steps: int = 40, **joint) -> Model:
-    """A block of 1 m that is glued to a wall by its side, and a brick that is pushed along it."""
+    """A block of 1 m that is glued to a wall by one side, and a brick that is pushed along it."""
     model = Model("Bracket", time_step=1e-3, steps=steps, settle=True)
     model.control(gravity=(0.0, -9.81))
     model.contact(normal_stiffness=1e9)
@@ -37,7 +37,7 @@ def bracket(steps: int = 40, **joint) -> Model:
     return model
 
 
-def test_contacts_that_press_are_those_of_all():
+def test_closed_contacts_are_a_subset_of_contacts():
     with sitedda.Simulation(bracket(contact_points=3)) as run:
         run.advance(40)
         every, press = run.contacts, run.contacts["normal_force"] > 0.0
@@ -54,8 +54,8 @@ def bracketed(tmp_path_factory):
     return model.run(output=tmp_path_factory.mktemp("bracket") / "out.nc")
 
 
-def test_points_have_their_places(bracketed):
-    """In the output, in pictures and for ParaView; on the brick they slide along with it."""
+def test_points_have_positions(bracketed):
+    """In the output, in pictures and for ParaView; on the brick, the points move along with it."""
     scene = Scene.of(bracketed)
     frame = scene.frames - 1
     contacts = scene.contacts(frame)
@@ -72,8 +72,8 @@ def test_points_have_their_places(bracketed):
     assert len(contacts_of(scene, frame).points) == 2 * len(contacts["normal_force"])
 
 
-def test_resultants_go_through_the_points(bracketed):
-    """The brick's weight acts under its middle, in pictures and in the view."""
+def test_resultants_pass_through_the_points(bracketed):
+    """The weight of the brick acts under its middle, in pictures and in the view."""
     scene = Scene.of(bracketed)
     frame = scene.frames - 1
     where, force = force_lines(scene, frame, scene.vertices(frame))
@@ -82,7 +82,7 @@ def test_resultants_go_through_the_points(bracketed):
     assert encode(scene, 10**7).meta["pairs"] >= 5 + 1
 
 
-def test_simulation_has_the_places(tmp_path):
+def test_simulation_has_the_positions(tmp_path):
     with sitedda.Simulation(bracket(contact_points=5).write(tmp_path / "model.nml")) as run:
         inner = run.contacts["place"][run.contacts["bonded"] == 1]
         np.testing.assert_allclose(
@@ -91,7 +91,7 @@ def test_simulation_has_the_places(tmp_path):
 
 
 def said(model: Model, native, tmp_path, main) -> list[str]:
-    """Lines on bending of run, native run, check and native check."""
+    """Lines about bending in run, native run, check and native check."""
     file = model.write(tmp_path / "model.nml")
     texts = []
     for call in (main, native):
@@ -101,8 +101,8 @@ def said(model: Model, native, tmp_path, main) -> list[str]:
     return [line for text in texts for line in text.splitlines() if "three times too high" in line]
 
 
-def test_a_bond_that_bends_is_one_line(native, tmp_path, main):
-    """With the stress at its ends by beam theory; not with points, nor without bending."""
+def test_a_bending_bond_causes_one_line(native, tmp_path, main):
+    """The line has the end stress by beam theory; no line with points or without bending."""
     bent = said(bracket(contact_points=2), native, tmp_path, main)
     assert len(bent) == 4
     for line in bent:
@@ -116,7 +116,7 @@ def test_a_bond_that_bends_is_one_line(native, tmp_path, main):
 
 
 def test_points_of_a_study(tmp_path):
-    """`--set` and a study take them; more points, one answer."""
+    """`--set` and a study accept the number of points; more points give the same result."""
     file = bracket(contact_points=3).write(tmp_path / "model.nml")
     stress = []
     for points in (3, 5):

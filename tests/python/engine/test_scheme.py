@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Closed forms of the time integration as Python has them; `tests/fortran/test_scheme.f90` is of
-the forms themselves."""
+"""Closed forms of the time integration in Python; `tests/fortran/test_scheme.f90` tests the forms
+themselves."""
 
 import numpy as np
 import pytest
@@ -25,8 +25,8 @@ def test_the_members_by_name(name):
 
 
 @pytest.mark.parametrize("name", MEMBERS)
-def test_the_twin_is_the_column_of_the_complex_modulus(name):
-    """Modulus G (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ) at 2τ/Δt, in a closed form of one's own."""
+def test_the_column_with_a_scheme_has_the_complex_modulus(name):
+    """Modulus G (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ) at 2τ/Δt, in an independent closed form."""
     (theta, chi), step = MEMBERS[name], 5e-3
     frequency = np.array([0.5, 3.3, 11.0, 40.0])
     tau = np.tan(np.pi * frequency * step)
@@ -44,7 +44,7 @@ def test_the_twin_is_the_column_of_the_complex_modulus(name):
     assert_allclose(found, 1 / (np.cos(phase) + 1j * contrast * np.sin(phase)), rtol=1e-9)
 
 
-def test_the_twins_peak_knows_the_member():
+def test_the_peak_of_a_column_depends_on_the_member():
     column = Column([Layer(15.0, density=2643.0, shear_velocity=851.0)])
     peaks = {
         name: column.peak(time_step=1e-3, integration=name).amplitude
@@ -109,6 +109,6 @@ def test_errors_name_the_argument_and_its_value(call, message):
         call()
 
 
-def test_all_of_it_is_public():
+def test_closed_forms_are_public():
     names = {"scheme_damping", "scheme_frequency", "theta_for_damping", "time_step_for_damping"}
     assert names <= set(sitedda.__all__)

@@ -47,7 +47,7 @@ def test_equation_11_uses_the_first_and_the_nth_crest():
     assert_allclose(np.diff(found.times), 0.2, rtol=1e-4)
 
 
-def test_crests_are_placed_between_the_samples():
+def test_crests_are_located_between_samples():
     # 11 samples a period: the nearest sample alone is wrong by up to 4 % in height
     time, x = decay(0.005, step=1 / 55, duration=6.0)
     found = log_decrement(time, x)
@@ -63,7 +63,7 @@ def test_crests_are_placed_between_the_samples():
     phase=st.floats(0.0, 6.28),
     frequency=st.floats(3.0, 30.0),
 )
-def test_units_origin_and_phase_change_nothing(damping, scale, offset, phase, frequency):
+def test_units_origin_and_phase_have_no_effect(damping, scale, offset, phase, frequency):
     time, x = decay(damping, frequency, offset, phase=phase)
     found = log_decrement(time + 17.0, scale * x)
     assert_allclose(found.damping_exact, damping, rtol=5e-3)
@@ -87,14 +87,14 @@ def test_free_vibration_of_the_scheme():
     assert_allclose(found.frequency, phase / (2 * np.pi * step), rtol=1e-4)
 
 
-def test_a_poor_decay_shows_in_the_residual():
+def test_a_poor_decay_has_a_large_residual():
     time, good = decay(0.01)
     _, other = decay(0.01, frequency=5.6)
     assert log_decrement(time, good).residual < 1e-3
     assert log_decrement(time, good + 0.5 * other).residual > 0.1
 
 
-def test_small_noise_is_not_taken_for_crests():
+def test_small_noise_does_not_add_crests():
     time, x = decay(0.02)
     noisy = x + 1e-3 * np.random.default_rng(1).standard_normal(time.size)
     found = log_decrement(time, noisy, cycles=5, floor=0.02)
@@ -120,7 +120,7 @@ def test_smoothing_is_the_published_window(bandwidth):
     assert_allclose(smoothed, expected, rtol=1e-9)
 
 
-def test_smoothing_leaves_a_constant_alone():
+def test_smoothing_keeps_a_constant():
     frequency = np.arange(0, 200)  # whole numbers, from zero
     assert_allclose(smooth_konno_ohmachi(frequency, np.full(200, -3j)), 3.0, rtol=1e-12)
 
@@ -152,10 +152,10 @@ def test_ramp_acceleration_is_exact():
 
 
 @pytest.mark.parametrize("ratio", [0.2, 0.7, 1.0, 1.4, 4.0])
-def test_harmonic_ground_motion_after_the_transient(ratio):
+def test_harmonic_ground_motion_in_steady_state(ratio):
     damping, frequency, step = 0.2, 2.0, 5e-4
     time = np.arange(0.0, 30.0, step)
-    # grow the motion smoothly, so that no transient is ever larger than the steady state
+    # a motion that grows smoothly, so that the transient never exceeds the steady state
     grown = np.sin(np.pi / 2 * np.minimum(time / 20.0, 1.0)) ** 2
     ground = grown * np.sin(2 * np.pi * ratio * frequency * time)
     spectrum = response_spectrum(ground, step, [1 / frequency], damping)
@@ -188,7 +188,7 @@ def test_limits_of_stiff_and_soft_oscillators():
     assert_allclose(soft.displacement, displacement, rtol=0.02)
 
 
-def test_fast_oscillators_are_followed_between_the_samples():
+def test_fast_oscillators_have_maxima_between_the_samples():
     ground = np.full(5, 1.0)
     spectrum = response_spectrum(ground, 1.0, damping=0.0, frequencies=[0.9])
     assert_allclose(spectrum.pseudo_acceleration, 2.0, rtol=2e-3)
@@ -199,13 +199,13 @@ def test_fast_oscillators_are_followed_between_the_samples():
 
 @settings(max_examples=40, deadline=None)
 @given(frequency=st.floats(1.0, 45.0), phase=st.floats(0.0, 6.28), offset=st.floats(-9.0, 9.0))
-def test_frequency_of_a_sine_is_found_between_the_lines(frequency, phase, offset):
+def test_frequency_of_a_sine_is_found_between_the_bins(frequency, phase, offset):
     time = 0.01 * np.arange(1000)  # lines are 0.1 Hz apart
     x = offset + np.cos(2 * np.pi * frequency * time + phase)
     assert_allclose(dominant_frequency(x, 0.01), frequency, atol=1e-3)
 
 
-def test_band_chooses_the_peak():
+def test_the_band_selects_the_peak():
     time = 0.005 * np.arange(4000)
     x = np.sin(2 * np.pi * 3.0 * time) + 0.2 * np.sin(2 * np.pi * 11.0 * time)
     assert_allclose(dominant_frequency(x, 0.005), 3.0, atol=1e-3)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Stiff bodies whose faces do not match slide as rigid ones do, in closed form.
+"""Stiff bodies with non-matching faces slide like rigid ones, as in closed form.
 
-Of stiff cells the path is that of a rigid block: where all contacts slide, x + y tan φ moves as
-under g_x − g_y tan φ alone, in each step, and y follows the floor.
+With stiff cells the displacement is that of a rigid block: if all contacts slide, x + y tan φ
+moves under g_x − g_y tan φ in each step, and y follows the floor.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ STEP, STIFF = 1e-3, 1e14
 
 
 def sliding(bodies, held, steps, motion=None):
-    """Bodies on those that are held by their bases, on a slope of 30°, by the θ-method."""
+    """Bodies on others with fixed bases, on a slope of 30°, by the θ-method."""
     model = model_of(bodies, young=STIFF, time_step=STEP, steps=steps, integration="theta",
                      solver="direct", gravity=[5.0, -10.0 * np.cos(np.pi / 6)])  # fmt: skip
     model["joint"][0].friction_angle = 20.0
@@ -31,7 +31,7 @@ def sliding(bodies, held, steps, motion=None):
 
 
 def moved(history, bodies):
-    """How far the centroids of bodies have moved, shape (bodies, 2)."""
+    """Displacements of the centroids of bodies, shape (bodies, 2)."""
     place = history.block_coordinates.values[:, :, :2]
     way, first = [], 0
     for cells in bodies:
@@ -43,7 +43,7 @@ def moved(history, bodies):
 
 
 def free_path(steps):
-    """Of the θ-method with θ = χ = ¾ under PULL, from rest."""
+    """Displacement by the θ-method with θ = χ = ¾ under PULL, from rest."""
     return PULL * STEP**2 * (steps**2 / 2 + steps / 4)
 
 
@@ -59,8 +59,8 @@ def shaken(steps):
 
 
 @pytest.mark.parametrize(("size", "cells"), [(0.15, "voronoi"), (0.15, "quadrilateral")])
-def test_a_body_slides_over_the_cells_of_a_shaken_one(size, cells):
-    """Over 20 of them: to 3·10⁻⁹ of the path, the audit to 10⁻⁷, no contact opens.  (Over 100,
+def test_a_body_slides_over_the_cells_of_a_shaken_body(size, cells):
+    """Over 20 cells: displacement to 3·10⁻⁹, audit to 10⁻⁷, no contact opens.  (Over 100 cells:
     10⁻⁹ and 3·10⁻⁸.)"""
     floor = cells_of((0, 0, 6, 0.2), 0.2)
     block = cells_of((0.47, 0.2, 1.47, 1.2), size, cells)
@@ -89,9 +89,9 @@ CROSSING = [
 
 @pytest.mark.parametrize(("steps", "motion"), [(1200, None), (700, shaken(700))])
 def test_bodies_slide_across_a_crossing_of_four(steps, motion):
-    """Two side by side over the joint between two, at rest or shaken: no corner catches on the one
-    beyond, though it stands lower by what the floor gives.  What the pair pushes itself apart is
-    some 10⁻⁷ of the path."""
+    """Two bodies slide over the joint between two others, at rest or shaken.  Corners do not catch,
+    although elasticity makes one body lower.  The pair separates by about 10⁻⁷ of the
+    displacement."""
     run = sliding(CROSSING, 2, steps, motion).run()
     way, lift = moved(run.history, CROSSING)[2:].T
     up = motion["y"][-1] if motion else 0.0
@@ -104,9 +104,9 @@ def test_bodies_slide_across_a_crossing_of_four(steps, motion):
     assert audit < 1e-7 * float(run.history.energy_friction[-1])
 
 
-def test_bonded_bodies_move_with_a_shaken_base_as_one():
-    """The same four, bonded: no joint slips or opens, and all move as the base does, to what the
-    joints and cells give, W/10¹⁴ N/m."""
+def test_bonded_bodies_move_with_a_shaken_base_as_one_body():
+    """Four bonded bodies: joints neither slip nor open, and all move like the base, within
+    the elasticity of joints and cells, W/10¹⁴ N/m."""
     steps = 700
     motion = shaken(steps)
     model = sliding(CROSSING, 2, steps, motion)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Models come to rest before they are shaken, and what comes after follows in stages."""
+"""Models come to rest before shaking; later stages follow."""
 
 import math
 import signal
@@ -20,7 +20,7 @@ STONE = {"name": "stone", "density": 2500.0, "young_modulus": 10.0e9, "poisson_r
 
 
 def model(blocks, friction=35.0, supports=(), points=(), **control) -> list:
-    """Blocks by name with one material and one joint, at rest under gravity."""
+    """Blocks by name with one material and one joint, settled under gravity."""
     control = {"time_step": 1e-3, "steps": 20, "gravity": [0.0, -GRAVITY], "settle": True} | control
     return [
         ("control", control),
@@ -67,7 +67,7 @@ def arch() -> list:
 
 
 def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -> list:
-    """Slabs of 4 m x 2 m in `rows` layers on a plane that dips, in running bond."""
+    """Slabs of 4 m x 2 m in `rows` layers on an inclined plane, in running bond."""
     t = math.radians(dip)
     along, up = np.array([math.cos(t), math.sin(t)]), np.array([-math.sin(t), math.cos(t)])
 
@@ -88,7 +88,7 @@ def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -
 
 
 def unbalanced(run) -> float:
-    """The fraction of the weight that the summary of a run gives."""
+    """Unbalanced force as fraction of the weight, in the summary of a run."""
     words = run.summary.split("largest unbalanced force ")[1]
     return float(words.split(" N/m, ")[1].split(" ")[0])
 
@@ -104,7 +104,7 @@ def test_a_model_at_rest_stays_there(groups, write_input):
         assert run.energies["kinetic"] == 0.0
         assert not run.rates.any()
         assert run.time == 0.0 and run.counts["steps"] == 0
-        assert run.energies["initial"] > 0.0  # what is stored at rest
+        assert run.energies["initial"] > 0.0  # elastic energy at rest
         before = run.coordinates.copy()
         while not run.advance(10):
             pass
@@ -113,7 +113,7 @@ def test_a_model_at_rest_stays_there(groups, write_input):
 
 
 def test_two_thousand_touching_bricks_come_to_rest(write_input):
-    """In a few static steps; each course carries half its weight and all that lies on it."""
+    """After a few static steps, each course carries half its weight and all weight above."""
     bricks = 45
     with sitedda.Simulation(write_input(wall(bricks, bricks, steps=1))) as run:
         found = int(run.summary.split("at rest after ")[1].split(" ")[0])
@@ -125,21 +125,21 @@ def test_two_thousand_touching_bricks_come_to_rest(write_input):
     course = (height / 0.5).astype(int)
     carried = np.bincount(course, -stress * width)
     weight = np.bincount(course, width) * 0.5 * STONE["density"] * GRAVITY
-    # measured 4e-6: stresses act on bricks of strains up to 5e-5
+    # measured 4e-6: bricks have strains up to 5e-5
     assert carried == pytest.approx(np.cumsum(weight[::-1])[::-1] - 0.5 * weight, rel=1e-5)
 
 
 @pytest.mark.parametrize("step", [0.25e-3, 0.5e-3, 1e-3, 2e-3])
-def test_no_step_moves_the_slope_at_rest(step, write_input):
+def test_the_slope_at_rest_does_not_move(step, write_input):
     run = sitedda.run(write_input(slope()), time_step=step, steps=round(0.2 / step))
     moved = np.abs(run.history.displacement)
     assert float(moved.max()) <= 2e-3
-    assert float(moved.max()) <= 1e-8  # what rounding leaves
+    assert float(moved.max()) <= 1e-8  # rounding errors
     assert float(moved[0].max()) == 0.0
 
 
-def test_rest_is_statics(write_input):
-    """A column shortens by the weights above each level, over E A, k_n and the supports."""
+def test_static_stages_agree_with_statics(write_input):
+    """A column shortens by the weight above each level over E A, k_n and the supports."""
     with sitedda.Simulation(write_input(column(4))) as run:
         stress = run.stresses[:, 1]
         weight = STONE["density"] * GRAVITY * 0.5
@@ -160,7 +160,7 @@ def test_loads_of_time_zero_act_and_motions_do_not(write_input):
         assert change == pytest.approx([-1.0e6 / 15.0, -0.5e6 / 15.0], rel=1e-3)
 
 
-def test_what_does_not_come_to_rest_is_named(write_input, native):
+def test_blocks_that_do_not_come_to_rest_are_named(write_input, native):
     file = write_input(slope(friction=20.0))
     with pytest.raises(
         sitedda.ConvergenceError, match=r"does not settle.*block .*unbalanced force"
@@ -189,13 +189,13 @@ def test_a_static_stage_fails_when_a_block_has_moved_too_far(write_input):
 
 @pytest.mark.parametrize(("size", "turned"), [(300.0, 32.0), (1000.0, 45.0)])
 def test_a_small_block_that_slides_on_a_huge_base_is_not_at_rest(size, turned, write_input):
-    """It is out of balance by less than 10⁻⁶ of all weight together."""
+    """Its unbalanced force is less than 10⁻⁶ of the weight of all blocks."""
     with pytest.raises(sitedda.ConvergenceError, match="not at rest.*block 2 .brick. has"):
         sitedda.Simulation(write_input(brick_on_base(size, 1.0, turned)))
 
 
-def test_rest_that_rounding_may_hide_says_so(write_input):
-    """Springs of 10¹² N/m turn a bit of the places into a tenth of a brick of half a square mm."""
+def test_a_summary_states_forces_below_rounding_errors(write_input):
+    """With springs of 10¹² N/m, rounding of positions is a tenth of the weight of a tiny brick."""
     with sitedda.Simulation(write_input(brick_on_base(0.2, 1e-3, 20.0))) as run:
         assert "forces up to 0.1" in run.summary and "of block 2 'brick' count" in run.summary
     with sitedda.Simulation(write_input(brick_on_base(2.0, 1.0, 20.0))) as run:
@@ -203,7 +203,7 @@ def test_rest_that_rounding_may_hide_says_so(write_input):
 
 
 def brick_on_base(size: float, brick: float, turned: float) -> list:
-    """A brick with φ = 30° on a held base, gravity turned so many degrees from the vertical."""
+    """A brick with φ = 30° on a fixed base; gravity is rotated from the vertical (degrees)."""
     blocks = {
         "base": rectangle(-0.5 * size, -size, size, size),
         "brick": rectangle(-0.5 * brick, 0.0, brick, 0.5 * brick),
@@ -216,7 +216,7 @@ def brick_on_base(size: float, brick: float, turned: float) -> list:
     return [*groups, group("contact", normal_stiffness=1e12)]
 
 
-def test_sudden_gravity_is_said(write_input, native, tmp_path):
+def test_sudden_gravity_is_reported(write_input, native, tmp_path):
     file = write_input(changed(column(2), "control", settle=False))
     done = native("run", file, folder=tmp_path)
     assert "gravity acted suddenly" in done.stdout
@@ -224,7 +224,7 @@ def test_sudden_gravity_is_said(write_input, native, tmp_path):
     assert "gravity acted suddenly" not in str(sitedda.run(file, settle=True).verdict)
 
 
-def test_senseless_settling_is_refused(write_input):
+def test_unsupported_static_stages_are_refused(write_input):
     with pytest.raises(sitedda.InputError, match="'original' of &contact has no static stage"):
         sitedda.Simulation(write_input(column(2)), contact_rules="original")
     moving = changed(column(2), "material", initial_velocity=[1.0, 0.0, 0.0])
@@ -232,14 +232,14 @@ def test_senseless_settling_is_refused(write_input):
         sitedda.Simulation(write_input(moving))
 
 
-def test_check_starts_from_the_same_rest(write_input):
+def test_check_starts_from_the_same_equilibrium(write_input):
     report = str(sitedda.check(write_input(column(3))))
     assert "at rest after 0 static steps" in report
     report = str(sitedda.check(write_input(changed(column(3), "control", settle=False))))
     assert "at rest after" in report and "after 0 static" not in report
 
 
-def test_a_settled_run_has_the_same_bits_everywhere(write_input, same_everywhere):
+def test_a_settled_run_is_bit_identical_everywhere(write_input, same_everywhere):
     same_everywhere(write_input(slope(steps=30)), 11)
 
 
@@ -250,8 +250,8 @@ def test_a_flying_block_cannot_settle(write_input):
         sitedda.Simulation(write_input(groups))
 
 
-def test_what_falls_and_rests_is_told(write_input, native, tmp_path):
-    """A pedestal is taken away: the block lands on the floor below, 0.3 m deeper."""
+def test_a_block_that_falls_and_rests_is_reported(write_input, native, tmp_path):
+    """A pedestal is removed: the block lands on the floor, 0.3 m lower."""
     blocks = {"floor": rectangle(-2, -1, 4, 1), "gone": rectangle(-1, 0, 2, 0.3)}
     blocks["stone"] = rectangle(-1, 0.3, 2, 1)
     groups = model(blocks, supports=[("floor", -1.9, -0.9), ("floor", 1.9, -0.9)])
@@ -274,7 +274,7 @@ def test_what_falls_and_rests_is_told(write_input, native, tmp_path):
     assert all(line[at:].startswith(words) for at, words in places)
 
 
-# Three blocks of a beam on two piers, all of one width, glued to each other and loose on the piers.
+# Three blocks of a beam on two piers; the blocks are glued to each other, but not to the piers.
 BEAM = {"beam_l": (0.0, 1.5), "beam_m": (1.5, 4.8), "beam_r": (4.8, 6.0)}
 PIERS = {"pier_l": 0.0, "pier_r": 5.0}
 
@@ -319,9 +319,9 @@ def reactions(data: xr.Dataset, frame: int) -> list[float]:
     return [float(force[np.all(np.sort(sides, 0).T == pair, 1)].sum()) for pair in pairs]
 
 
-def test_excavation_hands_the_reactions_on(write_input, tmp_path):
+def test_excavation_redistributes_the_reactions(write_input, tmp_path):
     run = sitedda.run(write_input(beam(STAGES)), output=tmp_path / "beam.nc")
-    assert "count as balanced" not in run.summary  # nor does the block that has gone
+    assert "count as balanced" not in run.summary  # also not for the removed block
     weight = STONE["density"] * GRAVITY
     with xr.open_dataset(tmp_path / "beam.nc") as data:
         assert sum(reactions(data, 0)) == pytest.approx(6.0 * weight, rel=1e-3)
@@ -334,13 +334,13 @@ def test_excavation_hands_the_reactions_on(write_input, tmp_path):
         assert np.abs(data.displacement.values[:2]).max() > 1e-6
 
 
-def test_every_stage_has_its_line_in_the_budget(write_input):
+def test_every_stage_has_its_term_in_the_budget(write_input):
     with sitedda.Simulation(write_input(beam(STAGES))) as run:
         while not run.advance(100):
             pass
         energies = run.energies
         assert run.warning == ""
-    # Stress stays where the modulus is halved: the strain energy A σᵀε doubles in part.
+    # The stress does not change if the modulus is halved: part of the strain energy doubles.
     for term in ("static", "removed", "changed"):
         assert energies[term] > 1e-3 * energies["initial"], term
     assert energies["zeroed"] != 0.0
@@ -348,7 +348,7 @@ def test_every_stage_has_its_line_in_the_budget(write_input):
 
 
 @pytest.mark.parametrize("after", [0, 7, 20, 33, 40])
-def test_a_run_resumes_in_every_stage_to_the_same_bits(
+def test_a_run_resumes_in_every_stage_bit_identically(
     after, write_input, tmp_path, in_parts, same_bits
 ):
     groups = changed(beam(STAGES), "output", block_interval=7)
@@ -358,7 +358,7 @@ def test_a_run_resumes_in_every_stage_to_the_same_bits(
 
 
 def test_motions_begin_with_their_stage(write_input):
-    """The same shaking, begun at once or after a second stage has begun, moves the same."""
+    """The same shaking in the first or in a later stage causes the same motion."""
     tower_ = tower(2, 60)
     at_once = sitedda.run(write_input(tower_, "once.nml")).history.displacement.values
     late = changed(tower_, "control", steps=None)
@@ -397,7 +397,7 @@ def test_motions_begin_with_their_stage(write_input):
         ([{"name": "a", "steps": 3, "theta": 0.6}], {}, "need integration = 'theta'"),
     ],
 )
-def test_senseless_stages_are_refused(stages, control, words, write_input):
+def test_contradictory_stages_are_refused(stages, control, words, write_input):
     groups = beam(stages)
     if control:
         groups = changed(groups, "control", **control)
@@ -406,13 +406,13 @@ def test_senseless_stages_are_refused(stages, control, words, write_input):
     assert words in str(refusal.value)
 
 
-def test_the_original_rules_know_no_stages(write_input):
+def test_the_original_rules_do_not_support_stages(write_input):
     with pytest.raises(sitedda.InputError, match="'original' of &contact does not support &stage"):
         sitedda.Simulation(write_input(beam(STAGES)), contact_rules="original")
 
 
-def test_a_released_support_lets_go(write_input):
-    """A block on two supports turns about the one that stays."""
+def test_a_released_support_has_no_reaction(write_input):
+    """A block on two supports rotates about the remaining one."""
     groups = model({"bar": rectangle(0.0, 0.0, 4.0, 0.5)}, points=[("end", "bar", 4.0, 0.25)])
     groups = changed(groups, "control", settle=None, steps=None)
     groups[3:3] = [
@@ -444,11 +444,11 @@ def test_a_changed_joint_lets_a_slab_slide(write_input):
     assert float(np.hypot(*moved)) == pytest.approx(0.5 * pull * 0.1**2, rel=0.03)
 
 
-# --- What stages add -----------------------------------------------------------------------------
+# --- Additions by stages -------------------------------------------------------------------------
 
 
 def stopped(speed: float) -> float:
-    """Energy lost when the points of the block stop: -½ (T v)ᵀ (T M⁻¹ Tᵀ)⁻¹ T v."""
+    """Energy lost when the points of the block are stopped: -½ (T v)ᵀ (T M⁻¹ Tᵀ)⁻¹ T v."""
 
     def shape(x, y):
         return np.array([[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]])
@@ -461,8 +461,8 @@ def stopped(speed: float) -> float:
     return -0.5 * jump @ np.linalg.solve(t @ np.linalg.solve(inertia, t.T), jump)
 
 
-def test_a_stage_holds_points_where_they_stand(write_input, tmp_path, native, same_bits):
-    """A block falls freely for 40 ms, then two points of it hold; the fall is lost."""
+def test_a_stage_fixes_points_at_their_present_position(write_input, tmp_path, native, same_bits):
+    """A block falls for 40 ms; then two of its points are fixed, and its kinetic energy is lost."""
     groups = changed(flying_block(gravity=[0.0, -GRAVITY]), "control", steps=None)
     groups = changed(groups, "contact", normal_stiffness=1e12)
     points = [group("fixed_point", x=x, y=0.2, name=f"prop_{x}") for x in (0.2, 1.8)]
@@ -488,7 +488,7 @@ def test_a_stage_holds_points_where_they_stand(write_input, tmp_path, native, sa
 
 
 def test_a_stage_begins_loads(write_input, tmp_path):
-    """Times of a load that a stage names count from the stage: v = F t / m."""
+    """The times of a load of a stage start with the stage: v = F t / m."""
     groups = changed(flying_block(), "control", steps=None)
     load = {"name": "push", "x": 1.0, "y": 0.5, "time": [0.0, 1.0], "force_x": [5e3, 5e3]}
     stages = [{"name": "wait", "steps": 30}, {"name": "push", "steps": 30, "loads": "push"}]
@@ -511,7 +511,7 @@ def test_a_stage_begins_loads(write_input, tmp_path):
         ([{"loads": "push"}, {"loads": "push"}], "'push' has begun in stage 's0'"),
     ],
 )
-def test_what_a_stage_cannot_add_is_refused(stages, words, write_input):
+def test_invalid_additions_of_a_stage_are_refused(stages, words, write_input):
     groups = changed(flying_block(), "control", steps=None)
     load = {"name": "push", "x": 1.0, "y": 0.5, "time": [0.0, 1.0]}
     file = write_input([
@@ -524,7 +524,7 @@ def test_what_a_stage_cannot_add_is_refused(stages, words, write_input):
 
 
 def test_a_time_step_that_has_shrunk_is_resumed(write_input, tmp_path, same_bits):
-    """A falling block, whose steps become shorter as it becomes faster."""
+    """Falling block whose time step decreases with its velocity."""
     groups = flying_block(500, gravity=[0.0, -GRAVITY], time_step_control="adaptive",
                           max_displacement_ratio=1e-4)  # fmt: skip
     file = write_input(groups)
@@ -552,10 +552,10 @@ while True:
 LONG = [dict(stage) | ({"steps": 200} if "steps" in stage else {}) for stage in STAGES]
 
 
-def test_killed_in_any_stage_a_run_resumes_to_the_same_bits(
+def test_a_run_killed_in_any_stage_resumes_bit_identically(
     write_input, tmp_path, native, same_bits
 ):
-    """SIGKILL, of Python and of the executable; either continues with what the other has left."""
+    """SIGKILL of Python and of the executable; each continues the run of the other."""
     groups = changed(beam(LONG), "output", checkpoint_interval=5, block_interval=50)
     file = write_input(groups)
     sitedda.run(file, output=tmp_path / "whole.nc")
@@ -588,13 +588,13 @@ def test_killed_in_any_stage_a_run_resumes_to_the_same_bits(
 
 
 def catches(process: int, number: signal.Signals) -> bool:
-    """A process has a handler for a signal."""
+    """Return whether a process has a handler for a signal."""
     status = Path(f"/proc/{process}/status").read_text()
     return bool(int(status.split("SigCgt:")[1].split()[0], 16) >> (number - 1) & 1)
 
 
 def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
-    """A wall of 10,000 bricks takes a minute to find its rest; a signal ends it at once."""
+    """A wall of 10,000 bricks needs a minute of static steps; a signal ends them at once."""
     wall = {"brick_length": 1.0, "brick_height": 0.5, "bricks": 100, "courses": 100}
     file = write_input(
         [

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Nothing that a run changes may be missing from its checkpoints: all types are looked through."""
+"""Checkpoints contain all state that a run changes: this test examines all types."""
 
 import re
 
 import pytest
 
-# Types whose components are saved; what a resumed run has without a checkpoint, from the input or
-# made again before it is used, is named in its type by ``! unsaved, REASON: NAMES``.
+# Types whose components are saved.  A type names components that are not saved, because they come
+# from the input or are recomputed before use, in ``! unsaved, REASON: NAMES``.
 STATES = {
     "dynamics": "simulation_type system_type open_close_type counters_type "
     "stop_state_type maxima_type base_type first_contacts_type largest_type",
@@ -35,7 +35,7 @@ def components(text: str, name: str) -> set[str]:
 
 @pytest.fixture(scope="module")
 def serialised(root):
-    """The code that serialises the state."""
+    """The code that writes and reads the state."""
     journal = (root / "fortran" / "output" / "journal.f90").read_text()
     mark = re.search(r"subroutine serialise_mark.*?end subroutine", journal, re.S)[0]
     contact = (root / "fortran" / "contact" / "contact.f90").read_text()
@@ -48,7 +48,7 @@ def serialised(root):
 
 
 def source_of(folder, name: str) -> str:
-    """The one file of a folder that defines a type."""
+    """The text of the only file of a folder that defines a type."""
     files = [f for f in folder.rglob("*") if f.suffix in (".f90", ".inc", ".in")]
     found = [text for text in map(type(folder).read_text, files) if f":: {name}\n" in text]
     assert len(found) == 1, f"{name} is defined {len(found)} times in {folder}"
@@ -58,12 +58,12 @@ def source_of(folder, name: str) -> str:
 @pytest.mark.parametrize(
     ("folder", "name"), [(folder, one) for folder, names in STATES.items() for one in names.split()]
 )
-def test_every_component_is_serialised_or_made_anew(root, serialised, folder, name):
+def test_every_component_is_saved_or_declared_unsaved(root, serialised, folder, name):
     text = source_of(root / "fortran" / folder, name)
     found = components(text, name)
     own = re.search(rf":: {name}\n(.*?)^ *end type", text, re.M | re.S)[1]
     excused = set(", ".join(re.findall(r"! unsaved, .*: (.*)", own)).split(", ")) - {""}
     written = {part for part in found if re.search(rf"%{part}\b", serialised)}
     missing = found - written - excused
-    assert not missing, f"{name}: {missing} are neither serialised nor said to be unsaved"
-    assert excused <= found, "something is excused that is not there any more"
+    assert not missing, f"{name}: {missing} are neither saved nor declared unsaved"
+    assert excused <= found, "an unsaved component no longer exists"

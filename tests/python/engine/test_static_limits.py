@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Static stages end at rest below the limit of equilibrium, and beyond it never do."""
+"""Static stages reach equilibrium below the limit load and do not above it."""
 
 import math
 import re
@@ -19,11 +19,11 @@ from sitedda.masonry import Arch
 from sitedda.scene import Scene
 
 GRAVITY = 9.81
-UNEXPLAINED = 5e-5  # m, of depth: more than 10⁻³ of the distance within which contacts are listed
+UNEXPLAINED = 5e-5  # penetration, m: above 10⁻³ of the distance within which contacts are listed
 
 
 def arch(friction: float, ratio: float, voussoirs: int, half: float, push: float) -> sitedda.Model:
-    """An arch of radius 10 m and half angle `half` (degrees) under its weight and `push` of it."""
+    """An arch of radius 10 m and half angle `half` (degrees) under weight and horizontal push."""
     model = sitedda.Model("Arch pushed", time_step=1e-3, gravity=(GRAVITY * push, -GRAVITY))
     model.material("stone", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
     model.joint("dry", friction_angle=math.degrees(math.atan(friction)))
@@ -54,8 +54,8 @@ def rests(model: sitedda.Model) -> bool:
     [(0.61, 0.165, 15, 76.4), (0.46, 0.175, 19, 60.0), (0.87, 0.14, 18, 86.1), (0.51, 0.18, 9, 52)],
     ids=str,
 )
-def test_an_arch_rests_below_its_limit_alone(shape):
-    """Pressed by the far sides of blocks that they had left, some rested beyond it."""
+def test_an_arch_rests_only_below_its_limit(shape):
+    """Contacts with the far sides of separated blocks once supported arches beyond the limit."""
     limit = sitedda.limit_analysis(arch(*shape, push=0.0))
     assert limit.lower.factor == pytest.approx(limit.upper.factor, rel=0.01)
     shares = np.array([0.90, 0.94, 0.98, 1.02, 1.04, 1.06, 1.08, 1.10])
@@ -67,7 +67,7 @@ def test_an_arch_rests_below_its_limit_alone(shape):
 
 
 def overhanging(bricks: int, floor: float) -> sitedda.Model:
-    """Three courses of bricks of 1 m on a floor that ends before they do."""
+    """Three courses of bricks of 1 m that extend beyond the end of the floor."""
     model = sitedda.Model("Overhang", time_step=1e-3, gravity=(0.0, -GRAVITY))
     model.material("stone", density=2643.0, young_modulus=4.788e9, poisson_ratio=0.25)
     model.joint("dry", friction_angle=35.0)
@@ -79,8 +79,8 @@ def overhanging(bricks: int, floor: float) -> sitedda.Model:
     return model
 
 
-def test_bricks_over_nothing_fall_without_a_static_step():
-    """They took minutes of steps: 1,000 bricks long."""
+def test_unsupported_bricks_are_found_without_a_static_step():
+    """With 1,000 bricks, static steps once took minutes."""
     with pytest.raises(
         sitedda.ConvergenceError,
         match=r"not at rest after 0 static steps: block 5 .brick_5. and 2986 others fall: no",
@@ -96,7 +96,7 @@ def test_bricks_over_a_floor_rest():
 
 
 def polygon(random: np.random.Generator) -> np.ndarray:
-    """A convex stone of 4 to 7 corners on a circle of 0.45 m, no two of them close."""
+    """A convex stone of 4 to 7 corners on a circle of 0.45 m; corners keep a distance."""
     while True:
         angles = np.sort(random.uniform(0.0, 2 * math.pi, random.integers(4, 8)))
         between = np.diff(np.append(angles, angles[0] + 2 * math.pi))
@@ -105,7 +105,7 @@ def polygon(random: np.random.Generator) -> np.ndarray:
 
 
 def heap(seed: int) -> tuple[sitedda.Model, float]:
-    """Stones that fall into a box, on contacts that yield by 1 to 8 cm under one; k_n, N/m."""
+    """Stones that fall into a box, on contacts that one stone compresses by 1 to 8 cm; k_n, N/m."""
     random = np.random.default_rng(seed)
     model = sitedda.Model("Heap", time_step=5e-4, integration="backward_euler",
                           max_displacement_ratio=0.005, gravity=(0.0, -GRAVITY))  # fmt: skip
@@ -130,8 +130,8 @@ def heap(seed: int) -> tuple[sitedda.Model, float]:
 
 @pytest.mark.filterwarnings("ignore::sitedda.AuditWarning")
 @pytest.mark.parametrize("seed", range(20))
-def test_a_heap_on_soft_contacts_rests_as_deep_as_its_forces_explain(seed, tmp_path):
-    """Stones that have changed edges in each other kept depths that bear nothing."""
+def test_a_heap_on_soft_contacts_rests_with_penetrations_that_match_forces(seed, tmp_path):
+    """Stones that changed edges once kept penetrations without forces."""
     model, stiffness = heap(seed)
     run = model.run(tmp_path / "heap.nc")
     with sitedda.open_output(run.output) as data:
@@ -146,8 +146,8 @@ def test_a_heap_on_soft_contacts_rests_as_deep_as_its_forces_explain(seed, tmp_p
     assert (depth - explained).max() <= UNEXPLAINED
 
 
-def test_what_slides_is_said_with_its_joint(write_input):
-    """A block on 30.3° slides at φ = 20°, which no support or gap is to blame for."""
+def test_sliding_blocks_are_reported_with_their_joint(write_input):
+    """A block on a slope of 30.3° slides at φ = 20°; supports and gaps are not the cause."""
     groups = [
         group("control", time_step=1e-3, steps=2, gravity=(0.0, -9.81), settle=True),
         group("material", name="rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2),
@@ -164,8 +164,8 @@ def test_what_slides_is_said_with_its_joint(write_input):
         sitedda.run(write_input(groups), output=False)
 
 
-def test_a_block_that_does_not_rest_without_slip_is_said_with_its_joint(write_input):
-    """A wall whose rough joints leave a hundredth of a newton out of balance, and slip nowhere."""
+def test_a_block_that_does_not_rest_without_slip_is_reported_with_its_joint(write_input):
+    """A wall with rough joints has an unbalanced force of 0.01 N, without slip."""
     groups = [
         group("control", time_step=5e-4, steps=1, gravity=(0.0, -9.81), settle=True),
         group("material", name="rock", density=1745.6, young_modulus=1.482e8, poisson_ratio=0.397,
@@ -183,18 +183,18 @@ def test_a_block_that_does_not_rest_without_slip_is_said_with_its_joint(write_in
         sitedda.run(write_input(groups), output=False)
 
 
-# --- Steps and stages in which many contacts change ---
+# --- Many changes of contacts ---
 
 
 def wall(model: sitedda.Model) -> list:
-    """68 bricks on a floor; its supports."""
+    """Add 68 bricks on a floor; return its supports."""
     model.layers(name="floor", left=-1.0, bottom=-0.5, width=6.8, thickness=0.5)
     model.wall(brick_length=0.6, brick_height=0.25, bricks=8, courses=8)
     return [(-0.9, -0.25), (5.7, -0.25)]
 
 
 def voussoirs(model: sitedda.Model) -> list:
-    """25 voussoirs between two abutments; supports of these."""
+    """Add 25 voussoirs between two abutments; return their supports."""
     held = []
     for stone in Arch(span=6.0, rise=3.0, thickness=0.7, voussoirs=25, abutment=2.0).blocks():
         shape = np.array(stone.polygon)
@@ -214,7 +214,7 @@ PER_AREA = {"friction_angle": 60.0, "shear_stiffness_per_area": 8e9}
     ids=["rough wall", "wall", "arch"],
 )
 def test_a_shaken_structure_runs_to_its_end_at_a_fixed_time_step(build, joint):
-    """Weight and 1 g at once: steps of the walls have up to 132 open–close iterations."""
+    """Weight and 1 g act suddenly: steps of the walls have up to 132 open–close iterations."""
     model = sitedda.Model("Shaken", time_step=1e-3, gravity=(0.0, -GRAVITY), steps=120,
                           max_displacement_ratio=0.02)  # fmt: skip
     model.contact(normal_stiffness=5e9)
@@ -232,7 +232,7 @@ def test_a_shaken_structure_runs_to_its_end_at_a_fixed_time_step(build, joint):
 
 
 def test_sor_ends_in_bounded_sweeps():
-    """70 stones under sudden weight: as many open–close iterations as with a direct solver."""
+    """70 stones under sudden weight need as many iterations as with a direct solver."""
     found = {}
     for solver in ("sor", "direct"):
         model = sitedda.Model(time_step=5e-4, steps=6, gravity=(0.0, -GRAVITY), solver=solver)
@@ -261,7 +261,7 @@ def test_a_slippery_wall_comes_to_rest_by_relaxed_steps(law, tmp_path):
 
 
 def test_joints_of_other_laws_come_to_rest_by_frozen_friction_bounds(tmp_path):
-    """A wall with an arched window and Barton–Bandis joints: free bounds cycle near the limit."""
+    """A wall with an arched window and Barton–Bandis joints: free friction bounds would cycle."""
     text = re.sub(r"steps = \d+", "settle = .true.\n   steps = 2", random_model(1009), count=1)
     (tmp_path / "wall.nml").write_text(text)
     with sitedda.Simulation(tmp_path / "wall.nml") as simulation:
@@ -269,7 +269,7 @@ def test_joints_of_other_laws_come_to_rest_by_frozen_friction_bounds(tmp_path):
 
 
 def assert_at_rest(made, friction: float, law: str, folder) -> None:
-    """Blocks that meet their weight suddenly come to rest, and no contact exceeds its friction."""
+    """Blocks come to rest under sudden weight, and no contact exceeds its friction."""
     made.stress[:] = 0.0
     text = made.text(1e12, 1e-3, 1000, 10, "auto").replace(
         "&control ", "&control settle = .true., "

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can be changed between two steps changes as closed forms say; nothing else can be set."""
+"""Changes between steps agree with closed forms; other variables cannot be set."""
 
 import math
 import resource
@@ -11,7 +11,7 @@ from model_text import DRY, ROCK, changed, flying_block, group, rectangle, tower
 import sitedda
 
 G = 9.81
-MASS = 2643.0 * 2.0  # of the flying block, kg/m
+MASS = 2643.0 * 2.0  # mass of the flying block, kg/m
 
 
 def balanced(run, scale: float) -> bool:
@@ -23,7 +23,7 @@ def falling(**control) -> list:
 
 
 def sliding(friction: float = 40.0, steps: int = 100) -> list:
-    """A block of 2 m x 1 m on a plane of 30°, which it is at rest on."""
+    """A block of 2 m x 1 m at rest on a plane of 30°."""
     turn = math.radians(30.0)
     rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
     plane, block = (
@@ -44,7 +44,7 @@ def sliding(friction: float = 40.0, steps: int = 100) -> list:
     ]  # fmt: skip
 
 
-def test_gravity(write_input):
+def test_gravity_can_change_between_steps(write_input):
     with sitedda.Simulation(write_input(falling())) as run:
         run.advance(40)
         run.gravity = (1.0, -2.0)
@@ -54,7 +54,7 @@ def test_gravity(write_input):
         assert balanced(run, MASS * G)
 
 
-def test_a_load_and_one_that_is_added(write_input):
+def test_loads_can_change_and_be_added(write_input):
     groups = [
         *flying_block(steps=100),
         group("load", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1000.0, 1000.0]),
@@ -69,7 +69,7 @@ def test_a_load_and_one_that_is_added(write_input):
         assert balanced(run, 1.0)
 
 
-def test_friction(write_input):
+def test_friction_can_change_between_steps(write_input):
     """The block rests at 40° and slides at 20°: a = g (sin 30° - cos 30° tan 20°)."""
     with sitedda.Simulation(write_input(sliding())) as run:
         run.advance(20)
@@ -85,7 +85,7 @@ def test_friction(write_input):
         assert balanced(run, MASS * G)
 
 
-def test_time_step(write_input):
+def test_the_time_step_can_change(write_input):
     with sitedda.Simulation(write_input(falling())) as run:
         run.advance(40)
         run.time_step = 7e-4  # 60 ms are left: 86 steps
@@ -95,14 +95,14 @@ def test_time_step(write_input):
         assert run.rates[0, 1] == pytest.approx(-G * run.time, rel=1e-12)
 
 
-def test_fixity(write_input):
-    """Held blocks fall when they are let go, and stand where they are when they are held again."""
+def test_supports_can_be_released_and_fixed_again(write_input):
+    """Released blocks fall; blocks that are fixed again stay at their present position."""
     groups = [*falling(), *(group("fixed_point", x=x, y=y, name=f"f{x}{y}")
                             for x, y in ((0.2, 0.2), (1.8, 0.2)))]  # fmt: skip
     with sitedda.Simulation(write_input(groups)) as run:
         run.advance(10)
         held = run.point_motions[0, 0]
-        assert np.linalg.norm(held) < 1e-5  # springs of the supports
+        assert np.linalg.norm(held) < 1e-5  # elasticity of the supports
         run.change({"fixed_point[*].direction": "none"})
         run.advance(40)
         fallen = run.point_motions[0, 0, 1] - held[1]
@@ -117,8 +117,8 @@ def test_fixity(write_input):
         assert balanced(run, MASS * G)
 
 
-def test_a_support_goes_on_from_where_it_is(write_input):
-    """Another motion moves a support by its own displacement from then on."""
+def test_a_support_continues_from_its_present_position(write_input):
+    """Another motion displaces a support relative to its present position."""
     groups = changed(tower(steps=60), "motion", values=[0.0, 0.01, 0.02, 0.03, 0.04, 0.05, 0.06],
                      quantity="displacement", drift_order=0)  # fmt: skip
     with sitedda.Simulation(write_input(groups)) as run:
@@ -130,7 +130,7 @@ def test_a_support_goes_on_from_where_it_is(write_input):
         assert run.point_motions[0, 0, 0] - before == pytest.approx(-0.03, rel=1e-3)
 
 
-def test_what_is_no_variable_cannot_be_set(write_input):
+def test_unknown_attributes_cannot_be_set(write_input):
     with sitedda.Simulation(write_input(falling())) as run:
         for name in ("loads", "gravty", "dynamic_factor", "friction"):
             with pytest.raises(AttributeError):
@@ -162,7 +162,7 @@ def test_a_bad_change_is_refused_and_changes_nothing(change, words, write_input)
     assert runs[0].coordinates.tobytes() == runs[1].coordinates.tobytes()
 
 
-def test_what_cannot_be_added_is_refused(write_input):
+def test_invalid_additions_are_refused(write_input):
     with sitedda.Simulation(write_input(falling())) as run:
         with pytest.raises(sitedda.InputError, match="&block cannot be added"):
             run.add("block", vertices=rectangle(5, 5, 1, 1))
@@ -172,7 +172,7 @@ def test_what_cannot_be_added_is_refused(write_input):
             run.add("load", x=1.0, y=0.5, force_z=1.0)
 
 
-def test_no_point_is_added_before_those_of_fixed_edges(write_input):
+def test_fixed_points_cannot_be_added_to_fixed_edges(write_input):
     groups = falling() + [group("boundary", kind="fixed", side="bottom")]
     with sitedda.Simulation(write_input(groups)) as run:
         before = run.coordinates
@@ -199,8 +199,8 @@ def stepped(file, output, upto: int, resume: bool = False) -> sitedda.Simulation
     return run
 
 
-def test_a_run_resumed_after_changes_has_the_same_bits(write_input, tmp_path, native, same_bits):
-    """Python continues with further changes, the executable with those made so far."""
+def test_a_run_resumed_after_changes_is_bit_identical(write_input, tmp_path, native, same_bits):
+    """Python continues with further changes, the executable with the earlier ones."""
     file = write_input(sliding(steps=80))
     with stepped(file, tmp_path / "whole.nc", 1000) as run:
         run.finish()
@@ -221,7 +221,7 @@ def test_a_run_resumed_after_changes_has_the_same_bits(write_input, tmp_path, na
 
 @pytest.mark.parametrize("moved", [False, True])
 def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, moved):
-    """The ground that a stone falls on follows a motion across the fall: e = 0.5 all the same."""
+    """A stone falls on ground with a motion across the fall: e = 0.5 in both cases."""
     ground = {"motion_x": "still"} if moved else {}
     still = {"name": "still", "quantity": "displacement", "time_step": 0.5, "values": [0.0, 0.0]}
     file = write_input(
@@ -243,7 +243,7 @@ def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, move
 
 
 def rocking(modulus, width, height, half_floor, restitution, friction, push, last, settle) -> str:
-    """A block on a floor that is accelerated by `push` m/s² for `last` hundredths of a second."""
+    """A block on a floor with an acceleration of `push` m/s² for `last` hundredths of a second."""
     x, y, left, right = 0.5 * width, height, -half_floor, half_floor
     return f"""
 &control time_step = 2.5e-5, duration = 1, gravity = 0, -9.81, settle = {settle},
@@ -269,8 +269,8 @@ def rocking(modulus, width, height, half_floor, restitution, friction, push, las
          4.9165383010731105, 38, ".false."),
     ],
 )  # fmt: skip
-def test_impacts_are_solved_to_the_rounding_of_terms_that_make_rigid(write_input, values):
-    """Such terms are far beyond the forces; their own rounding was called a failed solve."""
+def test_impacts_are_solved_to_the_rounding_of_stiff_terms(write_input, values):
+    """Stiff terms far exceed the forces; their rounding was once reported as a failed solve."""
     with sitedda.Simulation(write_input(rocking(*values))) as run:
         run.advance(40000)
         assert run.time == pytest.approx(1.0, rel=1e-9)
@@ -279,9 +279,9 @@ def test_impacts_are_solved_to_the_rounding_of_terms_that_make_rigid(write_input
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_a_floor_that_is_hit_in_each_step_stays_in_its_supports(write_input, restitution):
-    """A floor falls on springs that yield by a sag, and swings by two; stones hit it all the time.
+    """A floor on springs falls by its settlement and oscillates; stones hit it in each step.
 
-    It kept its velocity in each step in which it was hit, and left its supports.
+    The floor once kept its velocity in such steps and left its supports.
     """
     sag, mass, stone = 1e-4, 2500.0 * 8.0 * 0.5, 0.05
     heights = {i: 0.5 * G * (1e-3 * i) ** 2 for i in range(30, 130)}  # lands in step i
@@ -301,14 +301,14 @@ def test_a_floor_that_is_hit_in_each_step_stays_in_its_supports(write_input, res
             height.append(run.coordinates[0, 1] + 0.25)
         lost = run.energies["impact"]
     weights = 2500.0 * stone**2 * G
-    load = 1 + weights * len(heights) / (mass * G)  # over that of the floor alone
+    load = 1 + weights * len(heights) / (mass * G)  # load over the weight of the floor
     assert -2 * load * sag <= min(height) < -1.5 * sag and max(height) < 0.1 * sag
     assert 0 < lost <= weights * sum(h + 2 * load * sag for h in heights.values())
 
 
 @pytest.mark.parametrize("step", [1e3, 1e5, 1e8])
-def test_a_step_of_days_ends_soon(step, write_input, native):
-    """A spectrum of such steps took hours, and velocities of supports were not finite."""
+def test_a_time_step_of_days_ends_soon(step, write_input, native):
+    """Spectra of such steps once took hours, and velocities of supports were not finite."""
     shaken = changed(flying_block(steps=4), "control", time_step=step)
     values = [0.0, 1e-3 / step**2, -1e-3 / step**2, 0.0]
     shaken += [

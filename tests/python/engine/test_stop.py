@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs that end before their duration, and output at equal times."""
+"""Rules of &stop, and output at equal times."""
 
 import math
 
@@ -13,7 +13,7 @@ GRAVITY = 9.81
 
 
 def falling(steps: int = 2000, step: float = 1e-3, **stop) -> list:
-    """A free block beside two that are held, in the open air."""
+    """A free block beside two fixed blocks, without contact."""
     return [
         group("control", time_step=step, steps=steps, gravity=[0.0, -GRAVITY]),
         group("contact", normal_stiffness=1e9),
@@ -47,14 +47,14 @@ def test_a_fall_ends_in_the_step_that_exceeds_the_limit(write_input, distance):
     assert run.history.frame_time[-1] == run.history.time[-1]
 
 
-def test_collapse_is_a_block_that_has_moved_farther_than_it_is_large(write_input):
+def test_a_block_has_fallen_if_it_has_moved_by_its_size(write_input):
     run = ended(falling(fallen=1), write_input)
     assert run.history.time[-1] == pytest.approx(1e-3 * first_step(math.sqrt(2.0), 1e-3))
     assert "1 block has moved farther" in run.history.attrs["ending"]
     assert run.verdict.values["blocks_fallen"] == 1
 
 
-def test_tilt_counts_either_way(write_input):
+def test_tilt_counts_in_both_senses(write_input):
     groups = [*flying_block(4000), group("stop", tilt=10.0)]
     for spin in (-0.5, 0.5):
         spun = changed(groups, "material", initial_velocity=[0.0, 0.0, spin])
@@ -63,7 +63,7 @@ def test_tilt_counts_either_way(write_input):
         assert "has tilted by 10." in run.history.attrs["ending"]
 
 
-def test_only_the_blocks_that_are_named_count_and_only_against_the_reference(write_input):
+def test_only_named_blocks_count_relative_to_the_reference(write_input):
     assert ended(falling(displacement=0.1, blocks="b_0, b_1"), write_input).history.time[-1] == 2.0
     run = ended(falling(displacement=0.1, reference="b_2"), write_input)
     assert "block 1 'b_0'" in run.history.attrs["ending"]
@@ -71,7 +71,7 @@ def test_only_the_blocks_that_are_named_count_and_only_against_the_reference(wri
 
 
 def resting(**control) -> list:
-    """A block that is dropped by a little onto a held one, which moves until 0.6 s."""
+    """A block that falls slightly onto a fixed one and comes to rest at 0.6 s."""
     return [
         ("control", {"time_step": 1e-3, "duration": 5.0, "gravity": [0.0, -GRAVITY], **control}),
         group("contact", normal_stiffness=1e8),
@@ -96,7 +96,7 @@ def test_rest_comes_after_the_motions(write_input):
 
 
 def test_rest_comes_after_the_loads_on_edges(write_input):
-    """A traction that changes until 2 s, and then no longer."""
+    """A traction that is constant after 2 s."""
     traction = {"along": [0.0, 1.0, 2.0, 1.0], "time": [0.0, 1.0, 2.0, 9.0],
                 "normal": [0.0, 0.0, 1e3, 1e3]}  # fmt: skip
     groups = [*changed(resting(), "motion", values=[0.0, 0.0]), ("traction", traction)]
@@ -104,7 +104,7 @@ def test_rest_comes_after_the_loads_on_edges(write_input):
 
 
 @pytest.mark.parametrize("after", [3, 700])
-def test_a_resumed_run_stops_at_the_same_bits(write_input, tmp_path, same_bits, native, after):
+def test_a_resumed_run_stops_bit_identically(write_input, tmp_path, same_bits, native, after):
     file = write_input(resting())
     whole = sitedda.run(file)
     with sitedda.Simulation(file, tmp_path / "out.nc") as simulation:
@@ -149,7 +149,7 @@ def test_seconds_are_steps_where_steps_are_fixed(write_input, same_bits):
 
 
 def bouncing(**output) -> list:
-    """A block that falls onto a held one with steps that shrink at the blow."""
+    """A block that falls onto a fixed one; the adaptive step decreases at the impact."""
     groups = changed(resting(), "control", time_step_control="adaptive", duration=0.3,
                      max_displacement_ratio=2e-4, time_step=4e-3)  # fmt: skip
     groups = [pair for pair in groups if pair[0] not in ("stop", "output")]
@@ -165,7 +165,7 @@ def test_an_adaptive_run_resumes_with_its_own_time_step(write_input, tmp_path, s
     same_bits(whole.history, sitedda.resume(file, tmp_path / "out.nc").history)
 
 
-def test_samples_of_adaptive_steps_stand_at_equal_times(write_input):
+def test_samples_of_adaptive_steps_are_at_equal_times(write_input):
     history = sitedda.run(write_input(bouncing(history_seconds=7e-3, block_seconds=0.05))).history
     samples = 1 + round(0.3 // 7e-3)
     assert history.time.values[:samples] == pytest.approx(7e-3 * np.arange(samples), abs=1e-14)
@@ -179,7 +179,7 @@ def test_samples_of_adaptive_steps_stand_at_equal_times(write_input):
     assert height[:7] == pytest.approx(1.51 - 0.5 * GRAVITY * time**2, abs=1e-12)
 
 
-def test_steps_that_meet_output_times_resume_to_the_same_bits(write_input, same_bits, in_parts):
+def test_steps_that_meet_output_times_resume_bit_identically(write_input, same_bits, in_parts):
     file = write_input(bouncing(history_seconds=7e-3, block_seconds=0.05))
     whole = sitedda.run(file)
     same_bits(whole.history, in_parts(file, 41))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Threads that other programs leave no processors for."""
+"""Threads on processors that other programs use."""
 
 import os
 import subprocess
@@ -21,7 +21,7 @@ WALL = [
 
 @pytest.fixture
 def busy_processors():
-    """As many programs as this one may use processors, two at most, which it keeps to."""
+    """Run as many programs as this process may use processors, at most two."""
     before = os.sched_getaffinity(0)
     os.sched_setaffinity(0, sorted(before)[:2])
     others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
@@ -35,7 +35,7 @@ def busy_processors():
 @pytest.mark.skipif(
     not Path("/proc/thread-self/schedstat").exists(), reason="the system counts no waiting time"
 )
-def test_threads_make_room_for_other_programs(
+def test_runs_use_fewer_threads_on_busy_processors(
     native, write_input, tmp_path, busy_processors, same_bits
 ):
     file = write_input(namelist(WALL))
@@ -48,10 +48,10 @@ def test_threads_make_room_for_other_programs(
 
 
 @pytest.mark.parametrize("law", [law for law in LAWS if " " not in law])
-def test_joint_laws_have_the_same_bits_with_any_threads(
+def test_joint_laws_are_bit_identical_with_any_number_of_threads(
     native, write_input, tmp_path, same_bits, law
 ):
-    """With points between corners: more contacts than one thread is left to."""
+    """Points between corners: the number of contacts is too large for one thread."""
     points = {"contact_points": 3, "normal_stiffness_per_area": 1e10}
     file = write_input(namelist(changed(WALL, "joint", **(points | LAWS[law]))))
     for threads in (1, 2, 4):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tractions and water on edges against statics written down."""
+"""Tractions and water on edges against statics."""
 
 import math
 
@@ -15,7 +15,7 @@ WATER = 9810.0  # N/m³
 
 
 def block_on_floor(width=2.0, height=3.0, **control) -> Model:
-    """A block of 25 kN/m³ on a held floor."""
+    """A block of 25 kN/m³ on a fixed floor."""
     model = Model("Block on a floor", time_step=1e-3, steps=1, settle=True, gravity=(0, -10))
     model.control(**control)
     model.contact(normal_stiffness=1e10, shear_ratio=1.0)
@@ -29,7 +29,7 @@ def block_on_floor(width=2.0, height=3.0, **control) -> Model:
 
 
 def reaction(model) -> np.ndarray:
-    """Force of the floor on the block at rest, x and y, N/m, and its moment about (0, 0), N."""
+    """Force of the floor on the block at rest, x and y (N/m), and its moment about (0, 0) (N)."""
     with sitedda.Simulation(model) as run:
         contacts, polygons = run.contacts, run.polygons
     owner = np.repeat(np.arange(2), [*map(len, polygons)])
@@ -49,7 +49,7 @@ def reaction(model) -> np.ndarray:
 
 @pytest.mark.parametrize("level", [0.5, 1.5, 3.0, 7.0])
 def test_buoyancy(level):
-    """Water in the joint and round the block lifts it by ρ_w g V of what is under it."""
+    """Water in the joint and around the block lifts it by ρ_w g V of its immersed volume."""
     model = block_on_floor()
     model.water(surface=(-4.0, level, 6.0, level))
     under = 2.0 * min(level, 3.0)
@@ -57,15 +57,15 @@ def test_buoyancy(level):
     assert reaction(model) == pytest.approx([0.0, lift, lift], abs=2.0)
 
 
-def test_water_on_faces_alone_presses_and_does_not_lift():
+def test_water_on_faces_alone_does_not_lift():
     model = block_on_floor()
     model.water(surface=(-4.0, 5.0, 6.0, 5.0), acts_on="faces")
     down = 6.0 * 25e3 + 2.0 * 2.0 * WATER
     assert reaction(model) == pytest.approx([0.0, down, down], abs=2.0)
 
 
-def test_a_line_that_slopes_presses_sideways():
-    """½ γ (h₁² − h₂²) at a third of the heights; the joint has the line's pressure."""
+def test_an_inclined_water_table_pushes_sideways():
+    """½ γ (h₁² − h₂²) at a third of the heights; the joint has the pressure of the water table."""
     model = block_on_floor()
     model.water(surface=(-4.0, 2.5, 0.0, 2.5, 2.0, 1.0, 6.0, 1.0))
     push = 0.5 * WATER * (2.5**2 - 1.0**2)
@@ -76,7 +76,7 @@ def test_a_line_that_slopes_presses_sideways():
 
 
 def test_pressure_along_a_joint_and_its_change_in_time():
-    """Uplift of p₁ … p₂ is its mean times the length, on both sides; `scale` follows time."""
+    """Uplift of pressures p₁ … p₂ is their mean times the length; `scale` changes with time."""
     model = block_on_floor()
     model.water(name="uplift", along=(0, 0, 2, 0), pressure=(30e3, 10e3), time=(0.0, 1.0),
                 scale=(0.5, 1.0))  # fmt: skip
@@ -94,7 +94,7 @@ def test_pressure_along_a_joint_and_its_change_in_time():
 
 
 def test_tractions():
-    """Normal and shear tractions and a level, on edges by side and by number."""
+    """Normal and shear tractions and a water level, on edges by side and by number."""
     model = block_on_floor()
     model.traction(along=(0, 3, 2, 3), normal=10e3, shear=4e3)
     model.traction(blocks="block", edges=[4], level=2.0)
@@ -106,7 +106,7 @@ def test_tractions():
 
 @pytest.mark.parametrize("follows", [True, False])
 def test_tractions_that_follow_turn_with_the_block(follows):
-    """A free block under a traction on one face, turned by 90°: the force turns, or it does not."""
+    """A free block under a traction on one face, rotated by 90°: the force rotates or does not."""
     model = Model("Turning block", time_step=1e-3, steps=400)
     model.contact(normal_stiffness=1e10)
     model.material("rock", density=1000.0, young_modulus=1e12, poisson_ratio=0.0)
@@ -158,7 +158,7 @@ def test_bad_loads_are_refused(group, values, words):
 
 @pytest.mark.parametrize("seed", [59, 291])
 def test_a_search_for_the_water_table_that_cycles_ends(seed):
-    """Slopes whose nodes near the table are wet and dry in turn, in some steps."""
+    """Slopes with nodes near the water table that are alternately wet and dry."""
     text = random_model(seed)
     assert "state = 'steady'" in text
     assert sitedda.run(sitedda.Model.from_namelist(text)).complete

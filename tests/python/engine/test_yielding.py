@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Solids of Mohr and Coulomb in blocks and bodies, against closed forms."""
+"""Mohr–Coulomb solids in blocks and bodies against closed forms."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def solid(penalty, young, poisson, law, density=2500.0, **control):
 
 
 def squeezed_block(confining, integration="backward_euler", steps=200, **strength):
-    """A stiff block that is compressed to twice its strength under a stress of its sides."""
+    """A stiff block under lateral stress that is compressed to twice its strength."""
     law = SOLID | strength | {"initial_stress": [-confining, -confining, 0.0]}
     model = solid(1e15, 7e12, 0.21, law, time_step=1e-2, steps=steps, integration=integration)
     model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
@@ -41,7 +41,7 @@ def squeezed_block(confining, integration="backward_euler", steps=200, **strengt
 @pytest.mark.parametrize("dilation", [0.0, 30.0])
 @pytest.mark.parametrize("confining, strength", [(0.0, 11.9511506e6), (5e6, 26.9511506e6)])
 def test_a_block_yields_at_the_strength_of_mohr_and_coulomb(confining, strength, dilation):
-    """q_u = 2c tan 60°, and σ₃ tan² 60° + q_u; to 1e-9 at a point in the suite yielding_solid."""
+    """q_u = 2c tan 60°, and σ₃ tan² 60° + q_u; the suite yielding_solid tests points to 1e-9."""
     history = squeezed_block(confining, dilation_angle=dilation).run().history
     x, y, xy = history.block_stress.values[-1, 0]
     assert -y == pytest.approx(strength, rel=5e-5)
@@ -51,14 +51,14 @@ def test_a_block_yields_at_the_strength_of_mohr_and_coulomb(confining, strength,
 
 
 def test_bounds_that_do_not_converge_are_counted():
-    """Only those of ψ < φ are held at a mean stress, which is to be found."""
+    """Only materials with ψ < φ iterate on the mean stress of a bound."""
     for dilation, said in ((0.0, True), (30.0, False)):
         summary = squeezed_block(0.0, dilation_angle=dilation).run().summary
         assert ("mean stress on which" in summary) == said
 
 
 def test_outputs_and_pictures_show_plastic_strain(tmp_path):
-    """Without dilation two principal plastic strains are opposite: κ is twice one of them."""
+    """Without dilation, both principal plastic strains are opposite: κ is twice one of them."""
     run = squeezed_block(0.0, dilation_angle=0.0).run()
     kept = run.history.block_plastic_strain.values[:, 0]
     elastic = 2 * COHESION * 3**0.5 * (1 - 0.21**2) / 7e12
@@ -75,7 +75,7 @@ def test_outputs_and_pictures_show_plastic_strain(tmp_path):
 
 @pytest.mark.parametrize("dilation", [0.0, 10.0, 30.0])
 @pytest.mark.parametrize("integration", ["midpoint", "theta", "dda"])
-def test_yielding_loses_what_it_takes(integration, dilation):
+def test_yielding_dissipates_energy(integration, dilation):
     history = squeezed_block(2e6, integration, dilation_angle=dilation).run().history
     lost = history.energy_plastic.values
     assert np.all(np.diff(lost) >= -1e-12 * lost[-1]) and lost[-1] > 0
@@ -92,10 +92,10 @@ def test_yielding_loses_what_it_takes(integration, dilation):
         ({"residual_cohesion": 4e6, "softening_displacement": 0.1}, "must not be above cohesion"),
         ({"residual_tensile_strength": 7e6, "residual_friction_angle": 5.0, "dilation_angle": 0.0,
           "softening_displacement": 0.1},
-         "must not be above tensile_strength = 5.97"),  # as the cone has it: 3.45 MPa cot 30°
+         "must not be above tensile_strength = 5.97"),  # apex of the cone: 3.45 MPa cot 30°
     ],
 )  # fmt: skip
-def test_strengths_that_do_not_go_together_are_refused(strength, message):
+def test_contradictory_strengths_are_refused(strength, message):
     with pytest.raises(sitedda.InputError, match=message):
         squeezed_block(0.0, steps=2, **strength).run()
 
@@ -105,8 +105,8 @@ def test_the_tensile_strength_may_be_that_of_the_cone():
     squeezed_block(0.0, steps=1, tensile_strength=apex).run()
 
 
-def test_a_footing_bears_no_less_as_it_sinks_and_is_warned_of():
-    """By 3 % of its half-width, where pressures would take half of the strength of its bands."""
+def test_a_sinking_footing_keeps_its_resistance_with_a_warning():
+    """Settlement of 3 % of the half-width; following pressure would halve the strength of bands."""
     run = strip(4, 0.03).run()
     found = bearing(run.history, 0.03) / prandtl(0.0)
     assert np.all(np.diff(found[-30:]) > -1e-3) and 0.98 < found[30] < found[-1] < 1.04
@@ -115,7 +115,7 @@ def test_a_footing_bears_no_less_as_it_sinks_and_is_warned_of():
 
 
 def cantilever(cells, **law):
-    """Of 10:1, with .8 of the load at which its outermost fibre would yield; its tip's way."""
+    """A beam of 10:1 under 0.8 of the load at first yield; returns the displacement of its tip."""
     model = solid(1e12, 1e10, 0.2, law, time_step=0.02, steps=30, dynamic_factor=0.0, analysis=None)
     h = 1.0 / cells
     for i in range(10 * cells):
@@ -133,18 +133,18 @@ def cantilever(cells, **law):
     return model.run().history.displacement.values[-1, 0, 1]
 
 
-def test_what_does_not_yield_is_elastic():
-    """Jumps of faces carry what their points have left: two cells deep they carry much."""
+def test_a_strong_material_is_elastic():
+    """Jumps of faces carry the remaining stress of points, much of it with two cells."""
     strong = cantilever(2, law="mohr_coulomb", cohesion=1e6)
     assert strong == pytest.approx(cantilever(2), rel=1e-3)
 
 
-def test_a_run_that_yields_has_the_same_bits_everywhere(tmp_path, same_everywhere):
+def test_a_yielding_run_is_bit_identical_everywhere(tmp_path, same_everywhere):
     same_everywhere(strip(2, 0.03, steps=40).write(tmp_path / "strip.nml"), 23)
 
 
 @pytest.mark.parametrize("cohesion", [3.45e6, 5e5])
-def test_a_change_of_material_keeps_a_stress_that_is_admitted(cohesion):
+def test_a_change_of_material_keeps_an_admissible_stress(cohesion):
     model = squeezed_block(0.0, steps=None)
     weak = SOLID | {"cohesion": cohesion}
     model.material(name="weak", density=2500.0, young_modulus=7e12, poisson_ratio=0.21, **weak)
@@ -161,7 +161,7 @@ def test_a_change_of_material_keeps_a_stress_that_is_admitted(cohesion):
 
 
 def ring(cells, around, stiffer=100.0, ratio=12.0, steps=40, dilation=0.0):
-    """A quarter of a ring of c 3.45 MPa, φ 30° under 30 MPa, whose inner pressure is let off."""
+    """A quarter of a ring of c 3.45 MPa, φ 30° under 30 MPa, whose inner pressure is removed."""
     pressure, shear, bulk = 30e6, stiffer * 2.8e9, stiffer * 3.9e9
     young = 9 * bulk * shear / (3 * bulk + shear)
     law = SOLID | {"dilation_angle": dilation, "initial_stress": [-pressure, -pressure, 0.0]}
@@ -190,7 +190,7 @@ def ring(cells, around, stiffer=100.0, ratio=12.0, steps=40, dilation=0.0):
 
 
 def salencon(dilation):
-    """Closed form of the displacement of the wall of `ring`, m, of Salençon (1969)."""
+    """Wall displacement of `ring` in the closed form of Salençon (1969), m."""
     flow, strength = (np.tan(np.radians(45 + a / 2)) ** 2 for a in (dilation, 30.0))
     tension = 2 * COHESION * np.sqrt(strength) / (strength - 1)
     yielded = 2 / (strength + 1) * (30e6 + tension) / tension  # (R₀/a)^(K_φ − 1)
@@ -202,8 +202,8 @@ def salencon(dilation):
 
 
 @pytest.mark.parametrize("dilation", [0.0, 15.0, 30.0])
-def test_a_tunnel_wall_moves_as_salencon_says(dilation):
-    """Excavated in 40 steps at a hundredth of the strains: +1.5, +1.2 and +0.9 % with 24 cells."""
+def test_a_tunnel_wall_moves_as_in_salencons_solution(dilation):
+    """Excavation in 40 steps with a hundredth of the strains: +1.5, +1.2, +0.9 % with 24 cells."""
     history = ring(24, 12, dilation=dilation).run().history
     moved = 100 * np.hypot(*history.displacement.values[-1, 0])
     assert moved == pytest.approx(salencon(dilation), rel=0.02)
@@ -221,7 +221,7 @@ def standing_block(**law):
 
 @pytest.mark.parametrize("angle", [0.0, 25.0])
 def test_safety_divides_the_strength_of_solids(angle):
-    """A block of 20 kN/m³, 1 m high, bears 10 kPa in the mean: 2 (c/F) tan(45° + φ_F/2)."""
+    """A block of 20 kN/m³, 1 m high, has a mean stress of 10 kPa: 2 (c/F) tan(45° + φ_F/2)."""
     cohesion = 6e3
 
     def excess(factor):
@@ -234,8 +234,8 @@ def test_safety_divides_the_strength_of_solids(angle):
     assert "half the size" in found.warning and "moves less than" not in found.warning
 
 
-def test_what_fails_at_any_strength_is_no_error():
-    """Strength is raised 64 times; an angle of friction of 60° stays one that an input may have."""
+def test_a_model_that_fails_at_any_strength_is_no_error():
+    """The strength is increased 64 times; a friction angle of 60° remains below 90°."""
     model = standing_block(law="mohr_coulomb", cohesion=1e-3, friction_angle=60.0)
     found = sitedda.safety(model, tolerance=2e-3)
     assert found.low == 0.0 and "fails even with all strengths" in found.words

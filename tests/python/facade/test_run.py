@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The package from a script: runs, histories, step by step, states, errors."""
+"""Scripts that use the package: runs, histories, single steps, states, errors."""
 
 import copy
 import gc
@@ -26,7 +26,7 @@ GRAVITY = 9.81
 # --- A whole run ---------------------------------------------------------------------------------
 
 
-def test_a_run_ends_complete_and_keeps_no_file(write_input, tmp_path, monkeypatch):
+def test_a_run_completes_without_a_file(write_input, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = sitedda.run(write_input(tower(steps=30)), False)
     assert result.complete
@@ -61,7 +61,7 @@ def test_history_has_dimensions_units_and_names(write_input):
     assert {name: history[name].attrs["units"] for name in units} == units
 
 
-def test_every_variable_states_unit_and_meaning(write_input):
+def test_every_variable_has_unit_and_meaning(write_input):
     history = sitedda.run(write_input(tower(steps=5))).history
     silent = [n for n, v in history.variables.items() if not {"units", "long_name"} <= set(v.attrs)]
     assert sorted(silent) == [
@@ -106,7 +106,7 @@ def test_any_reader_of_netcdf_selects_by_names(write_input, tmp_path):
         assert {"stage", "frame_stage", "block_removal"} <= set(data.coords)
 
 
-def test_frames_and_blocks_tell_their_stages(write_input):
+def test_frames_and_blocks_have_their_stages(write_input):
     groups = without(tower(3, gravity=[0.0, -9.81], steps=None), "output")
     groups += [
         ("stage", {"name": "rest", "kind": "static"}),
@@ -127,16 +127,16 @@ def test_properties_of_the_material_are_in_the_history(write_input):
     assert_allclose(history.block_shear_modulus, 4.788e9 / 2.5, rtol=1e-12)
 
 
-def test_history_interval_thins_out_the_samples(write_input):
+def test_history_interval_reduces_the_samples(write_input):
     groups = changed(tower(steps=30), "output", history_interval=7)
     full = sitedda.run(write_input(tower(steps=30))).history
     thin = sitedda.run(write_input(groups)).history
-    kept = [0, 7, 14, 21, 28, 30]  # the last one always
+    kept = [0, 7, 14, 21, 28, 30]  # always with the last one
     assert_array_equal(thin.time, full.time[kept])
     assert_array_equal(thin.displacement, full.displacement[kept])
 
 
-def test_a_dataset_says_and_draws_what_its_run_did(write_input, tmp_path):
+def test_a_dataset_has_the_verdict_and_pictures_of_its_run(write_input, tmp_path):
     file = tmp_path / "tower.nc"
     run = sitedda.run(write_input(tower(layers=3, steps=30)), output=file)
     assert str(run.history.sitedda.verdict) == str(run.verdict)
@@ -146,7 +146,7 @@ def test_a_dataset_says_and_draws_what_its_run_did(write_input, tmp_path):
         assert data.sitedda.report(tmp_path / "again.html").stat().st_size > 1000
 
 
-def test_output_goes_where_it_is_asked_for(write_input, tmp_path, monkeypatch):
+def test_output_is_written_to_the_given_path(write_input, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     file = write_input(tower(steps=5))
     for output, expected in (
@@ -161,7 +161,7 @@ def test_output_goes_where_it_is_asked_for(write_input, tmp_path, monkeypatch):
     assert not list(tmp_path.glob("*.partial"))
 
 
-def test_progress_is_told_of_the_run(write_input):
+def test_progress_receives_the_run(write_input):
     seen = []
     sitedda.run(write_input(tower(steps=500)), progress=lambda s: seen.append((s.time, s.duration)))
     times = [time for time, _ in seen]
@@ -170,7 +170,7 @@ def test_progress_is_told_of_the_run(write_input):
     assert {duration for _, duration in seen} == {0.5}
 
 
-def test_an_interrupted_run_keeps_what_it_has(write_input, tmp_path):
+def test_an_interrupted_run_keeps_its_results(write_input, tmp_path):
     def interrupt(simulation):
         raise KeyboardInterrupt
 
@@ -185,7 +185,7 @@ def test_an_interrupted_run_keeps_what_it_has(write_input, tmp_path):
     assert final.read_bytes() == older
 
 
-def test_an_error_of_the_callers_own_passes_through(write_input, tmp_path):
+def test_an_error_of_the_caller_is_not_replaced(write_input, tmp_path):
     def fail(simulation):
         raise RuntimeError("mine")
 
@@ -197,7 +197,7 @@ def test_an_error_of_the_callers_own_passes_through(write_input, tmp_path):
 
 
 def test_phases_add_up_to_the_time_of_the_steps(write_input):
-    """From the first call on, all time of the steps belongs to a phase, and no more than that."""
+    """After the first call, the phases contain all time of the steps, and no more."""
     with sitedda.Simulation(write_input(tower(steps=2000))) as run:
         run.advance(10)
         assert not any(run.phase_times().values())
@@ -205,7 +205,7 @@ def test_phases_add_up_to_the_time_of_the_steps(write_input):
         run.advance(1500)
         passed = time.perf_counter() - begun
         spent = run.phase_times()
-    spared = ("search", "factorise")  # as neither neighbours nor states change
+    spared = ("search", "factorise")  # not needed, because neighbours and states do not change
     assert all(seconds > 0 for name, seconds in spent.items() if name not in spared)
     assert 0.3 * passed < sum(spent.values()) <= passed
 
@@ -229,14 +229,14 @@ def test_phases_add_up_to_the_time_of_the_steps(write_input):
     ],
     ids=lambda value: str(value) if isinstance(value, dict) else "",
 )
-def test_a_change_is_as_good_as_another_input(write_input, same_bits, change, group, values):
+def test_a_change_equals_a_changed_input(write_input, same_bits, change, group, values):
     groups = tower(steps=30)
     result = sitedda.run(write_input(groups), **change)
     other = sitedda.run(write_input(changed(groups, group, **values), "other.nml"))
     same_bits(result.history, other.history, attributes=("title",))
 
 
-def test_a_change_reaches_a_group_that_the_input_leaves_out(write_input, same_bits):
+def test_a_change_adds_a_group_that_the_input_lacks(write_input, same_bits):
     groups = without(tower(steps=10), "contact")
     full = changed([("contact", {}), *groups], "contact", normal_stiffness=2e11)
     result = sitedda.run(write_input(groups), normal_stiffness=2e11)
@@ -244,7 +244,7 @@ def test_a_change_reaches_a_group_that_the_input_leaves_out(write_input, same_bi
     same_bits(result.history, other.history, attributes=("title",))
 
 
-def test_a_smaller_step_takes_as_many_steps_in_less_time(write_input):
+def test_a_smaller_step_with_the_same_count_ends_earlier(write_input):
     history = sitedda.run(write_input(tower(steps=40)), time_step=5e-4).history
     assert_array_equal(history.time, np.arange(41) * 5e-4)
     assert_array_equal(history.time_step[1:], 5e-4)
@@ -259,12 +259,12 @@ def test_a_smaller_step_takes_as_many_steps_in_less_time(write_input):
         ({"material": {"colour": "red"}}, "colour"),
     ],
 )
-def test_a_change_that_makes_no_sense_is_an_input_error(write_input, change, message):
+def test_an_invalid_change_is_an_input_error(write_input, change, message):
     with pytest.raises(sitedda.InputError, match=message):
         sitedda.run(write_input(tower()), **change)
 
 
-def test_changes_also_work_on_windows_line_ends_and_marks(write_input, same_bits):
+def test_changes_apply_to_windows_line_ends_and_byte_order_marks(write_input, same_bits):
     plain = write_input(tower(steps=10))
     text = b"\xef\xbb\xbf" + plain.read_bytes().replace(b"\n", b"\r\n")
     marked = write_input(text, "marked.nml")
@@ -288,7 +288,7 @@ def test_advance_counts_steps_and_stops_at_the_end(write_input):
         assert simulation.duration == pytest.approx(0.025)
 
 
-def test_steps_one_by_one_are_the_same_as_at_once(write_input):
+def test_single_steps_equal_many_steps_at_once(write_input):
     file = write_input(tower(steps=40))
     history = sitedda.run(file).history
     with sitedda.Simulation(file) as simulation:
@@ -344,7 +344,7 @@ def test_the_first_state_is_the_input(write_input):
 
 
 def test_a_thrown_block_flies_on_a_parabola(write_input):
-    # The scheme takes the acceleration of a step as constant, so that a parabola is exact.
+    # The scheme assumes constant acceleration in a step, so a parabola is exact.
     groups = flying_block(steps=50, gravity=[0.0, -GRAVITY], max_displacement_ratio=0.5)
     speed = np.array([3.0, 5.0])
     with sitedda.Simulation(write_input(groups)) as simulation:
@@ -360,7 +360,7 @@ def test_a_thrown_block_flies_on_a_parabola(write_input):
         assert_allclose(acceleration, [0.0, -GRAVITY], atol=1e-9)
 
 
-def test_rates_carry_their_kinetic_energy(write_input):
+def test_rates_have_their_kinetic_energy(write_input):
     groups = flying_block(steps=1)
     mass, spin = 2.0 * 1.0 * 2643.0, 0.3
     moment = mass * (2.0**2 + 1.0**2) / 12
@@ -372,7 +372,7 @@ def test_rates_carry_their_kinetic_energy(write_input):
         assert_allclose(simulation.energies["kinetic"], expected, rtol=1e-6)
 
 
-def test_the_audit_knows_of_rates_that_were_set(write_input):
+def test_the_audit_includes_rates_that_were_set(write_input):
     with sitedda.Simulation(write_input(flying_block(steps=5))) as simulation:
         simulation.rates = [[1.0, 2.0, 0.1, 0.0, 0.0, 0.0]]
         simulation.advance(5)
@@ -399,7 +399,7 @@ def test_a_resting_block_weighs_half_on_each_contact(write_input):
         assert_allclose(simulation.stresses[1, 1], -0.5 * 2000 * 10 * 1.0, rtol=1e-6)
 
 
-def test_state_arrays_are_the_callers_own(write_input):
+def test_state_arrays_are_copies(write_input):
     with sitedda.Simulation(write_input(flying_block())) as simulation:
         simulation.coordinates[:] = np.nan
         simulation.rates[:] = 7.0
@@ -426,10 +426,10 @@ def test_rates_must_be_finite(write_input, value):
         assert_array_equal(simulation.rates, 0.0)
 
 
-# --- Life and death ------------------------------------------------------------------------------
+# --- Opening and closing -------------------------------------------------------------------------
 
 
-def test_a_closed_simulation_says_so(write_input):
+def test_a_closed_simulation_is_reported_as_closed(write_input):
     simulation = sitedda.Simulation(write_input(tower()))
     simulation.close()
     simulation.close()
@@ -468,7 +468,7 @@ def test_many_simulations_one_after_the_other(write_input):
         sitedda.Simulation(file).advance()
 
 
-def test_an_input_error_leaves_nothing_open(write_input):
+def test_an_input_error_leaves_no_open_file(write_input):
     bad = write_input(changed(tower(), "control", steps=-1), "bad.nml")
     with sitedda.Simulation(write_input(tower(steps=5))) as simulation:
         for _ in range(100):
@@ -477,7 +477,7 @@ def test_an_input_error_leaves_nothing_open(write_input):
         assert simulation.advance(5)
 
 
-def test_two_simulations_at_once_do_not_disturb_each_other(write_input, same_bits, tmp_path):
+def test_two_simulations_at_once_are_independent(write_input, same_bits, tmp_path):
     files = write_input(tower(2, steps=60), "a.nml"), write_input(tower(5, steps=60), "b.nml")
     together = [sitedda.Simulation(file, tmp_path / f"{file.stem}.nc") for file in files]
     for _ in range(20):
@@ -489,7 +489,7 @@ def test_two_simulations_at_once_do_not_disturb_each_other(write_input, same_bit
         same_bits(sitedda.run(file).history, tmp_path / f"{file.stem}.nc")
 
 
-def test_simulations_in_threads_give_the_same_bits(write_input):
+def test_simulations_in_threads_are_bit_identical(write_input):
     files = [write_input(tower(n, steps=400), f"{n}.nml") for n in (1, 2, 3, 4, 5, 6)]
 
     def last_state(file):
@@ -504,7 +504,7 @@ def test_simulations_in_threads_give_the_same_bits(write_input):
 
 
 def test_whole_runs_in_threads_do_not_crash(write_input):
-    """Files are read and written by libraries that know no threads; so a process of its own."""
+    """The file libraries are not thread-safe; a separate process protects the tests."""
     file = write_input(tower(3, steps=2000))
     code = f"""
 import sys
@@ -562,7 +562,7 @@ def test_errors_survive_a_pickle_and_a_copy(kind, number, parent):
         assert (str(twin), twin.kind) == ("step 3: what and where", kind.kind)
 
 
-def test_an_engine_error_survives_a_pickle(write_input):
+def test_an_engine_error_can_be_pickled(write_input):
     with pytest.raises(sitedda.InputError) as caught:
         sitedda.run(write_input(tower()), time_step=-1.0)
     twin = pickle.loads(pickle.dumps(caught.value))

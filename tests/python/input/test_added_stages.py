@@ -11,7 +11,7 @@ COMPARED = ("time", "displacement", "vertices", "block_rates", "energy_friction"
 
 
 def pile(**control) -> list:
-    """Three blocks on a table that is held at two points."""
+    """Three blocks on a table with two fixed points."""
     return [
         ("control", {"time_step": 1e-3, "duration": 0.3, "gravity": [0.0, -9.81], **control}),
         group("contact", normal_stiffness=1e9),
@@ -32,7 +32,7 @@ def pile(**control) -> list:
 
 @pytest.mark.parametrize("adaptive", ["fixed", "adaptive"])
 @pytest.mark.parametrize("settle", [False, True])
-def test_the_input_with_added_stages_gives_the_same_bits(tmp_path, adaptive, settle, write_input):
+def test_the_input_with_added_stages_is_bit_identical(tmp_path, adaptive, settle, write_input):
     file = write_input(pile(time_step_control=adaptive, settle=settle), "pile.nml")
     with sitedda.Simulation(file, output=tmp_path / "live.nc") as run:
         run.advance(77)
@@ -54,7 +54,7 @@ def test_the_input_with_added_stages_gives_the_same_bits(tmp_path, adaptive, set
         assert live.time[-1] == pytest.approx(0.3)
 
 
-def test_a_killed_run_goes_on_with_its_added_stage(tmp_path, write_input):
+def test_a_killed_run_continues_with_its_added_stage(tmp_path, write_input):
     file = write_input(pile(), "pile.nml")
     ends = []
     for kills in (False, True):
@@ -81,14 +81,14 @@ def test_an_added_static_stage_brings_the_model_to_rest(write_input):
     with sitedda.Simulation(file) as run:
         run.advance(50)
         run.begin_stage("rest", kind="static")
-        run.advance(2)  # into the static stage, and the one that follows it
+        run.advance(2)  # the static stage and the first step after it
         assert abs(run.rates[:, :2]).max() < 1e-3
         while not run.advance(100):
             pass
         assert run.time == pytest.approx(0.3)
 
 
-def test_what_an_added_stage_cannot_do_is_refused_and_changes_nothing(write_input):
+def test_an_invalid_added_stage_is_refused_and_changes_nothing(write_input):
     file = write_input(pile(), "pile.nml")
     with sitedda.Simulation(file) as run:
         with pytest.raises(sitedda.InputError, match="only after the first step of the last stage"):
@@ -101,7 +101,7 @@ def test_what_an_added_stage_cannot_do_is_refused_and_changes_nothing(write_inpu
         assert "&stage" not in run.present_input and run.duration == pytest.approx(0.3)
 
 
-def test_a_model_opened_as_drawn_rests_with_the_first_advance(tmp_path, write_input):
+def test_a_model_opened_as_drawn_settles_at_the_first_advance(tmp_path, write_input):
     file = write_input(pile(settle=True), "pile.nml")
     output = tmp_path / "pile.nc"
     with sitedda.Simulation(file, output=output, drawn=True) as run:

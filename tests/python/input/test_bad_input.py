@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bad input: one message that names file, group and value, from both programs, and no harm done."""
+"""Bad input: one message with file, group and value from both programs, and no changed files."""
 
 import time
 
@@ -17,67 +17,67 @@ AUGMENTED = {"penetration_tolerance": 1e-9}
 
 
 def blocks(*outlines, **more) -> list:
-    """The flying block's model with other blocks."""
+    """Return the model of the flying block with other blocks."""
     groups = without(without(flying_block(**more), "block"), "measured_point")
     return [*groups, *(("block", {"vertices": outline}) for outline in outlines)]
 
 
 def moved(**values) -> list:
-    """The tower with its motion changed."""
+    """Return the tower with a changed motion."""
     return changed(tower(), "motion", **values)
 
 
 def record(text: str, **values) -> dict:
-    """The tower shaken by a record file of this text."""
+    """Return the tower with a record file of this text as motion."""
     take = {"values": None, "quantity": None, "time_step": None, "file": "record.txt"}
     take |= {"quantity": "acceleration", "unit": "m/s2", "format": "text"} | values
     return {"groups": moved(**take), "record.txt": text}
 
 
 def refused(case: str, groups, group: str, *words: str):
-    """A case: its name, the input, the group that the message must name, and what it must hold."""
+    """Return a case: name, input, group that the message must name, and its required words."""
     return pytest.param(groups, group, words, id=case)
 
 
 def bad(case: str, group: str, /, *words: str, contact=(), **values):
-    """The tower with variables of that group, and of &contact, changed."""
+    """Return the tower with changed variables of a group and of &contact."""
     groups = changed(changed(tower(), "contact", **dict(contact)), group, **values)
     return refused(case, groups, f"&{group}", *words)
 
 
 def rough(case: str, *words: str, **values):
-    """The tower with a rough joint, changed."""
+    """Return the tower with a changed rough joint."""
     law = {"law": "barton_bandis", "cohesion": None, "tensile_strength": None, "jrc": 8.0}
     law |= {"jcs": 1e8, "normal_stiffness_per_area": 1e9, "max_closure": 1e-4}
     return bad(case, "joint", *words, **law | values)
 
 
 def worn(case: str, *words: str, **values):
-    """The tower with a joint that wears, changed."""
+    """Return the tower with a changed joint of law 'plesha'."""
     law = {"law": "plesha", "cohesion": None, "tensile_strength": None}
     return bad(case, "joint", *words, **law | values)
 
 
 def flowing(case: str, *words: str, **values):
-    """The tower with friction that depends on velocity, changed."""
+    """Return the tower with a changed joint of law 'rate_state'."""
     law = {"law": "rate_state", "cohesion": None, "tensile_strength": None}
     law |= {"direct_effect": 0.01, "threshold_velocity": 1e-6}
     return bad(case, "joint", *words, **law | values)
 
 
 def softening(case: str, *words: str, **values):
-    """The tower with a joint whose bonds soften, changed."""
+    """Return the tower with a changed joint of law 'cohesive'."""
     law = {"law": "cohesive", "cohesion": 1e5, "tensile_strength": 1e5, "fracture_energy": 4.0}
     return bad(case, "joint", *words, **law | {"normal_stiffness_per_area": 1e9} | values)
 
 
 def shaped(case: str, outlines: list, *words: str):
-    """Blocks of these outlines."""
+    """Return a case with blocks of these outlines."""
     return refused(case, blocks(*outlines), "&block", *words)
 
 
 def more(case: str, group: str, /, *words: str, **values):
-    """The tower with one more group."""
+    """Return a case with the tower and one more group."""
     return refused(case, [*tower(), (group, values)], f"&{group}", *words)
 
 
@@ -331,7 +331,7 @@ CASES = [
     more("amplification band", "amplification", "highest", lowest=9.0, highest=1.0),
 ]
 
-# Texts that are no namelist: name, text, what the message must hold.
+# Texts that are not namelists: name, text, required words of the message.
 TOWER = namelist(tower())
 TEXTS = [
     ("no slash", TOWER.replace("/\n&contact", "\n&contact"), ["&control", "slash"]),
@@ -356,7 +356,7 @@ TEXTS = [
 
 
 def both_complain(file, words, native, main, folder):
-    """Both programs refuse the input in the same words, and leave the older output alone."""
+    """Check that both programs refuse an input with one message, and keep the older output."""
     final = folder / "tower.nc"
     final.write_bytes(OLD)
     said = []
@@ -378,7 +378,7 @@ def both_complain(file, words, native, main, folder):
 
 
 @pytest.mark.parametrize(("groups", "group", "words"), CASES)
-def test_values_that_make_no_sense(groups, group, words, write_input, native, main, tmp_path):
+def test_invalid_values_are_refused(groups, group, words, write_input, native, main, tmp_path):
     if isinstance(groups, dict):
         (tmp_path / "record.txt").write_text(groups["record.txt"])
         groups = groups["groups"]
@@ -388,7 +388,7 @@ def test_values_that_make_no_sense(groups, group, words, write_input, native, ma
 @pytest.mark.parametrize(
     ("text", "words"), [row[1:] for row in TEXTS], ids=[row[0] for row in TEXTS]
 )
-def test_texts_that_are_no_input(text, words, write_input, native, main, tmp_path):
+def test_texts_that_are_not_namelists_are_refused(text, words, write_input, native, main, tmp_path):
     file = write_input(text)
     both_complain(file, words, native, main, tmp_path)
 
@@ -397,7 +397,7 @@ def test_a_missing_file_is_named(native, main, tmp_path):
     both_complain(tmp_path / "gone.nml", ["no such file"], native, main, tmp_path)
 
 
-def test_a_folder_is_no_input(native, main, tmp_path):
+def test_a_folder_is_refused_as_input(native, main, tmp_path):
     (tmp_path / "folder.nml").mkdir()
     done = [program("run", tmp_path / "folder.nml") for program in (native, main)]
     assert {d.returncode for d in done} <= {1, 5}
@@ -413,7 +413,7 @@ def test_the_message_gives_the_line_of_the_group(line, write_input):
         sitedda.run(file)
 
 
-def test_a_word_for_a_number_is_not_called_a_variable(write_input):
+def test_a_word_instead_of_a_number_is_not_reported_as_a_variable(write_input):
     with pytest.raises(sitedda.InputError) as caught:
         sitedda.run(write_input(changed(tower(), "control", time_step="fast")))
     assert "no variable" not in str(caught.value)
@@ -435,7 +435,7 @@ ODD = {
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_odd_but_good_texts_give_the_same_run(name, write_input, native, main, tmp_path, same_bits):
+def test_unusual_valid_texts_run_equally(name, write_input, native, main, tmp_path, same_bits):
     plain = write_input(tower(steps=10))
     expected = sitedda.run(plain).history
     odd = write_input(ODD[name](plain.read_bytes()), "odd.nml")
@@ -445,7 +445,7 @@ def test_odd_but_good_texts_give_the_same_run(name, write_input, native, main, t
 
 
 @pytest.mark.parametrize("folder", ["two words", "Größe α 地震", "it's 100%"])
-def test_paths_of_any_letters(folder, write_input, native, main, tmp_path, same_bits):
+def test_paths_may_contain_any_letters(folder, write_input, native, main, tmp_path, same_bits):
     take = {"values": None, "time_step": None, "file": "rec dir/сейсмо грамма.txt", "unit": "m/s2"}
     file = write_input(
         changed(moved(format="text", **take), "control", steps=10), f"{folder}/Modell ü.nml"
@@ -464,7 +464,7 @@ def test_paths_of_any_letters(folder, write_input, native, main, tmp_path, same_
 
 # --- Every variable ------------------------------------------------------------------------------
 
-# All variables of all groups, with values that are right.
+# All variables of all groups, with valid values.
 EVERYTHING = """
 &run title = 'Everything' /
 &control time_step = 1e-3, steps = 2, time_step_control = 'adaptive', least_time_step = 1e-8,
@@ -508,7 +508,7 @@ STRANGE = [
 ]
 
 
-def test_all_values_that_are_right_make_a_run(write_input):
+def test_an_input_with_all_variables_runs(write_input):
     assert sitedda.run(write_input(EVERYTHING)).complete
 
 
@@ -517,8 +517,8 @@ def test_all_values_that_are_right_make_a_run(write_input):
     [(i, variable) for i, (_, values) in enumerate(EVERYTHING) for variable in values],
     ids=[f"{name}-{variable}" for name, values in EVERYTHING for variable in values],
 )
-def test_every_variable_with_values_that_make_no_sense(which, variable, write_input):
-    """Refused with file and group, or computed without a value that is not finite."""
+def test_invalid_values_of_each_variable(which, variable, write_input):
+    """Each is refused with file and group, or the results are finite."""
     group, values = EVERYTHING[which]
     text = namelist(EVERYTHING)
     line = namelist([(group, {variable: values[variable]})]).splitlines()[1]
@@ -543,7 +543,7 @@ def test_every_variable_with_values_that_make_no_sense(which, variable, write_in
         assert time.process_time() - begin < 1.0, f"{variable} = {value[:20]}"
 
 
-def test_a_group_of_twenty_megabytes(write_input):
+def test_a_group_of_twenty_megabytes_is_refused(write_input):
     vertices = "1.0 " * 5_000_000
     with pytest.raises(sitedda.InputError, match="&block"):
         sitedda.run(write_input(TOWER + f"&block vertices = {vertices} /\n"))
@@ -554,10 +554,10 @@ def test_thousands_of_equal_blocks_are_refused_in_a_second(write_input):
     begin = time.process_time()
     with pytest.raises(sitedda.InputError, match="overlaps"):
         sitedda.run(file)
-    assert time.process_time() - begin < 3.0  # of which reading the text is most
+    assert time.process_time() - begin < 3.0  # mostly for reading the text
 
 
-def test_a_folder_is_no_record(write_input, tmp_path):
+def test_a_folder_is_refused_as_record(write_input, tmp_path):
     (tmp_path / "folder.at2").mkdir()
     file = write_input(moved(values=None, quantity=None, time_step=None, file="folder.at2"))
     with pytest.raises(sitedda.InputError, match="folder.at2"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Block files carry what &block groups say, to identical bits, and lies in them are found."""
+"""Block files are equivalent to &block groups, bit-identically; wrong contents are detected."""
 
 import resource
 import struct
@@ -38,7 +38,7 @@ def state(source) -> tuple:
         return run.block_names, run.coordinates, run.block_materials, run.edge_joints
 
 
-def test_a_block_file_says_what_the_text_says(tmp_path):
+def test_a_block_file_equals_the_text(tmp_path):
     model = two_on_a_base()
     text = model.write(tmp_path / "text.nml", block_file=False)
     file = model.write(tmp_path / "file.nml", block_file=True)
@@ -67,7 +67,7 @@ def test_groups_keep_their_order(tmp_path):
     assert (tmp_path / "m.blocks_2.nc").exists()
 
 
-def test_both_programs_read_it_and_write_the_same_bits(tmp_path, native, same_bits):
+def test_both_programs_read_block_files_bit_identically(tmp_path, native, same_bits):
     two_on_a_base().write(tmp_path / "m.nml", block_file=True)
     sitedda.run(tmp_path / "m.nml", output=tmp_path / "python.nc")
     native.ok("run", "m.nml", "-o", "native.nc", "-q", folder=tmp_path)
@@ -79,7 +79,7 @@ def test_both_programs_read_it_and_write_the_same_bits(tmp_path, native, same_bi
     assert output.attrs["block_files"].startswith("m.blocks.nc, CRC-64 ")
 
 
-def test_build_writes_it_for_large_models_and_when_asked(tmp_path, root, main):
+def test_build_writes_block_files_of_large_models_or_on_request(tmp_path, root, main):
     arch = tmp_path / "arch.nml"
     arch.write_text((root / "inputs" / "arch.nml").read_text())
     main.ok("build", arch, "--block-file")
@@ -94,13 +94,13 @@ def test_build_writes_it_for_large_models_and_when_asked(tmp_path, root, main):
 
 
 def test_another_block_file_is_another_input(tmp_path):
-    """A checkpoint, and a complete output, belong to the blocks that they were made from."""
+    """A checkpoint and a complete output belong to their blocks."""
     model = two_on_a_base()
     file = model.write(tmp_path / "m.nml", block_file=True)
     with sitedda.Simulation(file, tmp_path / "o.nc") as run:
         run.advance(10)
         run.checkpoint()
-    model.groups[4].name = "slab"  # the text of the input stays the same
+    model.groups[4].name = "slab"  # the text of the input does not change
     kept = file.read_text()
     model.write(file, block_file=True)
     assert file.read_text() == kept
@@ -119,7 +119,7 @@ def test_a_run_does_not_write_over_its_block_file(tmp_path):
         sitedda.run(file, tmp_path / "m.blocks.nc")
 
 
-def test_a_file_that_cannot_be_replaced_leaves_nothing_behind(tmp_path):
+def test_a_file_that_cannot_be_replaced_leaves_no_other_file(tmp_path):
     (tmp_path / "m.nc").mkdir()
     with pytest.raises(sitedda.OutputError, match="m.nc is a folder, not a file name"):
         write_block_file(tmp_path / "m.nc", [{"vertices": rectangle(0.0, 0.0, 1.0, 1.0)}])
@@ -127,7 +127,7 @@ def test_a_file_that_cannot_be_replaced_leaves_nothing_behind(tmp_path):
 
 
 def test_reading_takes_time_in_proportion_to_the_blocks(tmp_path, native):
-    """Four times as many blocks take four times as long, or less; 16 times if each looks at all."""
+    """Four times as many blocks need at most four times the time (16 if quadratic)."""
     times = [time_to_read(side, tmp_path, native) for side in (158, 316)]
     assert times[1] < 8.0 * times[0]
 
@@ -151,14 +151,14 @@ def time_to_read(side: int, tmp_path, native) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-# --- Files that lie ------------------------------------------------------------------------------
+# --- Wrong contents -------------------------------------------------------------------------------
 
 
 SQUARES = np.reshape(rectangle(0.0, 0.0, 1.0, 1.0) + rectangle(2.0, 0.0, 1.0, 1.0), (-1, 2))
 
 
 def dataset(**changes):
-    """Write a file of two squares whose variables, (dimensions, kind, values), are changed."""
+    """Write a file of two squares with changed variables: (dimensions, kind, values)."""
     variables = {
         "vertices": (("vertex", "axis"), "f8", SQUARES),
         "corners": (("block",), "i4", [4, 4]),
@@ -178,7 +178,7 @@ def dataset(**changes):
 
 
 def define(data, name, dimensions, kind, values, **options) -> None:
-    """Values may be a shape: then the variable is defined and nothing is written."""
+    """Define a variable and write its values; a shape instead of values writes nothing."""
     shape = values if isinstance(values, tuple) else np.shape(values)
     for dimension, size in zip(dimensions, shape, strict=True):
         if dimension not in data.dimensions:
@@ -195,7 +195,7 @@ def moved_vertex(*place):
 
 
 def claims(**lengths):
-    """Write a good file whose header gives dimensions other lengths."""
+    """Write a valid file whose header contains other lengths of dimensions."""
 
     def write(file):
         dataset()(file)
@@ -269,8 +269,8 @@ LIES = {
 }  # fmt: skip
 
 
-def test_a_variable_of_no_type_is_refused(tmp_path):
-    """The library divides by the size of a type, which is 0 for one that there is not."""
+def test_a_variable_of_an_unknown_type_is_refused(tmp_path):
+    """The library divides by the size of a type, which is 0 for unknown types."""
     file = tmp_path / "bad.nc"
     dataset()(file)
     data = bytearray(file.read_bytes())
@@ -283,7 +283,7 @@ def test_a_variable_of_no_type_is_refused(tmp_path):
 
 
 def refused(tmp_path) -> str:
-    """What is said of an input that names the file."""
+    """Return the error for an input that names the file."""
     (tmp_path / "model.nml").write_text(
         "&control time_step = 1e-3, steps = 1 /\n"
         "&material name = 'rock', density = 2e3, young_modulus = 1e9, poisson_ratio = 0.2 /\n"
@@ -297,7 +297,7 @@ def refused(tmp_path) -> str:
 
 @contextmanager
 def more_memory(limit: int):
-    """While this lasts the process gets at most so many bytes more."""
+    """Limit the additional memory of the process within the context, in bytes."""
     size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     resource.setrlimit(resource.RLIMIT_AS, (size + limit, hard))
@@ -308,7 +308,7 @@ def more_memory(limit: int):
 
 
 @pytest.mark.parametrize("lie", LIES)
-def test_a_file_that_lies_is_refused_in_one_message(lie, tmp_path):
+def test_wrong_contents_are_refused_in_one_message(lie, tmp_path):
     write, words = LIES[lie]
     write(tmp_path / "bad.nc")
     with more_memory(200_000_000):
@@ -318,7 +318,7 @@ def test_a_file_that_lies_is_refused_in_one_message(lie, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.nc", "model.nml"]
 
 
-def test_a_file_that_is_none_is_refused(tmp_path, native):
+def test_other_files_are_refused_as_block_files(tmp_path, native):
     bad = tmp_path / "bad.nc"
     bad.write_bytes(b"CDF\x01")
     assert "bad.nc is damaged, or does not have the classic netCDF format" in refused(tmp_path)
@@ -333,7 +333,7 @@ def test_a_file_that_is_none_is_refused(tmp_path, native):
     assert done.returncode == 1 and done.stderr.count("\n") == 1
 
 
-def test_a_file_that_is_cut_short_is_refused(tmp_path):
+def test_a_truncated_file_is_refused(tmp_path):
     whole = tmp_path / "whole.nc"
     dataset()(whole)
     data = whole.read_bytes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the engine publishes of its input is what its reader takes, and where Python finds it."""
+"""The schema of the input agrees with the reader of the engine and with its use in Python."""
 
 import re
 
@@ -19,19 +19,19 @@ GROUPS_READ = [name for name, group in GROUPS.items() if not group.built]
 
 
 def value_of(variable):
-    """A value that a variable of the kind can be read from."""
+    """Return a valid value of a variable by its kind."""
     value = {"real": 1.0, "points": 1.0, "integer": 1, "logical": True}.get(variable.kind, "x")
     return [value] if variable.size else value
 
 
 def needed(variable):
-    """What a group has to say for the variable to belong to it."""
+    """Return the variables that a group must have for a variable to be permitted."""
     switch, _, values = variable.when.partition(" = ")
     return {switch: values.split("'")[1]} if switch else {}
 
 
 def test_every_variable_of_the_schema_is_read(root):
-    """Its value is used, in a reader or in what a type of the model extends the values by."""
+    """Its value is used by a reader, or by a type of the model that extends the values."""
     files = (root / "fortran").rglob("*.f90")
     words = set(re.findall(r"%(\w+)", "".join(file.read_text() for file in files)))
     published = [(v.group, v.name) for v in VARIABLES]
@@ -39,7 +39,7 @@ def test_every_variable_of_the_schema_is_read(root):
     assert {name for _, name in published} <= words
 
 
-def test_every_variable_has_all_its_words():
+def test_each_variable_has_meaning_default_and_values():
     assert SINGLE == {"run", "control", "contact", "output", "stop", "cutting"}
     for variable in VARIABLES:
         assert variable.default and variable.meaning, variable
@@ -58,8 +58,8 @@ def test_every_variable_is_known_to_the_reader(variable, write_input):
 
 
 @pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
-def test_every_variable_is_changed_where_it_lives(variable):
-    """`penetration_tolerance` and `contact_rules` once landed in &control."""
+def test_every_variable_is_changed_in_its_group(variable):
+    """`penetration_tolerance` and `contact_rules` were once changed in &control."""
     path = f"{variable.group}[*].{variable.name}"
     groups = [(name, needed(variable)) for name in (*GROUPS_READ, variable.group)]
     groups = [(name, values if name == variable.group else {}) for name, values in groups]
@@ -69,7 +69,7 @@ def test_every_variable_is_changed_where_it_lives(variable):
 
 
 @pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
-def test_a_bare_name_is_taken_where_one_group_can_be_meant(variable):
+def test_a_name_without_group_is_accepted_if_unambiguous(variable):
     text = namelist([("run", {}), (variable.group, needed(variable))])
     alike = [v for v in VARIABLES if v.name == variable.name]
     homes = {v.group for v in alike if not v.when or v.group == variable.group}
@@ -98,7 +98,7 @@ def test_what_the_schema_needs_and_excludes_is_refused(variable, of, items, excl
     names = re.split(", | or ", re.sub(" = '[^']*'", "", items))
     own = needed(variable) | {variable.name: of.split("'")[1] if of else value_of(variable)}
     also = [names[0]] if excludes else []
-    for one in alike.values():  # what its law or kind cannot do without
+    for one in alike.values():  # variables that its law or kind requires
         switch, _, values = one.when.partition(" = ")
         if one.default.startswith("required by its ") and f"'{own.get(switch)}'" in values:
             also.append(one.name)
@@ -113,7 +113,7 @@ def test_what_the_schema_needs_and_excludes_is_refused(variable, of, items, excl
         sitedda.Simulation(write_input([*groups, (variable.group, own)]))
 
 
-def test_a_changed_contact_rule_reaches_the_run(write_input):
+def test_a_changed_contact_rule_affects_the_run(write_input):
     file = write_input(flying_block())
     with sitedda.Simulation(file, penetration_tolerance=1e-6, contact_rules="original") as run:
         run.advance(1)
@@ -138,7 +138,7 @@ def test_an_unknown_name_gets_the_nearest_known_one(text, words, write_input):
         assert word in str(caught.value)
 
 
-def test_names_of_values_fit_the_values(write_input):
+def test_names_of_energies_counts_and_phases_agree(write_input):
     with sitedda.Simulation(write_input(tower(steps=2))) as run:
         run.phase_times()
         run.advance(2)

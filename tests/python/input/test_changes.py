@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Variables changed by name: what is meant is found, everything else of the text stays."""
+"""Changes of variables by name: the right variable changes, and the rest of the text does not."""
 
 import re
 
@@ -53,7 +53,7 @@ COMMENTED = """! a & b / 'c'
 
 
 @pytest.mark.parametrize("changes", NATIVE, ids=" ".join)
-def test_both_programs_make_the_same_text_and_resume_each_other(
+def test_both_programs_make_the_same_text_and_resume_runs_of_the_other(
     changes, write_input, native, main, tmp_path, same_bits
 ):
     file = write_input(COMMENTED)
@@ -66,7 +66,7 @@ def test_both_programs_make_the_same_text_and_resume_each_other(
     assert native("check", file, *words).stdout != native("check", file).stdout
 
 
-def test_a_checkpoint_of_one_program_is_taken_by_the_other(write_input, native, tmp_path):
+def test_a_checkpoint_of_one_program_is_accepted_by_the_other(write_input, native, tmp_path):
     file, words = write_input(COMMENTED), ["--set", "time_step=5e-4", "--set", "title=It's new"]
     typed = {name: Typed(value) for name, value in (word.split("=", 1) for word in words[1::2])}
     with sitedda.Simulation(file, tmp_path / "o.nc", changes=typed) as run:
@@ -108,15 +108,15 @@ def test_both_programs_refuse_changes_with_the_nearest_name(
 
 
 def read(text: str) -> list[tuple[str, dict]]:
-    """Groups with their values."""
+    """Return the groups with their values."""
     return [
         (one.name, {k: getattr(v, "tolist", lambda v=v: v)() for k, v in one.values.items()})
         for one in find_groups(text)
     ]
 
 
-def test_a_bare_name_of_a_joint_and_of_a_yielding_material_is_refused():
-    """A law that is given, or allows the variable by default, makes a group count."""
+def test_an_ambiguous_name_of_joint_and_yielding_material_is_refused():
+    """A group counts if it states its law, or if its default law permits the variable."""
     yields = TEXT.replace("young_modulus = 1e7 /", "young_modulus = 1e7 law = 'mohr_coulomb' /")
     assert yields != TEXT
     with pytest.raises(sitedda.InputError, match="material.friction_angle or joint.friction_angle"):
@@ -158,17 +158,17 @@ def test_every_line_keeps_its_number():
     assert set(range(len(old))) - set(same) == {3, 4, 9, 12}
 
 
-def test_mappings_reach_into_groups_and_names():
+def test_nested_mappings_select_groups_and_names():
     nested = changed_input(TEXT, {"material": {"clay": {"density": 1.0}}, "joint": {"cohesion": 2}})
     assert nested == changed_input(TEXT, {"material.clay.density": 1.0, "joint.cohesion": 2})
 
 
-def test_a_star_means_all_groups_of_a_kind():
+def test_a_star_selects_all_groups_of_a_kind():
     found = [v for name, v in read(changed_input(TEXT, {"load[*].x": 9})) if name == "load"]
     assert [group["x"] for group in found] == [9, 9]
 
 
-def test_none_takes_a_variable_out_and_one_length_replaces_the_other():
+def test_none_removes_a_variable_and_steps_replace_the_duration():
     control = read(changed_input(TEXT, {"steps": None, "gravity": None}))[0][1]
     assert set(control) == {"time_step"}
     assert set(read(changed_input(TEXT, {"duration": 1.0}))[0][1]) == {
@@ -208,25 +208,25 @@ def test_a_group_that_may_be_missing_is_added():
         ("a b", ["a b: no group has this variable"]),
     ],
 )
-def test_a_name_that_means_nothing_or_too_much_is_refused(path, words):
+def test_an_unknown_or_ambiguous_name_is_refused(path, words):
     with pytest.raises(sitedda.InputError) as caught:
         changed_input(TEXT, {path: 1})
     for part in words:
         assert part in str(caught.value)
 
 
-def test_what_a_namelist_cannot_hold_is_refused():
+def test_a_value_that_a_namelist_cannot_contain_is_refused():
     with pytest.raises(sitedda.InputError, match="steps: a namelist cannot contain"):
         changed_input(TEXT, {"steps": object()})
 
 
-def test_a_damaged_text_is_left_to_the_engine(write_input):
+def test_errors_of_a_damaged_text_are_those_of_the_engine(write_input):
     file = write_input("&control time_step = 1e-3\n&material density = 1 /\n")
     with pytest.raises(sitedda.InputError, match="no closing slash"):
         sitedda.run(file, time_step=1e-4)
 
 
-def test_a_named_material_changes_alone_in_the_engine(write_input):
+def test_a_named_material_changes_without_others(write_input):
     clay = {"name": "clay", "density": 1800.0, "young_modulus": 1e9, "poisson_ratio": 0.3}
     groups = [*changed(tower(steps=1), "layers", 1, material="clay"), ("material", clay)]
     file = write_input(groups)
@@ -244,6 +244,6 @@ def test_errors_after_changes_name_the_line_of_the_file(write_input):
         sitedda.run(write_input(text), changes={"time_step": 5e-4, "material.density": -1.0})
 
 
-def test_a_null_value_is_as_none():
+def test_a_null_value_counts_as_missing():
     text = "&material name = 'rock', density = , young_modulus = 1e9, poisson_ratio = /\n"
     assert find_groups(text)[0].values == {"name": "rock", "young_modulus": 1e9}

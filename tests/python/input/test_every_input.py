@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every file in inputs/ runs from the package and from the executable, with identical bits."""
+"""Each file in inputs/ runs bit-identically in the package and in the executable."""
 
 import re
 from pathlib import Path
@@ -14,7 +14,7 @@ from sitedda.verdict import verdict
 pytestmark = pytest.mark.slow
 
 INPUTS = Path(__file__).parents[3] / "inputs"
-LONGEST = 1500  # steps of an input run here
+LONGEST = 1500  # largest number of steps of an input in this test
 
 
 def test_there_are_inputs():
@@ -24,7 +24,7 @@ def test_there_are_inputs():
 @pytest.mark.parametrize(
     "file", sorted(INPUTS.rglob("*.nml")), ids=lambda file: str(file.relative_to(INPUTS))
 )
-def test_input_gives_the_same_bits_from_both(file, tmp_path, native, same_bits):
+def test_an_input_is_bit_identical_in_both_programs(file, tmp_path, native, same_bits):
     result = sitedda.run(file, tmp_path / "python.nc", **shortening(file))
     assert result.complete
     again = beside_its_records(file, tmp_path / "again", result.history.attrs["input_text"])
@@ -35,7 +35,7 @@ def test_input_gives_the_same_bits_from_both(file, tmp_path, native, same_bits):
 
 
 def as_the_program_reads_it(file, history):
-    """What `sitedda run` reads, says and draws without xarray is the same."""
+    """Check that reader, verdict and picture without xarray equal those with xarray."""
     output = read_output(file)
     assert output.variables.keys() == history.variables.keys()
     assert str(verdict(output)) == str(verdict(history))
@@ -50,7 +50,7 @@ def pixels(figure) -> bytes:
 
 
 def shortening(file) -> dict:
-    """A change that keeps a long input short; an input with few steps runs as it stands."""
+    """Return a change that limits the steps of a long input; {} for a short one."""
     with sitedda.Simulation(file) as simulation:
         steps = round(simulation.duration / _time_step(file))
     return {"steps": LONGEST} if steps > LONGEST else {}

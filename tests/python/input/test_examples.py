@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda example` copies inputs and studies that run where they are put."""
+"""`sitedda example` copies inputs and studies that run in their new folder."""
 
 import pytest
 
@@ -23,14 +23,14 @@ def test_all_inputs_and_studies_are_listed_with_a_sentence(main, root):
 
 
 @pytest.mark.parametrize("name", INPUTS)
-def test_an_example_has_all_it_needs(name, tmp_path):
+def test_an_example_has_all_its_files(name, tmp_path):
     copied = copy_example(name, tmp_path)
     assert copied[0] == tmp_path / f"{name}.nml"
     sitedda.Simulation(copied[0]).close()
 
 
 @pytest.mark.parametrize("name", STUDIES)
-def test_a_study_comes_with_its_model(main, name, tmp_path):
+def test_a_study_is_copied_with_its_model(main, name, tmp_path):
     done = main("example", name, folder=tmp_path)
     assert done.returncode == 0 and f"sitedda study {name}.toml" in done.stdout
     plan = read_settings(tmp_path / f"{name}.toml").plan
@@ -47,7 +47,7 @@ def test_the_copy_is_the_input_and_its_record(main, root, tmp_path):
         assert (tmp_path / file).read_bytes() == (root / "inputs" / file).read_bytes()
 
 
-def test_a_file_of_the_user_is_left_alone(main, tmp_path):
+def test_a_file_of_the_user_is_not_changed(main, tmp_path):
     (tmp_path / "slope.nml").write_text("mine")
     done = main("example", "slope", folder=tmp_path)
     assert done.returncode == 5 and "slope.nml exists" in done.stderr

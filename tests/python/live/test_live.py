@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda live`: the session that pages speak to, its guard, what it saves and what it keeps."""
+"""`sitedda live`: sessions, access control, saved files and stored state."""
 
 import asyncio
 import json
@@ -66,7 +66,7 @@ def same_bits(one, other) -> bool:
     return all(np.array_equal(one[name].values, other[name].values) for name in COMPARED)
 
 
-# --- what is not in the way ------------------------------------------------------------------
+# --- independence of other parts--------------------------------------------------------------
 
 
 def test_a_run_imports_nothing_of_the_server(folder):
@@ -100,7 +100,7 @@ TEXT = """! about the model
 """
 
 
-def test_edits_keep_comments_and_are_undone_one_by_one():
+def test_edits_keep_comments_and_are_undone_singly():
     document = Document(TEXT, "m.nml")
     for angle in ("31", "32", "33"):  # a slider makes one version
         document.set("joint", 2, "friction_angle", angle)
@@ -117,7 +117,7 @@ def test_edits_keep_comments_and_are_undone_one_by_one():
     assert "friction_angle = 33" in document.text and document.described()["redo"]
 
 
-def test_groups_are_added_under_names_of_their_own_and_taken_out_with_their_lines():
+def test_groups_are_added_with_unique_names_and_removed_with_their_lines():
     document = Document(TEXT, "m.nml")
     document.add("joint")
     document.add("joint")
@@ -132,7 +132,7 @@ def test_groups_are_added_under_names_of_their_own_and_taken_out_with_their_line
         document.take_out("joint", 2)
 
 
-def test_a_value_that_is_none_changes_nothing_and_a_message_finds_its_field():
+def test_an_invalid_value_changes_nothing_and_its_message_has_a_field():
     document = Document(TEXT, "m.nml")
     with pytest.raises(sitedda.InputError):
         document.set("joint", 1, "friction_angle", "steep")
@@ -171,7 +171,7 @@ def test_many_blocks_are_drawn_from_a_file_as_from_text(root, monkeypatch):
 # --- the run ---------------------------------------------------------------------------------
 
 
-def test_a_page_that_comes_later_hears_that_the_picture_is_good(folder, tmp_path):
+def test_a_later_page_receives_the_valid_picture(folder, tmp_path):
     async def use(server):
         async with Client(server) as first:
             await first.ask("open", source="file", name="pile.nml")
@@ -184,7 +184,7 @@ def test_a_page_that_comes_later_hears_that_the_picture_is_good(folder, tmp_path
 
 
 def steered(folder, state, steps: int, command: str, values: dict, *wanted: str) -> tuple:
-    """A run at rest takes steps, is changed and goes on to its end: messages, files, its output."""
+    """Change a settled run after some steps and complete it; return messages, files and output."""
 
     async def use(server):
         async with Client(server) as page:
@@ -207,7 +207,7 @@ def steered(folder, state, steps: int, command: str, values: dict, *wanted: str)
         return messages, files, found.load()
 
 
-def test_the_saved_namelist_gives_the_same_bits(folder, tmp_path):
+def test_the_saved_namelist_is_bit_identical(folder, tmp_path):
     stage = {"name": "digging", "remove": "low"}
     wanted = ("namelist", "script", "report")
     messages, (saved, script, report), found = steered(
@@ -222,7 +222,7 @@ def test_the_saved_namelist_gives_the_same_bits(folder, tmp_path):
     assert "run.begin_stage(name='digging', remove='low')" in script.read_text()
 
 
-def test_a_new_friction_that_is_given_as_a_stage_gives_the_same_bits(folder, tmp_path):
+def test_a_new_friction_as_a_stage_is_bit_identical(folder, tmp_path):
     text = PILE.replace("gravity = 0.0, -9.81", "gravity = -2.0, -9.81")
     (folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
     stage = {"name": "wet", "change_joints": "dry -> ice"}
@@ -233,7 +233,7 @@ def test_a_new_friction_that_is_given_as_a_stage_gives_the_same_bits(folder, tmp
     assert same_bits(found, sitedda.run(saved).history)
 
 
-def test_the_saved_script_gives_the_same_bits_where_no_stage_can_say_a_change(
+def test_the_saved_script_is_bit_identical_with_changes_outside_stages(
     folder, tmp_path, monkeypatch
 ):
     change = {"joint[1].friction_angle": "2"}
@@ -247,9 +247,7 @@ def test_the_saved_script_gives_the_same_bits_where_no_stage_can_say_a_change(
         assert same_bits(found, repeated)
 
 
-def test_two_pages_see_the_same_run_and_one_that_comes_later_sees_it_from_its_start(
-    folder, tmp_path
-):
+def test_two_pages_show_the_same_run_and_a_later_one_shows_it_from_its_start(folder, tmp_path):
     async def use(server):
         async with Client(server) as one, Client(server) as other:
             await one.ask("open", source="file", name="pile.nml")
@@ -266,7 +264,7 @@ def test_two_pages_see_the_same_run_and_one_that_comes_later_sees_it_from_its_st
         talk(use(server))
 
 
-def test_displacements_of_frames_count_from_rest_as_those_of_the_output(folder):
+def test_displacements_of_frames_are_relative_to_equilibrium_as_in_the_output(folder):
     soft = PILE.replace("normal_stiffness = 1000000000.0", "normal_stiffness = 1e7")
     soft = soft.replace("duration = 0.6", "duration = 0.1")
     soft = soft.replace("&fixed_point", "&fixed_point motion_x = 'm',")
@@ -284,7 +282,7 @@ def test_displacements_of_frames_count_from_rest_as_those_of_the_output(folder):
 
 
 def failing() -> str:
-    """The pile, shaken by steps that do not converge."""
+    """Return the pile, shaken so that steps do not converge."""
     text = PILE.replace("'adaptive'", "'fixed'").replace("1.0, -1.0", "30.0, -30.0")
     text = text.replace("&contact", "&contact max_iterations = 3,")
     return text.replace("&fixed_point", "&fixed_point motion_x = 'm',")
@@ -311,7 +309,7 @@ def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
 # --- the guard -------------------------------------------------------------------------------
 
 
-def test_nobody_else_reads_the_token_and_no_argument_holds_it(folder, tmp_path):
+def test_the_token_is_private_and_not_in_an_argument(folder, tmp_path):
     with live(folder, tmp_path / "state") as server:
         assert stat.S_IMODE(server.entrance.stat().st_mode) == 0o600
         assert stat.S_IMODE(server.entrance.parent.stat().st_mode) == 0o700
@@ -324,7 +322,7 @@ def test_nobody_else_reads_the_token_and_no_argument_holds_it(folder, tmp_path):
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
-def test_who_listens_beyond_this_machine_is_told_what_that_means(folder, tmp_path, host):
+def test_a_server_for_other_machines_prints_a_warning(folder, tmp_path, host):
     with live(folder, tmp_path / "state", "--host", host) as server:
         assert server.end() == 0
         warned = "without encryption" in server.process.stderr.read()
@@ -345,7 +343,7 @@ def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
             with pytest.raises(HTTPClientError) as refused:
                 await connect(server, **headers)
             assert refused.value.code == 403
-        async with Client(server) as page:  # the server is up
+        async with Client(server) as page:  # the server still responds
             assert page.messages[-1]["screen"] == "start"
 
     with live(folder, tmp_path / "state") as server:
@@ -377,7 +375,7 @@ def test_answers_have_a_strict_policy_and_only_files_of_the_page(folder, tmp_pat
 
 
 def hostile_messages(seed: int, count: int) -> list:
-    """Messages of all wrong forms."""
+    """Return messages with all kinds of errors."""
     draw = random.Random(seed)
     commands = ["open", "write", "set", "add", "save", "step", "stage", "change", "record", "x"]
     values = [None, -1, 1e300, "", "a\0b", "../../x", "/etc/passwd", [], {}, [[[]]], True, "é" * 50,
@@ -426,7 +424,7 @@ def test_malformed_and_oversized_messages_change_and_write_nothing(folder, tmp_p
     assert {f: f.read_bytes() for f in folder.iterdir()} == before
 
 
-def test_nothing_is_saved_outside_the_folder_or_over_what_is_not_its_own(folder, tmp_path):
+def test_files_are_saved_only_in_the_folder_and_never_replace_others(folder, tmp_path):
     (folder / "out").symlink_to(tmp_path)
     (folder / "mine.py").write_text("print('mine')\n")
     names = ["../x", "/tmp/x", "out/x", "", " ", "a\nb", "x/../../y", "no_folder/x", "mine"]
@@ -438,7 +436,7 @@ def test_nothing_is_saved_outside_the_folder_or_over_what_is_not_its_own(folder,
                 await page.ask("save", what="script", name=name)
                 while (await page.hear())["kind"] != "refused":
                     pass
-            await page.ask("save", what="namelist", name="pile")  # what was opened stays
+            await page.ask("save", what="namelist", name="pile")  # the opened file does not change
             while (await page.hear())["kind"] != "refused":
                 pass
 
@@ -449,7 +447,7 @@ def test_nothing_is_saved_outside_the_folder_or_over_what_is_not_its_own(folder,
     assert not list(tmp_path.glob("*.py"))
 
 
-# --- what is kept ----------------------------------------------------------------------------
+# --- stored state ----------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -489,16 +487,16 @@ def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
         assert same_bits(found, sitedda.run(saved).history)
 
 
-def test_two_servers_of_one_folder_have_sessions_of_their_own(folder, tmp_path):
+def test_two_servers_of_one_folder_have_separate_sessions(folder, tmp_path):
     with live(folder, tmp_path / "state") as one, live(folder, tmp_path / "state") as other:
         assert one.entrance.parent != other.entrance.parent
         wait_for(lambda: os.path.exists(other.entrance))
 
 
-def test_a_server_that_is_started_again_has_its_port(folder, tmp_path):
+def test_a_restarted_server_has_the_same_port(folder, tmp_path):
     with live(folder, tmp_path / "state") as server:
         address = server.address
-        with live(folder, tmp_path / "state") as other:  # another of the folder, at the same time
+        with live(folder, tmp_path / "state") as other:  # a second server of the folder
             assert other.address != address
         assert server.end() == 0
     with live(folder, tmp_path / "state") as server:
@@ -508,7 +506,7 @@ def test_a_server_that_is_started_again_has_its_port(folder, tmp_path):
         assert server.process.poll() is None
 
 
-def test_a_damaged_journal_is_a_start_page(folder, tmp_path):
+def test_a_damaged_journal_leads_to_the_start_page(folder, tmp_path):
     state = tmp_path / "state"
     with live(folder, state) as server:
         private = server.entrance.parent
@@ -523,8 +521,8 @@ def test_a_damaged_journal_is_a_start_page(folder, tmp_path):
         talk(use(server))
 
 
-def test_any_failure_to_save_is_answered(tmp_path):
-    """The page waits for a word, whatever a library raises."""
+def test_any_failure_to_save_is_reported_to_the_page(tmp_path):
+    """The page waits for a response, whichever exception a library raises."""
     told: list[dict] = []
     session = SimpleNamespace(_saver=threading.Lock(), tell=told.append, folder=tmp_path)
     for trouble in (TypeError("can only repeat by an integer"), ZeroDivisionError()):

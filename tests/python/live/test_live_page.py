@@ -25,7 +25,7 @@ pytestmark = pytest.mark.slow
 PICTURES = os.environ.get("SITEDDA_PICTURES")
 ENDLESS = PILE.replace("duration = 0.6", "duration = 6e5").replace(
     "interval = 20", "interval = 1000\n   history_interval = 1000"
-)  # few data, because the run outlasts any page
+)  # few data, because the run is longer than the test
 OVER = "page.run && ['done', 'failed', 'stopped'].includes(page.run.status)"
 
 
@@ -39,7 +39,7 @@ def served(tmp_path):
 
 @pytest.fixture
 def opened(new_page):
-    """Enter a server as a browser does that opens its file; what complains is kept."""
+    """Return an opener of pages of a server; it records errors of the page."""
 
     def enter(server: LiveProcess, **options):
         options = {"viewport": {"width": 1400, "height": 900}} | options
@@ -53,13 +53,13 @@ def opened(new_page):
 
 
 def until(page, condition: str) -> None:
-    """Wait until an expression of the page is so; its policy forbids Playwright's own way."""
+    """Wait until an expression of the page is true; its policy forbids Playwright's own method."""
     end = time.monotonic() + DEADLINE
     while True:
         try:
             if page.evaluate(condition):
                 return
-        except Exception as trouble:  # the page has just forwarded itself
+        except Exception as trouble:  # the page is just being forwarded
             if "context" not in str(trouble) and "not defined" not in str(trouble):
                 raise
         assert time.monotonic() < end, page.evaluate(
@@ -70,14 +70,14 @@ def until(page, condition: str) -> None:
 
 
 def drawn(page) -> None:
-    """Wait until the newest version that the page has heard of is drawn."""
+    """Wait until the newest version of the model is drawn."""
     until(page, "page.view.state.decoded && page.view.state.good === page.model.version "
                 "&& page.view.state.version === page.model.version")  # fmt: skip
 
 
 @contextmanager
 def edited(page):
-    """Wait until what is done within has come back as a newer version, and that is drawn."""
+    """Wait until the edits within the context have been stored and drawn as a newer version."""
     before = page.evaluate("page.model ? page.model.version : -1")
     yield
     until(page, f"page.model?.version > {before}")
@@ -85,20 +85,20 @@ def edited(page):
 
 
 def holds(page, text: str) -> None:
-    """Wait until the model has a text, and is drawn with it."""
+    """Wait until the input contains a text and is drawn."""
     until(page, f"page.model.text.includes({json.dumps(text)})")
     drawn(page)
 
 
 def begun(page, name: str):
-    """The page with a model that is opened on the start page."""
+    """Return the page with a model that is opened from the start page."""
     with edited(page):
         press(page, name)
     return page
 
 
 def over(page) -> None:
-    """Wait until the run is over and all of it is shown."""
+    """Wait until the run has ended and is drawn completely."""
     until(page, OVER)
     page.evaluate("page.drawing.then(() => true)")
 
@@ -110,7 +110,7 @@ def picture(page, name: str) -> None:
 
 
 def field(page, group: str, variable: str):
-    """The field of a variable, in its group that is opened."""
+    """Return the field of a variable; open its group."""
     box = page.locator(f'[data-group="{group}"]')
     if box.get_attribute("open") is None:
         box.locator("summary").first.click()
@@ -122,7 +122,7 @@ def field(page, group: str, variable: str):
 
 
 def give(page, group: str, **numbers) -> None:
-    """Type numbers."""
+    """Type numbers into fields of a group."""
     for variable, text in numbers.items():
         one = field(page, group, variable)
         one.fill(text)
@@ -137,7 +137,7 @@ def add(page, kind: str) -> None:
 
 
 def press(page, name: str, condition: str = "true") -> None:
-    """Press a button, and wait until an expression of the page is so."""
+    """Press a button, and wait until an expression of the page is true."""
     page.get_by_role("button", name=name, exact=True).click()
     until(page, condition)
 
@@ -195,7 +195,7 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
             assert np.array_equal(found[name].values, again[name].values), name
 
 
-def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, opened):
+def test_an_invalid_value_is_reported_at_its_field_and_the_picture_remains(served, opened):
     page = begun(opened(served), "An empty model")
     heads = page.locator("details.group > summary").all_inner_texts()
     assert "control\ntime step 0.001 s" in heads and not any("_" in head for head in heads)
@@ -230,7 +230,7 @@ def test_a_wrong_value_is_told_at_its_field_and_the_last_picture_stays(served, o
     until(page, "document.querySelector('#text').value.includes('friction_angle = 35')")
 
 
-def test_a_slider_cuts_again_while_it_moves_and_text_is_the_same_model(served, opened):
+def test_a_slider_cuts_repeatedly_and_the_text_is_the_same_model(served, opened):
     page = begun(opened(served), "An empty model")
     page.get_by_role("tab", name="Text").click()
     page.locator("#text").press("Control+End")
@@ -251,7 +251,7 @@ def test_a_slider_cuts_again_while_it_moves_and_text_is_the_same_model(served, o
     assert "! mine" in text and "spacing = 4 " not in text
 
 
-def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(served, opened):
+def test_the_page_has_no_accessibility_errors_on_phones_and_in_dark_mode(served, opened):
     axe = pytest.importorskip("axe_playwright_python.base")
     script = Path(axe.__file__).with_name("axe.min.js").read_text(encoding="utf-8")
     (served.folder / "pile.nml").write_text(PILE)
@@ -284,7 +284,7 @@ def test_the_page_is_read_by_axe_without_a_finding_on_phones_and_in_the_dark(ser
         assert page.complaints == []
 
 
-def test_names_of_points_cover_no_other_name(served, opened):
+def test_names_of_points_do_not_overlap(served, opened):
     (served.folder / "crowded.nml").write_text(random_model(32))
     page = begun(opened(served), "crowded.nml")
     boxes = page.evaluate(
@@ -298,7 +298,7 @@ def test_names_of_points_cover_no_other_name(served, opened):
         assert one[0] >= other[2] or other[0] >= one[2] or one[1] >= other[3] or other[1] >= one[3]
 
 
-def test_all_is_done_by_keys(served, opened):
+def test_keys_control_the_page(served, opened):
     (served.folder / "pile.nml").write_text(PILE)
     page = opened(served)
 
@@ -329,7 +329,7 @@ def test_all_is_done_by_keys(served, opened):
     assert page.evaluate("page.view.camera.scale") > scale
 
 
-def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opened):
+def test_a_page_that_is_reloaded_or_opened_again_shows_model_and_run(served, opened):
     (served.folder / "pile.nml").write_text(ENDLESS)
     page = begun(opened(served), "pile.nml")
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 3")
@@ -343,7 +343,7 @@ def test_a_page_that_is_reloaded_or_opened_again_has_model_and_run(served, opene
     drawn(page)
 
 
-def test_a_joint_is_picked_by_a_click_and_has_the_forces_between_its_blocks(served, opened):
+def test_a_joint_can_be_clicked_and_shows_the_forces_between_its_blocks(served, opened):
     (served.folder / "pile.nml").write_text(PILE)
     page = begun(opened(served), "pile.nml")
     press(page, "Run")
@@ -369,7 +369,7 @@ def test_a_joint_is_picked_by_a_click_and_has_the_forces_between_its_blocks(serv
     assert forces[0] == forces[1] > 0
 
 
-def test_a_step_that_fails_shows_the_contact_where_it_failed(served, opened):
+def test_a_step_that_fails_shows_the_failed_contact(served, opened):
     (served.folder / "fails.nml").write_text(failing())
     page = begun(opened(served), "fails.nml")
     press(page, "Run")
@@ -382,7 +382,7 @@ def test_a_step_that_fails_shows_the_contact_where_it_failed(served, opened):
     picture(page, "failed")
 
 
-def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, opened):
+def test_a_replaced_joint_is_a_stage_of_the_saved_namelist(served, opened):
     (served.folder / "pile.nml").write_text(f"{ENDLESS}&joint name = 'ice', friction_angle = 1 /\n")
     page = begun(opened(served), "pile.nml")
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 2")
@@ -396,13 +396,13 @@ def test_a_joint_in_place_of_another_is_a_stage_of_the_saved_namelist(served, op
     assert " -> ice'" in (served.folder / "pile_live.nml").read_text()
 
 
-def test_a_field_shows_what_runs_or_says_that_it_waits(served, opened):
+def test_a_field_shows_the_present_or_the_pending_value(served, opened):
     (served.folder / "pile.nml").write_text(PILE)
     page = begun(opened(served), "pile.nml")
     press(page, "Rest", "page.run?.status === 'paused'")
     friction = page.locator('[data-change="joint[1].friction_angle"]')
     runs = friction.input_value()
-    page.evaluate("() => { page.changes.ask = () => true; }")  # the server has not heard of it yet
+    page.evaluate("() => { page.changes.ask = () => true; }")  # the server receives no change
     friction.fill("25")
     friction.press("Enter")
 
@@ -428,7 +428,7 @@ def test_a_field_shows_what_runs_or_says_that_it_waits(served, opened):
     assert page.complaints == []
 
 
-def test_another_model_is_seen_whole_and_nothing_picked_is_removed(served, opened):
+def test_another_model_fills_the_view_and_selections_are_cleared(served, opened):
     for name, text in (("pile.nml", PILE), ("fails.nml", failing())):
         (served.folder / name).write_text(text)
     page = begun(opened(served), "pile.nml")

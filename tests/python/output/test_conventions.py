@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outputs against the CF conventions 1.11 and against their own schema."""
+"""Outputs follow the CF conventions 1.11 and their own schema."""
 
 import re
 
@@ -10,13 +10,13 @@ import pytest
 import sitedda
 from sitedda.output.variables import FAMILIES, VARIABLES
 
-UNIT = r"(1|m|s|kg|N|J|Pa|rad)(\^\d)?"  # of UDUNITS, as outputs need them
-STANDARD_NAMES: set[str] = set()  # of the CF table that fit: it has none for blocks and contacts
+UNIT = r"(1|m|s|kg|N|J|Pa|rad)(\^\d)?"  # units of UDUNITS that outputs use
+STANDARD_NAMES: set[str] = set()  # the CF table has no names for blocks and contacts
 
 
 @pytest.fixture(scope="module")
 def output(tmp_path_factory):
-    """A run that has every family of variables."""
+    """Return a run with variables of all families."""
     model = sitedda.Model()
     model.control(time_step=1e-3, steps=4, gravity=[0.0, 0.0], analysis="plane_strain")
     model.contact(normal_stiffness=1e10)
@@ -89,7 +89,7 @@ def test_an_output_follows_the_conventions(output):
             assert np.all(np.diff(variable[:]) >= 0), name
 
 
-def test_flags_are_numbered_and_said(output):
+def test_flags_have_values_and_meanings(output):
     flags = [v for v in output.variables.values() if "flag_values" in v.ncattrs()]
     assert {v.name for v in flags} == {n for n, v in VARIABLES.items() if v.kind == "flag"}
     for variable in flags:

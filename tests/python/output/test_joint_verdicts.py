@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a run says of joints that lose strength or dilate."""
+"""Verdicts of runs with joints that weaken or dilate."""
 
 import math
 
@@ -14,7 +14,7 @@ WAY = 0.01  # m
 
 
 def direct_shear(**joint) -> list:
-    """A block of 1 m under 1 MPa is pushed over another by a support, WAY in 0.1 s."""
+    """A support pushes a block of 1 m under 1 MPa over another one, by WAY in 0.1 s."""
     law = {"name": "plane", "law": "mohr_coulomb", "friction_angle": 30.0}
     law |= {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
     push = {"name": "push", "quantity": "displacement", "time_step": 0.1, "values": [0.0, WAY, WAY]}
@@ -37,7 +37,7 @@ def direct_shear(**joint) -> list:
 
 
 def test_a_joint_that_dilates_has_not_opened(write_input, tmp_path):
-    """It carries the pressure and is lifted by tan ψ times its plastic slip."""
+    """The joint carries the pressure, and its block rises by tan ψ times the plastic slip."""
     run = sitedda.run(write_input(direct_shear(dilation_angle=8.0)), tmp_path / "run.nc")
     lift = run.history.displacement.values[-1, 0, 1]
     elastic = PRESSURE * math.tan(math.radians(30.0)) / 1e10
@@ -48,8 +48,8 @@ def test_a_joint_that_dilates_has_not_opened(write_input, tmp_path):
 
 
 @pytest.mark.parametrize(("cohesion", "bonds"), [(0.0, 0), (1e5, 2)])
-def test_only_what_resists_without_pressure_is_a_bond(cohesion, bonds, write_input, tmp_path):
-    """Both contacts slip and keep the residual strength; without cohesion it is the same."""
+def test_only_cohesive_contacts_count_as_bonds(cohesion, bonds, write_input, tmp_path):
+    """Both contacts slip and have the residual strength; without cohesion there is no bond."""
     run = sitedda.run(write_input(direct_shear(cohesion=cohesion)), tmp_path / "run.nc")
     assert run.verdict.values["contacts_slipped"] == 2
     assert run.verdict.values.get("bonds_broken", 0) == bonds
@@ -57,8 +57,8 @@ def test_only_what_resists_without_pressure_is_a_bond(cohesion, bonds, write_inp
 
 
 @pytest.mark.parametrize(("strength", "stands"), [(60e3, True), (58e3, False)])
-def test_five_weaker_points_fall_as_a_brittle_joint_does(strength, stands, write_input):
-    """A glued block bends its joint by 6M/L² = 58.86 kPa; the rest of five points holds 1.19."""
+def test_five_points_fail_like_a_brittle_joint(strength, stands, write_input):
+    """The block bends its joint by 6M/L² = 58.86 kPa; after one break, 1.19 times this stress."""
     at_rest = glued_block(tensile_strength=strength / 1.19, contact_points=5)
     if not stands:
         with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
@@ -67,13 +67,13 @@ def test_five_weaker_points_fall_as_a_brittle_joint_does(strength, stands, write
     assert "1 broken in static steps" in str(sitedda.run(write_input(at_rest)).verdict)
 
 
-def test_bonds_that_hold_are_no_doubt(write_input):
+def test_intact_bonds_cause_no_warning(write_input):
     run = sitedda.run(write_input(glued_block(tensile_strength=62e3, contact_points=3)))
     assert "broken in static" not in str(run.verdict)
 
 
 def glued_block(**joint) -> list:
-    """A block of 1 m and 19.62 kN/m that is glued to a wall by its side."""
+    """A block of 1 m and 19.62 kN/m that is glued to a wall by one side."""
     blocks = {"wall": rectangle(-1, -2, 1, 5), "block": rectangle(0, 0, 1, 1)}
     return [
         group("control", time_step=1e-3, steps=2, gravity=[0.0, -9.81], settle=True),

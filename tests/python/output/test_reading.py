@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "robustness"))
 
 @pytest.fixture
 def pipe(tmp_path) -> Path:
-    """A pipe that nobody writes to: who opens it waits for ever."""
+    """Return a pipe without a writer: a reader would wait for ever."""
     file = tmp_path / "pipe"
     os.mkfifo(file)
     return file
@@ -45,13 +45,13 @@ def test_an_input_is_a_regular_file(program, pipe, command, file):
      ["record"], ["export", "--vtk", "out"], ["study", "run"], ["study", "collect"]],
     ids=" ".join,
 )  # fmt: skip
-def test_every_command_reads_regular_files_alone(python_program, pipe, words):
+def test_every_command_reads_only_regular_files(python_program, pipe, words):
     name = pipe.rename(pipe.with_suffix(".mp4" if words == ["movie"] else ".in"))
     (line,) = said(python_program(*words, name, folder=pipe.parent))
     assert "not a regular file" in line
 
 
-def test_a_record_and_a_block_file_are_regular_files(program, write_input, pipe):
+def test_a_record_and_a_block_file_must_be_regular_files(program, write_input, pipe):
     recorded = changed(tower(), "motion", values=None, file="pipe", time_step=0.01)
     (line,) = said(program("run", write_input(recorded), folder=pipe.parent))
     assert "pipe" in line and "not a regular file" in line
@@ -73,7 +73,7 @@ def test_links_to_files_are_read(tmp_path):
 
 @pytest.fixture(scope="module")
 def output(tmp_path_factory) -> Path:
-    """An output of a short run."""
+    """Return the output of a short run."""
     from model_text import namelist
 
     folder = tmp_path_factory.mktemp("whole")
@@ -89,7 +89,7 @@ def damage(output: Path, target: Path, change) -> Path:
 
 
 def replaced(name: str, place, value):
-    """A change of one value of a variable."""
+    """Return a change of one value of a variable."""
 
     def change(variables, _):
         values = np.array(variables[name][2])
@@ -141,7 +141,7 @@ def test_boundaries_without_edges_or_length_are_not_drawn(main, tmp_path):
 
 @pytest.mark.parametrize("name", [name for name in DAMAGES if name != "time"])
 @pytest.mark.parametrize("command", ["draw", "report"])
-def test_a_damaged_output_is_one_error_that_names_file_and_variable(
+def test_a_damaged_output_causes_one_error_with_file_and_variable(
     main, output, tmp_path, name, command
 ):
     file = damage(output, tmp_path / "damaged.nc", DAMAGES[name])
@@ -151,14 +151,14 @@ def test_a_damaged_output_is_one_error_that_names_file_and_variable(
     assert "damaged.nc is damaged" in line and f"variable {name}:" in line
 
 
-def test_a_whole_output_passes_and_keeps_its_bits(output, tmp_path, same_bits):
+def test_a_copied_output_is_valid_and_bit_identical(output, tmp_path, same_bits):
     copy = damage(output, tmp_path / "copy.nc", lambda *_: None)
     with sitedda.open_output(copy) as data, netCDF4.Dataset(output) as whole:
         assert np.array_equal(data.vertices, whole["vertices"][...])
         assert set(data.variables) == set(whole.variables)
 
 
-def test_a_foreign_file_is_no_output(main, tmp_path):
+def test_a_foreign_file_is_refused_as_output(main, tmp_path):
     with netCDF4.Dataset(tmp_path / "other.nc", "w") as data:
         data.createDimension("time", 3)
         data.createVariable("time", "f8", ("time",))[:] = 0.0
@@ -167,7 +167,7 @@ def test_a_foreign_file_is_no_output(main, tmp_path):
     assert "or not an output of a run: variable time_step: it is missing" in done.stderr
 
 
-def test_attributes_that_no_run_wrote(main, output, tmp_path):
+def test_invalid_attributes_are_refused(main, output, tmp_path):
     def change(_, attributes):
         attributes["input_text"] = 3.0
 
@@ -232,7 +232,7 @@ def test_an_output_of_an_earlier_version_is_refused(main, output, tmp_path):
     assert done.returncode == 5 and "run its input again" in done.stderr
 
 
-def test_an_output_says_what_its_input_means(tmp_path):
+def test_an_output_contains_derived_values_of_its_input(tmp_path):
     text = WITHIN.read_text()
     file = tmp_path / "model.nml"
     file.write_text(

@@ -41,7 +41,7 @@ def repeated(history, write_input):
     return sitedda.run(write_input(history.attrs["input_text"].encode(), "again.nml")).history
 
 
-def test_the_text_of_the_input_is_kept_to_the_letter(write_input):
+def test_the_text_of_the_input_is_stored_exactly(write_input):
     text = "! Größe α, \t tabs and 'quotes'\r\n" + "\n" * 3
     file = write_input(text.encode() + write_input(tower(steps=2)).read_bytes() + b"! the end\n\n")
     kept = sitedda.run(file).history.attrs["input_text"]
@@ -59,7 +59,7 @@ def test_the_text_of_the_input_is_kept_to_the_letter(write_input):
     ],
     ids=str,
 )
-def test_the_kept_input_gives_the_same_bits(first_run, write_input, same_bits, changes):
+def test_the_stored_input_is_bit_identical(first_run, write_input, same_bits, changes):
     history = first_run(**changes)
     same_bits(history, repeated(history, write_input))
 
@@ -73,7 +73,7 @@ def test_the_executable_repeats_a_run_of_the_package(
     same_bits(history, tmp_path / "again.nc")
 
 
-def test_a_long_input_is_kept_whole(write_input, same_bits):
+def test_a_long_input_is_stored_completely(write_input, same_bits):
     comment = b"! " + b"long " * 60_000 + b"\n"
     plain = write_input(tower(steps=3)).read_bytes()
     history = sitedda.run(write_input(comment + plain)).history
@@ -81,7 +81,7 @@ def test_a_long_input_is_kept_whole(write_input, same_bits):
     same_bits(history, repeated(history, write_input))
 
 
-def test_the_output_says_what_made_it(first_run, tmp_path):
+def test_the_output_names_program_and_version(first_run, tmp_path):
     attributes = first_run().attrs
     assert attributes["source"] == f"sitedda {importlib.metadata.version('sitedda')}"
     assert re.search(r"GCC|Fortran|ifx", attributes["compiler"])
@@ -90,7 +90,7 @@ def test_the_output_says_what_made_it(first_run, tmp_path):
     assert "300 steps" in attributes["step_control"]
 
 
-def test_the_output_names_the_record_and_what_was_done_to_it(first_run):
+def test_the_output_names_the_record_and_its_processing(first_run):
     said = first_run().attrs["motions"]
     for words in ("pulse", "record.smc", "7183 samples of acceleration", "0.005 s", "drift"):
         assert words in said
@@ -111,8 +111,8 @@ def test_output_and_report_name_the_commit_of_the_engine(first_run):
     assert dict(provenance()).get("commit", "") == engine.commit()
 
 
-def test_a_program_is_named_once():
-    """Also on the page of a study, whose table has no commit."""
+def test_provenance_names_the_program_once():
+    """This includes the page of a study, whose table has no commit."""
     program = f"sitedda {sitedda.__version__}"
     names = [name for name, value in provenance(computed_by=program) if value == program]
     assert names == ["computed by"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Limit analysis against closed forms, and what it says of models that it does not know."""
+"""Limit analysis against closed forms, and errors for unsupported models."""
 
 import math
 
@@ -15,7 +15,7 @@ LEFT, RIGHT = (-1.0, 0.0), (1.0, 0.0)
 
 
 def assembly(blocks: dict, friction: float, gravity=(0.0, -9.81), held=("base",)) -> sitedda.Model:
-    """Blocks by their corners, with tan φ in all joints; of the held ones two points are fixed."""
+    """Blocks by their corners, with tan φ in all joints; `held` blocks have two fixed points."""
     model = sitedda.Model("Blocks at their limit", time_step=1e-2, gravity=gravity)
     model.contact(normal_stiffness=1e10)
     model.material("stone", density=2500.0, young_modulus=1e12, poisson_ratio=0.2)
@@ -37,7 +37,7 @@ BASE = box(-5, -1, 20, 1)
 
 
 def check_forces(found: Limit, friction: float, model: sitedda.Model, direction):
-    """The forces balance each block but the base, within friction."""
+    """Check that forces balance each block except the base, within friction."""
     normal, shear = found.normal_force, found.shear_force
     assert (normal >= 0).all()
     assert (abs(shear) <= friction * normal + 1e-8 * normal.max()).all()
@@ -58,7 +58,7 @@ def check_forces(found: Limit, friction: float, model: sitedda.Model, direction)
 
 
 def mass_and_centre(polygon):
-    """By triangles from the first corner."""
+    """Mass and centroid of a polygon from triangles at its first corner."""
     one, after = polygon[1:-1] - polygon[0], polygon[2:] - polygon[0]
     area = 0.5 * (one[:, 0] * after[:, 1] - one[:, 1] * after[:, 0])
     centre = polygon[0] + (area[:, None] * (one + after)).sum(0) / (3 * area.sum())
@@ -69,7 +69,7 @@ def mass_and_centre(polygon):
 @pytest.mark.parametrize(
     ("width", "height", "friction"), [(2, 1, 0.5), (2, 1, 1.9), (1, 3, 0.6), (1, 3, 0.3)]
 )
-def test_a_block_slides_at_its_friction_or_turns_at_its_slenderness(
+def test_a_block_slides_at_tan_phi_or_topples_at_its_slenderness(
     width, height, friction, direction
 ):
     model = assembly({"base": BASE, "block": box(1, 0, width, height)}, friction)
@@ -88,8 +88,8 @@ def test_a_block_slides_at_its_friction_or_turns_at_its_slenderness(
         assert way[1] > 0 and way[2] * direction[0] < 0
 
 
-def test_a_block_on_a_slope_bears_what_is_left_of_its_friction():
-    """Along the dip (1, 0), gravity at an angle α: k = μ cos α − sin α; up the dip the sum."""
+def test_a_block_on_a_slope_bears_the_remaining_friction():
+    """Along the dip (1, 0) with gravity at an angle α: k = μ cos α − sin α; up the dip: the sum."""
     dip, friction = math.radians(15.0), 0.6
     gravity = (9.81 * math.sin(dip), -9.81 * math.cos(dip))
     model = assembly({"base": BASE, "block": box(1, 0, 4, 0.5)}, friction, gravity)
@@ -118,7 +118,7 @@ def test_two_blocks_slide_where_friction_is_least(floor, between, which):
 
 @pytest.mark.parametrize("direction", [LEFT, RIGHT])
 def test_a_stack_turns_about_the_joint_that_is_most_slender(direction):
-    """Of a stack of blocks the part above a joint turns at the lever of its centre."""
+    """The part of a stack above a joint topples at the lever arm of its centre."""
     sizes = [(3.0, 1.0), (2.0, 1.5), (0.9, 1.0), (0.8, 1.2)]  # width, height, from below
     blocks, bottom = {"base": BASE}, 0.0
     for i, (width, height) in enumerate(sizes):
@@ -137,11 +137,11 @@ def test_a_stack_turns_about_the_joint_that_is_most_slender(direction):
     assert not found.upper.slides
 
 
-def test_a_ladder_leans_by_single_corners():
+def test_a_ladder_is_supported_by_single_corners():
     """A bar with its foot on the floor and its head at a wall: forces at two corners, closed form.
 
-    At the limit both corners slip, so that with the weight W, k W pulling the foot away:
-    N₁ + μN₂ = W, μN₁ + kW = N₂ → N₁, N₂; moments about the foot give k.
+    Both corners slip at the limit.  With the weight W and a horizontal force k W on the bar:
+    N₁ + μN₂ = W, μN₁ + kW = N₂; moments about the foot yield k.
     """
     friction, angle, length, thick = 0.5, math.radians(50.0), 4.0, 0.2
     along = np.array([math.cos(angle), math.sin(angle)])
@@ -159,7 +159,7 @@ def test_a_ladder_leans_by_single_corners():
     found = sitedda.limit_analysis(model, direction=LEFT)
     centre = 0.5 * (length * along + thick * across)
     head = length * along
-    # Unknown N₁, N₂, k (weight 1), balance of x, y and moments about the foot.
+    # Unknown N₁, N₂, k (weight 1), equilibrium of x, y and moments about the foot.
     matrix = np.array([
         [friction, -1.0, -1.0],
         [1.0, friction, 0.0],
@@ -173,7 +173,7 @@ def test_a_ladder_leans_by_single_corners():
 
 
 def arch(friction: float, ratio=0.165, count=15, half=76.4) -> sitedda.Model:
-    """Voussoirs of a circular arch of radius 5 m on two held abutments."""
+    """Voussoirs of a circular arch of radius 5 m on two fixed abutments."""
     half = math.radians(half)
     span, rise = 10.0 * math.sin(half), 5.0 * (1 - math.cos(half))
     shapes = Arch(
@@ -184,8 +184,8 @@ def arch(friction: float, ratio=0.165, count=15, half=76.4) -> sitedda.Model:
     return assembly(blocks, friction, held=held)
 
 
-def test_a_known_arch():
-    """15 voussoirs, half angle 76.4°, t/R 0.165, μ 0.61: found independently."""
+def test_an_arch_has_its_published_limit():
+    """15 voussoirs, half angle 76.4°, t/R 0.165, μ 0.61: computed independently."""
     found = sitedda.limit_analysis(arch(0.61))
     assert found.upper.factor == pytest.approx(0.45488, abs=2e-5)
     other = sitedda.limit_analysis(arch(0.61), direction=LEFT)
@@ -201,8 +201,8 @@ def test_an_output_and_its_input_have_the_same_limits(tmp_path):
         assert sitedda.limit_analysis(source).upper.factor == pytest.approx(1 / 3, rel=1e-6)
 
 
-def test_what_is_held_by_dilation_is_not_held_without():
-    """A block between floor and ceiling dilates as it slips, and could not; without it slides."""
+def test_a_confined_block_is_stable_only_with_dilation():
+    """A block between floor and ceiling cannot dilate; without dilation it slides."""
     blocks = {"base": BASE, "ceiling": box(-5, 1, 20, 1), "block": box(0, 0, 3, 1)}
     found = sitedda.limit_analysis(assembly(blocks, 0.4, held=("base", "ceiling")))
     assert found.upper.factor == math.inf and set(found.upper.verdicts) == {"stable"}
@@ -224,7 +224,7 @@ def test_what_is_held_by_dilation_is_not_held_without():
         (lambda m: m.clear("fixed_point"), "no support"),
     ],
 )
-def test_what_it_does_not_know_is_an_error(change, words):
+def test_unsupported_models_are_errors(change, words):
     model = assembly({"base": BASE, "block": box(1, 0, 1, 3)}, 0.6)
     change(model)
     with pytest.raises(InputError, match=words):
@@ -238,7 +238,7 @@ def test_a_direction_has_two_numbers(direction):
 
 
 @pytest.mark.parametrize(("sides", "factor"), [(("left",), 0.5), ((), 0.0)])
-def test_boundaries_hold_in_their_direction(sides, factor):
+def test_boundaries_support_in_their_direction(sides, factor):
     model = assembly({"base": BASE, "block": box(1, 0, 2, 1)}, 0.5, held=())
     model.boundary(kind="springs", side="bottom", direction="y", stiffness_per_area=1e9)
     for side in sides:
@@ -247,7 +247,7 @@ def test_boundaries_hold_in_their_direction(sides, factor):
     assert found.upper.factor == pytest.approx(factor, abs=1e-6)
 
 
-def test_loads_of_an_output_are_not_known(tmp_path):
+def test_loads_of_an_output_are_refused(tmp_path):
     model = assembly({"base": BASE, "block": box(1, 0, 1, 3)}, 0.6)
     model.load(1.5, 0.5, time=(0, 1), force_y=(-1e3, -1e3))
     model.control(steps=2)
@@ -256,7 +256,7 @@ def test_loads_of_an_output_are_not_known(tmp_path):
         sitedda.limit_analysis(tmp_path / "loaded.nc")
 
 
-WEIGHT = 2500.0 * 9.81 * 2.0  # of a block of 2 m by 1 m, N/m
+WEIGHT = 2500.0 * 9.81 * 2.0  # weight of a block of 2 m by 1 m, N/m
 
 
 def squat(friction=0.5, **joint) -> sitedda.Model:
@@ -267,14 +267,14 @@ def squat(friction=0.5, **joint) -> sitedda.Model:
 
 
 @pytest.mark.parametrize(("friction", "expected"), [(0.5, 0.5 * 1.4), (4.0, 2 + 3.2 * 0.4)])
-def test_a_load_presses_or_holds(friction, expected):
+def test_a_load_increases_friction_or_resists_toppling(friction, expected):
     """Q = 0.4 W at 1.6 m from the right edge: k W = μ(W + Q), or k W h/2 = W b/2 + 1.6 m Q."""
     model = squat(friction)
     model.load(1.4, 1.0, "block", time=(0, 1), force_y=(-0.4 * WEIGHT, -0.4 * WEIGHT))
     assert sitedda.limit_analysis(model).upper.factor == pytest.approx(expected, rel=1e-6)
 
 
-def test_water_lifts():
+def test_uplift_reduces_friction():
     """Uplift U below the block: k W = μ(W − U)."""
     model = squat()
     model.water(along=[(1, 0), (3, 0)], head=[1.0, 1.0])
@@ -286,7 +286,7 @@ def test_water_lifts():
 
 @pytest.mark.parametrize("level", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("direction", [LEFT, RIGHT])
-def test_backfill_weighs_and_resists(level, direction):
+def test_backfill_adds_weight_and_passive_pressure(level, direction):
     """k W = μ (W + γ b h) + K_p γ ∫ z dz, h above the block, K_p = 3 at 30°."""
     fill = Backfill([(-4, level), (10, level)], 18e3, 30.0)
     found = sitedda.limit_analysis(squat(), direction=direction, backfill=fill)
@@ -297,8 +297,8 @@ def test_backfill_weighs_and_resists(level, direction):
     assert not found.upper.bolt_force
 
 
-def test_backfill_ends_with_its_surface_and_makes_an_arch_bear_more():
-    beside = Backfill([(4, 1), (10, 1)], 18e3, 30.0)  # none at the block, 1 to 3 m
+def test_backfill_ends_with_its_surface_and_strengthens_an_arch():
+    beside = Backfill([(4, 1), (10, 1)], 18e3, 30.0)  # no soil at the block, x = 1 to 3 m
     assert sitedda.limit_analysis(squat(), backfill=beside).upper.factor == pytest.approx(0.5)
     model = arch(0.6)
     stones = [
@@ -311,8 +311,8 @@ def test_backfill_ends_with_its_surface_and_makes_an_arch_bear_more():
     assert filled.least > 1.5 * bare.least
 
 
-def test_a_bolt_holds_by_its_yield_force():
-    """Anchored by F at the left side: k W h/2 = (W b/2 + F b); slack if pushed the other way."""
+def test_a_bolt_resists_with_its_yield_force():
+    """Bolt force F at the left side: k W h/2 = W b/2 + F b; slack under a push the other way."""
     model, force = squat(5.0), 0.2 * WEIGHT
     model.bolt("tie", (1.0, -0.5), (1.0, 0.5), "base", "block", axial_stiffness=1e8,
                yield_force=force, pretension=0.5 * force)  # fmt: skip
@@ -322,8 +322,8 @@ def test_a_bolt_holds_by_its_yield_force():
     assert sitedda.limit_analysis(model, direction=LEFT).upper.factor == pytest.approx(2, rel=1e-6)
 
 
-def test_cohesion_and_tension_hold():
-    """Slip: k W = μW + c b.  Turning: k h/2 = (1 + f_t b/W) b/2."""
+def test_cohesion_and_tensile_strength_resist():
+    """Sliding: k W = μW + c b.  Toppling: k h/2 = (1 + f_t b/W) b/2."""
     ductile = {"law": "mohr_coulomb", "residual_cohesion": 5e3}
     slides = sitedda.limit_analysis(squat(cohesion=5e3, **ductile))
     assert slides.upper.factor == pytest.approx(0.5 + 5e3 * 2 / WEIGHT, rel=1e-6)
@@ -333,8 +333,8 @@ def test_cohesion_and_tension_hold():
     assert not turns.upper.slides
 
 
-def test_a_named_load_grows():
-    """P at the edge of an overhang of 1 m tips a beam whose weight has a lever of 1 m: P = W."""
+def test_a_named_load_can_be_the_variable_load():
+    """P at the end of an overhang of 1 m tilts a beam whose weight has an arm of 1 m: P = W."""
     model = assembly({"base": box(-1, -1, 2, 1), "beam": box(-2, 0, 4, 0.5)}, 0.5)
     weight = 2500.0 * 9.81 * 2.0
     model.load(2.0, 0.5, "beam", name="live", time=(0, 1), force_y=(-1e3, -1e3))
@@ -359,8 +359,8 @@ def test_an_axle_is_worst_at_the_end_of_an_overhang(axles, least):
         sitedda.travelling_axle(model, [(-0.5, 0.6), (2, 0.6)])
 
 
-def test_an_arch_with_a_bolt_and_a_load_has_a_certificate():
-    """The mechanism bounds the factor: the load works as much as weight and bolt take."""
+def test_an_arch_with_a_bolt_and_a_load_has_an_upper_bound_proof():
+    """Virtual work of the mechanism: the load does the work that weight and bolt absorb."""
     model = arch(0.6)
     crown = max(sitedda.limit_analysis(model).upper.polygons, key=lambda p: p[:, 1].max())
     x, y = crown.mean(axis=0)
@@ -379,7 +379,7 @@ def test_an_arch_with_a_bolt_and_a_load_has_a_certificate():
     for (a, b), place, normal in zip(found.blocks, found.points, found.normals, strict=True):
         opening = way(b, place) - way(a, place)
         slip = abs(opening @ [-normal[1], normal[0]])
-        assert opening @ normal >= 0.6 * slip - 1e-5  # no joint takes power
+        assert opening @ normal >= 0.6 * slip - 1e-5  # joints do no work
     masses = [mass_and_centre(polygon)[0] for polygon in found.polygons]
     dead = sum(m * -9.81 * w[1] for m, w in zip(masses, ways, strict=True))
     live = sum(m * 9.81 * w[0] for m, w in zip(masses, ways, strict=True))
@@ -389,10 +389,10 @@ def test_an_arch_with_a_bolt_and_a_load_has_a_certificate():
     first, last = found.names.index(names[4]), found.names.index(names[-5])
     taken = 2e3 * max(0.0, along @ (way(last, ends[1]) - way(first, ends[0])))
     assert taken > 0
-    assert (taken - dead) / live == pytest.approx(found.factor, rel=1e-3)  # of the prestress
+    assert (taken - dead) / live == pytest.approx(found.factor, rel=1e-3)  # error of prestress
 
 
-def test_the_line_of_thrust_meets_the_hinges_of_an_arch():
+def test_the_line_of_thrust_passes_through_the_hinges_of_an_arch():
     """At an opening hinge the resultant is at the closed end; the table has the same forces."""
     model = arch(0.9, ratio=0.12)
     model.bolt("tie", (-1.0, 3.8), (1.0, 3.8), axial_stiffness=1e8, yield_force=10.0)

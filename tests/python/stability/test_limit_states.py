@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Static stages of random arches and walls rest below the limits of equilibrium and fall above.
+"""Static stages of random arches and walls rest below the limit loads and fall above them.
 
 Long modes are commands in tests/robustness: limit_states.py, limit_loads.py, removable_blocks.py.
 """
@@ -30,29 +30,29 @@ def test_static_stages_rest_below_the_lower_limit(models):
         assert outcome.rests and not outcome.words, f"{assembly.name}: {outcome.words}"
 
 
-def test_static_stages_fall_above_the_upper_limit(models):
+def test_static_stages_fail_above_the_upper_limit(models):
     for assembly, limits in models:
         assert not static_outcome(assembly, ABOVE * limits.upper.factor).rests, assembly.name
 
 
-def test_a_force_that_grows_slowly_has_the_same_limits(models):
+def test_a_slowly_increasing_force_has_the_same_limits(models):
     for assembly, limits in models:
         assert slow_outcome(assembly, BELOW * limits.lower.factor).rests, assembly.name
         assert not slow_outcome(assembly, ABOVE * limits.upper.factor).rests, assembly.name
 
 
-def test_limits_lie_apart_where_blocks_wedge_each_other(models):
+def test_limits_differ_if_blocks_are_wedged(models):
     apart = [one.lower.factor / one.upper.factor for _, one in models]
     assert max(apart) <= 1 + 1e-6 and min(apart) < 0.98
 
 
 @pytest.mark.parametrize("number", [4, 6, 7])  # dry, bonded and crushing, with bolts and water
-def test_loaded_models_rest_and_fall_at_their_limits(number):
+def test_loaded_models_rest_and_fail_at_their_limits(number):
     loaded, found = next(judged(number + 1, number))
     assert not wrong(loaded, found)
 
 
-def test_wrong_certificates_are_noticed():
+def test_wrong_proofs_of_limits_are_detected():
     loaded, found = next(judged(5, 4))
     upper = found.upper
     force = upper.normal_force * (1 + 1e-3 * (np.arange(len(upper.points)) == 0))
@@ -70,7 +70,7 @@ def test_a_slope_moves_its_removable_blocks():
     assert agree, words
 
 
-def test_no_block_of_a_slope_falls_straight_down():
+def test_no_block_of_a_slope_falls_vertically():
     model, dip, _ = removable_blocks.random_slope(np.random.default_rng(1))
     polygons = [np.reshape(group.vertices, (-1, 2)) for group in model.of_kind("block")]
     assert removable_blocks.removable(polygons, dip).any()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pushover: the command, studies of it, what is refused."""
+"""Pushover: command, studies, rejected input."""
 
 import math
 import re
@@ -46,7 +46,7 @@ def test_a_bad_spectrum_is_refused_before_the_run(tmp_path, main):
         ({"changes": {"control.gravity": (0.0, 0.0)}}, "requires gravity"),
     ],
 )
-def test_arguments_that_cannot_be(values, words):
+def test_invalid_arguments_are_refused(values, words):
     with pytest.raises(InputError, match=words):
         pushover(tower(), **{"point": "top"} | values)
 
@@ -58,8 +58,8 @@ pushover = {point = "top", displacement = 0.05, steps = 20, limits = true}
 """
 
 
-def test_a_study_pushes_each_of_its_cases(tmp_path, main):
-    """Slides at tan 8°, else rocks at width over height: the peaks, between their limits."""
+def test_a_study_runs_a_pushover_of_each_case(tmp_path, main):
+    """Sliding at tan 8° or rocking at width over height: the peaks are between the limits."""
     import xarray
 
     tower().write(tmp_path / "tower.nml")
@@ -73,8 +73,8 @@ def test_a_study_pushes_each_of_its_cases(tmp_path, main):
     assert (table.peak_factor >= table.limit_lower * 0.98).all()
 
 
-def test_the_page_of_the_facade_says_first_whether_it_stands(tmp_path, main, root):
-    """A short form of the shipped study, whose inputs have at most 30 lines."""
+def test_the_page_of_the_facade_begins_with_its_verdict(tmp_path, main, root):
+    """A short form of the shipped study; each of its files has at most 30 lines."""
     model, study = (root / "inputs" / name for name in ("facade.nml", "studies/facade.toml"))
     lines = [line for file in (model, study) for line in file.read_text().splitlines()]
     assert sum(bool(line.strip()) and line[0] not in "!#" for line in lines) <= 30
@@ -98,7 +98,7 @@ def test_the_page_of_the_facade_says_first_whether_it_stands(tmp_path, main, roo
         ("limits", "limit", "did you mean 'limits'"),
     ],
 )
-def test_bad_tables_of_a_pushover(tmp_path, old, new, words):
+def test_bad_tables_of_a_pushover_are_refused(tmp_path, old, new, words):
     from sitedda.study.settings import read_settings
 
     tower().write(tmp_path / "tower.nml")
@@ -109,7 +109,7 @@ def test_bad_tables_of_a_pushover(tmp_path, old, new, words):
 
 
 def ideal(curve, sense=1) -> Pushover:
-    """A curve of displacement (m) and load over weight, of one block that moves as its point."""
+    """A curve of displacement (m) and load over weight, of one block that moves with its point."""
     way, factor = np.array(curve, dtype=float).T
     none = np.zeros(len(way))
     moved = np.array([[sense * (way[-1] - way[int(np.argmax(factor))] or way[-1]), 0.0, 0.0]])
@@ -120,7 +120,7 @@ def ideal(curve, sense=1) -> Pushover:
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_an_ideally_plastic_oscillator(sense):
-    """T* = 2π √(d_y/a_y); beyond T_C equal displacements, below by q: closed forms."""
+    """T* = 2π √(d_y/a_y); equal displacements above T_C, and larger by q below: closed forms."""
     for yielding, peak in ((0.05, 2.0), (0.005, 4.0)):
         found = ideal([(0, 0), (0.5 * yielding, 0.1), (yielding, 0.2), (0.4, 0.2)], sense)
         point = performance_point(found, eurocode8(peak, "A"))
@@ -150,7 +150,7 @@ def test_participation_of_masses_that_move_unequally():
     assert point.curve[-1] == pytest.approx((0.4 * 1.75 / 2.5, 2.0), rel=1e-9)
 
 
-def test_a_rocking_block_by_the_italian_code(tmp_path, main):
+def test_a_rocking_block_agrees_with_the_italian_code(tmp_path, main):
     """d₀ = b/2 of the centroid, a_s = g tan(α − θ_s), T_s = 2π √(d_s/a_s) with d_s = 0.16 d₀."""
     model, (width, height) = tower(), (0.5, 2.0)
     found = pushover(model, "top", displacement=0.45, steps=150)
@@ -177,12 +177,12 @@ def test_a_rocking_block_by_the_italian_code(tmp_path, main):
         (eurocode8(1.0), "mechanism", "increase the displacement"),
     ],
 )
-def test_performance_that_cannot_be(spectrum, method, words):
+def test_invalid_spectra_and_methods_are_refused(spectrum, method, words):
     with pytest.raises(InputError, match=words):
         performance_point(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), spectrum, method=method)
 
 
-def test_a_block_that_leaves_the_point_behind_is_named_on_a_picture_that_shows_it_all():
+def test_a_block_that_moves_farther_than_the_point_is_named():
     model = tower()
     model.measured_point("still", 0.0, -0.5, "floor")
     found = pushover(model, "still", displacement=0.02, steps=10)
@@ -193,7 +193,7 @@ def test_a_block_that_leaves_the_point_behind_is_named_on_a_picture_that_shows_i
     assert overlaps(figure) == [] and found.ending in " ".join(shown.split())
 
 
-def test_a_point_that_is_no_part_of_the_mechanism():
+def test_a_point_outside_the_mechanism_is_refused():
     found = replace(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), largest=np.array([0.0, 1.0, 9.0]))
     with pytest.raises(InputError, match="moves by less than 0.1"):
         performance_point(found, eurocode8(1.0))

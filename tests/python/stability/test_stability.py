@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strength reduction against closed forms, and what it says when there is no factor."""
+"""Strength reduction against closed forms, and messages without a factor of safety."""
 
 import json
 import math
@@ -40,9 +40,9 @@ def block_on_plane(slope, friction, cohesion=0.0, height=1.0, **stages) -> Model
     [(20.0, 35.0, 0.0, 1.0), (35.0, 20.0, 0.0, 1.0), (40.0, 30.0, 0.5e3, 0.02)],
 )
 def test_factor_of_a_block_on_a_plane(slope, friction, cohesion, height):
-    """F = (c A + W cos α tan φ)/(W sin α), also below 1; a whole joint holds its cohesion.
+    """F = (c A + W cos α tan φ)/(W sin α), also below 1; an intact joint has its cohesion.
 
-    The block with cohesion is thin: bonds break one by one, and its two carry the same share.
+    The block with cohesion is thin, so that its two bonds, which break singly, carry equal forces.
     """
     weight = 4.0 * height * 25e3
     dip = math.radians(slope)
@@ -62,7 +62,7 @@ def test_factor_of_a_block_on_a_plane(slope, friction, cohesion, height):
     assert f"{found.factor:.4g}" in str(found)
 
 
-def test_the_next_larger_mechanism(tmp_path, capsys, monkeypatch):
+def test_small_mechanisms_are_removed_until_a_larger_one(tmp_path, capsys, monkeypatch):
     """Two blocks on a plane, the smaller one on the weaker joint: each has F = tan φ/tan α."""
     model = block_on_plane(20.0, 35.0)
     model.joint("clay", friction_angle=25.0)
@@ -87,8 +87,8 @@ def test_the_next_larger_mechanism(tmp_path, capsys, monkeypatch):
     assert nothing_larger.mechanism is None and len(nothing_larger.smaller) == 2
 
 
-def test_what_falls_at_any_strength_is_removed_too():
-    """A block beyond the edge of the base falls; without it the other one counts."""
+def test_a_block_that_falls_at_any_strength_is_removed():
+    """A block beyond the edge of the base falls; the other block determines the factor."""
     model = block_on_plane(20.0, 35.0)
     model.block([(29.9, 0), (31, 0), (31, 0.1), (29.9, 0.1)], name="overhang")
     assert sitedda.safety(model).low == 0.0
@@ -99,8 +99,8 @@ def test_what_falls_at_any_strength_is_removed_too():
 
 
 @pytest.mark.parametrize("size", [None, 1.0, 0.5])
-def test_failure_is_a_share_of_the_radius_of_the_whole_body(size):
-    """√(2² + ½²) m of a block of 4 m by 1 m, however fine its cells."""
+def test_failure_is_a_fraction_of_the_radius_of_the_whole_body(size):
+    """√(2² + ½²) m for a block of 4 m by 1 m, for any size of its cells."""
     model = block_on_plane(20.0, 35.0)
     if size:
         model.mesh(blocks="block", size=size)
@@ -110,7 +110,7 @@ def test_failure_is_a_share_of_the_radius_of_the_whole_body(size):
 
 
 def test_factor_of_rough_joints():
-    """F W sin α = Σ N tan[φ_r + JRC log₁₀(JCS L/N)], of the two contacts that the weight tilts."""
+    """F W sin α = Σ N tan[φ_r + JRC log₁₀(JCS L/N)] over two contacts with unequal forces."""
     model, dip = block_on_plane(30.0, 25.0), math.radians(30.0)
     model["joint.plane"](law="barton_bandis", jrc=9.0, jcs=50e6, max_closure=1e-3,
                          cohesion=None, normal_stiffness_per_area=1e10)  # fmt: skip
@@ -126,14 +126,14 @@ def test_factor_of_rough_joints():
     assert f"block moves: 4 m², {100 * area / whole:.3g} % of the model" in found.words
 
 
-def test_what_topples_stands_at_no_strength():
+def test_a_toppling_block_has_no_factor_of_safety():
     found = sitedda.safety(block_on_plane(40.0, 50.0, height=8.0))
     assert found.low == 0.0
     assert "fails even with all strengths" in found.words
     assert found.mechanism.verdicts == ("stable", "topples")
 
 
-def test_what_needs_no_strength_has_no_mechanism():
+def test_a_block_on_level_ground_has_no_mechanism():
     found = sitedda.safety(block_on_plane(0.0, 30.0))
     assert math.isinf(found.high) and found.mechanism is None
     assert "stands even with all strengths" in str(found)
@@ -142,7 +142,7 @@ def test_what_needs_no_strength_has_no_mechanism():
         found.draw()
 
 
-def test_one_factor_and_the_picture():
+def test_mechanism_at_one_factor_and_its_picture():
     stands = sitedda.mechanism(block_on_plane(20.0, 30.0), 1.5)
     assert stands.verdicts == ("stable", "stable") and not stands.moves
     slides = sitedda.mechanism(block_on_plane(20.0, 30.0), 1.65)
@@ -153,8 +153,8 @@ def test_one_factor_and_the_picture():
         sitedda.mechanism(block_on_plane(20.0, 30.0), -1)
 
 
-def test_stages_count_for_what_they_change():
-    """A prop that a dynamic stage removes holds no longer; loads are those of time 0."""
+def test_dynamic_stages_become_static():
+    """A prop that a dynamic stage removes has no effect; loads have their values at time 0."""
     model = block_on_plane(35.0, 20.0)
     model.block([(4, 0), (6, 0), (6, 1), (4, 1)], name="prop")
     model.fixed_point(6.0, 0.0, "prop")
@@ -184,13 +184,13 @@ def test_bolts_and_water_are_in_the_picture():
     assert not {"bolt", "water"} & {text.get_text() for text in none}
 
 
-def test_bisection_goes_both_ways():
+def test_bisection_works_in_both_directions():
     assert bisect(lambda x: x < 2.0, 0.0, 5.3, 1e-6) == pytest.approx((2.0, 2.0), rel=2e-6)
     low, high = bisect(lambda x: x > 2.0, 5.3, 1.1, 1e-3)
     assert low > 2.0 > high
 
 
-def test_command(tmp_path, capsys, monkeypatch):
+def test_the_command_prints_the_factor_of_safety(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     file = block_on_plane(20.0, 30.0).write(tmp_path / "block.nml")
     assert main(["safety", str(file), "--tolerance", "0.01", "--json"]) == 0
@@ -205,7 +205,7 @@ def test_command(tmp_path, capsys, monkeypatch):
 
 
 def test_free_field_sides_are_rollers_at_rest():
-    """Level ground between them sags as between its free fields."""
+    """Level ground between rollers settles as between free fields."""
     sag = []
     ground = lattice("free_field", columns=3, gravity=(0.0, -9.81), settle=True)
     for model in (ground, static_model(ground)):
@@ -216,7 +216,7 @@ def test_free_field_sides_are_rollers_at_rest():
     np.testing.assert_allclose(sag[1] - still, sag[0] - still, rtol=1e-3)
 
 
-# --- Kinds answer for themselves -----------------------------------------------------------------
+# --- Laws of joints and kinds of boundaries--------------------------------------------------------
 
 OF_LAWS = {
     "coulomb": "friction_angle = 30, cohesion = 4e4, tensile_strength = 2e4",
@@ -237,13 +237,13 @@ OF_LAWS = {
 
 
 def choices(group: str, name: str) -> list[str]:
-    """The words that a variable may be, by the catalogue."""
+    """The permitted words of a variable in the schema."""
     row = next(v for v in GROUPS[group].variables if v.name == name)
     return re.findall("'([^']+)'", row.values)
 
 
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.5])
-def test_every_law_says_what_of_it_a_factor_divides(factor):
+def test_each_law_defines_the_strengths_that_a_factor_divides(factor):
     assert choices("joint", "law") == list(OF_LAWS)
     divided = {
         law: reduced_group(f"&joint name = 'j', law = '{law}', {values} /", factor)
@@ -270,7 +270,7 @@ def test_a_friction_angle_stays_below_a_right_angle():
     assert found == {"friction_angle": 89.0, "cohesion": 0.0, "tensile_strength": 0.0}
 
 
-def test_a_joint_that_is_none_is_refused_by_its_variable():
+def test_an_invalid_joint_is_refused_with_its_variable():
     with pytest.raises(sitedda.InputError, match="friction_angle = 95"):
         reduced_group("&joint name = 'j' friction_angle = 95 /", 2.0)
 
@@ -282,7 +282,7 @@ def test_every_kind_of_boundary_has_a_kind_at_rest():
     assert set(at_rest) <= set(kinds) and len(at_rest) == len(kinds)
 
 
-def test_a_boundary_without_a_sign_is_drawn_with_its_kind(monkeypatch, tmp_path):
+def test_a_boundary_without_a_symbol_is_drawn_with_its_kind(monkeypatch, tmp_path):
     model = sitedda.Model(time_step=1e-3, steps=1)
     model.material("rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2)
     model.joint("dry", friction_angle=30.0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Supports that move at rest, against closed forms of rigid blocks."""
+"""Quasi-static support movements against closed forms of rigid blocks."""
 
 import math
 
@@ -10,7 +10,7 @@ import sitedda
 from sitedda import InputError
 
 LENGTH, HEIGHT = 2.0, 0.5
-WEIGHT = 2500.0 * 9.81 * LENGTH * HEIGHT  # of a half, N/m
+WEIGHT = 2500.0 * 9.81 * LENGTH * HEIGHT  # weight of a half, N/m
 
 
 def flat_arch() -> sitedda.Model:
@@ -29,17 +29,17 @@ def flat_arch() -> sitedda.Model:
 
 
 def thrust(spread: float) -> float:
-    """Of hinges at the foot of both abutments and the top between: H = w x/(2 r)."""
+    """Thrust with hinges at the feet of both abutments and at the top: H = w x/(2 r)."""
     x = LENGTH + spread / 2
     return WEIGHT * x / (2 * math.sqrt(LENGTH**2 + HEIGHT**2 - x**2))
 
 
-def test_the_thrust_of_an_arch_that_spreads():
+def test_the_thrust_of_a_spreading_arch():
     found = sitedda.move_supports(flat_arch(), ["right"], (0.02, 0.0), steps=10)
     assert not found.ending and found.share[-1] == 1.0
     expected = [thrust(0.02 * share) for share in found.share]
     assert -found.reaction[1:, 0] == pytest.approx(expected[1:], rel=2e-3)
-    vertical = WEIGHT + 2500.0 * 9.81 * HEIGHT  # with that of the abutment
+    vertical = WEIGHT + 2500.0 * 9.81 * HEIGHT  # with the weight of the abutment
     assert found.reaction[1:, 1] == pytest.approx(np.full(10, vertical), rel=1e-3)
     assert found.displacement[-1, 3, 0] == pytest.approx(0.02, rel=1e-3)
     drop = HEIGHT - math.sqrt(LENGTH**2 + HEIGHT**2 - (LENGTH + 0.01) ** 2)
@@ -47,8 +47,8 @@ def test_the_thrust_of_an_arch_that_spreads():
     assert found.to_csv().count("\n") == 12
 
 
-def test_a_support_that_settles_and_turns():
-    """A stone on a base follows it: the reaction stays the weight of both."""
+def test_a_settling_and_rotating_support():
+    """A stone follows its base: the reaction remains the weight of both."""
     model = sitedda.Model("base", time_step=1e-3, gravity=(0, -9.81))
     model.contact(normal_stiffness=1e10)
     model.material("stone", density=2000.0, young_modulus=1e12, poisson_ratio=0.2)
@@ -66,6 +66,6 @@ def test_a_support_that_settles_and_turns():
 @pytest.mark.parametrize(
     ("blocks", "words"), [(["middle"], "'middle' is not the name"), (["first"], "no &fixed_point")]
 )
-def test_what_cannot_move(blocks, words):
+def test_blocks_without_fixed_points_cannot_move(blocks, words):
     with pytest.raises(InputError, match=words):
         sitedda.move_supports(flat_arch(), blocks, (0.01, 0.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures with bars: what they are made of, and that truths lie within."""
+"""Results with error bars: their computation, and exact values within them."""
 
 import importlib.util
 import json
@@ -52,7 +52,7 @@ def test_changes_of_the_scheme_give_the_limit(order):
         ((1.0, 1.1, math.nan), False, math.nan),  # a run that failed
     ],
 )
-def test_changes_that_do_not_fall_as_the_scheme_does(steps, converges, half):
+def test_irregular_changes_give_wider_bars(steps, converges, half):
     bar = bar_of_steps(*steps, 1)
     assert bar.converges is converges
     assert bar.half == pytest.approx(half, nan_ok=True)
@@ -64,7 +64,7 @@ def test_changes_that_do_not_fall_as_the_scheme_does(steps, converges, half):
     [
         ("largest_velocity_m_s", (0.1904, 0.19042, 0.19046, 0.1903),
          "does not converge: 0.1904, 0.1904, 0.1905 at Δt, Δt/2, Δt/4", 1.904600e-4 + 2e-4),
-        # Only smaller steps show it.
+        # Only smaller time steps reveal this.
         ("largest_opening_m", (0.0, 0.0, 0.1),
          "does not converge: 0, 0, 0.1 at Δt, Δt/2, Δt/4", math.nan),
         ("largest_contact_force_n_m", (1.0, 2.0, 4.0),
@@ -73,7 +73,7 @@ def test_changes_that_do_not_fall_as_the_scheme_does(steps, converges, half):
          "does not converge: 1, 2, 4 at Δt, Δt/2, Δt/4", math.nan),
         ("contacts_slipped", (3.0, 3.0, math.nan),
          "no error bar: some runs do not have this result", math.nan),
-        # A residual of 1e-8 m that 4 k_n makes a quarter of it is no movement of the model.
+        # A residual of 1e-8 m that 4 k_n divides by four is not a movement of the model.
         ("residual_displacement_m", (1.0e-8, 1.1e-8, 1.3e-8, 0.25e-8),
          "only the compression of contact springs", 3 * 0.2e-8 + 1.5e-8),
         ("largest_slip_m", (1.0, 1.015, 1.025, 0.95),
@@ -88,7 +88,7 @@ def test_results_of_runs_have_bars_and_doubts(name, runs, doubt, bar):
     assert found.finest == pytest.approx(runs[2], nan_ok=True)
 
 
-def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
+def test_results_after_the_horizon_are_random_samples():
     runs = [{"largest_slip_m": value} for value in (1.0, 1.1, 0.8)]
     found = _estimate_figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]
     assert _mark_undecided(found, 2.0, 3.0) is found
@@ -110,7 +110,7 @@ def test_what_has_no_limit_after_twins_have_parted_is_of_a_distribution():
 
 @pytest.mark.parametrize("damping, words", [("", "only numerical damping"),
                                             (", damping = 1e5", "depend on the time")])  # fmt: skip
-def test_what_does_not_converge_has_a_cause(write_input, damping, words):
+def test_missing_convergence_has_a_cause(write_input, damping, words):
     file = write_input(SLIDE.replace("restitution = 0", f"tensile_strength = 0{damping}"))
     values = {1.5e-2: 1.0, 7.5e-3: 1.1, 3.75e-3: 0.8}
 
@@ -124,7 +124,7 @@ def test_what_does_not_converge_has_a_cause(write_input, damping, words):
 
 
 @pytest.mark.parametrize("share", [0.03, -0.2])
-def test_error_of_the_penalty(share):
+def test_error_due_to_the_penalty(share):
     assert penalty_error(2.0 + share, 2.0 + share / 2.0) == pytest.approx(abs(share), rel=1e-12)
     assert penalty_error(2.0 + share, 2.0 + share / 4.0) == pytest.approx(1.5 * abs(share))
 
@@ -141,7 +141,7 @@ def test_error_of_the_penalty(share):
         (-0.04218, 0.00018, "-0.04218 ± 0.00018"),
     ],
 )
-def test_numbers_end_where_their_bar_does(value, bar, words):
+def test_numbers_have_the_digits_of_their_bar(value, bar, words):
     assert with_bar(value, bar) == words
 
 
@@ -154,7 +154,7 @@ def test_numbers_have_four_digits(value, words):
     assert number(value) == words
 
 
-def test_runs_of_bars_are_kept(write_input, tmp_path):
+def test_runs_for_error_bars_are_kept(write_input, tmp_path):
     file = write_input(SLIDE)
     found = sitedda.accuracy(file, folder=tmp_path / "runs")
     assert list(found.runs) == ["dt", "dt/2", "dt/4", "4 k_n", "twin"]
@@ -186,8 +186,8 @@ def test_steps_and_stages_are_divided(write_input):
     assert [round(table["count"].run), round(table["count"].finest)] == [8 + 20 + 1, 4 * 28 + 1]
 
 
-def test_a_run_that_is_there_is_not_run_again(write_input, tmp_path):
-    """Given the output of a run with less friction, its slip is that of "this run"."""
+def test_an_existing_run_is_not_repeated(write_input, tmp_path):
+    """The output of a run with less friction is used as "this run"."""
     file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
     other = sitedda.run(file, tmp_path / "o.nc", changes={"joint.friction_angle": 15.0})
     found = sitedda.accuracy(file, "largest_slip_m", output=other.output, workers=1)
@@ -195,7 +195,7 @@ def test_a_run_that_is_there_is_not_run_again(write_input, tmp_path):
     assert figure.run == other.verdict.values["largest_slip_m"] > 1.1 * figure.finest
 
 
-def test_runs_say_it_too(write_input, python_program, tmp_path):
+def test_runs_print_their_error_bars(write_input, python_program, tmp_path):
     file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
     done = python_program.ok("accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25")
     assert "largest_slip_m" in done.stdout
@@ -213,7 +213,7 @@ def test_runs_say_it_too(write_input, python_program, tmp_path):
     assert str(kept["largest_slip_m"]) in (tmp_path / "o.html").read_text()
 
 
-def test_runs_that_say_the_same_say_it_once():
+def test_equal_warnings_of_runs_are_printed_once():
     runs = {"dt": "solver: 3 of 9 steps\nstart: sudden", "dt/2": "solver: 1.5e-3 of 9 steps",
             "b": ""}  # fmt: skip
     said = ["runs dt, dt/2: solver: 3 of 9 steps", "run dt: start: sudden"]
@@ -222,7 +222,7 @@ def test_runs_that_say_the_same_say_it_once():
     assert [doubt.words for doubt in found.doubts()] == said
 
 
-def test_what_cannot_be_run_is_one_sentence(write_input, python_program):
+def test_an_input_error_is_one_sentence(write_input, python_program):
     file = write_input(SLIDE.replace("friction_angle", "frictoin_angle"))
     done = python_program("accuracy", str(file), "-q")
     assert done.returncode == 1
@@ -232,7 +232,7 @@ def test_what_cannot_be_run_is_one_sentence(write_input, python_program):
 
 @pytest.fixture(scope="module")
 def error_bars():
-    """The study of random cases."""
+    """Load the study of random cases."""
     path = ROOT / "tests" / "robustness" / "error_bars.py"
     spec = importlib.util.spec_from_file_location("error_bars_study", path)
     study = importlib.util.module_from_spec(spec)
@@ -269,14 +269,14 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
         assert one.run == pytest.approx(other.run, rel=1e-12)
         limit = other.finest if math.isnan(other.extrapolated) else other.extrapolated
         assert one.finest == pytest.approx(limit, rel=1e-2)
-        assert one.bar < 0.25 * other.bar  # small steps cost a transfer function nothing
+        assert one.bar < 0.25 * other.bar  # with a transfer function, small steps cost no time
     assert (
         found["largest_displacement_m"].doubt
         == "no error bar: in a linear run only measured points have error bars"
     )
 
 
-def test_a_resonance_that_nothing_damps_has_no_limit():
+def test_an_undamped_resonance_does_not_converge():
     file = ROOT / "inputs" / "layered_site.nml"
     found = sitedda.accuracy(file, changes={"control.steps": 12000})
     doubt = found["amplification"].doubt
@@ -284,7 +284,7 @@ def test_a_resonance_that_nothing_damps_has_no_limit():
     assert "only numerical damping" in found.cause
 
 
-def test_a_history_that_parts_is_decided_until_then():
+def test_a_history_is_predictable_until_it_diverges():
     time = np.linspace(0.0, 10.0, 1001)
     run = np.minimum(time, 4.0)
     twin = run + 1e-9 * np.exp(4.0 * time)
@@ -295,7 +295,7 @@ def test_a_history_that_parts_is_decided_until_then():
     assert horizon(time, nothing, nothing) == math.inf
 
 
-def test_a_displaced_block_is_that_far_away_and_keeps_its_bonds(write_input):
+def test_a_displaced_block_keeps_its_bonds(write_input):
     text = SLIDE.replace("restitution = 0", "cohesion = 1e6, tensile_strength = 1e6")
     file = write_input(text.replace("base_motion_x = 'push'", "base_motion_x = ''"))
     places = []
@@ -313,7 +313,7 @@ def test_a_displaced_block_is_that_far_away_and_keeps_its_bonds(write_input):
 
 
 def test_a_twin_displaces_no_block_that_stages_remove(write_input):
-    """The twin of a run without its displaced block is the run: all would be decided."""
+    """Otherwise the twin would equal the run, and all results would seem predictable."""
     model = write_input(
         SLIDE.replace("duration = 1.5, ", "")
         .replace("settle = .true.,", "")
@@ -331,7 +331,7 @@ def test_a_twin_displaces_no_block_that_stages_remove(write_input):
         run.advance(5)
 
 
-def test_a_displaced_block_must_be_there(write_input):
+def test_a_displaced_block_must_exist(write_input):
     with pytest.raises(sitedda.InputError, match="displaced_block = 'blok' is not the name"):
         sitedda.Simulation(write_input(SLIDE), changes={"control.displaced_block": "blok"})
 
@@ -355,7 +355,7 @@ PILE = f"""
 
 
 def pile() -> str:
-    """Blocks of chance that fall between two walls."""
+    """Return random blocks that fall between two walls."""
     dice, text = np.random.default_rng(5), PILE
     for row in range(3):
         for column in range(4):
@@ -370,7 +370,7 @@ def pile() -> str:
 
 
 def histories_of(file, output, block: str):
-    """Histories of the figures, a block being displaced."""
+    """Return histories of results with a displaced block."""
     changes = {"control.displaced_block": block} if block else {}
     sitedda.run(file, output, changes=changes)
     return measure(output, quantities_of("histories"))[1]
@@ -386,7 +386,7 @@ def test_displaced_blocks_show_the_same_horizon(write_input, tmp_path):
 
     motions = parted("history_energy_kinetic")
     assert 1.0 < min(motions) and max(motions) < 1.2 * min(motions)
-    for name in run:  # none before the motions, in which a shift of 1e-9 begins to count
+    for name in run:  # not before the motions, in which a shift of 1e-9 grows
         assert min(parted(name)) > 0.8 * min(motions), name
 
 
@@ -408,7 +408,7 @@ def test_an_ensemble_gives_bands(write_input):
     assert list(found.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]
 
 
-def test_bands_are_kept_and_shown(write_input, python_program, tmp_path):
+def test_bands_are_stored_and_shown(write_input, python_program, tmp_path):
     file, output = write_input(SLIDE), tmp_path / "o.nc"
     python_program.ok("run", str(file), "--ensemble", "2", "-q", "--no-plot", "--report", "-o",
                       str(output), "--set", "duration=0.5")  # fmt: skip
@@ -423,8 +423,8 @@ def test_bands_are_kept_and_shown(write_input, python_program, tmp_path):
         assert shown in text and "Results of the twins over time" in text
 
 
-def test_a_study_of_figures_with_bars_knows_their_horizon(write_input):
-    """Blocks of chance part from their twins at about 1.3 s."""
+def test_a_study_with_error_bars_contains_horizons(write_input):
+    """Random blocks diverge from their twins at about 1.3 s."""
     table = sitedda.study(write_input(pile()), {"control.duration": [0.8, 1.8]}, task="accuracy",
                           workers=1)  # fmt: skip
     assert (table.status == "complete").all(), table.message.values
@@ -439,7 +439,7 @@ def test_a_study_of_figures_with_bars_knows_their_horizon(write_input):
     assert with_bar(fell, bar) in page
 
 
-def test_nothing_that_rounding_leaves_is_told(write_input):
+def test_rounding_errors_are_not_reported(write_input):
     rests = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''").replace("1.5,", "0.05,")
     run = sitedda.run(write_input(rests))
     assert run.verdict.happened.startswith("The model is at rest")
@@ -448,8 +448,8 @@ def test_nothing_that_rounding_leaves_is_told(write_input):
     assert 0.0 <= run.verdict.values["largest_displacement_m"] < 2e-8
 
 
-def test_a_small_motion_of_a_linear_model_is_no_rest(write_input):
-    """Displacements of 1e-12 of the model answer to what drives it, 1e-10 m."""
+def test_a_small_motion_of_a_linear_model_is_reported(write_input):
+    """Displacements of 1e-12 of the model size are caused by a motion of 1e-10 m."""
     small = SLIDE.replace(f"30*{PUSH}", "1e-9 " * 30).replace("1.5,", "0.3,")
     run = sitedda.run(write_input(small.replace("0, -9.81", "0, 0")))
     moved = run.verdict.values["largest_displacement_m"]
@@ -457,7 +457,7 @@ def test_a_small_motion_of_a_linear_model_is_no_rest(write_input):
     assert run.verdict.happened.startswith("Blocks moved by up to ")
 
 
-def test_studies_say_the_doubts_of_their_runs(write_input):
+def test_studies_contain_the_warnings_of_their_runs(write_input):
     soft = SLIDE.replace("young_modulus = 5e9", "young_modulus = 1e6")
     table = sitedda.study(write_input(soft), {"contact.normal_stiffness": [4e7, 1e5]},
                           fixed={"control.duration": 0.02}, workers=1)  # fmt: skip

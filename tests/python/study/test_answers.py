@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Slip, opening and force of named joints; the value of a parameter for a wanted result."""
+"""Slip, opening and force of named joints; parameter values for target results."""
 
 import math
 import re
@@ -18,7 +18,7 @@ WEIGHT = SIDE * HEIGHT * DENSITY * G  # N/m
 
 
 def slider(slope=0.0, friction=20.0, push=0.0, push_time=0.4, duration=0.5, stiff=1e11, **joint):
-    """A flat block on a floor; gravity leans by `slope` (degrees) towards +x, a push is m/s²."""
+    """A flat block on a floor; gravity is inclined by `slope` (degrees) to +x; push in m/s²."""
     angle = math.radians(slope)
     model = sitedda.Model("slider", time_step=1e-3)
     model.control(gravity=(G * math.sin(angle), -G * math.cos(angle)))
@@ -38,7 +38,7 @@ def slider(slope=0.0, friction=20.0, push=0.0, push_time=0.4, duration=0.5, stif
 
 
 def slip_of(slope, friction, push, push_time):
-    """Newmark: slip under a push (m/s²), and until friction has stopped the block, m."""
+    """Newmark: slip under a push (m/s²) until friction has stopped the block, m."""
     angle = math.radians(slope)
     brake = G * (math.tan(math.radians(friction)) * math.cos(angle) - math.sin(angle))
     return 0.5 * push_time**2 * (push - brake) * push / brake
@@ -53,7 +53,7 @@ def test_slip_and_force_of_a_joint(swapped):
     angle, friction = math.radians(10.0), math.tan(math.radians(20.0))
     normal = WEIGHT * math.cos(angle)
     assert history.joint_slip.values[-1] == pytest.approx(slip_of(10, 20, 4, 0.4), rel=2e-3)
-    # Seen from either side the other moves to the right.
+    # From either block, the other one moves to the right.
     sliding = np.flatnonzero(abs(history.time.values - 0.2) < 1e-9)[0]
     assert history.joint_normal_force.values[sliding] == pytest.approx(normal, rel=1e-6)
     assert history.joint_shear_force.values[sliding] == pytest.approx(friction * normal, rel=1e-3)
@@ -87,7 +87,7 @@ def test_opening_of_a_joint_and_quantities_of_it(tmp_path, native, same_bits):
     same_bits(tmp_path / "out.nc", tmp_path / "native.nc")
 
 
-def test_a_joint_goes_on_after_a_checkpoint(tmp_path, same_bits, in_parts):
+def test_a_joint_continues_after_a_checkpoint(tmp_path, same_bits, in_parts):
     model = slider(10.0, 20.0, 4.0)
     model.write(tmp_path / "a.nml")
     whole = sitedda.run(tmp_path / "a.nml", tmp_path / "whole.nc").history
@@ -110,7 +110,7 @@ def test_a_joint_at_rest_has_no_slip_of_rounding():
         ({"blocks": "slider", "against": "far"}, "no block of `blocks` touches a block"),
     ],
 )
-def test_joints_that_cannot_be(values, words):
+def test_invalid_measured_joints_are_refused(values, words):
     model = slider(**values)
     model.block([20, 0, 21, 0, 21, 1, 20, 1], name="far")
     for x, y in ((20.1, 0.1), (20.9, 0.1), (20.5, 0.9)):
@@ -119,7 +119,7 @@ def test_joints_that_cannot_be(values, words):
         model.run()
 
 
-def test_a_name_is_used_once():
+def test_a_repeated_name_is_refused():
     model = slider()
     model.measured_joint("base", "slider")
     with pytest.raises(sitedda.InputError, match="'base' is used twice"):
@@ -138,7 +138,7 @@ def test_back_analysis_of_a_sliding_block(seed):
                                   / math.cos(math.radians(slope))))  # fmt: skip
     friction = rng.uniform(slope + 5, max(most, slope + 6))
     target = slip_of(slope, friction, push, push_time)
-    stops = 2 * target / (push_time * push)  # s: half of the slip at the mean velocity, and so on
+    stops = 2 * target / (push_time * push)  # s
     model = slider(slope, 30.0, push, push_time, duration=0.1 + push_time + 2 * stops, stiff=1e13)
     found = solve_for(model, "joint[plane].friction_angle", "joint_slip[base].last", target,
                       between=(slope + 3, 60.0), tolerance=2e-4, accuracy=seed < 2)  # fmt: skip
@@ -159,9 +159,9 @@ def test_back_analysis_of_a_sliding_block(seed):
         ({"target": 0.1, "parameter": "joint[plane].cohesion"}, (0, 1), "flat"),
     ],
 )
-def test_five_that_have_no_root(values, between, mode):
+def test_five_cases_without_a_root(values, between, mode):
     model = slider(5.0, 20.0, 4.0, 0.3, duration=1.5)
-    if mode == "jump":  # it falls off the floor, or stays on it
+    if mode == "jump":  # the block falls off the floor or stays on it
         model.stop(displacement=2.5)
     asked = {"parameter": "joint[plane].friction_angle", "result": "joint_slip[base].last"} | values
     if mode == "jump":
@@ -181,7 +181,7 @@ def cubic(x):
 def test_roots_of_a_function(target):
     found = solve_for(lambda x: cubic(x), "x", "value", target, between=(2, 4), tolerance=1e-9)
     assert cubic(found.value) == pytest.approx(target, abs=1e-8)
-    assert len(found.trials) < 20  # 30 by halves
+    assert len(found.trials) < 20  # bisection would need 30
     assert found.crossings == 1
 
 
@@ -195,7 +195,7 @@ def test_the_lowest_of_several_roots():
     assert "the lowest of 2" in str(found)
 
 
-def test_a_jump_is_named_and_taken_when_it_is_wanted():
+def test_a_jump_is_an_error_unless_it_is_accepted():
     def step(x):
         return 5.0 if x > math.pi else -1.0
 
@@ -209,7 +209,7 @@ def test_a_jump_is_named_and_taken_when_it_is_wanted():
     assert found.high - found.low < 1e-3 * math.pi
 
 
-def test_results_that_are_no_number_and_runs_that_fail():
+def test_invalid_results_and_failed_runs_are_reported():
     with pytest.raises(NoRootError) as failed:
         solve_for(lambda x: math.nan, "x", "value", 1.0, between=(0, 1))
     assert failed.value.mode == "no number"
@@ -235,7 +235,7 @@ def test_results_that_are_no_number_and_runs_that_fail():
         ({"task": "dance"}, "task"),
     ],
 )
-def test_arguments_that_cannot_be(values, words):
+def test_invalid_arguments_are_refused(values, words):
     asked = {"parameter": "joint[plane].friction_angle", "result": "joint_slip[base].last",
              "target": 0.1, "between": (10, 40)}  # fmt: skip
     with pytest.raises(sitedda.InputError, match=words):
@@ -271,7 +271,7 @@ def test_a_study_solves_each_of_its_cases(tmp_path, capsys):
         assert (table.root_bar.values > 0).all()
 
 
-def test_a_study_may_be_one_root_or_none(tmp_path, capsys):
+def test_a_study_with_one_case_prints_its_root(tmp_path, capsys):
     slider(5.0, 20.0, 4.0, 0.4, duration=1.2).write(tmp_path / "slider.nml")
     from sitedda.command import main
 
@@ -292,7 +292,7 @@ def test_a_study_may_be_one_root_or_none(tmp_path, capsys):
         ("[solve]", 'results = ["verdict"]\n[solve]', "remove task and results"),
     ],
 )
-def test_bad_tables_of_a_study(tmp_path, old, new, words):
+def test_bad_tables_of_a_study_are_refused(tmp_path, old, new, words):
     from sitedda.study.settings import read_settings
 
     slider().write(tmp_path / "slider.nml")
@@ -302,7 +302,7 @@ def test_bad_tables_of_a_study(tmp_path, old, new, words):
         read_settings(file)
 
 
-def test_an_output_that_the_caller_names_is_written(tmp_path):
+def test_an_output_named_by_the_caller_is_written(tmp_path):
     model = slider(duration=0.01)
     for name in ("a.nc", "b.nc"):
         target = str(tmp_path / name)
@@ -313,8 +313,8 @@ def test_an_output_that_the_caller_names_is_written(tmp_path):
 
 
 @pytest.mark.parametrize("form", ["model", "file"])
-def test_an_output_that_the_input_names_is_written(tmp_path, monkeypatch, form):
-    """Relative to the working folder, as the command writes it; output=False keeps it in memory."""
+def test_an_output_named_by_the_input_is_written(tmp_path, monkeypatch, form):
+    """It is relative to the working folder; output=False keeps the results in memory."""
     monkeypatch.chdir(tmp_path)
     model = slider(duration=0.01)
     model.output(file="named.nc")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`solve_for` of several parameters: roots with closed forms, and systems that have none."""
+"""`solve_for` with several parameters: roots in closed form, and systems without roots."""
 
 import math
 
@@ -12,7 +12,7 @@ from sitedda import NoRootError, solve_for
 
 
 def circle(a, b):
-    """Sum of squares and difference, at scales that differ by 10^12."""
+    """Sum of squares and difference, with scales that differ by 10^12."""
     return a**2 + (b * 1e9) ** 2, 1e6 * (a - b * 1e9)
 
 
@@ -34,8 +34,8 @@ def test_roots_of_functions():
     assert found.value == pytest.approx([0.3, 1.2, 2.0], rel=1e-7)
 
 
-def test_a_root_that_the_middle_does_not_reach():
-    """From the middle of the ranges |f| falls towards a minimum that is no root."""
+def test_a_root_that_needs_another_starting_point():
+    """From the middle of the ranges, |f| decreases to a minimum that is not a root."""
 
     def hills(x, y):
         return x**3 - 3 * x, y - x
@@ -76,7 +76,7 @@ def test_systems_without_roots(function, targets, mode, words):
         ({"model": lambda x, y: x}, r"must return 2 numbers \(f, g\)"),
     ],
 )
-def test_arguments_that_cannot_be(changes, words):
+def test_invalid_arguments_are_refused(changes, words):
     asked = {"model": circle, "parameter": ["x", "y"], "result": ["f", "g"], "target": [1.0, 2.0],
              "between": [(0, 1), (0, 1)]}  # fmt: skip
     with pytest.raises(sitedda.InputError, match=words):
@@ -84,7 +84,7 @@ def test_arguments_that_cannot_be(changes, words):
 
 
 def test_friction_and_density_of_a_sliding_block():
-    """Newmark's block: its weight gives the density, its slip then the friction angle."""
+    """Newmark's block: its weight yields the density, then its slip yields the friction angle."""
     model = slider(0.0, 30.0, 4.0, 0.4, 1.0, stiff=1e12)
     model["material.rock"].density = 2000.0
     found = solve_for(

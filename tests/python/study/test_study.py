@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Studies: cases, keys, tables; what fails, what is resumed, what is refused."""
+"""Studies: cases, keys, tables; failed, resumed and rejected cases."""
 
 import json
 import math
@@ -58,7 +58,7 @@ def threads():
 # --- the table -----------------------------------------------------------------------------------
 
 
-def test_a_table_holds_what_single_runs_give(file, threads):
+def test_a_table_contains_the_results_of_single_runs(file, threads):
     found = sitedda.study(file, GRID, KEPT, executor=threads)
     assert dict(found.sizes) == {"density": 2, "scale": 3, "time": 61}
     assert found.density.attrs["changes"] == "material.rock.density"
@@ -76,7 +76,7 @@ def test_a_table_holds_what_single_runs_give(file, threads):
             )
 
 
-def test_every_kind_of_quantity(file, threads):
+def test_all_kinds_of_quantities(file, threads):
     results = {"all": "verdict", "steps": study_functions.steps_of, "Sa": "spectrum[surface].x",
                "stress": "block_stress[layer_1].yy.min", "v": "velocity[surface].y"}  # fmt: skip
     found = sitedda.study(file, {"motion.scale": [1.0]}, results, executor=threads)
@@ -107,7 +107,7 @@ def test_every_kind_of_quantity(file, threads):
     ],
 )
 def test_an_unknown_quantity_is_named_before_the_first_run(file, tmp_path, threads, wrong, words):
-    cases = {"material.rock.density": [-1.0, 2643.0]}  # of which the first cannot begin
+    cases = {"material.rock.density": [-1.0, 2643.0]}  # the first case cannot start
     with pytest.raises(InputError, match=words):
         sitedda.study(file, cases, [wrong], folder=tmp_path / "study", executor=threads)
     assert not [*tmp_path.glob("study/cases/*/*/result.json")]
@@ -121,19 +121,19 @@ def test_an_unknown_quantity_is_named_before_the_first_run(file, tmp_path, threa
         PushTo("top"),
     ],
 )
-def test_names_of_a_task_are_known_before_its_first_run(file, tmp_path, threads, task):
+def test_names_of_a_task_are_checked_before_its_first_run(file, tmp_path, threads, task):
     with pytest.raises(InputError, match="no variable 'densety'|no point 'top'"):
         sitedda.study(file, [], folder=tmp_path / "study", task=task, executor=threads)
     assert not [*tmp_path.glob("study/cases/*/*/result.json")]
 
 
 @pytest.mark.parametrize("wrong", ["displacement[top].x.mean", "a b", 3])
-def test_a_quantity_that_cannot_be_is_refused(file, wrong):
+def test_an_invalid_quantity_is_refused(file, wrong):
     with pytest.raises(InputError):
         sitedda.study(file, {"motion.scale": [1.0]}, [wrong])
 
 
-def test_histories_of_uneven_steps_come_to_equal_ones(file, threads):
+def test_histories_of_uneven_steps_are_interpolated_to_equal_steps(file, threads):
     steps = {"control.time_step": [1e-3, 5e-4]}
     fixed = {"duration": 0.06}
     names = ["displacement[surface].x", "absolute_displacement[surface].x"]
@@ -149,7 +149,7 @@ def test_histories_of_uneven_steps_come_to_equal_ones(file, threads):
         assert np.allclose(found[name][1], expected, rtol=0, atol=1e-15)
 
 
-def test_histories_that_end_early_end_with_nothing(file, threads):
+def test_histories_that_end_early_are_padded_with_nan(file, threads):
     steps = {"control.steps": [20, 60, 40]}
     found = sitedda.study(file, steps, ["displacement[surface].x"], executor=threads)
     history = found["displacement[surface].x"].values
@@ -159,7 +159,7 @@ def test_histories_that_end_early_end_with_nothing(file, threads):
 
 
 @pytest.mark.parametrize("name", ["table.nc", "table.zarr"])
-def test_a_table_on_the_disk_is_that_in_memory(file, tmp_path, threads, name):
+def test_tables_on_disk_and_in_memory_are_equal(file, tmp_path, threads, name):
     study = tmp_path / "study"
     memory = sitedda.study(file, GRID, KEPT, folder=study, executor=threads)
     with collect(study, tmp_path / name) as disk:
@@ -171,7 +171,7 @@ def test_a_table_on_the_disk_is_that_in_memory(file, tmp_path, threads, name):
             assert np.array_equal(memory[variable].values, disk[variable].values), variable
 
 
-def test_a_function_is_a_model_too(threads):
+def test_a_model_may_be_a_function(threads):
     found = sitedda.study(study_functions.plane, {"a": [1.0, 2.0], "b": [0.0, 3.0]},
                           executor=threads)  # fmt: skip
     assert found["sum"].values[1, 1] == 5.0 and np.isnan(found["sum"].values[1, 0])
@@ -179,7 +179,7 @@ def test_a_function_is_a_model_too(threads):
     assert found.row.values[1, 1].tolist() == [2.0, 3.0, 6.0]
 
 
-def test_a_task_is_a_function_of_the_input(file, tmp_path, threads):
+def test_a_task_may_be_a_function_of_the_input(file, tmp_path, threads):
     for folder in (None, tmp_path / "study"):
         found = sitedda.study(file, {"contact.normal_stiffness": [1e12, 4e12]}, folder=folder,
                               task=study_functions.first_frequency, executor=threads)  # fmt: skip
@@ -190,7 +190,7 @@ def test_a_task_is_a_function_of_the_input(file, tmp_path, threads):
 # --- parameters ----------------------------------------------------------------------------------
 
 
-def test_names_of_dimensions():
+def test_names_of_dimensions_are_unique():
     two = {"joint[a].cohesion": [1.0], "joint[b].cohesion": [2.0]}
     plan = make_plan("none.nml", two | {"phi": ("joint[*].friction_angle", [3.0])})
     assert list(plan.dims) == ["a_cohesion", "b_cohesion", "phi"]
@@ -209,12 +209,12 @@ def test_names_of_dimensions():
         [{"x": ("a.b", [1.0])}, {"x": ("a.c", [1.0])}],
     ],
 )
-def test_parameters_that_cannot_be_are_refused(wrong):
+def test_invalid_parameters_are_refused(wrong):
     with pytest.raises(InputError):
         make_plan("none.nml", wrong)
 
 
-def test_samples_keep_their_distributions_and_seeds():
+def test_samples_have_their_distributions_and_seeds():
     both = {"a": uniform(1.0, 3.0), "b": lognormal(5.0, 0.3)}
     for make in (latin_hypercube, sobol):
         sample = make(64, both, seed=3)
@@ -229,7 +229,7 @@ def test_samples_keep_their_distributions_and_seeds():
         uniform(1.0, 1.0)
 
 
-def test_designs():
+def test_designs_of_sensitivity_analysis():
     design = one_at_a_time({"a": (1, 2, 3), "b": (10, 20, 30)})
     assert design.values == {"a": [2, 1, 3, 2, 2], "b": [20, 20, 20, 10, 30]}
     mixed = saltelli(8, {"a": uniform(0, 1), "b": uniform(0, 1)})
@@ -240,7 +240,7 @@ def test_designs():
     assert seeds("voronoi.seed", 3) == {"voronoi.seed": [1, 2, 3]}
 
 
-def test_joint_networks_by_seed(tmp_path, threads):
+def test_seeds_give_different_joint_networks(tmp_path, threads):
     text = """&run title = 'x' / &control time_step = 1e-3, steps = 3, gravity = 0, -9.81 /
     &material name = 'rock', density = 2600.0, young_modulus = 5e9, poisson_ratio = 0.25 /
     &joint name = 'dry', friction_angle = 30.0 /
@@ -254,10 +254,10 @@ def test_joint_networks_by_seed(tmp_path, threads):
     assert len(set(found.largest_displacement_m.values)) == 3
 
 
-# --- what fails ----------------------------------------------------------------------------------
+# --- failures ------------------------------------------------------------------------------------
 
 
-def test_a_case_that_fails_leaves_the_others(file, threads):
+def test_a_failed_case_does_not_affect_others(file, threads):
     found = sitedda.study(file, {"material.rock.density": [2500.0, -1.0, 2600.0]}, KEPT,
                           executor=threads)  # fmt: skip
     assert found.status.values.tolist() == ["complete", "failed", "complete"]
@@ -265,7 +265,7 @@ def test_a_case_that_fails_leaves_the_others(file, threads):
     assert np.isnan(found["energy_balance.last"].values).tolist() == [False, True, False]
 
 
-def test_processes_that_die_are_named(tmp_path):
+def test_processes_that_die_are_reported(tmp_path):
     kinds = ["well", "killed", "exits", "memory", "well too"]
     with_endless = {"kind": [*kinds, "endless"]}
     limits = {"workers": 2, "memory": 2e9, "time_limit": 1.0}
@@ -279,7 +279,7 @@ def test_processes_that_die_are_named(tmp_path):
     assert "time limit of 1 s" in words[5]
 
 
-def test_a_run_that_never_closes_and_one_that_is_too_long(write_input, threads):
+def test_runs_without_convergence_or_beyond_the_time_limit_fail(write_input, threads):
     loose = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
     groups = changed(tower(steps=20, gravity=[0.0, -9.81]), "joint", **loose)
     file = write_input(changed(groups, "contact", max_iterations=2))
@@ -292,8 +292,8 @@ def test_a_run_that_never_closes_and_one_that_is_too_long(write_input, threads):
     assert "time limit of 12 s" in long.message.values[1]
 
 
-def test_cases_that_fail_in_three_ways_are_named_and_the_rest_is_complete(write_input):
-    """One is refused, one does not converge, one needs more memory than a worker has."""
+def test_three_kinds_of_failures_are_reported_and_the_rest_is_complete(write_input):
+    """One input is refused, one does not converge, one needs more memory than a worker has."""
     which = {
         "material.density": [2643.0, -1.0, 2643.0, 2643.0, 2700.0],
         "contact.max_iterations": [50, 50, 2, 50, 50],
@@ -315,7 +315,7 @@ def test_cases_that_fail_in_three_ways_are_named_and_the_rest_is_complete(write_
 # --- resumed, shared, refused --------------------------------------------------------------------
 
 
-def test_a_study_goes_on_with_what_is_missing(file, tmp_path, threads):
+def test_a_study_continues_with_missing_cases(file, tmp_path, threads):
     study = tmp_path / "study"
     first = sitedda.study(file, {"motion.scale": [1.0, 2.0]}, KEPT, folder=study, executor=threads)
     keys = first.case.values
@@ -327,8 +327,8 @@ def test_a_study_goes_on_with_what_is_missing(file, tmp_path, threads):
     assert np.all(np.isfinite(more.largest_tilt_rad))
 
 
-def test_a_failure_belongs_to_what_failed(file, tmp_path, threads):
-    """It stays with what was requested and the time that a case may take, not with others."""
+def test_a_failure_depends_on_results_and_limits(file, tmp_path, threads):
+    """A failure is valid only for the same requested results and the same time limit."""
 
     def status(results=KEPT, **more):
         found = sitedda.study(file, {"motion.scale": [1.0]}, results, folder=tmp_path / "study",
@@ -354,7 +354,7 @@ sitedda.study(sys.argv[1], {ANGLES}, ["displacement[top].y"], folder=sys.argv[2]
 """
 
 
-def test_a_killed_client_leaves_a_study_that_completes_to_the_same_bits(tmp_path, threads):
+def test_a_study_of_a_killed_client_completes_bit_identically(tmp_path, threads):
     command = [sys.executable, "-c", KILLED, str(COLUMN), str(tmp_path / "killed")]
     with subprocess.Popen(command, start_new_session=True) as client:
         until = time.monotonic() + DEADLINE
@@ -368,7 +368,7 @@ def test_a_killed_client_leaves_a_study_that_completes_to_the_same_bits(tmp_path
 
 @pytest.fixture
 def interrupted(file, tmp_path):
-    """The folder of a case that was interrupted, with its checkpoint."""
+    """Return the folder of an interrupted case, with its checkpoint."""
     folder = tmp_path / "case"
     folder.mkdir()
     shutil.copy(file, folder / "model.nml")
@@ -377,13 +377,13 @@ def interrupted(file, tmp_path):
     return folder
 
 
-def test_a_case_without_a_good_checkpoint_begins_at_the_start(interrupted):
+def test_a_case_without_a_valid_checkpoint_starts_again(interrupted):
     (interrupted / "out.nc.checkpoint").write_bytes(b"")
     assert run_input(interrupted) == ""
     assert (interrupted / "out.nc").exists()
 
 
-def test_a_checkpoint_that_cannot_be_written_takes_nothing_away(interrupted, monkeypatch):
+def test_a_checkpoint_that_cannot_be_written_keeps_the_results(interrupted, monkeypatch):
     def full(*_):
         raise OutputError("out.nc.checkpoint.coming cannot be written: No space left on device")
 
@@ -395,7 +395,7 @@ def test_a_checkpoint_that_cannot_be_written_takes_nothing_away(interrupted, mon
         assert run.steps == 30
 
 
-def test_a_case_is_worked_on_by_one_client(file, tmp_path):
+def test_only_one_client_executes_a_case(file, tmp_path):
     plan = make_plan(file, {"motion.scale": [1.0]}, KEPT, tmp_path / "study").write()
     work, folder = (
         Work(plan.folder, quantities=plan.quantities),
@@ -429,7 +429,7 @@ def test_the_key_covers_input_records_and_build(tmp_path, write_input, monkeypat
     assert "'../../../files/" in text and "quake" not in text.replace("motion_x = 'quake'", "")
 
 
-def test_collect_reads_only_below_its_own_folder(file, tmp_path, threads):
+def test_collect_reads_only_in_its_own_folder(file, tmp_path, threads):
     study = tmp_path / "study"
     found = sitedda.study(file, {"motion.scale": [1.0]}, KEPT, folder=study, executor=threads)
     folder = case_folder(study, found.case.item())
@@ -460,8 +460,8 @@ def test_workers_are_an_executor():
             pool.submit(math.sqrt, -1.0).result()
 
 
-def test_namelist_text_is_kept(tmp_path):
-    """A study of a Model object, with a motion too long for the input itself."""
+def test_a_study_of_a_model_object(tmp_path):
+    """The motion of the Model object is too long for the input itself."""
     model = sitedda.Model.from_namelist(namelist(tower()))
     model["motion.pulse"].values = np.sin(np.arange(5000) * 0.01)
     plan = make_plan(model, {"motion.scale": [1.0]}, folder=tmp_path / "study").write()
@@ -470,7 +470,7 @@ def test_namelist_text_is_kept(tmp_path):
     assert np.loadtxt(plan.folder / "files" / name).size == 5000
 
 
-def test_a_result_with_a_name_that_netcdf_cannot_hold_is_damaged(tmp_path):
+def test_a_result_with_a_name_that_netcdf_does_not_allow_is_damaged(tmp_path):
     from sitedda.study.store import write_result
 
     write_result(tmp_path, "complete", numbers={"x" * 250: 1.0})

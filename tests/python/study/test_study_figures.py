@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is drawn from studies: fragility, dynamic analysis, sensitivity, maps, bands, the report."""
+"""Figures of studies: fragility, dynamic analysis, sensitivity, maps, bands, report."""
 
 from concurrent.futures import ThreadPoolExecutor
 
@@ -43,8 +43,8 @@ def test_fragility_of_published_data():
     assert np.all(below < found.probability([0.5, 1.0])) and np.all(above < 1)
 
 
-def test_the_intervals_of_a_fragility_hold_their_confidence():
-    """Coverage over drawn data: of 95 % intervals about 95 % hold the truth."""
+def test_the_intervals_of_a_fragility_have_their_confidence():
+    """Coverage with random data: about 95 % of the 95 % intervals contain the true value."""
     rng = np.random.default_rng(4)
     x, held = np.linspace(0.3, 2.4, 8), np.zeros(2)
     from scipy.special import ndtr
@@ -75,7 +75,7 @@ def test_data_without_a_fragility_are_refused(failures, words):
 
 @pytest.fixture
 def table() -> xr.Dataset:
-    """Responses of five records at four levels; one run failed."""
+    """Return responses of five records at four levels; one run failed."""
     level = np.array([1.0, 2.0, 3.0, 4.0])
     response = np.outer([0.4, 0.7, 1.0, 1.5, 2.5], level**2)
     response[4, 3] = np.nan
@@ -92,22 +92,22 @@ def table() -> xr.Dataset:
 
 def test_incremental_dynamic_analysis(table):
     found = ida(table, "tilt", "pga", threshold=8.5)
-    # linear between levels: those of k·l² on both sides of 8.5
+    # linear between levels: responses k·l² below and above 8.5
     expected = [np.inf, 3 + 2.2 / 4.9, 2 + 4.5 / 5.0, 2 + 2.5 / 7.5, 1 + 6.0 / 7.5]
     assert np.allclose(found.capacity, expected)
     assert np.allclose(found.fractiles[1], [1.0, 4.0, 9.0, 13.6])
     high = ida(table, "tilt", "pga", threshold=30.0).capacity
-    assert np.isinf(high[:4]).all() and np.isnan(high[4])  # a failed run hides it
+    assert np.isinf(high[:4]).all() and np.isnan(high[4])  # unknown because of a failed run
     with pytest.raises(InputError, match="select one value of each other dimension"):
         ida(table, "tilt", "pga", record="seed")
 
 
-def test_a_fragility_of_a_study_leaves_out_failed_runs(table):
+def test_a_fragility_of_a_study_excludes_failed_runs(table):
     found = fragility_of(table, "tilt", 8.5, "pga")
     assert found.trials.tolist() == [5, 5, 5, 4] and found.failures.tolist() == [0, 1, 3, 3]
 
 
-def test_a_fragility_says_which_cases_are_beyond_their_horizon(table):
+def test_a_fragility_states_cases_beyond_their_horizon(table):
     assert "is unknown" in fragility_of(table, "tilt", 8.5, "pga").doubt
     known = table.assign(tilt_decided_s=table.tilt * 0 + 10.0, end_s=table.tilt * 0 + 10.0)
     assert fragility_of(known, "tilt", 8.5, "pga").doubt == ""
@@ -136,14 +136,14 @@ def test_a_fragility_without_a_curve_has_bounds(table, threshold, why, low, high
     assert page.index(f"No curve: {why}") < page.index("20 cases") < page.index("<figure")
 
 
-def test_a_fragility_says_whether_it_stands_at_its_design_level(table):
+def test_a_fragility_has_a_verdict_at_its_design_level(table):
     found = fragility_of(table, "tilt", 8.5, "pga", design=2.0)
     assert found.words.startswith("Stands at pga 2 m/s² with a margin of "
                                   f"{found.median / 2:.3g}: half of the cases")  # fmt: skip
     assert fragility_of(table, "tilt", 8.5, "pga", design=4.0).words.startswith("Fails at pga 4")
 
 
-def test_records_matched_to_one_spectrum_are_doubted(table):
+def test_records_matched_to_one_spectrum_cause_a_warning(table):
     step, time = 0.01, np.arange(0, 6, 0.01)
     rng = np.random.default_rng(2)
     noise = [Record(f"{i}", rng.normal(size=time.size) * np.exp(-time), step) for i in range(3)]
@@ -155,7 +155,7 @@ def test_records_matched_to_one_spectrum_are_doubted(table):
         assert ("matched to one spectrum" in doubt) is doubted
 
 
-def test_indices_of_ishigami_are_exact_and_those_of_another_program():
+def test_indices_of_ishigami_agree_with_theory_and_another_program():
     from SALib.analyze import sobol as other
 
     u = uniform(-np.pi, np.pi)
@@ -176,7 +176,7 @@ def test_indices_of_ishigami_are_exact_and_those_of_another_program():
         sobol_indices(found.isel(sample=slice(7)), "value")
 
 
-def test_a_tornado_puts_the_widest_first():
+def test_a_tornado_begins_with_the_widest_range():
     design = one_at_a_time({"a": (0.0, 1.0, 3.0), "b": (1.0, 2.0, 9.0)})
     with ThreadPoolExecutor(1) as pool:
         found = sitedda.study(study_functions.plane, design, executor=pool)
@@ -187,7 +187,7 @@ def test_a_tornado_puts_the_widest_first():
     assert result.low_values.tolist() == [1.0, 0.0]
 
 
-def test_a_map_and_bands():
+def test_maps_and_bands_of_a_study():
     with ThreadPoolExecutor(1) as pool:
         found = sitedda.study(study_functions.plane, {"a": [2.0, 1.0], "b": [3.0, 0.0, 5.0]},
                               executor=pool)  # fmt: skip
@@ -200,7 +200,7 @@ def test_a_map_and_bands():
         parameter_map(found, "row", "a", "b")
 
 
-def test_a_report_holds_what_is_asked_for(table, tmp_path):
+def test_a_report_contains_the_requested_figures(table, tmp_path):
     figures = [
         {"kind": "ida", "quantity": "tilt", "intensity": "pga", "threshold": 8.5},
         {"kind": "fragility", "quantity": "tilt", "threshold": 8.5, "intensity": "pga"},

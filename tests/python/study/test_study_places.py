@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where studies run: the command, a Dask cluster, Slurm; records, and settings in a file."""
+"""Execution of studies: command, Dask cluster, Slurm; records, and settings in a file."""
 
 import os
 import shlex
@@ -50,7 +50,7 @@ y = "scale"
 
 @pytest.fixture
 def study(write_input, tmp_path):
-    """A study of nine cases, three of which fail."""
+    """Write a study of nine cases, three of which fail."""
     write_input(tower())
     file = tmp_path / "grid.toml"
     file.write_text(STUDY)
@@ -59,14 +59,14 @@ def study(write_input, tmp_path):
 
 @pytest.fixture
 def table(study):
-    """Its table, run in this process."""
+    """Return the table of the study, run in this process."""
     plan = read_settings(study).plan
     with ThreadPoolExecutor(1) as pool:
         return sitedda.study(plan.model, plan.axes, {q.label: q.name for q in plan.quantities},
                              fixed=plan.fixed, executor=pool)  # fmt: skip
 
 
-def test_the_command(study, table, main, tmp_path):
+def test_the_command_runs_a_study(study, table, main, tmp_path):
     assert "not started" in main.ok("study", "status", study).stdout
     done = main("study", study, "--workers", "1", "--quiet", "--report")
     assert done.returncode == 1 and "--retry" in done.stdout
@@ -99,7 +99,7 @@ def test_the_command(study, table, main, tmp_path):
         ("[fixed]", FIGURE, "figure 1: quantity = 'topp' is none of the results; did you mean"),
     ],
 )
-def test_what_is_wrong_with_a_file_is_named(study, main, old, new, words):
+def test_errors_of_a_study_file_are_named(study, main, old, new, words):
     study.write_text(STUDY.replace(old, new))
     done = main("study", study, "-q")
     assert done.returncode == 1 and words in done.stderr.replace("; there", "; there")
@@ -107,7 +107,7 @@ def test_what_is_wrong_with_a_file_is_named(study, main, old, new, words):
 
 
 def test_factors_of_safety_over_friction_and_water(root):
-    """The example, on a part of its grid, beside the closed form of a block on a plane."""
+    """The shipped study on a part of its grid agrees with the closed form of a block on a plane."""
     settings = read_settings(root / "inputs/studies/stability.toml")
     plan = settings.plan
     grid = {
@@ -117,7 +117,8 @@ def test_factors_of_safety_over_friction_and_water(root):
     assert list(plan.dims) == list(grid)
     with ThreadPoolExecutor(2) as pool:
         found = sitedda.study(plan.model, grid, task=plan.task, executor=pool)
-    weight, uplift, push, dip = 2.5e6, 0.4e6, 0.2e6, np.radians(35.0)  # N/m: of a full crack
+    weight, uplift, push = 2.5e6, 0.4e6, 0.2e6  # N/m, for a crack full of water
+    dip = np.radians(35.0)
     share, tangent = found.water_pressure, np.tan(np.radians(found.friction_angle))
     hold = weight * np.cos(dip) - share * (uplift + push * np.sin(dip))
     known = hold * tangent / (weight * np.sin(dip) + share * push * np.cos(dip))
@@ -138,7 +139,7 @@ def test_a_dask_cluster_gives_the_same_table(study, table, main, tmp_path):
     same(collect(tmp_path / "grid_study"), table)
 
 
-def test_dask_that_is_not_there(study, main):
+def test_a_missing_dask_scheduler_is_reported(study, main):
     pytest.importorskip("distributed")
     done = main("study", study, "--dask", "tcp://127.0.0.1:9", "--tls-cert", "a.pem")
     assert done.returncode == 1 and "--tls-ca, --tls-cert, --tls-key" in done.stderr
@@ -161,7 +162,7 @@ def test_a_job_array_gives_the_same_table(study, table, main, tmp_path, monkeypa
     same(found, table)
 
 
-def test_a_job_array_killed_half_way_goes_on(write_input, tmp_path):
+def test_a_job_array_killed_halfway_continues(write_input, tmp_path):
     file = write_input(tower(steps=3000))
     text = file.read_text().replace("&output", "&output\n checkpoint_interval = 200")
     file.write_text(text)
@@ -205,7 +206,7 @@ def test_batch_scripts_are_quoted_and_refuse_another_build(study, tmp_path):
     ["program = 'evil'", "options = ['--output=evil']", "options = ['--export=ALL,BASH_ENV=evil']",
      "options = ['--chdir=/']", "options = ['--wrap=touch']", "options = ['--array=0-9999']"],
 )  # fmt: skip
-def test_a_study_names_nothing_that_slurm_executes_or_writes(study, main, line):
+def test_a_study_cannot_name_files_for_slurm(study, main, line):
     study.write_text(f"{STUDY}\n[slurm]\n{line}\n")
     done = main("study", "plan", study)
     assert done.returncode == InputError.kind
@@ -242,7 +243,7 @@ def test_measures_of_intensity_of_a_sine():
     a = 3.0 * np.sin(2 * np.pi * t / period)
     assert intensity("pga", a, None, step) == pytest.approx(3.0, rel=1e-4)
     assert intensity("arias", a, None, step) == pytest.approx(np.pi / 2 / 9.80665 * 90, rel=1e-3)
-    resonant = 3.0 / (2 * 0.05)  # of the steady vibration
+    resonant = 3.0 / (2 * 0.05)  # in steady vibration
     assert intensity("sa", a, None, step, period) == pytest.approx(resonant, rel=5e-3)
     one = Record("sine", a, step)
     assert Records([one], [4.0], "arias").factors ** 2 == pytest.approx(
@@ -276,6 +277,6 @@ def test_synthetic_records_fit_their_spectrum():
         lambda: synthetic(1, lambda t: 0 * t),
     ],
 )
-def test_suites_that_cannot_be_are_refused(wrong):
+def test_invalid_suites_are_refused(wrong):
     with pytest.raises(InputError):
         wrong()

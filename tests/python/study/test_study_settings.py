@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Each value of a study's file is of its kind and finite, or refused in a sentence."""
+"""Values of a study file have the right type and are finite, or are refused in a sentence."""
 
 import copy
 import json
@@ -24,7 +24,7 @@ SHORT = {"count": 1, "duration": 2.0, "periods": [0.05, 1.0]}  # a quick synthet
 
 
 def as_toml(value) -> str:
-    """A value on one line."""
+    """Return a value as TOML on one line."""
     if isinstance(value, dict):
         rows = (f"{json.dumps(name)} = {as_toml(one)}" for name, one in value.items())
         return "{" + ", ".join(rows) + "}"
@@ -34,7 +34,7 @@ def as_toml(value) -> str:
 
 
 def places(value, place=()):
-    """Keys of all that stands in a table."""
+    """Yield the keys of all values in a table, also of nested ones."""
     inner = value.items() if isinstance(value, dict) else enumerate(value)
     for key, one in inner:
         yield (*place, key)
@@ -43,7 +43,7 @@ def places(value, place=()):
 
 
 def with_value(table: dict, place, new) -> str:
-    """The text of a table in which one value is another."""
+    """Return the text of a table in which one value is replaced."""
     table = copy.deepcopy(table)
     reduce(lambda inner, key: inner[key], place[:-1], table)[place[-1]] = new
     return "\n".join(f"{name} = {as_toml(one)}" for name, one in table.items())
@@ -84,7 +84,7 @@ def test_any_value_is_read_or_refused_in_one_sentence(study, tmp_path):
         ("results = 3\n[parameters]\na = [1]", "results = 3 is not a name, a list or"),
     ],
 )
-def test_what_is_wrong_is_named(text, words, tmp_path):
+def test_invalid_values_are_named(text, words, tmp_path):
     file = tmp_path / "s.toml"
     file.write_text(f"model = 'm.nml'\n{text}\n")
     with pytest.raises(InputError, match=words):
@@ -99,7 +99,7 @@ def test_what_is_wrong_is_named(text, words, tmp_path):
         ("accuracy", "pga_m_s2[top]_bar", "pga[top]_bar"),
     ],
 )
-def test_figures_of_tasks_have_names_of_their_results(task, known, unknown, tmp_path, write_input):
+def test_figures_of_tasks_use_names_of_their_results(task, known, unknown, tmp_path, write_input):
     write_input(tower())
     file = tmp_path / "s.toml"
     text = f"model = 'model.nml'\ntask = '{task}'\n[parameters]\n'motion.scale' = [1.0, 2.0]\n"
@@ -114,7 +114,7 @@ def test_figures_of_tasks_have_names_of_their_results(task, known, unknown, tmp_
         read_settings(file)
 
 
-def test_results_of_tasks_are_those_that_are_known(write_input, tmp_path):
+def test_results_of_tasks_have_known_names(write_input, tmp_path):
     file = write_input(tower(steps=5))
     for task in TASKS:
         table = sitedda.study(file, {"material.density": [2500.0]}, task=task,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A model behind UM-Bridge, called by the client of that package."""
+"""A model served by UM-Bridge, called by the client of that package."""
 
 import socket
 import subprocess
