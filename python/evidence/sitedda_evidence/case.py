@@ -123,9 +123,16 @@ class Outcome:
     pictures: list[Picture] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
-    def compare(self, *values) -> None:
-        """Add a comparison with a published value, see `Compared`."""
-        self.compared.append(Compared(*values))
+    def compare(self, *values, within: float | None = None) -> None:
+        """Add a comparison with a published value, see `Compared`.
+
+        `within` also adds a row: the largest error relative to theory, or absolute if that is 0.
+        """
+        one = Compared(*values)
+        self.compared.append(one)
+        if within is not None:
+            judge = relative if one.theory else absolute
+            self.rows.append(judge(one.quantity, one.theory, one.sitedda, within))
 
     def require(self, *values) -> None:
         """Add a row for a condition that must be true, see `reached`."""

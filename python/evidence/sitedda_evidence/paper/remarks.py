@@ -196,7 +196,7 @@ def _add_contact_rows(done: Outcome, found: dict) -> None:
     done.compare("first frequency of the column, joints made rigid by augmented Lagrange (Hz)",
         "section 1", "“beyond the scope”", shear, rigid,
         "only the shear of the drums is left: the penalty of Tables IV and V is the stiffness"
-        " of the joints, not a numerical parameter")  # fmt: skip
+        " of the joints, not a numerical parameter", within=0.02)  # fmt: skip
     ratios = []
     for step, printed in _TURNED_ON.items():
         times = [found["turned on", step, k]["settled"] for k in _ENDS]
@@ -206,22 +206,17 @@ def _add_contact_rows(done: Outcome, found: dict) -> None:
             " penalty", 2)  # fmt: skip
     done.compare("layers with `penetration_tolerance`: largest difference from the penalty alone",
         "section 1", None, 0.0, bonded, "figure 15 is the same: its layers are bonded, and the"
-        " multiplier acts on unbonded contacts only", 2)  # fmt: skip
+        " multiplier acts on unbonded contacts only", 2, within=0.0)  # fmt: skip
     done.compare("layers, “SOR, factor 1.5” against the direct solver: largest difference",
-        "Table I", None, 0.0, apart, "of the acceleration of the top layer, 5 s", 2)  # fmt: skip
+        "Table I", None, 0.0, apart, "of the acceleration of the top layer, 5 s", 2,
+        within=1e-4)  # fmt: skip
     done.compare(f"amplification of the layers at k = {crossing:.1f} E L, by theory that of SHAKE",
         "section 5, k = 21 E L", _SHAKE[1], met.amplitude, engine.amplitude,
         f"f rises from {low.frequency:.2f} to {high.frequency:.2f} Hz and A falls from"
         f" {low.amplitude:.2f} to {high.amplitude:.2f} between 10 and 100 E L: an optimum by"
-        f" crossing, at {met.frequency:.2f} Hz", 3)  # fmt: skip
-    done.require("Rigid joints leave the frequency of the drums' shear",
-            abs(rigid / shear - 1) < 0.02, f"{rigid:.1f} Hz")  # fmt: skip
+        f" crossing, at {met.frequency:.2f} Hz", 3, within=1e-3)  # fmt: skip
     done.require("Turn-on with rigid joints does not depend on the penalty", max(ratios) < 1.2,
             ", ".join(f"{one:.2f}" for one in ratios))  # fmt: skip
-    done.require("The multiplier leaves bonded layers unchanged", bonded == 0, f"{bonded:.1e}")
-    done.require("SOR gives the motion of the direct solver", apart < 1e-4, f"{apart:.1e}")
-    done.require("The engine meets the amplification of SHAKE at the penalty of the theory",
-            abs(engine.amplitude / _SHAKE[1] - 1) < 1e-3, f"{engine.amplitude:.3f}")  # fmt: skip
 
 
 def _add_damping_rows(done: Outcome) -> None:
@@ -240,13 +235,10 @@ def _add_damping_rows(done: Outcome) -> None:
         " the scheme")  # fmt: skip
     done.compare("the same, Δt = 5 ms", "section 2.1", None, fine.amplitude, coarse.amplitude,
         f"at {coarse.frequency:.3f} Hz: the step changes the frequency,"
-        " not the damping")  # fmt: skip
+        " not the damping", within=0.02)  # fmt: skip
     done.compare("5 soft layers of 10 % on 10 stiff ones of 1 %: damping ratio of the first mode",
         "section 2.1", "“non-classical”", exact, energies,
         "theory: complex mode; run: energies of the real mode, as in `modes`")  # fmt: skip
-    done.require("Damping by the material does not depend on the time step",
-        abs(coarse.amplitude / fine.amplitude - 1) < 0.02,
-        f"{fine.amplitude:.2f} and {coarse.amplitude:.2f}")  # fmt: skip
 
 
 def _add_wave_rows(done: Outcome, found: dict) -> None:
@@ -272,7 +264,8 @@ def _add_wave_rows(done: Outcome, found: dict) -> None:
         done.compare(f"layers of {thickness:g} m at k = 1500 GN/m: first frequency (Hz)",
             "section 2.2, k > 100 E", None, float(_SPEED / 60 / np.sqrt(1 + shear)),
             _layered_frequency(thickness),
-            "v/4H over √(1 + GW/2k_sΔx): joints per metre count as the penalty does")  # fmt: skip
+            "v/4H over √(1 + GW/2k_sΔx): joints per metre count as the penalty does",
+            within=0.01)  # fmt: skip
 
 
 def _layered_frequency(thickness: float) -> float:
@@ -289,7 +282,7 @@ def _add_column_rows(done: Outcome, found: dict) -> None:
     for k in _PENALTIES:
         done.compare(f"dominant frequency at k = {k:.0e} N/m, Δt = 1e-4 s (Hz)", "Table V, “not"
             " shown”", avdat.printed_range(k), _first_frequency(k), found["fine", k],
-            "theory without the weight")  # fmt: skip
+            "theory without the weight", within=0.02)  # fmt: skip
     for k in _PENALTIES[1:]:
         plain, meshed = found["bent", k]
         done.compare(f"drums that bend, k = {k:.0e} N/m: first frequency (Hz)", "Table V",
@@ -308,11 +301,9 @@ def _add_column_rows(done: Outcome, found: dict) -> None:
         8.3e7 / 1.8e9, None, f"Ω smaller by √({1.8e9 / 8.3e7:.1f}) ="
         f" {np.sqrt(1.8e9 / 8.3e7):.1f}", "restitution depends on Ω = Δt √(k/m) (picture): a"
         " fitted penalty fits the loss at impacts")  # fmt: skip
-    fine = max(abs(found["fine", k] / _first_frequency(k) - 1) for k in _PENALTIES)
     stiffer = all(found["bent", k][1] < found["bent", k][0] for k in _PENALTIES[1:])
     inside = all(low <= found["noise", f] <= high
                  for f, (low, high) in zip(_MIDDLES, avdat.BANDS, strict=True))  # fmt: skip
-    done.require("Table V at 1e-4 s: frequencies of the theory", fine < 0.02, f"within {fine:.1e}")
     done.require("Drums that bend lower the frequency", stiffer, "at both penalties")
     done.require("Noise shows each direction in its band", inside,
             ", ".join(f"{found['noise', f]:.2f} Hz" for f in _MIDDLES))  # fmt: skip
