@@ -249,7 +249,7 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
         frequency = np.sqrt(squares[0, numbers]) / (2 * np.pi)
         shown = modes(model, int(numbers.max()) + 1, contacts, changes | best)
         changed = float(abs(shown.frequency[numbers] / frequency - 1).max())
-        if changed < _SAME:
+        if changed < _SAME and not closed:
             return posterior, peaks, error, shown, ()
         if closed:
             break
@@ -302,8 +302,9 @@ def _find_peaks(posterior: Posterior, seed: int) -> tuple[Posterior, list[tuple]
 
 def _check_priors(unknowns: Mapping) -> np.ndarray:
     """Return the ranges of the unknowns, shape (unknowns, 2)."""
-    if not unknowns:
-        raise InputError("name at least one unknown, such as contact.normal_stiffness")
+    if not unknowns or not isinstance(unknowns, Mapping):
+        raise InputError("name at least one unknown, such as contact.normal_stiffness, and its "
+                         "range")  # fmt: skip
     for name, values in unknowns.items():
         try:
             low, high = positive(name, values)

@@ -135,9 +135,10 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
         if abs(step).max() <= _NO_STIFFNESS * abs(base).max():
             raise InputError(f"{name} changes no stiffness of the model")
         steps.append(step)
-    mixed = {n: v * (1 + (i + 1) * _STEP) for i, (n, v) in enumerate(unknowns.items())}
+    # Steps of other sizes also show whether the first steps changed contacts.
+    mixed = {n: v * (1 + (i + 2) * _STEP) for i, (n, v) in enumerate(unknowns.items())}
     stiffness, *_ = matrices(model, contacts, at | mixed)
-    linear = base + sum((i + 1) * step for i, step in enumerate(steps))
+    linear = base + sum((i + 2) * step for i, step in enumerate(steps))
     if abs(stiffness - linear).max() > _LINEAR * _STEP * max(abs(step).max() for step in steps):
         raise InputError(
             f"the stiffness is not linear in {', '.join(unknowns)}: choose stiffnesses instead of "

@@ -53,7 +53,10 @@ def measured_modes(source) -> pd.DataFrame:
         places = [f"{source}, line {line}" for line, _ in rows]
         table, where = pd.DataFrame([row for _, row in rows], places, names), f"{source}: "
     else:
-        table, where = pd.DataFrame(source), ""
+        try:
+            table, where = pd.DataFrame(source), ""
+        except (TypeError, ValueError) as trouble:
+            raise InputError(f"the measured modes are not a table: {trouble}") from None
         table.index = [one if isinstance(one, str) else f"mode {i}"
                        for i, one in enumerate(table.index, 1)]  # fmt: skip
     shapes = [name for name in table if name not in _COLUMNS]

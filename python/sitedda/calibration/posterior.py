@@ -26,6 +26,7 @@ from .family import Family
 from .measured import Observations
 
 _STEP = 1e-6  # of differences, in prior deviations
+_LEAST_SQUARE = 1e-30  # smallest ω², rad²/s²: soft joints under weight are unstable
 _STILL = 1e-10  # fraction of the largest square of a shape at its points that counts as 0
 _PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peaks
 _MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to the highest in ln p
@@ -76,7 +77,7 @@ class Posterior:
             squares, y = np.linalg.eigh(stiffness)
         else:
             squares, y = np.linalg.eigvalsh(stiffness), None
-        squares = np.maximum(squares, 1e-30)
+        squares = np.maximum(squares, _LEAST_SQUARE)
         chosen = np.tile(self.seen.number, (len(z), 1))
         if np.any(self.seen.number < 0):
             for one, s, shapes, d in zip(chosen, squares, y, self.discrepancies(z), strict=True):
@@ -153,9 +154,12 @@ class Posterior:
         turn = np.zeros((z.size, *squares[0].shape)), np.zeros((z.size, *y[0].shape))
         for whole, slope in zip(turn, self.family.slopes(squares[0], y[0]), strict=True):
             whole[:count] = (slope.T * scale).T
-        low, high = (self._weigh_errors(z + h * np.eye(z.size), squares + h * turn[0],
-                                        y + h * turn[1], np.tile(chosen, (z.size, 1)))
-                     for h in (-_STEP, _STEP))  # fmt: skip
+        low, high = (
+            self._weigh_errors(z + h * np.eye(z.size),
+                               np.maximum(squares + h * turn[0], _LEAST_SQUARE),
+                               y + h * turn[1], np.tile(chosen, (z.size, 1)))
+            for h in (-_STEP, _STEP)
+        )  # fmt: skip
         return (high - low).T / (2 * _STEP)
 
     def log(self, z: np.ndarray) -> np.ndarray:

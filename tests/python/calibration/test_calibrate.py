@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import norm
 
 import sitedda
-from sitedda.calibration import calibrate, family_of, measured_modes, odds
+from sitedda.calibration import Family, calibrate, family_of, measured_modes, odds
 from sitedda.calibration.measured import Observations, shapes_of
 from sitedda.calibration.posterior import Posterior
 from sitedda.checking import matrices
@@ -134,6 +134,26 @@ def test_contacts_that_gravity_closes(arch):
     assert not any("gravity closes" in words for words in found.doubts)
 
 
+def test_one_unknown_that_changes_contacts(root):
+    """A facade with contacts without force, which any change of the one unknown opens or closes."""
+    facade = root / "inputs/facade.nml"
+    with pytest.raises(InputError, match="not linear"):
+        family_of(facade, {"contact.normal_stiffness": 2e8})
+    frequency = sitedda.modes(facade, 2).frequency
+    modes = {"frequency": frequency, "deviation": 0.01 * frequency}
+    found = calibrate(facade, modes, {"contact.normal_stiffness": (5e7, 8e8)})
+    assert any("all touching contacts are assumed closed" in words for words in found.doubts)
+    assert 1.5e8 < found.unknowns.best.iloc[0] < 2e8  # more contacts are closed
+
+
+def test_derivatives_where_a_model_is_unstable():
+    """As under its weight on soft joints: ω² of the first mode is below 0."""
+    family = Family(np.diag([-1.0, 50.0]), [np.eye(2)], np.zeros((2, 2)))
+    seen = Observations(measured_modes({"frequency": [1.0], "deviation": [0.1]}), [])
+    posterior = Posterior(family, seen, np.zeros(1), np.ones(1), 0.0)
+    assert np.all(np.isfinite(posterior.jacobian(np.array([-1.0]))))
+
+
 def test_contacts_are_assumed_closed_and_that_is_said(arch, monkeypatch):
     """As if any change of a stiffness opened contacts; the note has the effect of those open."""
 
@@ -227,6 +247,7 @@ def test_probability_where_modes_cross():
     ("unknowns", "words"),
     [
         ({}, "at least one unknown"),
+        ([NORMAL], "at least one unknown"),
         ({NORMAL: (2e9, 1e9)}, r"0 < low < high"),
         ({"joint[bed].friction_angle": (20, 40)}, "changes no stiffness"),
         ({"material[stone].density": (2000, 3000)}, "changes masses"),
@@ -270,6 +291,20 @@ def test_refuses_tables(tmp_path, text, words):
     (tmp_path / "modes.csv").write_text(text)
     with pytest.raises(InputError, match=words):
         calibrate(column(), tmp_path / "modes.csv", {SHEAR: RANGES[SHEAR]})
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        (None, "there is no measured mode"),
+        ({"frequency": [20.0, 70.0], "deviation": [0.1]}, "not a table"),
+        ({"frequency": ["f"], "deviation": [0.1]}, "mode 1: frequency = f"),
+        ([3.0, 4.0], "column 0 is not known"),
+    ],
+)
+def test_refuses_tables_of_python(table, words):
+    with pytest.raises(InputError, match=words):
+        measured_modes(table)
 
 
 def test_reads_tables_of_other_programs(tmp_path):
