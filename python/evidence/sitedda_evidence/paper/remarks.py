@@ -234,8 +234,8 @@ def _add_damping_rows(done: Outcome) -> None:
         "“the best way”", None, fine.amplitude, f"at {fine.frequency:.3f} Hz, no damping by"
         " the scheme")  # fmt: skip
     done.compare("2.2 % by the material, table I, Δt = 5 ms: amplification", "section 2.1", None,
-        fine.amplitude, coarse.amplitude, f"at {coarse.frequency:.3f} Hz: the step changes the frequency,"
-        " not the damping", within=0.02)  # fmt: skip
+        fine.amplitude, coarse.amplitude, f"at {coarse.frequency:.3f} Hz: the step changes the"
+        " frequency, not the damping", within=0.02)  # fmt: skip
     done.compare("5 soft layers of 10 % on 10 stiff ones of 1 %: damping ratio of the first mode",
         "section 2.1", "“non-classical”", exact, energies,
         "theory: complex mode; run: energies of the real mode, as in `modes`")  # fmt: skip
