@@ -24,11 +24,15 @@ module dda_byte_file
       to_overwrite = 'r+b'
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
    integer(c_int), parameter :: from_end = 2_c_int                      !< SEEK_END
+   integer(c_int), parameter :: fully_buffered = 0_c_int                !< _IOFBF
+   !> size of a buffer, bytes; with the 4 KiB of the C library, the main job took 3 % more time
+   integer, parameter :: buffer_size = 131072
 
    !> An open file, and its name for messages.
    type :: byte_file_type
       character(len=:), allocatable :: name
       type(c_ptr) :: stream = c_null_ptr
+      integer(int8), pointer :: buffer(:) => null()  !< buffer of the stream
    end type byte_file_type
 
    interface
@@ -47,6 +51,13 @@ module dda_byte_file
          import :: c_int
          integer(c_int), value :: descriptor  !< descriptor of an open file
       end function c_dup
+
+      integer(c_int) function c_setvbuf(stream, buffer, mode, length) bind(c, name='setvbuf')
+         import :: c_int, c_ptr, c_size_t
+         type(c_ptr), value :: stream, buffer  !< FILE*; memory that remains until it is closed
+         integer(c_int), value :: mode  !< _IO…
+         integer(c_size_t), value :: length  !< bytes
+      end function c_setvbuf
 
       integer(c_int) function c_fclose(stream) bind(c, name='fclose')
          import :: c_int, c_ptr
@@ -149,6 +160,7 @@ contains
          end if
          file%stream = c_fopen(name//c_null_char, mode//c_null_char)
          if (.not. c_associated(file%stream)) call system_failure(file, 'cannot be read', error)
+         call add_buffer(file)
          return
       end if
       found = status_of(name)
@@ -174,7 +186,20 @@ contains
          call fail(error, error_file, name//' cannot be written: it was replaced during the run')
          call close_file(file, error)
       end if
+      call add_buffer(file)
    end subroutine open_file
+
+   !> Give a stream that has just been opened a larger buffer, if there is memory for it.
+   subroutine add_buffer(file)
+      type(byte_file_type), intent(inout) :: file  !< file, if it is open
+      integer(c_int) :: unused
+      integer :: status
+
+      if (.not. c_associated(file%stream)) return
+      allocate (file%buffer(buffer_size), stat=status)
+      if (status == 0) unused = c_setvbuf(file%stream, c_loc(file%buffer), fully_buffered, &
+         int(buffer_size, c_size_t))
+   end subroutine add_buffer
 
    !> Check that a file to be written or replaced is a regular file.
    subroutine check_plain(name, found, error)
@@ -204,6 +229,7 @@ contains
 
       file%name = other%name
       file%stream = c_fdopen(c_dup(c_fileno(other%stream)), to_read//c_null_char)
+      call add_buffer(file)
       if (c_associated(file%stream)) then
          unused = size_of_file(file)
       else
@@ -300,6 +326,7 @@ contains
       if (.not. c_associated(file%stream)) return
       status = c_fclose(file%stream)
       file%stream = c_null_ptr
+      if (associated(file%buffer)) deallocate (file%buffer)
       if (status /= 0 .and. .not. allocated(error)) call system_failure(file, 'cannot be written', &
          error)
    end subroutine close_file
