@@ -5,10 +5,11 @@
 module dda_point_intensity
    use dda_kinds, only: wp, pi
    use dda_low_pass, only: low_pass_type, new_low_pass, pass
-   use dda_response_spectrum, only: response_spectrum_type, new_response_spectrum, continue_motion
+   use dda_response_spectrum, only: oscillators_type, response_spectrum_type, new_oscillators, &
+      continue_motion
    implicit none
    private
-   public :: intensity_type, shaking_type, new_intensity, add_motion, arias_intensity
+   public :: intensity_type, new_intensity, add_motion, arias_intensity
 
    real(wp), parameter :: standard_gravity = 9.80665_wp  !< m/s²
 
@@ -24,6 +25,7 @@ module dda_point_intensity
    type :: intensity_type
       real(wp) :: time = 0.0_wp         !< time of the last sample, s
       real(wp) :: velocity(2) = 0.0_wp  !< largest absolute values, m/s
+      type(oscillators_type) :: oscillators  !< of the spectra
       type(shaking_type) :: raw(2)      !< shaking, unfiltered
       type(shaking_type) :: low(2)      !< shaking, low-passed at the resolved frequency
       type(low_pass_type) :: filter(2)
@@ -35,8 +37,7 @@ contains
    pure type(intensity_type) function new_intensity(frequency) result(intensity)
       real(wp), intent(in) :: frequency  !< frequency below which accelerations are reported, Hz
 
-      intensity%raw%spectrum = new_response_spectrum()
-      intensity%low%spectrum = new_response_spectrum()
+      intensity%oscillators = new_oscillators()
       intensity%filter = new_low_pass(frequency)
    end function new_intensity
 
@@ -53,15 +54,16 @@ contains
       do axis = 1, 2
          low = intensity%low(axis)%last
          if (step > 0.0_wp) call pass(intensity%filter(axis), acceleration(axis), step, low)
-         call add_acceleration(intensity%raw(axis), acceleration(axis), step)
-         call add_acceleration(intensity%low(axis), low, step)
+         call add_acceleration(intensity%oscillators, intensity%raw(axis), acceleration(axis), step)
+         call add_acceleration(intensity%oscillators, intensity%low(axis), low, step)
       end do
       intensity%velocity = max(intensity%velocity, abs(velocity))
       intensity%time = time
    end subroutine add_motion
 
    !> Add an acceleration to the intensity along one axis.
-   pure subroutine add_acceleration(shaking, acceleration, step)
+   pure subroutine add_acceleration(oscillators, shaking, acceleration, step)
+      type(oscillators_type), intent(inout) :: oscillators  !< of the spectra
       type(shaking_type), intent(inout) :: shaking  !< shaking so far
       real(wp), intent(in) :: acceleration          !< m/s²
       real(wp), intent(in) :: step                  !< time since the last acceleration, s
@@ -69,7 +71,7 @@ contains
       associate (before => shaking%last)
          shaking%squares = shaking%squares + 0.5_wp*step*(before**2 + acceleration**2)
          if (shaking%acceleration > 0.0_wp .or. abs(acceleration) > 0.0_wp) &
-            call continue_motion(shaking%spectrum, before, acceleration, step)
+            call continue_motion(oscillators, shaking%spectrum, before, acceleration, step)
       end associate
       shaking%acceleration = max(shaking%acceleration, abs(acceleration))
       shaking%last = acceleration

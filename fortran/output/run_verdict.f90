@@ -12,7 +12,7 @@ module dda_run_verdict
    use dda_energy, only: balance
    use dda_equilibrium, only: farthest_moved
    use dda_output_schema
-   use dda_point_intensity, only: intensity_type, shaking_type, new_intensity, add_motion, &
+   use dda_point_intensity, only: intensity_type, new_intensity, add_motion, &
       arias_intensity
    use dda_resolved_band, only: resolved_frequency
    use dda_response_spectrum, only: low_passed_peak, spectral_acceleration
@@ -375,9 +375,10 @@ contains
       associate (shaken => verdict%shaken(i))
          if (.not. maxval(shaken%raw%acceleration) > 0.0_wp) return
          name = point_label(simulation%model%points(i)%name, i)
-         call add_unfiltered(verdict, shaken%raw, name)
+         call add_unfiltered(verdict, shaken, name)
          call add_value(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
-         call spectral_acceleration(shaken%low%spectrum, shaken%low%last, sa, period)
+         call spectral_acceleration(shaken%oscillators, shaken%low%spectrum, shaken%low%last, sa, &
+            period)
          low = arias_intensity(shaken%low)
          above = 1.0_wp - maxval(low)/arias_intensity(shaken%raw(maxloc(low, 1)))
          call add_point('PGA', 'pga_resolved_m_s2', shaken%low%acceleration, 'm/s^2', '')
@@ -415,20 +416,22 @@ contains
    end subroutine judge_point
 
    !> Add the results for all frequencies, along the axis with the larger value.
-   subroutine add_unfiltered(verdict, raw, name)
+   subroutine add_unfiltered(verdict, shaken, name)
       type(run_verdict_type), intent(inout) :: verdict  !< values are added
-      type(shaking_type), intent(in) :: raw(2)          !< shaking of a point along both axes
+      type(intensity_type), intent(in) :: shaken        !< shaking of a point along both axes
       character(len=*), intent(in) :: name              !< name of the point
       real(wp) :: sa(2), period(2)
 
-      call spectral_acceleration(raw%spectrum, raw%last, sa, period)
-      call add_value(verdict, 'pga_m_s2['//name//']', maxval(raw%acceleration))
-      call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
-         maxval(low_passed_peak(raw%spectrum)))
-      call add_value(verdict, 'arias_m_s['//name//']', maxval(arias_intensity(raw)))
-      if (.not. maxval(sa) > 0.0_wp) return  ! too long time steps for a spectrum
-      call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
-      call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
+      associate (raw => shaken%raw)
+         call spectral_acceleration(shaken%oscillators, raw%spectrum, raw%last, sa, period)
+         call add_value(verdict, 'pga_m_s2['//name//']', maxval(raw%acceleration))
+         call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
+            maxval(low_passed_peak(raw%spectrum)))
+         call add_value(verdict, 'arias_m_s['//name//']', maxval(arias_intensity(raw)))
+         if (.not. maxval(sa) > 0.0_wp) return  ! too long time steps for a spectrum
+         call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
+         call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
+      end associate
    end subroutine add_unfiltered
 
    !> Add slip, opening and force of measured joints.

@@ -16,7 +16,7 @@ module dda_response_spectrum
    use dda_kinds, only: wp, pi
    implicit none
    private
-   public :: response_spectrum_type, periods, new_response_spectrum, continue_motion, &
+   public :: oscillators_type, response_spectrum_type, periods, new_oscillators, continue_motion, &
       spectral_acceleration
    public :: oscillator_peaks, low_passed_peak
 
@@ -29,28 +29,33 @@ module dda_response_spectrum
    real(wp), parameter :: same_step = 1.0e-9_wp         !< relative difference: rounding of times
    real(wp), parameter :: small_step = 1.0e-2_wp !< |z| below which μ and ρ are computed from series
 
-   !> Oscillators under one motion; number 0 is the low-pass, which has the highest frequency.
-   type :: response_spectrum_type
+   !> Factors of the oscillators, for any number of motions with the same step.
+   !> Number 0 is the low-pass, which has the highest frequency.
+   type :: oscillators_type
       real(wp) :: step = 0.0_wp                         !< step of the factors, s
       integer :: parts(0:periods) = 1                   !< parts into which a step is divided
       real(wp) :: share(0:periods) = 1.0_wp             !< length of a part over the step
       integer :: last_divided = 0  !< last oscillator with more than one part
-      real(wp), dimension(0:periods, 2) :: q = 0.0_wp   !< state, m/s; real and imaginary part
       real(wp), dimension(0:periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp
       real(wp) :: weight(0:periods) = 0.0_wp            !< ω²/Im λ, 1/s
+   end type oscillators_type
+
+   !> States and peaks of the oscillators under one motion.
+   type :: response_spectrum_type
+      real(wp), dimension(0:periods, 2) :: q = 0.0_wp   !< state, m/s; real and imaginary part
       real(wp) :: largest(0:periods) = 0.0_wp           !< largest value so far, m/s²
    end type response_spectrum_type
 
 contains
 
-   !> Create oscillators at rest.
-   pure type(response_spectrum_type) function new_response_spectrum() result(spectrum)
+   !> Create oscillators without a step.
+   pure type(oscillators_type) function new_oscillators() result(oscillators)
       integer :: i
 
       do i = 0, periods
-         spectrum%weight(i) = 2.0_wp*pi/period(i)/sqrt(1.0_wp - damping_of(i)**2)
+         oscillators%weight(i) = 2.0_wp*pi/period(i)/sqrt(1.0_wp - damping_of(i)**2)
       end do
-   end function new_response_spectrum
+   end function new_oscillators
 
    !> Period of oscillator i, s.
    pure real(wp) function period(i)
@@ -68,7 +73,8 @@ contains
 
    !> Continue the motion from one acceleration to another, linearly.
    !> A step that resolves no period is skipped: its terms would be unbounded.
-   pure subroutine continue_motion(spectrum, before, after, step)
+   pure subroutine continue_motion(oscillators, spectrum, before, after, step)
+      type(oscillators_type), intent(inout) :: oscillators  !< factors; set for a new step
       type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
       real(wp), intent(in) :: step           !< time between them, s; 0: nothing is done
@@ -76,47 +82,47 @@ contains
       integer :: i, last, part
 
       if (step <= 0.0_wp .or. step > coarsest) return
-      if (abs(step - spectrum%step) > same_step*step) call set_step(spectrum, step)
+      if (abs(step - oscillators%step) > same_step*step) call set_step(oscillators, step)
       last = periods
-      associate (s => spectrum)
-         do part = 1, s%parts(1)
-            if (part == 2) last = s%last_divided
-            do while (s%parts(last) < part)  ! the number of parts decreases with the period
+      associate (s => spectrum, by => oscillators)
+         do part = 1, by%parts(1)
+            if (part == 2) last = by%last_divided
+            do while (by%parts(last) < part)  ! the number of parts decreases with the period
                last = last - 1
             end do
             do i = 0, last
-               change = (after - before)*s%share(i)
+               change = (after - before)*by%share(i)
                one = before + (part - 1)*change
                other = before + part*change
-               q(1) = s%decay(i, 1)*s%q(i, 1) - s%decay(i, 2)*s%q(i, 2) + s%before(i, 1)*one &
-                  + s%after(i, 1)*other
-               q(2) = s%decay(i, 2)*s%q(i, 1) + s%decay(i, 1)*s%q(i, 2) + s%before(i, 2)*one &
-                  + s%after(i, 2)*other
+               q(1) = by%decay(i, 1)*s%q(i, 1) - by%decay(i, 2)*s%q(i, 2) + by%before(i, 1)*one &
+                  + by%after(i, 1)*other
+               q(2) = by%decay(i, 2)*s%q(i, 1) + by%decay(i, 1)*s%q(i, 2) + by%before(i, 2)*one &
+                  + by%after(i, 2)*other
                s%q(i, :) = q
-               s%largest(i) = max(s%largest(i), s%weight(i)*abs(q(2)))
+               s%largest(i) = max(s%largest(i), by%weight(i)*abs(q(2)))
             end do
          end do
       end associate
    end subroutine continue_motion
 
    !> Set the factors of a step.
-   pure subroutine set_step(spectrum, step)
-      type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum; its factors are set
+   pure subroutine set_step(oscillators, step)
+      type(oscillators_type), intent(inout) :: oscillators  !< oscillators; their factors are set
       real(wp), intent(in) :: step  !< Δt, s
       complex(wp) :: decay, before, after
       integer :: i
 
-      spectrum%step = step
+      oscillators%step = step
       do i = 0, periods
-         spectrum%parts(i) = ceiling(samples_per_period*step/period(i))
-         spectrum%share(i) = 1.0_wp/spectrum%parts(i)
+         oscillators%parts(i) = ceiling(samples_per_period*step/period(i))
+         oscillators%share(i) = 1.0_wp/oscillators%parts(i)
          call set_factors(eigenvalue_of(1.0_wp/period(i), damping_of(i)), &
-            step*spectrum%share(i), decay, before, after)
-         spectrum%decay(i, :) = parts_of(decay)
-         spectrum%before(i, :) = parts_of(before)
-         spectrum%after(i, :) = parts_of(after)
+            step*oscillators%share(i), decay, before, after)
+         oscillators%decay(i, :) = parts_of(decay)
+         oscillators%before(i, :) = parts_of(before)
+         oscillators%after(i, :) = parts_of(after)
       end do
-      spectrum%last_divided = count(spectrum%parts > 1) - 1
+      oscillators%last_divided = count(oscillators%parts > 1) - 1
    end subroutine set_step
 
    !> λ = −ζω + iω√(1 − ζ²), 1/s.
@@ -187,21 +193,24 @@ contains
    end function parts_of
 
    !> Find the largest spectral acceleration and its period, after a motion has ended.
-   elemental subroutine spectral_acceleration(spectrum, last, largest, at)
+   elemental subroutine spectral_acceleration(oscillators, spectrum, last, largest, at)
+      type(oscillators_type), intent(in) :: oscillators  !< factors of the last step
       type(response_spectrum_type), intent(in) :: spectrum  !< spectrum of a motion
       real(wp), intent(in) :: last      !< acceleration at the end, after which it is zero, m/s²
       real(wp), intent(out) :: largest  !< largest spectral acceleration, m/s²
       real(wp), intent(out) :: at       !< its period, s
       type(response_spectrum_type) :: free
+      type(oscillators_type) :: own
       real(wp) :: step
       integer :: i
 
       free = spectrum
-      call continue_motion(free, last, 0.0_wp, free%step)
-      if (free%step > 0.0_wp) then
-         step = max(free%step, finest)
+      own = oscillators
+      call continue_motion(own, free, last, 0.0_wp, own%step)
+      if (own%step > 0.0_wp) then
+         step = max(own%step, finest)
          do i = 1, ceiling(longest/step)
-            call continue_motion(free, 0.0_wp, 0.0_wp, step)
+            call continue_motion(own, free, 0.0_wp, 0.0_wp, step)
          end do
       end if
       largest = maxval(free%largest(1:))

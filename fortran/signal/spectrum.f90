@@ -75,6 +75,7 @@ contains
       !> fraction of the largest bin of the base (default 1e-10)
       real(wp), intent(in), optional :: least
       complex(wp), allocatable :: above(:), below(:)
+      real(wp), allocatable :: magnitude(:)
       real(wp) :: floor
 
       if (size(surface) /= size(base)) then
@@ -88,14 +89,15 @@ contains
       if (allocated(error)) return
       floor = 1.0e-10_wp
       if (present(least)) floor = least
-      floor = floor*maxval(abs(below))
+      magnitude = abs(below)
+      floor = floor*maxval(magnitude)
       if (.not. floor > tiny(floor)) then
          call fail(error, error_input, 'amplification needs a moving base, but its spectrum is '// &
             'zero')
          return
       end if
       allocate (ratio(size(below)), source=(0.0_wp, 0.0_wp))
-      where (abs(below) > floor) ratio = above/below
+      where (magnitude > floor) ratio = above/below
    end subroutine amplification
 
    !> Find the largest amplitude between two frequencies.
