@@ -4,7 +4,7 @@
 module dda_fixed_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
-   use dda_blocks, only: blocks_type, mass_matrix, place_of, shape_matrix
+   use dda_blocks, only: blocks_type, mass_matrix, shape_matrix
    use dda_linear_terms, only: at_end, at_theta, term_bed
    use dda_motion, only: motion_type, displacement_of, velocity_of
    use dda_scheme, only: step_type
@@ -76,10 +76,10 @@ contains
       associate (point => self%point(i), axes => self%point(i)%axes)
          spring%block(1) = point%block
          spring%stiffness = merge(point%stiffness, 0.0_wp, point%held)
-         spring%place = place_of(blocks, point%block, point%reference)
+         shape = shape_matrix(blocks, point%block, point%reference)
+         spring%place = blocks%position(1:2, point%block) + [shape(2, 3), -shape(1, 3)]
          offset = spring%place - point%place
          spring%stretch = [dot_product(offset, axes(:, 1)), dot_product(offset, axes(:, 2))]
-         shape = shape_matrix(blocks, point%block, point%reference)
          spring%row(:, 1, 1) = axes(1, 1)*shape(1, :) + axes(2, 1)*shape(2, :)
          spring%row(:, 2, 1) = axes(1, 2)*shape(1, :) + axes(2, 2)*shape(2, :)
          spring%motion = point%motion
