@@ -194,7 +194,8 @@ def calibrate(
     found = Calibration(table, seen, fit, shown, values, level, evidence, spread, error)
     doubts = _find_warnings(found, peak, deviation)
     if counting < _FEW and sampler == "laplace":
-        doubts.append("the posterior is not Gaussian: use the sampler 'ensemble'")
+        doubts.append("the posterior is not Gaussian, and ranges may be too narrow: use the "
+                      "sampler 'ensemble', or fewer unknowns")  # fmt: skip
     return replace(found, doubts=(*note, *doubts, SILENT))
 
 

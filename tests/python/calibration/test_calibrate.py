@@ -218,6 +218,9 @@ def test_says_what_cannot_be_met_or_known():
     blind = {SHEAR: RANGES[SHEAR], YOUNG: (1e12, 1e14)}
     found = calibrate(column(), modes[:1], blind)
     assert any("do not determine" in words or "combination" in words for words in found.doubts)
+    sharp = calibrate(column(), seen(2), {n: (k / 10, k * 10) for n, k in MEDIANS.items()},
+                      discrepancy=0.0)  # fmt: skip
+    assert any("ranges may be too narrow" in words for words in sharp.doubts)
     right = calibrate(column(), modes, TWO)
     poor = calibrate(column(), modes, {SHEAR: (1e7, 1e8), BED: RANGES[BED]})
     assert odds({"right": right, "poor": poor})["right"] > 0.99
