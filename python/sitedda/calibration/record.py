@@ -40,6 +40,7 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
     channels : mapping of str, optional
         Name by heading or code of a channel (``'BHE'``, ``'ST01.BHE'``); others are omitted.
     """
+    where = source if isinstance(source, str | Path) else "the record"
     if isinstance(source, pd.DataFrame):
         found = source
     elif hasattr(source, "acceleration"):
@@ -55,12 +56,12 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
         found, channels = _read_obspy(source, channels or {}), None
     if channels:
         if lacking := sorted(set(channels) - set(found)):
-            raise InputError(f"the record has no channel {lacking[0]!r}: it has {list(found)}")
+            raise InputError(f"{where} has no channel {lacking[0]!r}: it has {list(found)}")
         found = found[list(channels)].rename(columns=channels)
     if not np.all(np.isfinite(found)):
         at, channel = np.argwhere(~np.isfinite(found.to_numpy()))[0]
-        raise InputError(f"sample {at + 1} of {found.columns[channel]} is not a number")
-    _time_step(found)
+        raise InputError(f"{where}: sample {at + 1} of {found.columns[channel]} is not a number")
+    _time_step(found, where)
     return found
 
 
@@ -221,10 +222,13 @@ def horizontal_over_vertical(
     return np.exp(np.median(logs, axis=0)), logs.std(axis=0)
 
 
-def _time_step(record: pd.DataFrame) -> float:
+def _time_step(record: pd.DataFrame, where="the record") -> float:
     """Return the step of equidistant times, s."""
     time = record.index.to_numpy()
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    if not step > 0 or np.any(np.abs(np.diff(time) - step) > 1e-3 * step):
-        raise InputError("the samples of the record are not at equal time steps")
-    return float(step)
+    steps = np.diff(time)
+    step = float(np.median(steps)) if len(steps) else 0.0
+    if not step > 0 or np.any(wrong := abs(steps - step) > 1e-3 * step):
+        at = int(np.argmax(wrong)) + 1 if step > 0 else 0
+        raise InputError(f"{where}: samples are not at equal time steps: see sample {at + 1}, time "
+                         f"= {time[at]:g} s")  # fmt: skip
+    return float((time[-1] - time[0]) / len(steps))

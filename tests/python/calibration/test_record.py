@@ -135,8 +135,9 @@ def test_refuses_bands(ambient, band, words):
     [
         ("top.x,time\n1,2\n", "give a heading"),
         ("time,a.x\n0,1\n1,b\n", "line 3: .*'b'"),
-        ("time,a.x\n0,1\n1,2\n3,2\n", "equal time steps"),
-        ("time,a.x\n0,1\n1,nan\n", "sample 2 of a.x"),
+        ("time,a.x\n0,1\n1,2\n2,2\n4,2\n", "record.csv: .* sample 4, time = 4 s"),
+        ("time,a.x\n0,1\n0,2\n", "sample 1, time = 0 s"),
+        ("time,a.x\n0,1\n1,nan\n", "record.csv: sample 2 of a.x"),
     ],
 )
 def test_refuses_records(tmp_path, text, words):
