@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Westergaard's added mass: a reservoir that moves with an upstream face."""
+"""Westergaard's added mass of a reservoir that moves with an upstream face."""
 
 import numpy as np
 import pytest
@@ -11,12 +11,12 @@ from sitedda import InputError
 from sitedda.engine.checking import matrices
 
 WATER, CONCRETE = 1000.0, 2400.0  # kg/m³
-FACE, BASE, HEIGHT = 4.0, 8.0, 20.0  # m: the face leans by FACE over HEIGHT
-BED = 4e9  # Pa/m
+FACE, BASE, HEIGHT = 4.0, 8.0, 20.0  # m; the face leans by FACE over HEIGHT
+BED = 4e9  # Pa/m, stiffness of the foundation
 
 
 def dam(level: float = 18.0, lean: float = 0.0, load=(), **control) -> sitedda.Model:
-    """A stiff block on springs; its left face, leaning by `lean`, is wet up to a level."""
+    """A stiff block on springs whose left face, inclined by `lean`, is wet up to a level."""
     model = sitedda.Model("dam", **({"time_step": 1e-4, "steps": 400} | control))
     model.material("concrete", density=CONCRETE, young_modulus=1e15, poisson_ratio=0.0)
     model.joint("base", friction_angle=30.0)
@@ -28,7 +28,7 @@ def dam(level: float = 18.0, lean: float = 0.0, load=(), **control) -> sitedda.M
 
 
 def added(level: float, lean: float, depth: float | None = None) -> np.ndarray:
-    """∫ (7/8) ρ √(Hz) rᵀr ds of a rigid block, r the motion along the normal; by quadrature."""
+    """∫ (7/8) ρ √(Hz) rᵀr ds of a rigid block by quadrature; r is the motion normal to the face."""
     slope = np.hypot(lean, HEIGHT) / HEIGHT
     normal = np.array([-HEIGHT, lean]) / np.hypot(lean, HEIGHT)
     block = Polygon([(0, 0), (BASE, 0), (BASE, HEIGHT), (lean, HEIGHT)])
@@ -47,13 +47,13 @@ def added(level: float, lean: float, depth: float | None = None) -> np.ndarray:
 
 
 def mass_of(model) -> np.ndarray:
-    """M of the block's translations and rotation."""
+    """Return the part of M for the translations and the rotation of the block."""
     return matrices(model)[1].toarray()[:3, :3]
 
 
 @pytest.mark.parametrize(("level", "lean"), [(18.0, 0.0), (20.0, FACE), (26.0, FACE), (3.0, -2.0)])
 def test_mass_is_the_integral_over_the_face(level, lean):
-    """Also of a face that leans, of one that is all under water, and of one hardly wet."""
+    """The face is vertical, inclined, completely under water, or barely wet."""
     without = mass_of(dam(level, lean, load={"added_mass": False}))
     exact = added(level, lean)
     found = mass_of(dam(level, lean)) - without
@@ -62,8 +62,8 @@ def test_mass_is_the_integral_over_the_face(level, lean):
         assert found[0, 0] == pytest.approx(7 / 12 * WATER * level**2, rel=1e-8)
 
 
-def test_depth_of_the_reservoir():
-    """Beyond the foot of the face; it must reach the foot at least."""
+def test_the_reservoir_may_be_deeper_than_the_face():
+    """The reservoir may be deeper than the foot of the face, but not shallower."""
     without = mass_of(dam(load={"added_mass": False}))
     found = mass_of(dam(load={"reservoir_depth": 32.0})) - without
     np.testing.assert_allclose(found, added(18.0, 0.0, 32.0), atol=1e-8 * found.max())
@@ -81,14 +81,13 @@ def test_depth_of_the_reservoir():
         ({"added_mass": False, "reservoir_depth": 30.0}, "reservoir_depth needs it"),
     ],
 )
-def test_refusals(load, words):
-    """Each names what is wrong."""
+def test_invalid_variables_are_named(load, words):
     with pytest.raises(InputError, match=words):
         sitedda.check(dam(load=load))
 
 
-def test_frequencies_fall():
-    """To those of the block with the water's mass; not to those of the block alone."""
+def test_added_mass_lowers_the_frequencies():
+    """The frequencies are those of the block with added mass, not those of the block alone."""
     model = dam()
     stiffness, mass = (m.toarray()[:3, :3] for m in matrices(model)[:2])
     block = CONCRETE * BASE * HEIGHT
@@ -104,7 +103,7 @@ def test_frequencies_fall():
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta", "backward_euler"])
 def test_energy_balance(integration):
-    """The audit closes in every scheme, with the kinetic energy of the water in it."""
+    """The energy balance is closed in each scheme; kinetic energy includes that of the water."""
     model = dam(integration=integration)
     model.load(BASE / 2, HEIGHT / 2, force_x=[5e5, 5e5], time=[0.0, 1.0])
     data = sitedda.run(model).history.load()
@@ -114,7 +113,7 @@ def test_energy_balance(integration):
 
 
 def test_moving_base_pushes_the_water():
-    """In the frame of the base the ground's acceleration acts on block and added mass."""
+    """In the frame of the base, the acceleration of the ground acts on block and added mass."""
     time = np.arange(301) * 1e-3
     pulse = np.sin(4 * np.pi * time)
     moved = []
@@ -138,8 +137,8 @@ def test_moving_base_pushes_the_water():
     np.testing.assert_allclose(found, exact[-len(found) :], atol=3e-3 * abs(exact).max())
 
 
-def test_an_emptied_reservoir_takes_its_mass_along():
-    """After a stage drops it, and only then, no water moves with the face."""
+def test_an_emptied_reservoir_has_no_added_mass():
+    """The water moves with the face until a stage removes the reservoir."""
     model = dam(steps=None)
     model.load(BASE / 2, HEIGHT / 2, force_x=[5e5, 5e5], time=[0.0, 1.0])
     model.stage(name="full", steps=100)
@@ -152,8 +151,8 @@ def test_an_emptied_reservoir_takes_its_mass_along():
     assert abs(data.energy_balance.values).max() < 1e-9 * scale
 
 
-def test_a_floating_block_keeps_its_rigid_modes():
-    """A block without supports has three rigid motions with the mass of the water, too."""
+def test_an_unsupported_block_has_three_rigid_modes():
+    """The added mass of the water does not change the number of rigid modes."""
     model = dam()
     model.clear("boundary")
-    assert abs(sitedda.modes(model, 3).frequency).min() > 1.0  # elastic ones alone
+    assert abs(sitedda.modes(model, 3).frequency).min() > 1.0  # elastic modes only

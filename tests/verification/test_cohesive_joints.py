@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cohesive joints: strength, fracture energy, friction that comes in with damage."""
+"""Cohesive joints: strength, fracture energy, and friction that increases with damage."""
 
 import re
 from pathlib import Path
@@ -20,8 +20,8 @@ from sitedda_evidence.validation.cohesive import HEIGHT, RISE, bar, bracket_of
 @pytest.mark.parametrize(
     ("length", "energy", "softening"), [(2.0, 60.0, "linear"), (1.0, 60.0, "exponential")]
 )
-def test_bounds_are_close_at_the_step_that_check_names(length, energy, softening, tmp_path):
-    """A bar that snaps, at the Δt up to which check promises bounds 10 % apart."""
+def test_bounds_are_close_at_the_time_step_of_check(length, energy, softening, tmp_path):
+    """A bar snaps at the Δt below which check promises that the bounds differ by at most 10 %."""
     file = tmp_path / "bar.nml"
 
     def text(steps: int) -> str:
@@ -38,7 +38,7 @@ def test_bounds_are_close_at_the_step_that_check_names(length, energy, softening
 
 @pytest.mark.parametrize(("strength", "holds"), [(56e3, False), (62e3, True)])
 def test_flexural_strength(strength, holds, tmp_path):
-    """A glued block bends its bond by 6M/L² = 58.86 kPa; three points are the default."""
+    """Self-weight stresses a glued block by 6M/L² = 58.86 kPa, with three contact points."""
     stiffness = 1e12
     model = bracket(
         steps=200,
@@ -55,8 +55,8 @@ def test_flexural_strength(strength, holds, tmp_path):
     assert (data.contact_damage.values[glued].max() < 1e-6) == holds
 
 
-def test_damage_that_does_not_converge_is_said(tmp_path):
-    """A joint that breaks within a step, long beyond the limit of softening."""
+def test_unconverged_damage_is_reported(tmp_path):
+    """A joint breaks within one step, far beyond the softening limit of check."""
     found = {
         steps: sitedda.run(_written(tmp_path, bar(steps, 4e-4, 2.0))).summary
         for steps in (40, 20000)
@@ -71,7 +71,7 @@ def _written(folder: Path, text: str) -> Path:
     return file
 
 
-def test_studies_and_options_change_what_a_joint_spends(tmp_path):
+def test_studies_and_options_change_the_fracture_energy(tmp_path):
     file = _written(tmp_path, bar(400, 8e-5))
     energies = [30.0, 60.0]
     spent = sitedda.study(
@@ -82,8 +82,8 @@ def test_studies_and_options_change_what_a_joint_spends(tmp_path):
     assert float(half.energy_fracture[-1]) == spent[0]
 
 
-def test_the_law_unloads_to_the_origin_and_closes_in_full():
-    """Half damaged, then shut again: the normal force under compression is that of the springs."""
+def test_the_law_unloads_to_the_origin_and_closes_completely():
+    """A half damaged joint is closed: under compression its normal force is that of the springs."""
     text = bar(400, 8e-5)
     way = 5.5e-5 * np.concatenate([RISE[::3], RISE[-2::-3], -RISE[2::3]])
     values = "values = " + ", ".join(repr(float(v)) for v in way[:101])
@@ -99,7 +99,7 @@ def test_the_law_unloads_to_the_origin_and_closes_in_full():
     assert nml.residual(data) < 1e-6
 
 
-def test_strength_is_divided_and_openings_stay():
+def test_a_factor_divides_the_strength_but_not_the_openings():
     text = (
         "&joint name = 'j', law = 'cohesive', friction_angle = 30, cohesion = 2e6, "
         "tensile_strength = 1e6, fracture_energy = 50, normal_stiffness_per_area = 1e11 /"
@@ -110,7 +110,7 @@ def test_strength_is_divided_and_openings_stay():
 
 
 def test_pictures_views_and_paraview_have_the_damage(tmp_path):
-    """Whole at first, half damaged, then broken, in the scene that all of them show."""
+    """The scene of all of them shows an intact, a half damaged and a broken joint."""
     file = _written(tmp_path, bar(400, 8e-5))
     run = sitedda.run(file, tmp_path / "o.nc")
     scene = Scene.of(run)
@@ -127,7 +127,7 @@ def test_pictures_views_and_paraview_have_the_damage(tmp_path):
 
 @pytest.mark.parametrize("energy", [1.0, 1e-3])
 def test_safety_of_a_glued_block(energy, tmp_path):
-    """On a plane: (c L + W cos α tan φ)/(W sin α), whatever energy its joint takes."""
+    """On a plane F = (c L + W cos α tan φ)/(W sin α), independent of the fracture energy."""
     angle, length, height, glue = np.radians(35.0), 2.0, 0.05, 200.0
 
     def turned(*shape: float) -> list[tuple[float, float]]:
@@ -150,7 +150,7 @@ def test_safety_of_a_glued_block(energy, tmp_path):
     assert found.factor == pytest.approx(held_back / (weight * np.sin(angle)), rel=3e-3)
 
 
-def test_what_is_not_resolved_is_said(tmp_path):
+def test_unresolved_joints_are_reported(tmp_path):
     """Zone EG/T² = 0.3 m; half of 250 kg/m² at T²/2G = 33 GPa/m: Δt < 0.087 ms at χ = ½."""
     file = tmp_path / "model.nml"
     for steps, energy, zone, step in ((2000, 60.0, 0, 1), (4000, 60.0, 0, 0), (8000, 6.0, 1, 0)):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Contacts that begin, end and change places: no energy from nothing, no jumps.
+"""Contacts that begin, end and move between edges: no created energy and no jumps.
 
-The audit books as `geometric` what the exact geometry of a new step adds to the springs; a contact
-that began with a penetration that it never built up would show there.
+The term `geometric` of the energy balance is the change of spring energy by the updated geometry
+of a new step; it would show a contact that begins with a penetration.
 """
 
 import numpy as np
@@ -15,13 +15,13 @@ STONE = nml.material("stone", DENSITY, YOUNG, 0.2)
 
 
 def block(name: str, left, bottom, width, height, material: str = "stone") -> str:
-    """A rectangle."""
+    """Return a rectangular block."""
     return nml.block(name, nml.rectangle(left, bottom, width, height), material)
 
 
 @pytest.mark.parametrize("friction", [0.0, 20.0])
 def test_block_slides_across_joints(friction):
-    """A block crosses the joints of a floor of eight blocks: it neither sinks nor hops."""
+    """A block crosses the joints of a floor of eight blocks without sinking or jumping."""
     floor = nml.rectangle(0.0, -0.5, 0.7, 0.5)
     text = (
         nml.control(1e-3, 1500)
@@ -32,7 +32,7 @@ def test_block_slides_across_joints(friction):
         + "".join(nml.held(f"floor_{i}", floor + [0.7 * i, 0.0], "stone") for i in range(8))
         + block("slider", 0.1, 0.0, 1.0, 0.5, "moving")
     )
-    settled = DENSITY * 0.5 * nml.GRAVITY / 2 / PENALTY  # m: the weight on two contacts
+    settled = DENSITY * 0.5 * nml.GRAVITY / 2 / PENALTY  # m; the weight on two contacts
     with nml.simulation(text) as run:
         start, lowest, highest = run.coordinates[-1, :2].copy(), 0.0, -1.0
         while not run.done:
@@ -48,13 +48,13 @@ def test_block_slides_across_joints(friction):
     kinetic = 0.5 * DENSITY * 0.5 * 9.0
     assert -1e-5 * kinetic < energies["geometric"] < 1e-9 * kinetic
     assert abs(energies["balance"]) < 1e-8 * kinetic
-    assert lowest > -6 * settled  # dropped on at the start: twice the static settlement and tilt
+    assert lowest > -6 * settled  # initial drop: twice the static settlement, and tilt
     assert highest < settled
     assert turned < 1e-4
 
 
-def test_corner_passes_a_corner():
-    """Two blocks graze corner on corner at all heights: no hit gives more energy than there was."""
+def test_corner_impacts_create_no_energy():
+    """Two blocks hit corner on corner at several overlaps: no impact increases the energy."""
     text = nml.control(2e-3, 400, gravity=(0.0, 0.0)) + nml.contact(1e10)
     text += nml.joint("dry", 30.0)
     text += nml.material("left", DENSITY, YOUNG, 0.2, velocity=(4.0, 0.0, 0.0))
@@ -69,8 +69,8 @@ def test_corner_passes_a_corner():
     assert float(abs(data.energy_balance).max()) < 1e-9 * kinetic
 
 
-def test_corner_at_the_foot_of_a_stair():
-    """A block at the foot of a stair rests on its tread alone; the tread below does not lift it."""
+def test_a_block_on_a_stair_rests_on_its_tread():
+    """A block at the foot of a stair rests only on its tread; the next tread does not lift it."""
     stair = [[0, 0], [3, 0], [3, 1], [2, 1], [2, 2], [1, 2], [1, 3], [0, 3]]
     text = nml.control(1e-3, 500) + nml.contact(PENALTY) + STONE
     text += nml.joint("dry", 30.0)
@@ -85,8 +85,8 @@ def test_corner_at_the_foot_of_a_stair():
 
 
 @pytest.mark.parametrize("stiffness", [2e10, 2e11])
-def test_strong_shaking(stiffness):
-    """A wall whose bricks lift, rock and slide: the geometry gives nothing to the springs."""
+def test_strong_shaking_creates_no_energy(stiffness):
+    """Bricks of a wall lift, rock and slide; geometric updates add no energy to the springs."""
     text = nml.control(2e-3, 500, time_step_control="adaptive", least_time_step=1e-6)
     text += nml.contact(stiffness) + STONE + nml.joint("dry", 35.0)
     text += nml.group("layers", name="base", left=-0.5, bottom=-0.5, width=5.0, thickness=0.5)

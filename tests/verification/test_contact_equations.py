@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every step of every joint law: forces and states obey the law, and forces balance each block.
+"""Each step of each joint law: forces and states obey the law and balance each block.
 
-All is computed anew from the output: laws by their formulas, contact directions from the vertices
-at the start of the step, inertia from the velocities.  What the iteration tolerates, twice, is
-allowed.
+The output alone provides all values: formulas of the laws, contact directions from the vertices
+at the start of a step, inertia from velocities.  Twice the tolerance of the iteration is allowed.
 """
 
 import sys
@@ -26,35 +25,35 @@ AREA_NORMAL, AREA_SHEAR = 1e11, 4e10
 
 
 def hyperbola(closure, length, _):
-    """Normal force of Barton and Bandis, N/m."""
+    """Return the normal force of the law of Barton and Bandis, N/m."""
     closed = np.maximum(closure, 0.0)
     return AREA_NORMAL * length * closed / (1.0 - closed / 5e-4)
 
 
 def rough(force, length):
-    """Strength of Barton and Bandis, N/m."""
+    """Return the shear strength of the law of Barton and Bandis, N/m."""
     stress = np.maximum(force, 1e-9) / length
     angle = np.clip(ANGLE + 10.0 * np.log10(5e7 / stress), ANGLE, 70.0)
     return force * np.tan(np.radians(angle))
 
 
 def linear(closure, *_):
-    """Normal force of contacts, N/m."""
+    """Return the normal force of contacts of constant stiffness, N/m."""
     return hard.PENALTY * np.maximum(closure, 0.0)
 
 
 def by_area(closure, length, _=None):
-    """The same of joints with a stiffness per area."""
+    """Return the normal force of joints with a stiffness per area, N/m."""
     return AREA_NORMAL * length * np.maximum(closure, 0.0)
 
 
 def lifted(closure, length, path):
-    """The same of joints that slip lifts by tan 15°, up to 5 mm of slip."""
+    """Return the normal force of joints whose slip dilates by tan 15°, up to 5 mm of slip."""
     return by_area(closure + np.tan(np.radians(15)) * np.minimum(path, 5e-3), length)
 
 
 def coulomb(force, _):
-    """Strength by friction alone, N/m."""
+    """Return the shear strength of friction without cohesion, N/m."""
     return np.tan(np.radians(ANGLE)) * force
 
 
@@ -68,13 +67,13 @@ LAWS = {  # normal force of a closure, strength at a normal force
 
 @pytest.fixture(scope="module", params=[(1e-3, 30), (8e-3, 6)], ids=["1 ms", "8 ms"])
 def step(request):
-    """Time step, s, and how many."""
+    """Return the time step, s, and the number of steps."""
     return request.param
 
 
 @pytest.fixture(scope="module", params=LAWS)
 def run(request, step, tmp_path_factory):
-    """Law and output of a wall that meets inclined gravity suddenly."""
+    """Return the law and the output of a wall under sudden inclined gravity."""
     file = tmp_path_factory.mktemp("wall") / "wall.nml"
     text = hard.model(request.param, "sudden", 20, *step, ANGLE, False)
     text = text.replace("&output ", "&output block_interval = 1, ")
@@ -85,12 +84,12 @@ def run(request, step, tmp_path_factory):
 
 
 def contacts_of(data, frame):
-    """The contacts of a frame."""
+    """Return the contacts of a frame."""
     return data.isel(contact=np.flatnonzero(data.contact_frame.values == frame))
 
 
 def tolerance(data):
-    """Of a force, N/m: round-off of places in the stiffest spring, twice."""
+    """Return the tolerance of a force, N/m: twice the round-off of the stiffest spring."""
     y = data.vertices.values[0, :, 1]
     return 2 * 16 * np.finfo(float).eps * 0.5 * np.ptp(y) * 1e13
 
@@ -117,7 +116,7 @@ def test_forces_and_states_obey_the_law(run):
 
 
 def masses(data):
-    """Of all blocks, kg per metre."""
+    """Return the masses of all blocks, kg per metre."""
     block_of, place = data.vertex_block.values, data.vertices.values[0]
     blocks = (Polygon(place[block_of == block]) for block in range(data.sizes["block"]))
     return DENSITY * np.array([block.area for block in blocks])
@@ -141,5 +140,5 @@ def test_forces_balance_each_block(run, step):
         left = mass * (GRAVITY - (rates[frame] - rates[frame - 1]) / step[0])
         np.add.at(left, block_of[found.contact_vertex.values], force)
         np.add.at(left, block_of[edge], -force)
-        assert np.abs(left[1:]).max() <= 10 * tolerance(data)  # all but the base, which is held
+        assert np.abs(left[1:]).max() <= 10 * tolerance(data)  # without the fixed base
         assert np.abs(left[1:]).max() < 1e-4 * np.abs(force).max()

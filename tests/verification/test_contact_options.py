@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The augmented Lagrangian and the original's contact rules, on what is known exactly."""
+"""The augmented Lagrangian and the contact rules of the original DDA, against exact solutions."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ TOLERANCE = 1e-10  # m
 
 
 def pile(blocks: int, friction: float = 30.0) -> str:
-    """Unit squares on a fixed base."""
+    """Return a pile of unit squares on a fixed base."""
     text = nml.material("stone", DENSITY, YOUNG, 0.2) + nml.joint("dry", friction)
     text += nml.held("base", nml.rectangle(-1, -1, 3, 1), points=[(-0.5, -0.5), (1.5, -0.5)])
     boxes = (nml.rectangle(0.1 * i, i, 1, 1) for i in range(blocks))
@@ -19,7 +19,7 @@ def pile(blocks: int, friction: float = 30.0) -> str:
 
 
 def slid(rules: str, friction: float, young: float) -> float:
-    """How far a block slides in 0.5 s on a slope of 30°, m."""
+    """Return the slide of a block in 0.5 s on a slope of 30°, m."""
     slope = np.radians(30.0)
     text = nml.control(1e-3, 500) + rules
     text += nml.material("stone", DENSITY, young) + nml.joint("dry", friction)
@@ -32,14 +32,14 @@ def slid(rules: str, friction: float, young: float) -> float:
 
 
 def exact_slide(friction: float) -> float:
-    """The same of a rigid block without penalty, ½ g (sin 30° − cos 30° tan φ) t², m."""
+    """Return the slide of a rigid block without penalty: ½ g (sin 30° − cos 30° tan φ) t², m."""
     slope = np.radians(30.0)
     return 0.125 * nml.GRAVITY * (np.sin(slope) - np.cos(slope) * np.tan(np.radians(friction)))
 
 
 @pytest.mark.parametrize("penalty", [YOUNG / 25, YOUNG, 300 * YOUNG])
-def test_penetration_tolerance(penalty):
-    """At any penalty, contacts penetrate by no more than asked; forces are those of statics."""
+def test_penetrations_are_within_the_tolerance(penalty):
+    """For each penalty, penetrations are within the tolerance, and forces are those of statics."""
     text = nml.control(5e-3, 400, dynamic_factor=0.0) + pile(3)
     text += nml.contact(penalty, penetration_tolerance=TOLERANCE)
     with nml.simulation(text) as run:
@@ -53,16 +53,16 @@ def test_penetration_tolerance(penalty):
     assert contacts["normal_force"][closed].sum() == pytest.approx(6 * weight, rel=1e-6)
 
 
-def test_same_as_stiff_penalty():
-    """The motion of a block that slides off with the multiplier is that of a stiff spring."""
+def test_the_multiplier_equals_a_stiff_penalty():
+    """A block slides off with the multiplier as with a stiff spring."""
     for penalty, more in ((1e14, {}), (1e10, {"penetration_tolerance": 1e-9})):
         travelled = slid(nml.contact(penalty, **more), 20.0, 1e13)
         assert travelled == pytest.approx(exact_slide(20.0), rel=1e-4)
 
 
 @pytest.mark.parametrize(("friction", "slides"), [(40.0, False), (20.0, True)])
-def test_original_rules(friction, slides):
-    """By the original's rules a block on a slope of 30° holds at 40° and slides at 20°."""
+def test_original_rules_have_coulomb_friction(friction, slides):
+    """With the original rules, a block on a slope of 30° rests for φ = 40° and slides for 20°."""
     moved = slid(nml.contact(1e9, contact_rules="original"), friction, YOUNG)
     if slides:
         assert moved == pytest.approx(exact_slide(friction), rel=5e-2)
@@ -71,8 +71,8 @@ def test_original_rules(friction, slides):
 
 
 @pytest.mark.parametrize(("depth", "closes"), [(0.9, False), (1.1, True)])
-def test_the_original_closes_what_overlaps_by_a_share_of_the_model(depth, closes):
-    """s₀ = 2·10⁻⁴ of half of the model's size, 1.5 m: less keeps its velocity for the step."""
+def test_the_original_rules_close_overlaps_above_a_threshold(depth, closes):
+    """Contacts below s₀ = 2·10⁻⁴ · 1.5 m (half the model size) keep their velocity for a step."""
     overlap, gap, speed = depth * 2e-4 * 1.5, 1e-5, 0.1
     text = nml.control((gap + overlap) / speed, 1, gravity=(0.0, 0.0)) + pile(0)
     text += nml.contact(1e9, contact_rules="original") + nml.block("b", nml.rectangle(0, gap, 1, 1))
@@ -85,8 +85,8 @@ def test_the_original_closes_what_overlaps_by_a_share_of_the_model(depth, closes
         assert (run.rates[1, 1] == pytest.approx(-speed, rel=1e-9)) != closes
 
 
-def test_rates_set_from_outside():
-    """Energy that new rates bring is input; before the first step it is part of the first state."""
+def test_rates_that_are_set_by_a_script():
+    """Energy of new rates is energy input; before the first step it is initial energy."""
     text = nml.control(1e-3, 100, gravity=(0.0, 0.0)) + nml.contact(1e9) + pile(1)
     with nml.simulation(text) as run:
         rates = np.zeros_like(run.rates)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Contact points between corners: bending of joints, dry and bonded, and overlaps that change."""
+"""Contact points between corners: bending of dry and bonded joints, and changing overlaps."""
 
 import numpy as np
 import pytest
@@ -8,15 +8,15 @@ from scipy.optimize import brentq
 from sitedda_evidence import model as nml
 
 POINTS = (2, 3, 5)
-RIGID = 1e16  # Pa, beside joints of 1e10 to 1e11 Pa/m
+RIGID = 1e16  # Pa; joints have 1e10 to 1e11 Pa/m
 WIDTH, PRESS, STIFFNESS = 2.0, 1e6, 1e11  # m, N/m, Pa/m
-# Places and weights of Lobatto's rules in -1 … 1, of a length of 1.
+# Abscissae and weights of Lobatto rules on -1 … 1, for a length of 1.
 NODES = {2: [1.0], 3: [0.0, 1.0], 5: [0.0, np.sqrt(3 / 7), 1.0]}
 WEIGHTS = {2: [1 / 2], 3: [2 / 3, 1 / 6], 5: [16 / 45, 49 / 180, 1 / 20]}
 
 
 def moment(points: int, turn: float) -> float:
-    """M/(N L/2) at θ/θ₀ of a dry joint of these points, θ₀ = 2N/kL²."""
+    """Return M/(N L/2) at θ/θ₀ of a dry joint with these points; θ₀ = 2N/kL²."""
     x, w = np.array(NODES[points]), np.array(WEIGHTS[points])
     x, w = np.concatenate([-x[x > 0], x]), np.concatenate([w[x > 0], w])
     push = lambda closure: w * np.maximum(0.0, closure + turn * x)  # noqa: E731
@@ -28,7 +28,7 @@ FLOOR = nml.rectangle(-5.0, -1.0, 10.0, 1.0)
 
 
 def pressed(points: int, couple: float, stiffness: dict, slide: float = 0.0, floor=FLOOR) -> str:
-    """A rigid block on a rigid floor under a force and a couple, in units of N L/2."""
+    """A rigid block on a rigid floor under a force and a couple in units of N L/2."""
     force = PRESS * couple / 2  # at both corners
     text = [
         nml.control(1e-2, 60, gravity=(0.0, 0.0), dynamic_factor=0.0),
@@ -50,8 +50,8 @@ def pressed(points: int, couple: float, stiffness: dict, slide: float = 0.0, flo
 
 @pytest.mark.parametrize("stiffness", [{}, {"normal_stiffness_per_area": STIFFNESS}])
 @pytest.mark.parametrize("points", POINTS)
-def test_axial_and_shear_stiffness_stay(points, stiffness):
-    """N and T over k L and k_s L, whatever the points are."""
+def test_points_do_not_change_axial_and_shear_stiffness(points, stiffness):
+    """The displacements are N/(k L) and T/(k_s L) for each number of points."""
     data = nml.history(pressed(points, 0.0, stiffness, slide=0.1 * PRESS))
     for axis, force in (("x", 0.1 * PRESS), ("y", -PRESS)):
         left, right, below = data.displacement.sel(axis=axis)[-1].values
@@ -67,8 +67,8 @@ SPENT = {"law": "cohesive", "tensile_strength": 1e-2, "cohesion": 1e9, "fracture
 @pytest.mark.parametrize(
     ("points", "turn"), [(2, 0.5), *((n, t) for n in (3, 5) for t in (0.5, 1.0, 2.0, 4.0))]
 )
-def test_a_dry_joint_opens_as_its_points_say(points, turn, stiffness):
-    """The moment of the points at θ turns the block by θ; two corners take three times as much."""
+def test_a_dry_joint_opens_by_the_moment_of_its_points(points, turn, stiffness):
+    """The moment of the points at θ turns the block by θ; two points are three times as stiff."""
     couple = moment(points, turn)
     data = nml.history(pressed(points, couple, stiffness))
     left, right, _ = data.displacement.sel(axis="y")[-1].values
@@ -82,7 +82,7 @@ FLEXURE = 6 * (DENSITY * SIDE**2 * GRAVITY * SIDE / 2) / SIDE**2  # Pa, 58.86 kP
 
 
 def glued(tensile_strength: float, points: int, timing: str, **options) -> str:
-    """A block of 1 m that is glued to a wall by its side."""
+    """A block of 1 m whose side is glued to a wall."""
     return nml.text(
         timing,
         nml.contact(1e9),
@@ -103,7 +103,7 @@ def glued(tensile_strength: float, points: int, timing: str, **options) -> str:
 @pytest.mark.parametrize("options", [{}, {"law": "mohr_coulomb", "weakening_slip": 1e-3}])
 @pytest.mark.parametrize(("points", "share"), [(2, 1 / 3), (3, 1.0), (5, 1.0)])
 def test_flexural_strength(points, share, options):
-    """A bonded joint cracks at M = T L²/6; at three times that with two corners."""
+    """A bonded joint cracks at M = T L²/6; with two corners at three times that moment."""
     timing = nml.control(1e-2, 5, (0.0, -GRAVITY), dynamic_factor=0.0)
     for over, whole in ((1.01, True), (0.99, False)):
         with nml.simulation(glued(over * share * FLEXURE, points, timing, **options)) as run:
@@ -112,7 +112,7 @@ def test_flexural_strength(points, share, options):
 
 
 def brittle(strength: float) -> dict:
-    """Of a cohesive joint that spends 1.1 times what it stores."""
+    """Return a cohesive joint with a fracture energy of 1.1 times its largest elastic energy."""
     return {"tensile_strength": strength, "fracture_energy": 0.55 * strength**2 / 1e10}
 
 
@@ -120,7 +120,7 @@ def brittle(strength: float) -> dict:
                          ids=["bond", "cohesive"])  # fmt: skip
 @pytest.mark.parametrize(("strength", "stands"), [(62e3, True), (56e3, False)])
 def test_a_glued_block(strength, stands, law):
-    """Once an end is cracked, the swing of what is left breaks it; two corners would hold both."""
+    """After an end has cracked, the oscillation breaks the rest; two corners would not crack."""
     timing = nml.control(1e-4, STEPS, (0.0, -GRAVITY), settle=True, integration="midpoint")
     changed = {"tensile_strength": strength}
     if law:
@@ -135,7 +135,7 @@ def test_a_glued_block(strength, stands, law):
 
 
 def ultimate(points: int) -> float:
-    """Moment of brittle points over T L²/6, which break from an end: the most of what is left."""
+    """Return the largest moment of brittle points that break from one end, over T L²/6."""
     x, w = np.array(NODES[points]), np.array(WEIGHTS[points])
     x, w = np.concatenate([-x[x > 0], x]) / 2, np.concatenate([w[x > 0], w])
     most, order = 0.0, np.argsort(x)
@@ -151,7 +151,7 @@ def ultimate(points: int) -> float:
                          ids=["bond", "cohesive"])  # fmt: skip
 @pytest.mark.parametrize(("points", "share"), [(3, 2.0), (5, 1.1906)])
 def test_a_glued_block_at_rest(points, share, law):
-    """Without a swing the rest of a brittle joint holds 2 TL²/6 on 3 points, 1.19 on 5."""
+    """Without oscillation, the rest of a brittle joint resists 2 TL²/6 on 3 points, 1.19 on 5."""
     assert ultimate(points) == pytest.approx(share, rel=1e-4)
     timing = nml.control(1e-2, 120, (0.0, -GRAVITY), dynamic_factor=0.0)
     for over, stands in ((1.02, True), (0.98, False)):
@@ -164,8 +164,8 @@ def test_a_glued_block_at_rest(points, share, law):
             assert (run.coordinates[1, 1] > 0.499) == stands
 
 
-def test_an_edge_that_goes_straight_on():
-    """An overlap that ends without a corner has a point there: the joint turns the same."""
+def test_a_vertex_within_a_straight_edge_changes_nothing():
+    """An overlap that ends at such a vertex has a point there: the joint turns equally."""
     floor = [(-5, -1), (5, -1), (5, 0), (0.3, 0), (-5, 0)]  # a vertex in the edge
     area = {"normal_stiffness_per_area": STIFFNESS}
     whole, cut = (nml.history(pressed(5, 0.25, area, floor=shape)) for shape in (FLOOR, floor))
@@ -176,7 +176,7 @@ def test_an_edge_that_goes_straight_on():
 
 
 def across(points: int, cuts: int, load: float, **stiffness) -> str:
-    """A block that is pushed across the joints of a base, or off it."""
+    """A block that is pushed across the joints of a base, or off the base."""
     edges = np.linspace(-2.0, 7.0, cuts + 1)
     return nml.text(
         nml.control(2e-3, 500, gravity=(0.0, -10.0), settle=True),
@@ -199,8 +199,8 @@ def across(points: int, cuts: int, load: float, **stiffness) -> str:
 @pytest.mark.parametrize("stiffness", [{}, {"normal_stiffness_per_area": 5e8}])
 @pytest.mark.parametrize(("cuts", "load"), [(2, 6e4), (9, 6e4), (2, 15e4)])
 @pytest.mark.parametrize("points", POINTS)
-def test_overlaps_that_change(points, cuts, load, stiffness):
-    """Overlaps end, begin and pass from base to base; the work is balanced."""
+def test_energy_balance_with_changing_overlaps(points, cuts, load, stiffness):
+    """Overlaps end, begin and move from base to base."""
     data = nml.history(across(points, cuts, load, **stiffness))
     assert float(data.displacement.sel(point="top", axis="x")[-1]) > (5.0 if load > 1e5 else 1.0)
     assert nml.residual(data) < 1e-6
@@ -213,7 +213,7 @@ def test_overlaps_that_change(points, cuts, load, stiffness):
 
 
 def test_points_do_not_change_a_smooth_slide():
-    """Friction takes the same work, however many points share it."""
+    """Friction dissipates the same work for each number of points."""
     work = [
         float(
             nml.history(across(points, 2, 6e4, normal_stiffness_per_area=5e8)).energy_friction[-1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Joints whose shear force is a curve of slip: continuously yielding, rate and state."""
+"""Joints whose shear force is a function of slip: continuously yielding, rate and state."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 
 from sitedda_evidence import model as nml
 
-GRAVITY, LOAD = 10.0, 1e6  # m/s², N/m: of a block of 1 m x 1 m, so that the stress is 1 MPa
+GRAVITY, LOAD = 10.0, 1e6  # m/s²; N/m on a block of 1 m x 1 m: a stress of 1 MPa
 YIELDING = {
     "law": "continuously_yielding",
     "initial_friction_angle": 45.0,
@@ -20,12 +20,12 @@ REFERENCE = 1e-6  # v_0, m/s
 
 
 def driven(way, step: float, every=1, **law):
-    """History of a block that follows displacements (m), one a step, along its joint."""
+    """Return the history of a block with a given displacement (m) along its joint in each step."""
     return nml.history(nml.driven_block(step, len(way) - 1, law, way, step, every))
 
 
 def shear_and_slip(data) -> tuple[np.ndarray, np.ndarray]:
-    """Shear force (N/m) and slip (m) of the joint in each frame."""
+    """Return shear force (N/m) and slip (m) of the joint in each frame."""
     frame = data.contact_frame.values
     force = -np.bincount(frame, data.contact_shear_force.values)
     place = data.displacement.sel(point="top", axis="x").values
@@ -34,7 +34,7 @@ def shear_and_slip(data) -> tuple[np.ndarray, np.ndarray]:
 
 
 def yielding_stress(slips, stiffness=1e10, pressure=1e6) -> np.ndarray:
-    """τ (Pa) along slips (m) by integration, r as UDEC has it."""
+    """Return τ (Pa) along slips (m) by integration, with r as defined in UDEC."""
     stress, worn, ratio, way = 0.0, 0.0, 0.0, 0.0
     found = [0.0]
 
@@ -70,7 +70,7 @@ def test_a_yielding_joint_passes_its_peak():
 
 
 def test_a_yielding_joint_is_elastic_at_a_reversal():
-    """To 2 mm, back to 1 mm, on to 4 mm; small cycles leave r at 0.75 at most."""
+    """Slip to 2 mm, back to 1 mm, and to 4 mm; in small cycles r is at most 0.75."""
     turns = np.array([0.0, 2e-3, 1e-3, 1.02e-3, 0.98e-3, 4e-3])
     step = 2e-6
     pieces = [np.arange(1, round(abs(b - a) / step) + 1) * step * np.sign(b - a) + a
@@ -106,7 +106,7 @@ def rate_state(b: float) -> dict:
 
 @pytest.mark.parametrize("b", [0.0, 0.006, 0.015])
 def test_friction_follows_a_step_of_the_velocity(b):
-    """μ of a constant velocity, and of ten times that: θ = L/v + (θ₀ − L/v) exp(−vt/L)."""
+    """μ for a constant velocity, and after a tenfold step: θ = L/v + (θ₀ − L/v) exp(−vt/L)."""
     slow, fast, step, each = 1e-4, 1e-3, 5e-4, 2000
     turn = slow * step * np.arange(each + 1)
     way = np.concatenate([turn, turn[-1] + fast * step * np.arange(1, each + 1)])
@@ -129,7 +129,7 @@ def test_friction_follows_a_step_of_the_velocity(b):
 
 
 def on_an_incline(angle: float, steps: int, **law):
-    """History of a block that is let go on a plane."""
+    """Return the history of a block that is released on a plane."""
     text = (
         nml.control(1e-3, steps, GRAVITY * np.array([np.sin(angle), -np.cos(angle)])),
         nml.contact(1e10),
@@ -143,7 +143,7 @@ def on_an_incline(angle: float, steps: int, **law):
 
 
 @pytest.mark.parametrize(("b", "slope"), [(0.0, 0.62), (0.006, 0.60)])
-def test_a_block_on_an_incline_reaches_its_velocity(b, slope):
+def test_a_block_on_an_incline_reaches_its_steady_velocity(b, slope):
     """tan β = μ₀ + (a − b) ln(v/v₀)."""
     data = on_an_incline(np.arctan(slope), 6000, **rate_state(b), initial_age=0.1)
     velocity = float(data.velocity.sel(point="top", axis="x")[-1])
@@ -153,19 +153,19 @@ def test_a_block_on_an_incline_reaches_its_velocity(b, slope):
     assert nml.residual(data) < 1e-6
 
 
-def test_friction_that_weakens_with_velocity_runs_away():
-    """b > a: there is no steady velocity under a constant load."""
+def test_velocity_weakening_friction_is_unstable():
+    """For b > a there is no steady velocity under a constant load."""
     data = on_an_incline(np.arctan(0.75), 1000, **rate_state(0.015))
     assert float(data.velocity.sel(point="top", axis="x")[-1]) > 1.0
 
 
 @pytest.mark.parametrize(("share", "stable"), [(0.5, False), (2.0, True)])
-def test_a_spring_slider_sticks_and_slips_below_its_critical_stiffness(share, stable):
-    """k_crit = (b − a) N/L [Ruina, 1983]: steady above it, stick-slip below."""
+def test_a_spring_slider_has_stick_slip_below_its_critical_stiffness(share, stable):
+    """k_crit = (b − a) N/L [Ruina, 1983]: steady slip above it, stick-slip below."""
     b, velocity, step, steps = 0.015, 3e-4, 4e-3, 10000
     spring = 1.0 / (1.0 / (share * (b - A) * LOAD / SLIP) - 1.0 / 1e12)
     start = steady(velocity, b) * LOAD
-    way = velocity * step * steps * np.linspace(0.0, 1.2, 13)  # it goes on at the end
+    way = velocity * step * steps * np.linspace(0.0, 1.2, 13)  # the motion continues to the end
     text = nml.pressed_block(
         step, steps, rate_state(b) | {"initial_age": SLIP / velocity},
         nml.held("driver", nml.rectangle(2.0, 0.1, 0.5, 0.5), "rock", "j", motion_x="drive"),

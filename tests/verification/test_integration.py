@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Members of the time integration, and supports that do not ring, on whole runs.
+"""Schemes of the time integration, and supports without spurious oscillation, in whole runs.
 
-Their energy and transfer functions, their peaks, and the DDA member are validation cases.
+Validation cases test energies, transfer functions, peaks and the original DDA scheme.
 """
 
 import pytest
@@ -13,7 +13,7 @@ from sitedda_evidence.validation.integration import soil_column_text
 # --- Supports -------------------------------------------------------------------------------------
 
 
-def test_supports_of_any_stiffness_leave_the_base_its_motion(tmp_path):
+def test_supports_of_any_stiffness_do_not_change_the_base_motion(tmp_path):
     file = tmp_path / "soil.nml"
     file.write_text(soil_column_text(10e-3, 20.0))
     bases = [
@@ -26,12 +26,12 @@ def test_supports_of_any_stiffness_leave_the_base_its_motion(tmp_path):
     assert abs(bases[0] - bases[1]).max() < 1e-3 * abs(bases[1]).max()
 
 
-# --- The same bits --------------------------------------------------------------------------------
+# --- Resumed runs --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("stop", [1, 35, 137])  # 35: within the pulse
 def test_a_resumed_run_equals_an_uninterrupted_one(write_input, in_parts, same_bits, stop):
-    """The supports' velocity of the motion is a state where χ > 1/2."""
+    """For χ > 1/2, the velocity of the supports' motion is part of the state."""
     loose = {"name": "bedding", "friction_angle": 5.0}
     file = write_input(tower(4, 300, loose, gravity=[0.0, -9.81], integration="theta"))
     same_bits(sitedda.run(file).history, in_parts(file, stop))

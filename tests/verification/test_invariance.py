@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The same model seen in a mirror, turned, far away, renumbered or in other units: one answer.
+"""The same model mirrored, turned, far away, renumbered or in other units has the same results.
 
-A pile of odd blocks slides, rocks and knocks on a shaken base under oblique gravity.  Places are
-multiples of 1/64 m, so that moving and turning them is exact and only the rounding of the run
-itself, amplified by its contacts, is left.
+A pile of irregular blocks slides, rocks and hits a shaken base under oblique gravity.  Places are
+multiples of 1/64 m, so that translation and rotation are exact; only the rounding of the run,
+amplified by its contacts, remains.
 """
 
 import tempfile
@@ -19,8 +19,8 @@ from model_text import group, namelist
 import sitedda
 
 few = settings(max_examples=6, derandomize=True, deadline=None, database=None)
-# Of the largest displacement, or stress: forces of a step are found within 1e-9 of the largest,
-# rounding decides which of the solutions within that is taken, and 150 steps amplify it.
+# Tolerance relative to the largest displacement or stress: forces of a step are converged to 1e-9
+# of the largest; rounding selects a solution within this, and 150 steps amplify the difference.
 AMPLIFIED = 1e-7
 STEPS = 150
 
@@ -33,12 +33,12 @@ HELD = [[-3.0, -0.5], [3.0, -0.5], [-3.0, -0.75], [3.0, -0.75]]
 
 @dataclass(frozen=True)
 class Pile:
-    """A model that knows how to be transformed; SI units unless `units` was used."""
+    """A model that can be transformed; in SI units unless `units` was called."""
 
     blocks: list = field(default_factory=lambda: [np.array(b) for b in (GROUND, ELL, SLAB, WEDGE)])
-    numbers: tuple = (0, 1, 2, 3)  # which of the original blocks each one is
-    starts: tuple = (0, 0, 0, 0)  # which of its original vertices each one's first one is
-    flipped: bool = False  # vertices run the other way than in the original
+    numbers: tuple = (0, 1, 2, 3)  # index of each block in the original pile
+    starts: tuple = (0, 0, 0, 0)  # index of the first vertex of each block in the original block
+    flipped: bool = False  # vertices are in reversed order
     held: np.ndarray = field(default_factory=lambda: np.array(HELD))
     loaded: np.ndarray = field(default_factory=lambda: np.array([-1.5, 1.0]))
     load: np.ndarray = field(default_factory=lambda: np.array([4000.0, -2000.0]))
@@ -55,7 +55,7 @@ class Pile:
     second: float = 1.0
 
     def groups(self) -> list:
-        """The input."""
+        """Return the groups of the input."""
         solid = {"density": self.density, "young_modulus": self.young, "poisson_ratio": 0.2}
         thrown = [*self.speed, self.spin]
         axis = int(np.argmax(np.abs(self.shaking)))
@@ -111,7 +111,7 @@ class Pile:
     # --- Transformed models ---
 
     def turned(self, matrix) -> "Pile":
-        """Under an orthogonal matrix of zeros and ones; a mirror keeps blocks counter-clockwise."""
+        """Transform by an orthogonal matrix of zeros and ones; blocks remain counter-clockwise."""
         mirror = np.linalg.det(matrix) < 0
         order = slice(None, None, -1) if mirror else slice(None)
         return replace(
@@ -128,7 +128,7 @@ class Pile:
         )
 
     def moved(self, by) -> "Pile":
-        """Shifted."""
+        """Translate by a vector."""
         return replace(
             self,
             blocks=[outline + by for outline in self.blocks],
@@ -137,7 +137,7 @@ class Pile:
         )
 
     def renumbered(self, order, starts) -> "Pile":
-        """Blocks in another order, each beginning at another vertex."""
+        """Reorder the blocks, and start each at another vertex."""
         return replace(
             self,
             blocks=[np.roll(self.blocks[i], -starts[i], axis=0) for i in order],
@@ -146,9 +146,9 @@ class Pile:
         )
 
     def units(self, length: float, mass: float, time: float = 1.0) -> "Pile":
-        """In units that go so many to the metre, the kilogram and the second.
+        """Convert to units: so many per metre, kilogram and second.
 
-        The slice is one unit of length thick, so that a force per thickness is mass / time².
+        The thickness is one length unit: a force per thickness has the unit mass / time².
         """
         force, stress = mass / time**2, mass / (length * time**2)
         return replace(
@@ -170,7 +170,7 @@ class Pile:
 
 
 def answer(pile: Pile) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements of the vertices and stresses, numbered as in the original pile.
+    """Return displacements of vertices and stresses in the numbering of the original pile.
 
     Shapes (frames, vertices, 2) and (frames, blocks, 2, 2).
     """
@@ -178,7 +178,7 @@ def answer(pile: Pile) -> tuple[np.ndarray, np.ndarray]:
         file = Path(folder) / "pile.nml"
         file.write_text(namelist(pile.groups()))
         history = sitedda.run(file).history
-    assert int(history.iterations.max()) > 1  # contacts do open, close or slide
+    assert int(history.iterations.max()) > 1  # contacts open, close or slide
     vertices, owner = history.vertices.values, history.vertex_block.values
     moves = vertices - vertices[0]
     parts, tensors = [None] * 4, [None] * 4
@@ -206,7 +206,7 @@ piles = st.builds(
 )
 
 
-def test_the_pile_moves_slides_and_knocks():
+def test_the_pile_slides_and_hits_the_base():
     moves, stresses = answer(Pile())
     assert np.abs(moves[-1]).max() > 0.01
     assert np.ptp(moves[-1, 4:10, 0]) > 0 and np.abs(stresses).max() > 0
@@ -214,7 +214,7 @@ def test_the_pile_moves_slides_and_knocks():
 
 @few
 @given(pile=piles)
-def test_the_same_pile_twice(pile):
+def test_a_repeated_run_is_identical(pile):
     assert_same(answer(pile), answer(pile), tolerance=0.0)
 
 
@@ -233,7 +233,7 @@ TURNS = {
 @pytest.mark.parametrize("matrix", [*MIRRORS.values(), *TURNS.values()], ids=[*MIRRORS, *TURNS])
 @settings(few, max_examples=3)
 @given(pile=piles)
-def test_mirrored_or_turned(matrix, pile):
+def test_a_mirrored_or_turned_pile_has_the_same_results(matrix, pile):
     moves, stresses = answer(pile.turned(matrix))
     back = moves @ matrix, matrix.T @ stresses @ matrix
     assert_same(back, answer(pile))
@@ -242,8 +242,8 @@ def test_mirrored_or_turned(matrix, pile):
 @few
 @example(pile=Pile(), by=(1_000_000, -1_000_000))
 @given(pile=piles, by=st.tuples(*[st.integers(-1_000_000, 1_000_000)] * 2))
-def test_moved(pile, by):
-    # places on output carry 1e6 m, so that their displacements are good to 1e-10 m
+def test_a_distant_pile_has_the_same_results(pile, by):
+    # places of 1e6 m in the output have an accuracy of 1e-10 m
     moves, stresses = answer(pile.moved(np.array(by, dtype=float)))
     expected = answer(pile)
     scale = np.max(np.abs(expected[0]))
@@ -257,7 +257,7 @@ def test_moved(pile, by):
     order=st.permutations(range(4)),
     starts=st.tuples(st.integers(0, 3), st.integers(0, 5), st.integers(0, 3), st.integers(0, 2)),
 )
-def test_renumbered(pile, order, starts):
+def test_a_renumbered_pile_has_the_same_results(pile, order, starts):
     assert_same(answer(pile.renumbered(order, starts)), answer(pile))
 
 
@@ -272,7 +272,7 @@ UNITS = {
 @pytest.mark.parametrize("unit", UNITS.values(), ids=UNITS)
 @settings(few, max_examples=2)
 @given(pile=piles)
-def test_in_other_units(unit, pile):
+def test_a_pile_in_other_units_has_the_same_results(unit, pile):
     length, mass, time = unit
     moves, stresses = answer(pile.units(*unit))
     assert_same((moves / length, stresses * length * time**2 / mass), answer(pile))

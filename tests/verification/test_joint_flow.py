@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Water that flows in joints: closed forms, energy, vapour and air."""
+"""Water flow in joints: closed forms, energy, vapour and air."""
 
 import numpy as np
 import pytest
@@ -8,9 +8,9 @@ import sitedda
 from sitedda import InputError
 
 APERTURE, STIFFNESS, BULK, VISCOSITY = 2e-4, 1e10, 2.2e9, 1e-3
-#: of a joint that its stiffness and the water's compression store in, m²/s
+#: m²/s, of a joint with storage by its stiffness and the compressibility of water
 DIFFUSIVITY = APERTURE**3 / (12 * VISCOSITY) / (1 / STIFFNESS + APERTURE / BULK)
-SHARE = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)  #: of a load, that water carries
+SHARE = (1 / STIFFNESS) / (1 / STIFFNESS + APERTURE / BULK)  #: of a load, carried by the water
 
 STIFF = {
     "law": "mohr_coulomb", "normal_stiffness_per_area": STIFFNESS,
@@ -21,7 +21,7 @@ CONSTANT = {"aperture": APERTURE, "opening_factor": 0.0}
 
 
 def started(time_step: float, **control) -> sitedda.Model:
-    """A model of light, stiff blocks without gravity."""
+    """Return a model of light, stiff blocks without gravity."""
     model = sitedda.Model("water in joints", time_step=time_step, **control)
     model.material("rock", density=100.0, young_modulus=1e14, poisson_ratio=0.0)
     model.joint("joint", friction_angle=0.0, contact_points=3, **STIFF)
@@ -29,14 +29,14 @@ def started(time_step: float, **control) -> sitedda.Model:
 
 
 def box(model, name: str, left, low, right, high, held=True, **more):
-    """A rectangle, of which two points are held."""
+    """Add a rectangle; two of its points are fixed if `held`."""
     model.block([left, low, right, low, right, high, left, high], name=name, **more)
     for x in (left + 0.1, right - 0.1) if held else ():
         model.fixed_point(x, (low + high) / 2, name)
 
 
 def rigid(length: float, *pieces: tuple[float, str], **control) -> sitedda.Model:
-    """Two fixed slabs; the lower one may be in pieces (width, joint)."""
+    """Return two fixed slabs; the lower one may be divided into pieces (width, joint)."""
     model = started(**({"time_step": 0.01, "steps": 2} | control))
     left = 0.0
     for i, (width, joint) in enumerate(pieces or ((length, "joint"),)):
@@ -47,14 +47,14 @@ def rigid(length: float, *pieces: tuple[float, str], **control) -> sitedda.Model
 
 
 def data_of(model: sitedda.Model):
-    """What a run leaves."""
+    """Run a model and return its output."""
     run = sitedda.run(model)
     assert run.complete, run.summary
     return run.history.load()
 
 
 def at(data, x: float, y: float = 0.0):
-    """Pressure over time at a place, Pa."""
+    """Return the pressure over time at a place, Pa."""
     place = data.flow_node_place.values
     return data.flow_pressure.values[:, np.argmin(abs(place - (x, y)).sum(1))]
 
@@ -91,7 +91,7 @@ def test_apertures_in_series():
 
 @pytest.mark.parametrize("layers", [1, 4])
 def test_undrained_share_of_a_load(layers):
-    """Skempton's ratio of a joint, also in each joint of a column."""
+    """The ratio is that of Skempton, also in each joint of a column."""
     model = started(1e-3)
     for i in range(layers + 1):
         box(model, f"b{i}", 0, i, 2, i + 1, held=i == 0)
@@ -104,7 +104,7 @@ def test_undrained_share_of_a_load(layers):
 
 
 def pressed(falls: bool) -> sitedda.Model:
-    """Three blocks meet at a wet node; far away, a stone may fall in the static stage."""
+    """Three blocks meet at a wet node; a distant stone may fall in the static stage."""
     model = started(1e-3, gravity=(0, -10))
     box(model, "base", -1, -1, 12, 0)
     for left in (0, 2):
@@ -127,7 +127,7 @@ def test_water_couples_blocks_after_contacts_were_searched_at_rest():
 
 
 def columns(count: int, length: float, **control) -> sitedda.Model:
-    """Stiff columns side by side on a fixed slab: joint consolidation in one dimension."""
+    """Stiff columns side by side on a fixed slab: one-dimensional consolidation of a joint."""
     model = started(**({"integration": "backward_euler", "dynamic_factor": 0.0} | control))
     model.joint("smooth", friction_angle=0.0)
     box(model, "slab", 0, -1, length, 0)
@@ -138,7 +138,7 @@ def columns(count: int, length: float, **control) -> sitedda.Model:
 
 
 def series(time: float, where: float) -> float:
-    """Terzaghi's isochrone: pressure over the first one at a time factor, closed at 1."""
+    """Terzaghi's isochrone: pressure over the initial one at a time factor; no flow at 1."""
     odd = (2 * np.arange(400) + 1) * np.pi / 2
     return float(np.sum(2 / odd * np.sin(odd * where) * np.exp(-(odd**2) * time)))
 
@@ -159,7 +159,7 @@ def test_consolidation_of_a_joint():
 
 
 def stored_in_water(length: float, **control) -> sitedda.Model:
-    """Rigid slabs, with a bulk modulus that gives the diffusivity of the joint above."""
+    """Rigid slabs with a bulk modulus that yields DIFFUSIVITY."""
     model = rigid(length, integration="backward_euler", **control)
     bulk = DIFFUSIVITY * 12 * VISCOSITY / APERTURE**2
     model.flow(state="transient", channel_length=length / 160, bulk_modulus=bulk, **CONSTANT)
@@ -167,7 +167,7 @@ def stored_in_water(length: float, **control) -> sitedda.Model:
 
 
 def test_harmonic_head():
-    """Amplitude e^(-x/δ), lag x/δ with δ = sqrt(2c/ω): 1.4561 m at 1 Hz."""
+    """Amplitude e^(-x/δ), phase lag x/δ, δ = sqrt(2c/ω) = 1.4561 m at 1 Hz."""
     depth = np.sqrt(2 * DIFFUSIVITY / (2 * np.pi))
     assert depth == pytest.approx(1.4561, abs=1e-4)
     error = []
@@ -178,7 +178,7 @@ def test_harmonic_head():
         data = data_of(model)
         place = min(data.flow_node_place.values[:, 0], key=lambda x: abs(x - 3.0))
         wave = at(data, 3.0)[-steps:] / 1e4
-        time = data.time.values[-steps:]  # what is left of the beginning is smooth
+        time = data.time.values[-steps:]  # after this time the transient is smooth
         turn = 2 * np.pi * time
         parts = np.stack([np.sin(turn), np.cos(turn), 1 + 0 * time, time, time**2], axis=1)
         sine, cosine = np.linalg.lstsq(parts, wave, rcond=None)[0][:2]
@@ -186,11 +186,11 @@ def test_harmonic_head():
         exact = -1j * np.exp(-(1 + 1j) * place / depth)
         error.append(found / exact - 1)
     assert abs(error[1]) < 0.03 and abs(error[0] / error[1]) == pytest.approx(2, abs=0.2)
-    assert abs(2 * error[1] - error[0]) < 1e-3  # of first order in Δt
+    assert abs(2 * error[1] - error[0]) < 1e-3  # first order in Δt
 
 
 def test_filling_front():
-    """Filled length sqrt(a² Δp t/6μ): .8165 m after 1 s, 1.6330 m after 4 s."""
+    """Filled length sqrt(a² Δp t/6μ): 0.8165 m after 1 s, 1.6330 m after 4 s."""
     model = rigid(2.0, time_step=0.01, steps=400)
     model.flow(state="transient", channel_length=0.02, saturation=0.0, **CONSTANT)
     model.flow_boundary(side="left", pressure=1e5)
@@ -201,14 +201,14 @@ def test_filling_front():
         i = np.argmin(abs(data.time.values - time))
         assert filled[i] == pytest.approx(exact, abs=1e-4)
     assert data.flow_pressure.values.min() > -1e-6
-    taken = 0.01 * data.flow_inflow.values[1:].sum()  # the mouth is full from the start
+    taken = 0.01 * data.flow_inflow.values[1:].sum()  # the mouth is full initially
     assert taken == pytest.approx(filled[-1] * APERTURE - 0.01 * APERTURE, rel=1e-4)
 
 
 def rocking(
     time_step: float, duration: float = 0.25, push: float = 1.5e5, sampled=False, **flow
 ) -> sitedda.Model:
-    """A heavy block on a wet joint, pushed at its top."""
+    """A heavy block on a wet joint that is pushed at its top."""
     model = sitedda.Model("rocking", time_step=time_step, gravity=(0, -9.81))
     model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
     model.joint("joint", friction_angle=35.0, **STIFF)
@@ -229,8 +229,8 @@ def rocking(
 
 
 @pytest.mark.parametrize("state", ["steady", "transient"])
-def test_a_dam_that_rocks(state):
-    """The same motion and pressure with a tenth of the step, which is within .1 % of 1/1,000."""
+def test_a_rocking_dam_converges_with_the_time_step(state):
+    """Motion and pressure are equal with a tenth of the step, which has an error below 0.1 %."""
     coarse, fine = (data_of(rocking(step, state=state, sampled=True)) for step in (2e-5, 2e-6))
     for name in ("displacement", "flow_pressure"):
         error = abs(fine[name].values - coarse[name].values).max() / abs(fine[name].values).max()
@@ -239,7 +239,7 @@ def test_a_dam_that_rocks(state):
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta", "backward_euler"])
 @pytest.mark.parametrize("time_step", [1e-5, 1e-3, 1e-1])
-def test_energy_of_every_step_and_member(integration, time_step):
+def test_energy_balance_of_each_step_and_scheme(integration, time_step):
     model = rocking(time_step, duration=40 * time_step, state="transient")
     model.control(integration=integration)
     data = data_of(model)
@@ -249,8 +249,8 @@ def test_energy_of_every_step_and_member(integration, time_step):
     assert (np.diff(data.energy_flow.values) >= -1e-12 * scale).all()
 
 
-def test_vapour_and_its_end():
-    """A block on a bed of springs, pulled up at rest and let down: p_v while there is vapour."""
+def test_vapour_forms_and_collapses():
+    """A block on springs is pulled up quasi-statically and released; vapour keeps p_v."""
     model = started(1e-3, steps=400, dynamic_factor=0.0)
     box(model, "base", 0, -1, 2, 0)
     box(model, "top", 0, 0, 2, 1, held=False)
@@ -263,15 +263,15 @@ def test_vapour_and_its_end():
     data = data_of(model)
     pressure, saturation = data.flow_pressure.values, data.flow_saturation.values
     assert pressure.min() == pytest.approx(-1e5, rel=1e-12)
-    lifted = (5e5 - 2e5) / 2e9  # the pull less the vapour's, over the springs
-    full = 2e5 / 2 / BULK * APERTURE  # what the water stretched by
+    lifted = (5e5 - 2e5) / 2e9  # pull less the suction of vapour, over the springs
+    full = 2e5 / 2 / BULK * APERTURE  # elongation of the water
     assert saturation.min() == pytest.approx(APERTURE / (APERTURE + lifted), rel=5e-3), full
     assert (saturation[-1] == 1).all() and (saturation[pressure > -1e5 + 1] == 1).all()
-    assert pressure.max() < 1.2e5  # no more than the push and the first pressure
+    assert pressure.max() < 1.2e5  # at most push plus initial pressure
 
 
-def test_one_step_of_both_is_stable_where_staggered_steps_grow():
-    """A light block on enclosed water, ωΔt = 330, under a sudden load: at most twice its sag."""
+def test_the_coupled_step_is_stable_where_staggered_steps_diverge():
+    """A sudden load on a light block on enclosed water, ωΔt = 330: at most twice the settlement."""
     step, load, mass = 1e-3, 1e5, 200.0
     spring = 2 * (BULK / APERTURE + STIFFNESS)  # of water and joint over 2 m
     model = started(step, steps=200, integration="midpoint")
@@ -283,7 +283,7 @@ def test_one_step_of_both_is_stable_where_staggered_steps_grow():
     data = data_of(model)
     assert 0.9 * load / 2 < data.flow_pressure.values.max() < 2.01 * load / 2
     sag = velocity = largest = 0.0
-    for _ in range(20):  # the pressure of the opening before, then the motion
+    for _ in range(20):  # pressure of the previous opening, then motion
         velocity += step * (load - spring * sag) / mass
         sag += step * velocity
         largest = max(largest, abs(sag))
@@ -300,15 +300,15 @@ def test_one_step_of_both_is_stable_where_staggered_steps_grow():
         ("&water surface = 0, 0, 4, 0 /", "acts_on = 'faces'"),
     ],
 )
-def test_what_flow_refuses(extra, words):
+def test_invalid_input_of_flow_is_refused(extra, words):
     model = rigid(4.0)
     model.flow(aperture=1e-4)
     with pytest.raises(InputError, match=words):
         sitedda.Simulation(sitedda.Model.from_namelist(model.to_namelist() + extra + "\n"))
 
 
-def test_resumed_to_the_same_bits(tmp_path):
-    """With vapour and flow in progress."""
+def test_a_resumed_run_is_bit_identical(tmp_path):
+    """The run is resumed during flow, with vapour."""
     model = rocking(1e-3, push=3e5, state="transient")
     whole = data_of(model)
     with sitedda.Simulation(model, tmp_path / "half.nc") as run:
@@ -318,8 +318,8 @@ def test_resumed_to_the_same_bits(tmp_path):
         assert (resumed[name].values == whole[name].values).all(), name
 
 
-def test_removed_blocks_take_their_channels_along():
-    """What is excavated no longer carries water; the rest goes on."""
+def test_joints_of_removed_blocks_carry_no_water():
+    """Excavated joints do not carry water; the other joints do."""
     model = started(1e-3, gravity=(0, -9.81))
     for i in range(3):
         box(model, f"b{i}", 0, i, 2, i + 1, held=i == 0)
@@ -342,7 +342,7 @@ def test_safety_of_a_dam_over_seeping_water():
     box(model, "rock", -20, -10, 40, 0)
     model.block([0, 0, 20, 0, 5, 30, 0, 30], name="dam")
     model.flow(aperture=5e-4, opening_factor=0.0)
-    model.traction(along=[-20, 0, 0, 0, 0, 30], level=28.0)  # also the head of the heel
+    model.traction(along=[-20, 0, 0, 0, 0, 30], level=28.0)  # and the head at the heel
     model.flow_boundary(along=[20, -0.1, 20, 0.1], head=0.0)
     model.stage("full", kind="static")
     weight, uplift, push = 2400 * 9.81 * 375, 9810 * 28 / 2 * 20, 9810 * 28**2 / 2
@@ -350,8 +350,8 @@ def test_safety_of_a_dam_over_seeping_water():
     assert found.factor == pytest.approx((weight - uplift) / push, rel=1e-3)
 
 
-def test_a_level_that_ends():
-    """There is no water at a face after the last time of its &traction."""
+def test_a_water_level_ends_with_its_traction():
+    """No water acts on a face after the last time of its &traction."""
     model = rigid(4.0, steps=4)
     model.flow(state="steady", **CONSTANT)
     model.traction(side="left", level=3.0, time=[0.0, 0.025])
@@ -362,8 +362,8 @@ def test_a_level_that_ends():
     assert len(pressure[~wet]) and (pressure[~wet] == 0.0).all()
 
 
-def test_water_that_falls_through_a_joint():
-    """Open at both ends: unit gradient along the fall, without pressure."""
+def test_water_flows_down_an_open_joint_with_unit_gradient():
+    """Both ends are open: the gradient along the dip is 1, the pressure 0."""
     turn = np.radians(-60)
     turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
 
@@ -397,8 +397,8 @@ def test_water_below_a_body_of_cells():
     assert data_of(model).flow_pressure.values[-1] == pytest.approx(1e5 * SHARE, rel=1e-5)
 
 
-def test_steady_water_stands_and_does_not_flow_above_its_table():
-    """A closed joint with a head at its foot: hydrostatic below the table, no flux anywhere."""
+def test_steady_water_is_hydrostatic_below_its_table():
+    """A closed joint has a head at its foot: no flow anywhere, and no pressure above the table."""
     model = started(0.01, steps=2)
     for name, left in (("left", -1), ("right", 0)):
         box(model, name, left, 0, left + 1, 4)
@@ -407,13 +407,12 @@ def test_steady_water_stands_and_does_not_flow_above_its_table():
     data = data_of(model)
     head = np.maximum(0.0, 1.5 - data.flow_node_place.values[:, 1])
     assert data.flow_pressure.values[-1] == pytest.approx(9810 * head, abs=1e-6)
-    full = 3e-4**3 / (12 * VISCOSITY) * 9810  # of a unit gradient
+    full = 3e-4**3 / (12 * VISCOSITY) * 9810  # at unit gradient
     assert abs(data.flow_flux.values[-1]).max() < 1e-9 * full
     assert abs(data.flow_inflow.values[-1]).max() < 1e-9 * full
 
 
-def test_a_joint_that_is_not_full_stays_so_at_rest():
-    """Steady flow at rest fills what is below the water, and nothing above it."""
+def test_steady_flow_fills_joints_only_below_the_water_table():
     model = started(1e-3)
     for i in range(3):
         box(model, f"b{i}", 0, i, 2, i + 1)
@@ -440,8 +439,8 @@ LAWS = {
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_water_under_every_law_and_hard_shaking(law):
-    """A block that rocks and slides: every step converges, and the audit closes."""
+def test_water_with_each_joint_law_under_strong_shaking(law):
+    """A block rocks and slides: each step converges, and the energy balance is closed."""
     model = rocking(2e-4, push=6e5, state="transient")
     model.traction(along=[0, 0, 0, 6], level=3.0, added_mass=True)
     joint = model["joint"][0]
@@ -458,7 +457,7 @@ def test_water_under_every_law_and_hard_shaking(law):
 
 
 def test_a_large_network_is_refused_or_undrained():
-    """More nodes than a dense factor can solve together; undrained they are solved alone."""
+    """Too many nodes for a dense coupled solution; undrained nodes are solved separately."""
     model = sitedda.Model("wall", time_step=1e-3, steps=1)
     model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
     model.joint("joint", friction_angle=35.0)
@@ -478,7 +477,7 @@ def test_a_large_network_is_refused_or_undrained():
 
 
 def test_many_separate_networks_are_accepted():
-    """The limit on nodes and blocks is one of connected nodes."""
+    """The limits on nodes and blocks apply to connected nodes."""
     model = sitedda.Model("columns", time_step=1e-3, steps=1)
     model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
     model.joint("joint", friction_angle=35.0)

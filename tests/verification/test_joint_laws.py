@@ -8,12 +8,12 @@ import sitedda
 from sitedda_evidence import model as nml
 
 GRAVITY, DENSITY, WIDTH = 10.0, 2500.0, 2.0  # m/s², kg/m³, m
-WEIGHT = DENSITY * WIDTH * GRAVITY  # N/m, of a block of 2 m x 1 m
+WEIGHT = DENSITY * WIDTH * GRAVITY  # weight of a block of 2 m x 1 m, N/m
 ROUGH = {"law": "barton_bandis", "jrc": 10.0, "jcs": 1e8}
 
 
 def pressed(stress: float, *more: str, cuts: int = 1, width: float = WIDTH, **law) -> str:
-    """A block that presses with a stress (Pa) on a joint; the base is cut into `cuts` blocks."""
+    """A block presses on a joint with a stress (Pa); the base consists of `cuts` blocks."""
     text = [
         nml.control(1e-3, 1, gravity=(0.0, -GRAVITY), settle=True),
         nml.contact(1e12),
@@ -32,7 +32,7 @@ def pressed(stress: float, *more: str, cuts: int = 1, width: float = WIDTH, **la
 
 
 def sheared(slip: float, density: float = DENSITY, back: bool = False, **law) -> str:
-    """A block that is driven along its joint by `slip` (m) in 1 s, and back in another."""
+    """A block is driven along its joint by `slip` (m) in 1 s, and may be driven back in 1 s."""
     share = np.linspace(0.0, 1.0, 201)
     way = slip * share**3 * (10 - 15 * share + 6 * share**2)
     if back:
@@ -42,7 +42,7 @@ def sheared(slip: float, density: float = DENSITY, back: bool = False, **law) ->
 
 
 def last(data, name: str) -> np.ndarray:
-    """A variable of the contacts that press in the last frame."""
+    """Return a variable of the closed contacts in the last frame."""
     of_last = (data.contact_frame == data.contact_frame.max()) & (data.contact_normal_force > 1.0)
     return data[f"contact_{name}"].values[of_last.values]
 
@@ -62,7 +62,7 @@ def test_hyperbolic_closure(stress):
 
 @pytest.mark.parametrize("cuts", [1, 2, 5])
 def test_stiffness_of_the_joint(cuts):
-    """Closure σ/k whatever the number of corners; the contacts' lengths add up to the joint's."""
+    """The closure is σ/k for each number of corners; contact lengths add up to the joint length."""
     with nml.simulation(pressed(1e6, cuts=cuts, normal_stiffness_per_area=1e9)) as run:
         run.advance(1)
         contacts = run.contacts
@@ -74,7 +74,7 @@ def test_stiffness_of_the_joint(cuts):
 
 @pytest.mark.parametrize("stress", [1e6, 5e6, 10e6])
 def test_rough_strength(stress):
-    """τ = σ tan(φ_r + JRC log₁₀(JCS/σ)) while it slides, contact by contact."""
+    """Each sliding contact has τ = σ tan(φ_r + JRC log₁₀(JCS/σ))."""
     data = nml.history(sheared(5e-3, stress / GRAVITY, **ROUGH, compressive_strength=1e8))
     middle = (data.contact_frame == 3) & (data.contact_state == 1)
     force, shear, length = (
@@ -89,8 +89,8 @@ def test_rough_strength(stress):
 
 
 @pytest.mark.parametrize("limit", [None, 0.01])
-def test_dilation(limit):
-    """The block is lifted by slip · tan ψ, up to the limiting slip, and friction pays for it."""
+def test_slip_dilates_up_to_its_limit(limit):
+    """The block rises by slip · tan ψ up to the limiting slip; friction supplies the work."""
     law = {"law": "mohr_coulomb", "dilation_angle": 8.0, "dilation_slip": limit}
     data = nml.history(sheared(0.02, **{k: v for k, v in law.items() if v}))
     slip = last(data, "slip_path")
@@ -102,8 +102,8 @@ def test_dilation(limit):
     assert float(data.energy_gravity[-1]) == pytest.approx(WEIGHT * lift, rel=1e-6)
 
 
-def test_weakening():
-    """Work of linear weakening: ½ (peak + residual) d + residual (s − d)."""
+def test_work_of_linear_slip_weakening():
+    """Work of linear slip weakening: ½ (peak + residual) d + residual (s − d)."""
     law = {
         "law": "mohr_coulomb",
         "friction_angle": 40.0,
@@ -124,8 +124,8 @@ def test_weakening():
     assert nml.residual(data) < 1e-6
 
 
-def test_sudden_loss():
-    """A brittle joint breaks once, at its peak, and slides at its residual strength."""
+def test_a_brittle_joint_drops_to_its_residual_strength():
+    """A brittle joint breaks once, at its peak strength."""
     law = {
         "law": "mohr_coulomb",
         "friction_angle": 40.0,
@@ -146,8 +146,8 @@ def test_sudden_loss():
 
 
 @pytest.mark.parametrize("law", ["coulomb", "mohr_coulomb"])
-def test_laws_that_say_the_same(law):
-    """Coulomb by the plain way, by a law with nothing of its own, and by stiffness per area."""
+def test_equivalent_laws_have_equal_results(law):
+    """Coulomb contacts, a law without special variables, and a stiffness per area."""
     plain = nml.history(sheared(0.02))
     same = {"law": law, "normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 4e9}
     other = nml.history(sheared(0.02, **same))
@@ -169,7 +169,7 @@ SHAKEN = {
 
 
 def shaken_wall(stiffness: float, **law) -> str:
-    """Bricks whose joints, also those between bricks of a course, open, close and slip."""
+    """Bricks whose bed and head joints open, close and slip."""
     ground = 0.3 * np.sin(2 * np.pi * np.arange(61) / 100)
     groups = [
         nml.control(1e-3, 40, (0.0, -GRAVITY), settle=True),
@@ -188,18 +188,18 @@ def shaken_wall(stiffness: float, **law) -> str:
 
 @pytest.mark.parametrize("points", [2, 3, 5])
 @pytest.mark.parametrize("law", SHAKEN)
-def test_a_shaken_wall(law, points):
-    """Forces are continuous as contacts open, close and slip: all laws converge, as Coulomb's."""
+def test_a_shaken_wall_converges_with_each_law(law, points):
+    """Forces are continuous as contacts open, close and slip, as with Coulomb contacts."""
     options = SHAKEN[law] | {"normal_stiffness_per_area": 2e9, "contact_points": points}
     data = nml.history(shaken_wall(1e9, **options))
     assert nml.residual(data) < 1e-6
-    # 5 or 6 of a step; where cohesion softens 22, where friction falls at once 93.
+    # 5 or 6 per step; 22 where cohesion softens, 93 where friction drops suddenly
     assert int(data.iterations.max()) <= {"cohesive": 40, "brittle": 150}.get(law, 10)
     assert float(data.energy_friction[-1]) > 0
 
 
-def test_tangent_at_the_weight(tmp_path):
-    """The vertical mode of a heavy block on a closed joint: k = k_ni (1 − δ/V_m)⁻²."""
+def test_modes_use_the_tangent_stiffness_at_the_weight(tmp_path):
+    """Vertical mode of a heavy block on a closed joint: k = k_ni (1 − δ/V_m)⁻²."""
     stress, stiffness, closure = 5e6, 2e10, 1.4e-4
     law = {**ROUGH, "normal_stiffness_per_area": stiffness, "max_closure": closure}
     file = tmp_path / "model.nml"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's layered sites (section 2.3, tables I and II) from the time domain."""
+"""Time-domain amplification of the paper's layered sites (section 2.3, tables I and II)."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ TIME_STEP = 1e-3
 
 @pytest.fixture(scope="module", params=["layered_site.nml", "layered_site_table2.nml"])
 def site(request):
-    """Amplification of an input in the time domain, its history, and exact theory."""
+    """Return the amplification of a run, its history, and the exact discrete theory."""
     file = Path(__file__).parents[2] / "inputs" / request.param
     history, model = sitedda.run(file).history, DiscreteModel.of(file)
 
@@ -48,7 +48,7 @@ def test_a_bonded_stack_never_opens_or_slides(site):
     assert float(history.energy_fracture[-1]) == 0.0
 
 
-def test_the_audit_explains_every_joule(site):
+def test_the_energy_balance_is_closed(site):
     _, history, _ = site
     scale = float(history.energy_kinetic.max())
     assert float(abs(history.energy_balance).max()) < 1e-6 * scale

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The fast parts of the reproduction of the paper: what it must reach, and a whole report."""
+"""The fast parts of the reproduction of the paper: required results, and a complete report."""
 
 import base64
 import re
@@ -21,12 +21,12 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def studies():
-    """All studies without the sensitivities that no requirement needs."""
+    """All studies, without sensitivities that no requirement uses."""
     return {result.case.name: result for result in PAPER.run(short=True)}
 
 
 @pytest.mark.parametrize("name", list(PAPER.cases))
-def test_the_study_reaches_what_it_must(studies, name):
+def test_the_study_meets_its_requirements(studies, name):
     assert studies[name].rows
     assert studies[name].passed, terminal_text(studies[name])
 
@@ -46,7 +46,7 @@ def test_layers_follow_the_exact_discrete_theory(studies):
     ("words", "frequency", "amplitude"),
     [(("table I,", "mid-layer"), 13.948, 29.065), (("table II,", "mid-layer"), 14.238, 28.761)],
 )
-def test_layers_are_measured_as_known(studies, words, frequency, amplitude):
+def test_layers_have_their_known_results(studies, words, frequency, amplitude):
     values = [row.sitedda for row in rows_of(studies["layers"], *words)]
     assert values == pytest.approx([frequency, amplitude], rel=1e-4)
 
@@ -71,12 +71,12 @@ def test_damping_ratios_follow_the_closed_form(studies):
     assert all(abs(row.from_theory) < 0.01 for row in ratios)
 
 
-def test_the_column_vibrates_as_theory_has_it(studies):
+def test_the_column_has_the_theoretical_frequencies(studies):
     for row in rows_of(studies["avdat"], "dominant frequency"):
         assert abs(row.from_theory) < 2e-3, row
 
 
-def test_no_printed_settling_case_is_lost(studies):
+def test_only_known_settling_cases_differ_from_the_paper(studies):
     table = next(t for t in studies["avdat"].outcome.tables if t.title.startswith("Table IV"))
     verdicts = [(cells[0], cells[1]) for cells in table.rows if cells[-1] == "no"]
     assert verdicts == [
@@ -85,7 +85,7 @@ def test_no_printed_settling_case_is_lost(studies):
     assert any("verdicts differ" in note for note in studies["avdat"].outcome.notes)
 
 
-def test_the_report_holds_every_picture(studies, tmp_path):
+def test_the_report_contains_all_pictures(studies, tmp_path):
     done = list(studies.values())
     wanted = sum(len(study.outcome.pictures) for study in done)
     text = write_report(PAPER, done, tmp_path).read_text(encoding="utf-8")
@@ -98,7 +98,7 @@ def test_the_report_holds_every_picture(studies, tmp_path):
     assert all(0 < (tmp_path / link).stat().st_size <= 60_000 for link in links)
 
 
-def test_an_unknown_study_is_named():
+def test_an_unknown_study_is_reported():
     with pytest.raises(InputError, match="no case colum; known are .*cantilever, "):
         next(PAPER.run(["colum"]))
 
@@ -121,7 +121,7 @@ def test_closed_form_of_kinetic_damping():
     assert np.isreal(kinetic_damping_roots(100.0, 1e-5, 0.99)).all()
 
 
-def test_rows_say_what_they_hold():
+def test_deviations_and_numbers_are_formatted():
     assert deviation(2.35, (2.3, 2.4)) == 0
     assert deviation(2.2, (2.3, 2.4)) == pytest.approx(-0.1 / 2.3)
     assert deviation("settles", 3.0) is None

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Sudden gravity on a column and on a wall without cohesion: nothing leaps, no energy is made.
+"""Sudden gravity on a column and on a wall without cohesion: no jumps and no created energy.
 
-The scheme cannot raise the energy of a convex potential (docs/method.md), so that a block that
-leaps is a bug at any time step and any penalty.
+The scheme cannot increase the energy of a convex potential (docs/method.md), so that a jump of a
+block is an error for each time step and penalty.
 """
 
 from types import SimpleNamespace
@@ -20,7 +20,7 @@ LONGEST, SHORTEST = 2000, 40  # steps
 
 
 def column() -> tuple[list, list]:
-    """15 layers of 15 m x 1 m on a fixed base: groups, fixed points."""
+    """Return groups and fixed points of 15 layers of 15 m x 1 m on a fixed base."""
     groups = [
         group("layers", name="base", bottom=-1.0, width=15.0, thickness=1.0),
         group("layers", name="layer", width=15.0, thickness=1.0, count=15),
@@ -29,7 +29,7 @@ def column() -> tuple[list, list]:
 
 
 def wall() -> tuple[list, list]:
-    """5 bricks x 10 courses in running bond on a fixed base."""
+    """Return 5 bricks x 10 courses in running bond on a fixed base."""
     bricks = {"brick_length": 0.5, "brick_height": 0.25, "bricks": 5, "courses": 10}
     groups = [
         group("layers", name="base", bottom=-0.5, width=2.5, thickness=0.5),
@@ -48,7 +48,7 @@ CASES = [
 
 
 def text(model: str, penalty: float, **control) -> str:
-    """A model that meets gravity at once."""
+    """Return the input of a model under sudden gravity."""
     groups, places = MODELS[model]()
     return namelist(
         [
@@ -64,7 +64,7 @@ def text(model: str, penalty: float, **control) -> str:
 
 
 def at_rest(file) -> tuple[np.ndarray, np.ndarray, float]:
-    """The linear system under its weight: where it rests, the weight, the slowest frequency."""
+    """Return static displacements and weight of the linear system, and its lowest frequency."""
     blocks = DiscreteModel.of(file)
     weight = np.zeros(len(blocks.mass))
     weight[1::6] = -GRAVITY * blocks.mass.diagonal()[1::6]
@@ -75,7 +75,7 @@ def at_rest(file) -> tuple[np.ndarray, np.ndarray, float]:
     scope="module", params=CASES, ids=lambda c: f"{c[0]}, {c[1] / YOUNG:g} E, {c[2]:g} s"
 )
 def settling(request, tmp_path_factory):
-    """A run of some periods, what every block did on the way, and the static answer."""
+    """Run some periods; return rise of the blocks, energies, history and static displacements."""
     model, penalty, time_step = request.param
     file = tmp_path_factory.mktemp("settling") / "model.nml"
     file.write_text(text(model, penalty, time_step=time_step, steps=1))
@@ -87,19 +87,19 @@ def settling(request, tmp_path_factory):
     return SimpleNamespace(
         rise=heights - heights[0],
         static=static,
-        work=float(weight @ static),  # of gravity on the way to the static answer
+        work=float(weight @ static),  # work of gravity up to the static displacements
         total=sum(history[f"energy_{name}"].values for name in STORED),
         history=history,
     )
 
 
-def test_no_block_leaps(settling):
-    # an undamped chain of the column's masses on springs that cannot pull rebounds by 0.69 of it
+def test_no_block_jumps(settling):
+    # an undamped chain of these masses on springs without tension rebounds to 0.69 of this value
     assert settling.rise.max() <= -settling.static[1::6].min()
 
 
 def test_no_block_sinks_beyond_twice_the_settlement(settling):
-    # a linear system let go from rest overshoots to at most about twice its static answer
+    # a linear system under sudden load reaches at most about twice its static displacement
     assert -settling.rise.min() <= 2.5 * -settling.static[1::6].min()
 
 
@@ -108,8 +108,8 @@ def test_total_energy_falls_in_every_step(settling):
     assert np.diff(settling.total).max() <= 1e-6 * settling.work
 
 
-def test_losses_are_losses_and_the_audit_balances(settling):
-    """The geometry between steps does little work."""
+def test_dissipation_is_positive_and_the_energy_balance_is_closed(settling):
+    """The geometric term is small."""
     history, work = settling.history, settling.work
     assert np.diff(history.energy_algorithmic).min() >= -1e-9 * work
     assert np.diff(history.energy_friction).min() >= -1e-9 * work
@@ -118,8 +118,8 @@ def test_losses_are_losses_and_the_audit_balances(settling):
 
 
 @pytest.mark.parametrize("penalty", [YOUNG / 25, YOUNG, 100 * YOUNG], ids=["E/25", "E", "100 E"])
-def test_the_column_comes_to_rest_where_statics_say(penalty, tmp_path):
-    """With no memory of velocity the steps go straight to the static answer."""
+def test_the_column_rests_at_its_static_displacements(penalty, tmp_path):
+    """With dynamic_factor = 0, the steps converge directly to the static solution."""
     file = tmp_path / "model.nml"
     file.write_text(text("column", penalty, time_step=1.0, steps=30, dynamic_factor=0.0))
     static, *_ = at_rest(file)
@@ -127,5 +127,5 @@ def test_the_column_comes_to_rest_where_statics_say(penalty, tmp_path):
         start = simulation.coordinates
         simulation.advance(30)
         moved = (simulation.coordinates - start)[:, 1]
-    # second order: settlement over block size
+    # second-order error: settlement over block size
     np.testing.assert_allclose(moved[1:], static[1::6][1:], rtol=2e-3)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every solver gives what the direct one gives, and threads change no bit."""
+"""All solvers agree with the direct solver, and results are bit-identical for all threads."""
 
 import functools
 import os
@@ -14,12 +14,12 @@ import sitedda
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 STEPS = 20
-# The static stage of the dam rests with 3.8e-8 of the weight unbalanced. Platens impose up to
-# 5,000 m/s² on samples in which contacts slide, whose forces are right to a tolerance only.
-# Joints of the deep cut slip on the way to rest, so the path of the iteration decides 2e-6 of the
-# movement on some processors.
+# Tolerances: the static stage of the dam leaves 3.8e-8 of the weight unbalanced; platens impose
+# up to 5,000 m/s² on samples with sliding contacts, whose forces have a tolerance; joints of the
+# deep cut slip in its static stage, so that the path of the iteration changes 2e-6 of the
+# displacements on some processors.
 ALLOWED = {"dam.nml": 4e-8, "deep_cut.nml": 1e-5, "brazilian.nml": 1e-7, "biaxial.nml": 1e-6}
-ALLOWED |= {"fault.nml": 1e-3}  # it moves by 2e-11 m in these steps: the rounding of places
+ALLOWED |= {"fault.nml": 1e-3}  # it moves by 2e-11 m in these steps, near the rounding of places
 COARSE = (("mesh.size", 8.0), ("mesh.fine_size", 0.5))
 
 WALL = """
@@ -36,7 +36,7 @@ WALL = """
 
 
 def wall(folder, bricks, courses, solver="auto", **changes) -> Path:
-    """A wall that is pulled sideways; unless bonded, contacts open and slide at once."""
+    """A wall under a horizontal body force; without bond, contacts open and slide immediately."""
     file = folder / f"wall_{solver}.nml"
     size = {"bricks": bricks, "courses": courses, "width": bricks + 1, "solver": solver}
     plain = {"penalty": 1e12, "step": 1e-3, "bond": 0.0, "integration": "dda"}
@@ -49,16 +49,16 @@ def wall(folder, bricks, courses, solver="auto", **changes) -> Path:
     "file", sorted(INPUTS.rglob("*.nml")), ids=lambda file: str(file.relative_to(INPUTS))
 )
 def test_solvers_agree_on_every_input(file, solver):
-    # SOR brings a mesh to rest by sweeps that grow with its cells: minutes for the one as it is.
+    # The sweeps of SOR grow with the cells of a mesh: the original mesh would take minutes.
     mesh = COARSE if (file.name, solver) == ("circular_tunnel.nml", "sor") else ()
     start, direct, active, time = moved(file, "direct", mesh)
     other = moved(file, solver, mesh)[1]
-    # a residual of 1e-11 in directions that only inertia holds, and the rounding of places
+    # residual of 1e-11 in directions with inertia only, and rounding of places
     share = ALLOWED.get(file.name, 1e-8)
     allowed = share * np.abs(direct - start).max() + 2e-15 * np.abs(direct).max()
     if active:
-        # Contacts open and slide: forces are right to a tolerance only. What an acceleration
-        # of 5e-6 g moves in the time is 5e-6 of the free fall of what has lost its hold.
+        # Contacts open and slide: forces have a tolerance.  An acceleration error of 5e-6 g causes
+        # 5e-6 of the free fall of an unsupported block.
         allowed += 5e-6 * 9.81 * time**2 / 2
     assert np.abs(other - direct).max() <= allowed
 
@@ -73,14 +73,14 @@ def test_solvers_agree_on_a_wall_that_slides(tmp_path, solver):
 
 @functools.lru_cache(maxsize=2)
 def moved(file, solver, mesh=()):
-    """Coordinates at the start and after a few steps, whether contacts slide or open, time."""
+    """Return coordinates before and after a few steps, whether contacts slide or open, and time."""
     with sitedda.Simulation(file, solver=solver, changes=dict(mesh)) as run:
         start = run.coordinates
         run.advance(STEPS)
         return start, run.coordinates, bool(set(run.contacts["state"]) & {0, 1}), run.time
 
 
-def test_what_a_solver_cannot_do_is_handed_over_and_said(tmp_path):
+def test_the_direct_solver_repeats_failed_solutions(tmp_path):
     file = wall(tmp_path, 15, 15, "jacobi", penalty=3e13, step=0.1, bond=1e12)
     run = sitedda.run(file, steps=1, max_displacement_ratio=0.5)
     assert "repeated by the direct solver" in run.summary
@@ -101,8 +101,8 @@ with sitedda.Simulation(sys.argv[1]) as run:
 
 
 @pytest.mark.parametrize("integration", ["dda", "theta"])
-def test_threads_change_no_bit(integration, tmp_path):
-    """About 1,000 blocks, with contacts that open and slide: above every limit for threads."""
+def test_results_are_bit_identical_with_any_number_of_threads(integration, tmp_path):
+    """About 1,000 blocks with opening and sliding contacts: above each threshold of threads."""
     file = wall(tmp_path, 32, 31, integration=integration)
     results = {count: threaded(file, count) for count in (1, 2, 4)}
     assert results[1] == results[2] == results[4]

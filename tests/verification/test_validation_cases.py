@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every validation case in its short form: all rows within what they allow."""
+"""Each validation case in its short form: all rows are within their tolerances."""
 
 import pytest
 
@@ -10,13 +10,13 @@ pytestmark = pytest.mark.slow
 
 
 @pytest.mark.parametrize("name", list(VALIDATION.cases))
-def test_case_in_its_short_form(name):
+def test_case_passes_in_its_short_form(name):
     result = run_case(name, short=True)
     assert result.rows or result.trouble, "a case without rows proves nothing"
     assert result.passed, terminal_text(result)
 
 
-def test_the_wanted_cases_exist():
+def test_required_cases_exist():
     wanted = {
         "incline", "newmark", "shaking_base", "rocking_decay", "rocking_onset", "overturning",
         "bounce", "bars", "slip_joint", "rotation", "tilt", "toppling", "arch", "many_blocks",

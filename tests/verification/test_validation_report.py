@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The report, the command line, and the references that cases compare with."""
+"""The report, the command, and reference solutions of the validation cases."""
 
 import re
 from html import escape
@@ -26,7 +26,7 @@ from sitedda_evidence.validation.sliding import read_smc, record_file, rigid_sli
 from sitedda_evidence.validation.stability import toe_force
 
 
-def test_report_holds_rows_and_picture(tmp_path):
+def test_the_report_contains_rows_and_picture(tmp_path):
     result = run_case("damping", short=True)
     text = write_report(VALIDATION, [result], tmp_path / "out").read_text(encoding="utf-8")
     text = re.sub(r" data-head='[^']*'", "", text).replace("\N{MINUS SIGN}", "-")
@@ -37,7 +37,7 @@ def test_report_holds_rows_and_picture(tmp_path):
     assert "src='data:image/svg+xml;base64," in text
 
 
-def test_command_line(capsys):
+def test_the_command_runs_a_case(capsys):
     assert main(["validate", "damping", "--short"]) == 0
     assert "1 of 1 cases pass" in capsys.readouterr().out
     assert main(["validate", "--list"]) == 0
@@ -46,12 +46,12 @@ def test_command_line(capsys):
     assert "there is no case nonsense" in capsys.readouterr().err
 
 
-def test_unknown_case_is_named():
+def test_an_unknown_case_is_reported():
     with pytest.raises(InputError, match="no case"):
         run_case("nonsense")
 
 
-def test_a_wall_that_never_rests_fails_its_rows(monkeypatch):
+def test_rows_of_a_wall_that_never_rests_fail(monkeypatch):
     for module in ("masonry_limits", "slopes"):
         monkeypatch.setattr(f"sitedda_evidence.validation.{module}.rest_of", lambda *_: None)
     result = run_case("tilting_wall", short=True)
@@ -61,8 +61,8 @@ def test_a_wall_that_never_rests_fails_its_rows(monkeypatch):
 @pytest.mark.parametrize(
     ("width", "height", "ratio"), [(0.05, 2.0, 2.0), (0.3, 2.0, 1.2), (0.5, 2.0, 3.0), (1, 1.5, 2)]
 )
-def test_least_pulse_is_that_of_the_rocking_equation(width, height, ratio):
-    """θ'' = −p² [sin(α − θ) − (a/g) cos(α − θ)] by scipy, its duration bisected."""
+def test_the_least_pulse_solves_the_rocking_equation(width, height, ratio):
+    """θ'' = −p² [sin(α − θ) − (a/g) cos(α − θ)] integrated by scipy, with bisected duration."""
     slender, rate = np.arctan2(width, height), np.sqrt(1.5 * 9.81 / np.hypot(width, height))
     push = ratio * np.tan(slender)
 
@@ -95,7 +95,7 @@ def test_least_pulse_is_that_of_the_rocking_equation(width, height, ratio):
         assert housner_duration(width, height, 9.81 * push) == pytest.approx(found, rel=3e-3)
 
 
-def test_rigid_slide_on_a_constant_push():
+def test_rigid_slide_under_constant_acceleration():
     time = np.linspace(0, 1, 101)
     slip, velocity = rigid_slide(time, np.full(101, -3.0), 0.0, 10.0)
     rate = 3.0 - 9.81 * np.tan(np.radians(10.0))
@@ -108,13 +108,13 @@ def test_rigid_slide_stops_inside_an_interval():
     assert velocity[-1] == 0.0 and slip[-1] > 0.0 and np.ptp(slip[150:]) == 0.0
 
 
-def test_record_is_read_apart_from_the_engine():
+def test_the_validation_reads_the_record():
     time, acceleration = read_smc(record_file())
     assert len(time) == 7183 and time[1] == pytest.approx(0.005)
     assert np.abs(acceleration).max() == pytest.approx(2.225, abs=1e-3)
 
 
-def test_housner_swings_smaller_with_each_impact():
+def test_housner_amplitudes_decrease_with_each_impact():
     time, angle, impacts = housner(3.0, 0.5 * SLENDER)
     after = np.abs(angle[(time > impacts[0]) & (time < impacts[1])]).max()
     before, left = (np.cos(SLENDER - a) - np.cos(SLENDER) for a in (0.5 * SLENDER, after))
@@ -123,7 +123,7 @@ def test_housner_swings_smaller_with_each_impact():
     assert impacts[0] == pytest.approx(quarter, rel=2e-2)
 
 
-def test_goodman_bray_prints_0_7855():
+def test_goodman_and_bray_stability_at_the_published_friction():
     angle = np.degrees(np.arctan(0.7855))
     assert toe_force(angle + 0.05) <= 0.0 < toe_force(angle - 0.05)
 
