@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What each remedy and constant of the iteration saves: python tests/benchmarks/ablation.py BUILD
+"""Savings by each remedy and constant of the iteration: python tests/benchmarks/ablation.py BUILD
 
-BUILD is a Meson build folder of this tree, built.  Each variant is the engine with one remedy left
-out, or one constant halved or doubled: its file alone is compiled again and linked with the objects
-of BUILD, which stays as it is.  All variants run the same cases, each in a process of its own on
-one thread.  Printed for each variant, as ratios to the engine as it is over all cases: open–close
-iterations, factors, applications of the preconditioner, processor time; and the cases that end
-otherwise, or take five times as long.  Counts do not depend on the machine; the time does.
---quick takes the small cases, --hard 96 walls with long steps, of which some find no solution,
---only WORD … the variants with one of these words, and --jobs N so many cases at once.
+BUILD is a complete Meson build folder of this tree.  Each variant is the engine without one remedy,
+or with one constant halved or doubled: only its file is recompiled and linked with the objects of
+BUILD, which does not change.  All variants run the same cases, each in its own process with one
+thread.  Printed for each variant are ratios to the unchanged engine over all cases: open–close
+iterations, factors, applications of the preconditioner, processor time; and cases that end
+differently or take five times as long.  Counts do not depend on the machine; the time does.
+--quick selects the small cases, --hard 96 walls with long steps, some without a solution,
+--only WORD … the variants whose names contain a WORD; --jobs N runs N cases simultaneously.
 """
 
 import json
@@ -27,13 +27,13 @@ from threading import Lock
 
 import xarray as xr
 from compare import SINGLE, resting, settling, shaken
-from layered_site import ROOT, asked, changed
+from layered_site import ROOT, changed, parse_options
 from speed_models import FRICTION_ANGLE, packing, touching_wall, wall
 
 DYNAMICS, ALGEBRA = ROOT / "fortran" / "dynamics", ROOT / "fortran" / "algebra"
 OPEN_CLOSE = DYNAMICS / "open_close.f90"
 JOINT_CONTACT = ROOT / "fortran" / "contact" / "joint_contact.f90"
-# Files of the iteration; the numbers among their parameters are varied, but those of `_FIXED`.
+# Files of the iteration; the numbers among their parameters are varied, except `_FIXED`.
 FILES = [
     OPEN_CLOSE,
     JOINT_CONTACT,
@@ -48,7 +48,7 @@ FILES = [
     ALGEBRA / "solvers" / "factor_solver.f90",
     ALGEBRA / "solvers" / "linear_solver.f90",
 ]  # fmt: skip
-READING = Lock()  # netCDF has one reader at a time
+READING = Lock()  # netCDF supports one reader at a time
 _FIXED = ("none", "is_clean", "is_dirty_force", "is_dirty_stiffness", "long")
 _CONSTANT = re.compile(
     r"^\s+(?:integer|real\(wp\)), parameter :: (\w+) = ([0-9.]+)((?:e[-+]?\d+)?)(_wp)?\b", re.M
@@ -57,7 +57,7 @@ _CONSTANT = re.compile(
 
 @dataclass(frozen=True)
 class Remedy:
-    """What a file has instead where the remedy is left out."""
+    """The text of a file with a remedy, and its replacement without the remedy."""
 
     file: Path
     old: str
@@ -115,7 +115,7 @@ REMEDIES = {
 
 
 def cases(quick: bool) -> dict[str, tuple]:
-    """What writes the input of each case, and its steps."""
+    """Return the function that writes the input of each case, and the number of steps."""
     found = {}
     for ms, steps in ((1, 120), (5, 60)):
         for blocks in (200, 400, 800) if quick else (200, 300, 400, 600, 800, 1000):
@@ -136,7 +136,7 @@ def cases(quick: bool) -> dict[str, tuple]:
 
 
 def hard_cases() -> dict[str, tuple]:
-    """Walls with long steps, of little to much friction."""
+    """Walls with long steps and friction angles from small to large."""
     found = {}
     for ms, steps in ((10, 60), (20, 30)):
         for blocks in (110, 150, 200, 250, 300, 350, 400, 450):
@@ -147,7 +147,7 @@ def hard_cases() -> dict[str, tuple]:
 
 
 def with_friction(blocks: int, time_step: float, angle: int) -> str:
-    """A shaken wall of this friction angle."""
+    """Return the input of a shaken wall with this friction angle."""
     return shaken(blocks, time_step).replace(
         f"friction_angle = {FRICTION_ANGLE} ", f"friction_angle = {angle} "
     )
@@ -155,13 +155,13 @@ def with_friction(blocks: int, time_step: float, angle: int) -> str:
 
 @dataclass
 class Engine:
-    """An executable of which one file may differ."""
+    """An executable whose variants differ in one file."""
 
     build: Path
     folder: Path
 
     def variant(self, source: Path, text: str) -> Path:
-        """The executable with this text instead of a source file."""
+        """Build the executable with this text instead of a source file."""
         name = source.relative_to(ROOT)
         commands = json.loads((self.build / "compile_commands.json").read_text())
         (command,) = (
@@ -183,13 +183,13 @@ class Engine:
         words = shlex.split(listed[-1])
         program = self.folder / "native"
         words[words.index("-o") + 1] = str(program)
-        words.insert(words.index("-o") + 2, str(made))  # before the library, which has it too
+        words.insert(words.index("-o") + 2, str(made))  # before the library with the original
         subprocess.run(words, cwd=self.build, check=True, capture_output=True)
         return program
 
 
 def run(program: Path, file: Path, before: dict | str = "") -> dict | str:
-    """Counts of one run, or the words that it ends with."""
+    """Return the counts of one run, or its error message."""
     output = program.with_name(file.with_suffix(".nc").name)
     command = [str(program), "run", str(file), "--quiet", "-o", str(output)]
     process = subprocess.Popen(
@@ -219,7 +219,7 @@ def run(program: Path, file: Path, before: dict | str = "") -> dict | str:
 
 
 def written(texts: dict[str, str], folder: Path) -> dict[str, Path]:
-    """The files of inputs, by name."""
+    """Write the inputs; return their files by name."""
     files = {name: folder / f"{i}.nml" for i, name in enumerate(texts)}
     for name, file in files.items():
         file.write_text(texts[name])
@@ -227,14 +227,14 @@ def written(texts: dict[str, str], folder: Path) -> dict[str, Path]:
 
 
 def measured(program: Path, files: dict[str, Path], jobs: int, before: dict) -> dict:
-    """What `run` returns for each input; `before` has that of another engine."""
+    """Return the result of `run` for each input; `before` has the results of another engine."""
     with ThreadPoolExecutor(jobs) as pool:
         found = pool.map(lambda name: run(program, files[name], before.get(name, "")), files)
         return dict(zip(files, found, strict=True))
 
 
 def variants(words: list[str]) -> dict[str, tuple[Path, str]]:
-    """File and new text of each variant whose name has one of the words."""
+    """Return file and new text of each variant whose name contains one of the words."""
     found = {}
     for name, remedy in REMEDIES.items():
         text = remedy.file.read_text()
@@ -257,7 +257,7 @@ def variants(words: list[str]) -> dict[str, tuple[Path, str]]:
 
 
 def row(name: str, results: dict, before: dict) -> str:
-    """A row of the table: ratios of sums over the cases that end in both, and the others."""
+    """Return a table row: ratios over the cases that both engines complete, and the others."""
     both = [c for c in before if isinstance(before[c], dict) and isinstance(results[c], dict)]
     ratios = []
     for key in ("iterations", "factors", "applications", "seconds"):
@@ -269,8 +269,8 @@ def row(name: str, results: dict, before: dict) -> str:
 
 
 def main() -> None:
-    """Run the engine as it is, then every variant."""
-    options = asked(__doc__, "build", quick=False, hard=False, only=[""], jobs=1)
+    """Run the unchanged engine, then all variants."""
+    options = parse_options(__doc__, "build", quick=False, hard=False, only=[""], jobs=1)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         chosen = hard_cases() if options.hard else cases(options.quick)
@@ -283,7 +283,7 @@ def main() -> None:
         before = measured(own / "native", files, options.jobs, {})
         for name, result in before.items():
             print(f"{name:30s} {result}", flush=True)
-        print("\n| variant | iterations | factors | applications | time | ends otherwise |")
+        print("\n| variant | iterations | factors | applications | time | ends differently |")
         print("| --- | --- | --- | --- | --- | --- |")
         for name, (file, text) in variants(options.only).items():
             results = measured(engine.variant(file, text), files, options.jobs, before)

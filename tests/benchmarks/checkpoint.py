@@ -2,10 +2,10 @@
 """Cost of checkpoints every 1,000 steps: python3 tests/benchmarks/checkpoint.py
 
 The native executable runs the layered site (60,000 steps) and a wall of 1,000 blocks (200 steps)
-with and without checkpoints, by turns.  What one checkpoint costs is its share of a run with many
-of them, divided by their number, so that it stands out of the noise; the share of the run follows.
-Processor time (user and system) and wall time are printed: the median of the differences between
-neighbouring runs.
+alternately with and without checkpoints.  The cost of one checkpoint is that of many in a run over
+their number, because the cost of a single one would be less than the scatter; the fraction of the
+run time follows.  Processor time (user and system) and wall time are printed: the median of the
+differences between successive runs.
 """
 
 import os
@@ -18,13 +18,13 @@ from pathlib import Path
 
 import layered_site as main_job
 from interrupted import layered_site, native_program, prepare, wall
-from options import asked
+from options import parse_options
 
-TARGET = 2.0  # % of the run
+TARGET = 2.0  # % of the run time
 
 
 def spent(program: str, folder: Path) -> tuple[float, float]:
-    """Processor and wall seconds of a run."""
+    """Return the processor and wall time of a run, s."""
     begun, worked = time.perf_counter(), main_job.processor_time()
     arguments = [program, "run", "model.nml", "-q", "-o", "out.nc"]
     subprocess.run(arguments, cwd=folder, check=True, stdout=subprocess.DEVNULL)
@@ -32,7 +32,7 @@ def spent(program: str, folder: Path) -> tuple[float, float]:
 
 
 def measure(program: str, without: Path, often: Path, checkpoints: int, steps: int, rounds: int):
-    """Seconds of a run without, of one checkpoint, and its share in %, by both clocks."""
+    """Yield times of a run and of one checkpoint, s, and their ratio, %, by both clocks."""
     pairs = [(spent(program, without), spent(program, often)) for _ in range(rounds)]
     for clock in (0, 1):
         base = statistics.median(pair[0][clock] for pair in pairs)
@@ -43,7 +43,7 @@ def measure(program: str, without: Path, often: Path, checkpoints: int, steps: i
 
 def main() -> int:
     """Measure both models and print the table."""
-    options = asked(__doc__, rounds=9, program=str)
+    options = parse_options(__doc__, rounds=9, program=str)
     program = native_program(options.program)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     models = {

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two engines in turns: compare.py BEFORE AFTER [--pairs N] [--cases WORD …]
+"""Two engines alternately: compare.py BEFORE AFTER [--pairs N] [--cases WORD …]
 
 BEFORE and AFTER are executables `sitedda-native` of two commits.  Each pair runs both on the same
-input, in changing order, on one thread; what is compared is processor time, since a machine that
-does other work, too, changes its speed within minutes.  Of quiet and small models, and of the
-largest that is shaken, the time of a short run is taken off that of a long one; of the others the
-whole run counts.  Printed: the ratio BEFORE/AFTER, its median and range, and the least times.
+input in alternating order, on one thread.  Processor times are compared, because the speed of a
+machine with other work varies within minutes.  For quiet and small models, and for the largest
+shaken one, the time of a short run is subtracted from that of a long one; otherwise the whole run
+counts.  Printed are the ratio BEFORE/AFTER, its median and range, and the least times.
 """
 
 import os
@@ -18,29 +18,29 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from layered_site import INPUT, asked, changed, processor_time
+from layered_site import INPUT, changed, parse_options, processor_time
 from speed_models import YOUNG_MODULUS, Model, touching_wall, wall
 
 import sitedda
 
 SINGLE = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
 RECORD = INPUT.parent / "records" / "LomaPrieta1989_USGS1002_APEEL2_133.smc"
-STRONG, SHAKING = 6.5, 6.0  # s of the record from which walls are shaken, and how long
+STRONG, SHAKING = 6.5, 6.0  # s: start of the record for walls, and duration
 LONG = 10_000  # steps, more than a case takes
 PENALTY = 100 * YOUNG_MODULUS  # N/m
 
 
 @dataclass(frozen=True)
 class Case:
-    """What writes the input, and the steps of the run that counts and of that taken off."""
+    """The function that writes the input, and steps of the run and of the run to be subtracted."""
 
     text: Callable[[], str]
     steps: int
-    less: int = 0  # 0: nothing is taken off
+    less: int = 0  # 0: no run is subtracted
 
 
 def layered(layers: int) -> str:
-    """The main job, or that deposit with fewer layers."""
+    """Return the input of the main job, or of its deposit with fewer layers."""
     text = INPUT.read_text()
     for number in ("count = {} ", "y = {}.0", "'layer_{}'"):
         old, new = number.format(15), number.format(layers)
@@ -51,20 +51,20 @@ def layered(layers: int) -> str:
 
 
 def settling(make: Callable[[int], Model], blocks: int, time_step: float) -> str:
-    """A model of so many blocks under its weight."""
+    """Return the input of a model with about `blocks` blocks under its weight."""
     return (
         make(blocks).text(PENALTY, time_step, LONG, 0, "auto") + "&output history_interval = 1 /\n"
     )
 
 
 def resting(blocks: int) -> str:
-    """A wall of touching bricks that a static stage brings to rest."""
+    """Return the input of a wall of touching bricks with a static stage."""
     text = settling(touching_wall, blocks, 1e-3)
     return text.replace("&control ", "&control settle = .true., ", 1)
 
 
 def shaken(blocks: int, time_step: float) -> str:
-    """A wall on a base that moves as that of the main job, twice as strongly."""
+    """Return the input of a wall under twice the base motion of the main job."""
     record = sitedda.read_record(RECORD, format="smc").acceleration
     strong = record.sel(time=slice(STRONG, STRONG + SHAKING))
     motion = (
@@ -76,7 +76,7 @@ def shaken(blocks: int, time_step: float) -> str:
 
 
 def cases() -> dict[str, Case]:
-    """By name."""
+    """Return all cases by name."""
     found = {
         "main job": Case(partial(layered, 15), 22000, 2000),
         "column 11": Case(partial(layered, 10), 22000, 2000),
@@ -96,8 +96,8 @@ def cases() -> dict[str, Case]:
 
 
 def main() -> None:
-    """Measure in turns, then print."""
-    known, options = cases(), asked(__doc__, "before", "after", pairs=5, cases=[str])
+    """Measure alternately, then print."""
+    known, options = cases(), parse_options(__doc__, "before", "after", pairs=5, cases=[str])
     engines = (options.before.resolve(), options.after.resolve())
     words = options.cases or list(known)
     chosen = [name for name in known if any(f"{name} ".startswith(f"{word} ") for word in words)]
@@ -112,7 +112,7 @@ def main() -> None:
 
 
 def measured(engines, case: Case, pairs: int) -> list[tuple[float, float]]:
-    """Seconds of both engines in each pair."""
+    """Return seconds of both engines in each pair."""
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / RECORD.parent.name).symlink_to(RECORD.parent)
@@ -132,7 +132,7 @@ def measured(engines, case: Case, pairs: int) -> list[tuple[float, float]]:
 
 
 def taken_by(engine: Path, file: Path) -> float:
-    """Processor time of one run, s."""
+    """Return the processor time of one run, s."""
     command = [str(engine), "run", str(file), "--quiet", "-o", str(file.with_suffix(".nc"))]
     before = processor_time()
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=os.environ | SINGLE)
@@ -140,7 +140,7 @@ def taken_by(engine: Path, file: Path) -> float:
 
 
 def report(name: str, times: list[tuple[float, float]]) -> None:
-    """The ratio, and the least times."""
+    """Print the ratio and the least times."""
     ratios = sorted(before / after for before, after in times)
     least = [min(column) for column in zip(*times, strict=True)]
     print(

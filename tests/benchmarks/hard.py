@@ -3,12 +3,12 @@
 
 usage: hard.py BUILD [--laws WORD …] [--adaptive] [--keep FOLDER] [--jobs N]
 
-BUILD is a Meson build folder, or any folder with an executable `sitedda-native`.  Walls of 20 to
-120 bricks are shaken by 1 g, meet gravity suddenly, or are brought to rest and shaken then, with
-friction of 12° to 70° and Δt of 1 to 20 ms.  Printed for each law: how many runs end, with a fixed
-Δt and with an adaptive one, their iterations, factors and applications, their processor time, and
-what those that do not end say.  --adaptive also takes an adaptive step; --keep is a folder for the
-inputs of runs that do not end; --jobs is the number of cases at once.
+BUILD is a Meson build folder or a folder with an executable `sitedda-native`.  Walls of 20 to 120
+bricks are shaken by 1 g, loaded by sudden gravity, or brought to rest and then shaken, with
+friction angles of 12° to 70° and Δt of 1 to 20 ms.  Printed for each law: how many runs complete
+with fixed and adaptive Δt, their iterations, factors and applications, their processor time, and
+the messages of the other runs.  --adaptive also tests adaptive steps; --keep names a folder for
+inputs of incomplete runs; --jobs is the number of simultaneous cases.
 """
 
 import sys
@@ -18,17 +18,17 @@ from pathlib import Path
 
 import ablation
 import numpy as np
-from layered_site import asked
+from layered_site import parse_options
 from speed_models import GRAVITY, HEAD_JOINT, wall
 
 ANGLES = (12, 20, 30, 40, 55, 70)
-STEPS = {1: 60, 3: 40, 8: 25, 20: 15}  # ms: steps of a run
+STEPS = {1: 60, 3: 40, 8: 25, 20: 15}  # ms: number of steps
 STARTS = ("sudden", "shaken", "rest")
 SIZES = (20, 35, 60, 90, 120)
 PENALTY = 5.0e11  # N/m
-SAMPLE = 5.0e-3  # s, of the motion
+SAMPLE = 5.0e-3  # sampling interval of the motion, s
 _AREA = "normal_stiffness_per_area = 1e11, shear_stiffness_per_area = 4e10"
-# What &joint says beside its friction angle, and groups beside it.
+# Variables of &joint other than the friction angle, and additional groups.
 LAWS = {
     "coulomb": ("", ""),
     "coulomb with cohesion": ("cohesion = 2e4, tensile_strength = 1e4", ""),
@@ -71,7 +71,7 @@ LAWS = {
 
 
 def cases(law: str, adaptive: bool = False) -> dict[str, str]:
-    """Inputs by name."""
+    """Return inputs by name."""
     found = {}
     for i, (start, ms, angle) in enumerate(product(STARTS, STEPS, ANGLES)):
         blocks = SIZES[i % len(SIZES)]
@@ -122,7 +122,7 @@ def model(
 
 
 def bolts(made) -> str:
-    """Vertical bolts with a pretension through the whole wall, which yield."""
+    """Return vertical pretensioned bolts through the whole wall, which yield."""
     width = made.polygons[0][1, 0] - 0.5
     return "\n".join(
         f"&bolt name = 'b{i}', from = {0.3 + i * 2.0}, -0.1, to = {0.3 + i * 2.0}, {made.top - 0.1}"
@@ -132,7 +132,7 @@ def bolts(made) -> str:
 
 
 def measured(folder: Path, texts: dict[str, str], jobs: int) -> dict:
-    """Counts of each run with the executable of a folder, or the words that it ends with."""
+    """Return counts of each run with the executable of a folder, or its error message."""
     limits = dict.fromkeys(texts, {"seconds": 4})
     return ablation.measured(folder / "native", ablation.written(texts, folder), jobs, limits)
 
@@ -148,8 +148,8 @@ def row(law: str, fixed: dict, adaptive: dict | None) -> str:
 
 
 def main() -> None:
-    """Run all cases."""
-    options = asked(__doc__, "build", laws=[""], adaptive=False, keep=Path, jobs=1)
+    """Run all cases and print the table."""
+    options = parse_options(__doc__, "build", laws=[""], adaptive=False, keep=Path, jobs=1)
     print(f"| law | ends |{' adaptive |' * options.adaptive} it / F / S | s |")
     for law in LAWS:
         if not any(word in law for word in options.laws):

@@ -4,11 +4,11 @@
 usage: layered_site.py [--native PROGRAM] [--repeat N] [--core N]        (core: the last one)
 
 The native executable runs inputs/layered_site.nml (60,000 steps) on one core, without its
-spectral amplification.  "Output included" writes a sample of every step; "output excluded" writes
-the first and the last.  The time of a run of one step (start, input, record) is taken off both.
-Wall time and processor time (user and system) are printed: the least of several repetitions, since
-all that disturbs a run makes it longer, and the median.  Where other work continues, the processor
-time is the fairer.
+spectral amplification.  "Output included" writes a sample of each step; "output excluded" writes
+the first and the last.  The time of a run of one step (start, input, record) is subtracted.
+Wall time and processor time (user and system) are printed: the median and the least of several
+repetitions, because disturbances only lengthen a run.  On a machine with other work,
+processor time is more reliable.
 """
 
 import os
@@ -26,14 +26,14 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "robustness"))
 
 from interrupted import native_program  # noqa: E402
-from options import asked  # noqa: E402
+from options import parse_options  # noqa: E402
 
 INPUT = ROOT / "inputs" / "layered_site.nml"
 STEPS = 60_000
 
 
 def main() -> None:
-    options = asked(__doc__, native=str, repeat=5, core=int)
+    options = parse_options(__doc__, native=str, repeat=5, core=int)
     core = max(os.sched_getaffinity(0)) if options.core is None else options.core
     os.sched_setaffinity(0, {core})
     options.native = native_program(options.native)
@@ -50,7 +50,7 @@ def main() -> None:
 
 
 def machine(core: int) -> str:
-    """Processor, system and load, in one line."""
+    """Return processor, system and load in one line."""
     speed = f"{float(processor('cpu MHz') or 'nan'):.0f} MHz"
     name = processor("model name") or platform.processor() or platform.machine()
     load = f"load {os.getloadavg()[0]:.1f}"
@@ -58,13 +58,13 @@ def machine(core: int) -> str:
 
 
 def processor(entry: str) -> str:
-    """The last value of an entry of /proc/cpuinfo, or nothing."""
+    """Return the last value of an entry of /proc/cpuinfo, or ''."""
     found = re.findall(rf"(?m)^{entry}\s*:\s*(.*)$", Path("/proc/cpuinfo").read_text())
     return found[-1] if found else ""
 
 
 def measured(options, folder: Path, steps: int, interval: int) -> list[tuple[float, float]]:
-    """Seconds on the wall and of the processor of each repetition."""
+    """Return the wall time and processor time of each repetition, s."""
     file = folder / "benchmark.nml"
     file.write_text(changed(INPUT.read_text(), steps, interval))
     command = [options.native, "run", str(file), "--quiet", "-o", str(folder / "benchmark.nc")]
@@ -78,13 +78,13 @@ def measured(options, folder: Path, steps: int, interval: int) -> list[tuple[flo
 
 
 def processor_time() -> float:
-    """Of all ended child processes, s."""
+    """Return the processor time of all ended child processes, s."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
 
 
 def changed(text: str, steps: int, interval: int) -> str:
-    """The main job with other numbers of steps and samples, and no amplification."""
+    """Return the main job with other numbers of steps and samples, and without amplification."""
     text = re.sub(r"(?m)^&amplification.*$", "", text)
     for variable, value in (("steps", steps), ("history_interval", interval)):
         text, found = re.subn(rf"\b{variable}\s*=\s*\d+", f"{variable} = {value}", text)
@@ -94,7 +94,7 @@ def changed(text: str, steps: int, interval: int) -> str:
 
 
 def report(name: str, times: list, start: list) -> None:
-    """Wall and processor time per step, less those of the start."""
+    """Print wall time and processor time per step, without those of the start."""
     said = []
     for kind, which in (("wall", 0), ("processor", 1)):
         micro = [1e6 * (run[which] - min(start)[which]) / STEPS for run in times]

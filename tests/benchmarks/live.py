@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What `sitedda live` must reach: cut and drawn in a real Chromium, frames a second, engine's loss.
+"""Targets of `sitedda live`: cutting and drawing in Chromium, frame rate, and loss of speed.
 
 python tests/benchmarks/live.py [--quick] [--loss]
 
---loss measures the loss alone: processor time of the server a step while nobody watches, and while
-a client takes all frames without drawing them, in turns.
+--loss measures only the loss: processor time of the server per step, alternately without clients
+and with a client that receives all frames without drawing them.
 """
 
 import asyncio
@@ -35,7 +35,7 @@ SLOPE = """&control time_step = 2e-4, duration = 1000, gravity = 0, -9.81 /
 &measured_point name = 'crest', x = 30, y = 40 /
 &output history_interval = 1000 /
 """
-# At rest, so that the engine takes more steps a second than frames are wanted.
+# At rest, so that the engine computes more steps per second than frames are sent.
 WALL = """&control time_step = 1e-3, duration = 1000, gravity = 0, -9.81, settle = .true. /
 &contact normal_stiffness = 2e10 /
 &material name = 'stone', density = 2500, young_modulus = 1e10, poisson_ratio = 0.25 /
@@ -53,7 +53,7 @@ PAIRS = 5
 
 
 def blocks_of(spacing: float, folder: Path) -> tuple[Path, int]:
-    """An input of the slope, and how many blocks it has."""
+    """Return an input of the slope, and its number of blocks."""
     file = folder / f"slope_{spacing:g}.nml"
     file.write_text(SLOPE.format(spacing=spacing))
     with Simulation(file, drawn=True) as simulation:
@@ -61,7 +61,7 @@ def blocks_of(spacing: float, folder: Path) -> tuple[Path, int]:
 
 
 def enter(browser, server):
-    """A page of a server, with its model drawn."""
+    """Open a page of a server, and wait for its drawn model."""
     page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
     page.goto(server.entrance.as_uri())
     until(page, "window.page && page.model && page.view.state.decoded")
@@ -70,7 +70,7 @@ def enter(browser, server):
 
 
 def renderer(page) -> str:
-    """What computes WebGL."""
+    """Return the name of the WebGL renderer."""
     return page.evaluate(
         "(() => { const gl = page.view.painter.gl;"
         " const e = gl.getExtension('WEBGL_debug_renderer_info');"
@@ -79,7 +79,7 @@ def renderer(page) -> str:
 
 
 def edits(page, spacing: float) -> list[float]:
-    """Seconds from an edit until its picture has been drawn, in the page."""
+    """Return the times from an edit to the drawn picture in the page, s."""
     found = []
     for i in range(EDITS):
         begun = time.perf_counter()
@@ -94,7 +94,7 @@ def edits(page, spacing: float) -> list[float]:
 
 
 def watch(page) -> tuple[float, float, float]:
-    """Frames that came and that were drawn, steps of the engine, all a second."""
+    """Return received frames, drawn frames and engine steps, per second."""
     page.locator("#run button", has_text="Run").click()
     until(page, "page.view.model.frames > 3 && page.run.status === 'running'")
     ask = "[page.view.state.frames, page.view.state.draws, page.run.step, performance.now()]"
@@ -108,13 +108,13 @@ def watch(page) -> tuple[float, float, float]:
 
 
 def spent(process: int) -> float:
-    """Seconds of the processors that a process has used."""
+    """Return the processor time of a process, s."""
     words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
     return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 async def losses(server, turns: int) -> list[tuple[float, float, float]]:
-    """Seconds of the processors a step without and with a client, and its frames a second."""
+    """Return processor times per step without and with a client, s, and its frames per second."""
     found = []
 
     async def now() -> tuple[float, int]:
@@ -143,16 +143,16 @@ async def losses(server, turns: int) -> list[tuple[float, float, float]]:
 
 
 def loss(folder: Path, turns: int) -> None:
-    """Print what the engine loses to being watched."""
+    """Print the loss of engine speed by a client."""
     file = folder / "wall.nml"
     file.write_text(WALL)
     with live(folder, folder / "state", file.name) as server:
         found = talk(losses(server, turns))
     for quiet, watched, frames in found:
-        print(f"  {quiet * 1e3:.2f} and {watched * 1e3:.2f} ms of the processors a step, "
-              f"{frames:.1f} frames a second")  # fmt: skip
+        print(f"  {quiet * 1e3:.2f} and {watched * 1e3:.2f} ms of processor time per step, "
+              f"{frames:.1f} frames per second")  # fmt: skip
     share = 100 * (1 - statistics.median(quiet / watched for quiet, watched, _ in found))
-    print(f"5000 bricks: the engine loses {share:.1f} % to being watched (target 5 %), "
+    print(f"5000 bricks: a client slows down the engine by {share:.1f} % (target 5 %), "
           f"{turns} turns of {WATCHED:g} s")  # fmt: skip
 
 
@@ -174,8 +174,8 @@ def main() -> None:
                 server_share = page.evaluate("page.view.state.seconds")
                 print(
                     f"{count} blocks cut and drawn: median {statistics.median(found):.2f} s, least "
-                    f"{min(found):.2f} s (target {target} s); of the last {server_share:.2f} s in "
-                    f"the server; {renderer(page)}",
+                    f"{min(found):.2f} s (target {target} s); of the last time, "
+                    f"{server_share:.2f} s in the server; {renderer(page)}",
                     flush=True,
                 )
                 page.context.close()
@@ -186,8 +186,8 @@ def main() -> None:
             frames, draws, steps = watch(page)
             page.context.close()
         print(
-            f"{count} bricks watched: {frames:.1f} frames a second come, {draws:.1f} are drawn "
-            f"(target 15); {steps:.1f} steps a second",
+            f"{count} bricks watched: {frames:.1f} frames per second received, {draws:.1f} drawn "
+            f"(target 15); {steps:.1f} steps per second",
             flush=True,
         )
         browser.close()

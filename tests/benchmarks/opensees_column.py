@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A column of yielding soil beside OpenSees, its nested yield surfaces with the same backbone.
+"""A column of yielding soil, compared with OpenSees (nested yield surfaces, the same backbone).
 
-Prints surface PGA, Sa and largest strain of both at three intensities; `--plot FILE` draws the
-loops of the lowest cells.  Needs `openseespy==3.7.0.6` with `openseespylinux==3.7.0.6` (3.7.1.2
-refuses PressureIndependMultiYield).  Run from the top of the repository:
+Prints surface PGA, Sa and largest strain of both programs at three intensities; `--plot FILE` draws
+the loops of the lowest cells.  Requires `openseespy==3.7.0.6` with `openseespylinux==3.7.0.6`
+(3.7.1.2 rejects PressureIndependMultiYield).  Run in the top folder of the repository:
 
     python tests/benchmarks/opensees_column.py
 """
@@ -11,7 +11,7 @@ refuses PressureIndependMultiYield).  Run from the top of the repository:
 from pathlib import Path
 
 import numpy as np
-from layered_site import asked
+from layered_site import parse_options
 
 import sitedda
 from sitedda import Column, Layer
@@ -19,15 +19,15 @@ from sitedda.signals import spectral_acceleration
 from sitedda.site import SoilCurves, nonlinear
 
 HEIGHT, CELLS, DENSITY, VELOCITY = 20.0, 40, 2000.0, 300.0  # m, –, kg/m³, m/s
-REFERENCE = 3.65e-4  # γ_r of the hyperbola
-STRAINS = np.logspace(-6.5, -1.3, 39)  # of the nested surfaces, at most 40
+REFERENCE = 3.65e-4  # reference strain γ_r of the hyperbola
+STRAINS = np.logspace(-6.5, -1.3, 39)  # strains of the nested surfaces, at most 40
 PERIODS = np.array([0.1, 0.15, 0.2, 0.3, 0.5, 0.75, 1.0, 2.0])  # s
 RECORD = Path("inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc")
-DURATION, STEPS = 20.0, 5  # s of the record, steps in a sample
+DURATION, STEPS = 20.0, 5  # s of the record, steps per sample
 
 
 def opensees(base, step):
-    """Surface acceleration, m/s², and strain and stress (Pa) of the lowest cell."""
+    """Return surface acceleration, m/s², and strain and stress (Pa) of the lowest cell."""
     import openseespy.opensees as ops
 
     size = HEIGHT / CELLS
@@ -68,7 +68,7 @@ def opensees(base, step):
 
 
 def backbone():
-    """The polygon of the nested surfaces, elastic with all of the modulus up to the first."""
+    """Return the polygon of the nested surfaces, with the full modulus up to the first."""
     stress = STRAINS / (1 + STRAINS / REFERENCE)
     strain = np.unique(np.concatenate([np.logspace(-8, -1.3, 600), STRAINS]))
     corners = np.concatenate([[0.0, stress[0]], STRAINS[1:]])
@@ -79,7 +79,7 @@ def backbone():
 
 def main() -> None:
     """Print the table, and draw the loops."""
-    options = asked(__doc__, plot=Path)
+    options = parse_options(__doc__, plot=Path)
     record = sitedda.read_record(RECORD)
     sample = float(record.time[1] - record.time[0])
     ground = record.acceleration.values[: round(DURATION / sample)]
@@ -109,7 +109,7 @@ def main() -> None:
 
 
 def draw(loops, path) -> None:
-    """Loops of the lowest cells of both programs side by side."""
+    """Draw the loops of the lowest cells of both programs side by side."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(12, 4), layout="constrained")

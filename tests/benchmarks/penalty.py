@@ -1,26 +1,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Time and error against the penalty: python tests/benchmarks/penalty.py [--docs]
 
-A wall, a slope and a column of the examples run with normal stiffnesses from 1 to 400 E · 1 m.
-The error is what closed joints take off the first frequency with rigid ones; the time is the
-processor time of a run, the least of three, over that at 1 E.  --docs draws docs/howto/penalty.png.
+A wall, a slope and a column of the examples run with normal stiffnesses from 1 to 400 E · 1 m.  The
+error is the reduction of the first frequency by closed joints; the time is the processor time of a
+run, the least of three, over that at 1 E.  --docs draws docs/howto/penalty.png.
 """
 
 import re
 import time
 
-from layered_site import ROOT, asked
+from layered_site import ROOT, parse_options
 
 import sitedda
 
-RATIOS = (1, 4, 10, 40, 100, 400)  # of the penalty to E · 1 m
+RATIOS = (1, 4, 10, 40, 100, 400)  # ratio of the penalty to E · 1 m
 STEPS = {"wall": 2000, "slope": 600, "column": 2000}
 REPEATS = 3
 
 
 def main() -> None:
-    """Measure, print a row of the page for each penalty, draw."""
-    options = asked(__doc__, docs=False)
+    """Measure, print a table row for each penalty, and draw."""
+    options = parse_options(__doc__, docs=False)
     found = {name: [measured(name, ratio) for ratio in RATIOS] for name in STEPS}
     for i, ratio in enumerate(RATIOS):
         cells = (f"{found[name][i][0] / found[name][0][0]:.2f}, {100 * found[name][i][1]:.2f} %"
@@ -31,7 +31,7 @@ def main() -> None:
 
 
 def measured(name: str, ratio: float) -> tuple[float, float]:
-    """Processor time, s, and share of the first frequency that the joints take."""
+    """Return the processor time, s, and the relative reduction of the first frequency by joints."""
     file = ROOT / "inputs" / f"{name}.nml"
     text = file.read_text()
     modulus = float(re.search(r"young_modulus = (\S+?)[,\s]", text)[1])
@@ -51,7 +51,7 @@ def measured(name: str, ratio: float) -> tuple[float, float]:
 
 
 def draw(found: dict[str, list[tuple[float, float]]]) -> None:
-    """Time and error over the penalty."""
+    """Draw time and error versus penalty."""
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(1, 2, figsize=(8, 3.2), layout="constrained")

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One step of DDA written plainly: numpy for the assembly, scipy.sparse.linalg.splu for the system.
+"""One step of DDA in plain Python: numpy for the assembly, scipy.sparse.linalg.splu to solve.
 
-The reference of the speed benchmark: what one would write in an afternoon, vectorised, with the
-factor kept while no spring changes.  Which vertex faces which edge is taken from the engine, so the
-detection of contacts is not part of its time.
+The reference of the speed benchmark: a simple vectorised program that reuses its factor while no
+spring changes.  The engine provides the pairs of vertex and edge, so that contact detection is not
+part of the measured time.
 """
 
 import statistics
@@ -15,12 +15,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import splu
 
 OPEN, SLIDE, STICK = 0, 1, 2
-STEPS = 3  # compared
-MOST = 25  # open-close iterations of the plain step, which has no line search and may not converge
+STEPS = 3  # number of compared steps
+MOST = 25  # open–close iterations of the plain step, which has no line search and may not converge
 
 
 class PlainStep:
-    """Constants of a model; `take` does one step."""
+    """Constants of a model; `take` computes one step."""
 
     def __init__(self, model, penalty: float, step: float):
         self.step = step
@@ -53,14 +53,14 @@ class PlainStep:
         return turn, turn @ strain.transpose(2, 0, 1)
 
     def rows(self, turn, offset, reference, direction) -> np.ndarray:
-        """What moves material points along directions, shape (points, 6)."""
+        """Return the influence on material points along directions, shape (points, 6)."""
         along = np.einsum("pij,pi->pj", turn, direction)
         spin = direction[:, 1] * offset[:, 0] - direction[:, 0] * offset[:, 1]
         skew = (along[:, 0] * reference[:, 1] + along[:, 1] * reference[:, 0]) / 2
         return np.column_stack([direction, spin, along * reference, skew])
 
     def contact_rows(self, q, vertex, edge):
-        """Gap, and the rows that change gap and slip, of (vertex, edge) pairs."""
+        """Return gaps, and the rows of gap and slip, of (vertex, edge) pairs."""
         turn, gradient = self.axes(q)
         places = q[self.owner, :2] + np.einsum("vij,vj->vi", gradient[self.owner], self.reference)
         i, j, end = self.owner[vertex], self.owner[edge], self.next[edge]
@@ -85,7 +85,7 @@ class PlainStep:
         return gap, gap_rows, slip_rows, np.column_stack([i, j])
 
     def base(self, q, v, acceleration):
-        """Diagonal blocks and right-hand side without contacts."""
+        """Return diagonal blocks and right-hand side without contacts."""
         blocks = 2 / self.step**2 * self.inertia
         blocks[:, 3:, 3:] += self.stiffness
         load = 2 / self.step * np.einsum("bij,bj->bi", self.inertia, v)
@@ -101,13 +101,13 @@ class PlainStep:
             away = q[b, :2] + offset - at
             for direction, distance in zip(np.eye(2), away, strict=True):
                 row = self.rows(turn[b : b + 1], offset[None], reference[None], direction[None])[0]
-                dashpot = 0.5 * stiff * self.step  # on the velocity at the end, 2 d / step - v
+                dashpot = 0.5 * stiff * self.step  # for the velocity at the end, 2 d / step - v
                 blocks[b] += (stiff + 2 / self.step * dashpot) * np.outer(row, row)
                 load[b] -= (stiff * distance - dashpot * row @ v[b]) * row
         return blocks, load
 
     def take(self, q, v, contacts, acceleration):
-        """New coordinates, whether the open-close iteration converged, and its number of solves.
+        """Return new coordinates, whether the open–close iteration converged, and its solutions.
 
         `contacts`: vertex, edge, state, stretch, slide force.
         """
@@ -138,7 +138,7 @@ class PlainStep:
             tolerance = 1e-9 * max(self.weight, push.max(), np.abs(shear).max())
             if error <= tolerance:
                 break
-            # Slip that turns round sticks first, or it would jump between its two bounds.
+            # Reversed slip sticks first, otherwise it would jump between its two bounds.
             answer[(answer == SLIDE) & (state == SLIDE) & (shear * slide < 0)] = STICK
             if (answer != state).any():
                 factor = None
@@ -165,7 +165,7 @@ class PlainStep:
 
 
 def polygon_integrals(places, shape):
-    """Areas, centroids and second moments (xx, yy, xy) about them of all polygons."""
+    """Return areas, centroids and second moments (xx, yy, xy) about them of all polygons."""
     blocks = len(shape.first) - 1
     at = places[shape.first[:-1]][shape.owner]
     a, b = places - at, places[shape.next] - at
@@ -184,7 +184,7 @@ def polygon_integrals(places, shape):
 
 
 def mass_matrices(mass, moments):
-    """Mass matrices, shape (blocks, 6, 6)."""
+    """Return the mass matrices, shape (blocks, 6, 6)."""
     xx, yy, xy = moments.T
     zero = np.zeros_like(xx)
     lower = [
@@ -200,10 +200,10 @@ def mass_matrices(mass, moments):
 
 
 def compare(run, plain: PlainStep, acceleration) -> dict:
-    """Take steps with both: median times and iterations, and the largest difference of places over
-    the largest move, or a free fall's, of the steps whose plain iteration converged.
+    """Run steps with both programs; return median times and iterations, and the largest difference.
 
-    `acceleration` gives that of the base after so many steps.
+    Differences of places are relative to the largest displacement (or a free fall), in steps whose
+    plain iteration converged.  `acceleration(steps)` is that of the base after `steps` steps.
     """
     own, times, iterations, differences = [], [], [], []
     for _ in range(STEPS):
@@ -228,10 +228,10 @@ def compare(run, plain: PlainStep, acceleration) -> dict:
 
 
 def start_of_step(run, before: dict, after: dict):
-    """Contacts of a step as they stood at its start: states and stretches of the step before.
+    """Return the contacts at the start of a step, with states and stretches of the previous step.
 
-    A contact without predecessor of the same vertex and edge takes that of the nearest one between
-    the same two blocks.
+    A contact without a predecessor of the same vertex and edge has that of the nearest contact
+    between its two blocks.
     """
     owner = np.repeat(np.arange(len(run.polygons)), [len(polygon) for polygon in run.polygons])
     places = np.concatenate(run.polygons)

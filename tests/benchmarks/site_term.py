@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Multi-fidelity site terms of a basin and a ridge beside plain sampling.
+"""Multi-fidelity site terms of a basin and a ridge, compared with plain sampling.
 
     python tests/benchmarks/site_term.py [--shapes basin ridge] [--large 600] [--repeats 20]
         [--runs 30] [--columns 10000] [--size 10] [--folder FOLDER]
 
---large and --runs are the plane runs of the large sample, which --folder keeps, and of a repeat;
---size is that of the cells, m.  Each repeat has plane runs of its own.  An interval is counted as
-right if it holds the mean of the large plain sample, give or take the interval of that mean.
+--large and --runs are the numbers of plane runs of the large sample and of a repetition; --folder
+keeps the large sample; --size is the size of cells, m.  Each repetition has its own plane runs.  An
+interval is correct if it contains the mean of the large plain sample within that mean's interval.
 """
 
 import tempfile
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from layered_site import asked
+from layered_site import parse_options
 
 import sitedda
 from sitedda import Column, HalfSpace, Layer
@@ -36,7 +36,7 @@ HEAD = """&run title = '{name}' /
    density = 2200.0, shear_velocity = 760.0, pressure_velocity = 1400.0 /
 &boundary kind = 'tied' /
 """
-SHAPES = {  # outline, rock surface, and points with the thickness of soil and rock below them
+SHAPES = {  # outline, rock surface; points with thicknesses of soil and rock below
     "basin": ("-100, -30, 100, -30, 100, 0, -100, 0", "-60, 0, -40, -20, 40, -20, 60, 0",
               {"middle": (0, 0, 20, 10), "edge": (50, 0, 10, 20)}),
     "ridge": ("-100, -20, 100, -20, 100, 0, 30, 0, 0, 30, -30, 0, -100, 0",
@@ -48,20 +48,20 @@ PERIODS = np.array([0.35, 0.6, 1.0])  # s
 
 @dataclass(frozen=True)
 class Site:
-    """Random velocities of soil and rock, and damping of soil, by the number of a sample."""
+    """Random velocities of soil and rock, and damping of soil, by sample number."""
 
     name: str
     file: str
     first: int = 0
 
     def values(self, sample: int) -> np.ndarray:
-        """S-wave velocities of soil and rock (m/s), damping ratio of soil."""
+        """Return the S-wave velocities of soil and rock (m/s) and the damping ratio of soil."""
         deviates = np.random.default_rng([7, self.first + sample]).standard_normal(3)
         return np.array([250.0, 760.0, 0.04]) * np.exp(np.array([0.15, 0.1, 0.3]) * deviates)
 
 
 class Plane(Site):
-    """AF of the plane model."""
+    """Amplification factors of the plane model."""
 
     def __call__(self, sample: int) -> np.ndarray:
         soil, rock, damping = self.values(sample)
@@ -76,7 +76,7 @@ class Plane(Site):
 
 
 class Columns(Site):
-    """AF of the columns below the points."""
+    """Amplification factors of the columns below the points."""
 
     def __call__(self, sample: int) -> np.ndarray:
         soil, rock, damping = self.values(sample)
@@ -90,7 +90,7 @@ class Columns(Site):
 
 
 def write_model(folder: Path, name: str, size: float, step: float = 4e-3) -> str:
-    """Input of a shape."""
+    """Write the input of a shape."""
     outline, surface, points = SHAPES[name]
     text = HEAD.format(name=name, outline=outline, surface=surface, size=size, step=step)
     for point, (x, y, _, _) in points.items():
@@ -102,17 +102,17 @@ def write_model(folder: Path, name: str, size: float, step: float = 4e-3) -> str
 
 
 def main() -> None:
-    options = asked(__doc__, shapes=list(SHAPES), large=600, repeats=20, runs=30, columns=10_000,
-                    size=10.0, folder=Path)  # fmt: skip
+    options = parse_options(__doc__, shapes=list(SHAPES), large=600, repeats=20, runs=30,
+                            columns=10_000, size=10.0, folder=Path)  # fmt: skip
     with tempfile.TemporaryDirectory() as temporary:
-        folder = options.folder or Path(temporary)  # cases are known by the path of their model
+        folder = options.folder or Path(temporary)  # the path of the model identifies stored cases
         folder.mkdir(parents=True, exist_ok=True)
         for name in options.shapes:
             compare(name, folder, options)
 
 
 def compare(name: str, folder: Path, options) -> None:
-    """Print the term of a shape, and how often its repeats are right."""
+    """Print the site term of a shape, and how many intervals of its repetitions are correct."""
     file, points = write_model(folder, name, options.size), list(SHAPES[name][2])
     large = study(Plane(name, file), {"sample": range(options.large)},
                   folder=options.folder and options.folder / name)["value"].values  # fmt: skip

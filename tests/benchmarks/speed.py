@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How fast the engine steps: python tests/benchmarks/speed.py [--models NAME …] [--docs].
+"""Speed of the engine: python tests/benchmarks/speed.py [--models NAME …] [--docs].
 
 usage: speed.py [--models NAME …] [--threads N …] [--full] [--docs]   (full: all settings)
 
-Stacks, running-bond walls and a packing of random polygons, at time steps of 1e-3 and 1e-5 s and
-penalties of E and 100 E (times 1 m), on one thread and on two: quiet steps (settled, nothing
-changes), shaken ones, the first ten after gravity has come suddenly on a wall that touches
-everywhere, and those in which it settles.  In the same run: the engine with the
-original DDA's SOR, and the same step written plainly with numpy and scipy (`plain_step.py`), whose
-result must agree with the engine's.
+Stacks, running-bond walls and a packing of random polygons, with time steps of 1e-3 and 1e-5 s,
+penalties of E and 100 E (times 1 m), one and two threads.  Phases: quiet steps (at rest without
+contact changes), shaken steps, the first ten steps after sudden gravity on a wall with closed
+joints, and settling steps.  Also the engine with SOR of the original DDA, and the same step in
+plain numpy and scipy (`plain_step.py`), whose result must agree with that of the engine.
 
-Every case runs in a process of its own.  Times are medians and percentiles of single steps, or of
-stretches of steps where a step takes microseconds.  With --docs the table and the picture go to
-docs/.
+Each case runs in its own process.  Times are medians and percentiles of single steps, or of groups
+of steps if a step takes microseconds.  --docs writes the table and the picture to docs/.
 """
 
 import json
@@ -27,19 +25,19 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from layered_site import ROOT, asked, processor
+from layered_site import ROOT, parse_options, processor
 from speed_models import MODELS, PERIOD, TOUCHING, YOUNG_MODULUS
 
 DOCS = ROOT / "docs"
 PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "update")
-SETTLING, REST = 12, 15  # looks, steps between them: after each look all rates are set to zero
+SETTLING, REST = 12, 15  # repetitions, steps between them; all rates are then set to zero
 LEAD = 60  # steps of shaking before the shaken phase is measured
 LONGEST = 4 * PERIOD  # steps of shaking
-SUDDEN, SETTLED = 10, 60  # steps after gravity has come: the sudden ones, the last of the settling
-LIMIT = 400  # s for a case
-QUIET_FROM = 50000  # blocks from which no other phase is measured; nor is one of the rivals
-SHORT = 5e-4  # s: steps shorter than this are timed in stretches
-LATE = 0.99  # fraction of the steps that take no longer than the time of that name
+SUDDEN, SETTLED = 10, 60  # steps after gravity starts: end of the sudden, end of the settling phase
+LIMIT = 400  # time limit of a case, s
+QUIET_FROM = 50000  # blocks from which only the quiet phase is measured, without rivals
+SHORT = 5e-4  # s: shorter steps are timed in groups
+LATE = 0.99  # fraction of the steps that take at most the time `late`
 
 
 @dataclass(frozen=True)
@@ -47,21 +45,21 @@ class Case:
     """One model with one setting."""
 
     model: str
-    penalty: float = 100.0  # times Young's modulus times 1 m
+    penalty: float = 100.0  # over Young's modulus · 1 m
     time_step: float = 1e-3
     threads: int = 1
     solver_asked: str = "auto"
-    compared: bool = False  # with the plain step
+    compared: bool = False  # compare with the plain step
 
 
 SETTINGS = ((100.0, 1e-3), (100.0, 1e-5), (1.0, 1e-3), (1.0, 1e-5))
-BUDGET = {"stack 15": 1.0, "wall 100000": 30.0}  # s for a phase, else DEFAULT_BUDGET
+BUDGET = {"stack 15": 1.0, "wall 100000": 30.0}  # time of a phase, s; otherwise DEFAULT_BUDGET
 DEFAULT_BUDGET = 4.0
-SUDDEN_BUDGET = 10  # times that: sudden and settling steps are few and long
+SUDDEN_BUDGET = 10  # factor of these times for sudden and settling steps, which are few and slow
 
 
 def cases(models: list[str], threads: list[int], full: bool) -> list[Case]:
-    """All cases of a run; large models and the weak penalty only once unless `full`."""
+    """Return all cases; large models and the small penalty only once unless `full`."""
     chosen = []
     for model in models:
         settings = SETTINGS if full or model == "wall 1000" else SETTINGS[:2]
@@ -81,7 +79,9 @@ SOR = PLAIN[:3]
 
 
 def main() -> None:
-    options = asked(__doc__, models=list(MODELS), threads=[1, 2], full=False, docs=False, case=str)
+    options = parse_options(
+        __doc__, models=list(MODELS), threads=[1, 2], full=False, docs=False, case=str
+    )
     if options.case:
         print(json.dumps(measure(Case(**json.loads(options.case)))))
         return
@@ -98,7 +98,7 @@ def main() -> None:
 
 
 def machine() -> str:
-    """Processor, what it is able to do now, and versions, in one line."""
+    """Return processor, its present speed, and versions, in one line."""
     import numpy as np
 
     import sitedda
@@ -112,7 +112,7 @@ def machine() -> str:
 
 
 def best_time(action) -> float:
-    """Seconds, the best of a few."""
+    """Return the least time of a few repetitions, s."""
     times = []
     for _ in range(7):
         begun = time.perf_counter()
@@ -122,7 +122,7 @@ def best_time(action) -> float:
 
 
 def measured_apart(case: Case) -> dict:
-    """Measure in a process of its own, with its number of threads."""
+    """Measure a case in its own process with its number of threads."""
     environment = os.environ | {
         "OMP_NUM_THREADS": str(case.threads),
         "OMP_WAIT_POLICY": "active",
@@ -143,7 +143,7 @@ def measured_apart(case: Case) -> dict:
 
 
 def measure(case: Case) -> dict:
-    """Measure the states of a model that the case requires."""
+    """Measure the phases of a model that the case requires."""
     import sitedda
 
     budget = BUDGET.get(case.model, DEFAULT_BUDGET)
@@ -175,7 +175,7 @@ def measure(case: Case) -> dict:
 
 
 def let_settle(case: Case, file: Path, budget: float, notes: list[str]) -> dict:
-    """Gravity comes suddenly, and the wall settles; nothing for models that are no such walls."""
+    """Measure sudden and settling steps of a wall with closed joints; {} for other models."""
     import sitedda
 
     if case.model not in TOUCHING:
@@ -190,12 +190,12 @@ def let_settle(case: Case, file: Path, budget: float, notes: list[str]) -> dict:
 
 
 def most_memory() -> float:
-    """The most that this process has used, MB; ru_maxrss would include what it was forked from."""
+    """Return the peak memory of this process, MB; ru_maxrss would include its parent process."""
     return int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
 
 
 def beside(run, model, case: Case, rest: int) -> dict:
-    """The plain step beside the engine's, where the case requires it."""
+    """Compare with the plain step if the case requires it."""
     if not case.compared:
         return {}
     import plain_step
@@ -205,23 +205,23 @@ def beside(run, model, case: Case, rest: int) -> dict:
 
 
 def steps_within(case: Case, budget: float) -> int:
-    """How many quiet steps to plan for: counted, not timed, so that every run is the same."""
+    """Return the number of quiet steps to plan, without timing, so that all runs are equal."""
     blocks = int(case.model.split()[1])
     cost = 1.5e-6 * blocks * (1000 if case.solver_asked == "sor" else 1)
     return max(3, min(20000, int(budget / cost / (1 if blocks > 50 else 4))))
 
 
 def settle(run) -> None:
-    """Let the stress waves of the start die away."""
+    """Let the stress waves of the start decay."""
     for _ in range(SETTLING):
         run.advance(REST)
         run.rates = 0.0 * run.rates
 
 
 def watch(run, most: int, budget: float, single: bool = False) -> dict:
-    """Times of a step, mean times of its phases and mean counts, within a budget of time.
+    """Return times of a step, mean times of its phases and mean counts, within a time budget.
 
-    Two steps are taken before, and short ones in stretches, unless `single`.
+    Two steps precede, and short steps are timed in groups, unless `single`.
     """
     stretch = 1
     if not single:
@@ -252,7 +252,7 @@ def watch(run, most: int, budget: float, single: bool = False) -> dict:
 
 
 def line(result: dict) -> str:
-    """One case in one line."""
+    """Return one case in one line."""
     import speed_report
 
     name = f"{result['model']:12s} {result['penalty']:4g} E {result['time_step']:g} s"

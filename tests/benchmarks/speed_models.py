@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Models of the speed benchmark: stacks, running-bond walls and a packing of random polygons.
 
-Blocks carry their own weight from the start as initial stress, so a model settles in a few steps.
-The head joints of walls are open by half a millimetre, as those of dry masonry are.  A wall whose
-bricks all touch and carry nothing meets gravity suddenly.
+Blocks start with an initial stress that balances their weight, so that a model settles in a few
+steps.  The head joints of walls are open by half a millimetre, as in dry masonry.  A wall whose
+bricks all touch without forces starts with sudden gravity.
 """
 
 from dataclasses import dataclass, field
@@ -39,7 +39,7 @@ class Model:
         self.stress = np.round(-DENSITY * GRAVITY * (self.top - heights), -3)
 
     def text(self, penalty: float, step: float, quiet: int, active: int, solver: str) -> str:
-        """The input; after `quiet` steps, a multiple of SAMPLE, the base shakes `active` steps."""
+        """Return the input: `quiet` steps, a multiple of SAMPLE, then `active` steps of shaking."""
         samples = self.shaking_at(np.arange(0, active + 2 * SAMPLE, SAMPLE))
         names = {stress: f"m{i}" for i, stress in enumerate(np.unique(self.stress))}
         lines = [
@@ -65,30 +65,30 @@ class Model:
         return "\n".join(lines) + "\n"
 
     def shaking_at(self, step: np.ndarray) -> np.ndarray:
-        """Acceleration of the base, m/s2, so many steps after it began; linear between samples."""
+        """Return the base acceleration, m/s², after steps of shaking; linear between samples."""
         before = step // SAMPLE * SAMPLE
         low, high = (np.sin(2 * np.pi * at / PERIOD) for at in (before, before + SAMPLE))
         return self.shaking * GRAVITY * (low + (high - low) * (step - before) / SAMPLE)
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> np.ndarray:
-    """Corners of a rectangle."""
+    """Return the corners of a rectangle."""
     return np.array([[left, bottom], [right, bottom], [right, top], [left, top]])
 
 
 def held(left: float, right: float, bottom: float, top: float) -> list[tuple[float, float, int]]:
-    """Four fixed points of the first block."""
+    """Return four fixed points of the first block."""
     return [(x, y, 0) for y in (bottom, top) for x in (left, right)]
 
 
 def stack(layers: int) -> Model:
-    """Layers of 15 m x 1 m on a fixed one."""
+    """Return layers of 15 m x 1 m on a fixed one."""
     polygons = [rectangle(0.0, i - 1.0, 15.0, float(i)) for i in range(layers + 1)]
     return Model(polygons, held(2.5, 12.5, -0.75, -0.25), 0.0, float(layers), 0.75)
 
 
 def wall(blocks: int, head_joint: float = HEAD_JOINT) -> Model:
-    """About so many bricks of 1 m x 0.5 m in running bond, about twice as wide as high."""
+    """Return about `blocks` bricks of 1 m x 0.5 m in running bond, about twice as wide as high."""
     bricks = max(2, round(blocks**0.5))
     courses = max(2, round(blocks / (bricks + 0.5)))
     polygons = [rectangle(-0.5, -0.5, bricks + 0.5, 0.0)]
@@ -102,19 +102,19 @@ def wall(blocks: int, head_joint: float = HEAD_JOINT) -> Model:
 
 
 def touching_wall(blocks: int) -> Model:
-    """The same wall without open joints and without stress."""
+    """Return the wall without open joints and without initial stress."""
     model = wall(blocks, 0.0)
     model.stress[:] = 0.0
     return model
 
 
 def packing(blocks: int) -> Model:
-    """So many convex polygons of about 1 m2 in a fixed trough twice as wide as high."""
+    """Return `blocks` convex polygons of about 1 m² in a fixed trough twice as wide as high."""
     height = round((blocks / 2) ** 0.5)
     width = blocks / height
     rng = np.random.default_rng(6)
     seeds = rng.random((blocks, 2)) * [width, height]
-    for _ in range(20):  # Lloyd's iteration: no very short edges
+    for _ in range(20):  # Lloyd's iteration avoids very short edges
         cells = cells_of(seeds, width, height)
         seeds = np.array([cell.mean(axis=0) for cell in cells])
     trough = np.array(
@@ -125,7 +125,7 @@ def packing(blocks: int) -> Model:
 
 
 def cells_of(seeds: np.ndarray, width: float, height: float) -> list[np.ndarray]:
-    """Voronoi cells in a rectangle, by mirror images of the seeds."""
+    """Return Voronoi cells in a rectangle, by mirror images of the seeds."""
     images = [seeds]
     for axis, far in ((0, width), (1, height)):
         for wall_at in (0.0, far):
@@ -143,7 +143,7 @@ def cells_of(seeds: np.ndarray, width: float, height: float) -> list[np.ndarray]
 
 
 def without_short_edges(cell: np.ndarray) -> np.ndarray:
-    """A polygon without vertices that repeat the one before."""
+    """Return a polygon without repeated vertices."""
     apart = np.linalg.norm(cell - np.roll(cell, 1, axis=0), axis=1)
     return cell[apart > 1e-6]
 

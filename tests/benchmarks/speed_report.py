@@ -48,7 +48,7 @@ PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "upda
 
 
 def text(machine: str, results: list[dict]) -> str:
-    """The short page in Markdown."""
+    """Return the short page in Markdown."""
     good = [result for result in results if "error" not in result]
     engine = [result for result in good if result["solver_asked"] == "auto"]
     parts = [HEAD, f"Machine: {machine}.", SUMMARY, summary_table(engine), MEANING]
@@ -60,39 +60,39 @@ def text(machine: str, results: list[dict]) -> str:
 
 
 def disturbances(results: list[dict]) -> str:
-    """Cases whose threads shared the processors with other programs."""
+    """Return cases whose threads shared the processors with other programs, as Markdown."""
     lines = [f"- {name(result)}: {note}" for result in results for note in result["disturbed"]]
     head = "These cases shared the processors with other programs:\n\n"
     return head + "\n".join(lines) if lines else ""
 
 
 def name(result: dict) -> str:
-    """Model, penalty, time step."""
+    """Return model, penalty and time step in words."""
     return f"{result['model']}, {result['penalty']:g} E, {result['time_step']:g} s"
 
 
 def row(*cells) -> str:
-    """A row of a Markdown table."""
+    """Return a row of a Markdown table."""
     return "| " + " | ".join(map(str, cells)) + " |"
 
 
 def table(heads: list[str], rows: list[str]) -> str:
-    """A Markdown table."""
+    """Return a Markdown table."""
     return "\n".join([row(*heads), "|---" * len(heads) + "|", *rows])
 
 
 def measured(result: dict) -> list[str]:
-    """The states that were."""
+    """Return the measured states of a case."""
     return [state for state in STATES if state in result]
 
 
 def digits(value: float) -> str:
-    """Three of them."""
+    """Return a number with three significant digits."""
     return f"{float(f'{value:.3g}'):,g}"
 
 
 def all_rows(results: list[dict]) -> str:
-    """Times, counts and phases of each state, as CSV."""
+    """Return times, counts and phases of each state, as CSV."""
     times, counts = (
         ("step", "mean", "late", "worst"),
         ("iterations", "factors", "solver_iterations"),
@@ -114,7 +114,7 @@ def all_rows(results: list[dict]) -> str:
 
 
 def rivals_table(results: list[dict]) -> str:
-    """The engine against the plain step, one thread."""
+    """Return the table of engine and plain step, with one thread."""
     rows = []
     for result in results:
         for phase in measured(result):
@@ -133,7 +133,7 @@ def rivals_table(results: list[dict]) -> str:
 
 
 def growth_line(results: list[dict]) -> str:
-    """How the cost of a step grows with the number of blocks."""
+    """Return the growth of the time of a step with the number of blocks, as Markdown."""
     from math import log
 
     powers: dict[tuple[str, str], dict[int, str]] = {}
@@ -157,7 +157,7 @@ def growth_line(results: list[dict]) -> str:
 
 
 def summary_table(results: list[dict]) -> str:
-    """Mean time of a step of a wall, the dearest state first, and memory."""
+    """Return mean step times of walls, the slowest state first, and memory, as Markdown."""
     walls = [
         {result["threads"]: result for result in results if result["model"] == wall
          and (result["penalty"], result["time_step"]) == (100.0, 1e-3)}
@@ -178,7 +178,7 @@ def summary_table(results: list[dict]) -> str:
 
 
 def write(folder: Path, machine: str, results: list[dict]) -> None:
-    """docs/benchmarks.md, docs/benchmarks.csv and docs/benchmarks.png."""
+    """Write docs/benchmarks.md, docs/benchmarks.csv and docs/benchmarks.png."""
     engine = [it for it in results if "error" not in it and it["solver_asked"] == "auto"]
     (folder / "benchmarks.md").write_text(text(machine, results))
     (folder / "benchmarks.csv").write_text(all_rows(engine))
@@ -186,7 +186,7 @@ def write(folder: Path, machine: str, results: list[dict]) -> None:
 
 
 def draw(results: list[dict], file: Path) -> None:
-    """Cost of a step of walls against blocks, log-log."""
+    """Draw step times of walls versus blocks, log-log."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -221,7 +221,7 @@ def draw(results: list[dict], file: Path) -> None:
 
 
 def rivals(results: list[dict], which: str, phase: str) -> list[tuple[int, float]]:
-    """Blocks and milliseconds of SOR, or of the plain step."""
+    """Return blocks and milliseconds of SOR, or of the plain step."""
     walls = [result for result in results if "error" not in result and "wall" in result["model"]]
     if which == "sor":
         chosen = [result for result in walls if result["solver_asked"] == "sor" and phase in result]

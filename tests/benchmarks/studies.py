@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What studies cost: beside bare runs, on two workers, and for very many cases.
+"""Cost of studies compared with bare runs, with several workers, and for very many cases.
 
 usage: python tests/benchmarks/studies.py [--cases N] [--planned N] [--workers N] [--folder FOLDER]
 
-Columns of ten drums under 12 s of a record, one for each friction angle: as bare runs (the engine
-with its output, one after the other in one process, and in several processes at once), and as
-studies of one and of more workers.  Both the time of the clock and the processor time of all
-processes are printed, and what a case costs without the start of the programs, from a second
-measurement of a few cases.  On a machine that others use as well only processor times say something
-of overhead.  What workers gain is read against what bare runs gain from running at once.
+Columns of ten drums under 12 s of a record, one for each friction angle, run in two ways: as bare
+runs (the engine with its output, one after another in one process, and in several simultaneous
+processes), and as studies with one and with several workers.  Printed are wall time, processor time
+of all processes, and the cost of a case without the start of programs, from a second measurement of
+a few cases.  On a machine with other work, only processor times indicate the overhead.  The gain
+by workers should be compared with the gain by simultaneous bare runs.
 
-Then the time and memory to plan and to collect very many cases, whose results are made up, each
-with 14 numbers and a history.
+Then the time and memory to plan and to collect very many cases are measured.  Their results are
+artificial, each with 14 numbers and a history.
 """
 
 import json
@@ -24,7 +24,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from layered_site import asked, processor_time
+from layered_site import parse_options, processor_time
 
 RECORD = Path(__file__).parents[2] / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
 RESULTS = ["largest_tilt_rad", "displacement[top].x.largest", "displacement[top].x"]
@@ -44,12 +44,12 @@ COLUMN = """&run title = 'Column of ten drums under a record' /
 
 
 def angles(count: int) -> dict[str, list[float]]:
-    """The parameter of a study of so many cases."""
+    """Return the parameter of a study of `count` cases."""
     return {"joint.friction_angle": [20.0 + 20.0 * i / count for i in range(count)]}
 
 
 def bare(file: Path, count: int, folder: Path) -> None:
-    """The runs without a study."""
+    """Run the cases without a study."""
     import sitedda
 
     for i, angle in enumerate(angles(count)["joint.friction_angle"]):
@@ -61,14 +61,14 @@ def bare(file: Path, count: int, folder: Path) -> None:
 
 
 def as_study(file: Path, count: int, folder: Path, workers: int) -> None:
-    """The same as a study."""
+    """Run the cases as a study."""
     import sitedda
 
     sitedda.study(file, angles(count), RESULTS, folder=folder, workers=workers)
 
 
 def measured(*programs: list[str]) -> tuple[float, float]:
-    """Seconds of the clock, and of processors, of this program with arguments, all at once."""
+    """Return wall and processor time, s, of this program with several arguments simultaneously."""
     begun, worked = time.perf_counter(), processor_time()
     started = [subprocess.Popen([sys.executable, __file__, *words]) for words in programs]
     if any([program.wait() for program in started]):
@@ -77,7 +77,7 @@ def measured(*programs: list[str]) -> tuple[float, float]:
 
 
 def compare(count: int, workers: int, folder: Path) -> None:
-    """Bare runs, one after the other and several at once; one worker, more workers."""
+    """Measure bare runs one after another and simultaneously; studies with one and more workers."""
     file = folder / "column.nml"
     file.write_text(COLUMN.format(record=RECORD))
     rows = {}
@@ -95,18 +95,18 @@ def compare(count: int, workers: int, folder: Path) -> None:
         )  # fmt: skip
         cases = count - workers
         rows[label] = [(a - b) / cases for a, b in zip(whole, start, strict=True)]
-        print(f"{label:18s} {whole[0]:7.1f} s of the clock, {whole[1]:7.1f} s of processors; "
+        print(f"{label:18s} {whole[0]:7.1f} s wall time, {whole[1]:7.1f} s processor time; "
               f"each case beyond the first {workers} {1e3 * rows[label][0]:6.1f} and "
               f"{1e3 * rows[label][1]:6.1f} ms", flush=True)  # fmt: skip
     alone, together, one, more = rows.values()
-    print(f"overhead of a case beside its bare run: {100 * (one[1] / alone[1] - 1):.1f} % of the "
-          "processor time")  # fmt: skip
-    print(f"clock of one over {workers}: bare runs {alone[0] / together[0]:.2f}, "
+    print(f"overhead of a case: {100 * (one[1] / alone[1] - 1):.1f} % of the processor time of its "
+          "bare run")  # fmt: skip
+    print(f"ratio of wall times, one to {workers}: bare runs {alone[0] / together[0]:.2f}, "
           f"workers {one[0] / more[0]:.2f}")  # fmt: skip
 
 
 def many(count: int, folder: Path) -> None:
-    """Plan and collect very many cases; results are made up between."""
+    """Plan and collect very many cases with artificial results."""
     for step in ("plan", "fill", "collect"):
         words = ["--mode", step, "--cases", str(count), "--folder", str(folder)]
         subprocess.run([sys.executable, __file__, *words], check=True)
@@ -121,7 +121,7 @@ def _plan(count: int, folder: Path):
 
 
 def one_of_many(mode: str, count: int, folder: Path) -> None:
-    """One step, with its time and peak memory."""
+    """Run one step; print its time and peak memory."""
     plan, begun = _plan(count, folder), time.perf_counter()
     if mode == "plan":
         plan.write()
@@ -135,7 +135,7 @@ def one_of_many(mode: str, count: int, folder: Path) -> None:
         print(f"table: {dict(table.sizes)}, {len(table.data_vars)} variables")
     wall, cpu = time.perf_counter() - begun, time.process_time()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"{mode} of {count} cases: {wall:.1f} s of the clock, {cpu:.1f} s of processors, peak "
+    print(f"{mode} of {count} cases: {wall:.1f} s wall time, {cpu:.1f} s processor time, peak "
           f"memory {peak:.0f} MiB", flush=True)  # fmt: skip
 
 
@@ -157,7 +157,7 @@ def _fill(study: Path) -> None:
 
 def main() -> None:
     """Read the command line and measure."""
-    options = asked(__doc__, cases=1000, planned=10000, workers=2, folder=Path, file=Path,
+    options = parse_options(__doc__, cases=1000, planned=10000, workers=2, folder=Path, file=Path,
                     mode="all")  # fmt: skip
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as scratch:

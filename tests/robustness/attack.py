@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Attack every command with hostile files, options and names, and watch what it does to the disk.
+"""Run every command with hostile files, options and names, and check its effects on the disk.
 
 usage: python tests/robustness/attack.py [--cases N] [--seed S] [--kinds KIND,…] [--keep FOLDER]
        python tests/robustness/attack.py --replay FOLDER/KIND_SEED
 
-Each case is a folder of good files of which one is spoilt or one name is a trap – a link, a pipe, a
-device node of its own, a folder, somebody's file – and a command line.  It fails if the command
-ends with a traceback, a signal or a status that is none, takes 30 s of a processor, writes numbers
-that are not finite without a word, leaves a file half written, changes a file that is not its own,
-or makes one outside of its folder.  What fails is kept in a folder, from which it can be replayed.
-To attack as another user: setpriv --reuid=65534 --regid=65534 --clear-groups python ….
+Each case is a folder of valid files and a command line; one file is damaged, or one name is a trap:
+a link, a pipe, a device node, a folder, or a file of the user.  A case fails if the command ends
+with a traceback, a signal or an undefined status, uses 30 s of processor time, writes values that
+are not finite without a message, leaves an incomplete file, changes a file that is not its own, or
+creates a file outside its folder.  Failed cases are kept in a folder, from which they can be
+replayed.  To attack as another user: setpriv --reuid=65534 --regid=65534 --clear-groups python ….
 """
 
 import contextlib
@@ -52,13 +52,13 @@ from mutations import (  # noqa: E402
     mutated_input,
     mutated_record,
 )
-from options import asked  # noqa: E402
+from options import parse_options  # noqa: E402
 
 import sitedda  # noqa: E402
 from sitedda import program  # noqa: E402
 
-TIME_LIMIT = 30.0  # s of a processor for one case
-PATIENCE = 20 * TIME_LIMIT  # s of the clock
+TIME_LIMIT = 30.0  # processor time of one case, s
+PATIENCE = 20 * TIME_LIMIT  # wall-clock time of one case, s
 NATIVE = "sitedda-native"
 LIBRARIES = [
     "ctypes.util", "matplotlib.backends.backend_agg", "matplotlib.pyplot", "netCDF4", "scipy.fft",
@@ -67,7 +67,7 @@ LIBRARIES = [
 ]  # fmt: skip
 PRECIOUS = b"somebody's own file\n"
 INPUTS = HERE.parents[1] / "inputs"
-OUTPUTS = "outputs/"  # of `good_files`, not laid out
+OUTPUTS = "outputs/"  # prefix of names in `good_files` that are not copied to each case
 SIDE_FILES = ("journal", "writing", "partial", "checkpoint", "checkpoint.previous",
               "checkpoint.coming")  # fmt: skip
 STATUSES = range(8)
@@ -124,18 +124,18 @@ FROM_FILES = [
 
 @dataclass
 class Case:
-    """A command in a folder of files."""
+    """A command line and the files of its folder."""
 
     kind: str
     seed: str
     words: list[str] = field(default_factory=list)
-    files: dict[str, bytes] = field(default_factory=dict)  # instead of good ones, or more
-    traps: list[tuple[str, str]] = field(default_factory=list)  # name and what stands there
-    asked: str = ""  # a name outside of the folder that the user has requested
+    files: dict[str, bytes] = field(default_factory=dict)  # replace or supplement the valid files
+    traps: list[tuple[str, str]] = field(default_factory=list)  # name and kind of trap
+    target: str = ""  # a path outside the folder that the command may write
 
 
 def good_files(folder: Path) -> dict[str, bytes]:
-    """Everything that a command can be given, small."""
+    """Return small valid files of each kind that a command reads."""
     shaken = changed(tower(layers=2, steps=12), "output", file="o.nc", block_interval=4)
     shaken.append(
         ("amplification", {"surface": "surface", "base": "base", "lowest": 1.0, "highest": 20.0})
@@ -161,7 +161,7 @@ def good_files(folder: Path) -> dict[str, bytes]:
 
 
 def good_outputs(folder: Path) -> dict[str, bytes]:
-    """Outputs with bolts and stages, with joints and a motion, with boundaries, below OUTPUTS."""
+    """Return outputs below OUTPUTS: bolts and stages, joints and a motion, boundaries."""
     roof = sitedda.Model.read(INPUTS / "tunnel_roof_bolted.nml")
     roof["stage"][1](steps=20)
     roof.output(block_interval=10)
@@ -174,20 +174,20 @@ def good_outputs(folder: Path) -> dict[str, bytes]:
 
 
 def good_store(folder: Path) -> dict[str, bytes]:
-    """The folder of a study that has been run."""
+    """Return the folder of a completed study."""
     from sitedda.command import main
 
     (folder / "s.toml").write_text(STUDY)
     words = ["run", str(folder / "s.toml"), "--folder", str(folder / "done"), "-q", "-w", "1"]
     with contextlib.redirect_stdout(None):
         if main(["study", *words]):
-            raise SystemExit("the good study cannot be run")
+            raise SystemExit("the valid study cannot be run")
     files = [file for file in (folder / "done").rglob("*") if file.is_file()]
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}
 
 
 def hostile_input(case: Case, chance: random.Random, good: dict) -> None:
-    """An input that is spoilt, to every command that reads one."""
+    """Give a damaged input to each command that reads one."""
     case.files["m.nml"] = mutated_input(chance.randrange(2**31))
     case.words = chance.choices(
         [
@@ -204,7 +204,7 @@ def hostile_input(case: Case, chance: random.Random, good: dict) -> None:
 
 
 def hostile_name(case: Case, chance: random.Random, good: dict) -> None:
-    """An input that sends its output somewhere else, or a trap where something is to be written."""
+    """Let an input name another place of its output, or set a trap at a file to be written."""
     trap = chance.choice(["link", "dangling", "pipe", "device", "folder", "mine", "hard link"])
     if chance.random() < 0.3:
         name = chance.choice(
@@ -232,20 +232,20 @@ def hostile_name(case: Case, chance: random.Random, good: dict) -> None:
     elif command == "view":
         case.words.append("--no-open")
     elif chance.random() < 0.1:
-        name = case.words[1]  # its own source
+        name = case.words[1]  # the input file itself
         case.words[3] = name
         return
     case.traps.append((name, trap))
 
 
 def hostile_record(case: Case, chance: random.Random, good: dict) -> None:
-    """A damaged record."""
+    """Give a damaged record."""
     case.files["record.smc"] = mutated_record(chance.randrange(2**31))
     case.words = ["record", "record.smc", "-o", "x.png"]
 
 
 def hostile_lines(case: Case, chance: random.Random, good: dict) -> None:
-    """Damaged files of lines and polygons."""
+    """Give damaged files of lines and polygons."""
     kind = chance.choice(["csv", "wkt", "geojson", "dxf"])
     make = chance.choice([mutated_file, moved_corners])
     case.files[f"part.{kind}"] = make(kind, chance.randrange(2**31))
@@ -256,13 +256,13 @@ def hostile_lines(case: Case, chance: random.Random, good: dict) -> None:
 
 
 def hostile_blocks(case: Case, chance: random.Random, good: dict) -> None:
-    """A damaged block file."""
+    """Give a damaged block file."""
     case.files["blocks.nc"] = mutated_file("nc", chance.randrange(2**31))
     case.words = chance.choice([["run", "blocks.nml", "-q", "--no-plot"], ["check", "blocks.nml"]])
 
 
 def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
-    """A damaged output, or one that lies, to every command that shows one."""
+    """Give a damaged or inconsistent output to each command that shows one."""
     with tempfile.TemporaryDirectory() as folder:
         file, new = Path(folder) / "o.nc", Path(folder) / "n.nc"
         file.write_bytes(good[chance.choice([name for name in good if name.startswith(OUTPUTS)])])
@@ -285,7 +285,7 @@ def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
 
 
 def hostile_checkpoint(case: Case, chance: random.Random, good: dict) -> None:
-    """Damaged side files of a run that ended early."""
+    """Damage files that an interrupted run has left beside its output."""
     ending = chance.choice(["checkpoint", "checkpoint", "journal", "partial"])
     name = f"stopped.nc.{ending}"
     case.files[name] = mutated_checkpoint(chance.randrange(2**31), good[name])
@@ -294,7 +294,7 @@ def hostile_checkpoint(case: Case, chance: random.Random, good: dict) -> None:
 
 
 def hostile_study(case: Case, chance: random.Random, good: dict) -> None:
-    """A study whose file is spoilt."""
+    """Damage the file of a study."""
     text = STUDY
     for _ in range(chance.choice([1, 1, 2])):
         lines = text.splitlines()
@@ -320,7 +320,7 @@ def hostile_study(case: Case, chance: random.Random, good: dict) -> None:
 
 
 def hostile_store(case: Case, chance: random.Random, good: dict) -> None:
-    """A damaged file in the folder of a study."""
+    """Damage a file in the folder of a study."""
     name = chance.choice(sorted(name for name in good if name.startswith("done/")))
     data = good[name]
     if data and chance.random() < 0.5 and name.endswith((".json", ".nml", ".txt")):
@@ -358,14 +358,14 @@ OPTIONS = {
 
 
 def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
-    """Options of every command, with values that make no sense, on good files."""
+    """Give invalid options with valid files to each command."""
     command = chance.choice(list(OPTIONS))
     source = {"record": "record.smc", "run": "m.nml", "resume": "m.nml", "check": "m.nml",
               "safety": "jointed.nml", "build": "jointed.nml"}.get(command, "good.nc")  # fmt: skip
     case.words = [command, source]
     if command == "study":
         case.words = ["study", "plan", "s.toml"]
-    elif command in ("example", "validate", "paper"):  # of validate and paper no whole case
+    elif command in ("example", "validate", "paper"):  # no complete case of validate and paper
         known = {"example": "column", "validate": "--list"}.get(command, "--help")
         case.words = [command, chance.choice([known, *HOSTILE_TEXTS])]
     for option in chance.sample(
@@ -375,23 +375,23 @@ def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
         if option == "--set":
             name = chance.choice(
                 ["time_step", "output.file", "joint[*].cohesion", "block_interval", "x", ""]
-            )  # not steps: so many are let run
+            )  # not steps: large numbers of steps are valid
             value = f"{name}={chance.choice([*NUMBERS, value])}"
         if option in ("-o", "--vtk", "--folder"):
             value = chance.choice(
                 [*HOSTILE_TEXTS, "mine.txt", "m.nml", "../victim", ".", "no/x.png"]
             )
-            case.asked = value
+            case.target = value
         case.words += [option, value]
     if command == "view":
         case.words.append("--no-open")
     if command in ("run", "resume"):
         case.words += ["-q", "--no-plot"]
-        case.asked = case.asked or next(
+        case.target = case.target or next(
             (word.partition("=")[2] for word in case.words if word.startswith("output.file=")), ""
         )
     case.words = [word.replace("\0", "") for word in case.words]
-    case.asked = case.asked.replace("\0", "")
+    case.target = case.target.replace("\0", "")
 
 
 KINDS: dict[str, tuple[Callable, int]] = {
@@ -409,7 +409,7 @@ KINDS: dict[str, tuple[Callable, int]] = {
 
 
 def make_case(kind: str, seed: int, good: dict) -> Case:
-    """The same kind and seed make the same case."""
+    """Return the case of a kind and seed; it is always the same."""
     case, chance = Case(kind, str(seed)), random.Random(f"{kind} {seed}")
     KINDS[kind][0](case, chance, good)
     if case.words[0] in ("run", "resume", "check") and chance.random() < 0.4:
@@ -418,14 +418,14 @@ def make_case(kind: str, seed: int, good: dict) -> Case:
 
 
 class Yard:
-    """The folder that is watched, and the one in it where the command runs."""
+    """A folder that is watched for changes, and a folder in it in which the command runs."""
 
     def __init__(self, folder: Path, good: dict[str, bytes]):
         self.above, self.good = folder, good
         self.here = folder / "here"
 
     def lay_out(self, case: Case) -> None:
-        """Fresh files, the case's own, its traps."""
+        """Write fresh valid files, the files of the case, and its traps."""
         for entry in self.above.iterdir():
             if entry.is_dir() and not entry.is_symlink():
                 shutil.rmtree(entry)
@@ -445,7 +445,7 @@ class Yard:
             self.set_trap(self.here / name, what)
 
     def set_trap(self, place: Path, what: str) -> None:
-        """Something that is not to be written."""
+        """Create something that the command must not overwrite."""
         place.parent.mkdir(parents=True, exist_ok=True)
         victim = self.above / "victim"
         if what == "link":
@@ -464,7 +464,7 @@ class Yard:
             place.write_bytes(PRECIOUS)
 
     def watch(self) -> dict[str, tuple]:
-        """What stands where, with its content."""
+        """Return kind and content of each file, by name."""
         found = {}
         for folder, folders, files in os.walk(self.above):
             for name in [*folders, *files]:
@@ -478,7 +478,7 @@ class Yard:
 
 
 def own_names(case: Case) -> tuple[str, ...]:
-    """How names of files begin that the command may replace or remove: those of the same run."""
+    """Return the beginnings of names of files that the command may replace or remove."""
     if case.kind == "store":
         return ("here/done/",)
     running = {"run", "resume"} & set(case.words[:2])
@@ -486,8 +486,8 @@ def own_names(case: Case) -> tuple[str, ...]:
 
 
 def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
-    """What a command did to the disk that it must not; blank if nothing."""
-    asked = os.path.normpath(os.path.join(yard.here, case.asked)) if case.asked else ""
+    """Return a forbidden change of the disk in words; empty if there is none."""
+    requested = case.target and os.path.normpath(os.path.join(yard.here, case.target))
     free = own_names(case)
     for name, what in before.items():
         if after.get(name) != what and not name.startswith(free) and not stat.S_ISDIR(what[0]):
@@ -500,7 +500,7 @@ def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
             return "a command was executed"
         if os.path.basename(name).startswith(".new-") or name.endswith((".writing", ".coming")):
             return f"{name} is left over"
-        if not name.startswith("here/") and not (asked and path.startswith(asked)):
+        if not name.startswith("here/") and not (requested and path.startswith(requested)):
             return f"{name} was made outside of the folder"
         if not name.startswith(free) and (words := half_written(yard.above / name)):
             return f"{name} {words}"
@@ -508,7 +508,7 @@ def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
 
 
 def half_written(file: Path) -> str:
-    """What is wrong with a file that stands under its own name; blank if nothing."""
+    """Return a fault of a file with a final name in words; empty if there is none."""
     if not file.is_file() or file.is_symlink():
         return ""
     data = file.read_bytes()
@@ -522,7 +522,7 @@ def half_written(file: Path) -> str:
 
 
 def not_finite(file: Path) -> str:
-    """The first variable of an output that holds what is not a number."""
+    """Return a variable of an output with values that are not finite, in words."""
     import netCDF4
     import numpy as np
 
@@ -531,23 +531,23 @@ def not_finite(file: Path) -> str:
             data.set_auto_maskandscale(False)
             for name, variable in data.variables.items():
                 if np.dtype(variable.dtype).kind != "f" or "case" in data.variables:
-                    continue  # of a table NaN means that a case has none
+                    continue  # in a table, NaN marks cases without a value
                 values = variable[...]
-                if "maximum" in variable.dimensions:  # NaN means that there is none of it
+                if "maximum" in variable.dimensions:  # NaN marks a maximum without data
                     axis = variable.dimensions.index("maximum")
                     there = ~np.isnan(data["largest"][...])
                     values = np.compress(there, values, axis)
                 if not np.all(np.isfinite(values)):
-                    return f"holds numbers that are not finite in {name}"
+                    return f"contains values that are not finite in {name}"
     except OSError as trouble:
         return f"cannot be read: {trouble}"
     return ""
 
 
 def serve() -> None:
-    """Carry out command lines, a line of JSON each, in a process of its own; answer in JSON.
+    """Run command lines from standard input, one per line as JSON; answer in JSON.
 
-    This process has read the libraries, and forks: that takes hundredths of a second.
+    This process has imported the libraries and forks, which takes hundredths of a second.
     """
     read_libraries()
     for request in sys.stdin:
@@ -567,15 +567,15 @@ def serve() -> None:
 
 
 def read_libraries() -> None:
-    """Import what commands import, which starts no thread."""
+    """Import the modules of all commands; they start no threads."""
     parts = [part.name for part in pkgutil.walk_packages(sitedda.__path__, "sitedda.")]
     for name in [*LIBRARIES, *parts]:
-        with contextlib.suppress(ImportError):  # of what is not requested by all
+        with contextlib.suppress(ImportError):  # of optional packages
             importlib.import_module(name)
 
 
 def become(folder: str, words: list[str]) -> NoReturn:
-    """Be a command, and end with it."""
+    """Run a command in this process, and exit with its status."""
     status = 99
     try:
         seconds = int(TIME_LIMIT)
@@ -597,7 +597,7 @@ def become(folder: str, words: list[str]) -> NoReturn:
 
 
 def ending(child: int) -> int:
-    """Status of a process, negative for a signal; killed if it waits for ever."""
+    """Return the status of a process, negative for a signal; kill it after the time limit."""
     handle = os.pidfd_open(child)
     with selectors.DefaultSelector() as selector:
         selector.register(handle, selectors.EVENT_READ)
@@ -608,7 +608,7 @@ def ending(child: int) -> int:
 
 
 def judge(answer: str) -> tuple[str, str]:
-    """Whether a command was carried out, and what is wrong with how it ended."""
+    """Return the outcome of a command, and what is wrong with its end."""
     if not answer.startswith("["):
         return "failed", answer
     status, out, err = json.loads(answer)
@@ -623,12 +623,12 @@ def judge(answer: str) -> tuple[str, str]:
     if status not in STATUSES:
         return "failed", f"status {status}"
     if status and not err.strip():
-        return "failed", f"status {status} without a word"
+        return "failed", f"status {status} without a message"
     return ("done" if status == 0 else f"status {status}"), ""
 
 
 def run_script(yard: Yard) -> str:
-    """Run what a study gave to Slurm, as its first task; what is wrong."""
+    """Run the Slurm script of a study as its first task; return what is wrong."""
     for script in yard.above.rglob("submit.sh"):
         if script.is_file() and not script.is_symlink() and b"#SBATCH" in script.read_bytes():
             numbers = {"SLURM_ARRAY_TASK_ID": "0", "SLURM_ARRAY_JOB_ID": "1"}
@@ -640,7 +640,7 @@ def run_script(yard: Yard) -> str:
 
 
 def carry_out(case: Case, yard: Yard, probe: Probe) -> tuple[str, str]:
-    """One case: what became of it, and what is wrong."""
+    """Run one case; return its outcome, and what is wrong."""
     yard.lay_out(case)
     before = yard.watch()
     answer = probe.ask(json.dumps([str(yard.here), case.words]), TIME_LIMIT)
@@ -652,19 +652,19 @@ def carry_out(case: Case, yard: Yard, probe: Probe) -> tuple[str, str]:
 
 
 def keep_case(case: Case, wrong: str, folder: Path) -> None:
-    """Keep what failed, so that it can be replayed."""
+    """Keep the files of a failed case, so that it can be replayed."""
     place = folder / f"{case.kind}_{case.seed}"
     place.mkdir(parents=True, exist_ok=True)
     for name, data in case.files.items():
         (place / name).parent.mkdir(parents=True, exist_ok=True)
         (place / name).write_bytes(data)
-    about = {"kind": case.kind, "words": case.words, "traps": case.traps, "asked": case.asked,
+    about = {"kind": case.kind, "words": case.words, "traps": case.traps, "asked": case.target,
              "files": sorted(case.files), "wrong": wrong}  # fmt: skip
     (place / "case.json").write_text(json.dumps(about, indent=1) + "\n")
 
 
 def kept_case(folder: Path) -> Case:
-    """A case that was kept."""
+    """Read a case that was kept."""
     about = json.loads((folder / "case.json").read_text())
     files = {name: (folder / name).read_bytes() for name in about["files"]}
     return Case(about["kind"], folder.name, about["words"], files,
@@ -672,7 +672,7 @@ def kept_case(folder: Path) -> Case:
 
 
 def attack(cases: Callable, keep: Path | None = None, say: bool = False):
-    """Carry out the cases that a function makes of good files; counts, and what failed."""
+    """Run the cases that a function makes from valid files; return counts and failures."""
     counts: dict[str, Counter] = {}
     failures = []
     command = [sys.executable, str(Path(__file__).resolve()), "--serve"]
@@ -696,7 +696,7 @@ def attack(cases: Callable, keep: Path | None = None, say: bool = False):
 
 
 def spread(count: int, first: int, kinds: list[str]) -> Callable:
-    """So many cases over kinds by their weights, from a seed on."""
+    """Return a function that makes `count` cases from seed `first` on, by the weights of kinds."""
 
     def cases(good):
         whole = sum(KINDS[kind][1] for kind in kinds)
@@ -712,8 +712,8 @@ def spread(count: int, first: int, kinds: list[str]) -> Callable:
 
 
 def main() -> int:
-    """Attack, and count."""
-    wanted = asked(__doc__, cases=20_000, seed=1, kinds=",".join(KINDS),
+    """Run the cases and print counts."""
+    wanted = parse_options(__doc__, cases=20_000, seed=1, kinds=",".join(KINDS),
                    keep=Path("attack_failures"), replay=Path, serve=False)  # fmt: skip
     if wanted.serve:
         serve()

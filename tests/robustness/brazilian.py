@@ -1,25 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Strength of discs of welded cells that are split between platens, over meshes of several seeds.
+"""Strength of discs of welded cells that are split between platens, for meshes of several seeds.
 
     python tests/robustness/brazilian.py [--meshes 20] [--first 1] [--size 0.005] [--zone 0.1]
 
-A disc of D = .1 m has flats of 15°, and faces of l = EG/T² = `zone` D.  The reference is the same
-disc, law and loading with a straight crack: it breaks along the loaded diameter alone, where its
-cells are a third of the size.  That bears more than a brittle disc under forces at points, which
-has the tension T in its middle at ½ π D T: the force comes over the flats, and a crack that softens
-over its opening bears on.  Printed are the forces over ½ π D T and over the reference.
+A disc of D = 0.1 m has flat ends of 15°, and faces with l = EG/T² = `zone` D.  The reference has
+the same disc, law and load, but a straight crack: only faces on the loaded diameter break, where
+its cells have a third of the size.  Its strength is above that of a brittle disc under point loads,
+which has the tension T at its centre under ½ π D T: flat ends spread the load, and a softening
+crack still bears load.  The script prints forces over ½ π D T and over the reference.
 """
 
 import numpy as np
 import shapely
-from options import asked
+from options import parse_options
 
 import sitedda
 from sitedda.meshing.body import Part, mesh_body
 
 DIAMETER, YOUNG, STRENGTH = 0.1, 30e9, 4e6
 FLAT = np.radians(15.0)
-TOP = 0.5 * DIAMETER * np.cos(FLAT / 2)  # of the flats, m
+TOP = 0.5 * DIAMETER * np.cos(FLAT / 2)  # m, half the distance of the flat ends
 UNIT = 0.5 * np.pi * DIAMETER * STRENGTH  # N/m
 STEP, SPEED, RISE = 1e-6, 0.1, 2e-4  # s, m/s, s
 
@@ -75,7 +75,8 @@ def disc(sides, cells, size, zone, seed=0) -> sitedda.Model:
 
 
 def largest_force(model, every=10, most=1400) -> float:
-    """Of a platen, N/m, before it has fallen to .9 of it or the energy of a diameter is spent."""
+    """Return the largest force of a platen, N/m, before a drop to 0.9 of it or until the dissipated
+    energy is 0.9 of the fracture energy of a diameter."""
     largest, spent = 0.0, 0.9 * model["joint"][1].fracture_energy * DIAMETER
     with sitedda.Simulation(model) as run:
         for _ in range(most // every):
@@ -87,31 +88,33 @@ def largest_force(model, every=10, most=1400) -> float:
             broken = largest > 0.8 * UNIT and force < 0.9 * largest
             if broken or run.energies["fracture"] > spent:
                 return float(largest)
-    raise RuntimeError(f"{most} steps did not split the disc")
+    raise RuntimeError(f"{most} steps are too few to split the disc")
 
 
 def straight(size, zone) -> float:
-    """Of the disc with a straight crack, N/m."""
+    """Return the largest force of the disc with a straight crack, N/m."""
     return largest_force(disc(["left", "right"], "quadrilateral", size, zone))
 
 
 def meshed(size, zone, seed) -> float:
-    """Of a disc of polygons all of whose faces break, N/m."""
+    """Return the largest force of a disc of polygons whose faces may all break, N/m."""
     return largest_force(disc(["whole"], "voronoi", size, zone, seed))
 
 
 def main():
-    given = asked(__doc__, meshes=20, first=1, size=0.005, zone=0.1)
+    given = parse_options(__doc__, meshes=20, first=1, size=0.005, zone=0.1)
     exact = straight(given.size, given.zone)
-    print(f"straight crack: {exact / UNIT:.3f} of the brittle disc", flush=True)
+    print(
+        f"reference, straight crack: {exact / UNIT:.3f} of the force of a brittle disc", flush=True
+    )
     forces = []
     for seed in range(given.first, given.first + given.meshes):
         forces.append(meshed(given.size, given.zone, seed))
         share = forces[-1] / UNIT
-        print(f"seed {seed}: {share:.3f}, {forces[-1] / exact:.3f} of the straight", flush=True)
+        print(f"seed {seed}: {share:.3f}, {forces[-1] / exact:.3f} of the reference", flush=True)
     forces = np.array(forces) / exact
     print(f"mean {forces.mean():.3f}, standard deviation {forces.std(ddof=1):.3f}, "
-          f"{forces.min():.3f} to {forces.max():.3f} of the straight crack")  # fmt: skip
+          f"{forces.min():.3f} to {forces.max():.3f} of the reference")  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Damage checkpoints and journals in many ways and try to resume from them.
+"""Damage checkpoints and journals at random, and try to resume the runs.
 
 usage: python tests/robustness/damage.py [--cases N] [--seed S] [--program PROGRAM]
        [--folder FOLDER]
 
-A damaged checkpoint must be refused in words (status 5), or the one before it be used, with the
-same bits in the end; a checkpoint that is damaged and given a matching checksum, as only somebody
-who means it can, must at least not crash or hang the engine.  Ends with status 1 otherwise.
+A damaged checkpoint must be refused with a message (status 5), or the run must continue from the
+previous checkpoint and end with identical bits.  A damaged checkpoint with a matching checksum
+(only possible on purpose) must not crash or hang the engine.  Ends with status 1 otherwise.
 """
 
 import lzma
@@ -21,22 +21,22 @@ from pathlib import Path
 
 from interrupted import difference, finish, native_program, prepare, reference_of, start, wall
 from mutations import mutated_checkpoint
-from options import asked
+from options import parse_options
 
 REFUSED = 5
-HEAD, TAIL = 16, 16  # bytes of a checkpoint before and behind its state
-LONGEST = 30.0  # s for one case
+HEAD, TAIL = 16, 16  # bytes of a checkpoint before and after its state
+LONGEST = 30.0  # time limit of one case, s
 
 
 def crc64(data: bytes) -> bytes:
-    """CRC-64/XZ, as at the end of a checkpoint: it stands before the index of an .xz file."""
+    """Return the CRC-64/XZ at the end of a checkpoint, taken from the index of an .xz file."""
     file = lzma.compress(data, check=lzma.CHECK_CRC64, preset=0)
-    index = 4 * (1 + int.from_bytes(file[-8:-4], "little"))  # bytes, before a footer of 12
+    index = 4 * (1 + int.from_bytes(file[-8:-4], "little"))  # bytes, in front of a footer of 12
     return file[-20 - index : -12 - index]
 
 
 def interrupted_run(program: str, folder: Path) -> None:
-    """Leave a checkpoint, the one before it and a journal behind, all as they should be."""
+    """Leave intact files of an interrupted run: a checkpoint, the previous one and a journal."""
     running = start(program, "run", folder)
     while not (folder / "out.nc.checkpoint.previous").exists():
         if running.poll() is not None:
@@ -46,7 +46,7 @@ def interrupted_run(program: str, folder: Path) -> None:
 
 
 def case(program, folder, kept, reference, chance) -> tuple[str, str]:
-    """Damage one file and resume: the kind of the case, and what is wrong with its outcome."""
+    """Damage one file and resume; return the kind of damage, and what is wrong with the outcome."""
     for file in folder.glob("out.nc*"):
         file.unlink()
     for file in kept.iterdir():
@@ -67,7 +67,7 @@ def case(program, folder, kept, reference, chance) -> tuple[str, str]:
 
 
 def outcome(program, folder, kind, reference) -> str:
-    """What is wrong with the way a run is resumed; blank if nothing is."""
+    """Return what is wrong with a resumed run; empty if nothing is wrong."""
     try:
         status, said, err = finish(program, "resume", folder, timeout=LONGEST)
     except subprocess.TimeoutExpired:
@@ -83,14 +83,14 @@ def outcome(program, folder, kind, reference) -> str:
     if kind == "alone":
         return "a damaged checkpoint is accepted"
     if kind == "with previous" and "checkpoint.previous, because" not in said:
-        return f"does not say that it used the one before: {said}"
+        return f"does not report the use of the previous checkpoint: {said}"
     wrong = difference(folder / "out.nc", reference)
     return f"{wrong} differs" if wrong else ""
 
 
 def main() -> int:
-    """Run the cases and count what came of them."""
-    options = asked(__doc__, cases=1000, seed=1, program=str, folder=Path)
+    """Run the cases and count their outcomes."""
+    options = parse_options(__doc__, cases=1000, seed=1, program=str, folder=Path)
     program = native_program(options.program)
     chance = random.Random(options.seed)
     counts, failures = Counter(), 0
@@ -109,7 +109,7 @@ def main() -> int:
                 failures += 1
                 print(f"case {i}: {kind}: {wrong}")
     print(", ".join(f"{count} {kind}" for kind, count in sorted(counts.items())))
-    print(f"{options.cases - failures} of {options.cases} as they should be")
+    print(f"{options.cases - failures} of {options.cases} are correct")
     return int(failures > 0)
 
 

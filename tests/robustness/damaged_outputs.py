@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outputs of runs, damaged in many ways: `attack.py --kinds output` gives them to the commands."""
+"""Randomly damaged outputs of runs, for `attack.py --kinds output`."""
 
 from pathlib import Path
 
@@ -11,7 +11,7 @@ REALS = (float("nan"), float("inf"), -1.0, 0.0, 1e300, 1e36, -1e12)
 
 
 def rewrite(source: Path, target: Path, change) -> None:
-    """A copy of an output, variable by variable, as `change` has them."""
+    """Copy an output; `change` edits its variables and attributes."""
     with netCDF4.Dataset(source) as old, netCDF4.Dataset(target, "w") as new:
         old.set_auto_maskandscale(False)
         old.set_auto_chartostring(False)
@@ -32,21 +32,21 @@ def rewrite(source: Path, target: Path, change) -> None:
 
 
 def drop(chance, variables, attributes) -> str:
-    """A variable is missing."""
+    """Remove a variable."""
     name = chance.choice(sorted(variables))
     del variables[name]
     return f"without {name}"
 
 
 def rename(chance, variables, attributes) -> str:
-    """Two variables have changed names."""
+    """Exchange the names of two variables."""
     one, two = chance.sample(sorted(variables), 2)
     variables[one], variables[two] = variables[two], variables[one]
     return f"{one} as {two}"
 
 
 def retype(chance, variables, attributes) -> str:
-    """A variable holds numbers of another kind, or letters."""
+    """Give a variable another type of numbers, or letters."""
     name = chance.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
     new = chance.choice(["i1", "i4", "f4", "f8", "S1"])
@@ -56,7 +56,7 @@ def retype(chance, variables, attributes) -> str:
 
 
 def reshape(chance, variables, attributes) -> str:
-    """A variable has lost a dimension, gained one or has another of its length."""
+    """Remove or add a dimension of a variable, or change its length."""
     name = chance.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
     how = chance.choice(["lose", "gain", "turn", "own"])
@@ -73,7 +73,7 @@ def reshape(chance, variables, attributes) -> str:
 
 
 def replace(chance, variables, attributes) -> str:
-    """Some values are others."""
+    """Replace some values."""
     name = chance.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
     if not values.size:
@@ -91,7 +91,7 @@ def replace(chance, variables, attributes) -> str:
 
 
 def shorten(chance, variables, attributes) -> str:
-    """A dimension is shorter, down to nothing."""
+    """Shorten a dimension, possibly to zero."""
     name = chance.choice(sorted({d for v in variables.values() for d in v[1]}))
     length = chance.choice([0, 1, 2])
     for one in variables.values():
@@ -102,7 +102,7 @@ def shorten(chance, variables, attributes) -> str:
 
 
 def describe(chance, variables, attributes) -> str:
-    """An attribute is missing, a number, or another text."""
+    """Remove an attribute, or replace it with a number or another text."""
     name = chance.choice(sorted(attributes))
     how = chance.choice(["without", "number", "letters", "numbers", "nothing"])
     if how == "without":
@@ -118,7 +118,7 @@ def describe(chance, variables, attributes) -> str:
 
 
 def flip(chance, source: Path, target: Path) -> str:
-    """Bytes of the file are others, or its end is missing."""
+    """Replace bytes of the file, or cut off its end."""
     data = bytearray(source.read_bytes())
     if chance.random() < 0.2:
         target.write_bytes(data[: chance.randrange(len(data))])
@@ -133,12 +133,12 @@ CHANGES = (drop, drop, rename, retype, reshape, replace, replace, replace, short
 
 
 def damaged(chance, source: Path, target: Path) -> str:
-    """Damage an output; what was done."""
+    """Damage an output; return a description of the damage."""
     if chance.random() < 0.25:
         return flip(chance, source, target)
     change, words = chance.choice(CHANGES), []
     try:
         rewrite(source, target, lambda *parts: words.append(change(chance, *parts)))
-    except RuntimeError:  # netCDF cannot write that
+    except RuntimeError:  # netCDF cannot write such a file
         return flip(chance, source, target)
     return words[0]

@@ -1,21 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Bars of random sliding and rocking blocks, held against runs with steps 8 times finer.
+"""Error bars of random sliding and rocking blocks, against runs with steps 8 times finer.
 
 usage: error_bars.py [--pairs 120] [--seed 1] [-v]
        error_bars.py --inputs INPUT.nml ...
        error_bars.py --columns 20
 
-A pair is a block and a time step.  Each figure that moves (displacement, slip or tilt, at its
-largest and at the end, and the largest velocity) counts as inside where the run at Δt/8 lies within
-the bar, and as outside where it does not.  Figures that are said not to converge are counted apart.
+A pair is a block and a time step.  A figure is displacement, slip or tilt (largest and at the end),
+or the largest velocity.  It counts as inside if the run at Δt/8 lies within its bar, otherwise as
+outside.  Figures that are reported not to converge are counted separately.
 
-With --inputs the same is counted of all figures of inputs: which have no limit, by the reason that
-is given, and whether the others have the run at Δt/8 within their bars.
+With --inputs, all figures of the inputs are counted: figures without a limit by the reported
+reason, and whether the others have the run at Δt/8 within their bars.
 
-With --columns figures of the surface of random linear columns, which have their bars of the exact
-transfer function without other runs, are held against the limit of runs at Δt/8 and Δt/16, the
-amplification against that of the transfer functions of these steps.
+With --columns, the surface of random linear columns is tested.  Its bars come from the exact
+transfer function without other runs.  They are compared with the limit of runs at Δt/8 and Δt/16,
+and for the amplification with the limit of the transfer functions of these steps.
 """
 
 import argparse
@@ -39,7 +39,7 @@ FINER = 8
 
 
 def model(dice: random.Random, rocks: bool) -> tuple[str, float]:
-    """A block on a floor in the frame of the base, under one to three half waves; its Δt, s."""
+    """Return a block on a floor under one to three half waves of acceleration, and its Δt, s."""
     width = dice.uniform(0.4, 2.0)
     ratio = dice.uniform(3.0, 6.0) if rocks else dice.uniform(0.3, 0.8)
     friction = dice.uniform(40.0, 60.0) if rocks else dice.uniform(10.0, 30.0)
@@ -71,7 +71,7 @@ def model(dice: random.Random, rocks: bool) -> tuple[str, float]:
 
 
 def judged(file: Path, step: float, rocks: bool) -> dict[str, str]:
-    """What became of each figure: 'inside', 'outside' or 'no bar'."""
+    """Return the outcome of each figure: 'inside', 'outside' or 'no bar'."""
     found = sitedda.accuracy(file, workers=2)
     truth = sitedda.run(file, time_step=step / FINER).verdict.values
     words = {}
@@ -86,7 +86,7 @@ def judged(file: Path, step: float, rocks: bool) -> dict[str, str]:
 
 
 def judge_inputs(files: list[Path]) -> int:
-    """Count for each input; status 1 where a figure is outside or too many have no limit."""
+    """Count for each input; return status 1 if a figure is outside or too many have no limit."""
     bad = 0
     for file in files:
         found = sitedda.accuracy(file, workers=2)
@@ -111,7 +111,7 @@ def judge_inputs(files: list[Path]) -> int:
 
 
 def column(dice: random.Random) -> tuple[str, float]:
-    """Bonded layers on a moved base; its Δt, s."""
+    """Return bonded layers on a moving base, and the time step, s."""
     step, bottom, layers, materials = dice.choice([0.5e-3, 1e-3, 2e-3]), 0.0, "", ""
     for i in range(dice.randint(2, 4)):
         density, speed = dice.uniform(1700, 2600), dice.uniform(200, 900)
@@ -148,9 +148,9 @@ SURFACE = ("pgv_m_s[surface]", "pga_resolved_m_s2[surface]", "sa_resolved_m_s2[s
 
 
 def _surface(file: Path, step: float, grid: np.ndarray) -> dict[str, float]:
-    """Figures of a run with a time step, and the peak of its transfer function."""
+    """Return figures of a run with a time step, and the peak of its transfer function."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", sitedda.PeakWarning)  # of motions that have not died out
+        warnings.simplefilter("ignore", sitedda.PeakWarning)  # of motions that continue at the end
         found = dict(sitedda.run(file, time_step=step).verdict.values)
     grid = grid[grid <= 15.0]
     ratio = abs(sitedda.transfer(file, grid, time_step=step))
@@ -159,7 +159,7 @@ def _surface(file: Path, step: float, grid: np.ndarray) -> dict[str, float]:
 
 
 def judge_columns(count: int, seed: int) -> int:
-    """Count figures; status 1 where one is outside its bar or off by more than 1 %."""
+    """Count figures; return status 1 if one is outside its bar or differs by more than 1 %."""
     outside, worst = 0, dict.fromkeys(SURFACE, 0.0)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "column.nml"
@@ -178,12 +178,12 @@ def judge_columns(count: int, seed: int) -> int:
                 if not away <= found[name].bar:
                     print(f"column {number}: {name} {found[name]}, but {truth[name]:.6g}")
     print(f"{count * len(SURFACE) - outside} of {count * len(SURFACE)} figures inside their bar")
-    print("farthest off:", ", ".join(f"{n} {100 * v:.2g} %" for n, v in worst.items()))
+    print("largest errors:", ", ".join(f"{n} {100 * v:.2g} %" for n, v in worst.items()))
     return int(outside > 0 or max(worst.values()) > 0.01)
 
 
 def main(arguments: list[str]) -> int:
-    """Count; status 1 if fewer than nine of ten are inside."""
+    """Count figures; return status 1 if fewer than nine of ten are inside."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pairs", type=int, default=120)
     parser.add_argument("--seed", type=int, default=1)

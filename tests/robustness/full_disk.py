@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Let runs meet a full disk at many moments, then resume them with room.
+"""Run with a full disk at many moments, then resume with free space.
 
 usage: python tests/robustness/full_disk.py [--cases N] [--program PROGRAM] [--quick]
        [--folder FOLDER]
 
-A limit on the size of files, and where the system allows it a small file system in memory, stops
-the writing of journal, checkpoint or output.  Each run must end with status 5 and one message, or
-reach its end; resumed with room it must give the bits of a run left alone.  Ends with status 1 if
-any does not.
+A limit on file sizes, or a small file system in memory if the system permits it, interrupts the
+writing of journal, checkpoint or output.  Each run must end with status 5 and one message, or
+complete.  Resumed with free space, it must give the bits of an uninterrupted run.  Ends with status
+1 otherwise.
 """
 
 import resource
@@ -20,13 +20,13 @@ import tempfile
 from pathlib import Path
 
 from interrupted import finish, layered_site, native_program, prepare, reference_of, same, wall
-from options import asked
+from options import parse_options
 
 FILE_ERROR = 5
 
 
 def limited(size: int):
-    """What a process has to do so that no file of it grows beyond a size."""
+    """Return a function that limits the size of files of a process."""
 
     def limit() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -36,7 +36,7 @@ def limited(size: int):
 
 
 def judge(what, status, err, program, folder, reference) -> bool:
-    """The run that met the full disk ended as it should, and the resumed one is whole."""
+    """Return whether the run with a full disk ended correctly and the resumed run is complete."""
     if status not in (0, FILE_ERROR) or (status and len(err.strip().splitlines()) != 1):
         print(f"{what}: status {status}: {err}")
         return False
@@ -49,7 +49,7 @@ def judge(what, status, err, program, folder, reference) -> bool:
 
 
 def by_file_size(program, folder, reference, cases) -> list[bool]:
-    """Limits from nothing to the size of the output, closer together where files begin."""
+    """Test limits from zero to the size of the output, closer together where files begin."""
     largest = reference.stat().st_size
     passed = []
     for i in range(cases):
@@ -62,7 +62,7 @@ def by_file_size(program, folder, reference, cases) -> list[bool]:
 
 
 def by_file_system(program, folder, reference, cases) -> list[bool]:
-    """File systems of several sizes; the resumed run gets a larger one."""
+    """Test file systems of several sizes; the resumed run has a larger one."""
     passed = []
     largest = 4 * reference.stat().st_size
     for i in range(cases):
@@ -85,8 +85,8 @@ def by_file_system(program, folder, reference, cases) -> list[bool]:
 
 
 def main() -> int:
-    """Run the cases and say how many passed."""
-    options = asked(__doc__, cases=40, quick=False, program=str, folder=Path)
+    """Run the cases and print how many passed."""
+    options = parse_options(__doc__, cases=40, quick=False, program=str, folder=Path)
     program = native_program(options.program)
     failed = 0
     models = {"layered site": layered_site(20000, 200), "wall": wall(100, 5, bricks=8)}

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Send hostile files to the engine and the package: each must be refused or computed, soon.
+"""Give hostile files to engine and package: each must be refused or computed within a time limit.
 
-Inputs, records, files of lines and polygons, block files; `damage.py` does it to checkpoints.
+Kinds: inputs, records, files of lines and polygons, block files (checkpoints: `damage.py`).
 
 usage: python tests/robustness/fuzz.py [--inputs N] [--records N] [--files N] [--seed S]
        [--probe PROBE] [--keep FOLDER] [--time-limit SECONDS] [--any-memory]
 
 --probe names the executable `probe` of a native build (meson setup BUILD -Dtester=true); without it
-the installed Python package is asked.  --files is the number of each kind; --any-memory is for
-probes with an address sanitizer.  What crashes, hangs, runs out of memory, or gives a value
-that is not finite without an error is kept in a folder.  Ends with status 1 if there was any.
+the installed Python package is tested.  --files is the number of files of each kind; --any-memory
+is for probes with an address sanitizer.  A file that causes a crash, a hang, lack of memory, or a
+result that is not finite without an error is kept in a folder; the status is then 1.
 """
 
 import collections
@@ -30,21 +30,27 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
 from mutated_files import mutated_file  # noqa: E402
 from mutations import mutated_input, mutated_record  # noqa: E402
-from options import asked  # noqa: E402
+from options import parse_options  # noqa: E402
 
 PYTHON_PROBE = [sys.executable, str(HERE / "probe.py")]
-TIME_LIMIT = float(os.environ.get("FUZZ_TIME_LIMIT", "5"))  # s of a processor for one file
-FAREWELL = 10.0  # s of the clock for a probe that has nothing more to answer
-PATIENCE = 20  # of the time limit, on the wall clock of a busy machine
+TIME_LIMIT = float(os.environ.get("FUZZ_TIME_LIMIT", "5"))  # processor time of one file, s
+FAREWELL = 10.0  # wall-clock time of a probe to end, s
+PATIENCE = 20  # wall-clock time limit over processor time limit, for a busy machine
 MEMORY_LIMIT = 2 * 1024**3  # bytes of address space of the probe
-LONGEST_MESSAGE = 2000  # bytes; a person has to read it
+LONGEST_MESSAGE = 2000  # bytes; users must be able to read it
 
 MAKERS = {"input": mutated_input, "record": mutated_record}
-FILES = ("csv", "wkt", "geojson", "dxf", "nc")  # kinds that the package reads, by their endings
+FILES = (
+    "csv",
+    "wkt",
+    "geojson",
+    "dxf",
+    "nc",
+)  # kinds of files that the package reads, by extension
 
 
 class Probe:
-    """A process that answers requests; started again when it dies or hangs."""
+    """A process that answers requests; it is restarted after a crash or hang."""
 
     def __init__(self, command: list[str], limit_memory: bool = True):
         self.command = command
@@ -72,7 +78,7 @@ class Probe:
         )
 
     def stop(self) -> None:
-        """End the process: no more requests, and if that is not enough, by force."""
+        """End the process: close its input, then kill it if it continues."""
         if self.process:
             self.process.stdin.close()
             with contextlib.suppress(subprocess.TimeoutExpired):
@@ -80,7 +86,7 @@ class Probe:
             self.kill()
 
     def kill(self) -> None:
-        """End the process by force."""
+        """Kill the process."""
         self.process.kill()
         self.process.wait()
         self.process.stdin.close()
@@ -88,7 +94,7 @@ class Probe:
         self.process = None
 
     def ask(self, request: str, limit: float) -> str:
-        """The answer to a request, or ``crash …`` or ``hang``."""
+        """Return the answer to a request, or ``crash …`` or ``hang``."""
         if self.process is None:
             self._start()
         begin = self.processor_time()
@@ -105,7 +111,7 @@ class Probe:
         return answer.decode("utf-8", "replace").rstrip("\n")
 
     def processor_time(self) -> float:
-        """What the process has used of processors, s; 0 when it is gone."""
+        """Return the processor time of the process, s; 0 if it has ended."""
         try:
             fields = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
         except (OSError, AttributeError):
@@ -113,7 +119,7 @@ class Probe:
         return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
     def _line(self, most_used: float, deadline: float) -> bytes | None:
-        """Bytes up to a line end or the end of the process; None when time is up."""
+        """Return bytes up to a line end or the end of the process; None after the time limit."""
         answer = b""
         with selectors.DefaultSelector() as selector:
             selector.register(self.process.stdout, selectors.EVENT_READ)
@@ -138,7 +144,7 @@ class Probe:
 
 @dataclass
 class Tally:
-    """What became of the files."""
+    """Counts of answers to the files."""
 
     answers: collections.Counter = field(default_factory=collections.Counter)
     failures: list[str] = field(default_factory=list)
@@ -150,7 +156,7 @@ class Tally:
 
 
 def fault(answer: str, file: Path) -> str:
-    """What is wrong with an answer; nothing if it is as it must be."""
+    """Return what is wrong with an answer; empty if it is correct."""
     if answer == "ok":
         return ""
     if not answer.startswith("refused "):
@@ -164,7 +170,7 @@ def fault(answer: str, file: Path) -> str:
 
 
 def ask_about(probe: Probe, kind: str, file: Path, tally: Tally, limit: float = TIME_LIMIT) -> str:
-    """Put one file to the probe; returns what is wrong, or nothing."""
+    """Give one file to the probe; return what is wrong, or empty."""
     begin = probe.processor_time()
     answer = probe.ask(f"{kind} {file}", limit)
     tally.slowest = max(tally.slowest, probe.processor_time() - begin)
@@ -176,7 +182,7 @@ def ask_about(probe: Probe, kind: str, file: Path, tally: Tally, limit: float = 
 
 
 def fuzz(command, kind, seeds, keep=None, limit=TIME_LIMIT, limit_memory=True) -> Tally:
-    """Files of these seeds, each made, put to the probe, and kept if the answer is wrong."""
+    """Give the files of these seeds to the probe; keep those with wrong answers."""
     tally = Tally()
     with tempfile.TemporaryDirectory() as folder, Probe(command, limit_memory) as probe:
         for seed in seeds:
@@ -195,8 +201,8 @@ def fuzz(command, kind, seeds, keep=None, limit=TIME_LIMIT, limit_memory=True) -
 
 
 def main() -> int:
-    """The long mode."""
-    wanted = asked(__doc__, inputs=10_000, records=2_000, files=1_000, seed=0, probe=str,
+    """Run many files of each kind."""
+    wanted = parse_options(__doc__, inputs=10_000, records=2_000, files=1_000, seed=0, probe=str,
                    keep=Path("fuzz_failures"), time_limit=TIME_LIMIT, any_memory=False)  # fmt: skip
     command = [wanted.probe] if wanted.probe else PYTHON_PROBE
     failed = 0

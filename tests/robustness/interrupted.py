@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs that are stopped before their end: models, programs, comparison to the last bit."""
+"""Interrupted runs: models, programs, and bit-exact comparison of outputs."""
 
 import os
 import shutil
@@ -46,37 +46,37 @@ WATER = """&flow aperture = 1.0e-3, state = 'transient' /
 
 
 def layered_site(steps: int = 60000, interval: int = 500) -> str:
-    """The layered site under its earthquake."""
+    """The layered site under its earthquake, with checkpoints."""
     text = (INPUTS / "layered_site.nml").read_text()
     text = text.replace("steps = 60000", f"steps = {steps}")
     return text.replace("&output", f"&output checkpoint_interval = {interval}")
 
 
 def column(duration: float = 5.0, interval: int = 50) -> str:
-    """The column of drums."""
+    """The column of drums, with checkpoints."""
     text = (INPUTS / "column.nml").read_text()
     text = text.replace("duration = 5.0", f"duration = {duration}")
     return text.replace("&output", f"&output checkpoint_interval = {interval},")
 
 
 def wall(steps: int = 100, interval: int = 5, bricks: int = 20, solver: str = "auto") -> str:
-    """A wall of 10 courses, shaken."""
+    """A shaken wall of 10 courses."""
     return WALL.format(steps=f"steps = {steps}, ", interval=interval, bricks=bricks, solver=solver)
 
 
 def staged_wall(steps: int = 40, interval: int = 5, bricks: int = 20) -> str:
-    """The same in five stages, two of them static, which take loads, bricks and friction away."""
+    """The wall in five stages, two of them static, that remove loads, bricks and friction."""
     text = WALL.format(steps="", interval=interval, bricks=bricks, solver="auto")
     return text + STAGES.format(steps=steps, bricks=bricks)
 
 
 def wet_wall(steps: int = 100, interval: int = 5, bricks: int = 20) -> str:
-    """The wall beside a reservoir, whose water flows through its joints and moves with its side."""
+    """The wall at a reservoir, with flow in its joints and added mass at its side."""
     return wall(steps, interval, bricks) + WATER
 
 
 def native_program(name: str | None = None) -> str:
-    """A named executable, or that of the environment that runs this, or of the PATH."""
+    """Return a named executable, or that of this environment, or that in PATH."""
     beside = Path(sys.executable).parent / "sitedda-native"
     found = name or (beside if beside.exists() else shutil.which("sitedda-native"))
     if not found:
@@ -85,7 +85,7 @@ def native_program(name: str | None = None) -> str:
 
 
 def prepare(folder: Path, text: str) -> Path:
-    """An input in a folder of its own, with the records it may name."""
+    """Write an input into a folder, with the records that it may name."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     (folder / "records").symlink_to(INPUTS / "records")
@@ -94,7 +94,7 @@ def prepare(folder: Path, text: str) -> Path:
 
 
 def start(program: str, command: str, folder: Path, call=subprocess.Popen, **more):
-    """Run or resume the input of a folder; a process, or what `call` returns for it."""
+    """Run or resume the input of a folder; return a process, or the result of `call`."""
     return call(
         [program, command, "model.nml", "-q", "-o", "out.nc"],
         cwd=folder,
@@ -108,13 +108,13 @@ def start(program: str, command: str, folder: Path, call=subprocess.Popen, **mor
 
 
 def finish(program: str, command: str, folder: Path, **more) -> tuple[int, str, str]:
-    """Run or resume the input to its end: status, output, errors; killed after a `timeout`, s."""
+    """Run or resume the input to its end within `timeout`, s; return status, output, errors."""
     done = start(program, command, folder, subprocess.run, **more)
     return done.returncode, done.stdout, done.stderr
 
 
 def reference_of(program: str, folder: Path) -> Path:
-    """Output of the whole run, under another name."""
+    """Complete a run, and return its output under another name."""
     status, _, err = finish(program, "run", folder)
     if status:
         raise SystemExit(err)
@@ -122,7 +122,7 @@ def reference_of(program: str, folder: Path) -> Path:
 
 
 def difference(file: Path, other: Path) -> str:
-    """What differs in the data of two outputs; blank if every variable has identical bits."""
+    """Return the differences in the data of two outputs; empty if all bits are identical."""
     with netCDF4.Dataset(file) as left, netCDF4.Dataset(other) as right:
         if set(left.variables) != set(right.variables):
             return "variables"
@@ -139,7 +139,7 @@ def difference(file: Path, other: Path) -> str:
 
 
 def same(what: str, folder: Path, reference: Path) -> bool:
-    """The output has the bits of another and no file beside it; else it is said."""
+    """Return whether an output equals another bitwise and has no other files; print otherwise."""
     wrong = difference(folder / "out.nc", reference)
     left = sorted(file.name for file in folder.glob("out.nc?*"))
     if wrong or left:

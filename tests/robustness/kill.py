@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kill runs at random moments, resume them, and compare what comes out to the last bit.
+"""Kill runs at random moments, resume them, and compare the outputs bitwise.
 
 usage: python tests/robustness/kill.py [--kills N] [--seed S] [--signals KILL,TERM,USR1] [--quick]
        [--pages N] [--program PROGRAM] [--folder FOLDER]
 
-Each case starts a run and sends it a signal at a random moment; it is resumed, killed again one
-time in four, until it ends.  Its output must have identical bits as that of a run left alone.  Runs
-that end before their signal are spared; "again" counts those killed before their first checkpoint.
---pages kills `sitedda view`, `report`, `movie` and `draw` so often (by TERM, INT, KILL), which must
-leave the older file or the whole new one, and nothing beside it unless killed by KILL.  Ends with
-status 1 if any output differs.
+Each case starts a run, sends it a signal at a random moment, and resumes it until it ends; one
+resumed run in four is killed again.  The output must equal that of an uninterrupted run bitwise.
+"spared" counts runs that end before their signal; "anew" counts runs that are killed before their
+first checkpoint.  --pages N kills `sitedda view`, `report`, `movie` and `draw` N times (TERM, INT,
+KILL); the older file or the complete new one must remain, and no other file except after KILL.
+Ends with status 1 if any output differs.
 """
 
 import random
@@ -22,7 +22,7 @@ import time
 from pathlib import Path
 
 import interrupted as runs
-from options import asked
+from options import parse_options
 
 INTERRUPTED = 6
 
@@ -35,7 +35,7 @@ COUNTS = ("spared", "kills", "resumes", "anew", "identical", "cases")
 
 
 def models(quick: bool) -> dict[str, str]:
-    """Inputs by name."""
+    """Return inputs by name."""
     if quick:
         return {
             "layered site": runs.layered_site(6000, 100),
@@ -54,7 +54,7 @@ def models(quick: bool) -> dict[str, str]:
 
 
 def attempt(program, command, folder, chance, whole, signals, kill) -> tuple[int | None, str]:
-    """One start of the program; the status, None if it was killed, and what it said."""
+    """Start the program once; return its status (None: killed) and its output."""
     running = runs.start(program, command, folder)
     if not kill:
         out, err = running.communicate()
@@ -69,7 +69,7 @@ def attempt(program, command, folder, chance, whole, signals, kill) -> tuple[int
 
 
 def case(program, folder, chance, whole, tally, signals, reference) -> None:
-    """Kill a run once or more and count what comes out."""
+    """Kill a run once or more often, and count the outcomes."""
     for file in folder.glob("out.nc*"):
         file.unlink()
     command, kill = "run", True
@@ -95,7 +95,7 @@ PAGE_SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 
 
 def kill_pages(folder: Path, output: Path, kills: int, chance: random.Random) -> list[str]:
-    """Kill commands that show an output; what they left that they must not."""
+    """Kill commands that show an output; return their forbidden remains."""
     wrong, done, whole = [], 0, dict.fromkeys(PAGES, 0.0)
     folder.mkdir()
     while done < kills:
@@ -123,7 +123,7 @@ def kill_pages(folder: Path, output: Path, kills: int, chance: random.Random) ->
         if after != before and not after.endswith((b"</html>\n", b";", b"IEND\xaeB`\x82")):
             wrong.append(f"{command}, {number.name}: half of {target.name}")
         if left and number != signal.SIGKILL:
-            wrong.append(f"{command}, {number.name}: {left} left over: {said.decode()[-300:]}")
+            wrong.append(f"{command}, {number.name}: {left} remains: {said.decode()[-300:]}")
         for name in left:
             (folder / name).unlink()
     return wrong
@@ -131,7 +131,7 @@ def kill_pages(folder: Path, output: Path, kills: int, chance: random.Random) ->
 
 def main() -> int:
     """Run the cases and print the table."""
-    options = asked(
+    options = parse_options(
         __doc__, kills=100, seed=1, signals="KILL", quick=False, pages=0, program=str, folder=Path
     )
     program = runs.native_program(options.program)

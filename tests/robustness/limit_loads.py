@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Static stages of loaded arches, bridges and walls against limit analysis.
+"""Static stages of loaded arches, bridges and walls, against limit analysis.
 
 usage: python tests/robustness/limit_loads.py [--models N] [--first I] [--seed S]
        [--below 0.98] [--above 1.02]
 
-Beside their weight the models bear loads, bolts and water, and joints have cohesion, bonds or a
-compressive strength.  A horizontal body force or a load on one block grows.  The static stage must
-rest at `below` times the lower limit L, and fall at `above` times the upper one U.  Bonds of the
-engine break: for joints with tension L is that of dry joints.  Arithmetic that shares nothing with
-the programmes verifies both: forces within strength balance all blocks, and the power of the
-mechanism gives U, or L with friction of these forces.
+Models have loads, bolts and water beside their weight, and joints with cohesion, bonds or a
+compressive strength.  A horizontal body force or a load on one block increases.  The static stage
+must rest at `below` times the lower limit L, and fall at `above` times the upper limit U.  Because
+bonds of the engine break, L of joints with tensile strength is that of dry joints.  Independent
+arithmetic verifies both programmes: forces within strength balance all blocks, and the power of
+the mechanism yields U, or L with the friction of these forces.
 """
 
 import sys
@@ -23,19 +23,19 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from limit_models import GRAVITY, LEAST, MOST, SEED, Assembly, arch, bridge, wall  # noqa: E402
 from limit_states import ABOVE, BELOW, FALLEN, _mass  # noqa: E402
-from options import asked, count_wrong  # noqa: E402
+from options import count_wrong, parse_options  # noqa: E402
 
 import sitedda  # noqa: E402
 from sitedda.errors import ConvergenceError, InputError, SolverError  # noqa: E402
 from sitedda.stability import Limit, Limits  # noqa: E402
 
 WATER = 9810.0  # N/m³
-MOST_LIVE = 10.0  # times the weight
+MOST_LIVE = 10.0  # times the weight, largest variable load
 YIELDS = 1e-5  # m, elongation of a bolt at its yield force
-EXACT = 1e-6  # of the largest force
-CRUSHED = 1e-3  # the same of moments of joints that crush, over their length
-BOUND = 1e-3  # of U: its programme also minimises forces a little
-CLOSED = 1e-5  # of the largest velocity: slip that dilates too little
+EXACT = 1e-6  # tolerance of forces, relative to the largest
+CRUSHED = 1e-3  # tolerance of moments of crushing joints over their length
+BOUND = 1e-3  # relative tolerance of U: its programme also minimises forces
+CLOSED = 1e-5  # relative to the largest velocity: insufficient dilation of slip
 
 
 @dataclass(frozen=True)
@@ -46,13 +46,13 @@ class Loaded:
     ----------
     bare : Assembly
     joint : dict
-        Variables of its joint beside friction.
+        Variables of its joint other than friction.
     dead : list of (int, ndarray, ndarray)
-        Block, place (m) and force (N/m).
-    live : tuple of the same, or None
-        At a factor of 1; none: a horizontal body force grows.
+        Block, place (m) and force (N/m) of each permanent load.
+    live : tuple (block, place, force) or None
+        The variable load at a factor of 1; None: a variable horizontal body force.
     bolts : list of (int, int, float)
-        Two blocks, between whose centroids it is, and yield force, N/m.
+        Two blocks between whose centroids a bolt is, and its yield force, N/m.
     level : ndarray, shape (2, 2) or None
         Ends of a phreatic line, m.
     """
@@ -65,7 +65,7 @@ class Loaded:
     level: np.ndarray | None = None
 
     def model(self, factor: float = 1.0) -> sitedda.Model:
-        """With the growing load at a factor."""
+        """Return the model at a factor of the variable load."""
         model = self.bare.model(0.0 if self.live else factor)
         model["joint.dry"](**self.joint)
         model.contact(normal_stiffness=1e11)
@@ -84,13 +84,13 @@ class Loaded:
         return model
 
     def limits(self) -> Limits:
-        """By programmes."""
+        """Return the limits of the linear programmes."""
         if self.live:
             return sitedda.limit_analysis(self.model(), load="live")
         return sitedda.limit_analysis(self.model(0.0), direction=(self.bare.sense, 0.0))
 
     def wrenches(self) -> tuple[np.ndarray, np.ndarray]:
-        """Dead and growing forces and moments about centroids, (blocks, 3), N/m and N."""
+        """Return permanent and variable loads about centroids, shape (blocks, 3), N/m and N."""
         dead, live = np.zeros((2, len(self.bare.polygons), 3))
         for i, polygon in enumerate(self.bare.polygons):
             mass, centre = _mass(polygon)
@@ -106,7 +106,7 @@ class Loaded:
 
     @property
     def words(self) -> str:
-        """What it bears."""
+        """A description of the blocks, joints and loads."""
         return ", ".join([
             f"{len(self.bare.polygons)} blocks, tan φ {self.bare.friction:.3f}",
             *(f"{name} {value:.3g}" for name, value in self.joint.items() if name != "law"),
@@ -121,13 +121,13 @@ def _wrench(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 
 def _pressed(polygon: np.ndarray, centre: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Of water below a phreatic line on the edges of a block."""
+    """Force and moment of water below a phreatic line on the edges of a block."""
     total = np.zeros(3)
     for a, b in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
         p, q = (WATER * (np.interp(x, *level.T) - y) for x, y in (a, b))
         if max(p, q) <= 0.0:
             continue
-        if min(p, q) < 0.0:  # the part below the line
+        if min(p, q) < 0.0:  # integrate over the part below the line
             dry = a + (b - a) * p / (p - q)
             a, b, p, q = (dry, b, 0.0, q) if p < 0.0 else (a, dry, p, 0.0)
         inward = np.array([a[1] - b[1], b[0] - a[0]])
@@ -137,7 +137,7 @@ def _pressed(polygon: np.ndarray, centre: np.ndarray, level: np.ndarray) -> np.n
 
 
 def random_model(rng: np.random.Generator, number: int) -> Loaded:
-    """Arches, bridges and walls in turn; dry, cohesive, bonded or crushing joints in turn."""
+    """Return an arch, bridge or wall with dry, cohesive, bonded or crushing joints, in turn."""
     make = (arch, bridge, wall)[number % 3]
     bare = make(rng, f"{make.__name__} {number + 1}")
     free = [i for i in range(len(bare.polygons)) if i not in bare.held]
@@ -171,7 +171,7 @@ def random_model(rng: np.random.Generator, number: int) -> Loaded:
 
 
 def judged(models: int, first: int = 0, seed: int = SEED):
-    """Models and their limits; those of joints with bonds have L of dry joints."""
+    """Yield models and their limits; L of bonded joints is that of dry joints."""
     for number in range(first, models):
         rng = np.random.default_rng([seed, number])
         while True:
@@ -193,7 +193,7 @@ def _strength(loaded: Loaded, name: str) -> float:
 
 
 def _joints(found: Limit):
-    """Indices of the two ends of each joint and its length; single corners: one, and 0."""
+    """Yield the indices of both ends of each joint, and its length; single corners: one, and 0."""
     i = 0
     while i < len(found.points):
         pair = i + 1 < len(found.points) and (found.blocks[i] == found.blocks[i + 1]).all()
@@ -204,7 +204,7 @@ def _joints(found: Limit):
 
 
 def unbalanced(loaded: Loaded, found: Limit) -> float:
-    """Largest force out of balance, or beyond strength, over the largest force of a joint."""
+    """Return the largest unbalanced or excessive force over the largest force of a joint."""
     dead, live = loaded.wrenches()
     total = dead + found.factor * live
     centres = [_mass(polygon)[1] for polygon in loaded.bare.polygons]
@@ -235,11 +235,11 @@ def unbalanced(loaded: Loaded, found: Limit) -> float:
 
 
 def bound(loaded: Loaded, found: Limit, dilates: bool = True) -> tuple[float, float]:
-    """The factor that the mechanism proves, and how much it lacks dilation, over its velocity.
+    """Return the upper bound of the mechanism, and its lack of dilation over its velocity.
 
-    Joints and bolts take at most their largest power over all forces within strength, or if they do
-    not dilate, over those of the given normal forces; the growing load has what is left after the
-    dead loads.
+    Joints and bolts dissipate at most their largest power over all forces within strength; without
+    dilation, over those with the given normal forces.  The variable load has the rest of this power
+    after the permanent loads.
     """
     ways, centres = found.displacement, [_mass(p)[1] for p in loaded.bare.polygons]
     dead, live = loaded.wrenches()
@@ -279,7 +279,7 @@ def bound(loaded: Loaded, found: Limit, dilates: bool = True) -> tuple[float, fl
 
 
 def rests(loaded: Loaded, factor: float) -> bool:
-    """Whether its static stage rests with no block far from where it was."""
+    """Return whether the static stage rests without large displacements."""
     model = loaded.model(factor)
     model.stage(name="rest", kind="static", displacement=FALLEN)
     try:
@@ -290,16 +290,16 @@ def rests(loaded: Loaded, factor: float) -> bool:
 
 
 def wrong(loaded: Loaded, found: Limits, below: float = BELOW, above: float = ABOVE) -> list[str]:
-    """What contradicts the limits, in words."""
+    """Return contradictions to the limits, in words."""
     said = []
     for name, one in (("L", found.lower), ("U", found.upper)):
         own = loaded if name == "U" or "tensile_strength" not in loaded.joint else (
             replace(loaded, joint={}))  # fmt: skip
         if (excess := unbalanced(own, one)) > EXACT:
-            said.append(f"forces of {name} are out of balance by {excess:.2g}")
+            said.append(f"forces of {name} are unbalanced by {excess:.2g}")
         factor, lacks = bound(own, one, name == "U")
         if abs(factor / one.factor - 1) > BOUND or lacks > CLOSED:
-            said.append(f"the mechanism proves {name} {factor:.6g}, opens {lacks:.2g} too little")
+            said.append(f"the mechanism has {name} {factor:.6g} and lacks dilation {lacks:.2g}")
     if not rests(loaded, below * found.lower.factor):
         said.append(f"falls at {below:g} L")
     if rests(loaded, above * found.upper.factor):
@@ -308,8 +308,8 @@ def wrong(loaded: Loaded, found: Limits, below: float = BELOW, above: float = AB
 
 
 def main() -> int:
-    """Status 1 if an outcome is wrong."""
-    options = asked(__doc__, models=40, first=0, seed=SEED, below=BELOW, above=ABOVE)
+    """Return status 1 if an outcome is wrong."""
+    options = parse_options(__doc__, models=40, first=0, seed=SEED, below=BELOW, above=ABOVE)
 
     def cases():
         for loaded, found in judged(options.models, options.first, options.seed):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random arches and walls with openings, dry, under a horizontal body force."""
+"""Random dry arches and walls with openings under a horizontal body force."""
 
 import math
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from sitedda.stability import Limits
 GRAVITY = 9.81  # m/s²
 DENSITY = 2500.0  # kg/m³
 SEED = 20260718
-STIFFNESS = 1e10  # of contacts, N/m
-LEAST, MOST = 0.03, 3.0  # times the weight: limits of shapes that are built
+STIFFNESS = 1e10  # normal stiffness of contacts, N/m
+LEAST, MOST = 0.03, 3.0  # limits of realistic shapes, times the weight
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """Dry blocks and what is held of them.
+    """Dry blocks, some of them fixed.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class Assembly:
     friction : float
         tan φ of all joints.
     sense : int
-        Of the body force along x: 1 or −1.
+        Direction of the body force along x: 1 or −1.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Assembly:
     sense: int
 
     def model(self, factor: float = 0.0) -> sitedda.Model:
-        """Without stages, under a body force of `factor` times the weight."""
+        """Return the model without stages under a body force of `factor` times the weight."""
         model = sitedda.Model(self.name, time_step=1e-3)
         model.control(gravity=(self.sense * factor * GRAVITY, -GRAVITY))
         model.contact(normal_stiffness=STIFFNESS)
@@ -55,18 +55,18 @@ class Assembly:
         return model
 
     def limits(self) -> Limits:
-        """By linear programmes."""
+        """Return the limits of the linear programmes."""
         return sitedda.limit_analysis(self.model(), direction=(self.sense, 0.0))
 
 
 def arch(rng: np.random.Generator, name: str) -> Assembly:
-    """Straight-sided voussoirs of unequal angles, with joints that lean from the radius."""
+    """Voussoirs with straight sides and unequal angles, and joints inclined to the radius."""
     count, radius = int(rng.integers(7, 32)), 5.0
     half, thickness = math.radians(rng.uniform(40, 90)), radius * rng.uniform(0.1, 0.35)
     share = rng.uniform(0.6, 1.4, count)
     angle = half - 2 * half * np.append(0.0, np.cumsum(share)) / share.sum()
     least = np.minimum(np.append(np.inf, share), np.append(share, np.inf)) / share.sum()
-    # A joint may meet no other one within the ring.
+    # Joints must not intersect within the ring.
     lean = rng.uniform(-1, 1, count + 1) * np.minimum(0.2, 0.4 * least * 2 * half * radius
         / (0.5 * thickness))  # fmt: skip
     ray = np.column_stack([np.sin(angle), np.cos(angle)])
@@ -78,7 +78,7 @@ def arch(rng: np.random.Generator, name: str) -> Assembly:
 
 
 def _voussoirs(inner: np.ndarray, outer: np.ndarray) -> list[np.ndarray]:
-    """Stones between joints from the right springing on, then two abutments."""
+    """Return the stones between joints from the right springing on, and two abutments."""
     count = len(inner) - 1
     polygons = [np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]]) for i in range(count)]
     for i, sign in ((0, 1.0), (count, -1.0)):
@@ -91,7 +91,7 @@ def _voussoirs(inner: np.ndarray, outer: np.ndarray) -> list[np.ndarray]:
 
 
 def bridge(rng: np.random.Generator, name: str) -> Assembly:
-    """Voussoirs whose radial joints reach up to a level road."""
+    """Voussoirs with radial joints below a level road."""
     count, radius = int(rng.integers(7, 22)), 5.0
     half, crown = math.radians(rng.uniform(40, 60)), radius * rng.uniform(0.03, 0.12)
     angle = np.linspace(half, -half, count + 1)
@@ -101,7 +101,7 @@ def bridge(rng: np.random.Generator, name: str) -> Assembly:
 
 
 def _cut(left: float, right: float, joints: np.ndarray, least: float) -> list[tuple]:
-    """A course from end to end, cut at joints that leave no piece shorter than `least`."""
+    """Cut a course at joints such that no piece is shorter than `least`."""
     ends = [left]
     for x in joints:
         if x - ends[-1] >= least and right - x >= least:
@@ -110,7 +110,7 @@ def _cut(left: float, right: float, joints: np.ndarray, least: float) -> list[tu
 
 
 def wall(rng: np.random.Generator, name: str) -> Assembly:
-    """Running bond of unequal bricks with one or two openings under lintels, on a base."""
+    """Running bond of unequal bricks on a base, with one or two openings under lintels."""
     height, courses = 0.25, int(rng.integers(4, 10))
     length = float(rng.uniform(0.4, 0.8))  # of a brick
     openings = []
@@ -146,7 +146,7 @@ def _box(left: float, right: float, bottom: float, top: float) -> np.ndarray:
 
 
 def _fits(assembly: Assembly, fewest: int, most: int):
-    """Its limits, or none where it does not stand under its weight or has too few blocks."""
+    """Return the limits, or None if the model falls under its weight or has too few blocks."""
     free = len(assembly.polygons) - len(assembly.held)
     if not fewest <= free <= most:
         return None
@@ -158,7 +158,7 @@ def _fits(assembly: Assembly, fewest: int, most: int):
 
 
 def assemblies(models: int, seed: int = SEED):
-    """Arches and, one in three, walls, with their limits; every other mechanism slides."""
+    """Yield arches and, one in three, walls, with their limits; every second mechanism slides."""
     rng = np.random.default_rng(seed)
     for i in range(models):
         make, fewest, most = (wall, 10, 60) if i % 3 == 2 else (arch, 7, 31)

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Static stages of random arches and walls with openings against limit analysis.
+"""Static stages of random arches and walls with openings, against limit analysis.
 
 usage: python tests/robustness/limit_states.py [--models N] [--monotone N] [--slow N] [--seed S]
 
-Beside its weight each model bears a horizontal body force.  Its static stage must fall at 1.02 of
-the upper limit, and rest at 0.98 of the lower one.  Between limits more than 1 % apart the outcome
-is printed, not judged.  Of some models the outcome is monotone from 0.90 to 1.10 of the limits, and
-of some a force that grows slowly in dynamics leads to the same verdict.  Rest is proved from the
-output: contact forces within friction balance each block, and act where blocks touch.
+Each model has its weight and a horizontal body force.  Its static stage must fall at 1.02 of the
+upper limit, and rest at 0.98 of the lower one.  Between limits more than 1 % apart, the outcome is
+printed without a verdict.  For the first models of a study, the outcome must be monotone from 0.90
+to 1.10 of the limits, and a slowly increasing dynamic force must have the same outcome.  The output
+proves rest: contact forces within friction balance each block, at points where blocks touch.
 """
 
 import sys
@@ -23,23 +23,23 @@ import shapely
 sys.path.insert(0, str(Path(__file__).parent))
 
 from limit_models import DENSITY, GRAVITY, SEED, STIFFNESS, Assembly, assemblies  # noqa: E402
-from options import asked  # noqa: E402
+from options import parse_options  # noqa: E402
 
 import sitedda  # noqa: E402
 from sitedda.errors import ConvergenceError, SolverError  # noqa: E402
 from sitedda.scene import Scene  # noqa: E402
 
 BELOW, ABOVE = 0.98, 1.02
-APART = 0.01  # of the upper limit: limits that leave something between them
-UNBALANCED = 2e-6  # of a block's weight; the engine allows half of it
-ROUNDING = 1e-12  # m, of places of some metres
-FALLEN = 0.05  # m, moved
-RAMP, HOLD = 2.0, 2.0  # s
+APART = 0.01  # relative to the upper limit: limits with a gap between them
+UNBALANCED = 2e-6  # relative to the weight of a block; the engine allows half of it
+ROUNDING = 1e-12  # m, for places of some metres
+FALLEN = 0.05  # m, displacement of a fallen block
+RAMP, HOLD = 2.0, 2.0  # s, duration of the increase and of the constant force
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Of a static stage: whether it rests, words, and seconds that it took."""
+    """Whether a static stage rests, remarks, and its duration in s."""
 
     rests: bool
     words: str
@@ -47,7 +47,7 @@ class Outcome:
 
 
 def static_outcome(assembly: Assembly, factor: float) -> Outcome:
-    """Bring a model to rest, and prove rest from the output."""
+    """Run a static stage, and prove rest from the output."""
     model = assembly.model(factor)
     model.stage(name="rest", kind="static", displacement=FALLEN)
     begin = time.perf_counter()
@@ -64,7 +64,7 @@ def static_outcome(assembly: Assembly, factor: float) -> Outcome:
 
 
 def doubts(assembly: Assembly, factor: float, scene: Scene) -> list[str]:
-    """What speaks against rest in the last frame, which is none if the proof holds."""
+    """Return contradictions to rest in the last frame; none if the proof holds."""
     frame = scene.frames - 1
     contacts, polygons = scene.contacts(frame), scene.polygons(frame)
     places, normals = scene.contact_points(frame, contacts)
@@ -82,10 +82,10 @@ def doubts(assembly: Assembly, factor: float, scene: Scene) -> list[str]:
 
 
 def _unbalanced(assembly: Assembly, factor: float, scene: Scene, contacts: dict) -> list[str]:
-    """Blocks that contact forces and weight do not balance in the last frame."""
+    """Return blocks that contact forces and weight do not balance in the last frame."""
     places, normals = scene.contact_points(scene.frames - 1, contacts)
-    # On the block of the vertex; shear resists its slip along the edge, and acts at the vertex on
-    # both blocks, the normal force on that of the edge at the foot.
+    # Forces on the block of the vertex; shear resists its slip along the edge.  Shear acts on both
+    # blocks at the vertex; the normal force acts on the other block at the foot of the vertex.
     push = contacts["normal_force"][:, None] * normals
     drag = contacts["shear_force"][:, None] * np.column_stack([normals[:, 1], -normals[:, 0]])
     feet = places - contacts["gap"][:, None] * normals
@@ -105,22 +105,22 @@ def _unbalanced(assembly: Assembly, factor: float, scene: Scene, contacts: dict)
                 total += np.append(own.sum(axis=0), moment.sum())
         total[2] /= np.linalg.norm(polygon - centre, axis=1).max()
         if abs(total).max() > UNBALANCED * weight:
-            found.append(f"block {i} is out of balance by {abs(total).max() / weight:.2g} weights")
+            found.append(f"block {i}: unbalanced force of {abs(total).max() / weight:.2g} weights")
     return found
 
 
 def _mass(polygon: np.ndarray) -> tuple[float, np.ndarray]:
-    """Of a block (kg/m), and its centroid (m)."""
+    """Return the mass of a block (kg/m) and its centroid (m)."""
     whole = shapely.Polygon(polygon)
     return DENSITY * whole.area, shapely.get_coordinates(whole.centroid)[0]
 
 
 def slow_outcome(assembly: Assembly, factor: float) -> Outcome:
-    """Rest under the weight, then a body force that grows in time and stays."""
+    """Run to rest under the weight, then under a body force that increases and stays constant."""
     model = assembly.model()
     model.stage(name="weight", kind="static")
     model.stage(name="push", duration=RAMP + HOLD, time_step=2e-3)
-    # Seen from a base that accelerates, a body force acts the other way.
+    # In the frame of an accelerated base, a body force acts in the opposite direction.
     times = np.linspace(0.0, 1.0, 51)
     smooth = times**2 * (3 - 2 * times)
     values = -assembly.sense * factor * GRAVITY * np.append(smooth, np.ones(51))
@@ -139,7 +139,7 @@ def slow_outcome(assembly: Assembly, factor: float) -> Outcome:
 
 @dataclass
 class Tally:
-    """What a study has found."""
+    """Counts of a study."""
 
     models: int = 0
     sliding: int = 0
@@ -147,7 +147,7 @@ class Tally:
     wrong: int = 0
 
     def judge(self, label: str, outcome: Outcome, rests: bool | None) -> None:
-        """Print an outcome, and count it where it is not the right one; None: there is none."""
+        """Print an outcome, and count it if it differs from `rests` (None: not judged)."""
         verdict = "rests" if outcome.rests else "falls"
         bad = rests is not None and outcome.rests != rests
         words = outcome.words if outcome.rests else ""
@@ -159,7 +159,7 @@ class Tally:
 
 
 def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
-    """Try models; the monotone and slow ones are the first."""
+    """Test models; `monotone` and `slow` are numbers of first models with these tests."""
     tally = Tally()
     for assembly, limits in assemblies(models, seed):
         low, high = limits.lower.factor, limits.upper.factor
@@ -190,11 +190,11 @@ def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
 
 
 def main() -> int:
-    """Status 1 if an outcome is wrong."""
-    tally = study(**vars(asked(__doc__, models=60, monotone=3, slow=10, seed=SEED)))
+    """Return status 1 if an outcome is wrong."""
+    tally = study(**vars(parse_options(__doc__, models=60, monotone=3, slow=10, seed=SEED)))
     print(
         f"{tally.models} models, {tally.sliding} slide, {tally.models - tally.sliding} turn, "
-        f"{tally.between} with limits apart; {tally.wrong} outcomes are wrong"
+        f"{tally.between} with a gap between limits; {tally.wrong} outcomes are wrong"
     )
     return int(tally.wrong > 0)
 

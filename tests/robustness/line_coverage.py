@@ -4,10 +4,9 @@
 
 usage: python tests/robustness/line_coverage.py [FOLDER]
 
-Builds with gcov into FOLDER (kept; a temporary one if none is given), runs all suites and
+Builds with gcov into FOLDER (kept; without it a temporary folder), runs all suites and
 tests/python, and compares the unreached lines with the reasons in unreached_lines.md.
-Ends with status 1 below 95 % or if a line has no reason.  Needs gcc's gcov, nothing else beyond
-the test packages.
+Ends with status 1 below 95 % or if a line has no reason.  Requires gcov and the test packages.
 """
 
 import json
@@ -29,7 +28,7 @@ PROCEDURE = re.compile(
 
 
 def build(folder: Path) -> None:
-    """The package, the executable and the suites, all counting lines."""
+    """Build package, executable and suites with counters of lines."""
     if not (folder / "venv").exists():
         subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
     settings = [f"-Csetup-args=-D{option}" for option in OPTIONS]
@@ -38,18 +37,18 @@ def build(folder: Path) -> None:
 
 
 def run_tests(folder: Path) -> None:
-    """All suites, then the Python tests; a failure is told, and what ran is counted."""
+    """Run all suites, then the Python tests; print failures, and continue."""
     for old in folder.rglob("*.gcda"):
         old.unlink()
     quiet = {"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
-    quiet["FUZZ_TIME_LIMIT"] = "60"  # without optimisation and with counters
-    quiet["GCOV_ERROR_FILE"] = os.devnull  # on a full disk the counters have no room either
+    quiet["FUZZ_TIME_LIMIT"] = "60"  # slower without optimisation and with counters
+    quiet["GCOV_ERROR_FILE"] = os.devnull  # counters cannot be written in tests of a full disk
     path = f"{folder / 'venv' / 'bin'}{os.pathsep}{os.environ['PATH']}"
     quiet["SITEDDA_TEST_DATA"] = str(ROOT / "tests" / "data")
     environment = os.environ | quiet | {"PATH": path}
     suites = [folder / "build" / "tests" / "fortran" / "tester"]
     python = [folder / "venv" / "bin" / "python", "-m", "pytest", "-q", "-p", "no:cacheprovider"]
-    # Whole runs, which take long without optimisation and reach no other lines.
+    # These complete runs are slow without optimisation and reach no other lines.
     slow = ["--ignore", ROOT / "tests" / "python" / "input" / "test_every_input.py"]
     for command in (suites, [*python, *slow, ROOT / "tests" / "python"]):
         done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
@@ -59,7 +58,7 @@ def run_tests(folder: Path) -> None:
 
 
 def line_counts(folder: Path) -> dict[Path, dict[int, int]]:
-    """How often each line of fortran/ ran."""
+    """Return how often each line of fortran/ was executed."""
     counts: dict[Path, dict[int, int]] = defaultdict(dict)
     for data in sorted((folder / "build").rglob("*.gcda")):
         command = ["gcov", "--json-format", "--stdout", data]
@@ -76,7 +75,7 @@ def line_counts(folder: Path) -> dict[Path, dict[int, int]]:
 
 
 def reasons() -> dict[tuple[str, str], str]:
-    """(file, procedure) -> why lines of it are not reached, from unreached_lines.md."""
+    """Return (file, procedure) -> reason of unreached lines, from unreached_lines.md."""
     rows = (row.split("|")[1:] for row in REASONS.read_text().splitlines() if row[:3] == "| `")
     return {
         (row[0].strip(" `"), name.strip(" `")): row[2].strip()
@@ -86,7 +85,7 @@ def reasons() -> dict[tuple[str, str], str]:
 
 
 def procedures_of(file: Path) -> list[str]:
-    """The name of the procedure that each line belongs to."""
+    """Return the name of the procedure of each line."""
     names, name = [""], ""
     for text in (ROOT / file).read_text().splitlines():
         found = PROCEDURE.match(text.split("!")[0])
@@ -96,7 +95,7 @@ def procedures_of(file: Path) -> list[str]:
 
 
 def report(counts: dict[Path, dict[int, int]]) -> int:
-    """Print a row for each floor and each line that nothing explains; the exit status."""
+    """Print a row for each folder, and each line without a reason; return the exit status."""
     floors: dict[str, list[int]] = defaultdict(lambda: [0, 0])
     known, unexplained, used = reasons(), [], set()
     for file, lines in sorted(counts.items()):
@@ -104,7 +103,7 @@ def report(counts: dict[Path, dict[int, int]]) -> int:
         floor = floors[file.parts[1]]
         for number, count in sorted(lines.items()):
             if texts[number - 1].strip().startswith("end module"):
-                continue  # copies of types, which the compiler writes itself
+                continue  # copies of types, which the compiler generates
             floor[0] += count > 0
             floor[1] += 1
             place = (str(Path(*file.parts[1:])), names[number])
@@ -128,7 +127,7 @@ def report(counts: dict[Path, dict[int, int]]) -> int:
 
 
 def main() -> int:
-    """Build, run, count, compare."""
+    """Build, run, count, and compare."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(sys.argv[1] if len(sys.argv) > 1 else temporary).resolve()
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Commands under many limits of memory: each ends well, or in one sentence with status 7.
+"""Commands under many memory limits: each succeeds, or ends with one sentence and status 7.
 
 usage: python tests/robustness/little_memory.py [--limits N] [--least MB] [--most MB]
 """
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from memory_limits import MEBI, limited
-from options import asked
+from options import parse_options
 
 INPUTS = Path(__file__).parents[2] / "inputs"
 COMMANDS = {
@@ -25,7 +25,7 @@ COMMANDS = {
 
 
 def outcome(words: list[str], megabytes: int, folder: Path) -> str:
-    """What is wrong with how a command ends; blank if nothing is."""
+    """Return what is wrong with the end of a command; empty if nothing is wrong."""
     program = Path(sys.executable).with_name("sitedda")
     done = limited(program, megabytes * MEBI, *words, folder=folder)
     if done.returncode == 0 or (done.returncode == 7 and len(done.stderr.splitlines()) == 1):
@@ -34,7 +34,7 @@ def outcome(words: list[str], megabytes: int, folder: Path) -> str:
 
 
 def failures(limits, commands=COMMANDS) -> list[str]:
-    """Commands and limits (MiB) that end otherwise."""
+    """Return commands and limits (MiB) with a wrong end."""
     found, counts = [], Counter()
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(INPUTS / "column.nml", folder)
@@ -50,10 +50,10 @@ def failures(limits, commands=COMMANDS) -> list[str]:
 
 
 def main() -> int:
-    """Try limits, evenly spread; 0 if all end as they should."""
-    options = asked(__doc__, limits=60, least=150, most=900)
+    """Try evenly spaced limits; return 0 if all commands end correctly."""
+    options = parse_options(__doc__, limits=60, least=150, most=900)
     found = failures(np.linspace(options.least, options.most, options.limits).astype(int))
-    print(f"{len(found)} of {4 * options.limits} end otherwise")
+    print(f"{len(found)} of {4 * options.limits} end incorrectly")
     return int(bool(found))
 
 

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Give runs less memory than they need, step by step: each must end, or say what it needs.
+"""Run with less memory than required, in steps: each run must succeed, or report its requirement.
 
 usage: python tests/robustness/memory_limits.py [--least MIB] [--most MIB] [--step MIB]
        [--solvers NAME …] [--cores NAME …] [--blocks N] [--program PROGRAM]
 
-A limit on the addresses of a process (ulimit -v) grows from one run of a wall to the next.  A run
+The limit on the address space of a process (ulimit -v) increases from run to run of a wall.  A run
 must end with status 0, or with status 7 and one message; below some limit the system cannot load
-the program, and says so.  What ends by a signal, by a limit on processor time, or with words of
-a compiler or a library is printed, and the status is then 1.  --cores names processors whose
-kernels OpenBLAS shall take (OPENBLAS_CORETYPE): without AVX-512 all its products need a buffer.
+the program and reports this.  Runs that end with a signal, a limit on processor time, or a message
+of a compiler or library are printed, and the status is then 1.  --cores names processors whose
+kernels OpenBLAS uses (OPENBLAS_CORETYPE): without AVX-512, all its products need a buffer.
 """
 
 import collections
@@ -25,19 +25,19 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
 from environment import executable  # noqa: E402
 from model_text import DRY, ROCK, group, namelist  # noqa: E402
-from options import asked  # noqa: E402
+from options import parse_options  # noqa: E402
 
 MEBI = 2**20
 SOLVERS = ["direct", "lagged", "jacobi"]
-# Threads reserve addresses of their own, by chance more or fewer.
+# Threads reserve random amounts of address space.
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-PROCESSOR_TIME = 60  # s; a run takes less than one
+PROCESSOR_TIME = 60  # s; a run takes less than 1 s
 NOT_LOADED = 127  # status of the dynamic linker
 DONE, REFUSED, NOT_STARTED = "done", "refused", "not loaded"
 
 
 def wall(blocks: int, solver: str, steps: int = 1) -> str:
-    """A wall that is as wide as it is high, at rest."""
+    """Return a wall at rest, as wide as it is high."""
     side = int(blocks**0.5)
     return namelist(
         [
@@ -51,7 +51,7 @@ def wall(blocks: int, solver: str, steps: int = 1) -> str:
 
 
 def limited(program, limit: int, *arguments, folder, core="") -> subprocess.CompletedProcess:
-    """A run that may have so many bytes of addresses, with kernels of a processor."""
+    """Run with `limit` bytes of address space, with kernels of a processor."""
 
     def limit_process() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
@@ -69,7 +69,7 @@ def limited(program, limit: int, *arguments, folder, core="") -> subprocess.Comp
 
 
 def outcome(done: subprocess.CompletedProcess) -> str:
-    """How a run has ended: one of the good ways, or what is wrong, in words."""
+    """Return the end of a run: one of the correct ends, or what is wrong, in words."""
     lines = done.stderr.splitlines()
     if done.returncode == 0 and not lines:
         return DONE
@@ -77,11 +77,11 @@ def outcome(done: subprocess.CompletedProcess) -> str:
         return REFUSED
     if done.returncode == NOT_LOADED and "shared libraries" in done.stderr:
         return NOT_STARTED
-    return f"status {done.returncode}: {done.stderr.strip() or 'not a word'}"
+    return f"status {done.returncode}: {done.stderr.strip() or 'no message'}"
 
 
 def sweep(program, limits, solver: str, blocks: int, folder: Path, core: str = "") -> list[str]:
-    """The outcomes of runs of a wall under limits (bytes) that grow."""
+    """Return the outcomes of runs of a wall under increasing limits (bytes)."""
     input_file = folder / "wall.nml"
     input_file.write_text(wall(blocks, solver))
     found = []
@@ -96,14 +96,14 @@ def sweep(program, limits, solver: str, blocks: int, folder: Path, core: str = "
 
 
 def is_sound(outcomes: list[str]) -> bool:
-    """Every outcome is a good one, and more memory never makes it worse."""
+    """Return whether all outcomes are correct, and more memory never worsens one."""
     order = [NOT_STARTED, REFUSED, DONE]
     return all(one in order for one in outcomes) and outcomes == sorted(outcomes, key=order.index)
 
 
 def main() -> int:
-    """Go through solvers and processors, and print what is wrong."""
-    options = asked(__doc__, least=100, most=360, step=1, solvers=SOLVERS,
+    """Test solvers and processors, and print what is wrong."""
+    options = parse_options(__doc__, least=100, most=360, step=1, solvers=SOLVERS,
                     cores=["Haswell", "SkylakeX"], blocks=2500, program=str)  # fmt: skip
     program = Path(options.program or executable("sitedda-native")).resolve()
     limits = [mib * MEBI for mib in range(options.least, options.most + 1, options.step)]

@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Change the engine in one place at a time and see whether the tests notice.
+"""Change the engine in one place at a time, and test whether the tests detect the change.
 
 usage: python tests/robustness/mutants.py FOLDER [--seed N] [--mutants N] [--first I]
        [--limit SECONDS] [--list]
 
-A mutant is the engine with one named constant or one number of a formula doubled or halved, or one
-sign or factor of a formula turned round: a third of each, drawn among all places of fortran/ but
-those of `EXCLUDED`.  Each is built in FOLDER (a copy of the tree, kept, so that only what depends
-on the changed file is compiled), then tested by the Fortran suites and by the Python tests, those
-first that speak of what the file is about, until one fails or LIMIT seconds of testing have passed
-(--limit 0: all; --first: where to go on; --list builds nothing).  What killed mutants runs on the
-unchanged engine at the end: a test that fails there, too, has killed nothing.  Ends with status 1
-below `LEAST` of them killed.
+A mutant is the engine with one change: a named constant doubled or halved, a number of a formula
+doubled or halved, or one sign or factor of a formula inverted (a third of each), drawn from all
+places of fortran/ except `EXCLUDED`.  Each is built in FOLDER, a copy of the tree that is kept, so
+that only dependants of the changed file are compiled.  The Fortran suites and the Python tests run,
+the most relevant tests first, until one fails or LIMIT seconds have passed (--limit 0: no limit;
+--first: index of the first mutant; --list: print the mutants only).  Tests that killed a mutant are
+repeated on the unchanged engine: a test that fails there has killed nothing.  Ends with status 1
+if less than `LEAST` of the mutants are killed.
 """
 
 import math
@@ -29,45 +29,45 @@ from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 
-from options import asked
+from options import parse_options
 
 ROOT = Path(__file__).resolve().parents[2]
-LEAST = 35 / 40  # of the mutants, killed
-REFUSED = "the compiler refuses it: no mutant"
-HANG = 600  # s: a suite or a test that takes longer has noticed
+LEAST = 35 / 40  # least fraction of killed mutants
+REFUSED = "the compiler rejects it: no mutant"
+HANG = 600  # s: a suite or test that takes longer has detected the mutant
 SEARCHES = r"""dynamics/(line_search|static_relaxation|slide_forces|friction_bounds|damage_passes
 |cycles)\.f90|dynamics/open_close\.f90:retain""".replace("\n", "")
 WAYS = r"""dynamics/(open_close|time_step|contact_terms|contact_search)\.f90
 |course/(equilibrium|running_maxima)\.f90|elements/strain_points\.f90|soil/shear_column\.f90
 |checks/(modes|reduced_model|unresolved|omega_max)\.f90""".replace("\n", "")
-# Places that are not changed, and why: "folder/file.f90:constant or procedure:kind value".
+# Excluded places with reason: "folder/file.f90:constant or procedure:kind value".
 EXCLUDED = {
-    "words, files, calls of the system: no formula of a model": r"(base|app|platform|facade)/",
-    "ways to the same numbers: a solution with a large residual is refused": r"algebra/",
-    "how an iteration gets to its solution, not which one: tests/benchmarks/ablation.py": (
+    "messages, files, system calls: no formula of a model": r"(base|app|platform|facade)/",
+    "methods for the same result: a solution with a large residual is refused": r"algebra/",
+    "path of an iteration, not its solution: see tests/benchmarks/ablation.py": (
         rf"({SEARCHES})|({WAYS}).*:(constant|number) "
     ),
-    "what counts as rounding or as endless: far from all that a model has": (
+    "thresholds of rounding or infinity, far from values of models": (
         r".*:(constant|number) (\d\.0e-([6-9]|1\d)_wp|1\.0e[6-9]_wp)"
     ),
-    "whole numbers that name states and columns, or are sizes of tables": (
+    "integers that name states and columns, or are sizes of tables": (
         r".*:(?!most_|least_|enough|wanted_|few_|many_)\w+:constant \d+(_long)?$"
     ),
-    "a bound beyond any model, of memory, or of an iteration that ends before": (
+    "bounds that models, memory or iterations do not reach": (
         r".*:(most_(blocks|away|samples|points|pairs|names|comments|vectors|expansions|passes"
         r"|halvings|header\w*|columns|springs|steps|rounds|iterations|vertices|cells|fits)"
         r"|(largest|longest|farthest|usable|never|many|few|buffer|step|library|call|worth|unknown"
         r"|beyond)\w*):constant"
     ),
-    "where a series takes over from its formula: both hold": r".*:(small|small_step):constant",
-    "so stiff that more changes nothing": r".*:(rigid|unyielding|rigidity):constant",
-    "how a search or a fit gets to its end, or more than it needs": (
+    "limits between a series and its formula: both exact": r".*:(small|small_step):constant",
+    "practically rigid: more stiffness changes nothing": r".*:(rigid|unyielding|rigidity):constant",
+    "path of a search or fit, or more than it requires": (
         r".*:(stride|stiffest|golden|aside|half|both_sides|sum_weight|least_weight|small_misfit"
         r"|wanted_misfit|first_share|slack|gain_allowed|short_way|steepest\w*):constant"
     ),
-    "which pairs are looked at: more than touch": r"contact/neighbours\.f90",
-    "corners of cells, as edges end within 1e-6 of each other or not": r"model/weld\.f90:near:",
-    "places in files: a wrong one is no output at all": (
+    "pairs to be examined: more than those in contact": r"contact/neighbours\.f90",
+    "corners of cells: distances of edge ends are far from 1e-6": r"model/weld\.f90:near:",
+    "positions in files: with a wrong one there is no output": (
         r"output/(journal|output_file|output_reader|contact_table|frame|sample|output_place)\.f90"
         r"|input/(block_file|classic_header|input_text|input_value|input_group)\.f90"
         r"|records/text_(lines|numbers)\.f90|state/"
@@ -84,7 +84,7 @@ TURNED = {"+": "-", "-": "+", "*": "/", "/": "*"}
 
 @dataclass(frozen=True)
 class Mutant:
-    """One place of a file, and what stands there instead."""
+    """One place of a file, and its changed text."""
 
     file: str
     line: int
@@ -98,7 +98,7 @@ class Mutant:
         return f"{self.file}:{self.line} {self.name}: {self.old} -> {self.new}"
 
     def text(self) -> str:
-        """The file with it."""
+        """Return the changed text of the file."""
         lines = (ROOT / "fortran" / self.file).read_text().splitlines(keepends=True)
         one = lines[self.line - 1]
         assert one[self.start :].startswith(self.old)
@@ -107,7 +107,7 @@ class Mutant:
 
 
 def places() -> Iterator[tuple[str, int, re.Match, int, str, str]]:
-    """File, line, what was found there (group), kind, name of each place that could be changed."""
+    """Yield file, line, match, its group, kind and name of each place that could be changed."""
     for path in sorted((ROOT / "fortran").rglob("*.f90")):
         file, name = str(path.relative_to(ROOT / "fortran")), ""
         for line, text in enumerate(path.read_text().splitlines(), 1):
@@ -115,7 +115,7 @@ def places() -> Iterator[tuple[str, int, re.Match, int, str, str]]:
             if found := PROCEDURE.match(code):
                 name = found[1]
             if "'" in text.partition("!<")[0] or '"' in code:
-                continue  # words
+                continue  # texts
             if "parameter ::" in code:
                 for found in CONSTANT.finditer(code):
                     yield file, line, found, 2, "constant", found[1]
@@ -129,14 +129,15 @@ def places() -> Iterator[tuple[str, int, re.Match, int, str, str]]:
 
 
 def reason(place: str) -> str:
-    """Why a place is not changed, or ''."""
+    """Return the reason why a place is excluded, or ''."""
     return next((why for why, pattern in EXCLUDED.items() if re.match(pattern, place)), "")
 
 
 def draw(seed: int, count: int) -> tuple[list[Mutant], Counter]:
-    """So many mutants, and how many places were left out for each reason.
+    """Return `count` mutants, and numbers of excluded places by reason.
 
-    The places with the smallest hashes of seed and source line: a change elsewhere changes no draw.
+    Selects the places with the smallest hashes of seed and source line, which do not depend on
+    changes elsewhere.
     """
     kinds: dict[str, list[tuple[str, Mutant]]] = {}
     left_out: Counter = Counter()
@@ -154,7 +155,7 @@ def draw(seed: int, count: int) -> tuple[list[Mutant], Counter]:
 
 
 def times(number: str, factor: float) -> str:
-    """A number of the source, doubled or halved."""
+    """Return a number of the source, doubled or halved."""
     digits, _, kind = number.partition("_")
     value = float(digits) * factor
     return (repr(value) if "." in digits else str(int(value) or 1)) + f"_{kind}" * bool(kind)
@@ -162,7 +163,7 @@ def times(number: str, factor: float) -> str:
 
 @dataclass
 class Engine:
-    """A copy of the tree, built."""
+    """A copy of the tree with its build."""
 
     folder: Path
 
@@ -180,7 +181,7 @@ class Engine:
             self.make_environment()
 
     def make_environment(self) -> None:
-        """The environment of this program, with the executable of the copy instead of its own."""
+        """Make a virtual environment like the present one, with the executable of the copy."""
         own, programs = Path(sys.prefix), Path(sys.executable).parent
         self.python.parent.mkdir(parents=True)
         (self.folder / "venv" / "lib").symlink_to(own / "lib")
@@ -192,7 +193,7 @@ class Engine:
         native.symlink_to(self.build / "sitedda-native")
 
     def make(self, *targets: str) -> bool:
-        """Build these targets, or all, and install; whether the compiler took the source."""
+        """Build the targets, or all, and install; return whether the source compiles."""
         made = self.run("ninja", "-C", self.build, *targets)
         if made.returncode == 0 and not targets:
             into = f"--destdir={self.folder / 'installed'}"
@@ -200,7 +201,7 @@ class Engine:
         return made.returncode == 0
 
     def run(self, *command, limit: float | None = None) -> subprocess.CompletedProcess:
-        """A command within the copy, with its package and programs before all others."""
+        """Run a command in the copy, with its package and programs before others."""
         package = next(self.folder.glob("installed/**/sitedda/__init__.py"), self.folder).parents[1]
         own = {
             "PYTHONPATH": str(package),
@@ -216,7 +217,7 @@ class Engine:
 
 
 def tests_of(file: str) -> list[Path]:
-    """All Python test files, those first whose words are most those of a file and its comments."""
+    """Return all Python test files, most similar to the words of a file and its comments first."""
     source = (ROOT / "fortran" / file).read_text()
     about = words_of(f"{Path(file).stem} " * 9 + " ".join(re.findall(r"!.*", source)))
     paths = [path for path in (ROOT / "tests").glob("**/test_*.py") if path.stem not in UNUSED]
@@ -233,12 +234,12 @@ def tests_of(file: str) -> list[Path]:
 
 
 def words_of(text: str) -> Counter:
-    """How often a text has each of its longer words, plurals as one."""
+    """Return how often each longer word occurs in a text; plurals count as singulars."""
     return Counter(word.rstrip("s") for word in re.findall(r"[a-z]{4,}", text.lower()))
 
 
 def killer(engine: Engine, mutant: Mutant, limit: float) -> str:
-    """What noticed, or '' where nothing did."""
+    """Return what detected the mutant, or '' if nothing did."""
     if not engine.make("tests/fortran/tester"):
         return REFUSED
     try:
@@ -265,14 +266,14 @@ def killer(engine: Engine, mutant: Mutant, limit: float) -> str:
 
 
 def unchanged_fails(engine: Engine, killers: set[str]) -> set[str]:
-    """Those of the tests that fail without a mutant."""
+    """Return those of the tests that fail without a mutant."""
     own = [name for name in killers if name.startswith("tests/") and "::" in name]
     return {n for n in own if engine.run(engine.python, "-m", "pytest", "-q", n).returncode}
 
 
 def main() -> int:
-    """Draw, build, test, count."""
-    options = asked(__doc__, "folder", seed=random.randrange(10**6), mutants=40, first=0,
+    """Draw, build, test, and count."""
+    options = parse_options(__doc__, "folder", seed=random.randrange(10**6), mutants=40, first=0,
                     limit=300.0, list=False)  # fmt: skip
     mutants, left_out = draw(options.seed, options.mutants)
     print(f"seed {options.seed}, {len(mutants)} mutants; places left out:")
@@ -297,8 +298,8 @@ def main() -> int:
     wrong = unchanged_fails(engine, set(found.values()))
     found = {mutant: by for mutant, by in found.items() if by != REFUSED}
     killed = sum(bool(by) and by not in wrong for by in found.values())
-    print(*(f"fails without a mutant, too: {name}" for name in sorted(wrong)), sep="\n")
-    print(f"{killed} of {len(found)} killed, at least {LEAST:.1%} wanted (seed {options.seed})")
+    print(*(f"also fails without a mutant: {name}" for name in sorted(wrong)), sep="\n")
+    print(f"{killed} of {len(found)} killed, at least {LEAST:.1%} required (seed {options.seed})")
     return int(killed < LEAST * len(found))
 
 

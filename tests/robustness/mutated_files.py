@@ -18,7 +18,7 @@ SIZES = [0, 1, 3, 8, 1000, 2_000_000, 1_000_000_000]
 
 
 def mutated_file(kind: str, seed: int) -> bytes:
-    """One hostile file of a kind; the same seed gives the same bytes."""
+    """Return one hostile file of a kind; the same seed gives the same bytes."""
     chance = random.Random(f"{kind} {seed}")
     make = MAKERS[kind]
     if chance.random() < 0.25:
@@ -32,7 +32,7 @@ def mutated_file(kind: str, seed: int) -> bytes:
 
 
 def moved_corners(kind: str, seed: int) -> bytes:
-    """One polygon in good form, of which some coordinates are others."""
+    """Return one valid polygon with some changed coordinates."""
     chance = random.Random(f"corners {kind} {seed}")
     new = [0.0, 1.0, 3.0, 4.0, 4.0000001, -4.0, 2.5, 1e3, 1e-9, 1e300]
     share = chance.choice([0.0, 0.1, 0.3, 1.0])
@@ -58,7 +58,7 @@ def moved_corners(kind: str, seed: int) -> bytes:
 
 
 def good_csv(chance) -> bytes:
-    """Squares with names, or a line without."""
+    """Return squares with names, or a line without a name."""
     if chance.random() < 0.5:
         return b"x, y\n0, 0\n4, 1\n9, 2\n"
     rows = [f"s{i // 4}, {x}, {y}" for i, (x, y) in enumerate(SQUARES)]
@@ -66,7 +66,7 @@ def good_csv(chance) -> bytes:
 
 
 def huge_csv(chance) -> bytes:
-    """Quotes that stay open, endless rows, many names."""
+    """Return open quotes, very many rows, or many names."""
     return chance.choice([
         b'a, "' + b"x" * 300_000,
         b"1," * 200_000 + b"\n",
@@ -76,7 +76,7 @@ def huge_csv(chance) -> bytes:
 
 
 def good_wkt(chance) -> bytes:
-    """A polygon, lines, a collection."""
+    """Return a polygon, lines and a collection."""
     ring = ", ".join(f"{x} {y}" for x, y in [*SQUARES[:4], SQUARES[0]])
     return (
         f"POLYGON (({ring}))\nLINESTRING (0 0, 4 1, 9 2)\n"
@@ -85,14 +85,14 @@ def good_wkt(chance) -> bytes:
 
 
 def nested_wkt(chance) -> bytes:
-    """Collections within collections."""
+    """Return nested collections."""
     depth = chance.choice(DEPTHS)
     inner = chance.choice(["POINT (0 0)", "LINESTRING (0 0, 1 1)", "POLYGON EMPTY", ""])
     return ("GEOMETRYCOLLECTION (" * depth + inner + ")" * depth).encode()
 
 
 def good_geojson(chance) -> bytes:
-    """Features of several types."""
+    """Return features of several types."""
     ring = [*SQUARES[:4].tolist(), SQUARES[0].tolist()]
     shapes = [("Polygon", [ring]), ("LineString", ring[:3]), ("MultiPolygon", [[ring]])]
     features = [
@@ -104,7 +104,7 @@ def good_geojson(chance) -> bytes:
 
 
 def nested_geojson(chance) -> bytes:
-    """Brackets without end, collections within collections, wrong types."""
+    """Return very many brackets, nested collections, or wrong types."""
     depth = chance.choice(DEPTHS)
     wrong = chance.choice(["null", "1e999", "{}", "[[[]]]", '"x"', "[[NaN, 0], [1, 1]]", "[[1]]"])
     return chance.choice([
@@ -118,7 +118,7 @@ def nested_geojson(chance) -> bytes:
 
 @cache
 def good_dxf() -> bytes:
-    """A drawing whose block inserts itself."""
+    """Return a drawing with a block that inserts itself."""
     import ezdxf
 
     drawing = ezdxf.new("R2000")
@@ -129,7 +129,7 @@ def good_dxf() -> bytes:
     space.add_spline([(0, 0), (1, 2), (3, 1), (4, 4)])
     block = drawing.blocks.new("PART")
     block.add_line((0, 0), (1, 0))
-    block.add_blockref("PART", (1, 1))  # itself
+    block.add_blockref("PART", (1, 1))  # inserts itself
     space.add_blockref("PART", (2, 2), {"row_count": 3, "column_count": 2})
     text = io.StringIO()
     drawing.write(text)
@@ -137,7 +137,7 @@ def good_dxf() -> bytes:
 
 
 def repeated_dxf(chance) -> bytes:
-    """Blocks inserted many times, entities without end."""
+    """Return blocks that are inserted many times, or very many entities."""
     count = chance.choice([2, 1000, 32767, 10**9])
     start = b"0\nSECTION\n2\nENTITIES\n"
     line = b"0\nLINE\n8\n0\n10\n0\n20\n0\n11\n1\n21\n1\n"
@@ -150,7 +150,7 @@ def repeated_dxf(chance) -> bytes:
 
 @cache
 def good_blocks() -> bytes:
-    """Two squares."""
+    """Return two squares."""
     from sitedda.block_file import write_block_file
 
     with tempfile.TemporaryDirectory() as folder:
@@ -160,7 +160,7 @@ def good_blocks() -> bytes:
 
 
 def lying_blocks(chance) -> bytes:
-    """Variables whose kinds, dimensions and values are not as they should be."""
+    """Return variables with wrong types, dimensions and values."""
     import netCDF4
 
     good = {
@@ -189,7 +189,7 @@ def lying_blocks(chance) -> bytes:
                         values.flat[chance.randrange(values.size)] = new
                 _define(data, name, kind, values.shape)[:] = values
         whole = bytearray(file.read_bytes())
-    if chance.random() < 0.5:  # a length or an offset in the header
+    if chance.random() < 0.5:  # change a length or an offset in the header
         at = 4 * chance.randrange(1, 60)
         number = chance.choice([*SIZES, -1, 2**31 - 1, 2**30])
         whole[at : at + 4] = struct.pack(">i", number)
@@ -197,7 +197,7 @@ def lying_blocks(chance) -> bytes:
 
 
 def _lie(chance, data, name: str) -> None:
-    """A variable of another kind and shape, in which nothing is written."""
+    """Add an empty variable of random type and shape."""
     shape = [chance.choice([1, 2, 3, 4, 8, 1000]) for _ in range(chance.choice([0, 1, 1, 2, 2, 3]))]
     _define(data, name, chance.choice(["f8", "f4", "i4", "i2", "i1", "S1"]), shape[-2:])
 

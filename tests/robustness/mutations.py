@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Hostile inputs, records and checkpoints: good ones spoilt, by grammar and byte by byte."""
+"""Hostile inputs, records and checkpoints: valid ones with changed groups or bytes."""
 
 import random
 import re
@@ -32,7 +32,7 @@ SNIPPETS += [bytes([one]) for one in b"\r\t'\"/&!"]
 
 
 def models() -> list[list]:
-    """Good models that touch every group and most of the engine."""
+    """Return valid models with every group and most features of the engine."""
     shaken = [
         *tower(layers=2, steps=5, solver="direct"),
         ("load", {"x": 1.0, "y": 1.5, "time": [0.0, 0.1, 0.2], "force_x": [0.0, 1e5, 0.0]}),
@@ -66,7 +66,7 @@ def models() -> list[list]:
 
 
 def mutated_input(seed: int) -> bytes:
-    """One hostile input; the same seed gives the same bytes."""
+    """Return one hostile input; the same seed gives the same bytes."""
     chance = random.Random(seed)
     groups = chance.choice(models())
     for _ in range(chance.choice([1, 1, 1, 2, 3])):
@@ -78,7 +78,7 @@ def mutated_input(seed: int) -> bytes:
 
 
 def mutated_record(seed: int) -> bytes:
-    """One hostile record."""
+    """Return one hostile record."""
     chance = random.Random(seed)
     seeds = sorted(file for file in RECORDS.iterdir() if file.suffix != ".md")
     data = chance.choice(seeds).read_bytes()
@@ -90,7 +90,7 @@ def mutated_record(seed: int) -> bytes:
 
 
 def mutated_checkpoint(seed: int, good: bytes) -> bytes:
-    """One damaged checkpoint; never the good one."""
+    """Return one damaged checkpoint; it always differs from the valid one."""
     chance = random.Random(seed)
     data = good
     while data == good:
@@ -103,30 +103,30 @@ def mutated_checkpoint(seed: int, good: bytes) -> bytes:
 
 
 def raw(text: str) -> str:
-    """A value that stands in the namelist as it is: marked, until `unquoted` sees it."""
+    """Mark a value that `unquoted` writes into the namelist without quotes."""
     return f"\x01{text}\x02"
 
 
 def unquoted(text: str) -> str:
-    """The namelist text with marked values out of their quotes."""
+    """Return the namelist text with marked values without quotes."""
     return re.sub("(?s)'\x01(.*?)\x02'", lambda match: match[1].replace("''", "'"), text)
 
 
 def _variable(chance, groups):
-    """The values of a group, and the name of one of its variables."""
+    """Return the values of a group, and the name of one of its variables."""
     filled = [values for _, values in groups if values] or [{"title": "a"}]
     values = chance.choice(filled)
     return values, chance.choice(list(values))
 
 
 def hostile_value(chance, groups):
-    """A value of the wrong kind or far out of range."""
+    """Insert a value of the wrong type or far out of range."""
     values, variable = _variable(chance, groups)
     values[variable] = raw(chance.choice([*NUMBERS, *VALUES]))
 
 
 def hostile_element(chance, groups):
-    """One number of a list replaced."""
+    """Replace one number of a list."""
     values, variable = _variable(chance, groups)
     if not isinstance(values[variable], list):
         return hostile_value(chance, groups)
@@ -137,7 +137,7 @@ def hostile_element(chance, groups):
 
 
 def other_size(chance, groups):
-    """A number many times larger or smaller, or turned round."""
+    """Increase or decrease a number many times, or change its sign."""
     values, variable = _variable(chance, groups)
     factor = chance.choice([-1.0, 10 ** chance.uniform(-14, 14), 10 ** chance.uniform(-1, 1)])
     old = values[variable]
@@ -151,7 +151,7 @@ def other_size(chance, groups):
 
 
 def take_out(chance, groups):
-    """A variable or a group is missing."""
+    """Remove a variable or a group."""
     if chance.random() < 0.5 and len(groups) > 1:
         groups.remove(chance.choice(groups))
     else:
@@ -160,14 +160,14 @@ def take_out(chance, groups):
 
 
 def say_twice(chance, groups):
-    """A group stands twice, here or at the end."""
+    """Repeat a group, in place or at the end."""
     name, values = chance.choice(groups)
     copies = chance.choice([1, 1, 2, 50])
     groups += [(name, dict(values)) for _ in range(copies)]
 
 
 def other_name(chance, groups):
-    """A variable or a group under another name, or with a subscript."""
+    """Rename a variable or a group, or add a subscript."""
     if chance.random() < 0.3:
         which = chance.randrange(len(groups))
         groups[which] = (chance.choice(GROUPS), groups[which][1])
@@ -179,18 +179,18 @@ def other_name(chance, groups):
 
 
 def another_variable(chance, groups):
-    """A variable of one group in another."""
+    """Insert a variable of another group."""
     source, variable = _variable(chance, groups)
     chance.choice(groups)[1][variable] = source[variable]
 
 
 def reorder(chance, groups):
-    """The groups in another order."""
+    """Change the order of the groups."""
     chance.shuffle(groups)
 
 
 def very_long(chance, groups):
-    """A value or a name that continues and on."""
+    """Insert a very long value or name."""
     values, variable = _variable(chance, groups)
     length = chance.choice([65, 300, 1100, 70_000])
     filling = chance.choice(["x", "1", " ", "é", "'", "1,"])
@@ -198,7 +198,7 @@ def very_long(chance, groups):
 
 
 def many_copies(chance, groups):
-    """A generator requested many blocks, or many vertices in one."""
+    """Let a generator make many blocks, or many vertices of one block."""
     for name, values in groups:
         for variable in ("count", "bricks", "courses"):
             if variable in values or (name == "layers" and variable == "count"):
@@ -220,7 +220,7 @@ GRAMMAR = [
 
 
 def mutated_bytes(chance, data: bytes) -> bytes:
-    """Flip, cut, repeat, insert, set to zero, or end early."""
+    """Flip, cut, repeat, insert, set to zero, or truncate."""
     data = bytearray(data or b" ")
     at = chance.randrange(len(data))
     length = chance.choice([1, 2, 8, 64, 500])
@@ -237,13 +237,13 @@ def mutated_bytes(chance, data: bytes) -> bytes:
             data[at:at] = chance.choice(SNIPPETS) * chance.choice([1, 1, 1, 1000])
         case 5:
             del data[at:]
-        case 6:  # a block that never reached the disk
+        case 6:  # a disk block that was not written
             data[at : at + length] = bytes(len(data[at : at + length]))
     return bytes(data)
 
 
 def mutated_lines(chance, data: bytes) -> bytes:
-    """A line is lost, doubled, or somewhere else."""
+    """Remove, repeat or move a line."""
     lines = data.splitlines(keepends=True) or [b"\n"]
     at = chance.randrange(len(lines))
     line = lines.pop(at)
@@ -253,7 +253,7 @@ def mutated_lines(chance, data: bytes) -> bytes:
 
 
 def mutated_number(chance, data: bytes) -> bytes:
-    """A number is replaced by one of the hostile ones; in a header more often than not."""
+    """Replace a number by a hostile one, mostly in the header."""
     words = data[: 3000 if chance.random() < 0.6 else len(data)].split()
     old = chance.choice([word for word in words if re.search(rb"\d", word)] or [b"1"])
     new = chance.choice([*NUMBERS, *VALUES[:26]]).encode()

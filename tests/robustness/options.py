@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Options of scripts, which the usage at the head of each tells, and their loop over cases."""
+"""Command-line options of scripts, documented by the usage in their docstrings, and case loops."""
 
 import argparse
 from collections.abc import Iterable
 from pathlib import Path
 
 
-def asked(doc: str, *paths: str, **defaults) -> argparse.Namespace:
-    """Paths by position, and ``--name VALUE`` for each default: of its type, or of a type alone.
+def parse_options(doc: str, *paths: str, **defaults) -> argparse.Namespace:
+    """Parse positional paths, and an option ``--name VALUE`` for each default or type.
 
-    False is a switch; a list takes several values.
+    False is a switch; a list has several values.
     """
     style = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=doc, formatter_class=style)
@@ -26,7 +26,7 @@ def asked(doc: str, *paths: str, **defaults) -> argparse.Namespace:
 
 
 def count_wrong(cases: Iterable[tuple[str, bool]]) -> int:
-    """Print words on each case and whether it is right; return status 1 if one is wrong."""
+    """Print a description of each case and whether it is right; return status 1 if one is wrong."""
     right = []
     for words, good in cases:
         print(f"{words}: {'right' if good else 'WRONG'}", flush=True)

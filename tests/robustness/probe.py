@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The probe of fuzz.py with the installed package: requests on standard input, an answer to each.
+"""The probe of fuzz.py for the installed package: reads requests, writes one answer to each.
 
-``input FILE`` and ``record FILE`` as the native probe (tests/fortran/probe.f90); ``outlines FILE``
-reads lines and polygons; ``blocks FILE`` runs a model of a block file.
+``input FILE`` and ``record FILE`` are those of the native probe (tests/fortran/probe.f90);
+``outlines FILE`` reads lines and polygons; ``blocks FILE`` runs a model of a block file.
 """
 
 import os
@@ -13,11 +13,11 @@ import numpy as np
 import sitedda
 
 STEPS = 5
-MOST_BLOCKS = 300  # of models that are stepped; larger ones are read and set up only
+MOST_BLOCKS = 300  # of models that run some steps; larger ones are only set up
 
 
 def state(run: sitedda.Simulation) -> list[np.ndarray]:
-    """All numbers that a run shows."""
+    """Return all numerical results of a run."""
     energies = np.array(list(run.energies.values()))
     return [
         run.coordinates,
@@ -30,13 +30,13 @@ def state(run: sitedda.Simulation) -> list[np.ndarray]:
 
 
 def judge(values) -> str:
-    """``ok``, or which of the arrays is not finite."""
+    """Return ``ok``, or which of the arrays is not finite."""
     strange = [i for i, value in enumerate(values) if not np.all(np.isfinite(value))]
     return f"not finite: array {strange[0]}" if strange else "ok"
 
 
 def answer_input(model: str | sitedda.Model) -> str:
-    """Read an input or take a model, set up, take a few steps."""
+    """Set up an input file or a model, and run a few steps."""
     with sitedda.Simulation(model) as run:
         if len(run.coordinates) <= MOST_BLOCKS:
             run.advance(STEPS)
@@ -44,20 +44,20 @@ def answer_input(model: str | sitedda.Model) -> str:
 
 
 def answer_record(file: str) -> str:
-    """Read and integrate."""
+    """Read and integrate a record."""
     found = sitedda.read_record(file)
     return judge([found[name].values for name in (*found.data_vars, "time")])
 
 
 def answer_outlines(file: str) -> str:
-    """Read all lines."""
+    """Read all lines and polygons."""
     from sitedda.importing import read_outlines
 
     return judge([one.points for one in read_outlines(file)])
 
 
 def answer_blocks(file: str) -> str:
-    """The same for a model of a block file."""
+    """Set up and run a model of a block file."""
     model = sitedda.Model(time_step=1e-3, steps=STEPS)
     model.material("rock", density=2e3, young_modulus=1e9, poisson_ratio=0.2)
     model.joint("bed", friction_angle=30.0)
@@ -70,7 +70,7 @@ ANSWERS = {"input": answer_input, "record": answer_record, "outlines": answer_ou
 
 
 def main() -> None:
-    """Answer until the requests end; what the engine itself prints goes elsewhere."""
+    """Answer requests to their end; redirect what the engine itself prints."""
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8", errors="backslashreplace")
     os.dup2(2, 1)
     for request in sys.stdin:

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Random walls with openings, pushed past their peak, beside limit analysis.
+"""Random walls with openings, pushed beyond their peak, against limit analysis.
 
-``python tests/robustness/pushover_walls.py --walls 10``: every peak is to lie between .98 of the
-lower limit and 1.02 of the upper one.
+``python tests/robustness/pushover_walls.py --walls 10``: each peak must lie between 0.98 of the
+lower limit and 1.02 of the upper limit.
 """
 
 import sys
 
-from options import asked, count_wrong
+from options import count_wrong, parse_options
 
 import sitedda
 from sitedda_evidence.validation.pushed import random_wall
 
 
 def compare(seed: int, stiffness: float | None) -> tuple[str, bool]:
-    """Words on limits and peak of a wall, and whether the peak is between them."""
+    """Describe limits and peak of a wall; return also whether the peak is between them."""
     model = random_wall(seed)
     if stiffness:
         model.contact(normal_stiffness=stiffness)
@@ -27,8 +27,8 @@ def compare(seed: int, stiffness: float | None) -> tuple[str, bool]:
 
 
 def main() -> int:
-    """Status 1 if a peak is outside."""
-    options = asked(__doc__, walls=10, first=0, stiffness=float)
+    """Return status 1 if a peak is not between its limits."""
+    options = parse_options(__doc__, walls=10, first=0, stiffness=float)
     seeds = range(options.first, options.first + options.walls)
     return count_wrong(compare(seed, options.stiffness) for seed in seeds)
 

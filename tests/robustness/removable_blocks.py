@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Mechanisms of random slopes of two joint sets against a search of removable blocks.
+"""Mechanisms of random slopes of two joint sets, against a search for removable blocks.
 
 usage: python tests/robustness/removable_blocks.py [--slopes N] [--first I] [--seed S]
 
-One set dips out of the slope, the other steeply into it.  The search knows edges: a block that
-moves down the dip takes along each block that it would run into, and is removable if none of these
-is held.  All removable blocks slide at tan φ / tan α.
+One set dips out of the slope, the other steeply into it.  The search uses the edges of blocks: a
+block that moves down the dip pushes each block in its way, and is removable if none of these is
+fixed.  All removable blocks slide at tan φ / tan α.
 """
 
 import math
@@ -18,19 +18,19 @@ import shapely
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from options import asked, count_wrong  # noqa: E402
+from options import count_wrong, parse_options  # noqa: E402
 
 import sitedda  # noqa: E402
 
 SEED = 20261128
-LENGTH, DEPTH = 40.0, 8.0  # of the slope and of the ground below its toe, m
+LENGTH, DEPTH = 40.0, 8.0  # length of the slope and depth below its toe, m
 TOUCH = 1e-6  # m
-BELOW, ABOVE = 0.99, 1.01  # times F of the search
-AREA = 0.01  # agreement of areas
+BELOW, ABOVE = 0.99, 1.01  # times the factor of safety F of the search
+AREA = 0.01  # relative tolerance of areas
 
 
 def random_slope(rng: np.random.Generator) -> tuple[sitedda.Model, float, float]:
-    """A slope, the dip of the set that it slides on (°), and the factor there."""
+    """Return a slope, the dip of the set that it slides on (°), and its factor of safety."""
     height, face = rng.uniform(12, 20), math.radians(rng.uniform(50, 75))
     dip, steep = rng.uniform(22, 36), rng.uniform(-80, -60)
     friction = rng.uniform(25, 45)
@@ -52,7 +52,7 @@ def random_slope(rng: np.random.Generator) -> tuple[sitedda.Model, float, float]
 
 
 def removable(polygons: list[np.ndarray], dip: float) -> np.ndarray:
-    """Whether each block can move down the dip without one that is held."""
+    """Return whether each block can move down the dip without pushing a fixed block."""
     way = np.array([math.cos(math.radians(dip)), -math.sin(math.radians(dip))])
     ahead = [[j for j, other in enumerate(polygons) if j != i and _runs_into(one, other, way)]
              for i, one in enumerate(polygons)]  # fmt: skip
@@ -70,11 +70,11 @@ def removable(polygons: list[np.ndarray], dip: float) -> np.ndarray:
 
 
 def _runs_into(one: np.ndarray, other: np.ndarray, way: np.ndarray) -> bool:
-    """Whether a block that moves presses on an edge that it shares with another."""
+    """Return whether a moving block pushes another at a shared edge."""
     for a, b in zip(one, np.roll(one, -1, axis=0), strict=True):
         length = np.linalg.norm(b - a)
         along = (b - a) / length
-        normal = np.array([along[1], -along[0]])  # outwards
+        normal = np.array([along[1], -along[0]])  # outward normal
         if way @ normal < 1e-6:
             continue
         for c, d in zip(other, np.roll(other, -1, axis=0), strict=True):
@@ -86,7 +86,7 @@ def _runs_into(one: np.ndarray, other: np.ndarray, way: np.ndarray) -> bool:
 
 
 def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
-    """Words on a slope that has removable blocks, and whether engine and search agree."""
+    """Describe a slope with removable blocks; return also whether engine and search agree."""
     rng = np.random.default_rng([seed, number])
     while True:
         model, dip, factor = random_slope(rng)
@@ -111,8 +111,8 @@ def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
 
 
 def main() -> int:
-    """Status 1 if engine and search differ."""
-    options = asked(__doc__, slopes=10, first=0, seed=SEED)
+    """Return status 1 if engine and search differ."""
+    options = parse_options(__doc__, slopes=10, first=0, seed=SEED)
     return count_wrong(compare(i, options.seed) for i in range(options.first, options.slopes))
 
 

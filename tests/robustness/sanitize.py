@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Suites, hostile files and short runs under checks that find what a right result hides.
+"""Test suites, hostile files and short runs under checks for hidden errors.
 
 usage: python tests/robustness/sanitize.py [checked] [sanitized] [valgrind]      (default: all)
 
@@ -8,9 +8,8 @@ checked     no optimisation, -fcheck=all, traps for invalid, division by zero an
 sanitized   address and undefined-behaviour sanitizers, leaks included
 valgrind    memcheck of a short layered site, leaks included; no suppressions are needed
 
-Each builds into a temporary folder.  Needs meson and ninja; valgrind for the third (apt-get install
-valgrind).
-Ends with status 1 if anything was found.
+Each builds into a temporary folder.  Requires meson and ninja; valgrind for the third (apt-get
+install valgrind).  Ends with status 1 if errors are found.
 """
 
 import os
@@ -34,7 +33,7 @@ SETUPS = {
                   "-Db_lundef=false"],
     "valgrind": ["-Dbuildtype=debug", "-Doptimization=1", "-Dnative_arch=false"],
 }  # fmt: skip
-HOSTILE = {"input": 500, "record": 500}  # files for each probe
+HOSTILE = {"input": 500, "record": 500}  # number of files for each probe
 COMPLAINT = re.compile(r"runtime error|AddressSanitizer|LeakSanitizer|^==\d+== [^E]", re.MULTILINE)
 QUIET = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
 SANITIZERS = {
@@ -45,7 +44,7 @@ SANITIZERS = {
 
 
 def call(*command, folder: Path) -> tuple[int, str]:
-    """Status and all output of a command."""
+    """Return status and complete output of a command."""
     done = subprocess.run(
         [str(word) for word in command],
         cwd=folder,
@@ -60,7 +59,7 @@ def call(*command, folder: Path) -> tuple[int, str]:
 
 
 def build(kind: str, folder: Path) -> None:
-    """A native build with tester and probe."""
+    """Make a native build with tester and probe."""
     options = ["-Dpython=false", "-Dtester=true", "-Dwarning_level=0", *SETUPS[kind]]
     for command in (["meson", "setup", folder, ROOT, *options], ["ninja", "-C", folder]):
         status, said = call(*command, folder=ROOT)
@@ -69,7 +68,7 @@ def build(kind: str, folder: Path) -> None:
 
 
 def short_site(folder: Path) -> Path:
-    """The layered site with few steps."""
+    """Return the layered site with few steps."""
     text = (ROOT / "inputs" / "layered_site.nml").read_text()
     text = re.sub(r"^\s*(steps|duration)\s*=.*$", "   steps = 20", text, flags=re.MULTILINE)
     text = text.replace("records/", f"{ROOT}/inputs/records/")
@@ -79,7 +78,7 @@ def short_site(folder: Path) -> Path:
 
 
 def run(kind: str, folder: Path) -> list[str]:
-    """Everything of one kind; what was found."""
+    """Run all checks of one kind; return the errors."""
     build(kind, folder)
     native = [folder / "sitedda-native", "run", short_site(folder), "--output", folder / "site.nc"]
     if kind == "valgrind":
@@ -96,7 +95,7 @@ def run(kind: str, folder: Path) -> list[str]:
 
 
 def judge(what: str, status: int, said: str) -> list[str]:
-    """What a command found, if anything."""
+    """Print and return the errors that a command reports."""
     lines = said.strip().splitlines()
     print(f"{what}: status {status}, {lines[-1] if lines else ''}")
     bad = status != 0 or COMPLAINT.search(said)
@@ -104,7 +103,7 @@ def judge(what: str, status: int, said: str) -> list[str]:
 
 
 def main() -> int:
-    """All kinds that are requested."""
+    """Run all requested kinds."""
     kinds = sys.argv[1:] or list(SETUPS)
     if set(kinds) - set(SETUPS):
         sys.exit(__doc__)
@@ -113,7 +112,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as folder:
             found += run(kind, Path(folder))
     print(*found, sep="\n")
-    print(f"{len(found)} found")
+    print(f"{len(found)} errors found")
     return min(len(found), 1)
 
 

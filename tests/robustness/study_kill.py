@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Kill studies at random moments – client, worker, scheduler, job array – and compare the tables.
+"""Kill studies (client, worker, scheduler or job array) at random moments; compare the tables.
 
 usage: python tests/robustness/study_kill.py [--kills N] [--seed S] [--cases N] [--duration S]
        [--program PROGRAM]
 
-Each study is one of columns of ten drums. Somebody of it is killed (SIGKILL) at a random moment;
-then it is started again, killed again one time in three, until it ends.  Its table must have the
-same bits as that of a study left alone.  Ends with status 1 if any differs.
+Each study has columns of ten drums.  One of its processes is killed (SIGKILL) at a random moment.
+Then the study is restarted, one time in three killed again, until it ends.  Its table must equal
+that of an uninterrupted study bitwise.  Ends with status 1 if any differs.
 """
 
 import os
@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "python"))
 import slurm_stand_in  # noqa: E402
 from dask_cluster import Cluster  # noqa: E402
 from interrupted import INPUTS, native_program  # noqa: E402
-from options import asked  # noqa: E402
+from options import parse_options  # noqa: E402
 
 STUDY = """model = "{model}"
 folder = "{folder}"
@@ -55,7 +55,7 @@ class Trial:
         self.cluster = Cluster(folder) if victim in VICTIMS[2:5] else None
 
     def command(self) -> tuple[list[str], dict[str, str]]:
-        """What is started, and its environment."""
+        """Return the command of the study, and its environment."""
         words = [sys.executable, "-m", "sitedda", "study", "run", str(self.file), "-q"]
         if self.victim == "job array":
             path = slurm_stand_in.install(self.folder / "bin")
@@ -67,7 +67,7 @@ class Trial:
         return words + where, dict(os.environ)
 
     def start(self) -> subprocess.Popen:
-        """The client, as a group of processes of its own."""
+        """Start the client as a process group."""
         words, environment = self.command()
         return subprocess.Popen(words, start_new_session=True, env=environment,
                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)  # fmt: skip
@@ -91,11 +91,11 @@ class Trial:
             self.cluster.workers[which] = self.cluster.new_worker()
         else:
             self.cluster.stop()
-            client.kill()  # without its scheduler it would wait for its time-out, then end
+            client.kill()  # without its scheduler it would wait for its time-out
             self.cluster.start(2)
 
     def begun(self, client: subprocess.Popen) -> bool:
-        """Wait for the first case to be worked on; False if the study ends before."""
+        """Wait until the first case is running; False if the study ends before."""
         while client.poll() is None:
             if next(self.study.glob("cases/*/*/lock"), None):
                 return True
@@ -103,7 +103,7 @@ class Trial:
         return False
 
     def carry_out(self, patience: float) -> int:
-        """Kill, start again, to the end; how often it was killed."""
+        """Kill and restart until the study ends; return how often it was killed."""
         kills, again = 0, True
         while True:
             client = self.start()
@@ -123,7 +123,7 @@ class Trial:
         return kills
 
     def table(self) -> xr.Dataset:
-        """What came out."""
+        """Return the table of results."""
         from sitedda.study import collect, gather
 
         if self.victim == "job array":
@@ -133,7 +133,7 @@ class Trial:
 
 def main() -> int:
     """Kill and compare."""
-    options = asked(__doc__, kills=30, seed=1, cases=6, duration=4.0, program=str)
+    options = parse_options(__doc__, kills=30, seed=1, cases=6, duration=4.0, program=str)
     chance = random.Random(options.seed)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     kills, studies, wrong = 0, 0, 0
