@@ -45,7 +45,7 @@ def test_matrices_have_the_modes_of_the_model():
 
 @pytest.mark.parametrize("towers", [1, 2], ids=["simple roots", "double roots"])
 def test_derivatives_of_eigenvalues(towers):
-    """To 1e-8 against differences of fourth order; equal towers have every ω² twice."""
+    """They agree within 1e-8 with fourth-order differences; equal towers have each ω² twice."""
     family = family_of(column(towers=towers), MEDIANS)
     theta, count = np.array(list(MEDIANS.values())), 4
     squares, y = family.modes(theta, count)
@@ -59,8 +59,8 @@ def test_derivatives_of_eigenvalues(towers):
         assert slopes[i] * theta[i] == pytest.approx(slope * theta[i], abs=1e-8 * squares[0])
 
 
-def test_double_roots_that_part():
-    """Towers whose double ω² parts as one is stiffened: no derivative of one sorted vector."""
+def test_double_eigenvalues_that_separate():
+    """Stiffening one of two towers separates a double ω²; sorted modes have no derivative."""
     family = family_of(column(towers=2), {"boundary[2].stiffness_per_area": 2e9})
     squares, y = family.modes([2e9], 2)
     (slopes,), _ = family.slopes(squares, y)
@@ -73,7 +73,7 @@ def test_double_roots_that_part():
 
 
 @pytest.mark.parametrize("columns", [1, 6])  # six have 18 rigid motions
-def test_motions_without_stiffness_are_no_modes(columns):
+def test_rigid_motions_are_excluded_from_modes(columns):
     model = sitedda.Model("free drums", time_step=1e-3, steps=1)
     model.contact(normal_stiffness=1e9)
     model.material("stone", density=2200, young_modulus=2e9, poisson_ratio=0.2)
@@ -85,7 +85,7 @@ def test_motions_without_stiffness_are_no_modes(columns):
 
 
 def seen(count=4, noise=0.0, shapes=False) -> pd.DataFrame:
-    """Modes of the true column as if they were measured."""
+    """Return modes of the column with its true stiffnesses, as if they were measured."""
     found, random = sitedda.modes(column(), count, changes=TRUTH), np.random.default_rng(0)
     *_, points, names = matrices(column())
     frequency = found.frequency * np.exp(noise * random.standard_normal(count))
@@ -107,7 +107,7 @@ def test_recovers_stiffnesses():
 
 @pytest.fixture
 def arch():
-    """An arch whose closed contacts depend on the stiffness of its ground."""
+    """Return an arch whose closed contacts depend on the stiffness of its ground."""
     model = sitedda.Model("arch", time_step=1e-3, steps=1, gravity=[0, -9.81])
     model.contact(normal_stiffness=5e9)
     model.material("stone", density=2300, young_modulus=8e9, poisson_ratio=0.2)
@@ -135,7 +135,7 @@ def test_contacts_that_gravity_closes(arch):
 
 
 def test_one_unknown_that_changes_contacts(root):
-    """A facade with contacts without force, which any change of the one unknown opens or closes."""
+    """A facade has contacts without force, which each change of the unknown opens or closes."""
     facade = root / "inputs/facade.nml"
     with pytest.raises(InputError, match="not linear"):
         family_of(facade, {"contact.normal_stiffness": 2e8})
@@ -147,15 +147,15 @@ def test_one_unknown_that_changes_contacts(root):
 
 
 def test_derivatives_where_a_model_is_unstable():
-    """As under its weight on soft joints: ω² of the first mode is below 0."""
+    """On soft joints ω² of the first mode is negative under the weight."""
     family = Family(np.diag([-1.0, 50.0]), [np.eye(2)], np.zeros((2, 2)))
     seen = Observations(measured_modes({"frequency": [1.0], "deviation": [0.1]}), [])
     posterior = Posterior(family, seen, np.zeros(1), np.ones(1), 0.0)
     assert np.all(np.isfinite(posterior.jacobian(np.array([-1.0]))))
 
 
-def test_contacts_are_assumed_closed_and_that_is_said(arch, monkeypatch):
-    """As if any change of a stiffness opened contacts; the note has the effect of those open."""
+def test_the_assumption_of_closed_contacts_is_reported(arch, monkeypatch):
+    """Each change of a stiffness opens contacts; the note reports the effect of open contacts."""
 
     def only_closed(model, at, contacts, changes):
         if contacts != "closed":
@@ -174,8 +174,8 @@ def test_contacts_are_assumed_closed_and_that_is_said(arch, monkeypatch):
     assert found.unknowns.best.tolist() != pytest.approx(truth, rel=0.02)
 
 
-def test_shapes_say_which_mode_it_is():
-    """A list of modes in another order, one of them left out, is met by their shapes."""
+def test_shapes_identify_modes():
+    """Shapes identify modes in another order, one of which is missing."""
     modes = seen(5, shapes=True).iloc[[3, 0, 1]]
     found = calibrate(column(), modes, TWO, discrepancy=0.0)
     assert found.fit.number.tolist() == [4, 1, 2]
@@ -184,7 +184,7 @@ def test_shapes_say_which_mode_it_is():
 
 
 def test_probability_of_errors_and_shapes():
-    """Eq. 1 by the densities of scipy, with an unknown discrepancy of 2 % exp(0.4)."""
+    """Eq. 1 agrees with the densities of scipy, with an unknown discrepancy of 2 % exp(0.4)."""
     family, modes = family_of(column(), MEDIANS), measured_modes(seen(3, 0.02, shapes=True))
     family = family.reduced(family.modes(np.array(list(MEDIANS.values())), 8)[1])
     mean, z = np.log([*MEDIANS.values(), 0.02]), np.array([0.1, -0.2, 0.3, 0.05, 0.4])
@@ -209,7 +209,7 @@ def test_probability_of_errors_and_shapes():
     assert np.allclose(posterior.residuals(z[None]), turned.residuals(z[None]), atol=1e-9)
 
 
-def test_says_what_cannot_be_met_or_known():
+def test_doubts_about_fit_and_unknowns_are_reported():
     modes = seen(noise=0.02)
     first = modes.frequency[0]
     wrong = {"frequency": [first, 1.5 * first], "deviation": 0.01 * first}
@@ -227,7 +227,7 @@ def test_says_what_cannot_be_met_or_known():
 
 
 def test_probability_where_modes_cross():
-    """ln p has kinks there, and no local curvature: the evidence is that of draws of the prior."""
+    """Where modes cross, ln p has kinks and no local curvature: the evidence uses prior draws."""
     model, modes, priors, _ = random_column(124, (1, 4), (2, 5))
     found = calibrate(model, modes, priors, discrepancy=0.0)
     mean, spread = np.log(list(priors.values())).mean(1), np.log(3) / 1.6449

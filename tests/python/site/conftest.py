@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The record of the tests of sites, and columns as profiles of pystrata."""
+"""A record for tests of sites, and columns as profiles of pystrata."""
 
 import pytest
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The 1-D twin against pyStrata, closed forms, a lumped shear beam and the marched scheme."""
+"""The one-dimensional column against pyStrata, closed forms, a lumped beam and time stepping."""
 
 from dataclasses import replace
 
@@ -52,7 +52,7 @@ def random_column(seed, base="half-space", convention="shake"):
 
 @pytest.fixture
 def strata_transfer(strata_profile):
-    """The answer of pyStrata; each place is (layer index, depth within it, wave field)."""
+    """Return pystrata's transfer functions; a place is (layer index, depth in it, wave field)."""
 
     def transfer(column, rock, frequencies, places):
         profile = strata_profile(column.layers, rock)
@@ -76,11 +76,11 @@ def convention(request, monkeypatch):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("field", ["within", "outcrop"])
 def test_columns_agree_with_pystrata(convention, strata_transfer, seed, field):
-    """Surface over base, points inside of layers, and a rigid base."""
+    """Surface over base, points within layers, and a rigid base."""
     column = random_column(seed, convention=convention)
     last = len(column.layers) - 1
     top, within = 0.3 * column.layers[0].thickness, 0.7 * column.layers[last].thickness
-    places = [  # pyStrata takes the surface as an outcrop: the same as within, A = B there
+    places = [  # pyStrata defines the surface as outcrop; there outcrop and within are equal, A = B
         ((0, 0.0, "outcrop"), (last + 1, 0.0, field)),
         ((0, top, "within"), (last, within, field)),
         ((0, 0.0, "within"), (last + 1, 0.0, "within")),
@@ -89,7 +89,7 @@ def test_columns_agree_with_pystrata(convention, strata_transfer, seed, field):
     assert_allclose(column.transfer(FREQUENCIES, kind=field), full, rtol=1e-6)
     bottom = column.depth - column.layers[last].thickness + within
     assert_allclose(column.transfer(FREQUENCIES, top, bottom, field), inner, rtol=1e-6)
-    # The half-space has no influence on within/within, nor the kind of motion on a rigid base.
+    # The half-space does not affect within/within; the kind of motion does not affect a rigid base.
     other = replace(column, base="rigid").transfer(FREQUENCIES, kind=field)
     assert_allclose(other, rigid, rtol=1e-6)
 
@@ -144,7 +144,7 @@ def test_layer_on_half_space_has_the_impedance_ratio_as_peak():
     assert_allclose(peak.amplitude, 2500.0 * 1000.0 / (1800.0 * 200.0), rtol=1e-12)
 
 
-def test_half_space_like_the_layer_reflects_nothing():
+def test_a_half_space_equal_to_the_layer_reflects_nothing():
     layer = Layer(10.0, density=2000.0, shear_velocity=400.0)
     rock = HalfSpace(density=2000.0, shear_velocity=400.0)
     actual = Column([layer], rock).transfer(FREQUENCIES, kind="outcrop")
@@ -165,8 +165,8 @@ def test_complex_moduli():
     }
     for name in CONVENTIONS:
         assert_allclose(complex_modulus(3.0, ratio, name), 3 * expected[name], rtol=1e-15)
-    assert_allclose(complex_modulus(3.0, ratio), 3 * expected["dormieux"], rtol=1e-15)  # by default
-    for name in ("shake91", "dormieux"):  # these keep the modulus
+    assert_allclose(complex_modulus(3.0, ratio), 3 * expected["dormieux"], rtol=1e-15)  # default
+    for name in ("shake91", "dormieux"):  # these conventions do not change the modulus
         assert_allclose(np.abs(complex_modulus(3.0, ratio, name)), 3.0, rtol=1e-15)
 
 
@@ -197,7 +197,7 @@ def test_table_2_agrees_with_the_papers_shake_with_layer_1_on_top():
 
 
 def lumped_beam(column, per_layer):
-    """Lumped mass (diagonal), stiffness per damping ratio, load per unit base displacement.
+    """Return lumped mass (diagonal), stiffness per damping ratio, and load per base displacement.
 
     Nodes at the surface and at the interfaces of thin slices; the base node is prescribed.
     """
@@ -250,7 +250,7 @@ def test_scheme_transfer_is_the_limit_of_the_discrete_beam(frequency):
     assert_allclose(fine + (fine - coarse) / 3, exact, rtol=1e-6)
 
 
-def test_scheme_transfer_is_what_marching_in_time_gives():
+def test_scheme_transfer_equals_time_stepping():
     column, step, frequency, count = Column([Layer(15.0, **TABLE_1)]), 2e-3, 14.0, 12000
     mass, stiffness, load = (np.real(part) for part in lumped_beam(column, 60))
     base = np.exp(2j * np.pi * frequency * step * np.arange(count))
@@ -263,7 +263,7 @@ def test_scheme_transfer_is_what_marching_in_time_gives():
     assert_allclose(x[0] / base[-1], column.scheme_transfer(frequency, step), rtol=3e-3)
 
 
-def test_small_steps_leave_an_undamped_column():
+def test_small_steps_add_no_damping():
     column = uniform_column(0.0)
     frequencies = np.array([1.0, 10.0, 30.0])
     actual = column.scheme_transfer(frequencies, 1e-9)
@@ -308,7 +308,7 @@ bases = st.sampled_from(["rigid", "half-space"])
 
 
 def rescaled(medium, length, mass):
-    """The medium in units of 1/length and 1/mass; the unit of time stays."""
+    """Return the medium in other units of length and mass, with the same unit of time."""
     changes = {
         "density": medium.density * mass / length**3,
         "shear_modulus": medium.shear_modulus * mass / length,
@@ -321,7 +321,7 @@ def rescaled(medium, length, mass):
 
 @settings(max_examples=40, deadline=None)
 @given(seed=seeds, base=bases, length=scales, mass=scales)
-def test_units_change_nothing(seed, base, length, mass):
+def test_results_do_not_depend_on_units(seed, base, length, mass):
     column = random_column(seed, base)
     rock = column.base if base == "rigid" else rescaled(column.base, length, mass)
     other = replace(
@@ -379,7 +379,7 @@ def test_thick_layers_and_high_frequencies_do_not_overflow(field):
     assert transfer[-1] == 0.0
 
 
-def test_interfaces_are_met_despite_rounding():
+def test_interfaces_are_recognised_despite_rounding():
     layers = [Layer(0.1, density=1800.0 + 50 * i, shear_velocity=200.0 + 20 * i) for i in range(9)]
     rock = HalfSpace(density=2500.0, shear_velocity=1000.0)
     column = Column(layers, rock)

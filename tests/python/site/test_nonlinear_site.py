@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Columns of soil that yields: closed forms, energy, other analyses, refusals."""
+"""Columns of nonlinear soil: closed forms, energy, other analyses, errors."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ from sitedda.site import (
 )
 
 STEP = 0.005
-STRAINS = np.logspace(-5, -2, 61)  # .001 to 1 %
+STRAINS = np.logspace(-5, -2, 61)  # 0.001 to 1 %
 
 
 def masing_of_hyperbola(x):
@@ -28,7 +28,7 @@ def masing_of_hyperbola(x):
 
 
 def backbone(reference, masing=True):
-    """Curves of a hyperbola from strains of 1e-7 to 10 %."""
+    """Return curves of a hyperbola for strains of 1e-7 to 10 %."""
     strain = np.logspace(-7, -1, 301)
     x = strain / reference
     damping = np.where(x < 1e-3, 2 * x / (3 * np.pi), masing_of_hyperbola(x))
@@ -46,12 +46,12 @@ MASING = {"damping_curve": "masing", "branches": 60, "highest_frequency": 50}
 
 
 def shaken(column, curves, ground, step=0.002, **more):
-    """A run without its coarser one."""
+    """Return a run without its coarser comparison run."""
     return nonlinear(column, curves, ground, step, compare=False, **more)
 
 
 def noise(step, samples, highest, seed=3):
-    """Smooth noise between 0.5 Hz and a highest frequency, with a largest value of 1."""
+    """Return smooth noise between 0.5 Hz and a highest frequency, with a peak of 1."""
     frequency = np.fft.rfftfreq(samples, step)
     random = np.random.default_rng(seed)
     spectrum = np.exp(2j * np.pi * random.random(frequency.size))
@@ -70,7 +70,7 @@ def noise(step, samples, highest, seed=3):
         (10, 1 / 11, 42.8103),
     ],
 )
-def test_masing_branches_of_a_hyperbola_have_its_closed_form(x, reduction, damping):
+def test_masing_branches_of_a_hyperbola_agree_with_its_closed_form(x, reduction, damping):
     fitted = Branches.of(backbone(1e-3), 60, "masing")
     assert fitted.reduction_at(x * 1e-3) == pytest.approx(reduction, rel=3e-3)
     assert 100 * fitted.damping_at(x * 1e-3) == pytest.approx(damping, abs=0.12)
@@ -86,7 +86,7 @@ def test_mkz_has_the_modulus_and_the_damping_of_masing(strain, reduction, dampin
     assert 100 * curves.damping_at(strain) == pytest.approx(damping, abs=0.02)
 
 
-def test_gqh_is_a_hyperbola_at_theta_0_and_reaches_its_strength_sooner_at_theta_1():
+def test_gqh_is_a_hyperbola_at_theta_0_and_reaches_its_strength_earlier_at_theta_1():
     hyperbola = gqh(1e-3, [0, 0, 1, 1, 1])
     assert hyperbola.reduction == pytest.approx(1 / (1 + hyperbola.strain / 1e-3))
     assert hyperbola.damping_at(1e-3) == pytest.approx(masing_of_hyperbola(1.0), abs=1e-4)
@@ -99,11 +99,11 @@ def test_gqh_is_a_hyperbola_at_theta_0_and_reaches_its_strength_sooner_at_theta_
 
 @pytest.mark.parametrize("plasticity", [0, 15, 30, 100])
 @pytest.mark.parametrize("stress", [25e3, 101325, 400e3])
-def test_branches_meet_modulus_and_damping_of_darendeli(plasticity, stress):
+def test_branches_fit_modulus_and_damping_of_darendeli(plasticity, stress):
     curves = darendeli(stress, plasticity)
     fitted = Branches.of(curves)
     modulus = fitted.reduction_at(STRAINS) / curves.reduction_at(STRAINS)
-    # A body of 3 % and more at small strains (PI 100, 25 kPa) has a kink that moduli keep.
+    # A material with a damping of 3 % or more at small strains (PI 100, 25 kPa) has a kink in G.
     kink = 2.0 if fitted.least_damping > 0.03 else 1.0
     assert modulus == pytest.approx(1, abs=0.008 * kink)
     damping = curves.damping_at(STRAINS)
@@ -112,8 +112,8 @@ def test_branches_meet_modulus_and_damping_of_darendeli(plasticity, stress):
     assert np.all((fitted.slipping >= 0) & (fitted.slipping <= 1))
 
 
-def test_a_damping_curve_that_is_not_met_is_said():
-    """5 % at small strains hold a quarter of the modulus until they slip, all at once."""
+def test_a_poor_fit_of_the_damping_curve_is_reported():
+    """A damping of 5 % at small strains requires a quarter of the modulus, which slips at once."""
     for plasticity, said in ((200.0, True), (100.0, False)):
         words = str(shaken(SOFT, [darendeli(25e3, plasticity)], sine(1.0, 0.1, duration=1.0)))
         assert ("the damping curve is not fitted" in words) == said
@@ -127,7 +127,7 @@ def test_more_branches_fit_better():
 
 @pytest.mark.parametrize("speed", [0.05, 0.1, 0.2])
 def test_a_simple_wave_in_a_hyperbola_is_exact(speed):
-    """A half-space pushed at v(t): x = e^{v/(c₀γ_r)} − 1, each strain travels at c₀/(1 + x)."""
+    """Half-space under v(t): x = e^{v/(c₀γ_r)} − 1, each strain travels at c₀/(1 + x)."""
     c0, reference, rise, step = 200.0, 1e-3, 0.04, 5e-4
     time = step * np.arange(701)
     pushed = np.where(time < rise, speed / rise * (1 - np.cos(2 * np.pi * time / rise)), 0.0)
@@ -138,17 +138,17 @@ def test_a_simple_wave_in_a_hyperbola_is_exact(speed):
     velocity = speed * (fine / rise - np.sin(2 * np.pi * fine / rise) / (2 * np.pi))
     x = np.expm1(velocity / (c0 * reference))
     cells = found.histories.strain.shape[0]
-    height = 80.0 / cells * 0.5 + 20.0  # of a cell's middle above the base
+    height = 80.0 / cells * 0.5 + 20.0  # m, centre of a cell above the base
     arrival = fine + height * (1 + x) / c0
     strain = found.strain(80.0 - height) / reference
     assert strain.max() == pytest.approx(x[-1], rel=5e-3)
     wanted = np.interp(time, arrival, x, left=0.0)
-    until = time < min(0.34, (60 + 60 - 20) / c0)  # before anything is back from the surface
+    until = time < min(0.34, (60 + 60 - 20) / c0)  # before reflections from the surface arrive
     assert np.abs(np.abs(strain) - wanted)[until].max() < 0.03 * x[-1]
 
 
-def test_small_strains_are_those_of_a_column_of_constant_ratio():
-    """Faint motions in soil, and any in linear layers: the transfer function of the same bodies."""
+def test_small_strains_agree_with_the_transfer_function():
+    """Small motions in soil, and all motions in linear layers, agree with the linear column."""
     base = HalfSpace(density=2400.0, shear_velocity=900.0)
     ground = noise(0.002, 8000, 10.0)
     layers = [Layer(6.0, density=1900.0, shear_velocity=v) for v in (200.0, 300.0)]
@@ -167,7 +167,7 @@ def test_small_strains_are_those_of_a_column_of_constant_ratio():
 
 @pytest.mark.parametrize("base", ["rigid", HalfSpace(density=2300.0, shear_velocity=700.0)])
 @pytest.mark.parametrize("amplitude", [0.1, 3.0])
-def test_the_work_at_the_base_is_accounted_for(base, amplitude):
+def test_the_work_at_the_base_balances_the_energies(base, amplitude):
     found = shaken(replace(PRENOLIN, base=base), [darendeli(1e5, 15.0)], sine(2.0, amplitude))
     energy = dict(found.histories.energy)
     work = energy.pop("work")
@@ -178,14 +178,14 @@ def test_the_work_at_the_base_is_accounted_for(base, amplitude):
 
 
 def test_strains_of_a_rigid_base_column_tend_to_published_ones():
-    """PRENOLIN's P1 by another nested-yield program (sem2dpack): 5.95 γ_ref in steady state."""
+    """PRENOLIN's P1 by sem2dpack (nested yield surfaces): 5.95 γ_ref in steady state."""
     found = shaken(PRENOLIN, [backbone(3.65e-4)], sine(2.0, 1.0), **MASING)
-    late = found.histories.strain[-1, -1000:] / 3.65e-4  # the last two seconds
+    late = found.histories.strain[-1, -1000:] / 3.65e-4  # last two seconds
     assert (late.max() - late.min()) / 2 == pytest.approx(5.95, abs=0.3)
 
 
-def test_loops_forget_how_shaking_began_where_soil_flows_and_largest_strains_do_not():
-    """PRENOLIN's P1 at 3 m/s², where inertia is 1.8 times the strength: two forms of the ramp."""
+def test_the_start_of_shaking_affects_largest_strains_but_not_loops():
+    """PRENOLIN's P1 at 3 m/s²: the inertia is 1.8 times the strength; two ramps at the start."""
     time = 0.002 * np.arange(3001)
     wave = 3.0 * np.sin(4 * np.pi * time)
     ramp = np.minimum(time, 1.0)
@@ -198,7 +198,7 @@ def test_loops_forget_how_shaking_began_where_soil_flows_and_largest_strains_do_
     assert largest[1] > 1.2 * largest[0] > 2.5 * late[0]
 
 
-def test_a_peak_acceleration_that_does_not_converge_is_said_so():
+def test_unconverged_peak_accelerations_are_reported():
     curves = [backbone(3.65e-4)]
     found = nonlinear(PRENOLIN, curves, sine(2.0, 2.0), 0.002, damping_curve="masing")
     assert "pga" in found.unconverged
@@ -211,8 +211,8 @@ def test_a_peak_acceleration_that_does_not_converge_is_said_so():
     assert np.isnan(alone.figures["pga"][1])
 
 
-def test_what_is_not_resolved_is_no_acceleration():
-    """The band of a nonlinear run bounds its accelerations; depths that differ are flagged."""
+def test_accelerations_are_limited_to_the_resolved_band():
+    """The band of a nonlinear run limits accelerations; unconverged depths are marked."""
     column = Column([Layer(10.0, density=1800.0, shear_velocity=150.0)],
                     HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
     ground, step = 4 * noise(0.01, 1500, 10, seed=1), 0.01
@@ -228,7 +228,7 @@ def test_what_is_not_resolved_is_no_acceleration():
 
 
 def test_the_largest_acceleration_over_depth_does_not_grow_with_the_resolution():
-    """Undamped soil that yields: 4.4, 4.6, 5.6 m/s² as computed, 3.0, 3.0, 3.1 in the band."""
+    """Undamped nonlinear soil: 4.4, 4.6, 5.6 m/s² as computed, 3.0, 3.0, 3.1 within the band."""
     curves, ground = [backbone(3.65e-4, masing=False)], sine(2.0, 3.0)
     runs = [nonlinear(PRENOLIN, curves, ground, 0.002, damping_curve="masing", highest_frequency=f)
             for f in (12.5, 25.0, 50.0)]  # fmt: skip
@@ -238,7 +238,7 @@ def test_the_largest_acceleration_over_depth_does_not_grow_with_the_resolution()
     assert "peak accelerations do not converge at" in str(runs[1])
 
 
-def test_three_analyses_agree_where_soil_hardly_yields_and_part_where_it_does(record, tmp_path):
+def test_three_analyses_agree_for_small_strains_only(record, tmp_path):
     column = Column(
         [Layer(5.0, density=1850.0, shear_velocity=v) for v in (180.0, 230.0, 280.0, 330.0)],
         HalfSpace(density=2200.0, shear_velocity=800.0),
@@ -254,12 +254,12 @@ def test_three_analyses_agree_where_soil_hardly_yields_and_part_where_it_does(re
     assert str(strong).startswith("outcrop motion") and "largest shear strain" in str(strong)
     picture = strong.plot()
     picture.savefig(tmp_path / "three.png")
-    spectra = picture.axes[0]  # none is cut off
+    spectra = picture.axes[0]  # spectra are not cut off
     assert spectra.get_ylim()[1] > max(line.get_ydata().max() for line in spectra.lines)
     strong.nonlinear.plot().savefig(tmp_path / "nonlinear.png")
 
 
-def test_strains_beyond_the_curves_are_named():
+def test_strains_beyond_the_curves_are_reported():
     found = shaken(SOFT, [darendeli(2e4)], sine(1.0, 6.0))
     assert list(found.beyond_curves) == [1]
     assert "strains exceed the curves, so the soil flows: layer 1" in str(found)
@@ -267,15 +267,15 @@ def test_strains_beyond_the_curves_are_named():
     assert not within.beyond_curves and "exceed the curves" not in str(within)
 
 
-def test_damping_of_the_half_space_is_said_to_be_left_out():
+def test_ignored_damping_of_the_half_space_is_reported():
     for damping, said in ((0.02, True), (0.0, False)):
         base = HalfSpace(density=2200.0, shear_velocity=800.0, damping=damping)
         found = shaken(replace(SOFT, base=base), [darendeli(2e4)], sine(1.0, 0.1))
         assert ("the damping of the half-space is ignored" in str(found)) == said
 
 
-def test_largest_strains_are_those_of_all_steps():
-    """A sample of the motion is 25 steps here; the largest strain lies between two of them."""
+def test_largest_strains_include_all_steps():
+    """A sample of the motion has 25 steps here; the largest strain lies between two samples."""
     coarse = sine(1.0, 1.0, step=0.025, duration=3.0)
     fine = np.interp(np.arange(3001) / 25, np.arange(coarse.size), coarse)
     kept = shaken(SOFT, [darendeli(5e4)], coarse, 0.025).histories
@@ -286,8 +286,8 @@ def test_largest_strains_are_those_of_all_steps():
     assert kept.largest_strain[-1] > np.abs(kept.strain[-1]).max()
 
 
-def test_misfits_count_within_the_curves():
-    """A table that ends at .1 % says nothing of the strains beyond."""
+def test_misfits_are_limited_to_the_range_of_the_curves():
+    """A table that ends at 0.1 % does not define larger strains."""
     full = backbone(1e-3)
     kept = full.strain <= 1e-3
     short = SoilCurves(full.strain[kept], full.reduction[kept], full.damping[kept])
@@ -309,7 +309,7 @@ def test_misfits_count_within_the_curves():
         ),
     ],
 )
-def test_wrong_arguments_are_named(changes, words):
+def test_invalid_arguments_are_reported(changes, words):
     arguments = {"column": SOFT, "curves": [hyperbolic(1e-3)]} | changes
     with pytest.raises(ValueError, match=words):
         nonlinear(motion=sine(1.0, 1.0), time_step=0.002, **arguments)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Columns under motions: closed forms, another program, and blocks beside them."""
+"""Columns under motions: closed forms, pystrata, and comparison with blocks."""
 
 import re
 import warnings
@@ -26,7 +26,7 @@ STEP = 0.005
 
 
 def sweep(samples=2000):
-    """A motion with all frequencies up to 20 Hz, at rest at both ends."""
+    """Return a motion with all frequencies up to 20 Hz, at rest at both ends."""
     time = STEP * np.arange(samples)
     window = np.sin(np.pi * time / time[-1]) ** 2
     return window * np.sin(2 * np.pi * (0.5 + time) * time)
@@ -40,8 +40,8 @@ def ricker(frequency=4.0, samples=4000, delay=1.0, step=STEP):
 ROCK = HalfSpace(density=2200.0, shear_velocity=800.0)
 
 
-def test_a_pulse_of_the_half_space_alone_is_doubled_at_once():
-    """Soil as the half-space: the surface moves as the outcrop, later by the travel time."""
+def test_soil_like_its_half_space_only_delays_the_outcrop():
+    """The motion at the surface is that of the outcrop, delayed by the travel time."""
     column = Column([Layer(80.0, density=2200.0, shear_velocity=800.0)], ROCK)
     pulse = ricker()
     late = column.response(pulse, STEP).acceleration()
@@ -49,7 +49,7 @@ def test_a_pulse_of_the_half_space_alone_is_doubled_at_once():
     assert late[shift:] == pytest.approx(pulse[:-shift], abs=1e-9)
 
 
-def test_within_motion_has_both_waves():
+def test_a_within_motion_is_the_sum_of_both_waves():
     """Upgoing v and downgoing v of a uniform half-space at depth h: v(t) + v(t − 2h/V)."""
     column = Column([Layer(80.0, density=2200.0, shear_velocity=800.0)], ROCK)
     pulse = ricker()
@@ -64,8 +64,8 @@ def test_within_motion_has_both_waves():
     ("base", "kind"), [("rigid", "outcrop"), (ROCK, "within"), (ROCK, "outcrop")]
 )
 @pytest.mark.parametrize("stiff", [(150.0, 0.01), (300.0, 0.0)])  # m/s, damping ratio
-def test_free_vibration_that_outlasts_the_record_does_not_wrap_around(base, kind, stiff):
-    """Little damping in a layer; zeros appended by hand must change nothing."""
+def test_long_free_vibration_does_not_wrap_around(base, kind, stiff):
+    """One layer has little damping; additional zeros after the motion change nothing."""
     soil = Layer(15.0, density=1800.0, shear_velocity=150.0, damping=0.01)
     below = Layer(15.0, density=1800.0, shear_velocity=stiff[0], damping=stiff[1])
     column = Column([soil, below], base)
@@ -76,8 +76,8 @@ def test_free_vibration_that_outlasts_the_record_does_not_wrap_around(base, kind
     assert found == pytest.approx(exact, abs=2e-3 * abs(exact).max())
 
 
-def test_free_vibration_without_end_is_named():
-    """Without damping no zeros suffice on a rigid base; a half-space takes the waves."""
+def test_endless_free_vibration_is_reported():
+    """Without damping the motion on a rigid base never ends; a half-space absorbs the waves."""
     soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
     with pytest.warns(UserWarning, match="more than 1 % of the free vibration remains"):
         Column([soil]).response(ricker(), STEP)
@@ -88,7 +88,7 @@ def test_free_vibration_without_end_is_named():
 
 @pytest.mark.parametrize("depth", [0.0, 3.7, 12.0, 20.0])
 def test_strain_and_stress_follow_from_the_motion(depth):
-    """Stress at depth z is the inertia of all above: τ = ∫ρ a dz, by the motion at many depths."""
+    """The stress at depth z is the inertia above, τ = ∫ρ a dz, from motions at many depths."""
     layers = [
         Layer(8.0, density=1800.0, shear_velocity=200.0, damping=0.03),
         Layer(12.0, density=2000.0, shear_velocity=320.0, damping=0.02),
@@ -108,12 +108,12 @@ def test_strain_and_stress_follow_from_the_motion(depth):
     assert stress == pytest.approx(total, abs=2e-5 * max(1.0, abs(total).max()))
 
 
-def test_velocity_and_displacement_belong_to_the_acceleration():
+def test_velocity_and_displacement_are_integrals_of_the_acceleration():
     column = Column([Layer(20.0, density=1800.0, shear_velocity=200.0, damping=0.05)])
     response = column.response(sweep(), STEP)
     relative = response.acceleration() - response.motion.acceleration
     second = np.gradient(np.gradient(response.displacement(), STEP), STEP)
-    low = slice(20, 900)  # below 5 Hz, where differences are accurate
+    low = slice(20, 900)  # below 5 Hz, where finite differences are accurate
     assert second[low] == pytest.approx(relative[low], abs=0.02 * abs(relative).max())
     assert response.displacement(20.0) == pytest.approx(0.0, abs=1e-15)
     assert np.gradient(response.velocity(), STEP)[low] == pytest.approx(
@@ -121,7 +121,7 @@ def test_velocity_and_displacement_belong_to_the_acceleration():
     )
 
 
-def test_profile_holds_the_peaks_of_the_histories():
+def test_the_profile_has_the_peaks_of_the_histories():
     layers = [
         Layer(h, density=1900.0, shear_velocity=v, damping=0.02)
         for h, v in ((5.0, 180.0), (9.0, 300.0))
@@ -139,11 +139,11 @@ def test_profile_holds_the_peaks_of_the_histories():
 
 PROFILES = 6
 BED = HalfSpace(density=2200.0, shear_velocity=900.0, damping=0.01)
-STRENGTHS = (0.05, 0.4, 1.5, 5.0)  # m/s², peaks of the records: strains of 0.0004 % to 2.7 %
+STRENGTHS = (0.05, 0.4, 1.5, 5.0)  # m/s², peaks of motions; strains are 0.0004 % to 2.7 %
 
 
 def outcrops(record):
-    """Four motions of peak 1: a part of a record, a pulse, a sweep, and noise; and their steps."""
+    """Return four motions of peak 1 with their steps: part of a record, pulse, sweep, and noise."""
     parts = (record.acceleration.values[400:2400], ricker(2.0, 2000, 1.5), sweep(),
              noise(STEP, 2000, 12.0))  # fmt: skip
     step = float(record.time[1] - record.time[0])
@@ -151,7 +151,7 @@ def outcrops(record):
 
 
 def soil_profile(seed):
-    """A column of 4 to 9 layers, and their curves."""
+    """Return a column of 4 to 9 layers, and their curves."""
     chance = np.random.default_rng(seed + 10)
     count = 4 + seed
     thickness = chance.uniform(1.5, 6.0, count)
@@ -167,7 +167,7 @@ def soil_profile(seed):
 
 
 def by_pystrata(ground, acceleration, step, samples):
-    """G/G_max, damping ratios and surface acceleration (m/s²) of its iteration, converged."""
+    """Return G/G_max, damping ratios and surface acceleration (m/s²) by pystrata."""
     pystrata, gravity = pytest.importorskip("pystrata"), 9.80665
     motion = pystrata.motion.TimeSeriesMotion("", "", step, acceleration / gravity, 2 * samples)
     calculator = pystrata.propagation.EquivalentLinearCalculator(
@@ -185,8 +185,8 @@ def by_pystrata(ground, acceleration, step, samples):
     return reduction, damping, gravity * above[:samples]
 
 
-def test_as_pystrata_does(record, strata_profile):
-    """By default settings: G within 0.2 %, Sa within 0.5 %, over strains of 0.001 to 1 %."""
+def test_equivalent_linear_results_agree_with_pystrata(record, strata_profile):
+    """With default settings G agrees within 0.2 %, Sa within 0.5 %, for strains of 0.001 to 1 %."""
     periods = np.geomspace(0.05, 3.0, 12)
     strains = []
     for seed in range(PROFILES):
@@ -216,8 +216,8 @@ def test_curves_of_darendeli_are_those_of_pystrata():
         assert mine.damping == pytest.approx(theirs.damping.values, rel=1e-3)
 
 
-def test_damping_beyond_the_convention_is_an_error():
-    """Masing's damping tends to 2/π; 'dormieux' has no modulus above ½, 'shake91' up to 1 has."""
+def test_too_large_damping_for_a_convention_is_an_error():
+    """Masing damping tends to 2/π; 'dormieux' has no modulus above ½, 'shake91' has one up to 1."""
     layers = [Layer(10.0, density=1800.0, shear_velocity=120.0)]
     curves, strong = [hyperbolic(2e-4)], 40.0 * ricker(2.0, 2000, 1.5)
     with pytest.raises(ValueError, match=r"layer 1 has a damping ratio of 0\.5\d+ .*'shake91'"):
@@ -229,7 +229,7 @@ def test_damping_beyond_the_convention_is_an_error():
 
 
 def test_small_motion_is_linear(record):
-    """Equivalent-linear soil at vanishing strain: the column with its smallest damping."""
+    """For vanishing strain the result is that of the column with the smallest damping."""
     layers = [Layer(10.0, density=1800.0, shear_velocity=250.0)]
     curves = darendeli(100e3, 0.0)
     small = equivalent_linear(Column(layers, ROCK), [curves], 1e-7 * sweep(), STEP)
@@ -238,14 +238,14 @@ def test_small_motion_is_linear(record):
 
 
 def test_hyperbola_has_masings_damping():
-    """At γ = γ_r: G/Gmax ½, damping (2/π)(2(1 − ln 2)·2 − 1) of the closed loop."""
+    """At γ = γ_r, G/Gmax is ½ and the damping (2/π)(2(1 − ln 2)·2 − 1)."""
     curves = hyperbolic(1e-3)
     assert curves.reduction_at(1e-3) == pytest.approx(0.5)
     assert curves.damping_at(1e-3) == pytest.approx((8 * (1 - np.log(2)) - 2) / np.pi, rel=1e-3)
 
 
-def test_scheme_of_the_blocks(record):
-    """With the damping of the time integration the response is that of `scheme_transfer`."""
+def test_damping_of_the_time_integration(record):
+    """With the damping of the time integration, the response is that of `scheme_transfer`."""
     from sitedda.scheme import Scheme
 
     column = Column([Layer(15.0, density=2643.0, shear_modulus=1.9152e9)])
@@ -257,7 +257,7 @@ def test_scheme_of_the_blocks(record):
 
 
 def test_intensity_of_a_sine():
-    """A²T/2 of a sine: Arias, duration 0.9 T, mean period, CAV 2AT/π."""
+    """Closed forms of a sine: Arias A²T/2, duration 0.9 T, mean period, CAV 2AT/π."""
     time = STEP * np.arange(4001)
     found = intensity(3.0 * np.sin(2 * np.pi * 2.0 * time), STEP)
     assert found.peak_acceleration == pytest.approx(3.0)
@@ -293,7 +293,7 @@ def test_bad_arguments_are_named(act, words):
 
 
 def test_curves_of_a_soil_type_of_pystrata():
-    """Both properties at the strains of either, linear in the logarithm of strain."""
+    """Both properties are given at the strains of either curve, by interpolation in log strain."""
     reduction = SimpleNamespace(strains=[1e-6, 1e-4], values=[1.0, 0.5])
     damping = SimpleNamespace(strains=[1e-6, 1e-5, 1e-4], values=[0.01, 0.02, 0.06])
     soil = SimpleNamespace(name="sand", mod_reduc=reduction, damping=damping)
@@ -303,7 +303,7 @@ def test_curves_of_a_soil_type_of_pystrata():
     assert curves.damping == pytest.approx([0.01, 0.02, 0.06])
 
 
-def test_an_iteration_that_does_not_end_is_an_error(record):
+def test_an_unconverged_iteration_is_an_error(record):
     layers = [Layer(20.0, density=1800.0, shear_velocity=120.0)]
     with pytest.raises(sitedda.ConvergenceError, match="1 iterations"):
         equivalent_linear(
@@ -312,7 +312,7 @@ def test_an_iteration_that_does_not_end_is_an_error(record):
 
 
 def test_blocks_and_column_in_one_picture(root, tmp_path, python_program):
-    """`sitedda site` on the paper's layers: both say the same, in table and picture."""
+    """`sitedda site` compares both for the paper's layers, in table and picture."""
     text = (root / "inputs/layered_site.nml").read_text()
     text = text.replace("records/", f"{root}/inputs/records/")
     text = re.sub(r"steps = \d+", "steps = 12000", text)
@@ -339,8 +339,8 @@ DAMPED = {
 
 @pytest.mark.filterwarnings("ignore::sitedda.PeakWarning")
 @pytest.mark.parametrize("damping", DAMPED)
-def test_beside_is_in_python(root, damping):
-    """The joints of the blocks are a little softer than none; materials damp the column as well."""
+def test_blocks_and_column_in_python(root, damping):
+    """Joints make the blocks slightly softer; damping of materials acts in the column too."""
     material = {f"material.{name}": value for name, value in DAMPED[damping].items()}
     run = sitedda.run(root / "inputs/layered_site.nml", steps=6000, changes=material)
     both = beside(run.history)
@@ -355,7 +355,7 @@ def test_beside_is_in_python(root, damping):
 
 
 def test_p_waves_with_twice_the_velocity_have_twice_the_frequencies(tmp_path):
-    """A Poisson's ratio of 1/3 makes V_p = 2 V_s."""
+    """Poisson's ratio 1/3 yields V_p = 2 V_s."""
     file = tmp_path / "site.csv"
     head = "thickness (m), Vs (m/s), density (kg/m3), damping (%)"
     rows = ["8, 200, 1800, 3", ", 600, 2200, 1"]
@@ -370,8 +370,8 @@ def test_p_waves_with_twice_the_velocity_have_twice_the_frequencies(tmp_path):
         read_profile(file).column(waves="P")
 
 
-def test_two_solutions_of_the_equivalent_linear_analysis_are_said():
-    """A slow pulse: stiff soil follows it, soft soil resonates with it; in between, both fit."""
+def test_two_equivalent_linear_solutions_are_reported():
+    """Stiff soil follows a slow pulse, soft soil resonates; between them, both are solutions."""
     pulse = ricker(0.3, 2048, 6.0, 0.02)
     column = Column([Layer(3.0, density=1800.0, shear_velocity=150.0)] * 5,
                     HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Records made ready for an analysis, and amplification tables for hazard analyses."""
+"""Processing of records for an analysis, and amplification tables for hazard analyses."""
 
 import numpy as np
 import pytest
@@ -32,14 +32,14 @@ def ricker(frequency, samples=2000, at=10.0):
 
 
 def final_motion(found) -> float:
-    """Final velocity and displacement over their peaks: the larger ratio."""
+    """Return the larger ratio of final to peak value of velocity and displacement."""
     return max(
         abs(v[-1]) / abs(v).max() for v in (found.velocity.values, found.displacement.values)
     )
 
 
-def test_a_band_pass_moves_no_phase_and_ends_at_rest():
-    """Two passes of Butterworth's filter: 1/(1 + (f/f_c)^2n) at f, a half at the corner."""
+def test_a_band_pass_has_no_phase_shift_and_ends_at_rest():
+    """Two passes of a Butterworth filter: 1/(1 + (f/f_c)^2n) at f, a half at the corner."""
     given = ricker(2.0)
     found = band_pass(given, 0.2, 2.0)
     shift = (found.time.size - given.time.size) // 2
@@ -61,7 +61,7 @@ def test_a_band_pass_moves_no_phase_and_ends_at_rest():
         band_pass(given, 0.1, 60)
 
 
-def test_resampling_keeps_what_is_below_both_limits():
+def test_resampling_keeps_frequencies_below_both_limits():
     given = ricker(2.0)
     fine = resampled(given, STEP / 3)
     np.testing.assert_allclose(fine.acceleration[::3], given.acceleration, atol=2e-3)
@@ -121,7 +121,7 @@ def test_scaling_and_selection_to_a_conditional_mean(record, tmp_path):
     file = tmp_path / "flat.csv"
     file.write_text("\n".join(rows) + "\n")
     found = read_flatfile(file)
-    assert len(found.names) == 3  # what has no spectrum is left out
+    assert len(found.names) == 3  # the record without a spectrum is omitted
     best = found.select((periods, mean), 2, found.periods[1:-1])
     assert [one[0] for one in best] == ["tilt0.0.at2", "tilt0.3.at2"]
     assert best[0][1] == pytest.approx(2.0, rel=1e-3) and best[0][2] < 1e-2
@@ -158,18 +158,18 @@ def test_the_spectrum_of_ec8_2024_has_its_corners():
 )
 def test_a_matched_motion_has_the_spectrum_and_ends_at_rest(record, target, band):
     found = matched(record, target, band)
-    step, periods = float(found.time[1]), np.geomspace(*band, 8000)  # maxima are sharp
+    step, periods = float(found.time[1]), np.geomspace(*band, 8000)  # dense for narrow peaks
     got = spectral_acceleration(found.acceleration.values, step, periods)
     assert np.abs(got / target(periods) - 1).max() < 0.05
     assert found.attrs["misfit"] < 0.05
     assert final_motion(found) < 1e-9
-    first = slice(0, 200)  # the motion is changed where it is strong
+    first = slice(0, 200)  # the beginning remains weak
     assert abs(found.acceleration.values[first]).max() < 0.3 * abs(found.acceleration.values).max()
 
 
 @pytest.mark.parametrize("seed", [1, 3])
 def test_a_short_motion_is_matched_at_long_periods(seed):
-    """Oscillators of 4 s ring for longer than the 10 s of the motion."""
+    """Oscillators of 4 s vibrate longer than the motion of 10 s."""
     target = eurocode8(2.0, "B")
     given = synthetic(seed, target, 10.0, 0.02, (0.1, 2.0))[0]
     found = matched(of_acceleration(given.acceleration, given.time_step), target, (0.4, 4.0))
@@ -189,7 +189,7 @@ def test_a_match_that_fails_is_an_error(record):
 
 @pytest.fixture(scope="module")
 def known():
-    """A suite whose amplification is a formula with known scatter."""
+    """Return a suite whose amplification is a formula with known scatter."""
     random = np.random.default_rng(1)
     rock = np.geomspace(0.2, 8.0, 12)[None, :, None] * np.exp(
         0.3 * random.standard_normal((40, 1, 3))
@@ -205,7 +205,7 @@ def known():
     return Suite(table)
 
 
-def test_a_table_finds_amplification_and_its_scatter(known):
+def test_a_table_has_the_known_amplification_and_scatter(known):
     levels = [0.5, 1.0, 2.0, 4.0]
     found = amplification_table(known, levels, "nonlinear").table
     wanted = 2.0 * (1 + np.array(levels)) ** -0.6
@@ -213,13 +213,13 @@ def test_a_table_finds_amplification_and_its_scatter(known):
     np.testing.assert_allclose(found.sigma_ln, 0.25, atol=0.05)
     assert found.period.values[0] == 0  # PGA
     far = amplification_table(known, [0.001, 1.0], "nonlinear").table
-    assert np.isnan(far["median"].values[0]).all()  # no motion is near
+    assert np.isnan(far["median"].values[0]).all()  # no motion has this level
     with pytest.raises(InputError, match="the suite has nonlinear"):
         amplification_table(known, levels, "linear")
 
 
 def openquake_convolution(rows, imt, rock_levels, poes, soil_levels):
-    """Poes at the surface by the documented rule of OpenQuake's method 'convolution'."""
+    """Return exceedance probabilities at the surface by OpenQuake's method 'convolution'."""
     level = np.array([float(r["level"]) for r in rows])
     median = np.array([float(r[imt]) for r in rows])
     sigma = np.array([float(r[f"sigma_{imt}"]) for r in rows])
@@ -233,7 +233,7 @@ def openquake_convolution(rows, imt, rock_levels, poes, soil_levels):
     return found
 
 
-def test_openquake_reads_the_table_and_convolves_as_we_do(known, tmp_path):
+def test_openquake_reads_the_table_and_convolves_equally(known, tmp_path):
     import csv
 
     found = amplification_table(known, np.geomspace(0.3, 6.0, 25), "nonlinear")
@@ -264,7 +264,7 @@ def test_openquake_reads_the_table_and_convolves_as_we_do(known, tmp_path):
     np.testing.assert_allclose(ours, amplified, rtol=0.05)
 
 
-def test_a_site_amplifies_less_the_stronger_it_is_shaken():
+def test_amplification_decreases_with_intensity():
     column = Column([Layer(20.0, density=1800.0, shear_velocity=200.0)],
                     HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
     motions = [ricker(f, 800, 4.0) for f in np.geomspace(1.0, 4.0, 30)]

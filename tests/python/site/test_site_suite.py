@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Suites of motions, random profiles, beside pystrata and the published models."""
+"""Suites of motions and random profiles, against pystrata and published models."""
 
 import json
 
@@ -42,16 +42,16 @@ def bore(tmp_path):
 
 
 def shaking(seed, peak=0.5, samples=1500, step=STEP):
-    """Noise between 0.5 and 10 Hz under a hump, as a motion of m/s²."""
+    """Return noise between 0.5 and 10 Hz with a smooth envelope, as a motion in m/s²."""
     series = peak * noise(step, samples, 10, seed)
     return xr.Dataset({"acceleration": ("time", series)}, {"time": step * np.arange(samples)})
 
 
-def test_gaps_are_named_by_the_readers_heading_and_filled(bore):
+def test_gaps_are_reported_with_their_heading_and_filled(bore):
     with pytest.raises(InputError, match=r"row 3: Vs \(ft/s\) has a gap; .* fill = 'above'"):
         read_profile(bore)
     assert read_profile(bore, "above").layers[1].shear_velocity == pytest.approx(500 * 0.3048)
-    between = 500 + 300 * (17.5 - 5) / (37.5 - 5)  # at the depths of the middles
+    between = 500 + 300 * (17.5 - 5) / (37.5 - 5)  # at the depths of the layer centres
     found = read_profile(bore, "interpolate").layers[1]
     assert found.shear_velocity == pytest.approx(between * 0.3048)
     assert found.density == pytest.approx(118 * 16.018463, rel=1e-6)
@@ -60,8 +60,8 @@ def test_gaps_are_named_by_the_readers_heading_and_filled(bore):
         read_profile(bore, "above")
 
 
-def test_a_suite_is_its_cases(bore):
-    """Every number of the table is that of the analysis by itself; so are the statistics."""
+def test_a_suite_has_the_results_of_its_cases(bore):
+    """Each number of the table equals that of a single analysis; so do the statistics."""
     sites = randomized(read_profile(bore, "above"), 2, curves=-0.5)
     motions = {"a": shaking(1), "b": shaking(2)}
     periods = [0.1, 0.5, 2.0]
@@ -89,7 +89,7 @@ def test_a_suite_is_its_cases(bore):
     assert (statistics["count"] == 4).all()
 
 
-def test_a_suite_from_the_command_line_goes_on_where_it_was(bore, python_program):
+def test_the_command_continues_an_interrupted_suite(bore, python_program):
     folder = bore.parent
     text = "TIME SERIES\nx\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 1500, DT= .0100 SEC\n"
     for name in ("one", "two"):
@@ -104,7 +104,7 @@ def test_a_suite_from_the_command_line_goes_on_where_it_was(bore, python_program
     assert len(results) == 6
     found = json.loads(results[0].read_text())
     results[0].unlink()
-    for other in results[1:]:  # what is there is not computed again
+    for other in results[1:]:  # existing results are not computed again
         other.write_text(other.read_text().replace('"seconds": ', '"seconds": 1'))
     python_program("site", folder / "suite.toml", "-q")
     assert json.loads(results[0].read_text())["numbers"] == found["numbers"]
@@ -135,20 +135,20 @@ def test_the_file_of_a_suite_states_the_unit_of_text_records(bore, unit):
     assert float(found.time[1]) == pytest.approx(STEP)
 
 
-def test_what_fails_does_not_count_and_is_said(bore):
+def test_failed_cases_are_excluded_and_reported(bore):
     column, curves = randomized(read_profile(bore, "above"), 1, velocity=None)[0]
-    bad = SoilCurves([1e-6, 1e-2], [1, 0.9], [0.6, 0.6])  # more than the convention has
+    bad = SoilCurves([1e-6, 1e-2], [1, 0.9], [0.6, 0.6])  # more than the convention permits
     found = suite([(column, curves), (column, [bad] * len(curves))], [shaking(1)],
                   ["equivalent-linear"], periods=[0.2, 1.0], workers=1)  # fmt: skip
     assert (found.statistics["count"] == 1).all()
     assert "1 case failed" in str(found) and "damping ratio of 0.6" in str(found)
 
 
-def test_median_and_sigma_are_those_of_pystrata_on_the_same_profiles(bore, strata_profile):
-    """100 Toro profiles, linear and equivalent-linear: 1 % and 0.01."""
+def test_median_and_sigma_agree_with_pystrata(bore, strata_profile):
+    """100 Toro profiles, linear and equivalent-linear: median within 1 %, σ within 0.01."""
     pystrata = pytest.importorskip("pystrata")
     sites = randomized(read_profile(bore, "above"), 100, sigma=0.2)
-    step = 0.005  # so fine that both oscillators agree
+    step = 0.005  # small enough for equal results of both oscillators
     motion = shaking(4, 1.0, 3000, step)
     ground, periods = motion.acceleration.values, np.geomspace(0.1, 3.0, 20)
     names = ["linear", "equivalent-linear"]
@@ -190,14 +190,14 @@ def uniform(tmp_path, layers=12, thick=5.0):
 
 @pytest.mark.parametrize("name", ["USGS B", "USGS D", "Geomatrix AB"])
 def test_velocities_have_the_statistics_of_the_published_model(tmp_path, name):
-    """1,000 profiles: median, σ, correlation of neighbours, and none beyond the cut."""
+    """1,000 profiles: median, σ, correlation of neighbours, and truncation."""
     sites, model = randomized(uniform(tmp_path), 1000, velocity=name), TORO[name]
     logs = np.log([[la.shear_velocity for la in column.layers] for column, _ in sites])
     count = len(logs)
     deviates = (logs - np.log(300)) / model.sigma
     assert np.abs(deviates.mean(0)).max() < 4 / np.sqrt(count)
     assert np.abs(deviates.std(0) - 1).max() < 4 * np.sqrt(0.5 / count)
-    assert np.abs(deviates).max() < 2 / 0.8796  # cut at 2 σ, stretched to the σ of the model
+    assert np.abs(deviates).max() < 2 / 0.8796  # truncated at 2 σ, scaled to the σ of the model
     middles = 2.5 + 5.0 * np.arange(12)
     wanted = model.correlation(middles)
     mean, apart = (middles[1:] + middles[:-1]) / 2, 5.0
@@ -211,7 +211,7 @@ def test_velocities_have_the_statistics_of_the_published_model(tmp_path, name):
     assert abs(far - wanted[0] * wanted[1]) < 4 / np.sqrt(count) + 0.03
 
 
-def test_layering_has_the_rate_of_the_published_model_and_of_pystrata():
+def test_layering_has_the_published_rate():
     generator, count, depth = np.random.default_rng(3), 1000, 100.0
     ours = [interfaces(generator, depth) for _ in range(count)]
     assert all(one[-1] == depth and np.all(np.diff(one) > 0) for one in ours)
@@ -234,7 +234,7 @@ def test_depth_to_rock_and_curves_vary_as_published(tmp_path):
     deepest = max(sites, key=lambda one: one[0].depth)[0]
     assert deepest.layers[-1].thickness > 5 and len(deepest.layers) == 12
     mean = profile.curves()[0]
-    at = 1e-4  # neither limit is near
+    at = 1e-4  # strain far from both limits
     moduli = np.array([curves[0].reduction_at(at) for _, curves in sites])
     ratios = np.array([curves[0].damping_at(at) for _, curves in sites])
     g, d = float(mean.reduction_at(at)), float(mean.damping_at(at))
@@ -246,7 +246,7 @@ def test_depth_to_rock_and_curves_vary_as_published(tmp_path):
 
 
 @pytest.mark.parametrize("deviates", [(2.27, 2.27), (-2.27, -2.27), (-2.27, 2.27), (9.0, -9.0)])
-def test_varied_curves_stay_curves(deviates):
+def test_varied_curves_remain_valid(deviates):
     found = varied_curves(darendeli(1e5, 15.0), *deviates)
     assert np.all((found.damping >= 0.001) & (found.damping <= 0.15))
     assert np.all(np.diff(found.reduction) <= 1e-15)
@@ -271,6 +271,6 @@ def test_realisations_do_not_depend_on_their_number_and_seeds_differ(tmp_path):
         ({"depth_to_rock": -0.1}, "depth_to_rock = -0.1"),
     ],
 )
-def test_bad_randomisation_is_named(tmp_path, values, words):
+def test_invalid_randomisation_is_refused(tmp_path, values, words):
     with pytest.raises(InputError, match=words):
         randomized(uniform(tmp_path), **{"count": 1, **values})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Site terms of plane models by many columns and few runs."""
+"""Site terms of plane models from many columns and few plane runs."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,13 @@ def draw(sample):
 
 
 def columns(sample):
-    """ln AF of two points at two periods: 0.3 x, and its neighbour."""
+    """Return ln AF of two points at two periods: 0.3 x, and a similar value."""
     x, y, _ = draw(sample)
     return np.exp(0.3 * np.array([[x, 0.8 * x + 0.6 * y], [x, 0.8 * x + 0.6 * y]]))
 
 
 def plane(sample):
-    """The first point is the column but for 0.03; the second has nothing to do with it."""
+    """The first point equals the column plus 0.03; the second is independent of it."""
     noise = np.random.default_rng([6, sample]).standard_normal((2, 2))
     own = np.log(columns(sample))
     own[0] += 0.2 + 0.03 * noise[0]
@@ -37,8 +37,8 @@ def failing(sample):
 
 
 @pytest.mark.parametrize(("noise", "least", "most"), [(0.05, 20, 500), (3.0, 1, 1.3)])
-def test_intervals_hold_as_often_as_they_claim(noise, least, most):
-    """y = 0.2 + 1.1 x + 0.3 x² + noise, with x normal of σ 0.3; 300 repeats of 40 runs."""
+def test_intervals_have_their_nominal_coverage(noise, least, most):
+    """y = 0.2 + 1.1 x + 0.3 x² + noise with x normal, σ 0.3; 300 repetitions of 40 runs."""
     generator, right, saving = np.random.default_rng(1), [], []
     mean = 0.2 + 0.3 * 0.09
     sigma = np.sqrt((1.1 * 0.3) ** 2 + 2 * (0.3 * 0.09) ** 2 + (0.3 * noise) ** 2)
@@ -60,7 +60,7 @@ def test_intervals_hold_as_often_as_they_claim(noise, least, most):
     assert least <= np.median(saving) <= most
 
 
-def test_a_term_has_one_budget_and_says_where_nothing_is_saved(tmp_path):
+def test_a_term_reports_results_without_saving(tmp_path):
     found = site_term(plane, columns, ["near", "far"], [0.2, 1.0], runs=40, columns=2000,
                       finer={"mesh": finer}, finer_runs=2, workers=1)  # fmt: skip
     table = found.table
@@ -79,7 +79,7 @@ def test_a_term_has_one_budget_and_says_where_nothing_is_saved(tmp_path):
     assert lines[0].startswith("point,period,median,") and len(lines) == 5
 
 
-def test_bad_terms_are_named():
+def test_errors_of_terms_are_reported():
     with pytest.raises(InputError, match="runs = 10, columns = 100: give 20"):
         site_term(plane, columns, ["a", "b"], [0.2, 1.0], runs=10, columns=100)
     with pytest.raises(InputError, match="sample 0 is no good"):

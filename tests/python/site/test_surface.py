@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Amplification along the surface of a run over its free field or its outcrop."""
+"""Amplification along the surface of a run relative to its free field or its outcrop."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ HILL = (4, 5)
 
 
 def ground(hill=(), sides="free_field") -> sitedda.Run:
-    """Points along the surface, the last of them inside the ground."""
+    """Return a run with points along the surface; the last point is inside the ground."""
     model = lattice(sides, hill=hill, duration=0.3)
     for i, x in enumerate((0.0, 2.5, 5.0, 7.5, 10.0)):
         model.measured_point(f"p{i}", x, 4.0 if 4 <= x <= 6 and hill else 3.0)
@@ -24,7 +24,7 @@ def ground(hill=(), sides="free_field") -> sitedda.Run:
     return model.run()
 
 
-def test_level_ground_is_its_own_free_field():
+def test_level_ground_equals_its_free_field():
     run = ground()
     found = surface(run.history, lowest=10.0, highest=50.0)
     assert found.names == ["p0", "p1", "p2", "p3", "p4"] and "free field left" in found.reference
@@ -36,7 +36,7 @@ def test_level_ground_is_its_own_free_field():
         assert run.verdict.values[f"side_departure[free field {side}]"] < 1e-8
 
 
-def test_a_hill_is_seen_where_it_is():
+def test_a_hill_amplifies_most_at_its_top():
     run = ground(HILL)
     found = surface(run.history, lowest=10.0, highest=50.0)
     assert int(np.argmax(found.peak_acceleration)) == 2
@@ -46,7 +46,7 @@ def test_a_hill_is_seen_where_it_is():
     departure = run.verdict.values["side_departure[free field left]"]
     assert 0.01 < departure < 0.3
     assert found.plot().axes
-    # Level points have the column of the free field; the top has one layer more.
+    # Level points have the column of the free field; the point on the hill has one layer more.
     np.testing.assert_allclose(found.column_amplification[[0, 1, 3, 4]], 1.0, rtol=1e-5)
     np.testing.assert_allclose(found.aggravation[1], found.amplification[1], rtol=1e-5)
     rock = HalfSpace(density=ROCK["density"], shear_velocity=ROCK["shear_velocity"])
@@ -59,7 +59,7 @@ def test_a_hill_is_seen_where_it_is():
     assert found.aggravation_factor[2] != pytest.approx(1.0, abs=0.02)
 
 
-def test_the_picture_of_a_run_is_amplification_along_its_surface():
+def test_the_picture_of_a_run_shows_amplification_along_its_surface():
     history = ground(HILL).history
     assert shown(history).kind == "surface"
     assert [axes.get_ylabel() for axes in run_picture(history).axes[:2]] == [
@@ -71,7 +71,7 @@ def test_the_picture_of_a_run_is_amplification_along_its_surface():
 
 
 def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():
-    """A layer on a half-space against the closed form, smoothed alike."""
+    """A layer on a half-space agrees with the closed form, with equal smoothing."""
     time = np.arange(0.0, 0.2, 2e-3)
     pulse = np.sin(np.pi * time / 0.2) ** 2 * np.sin(2 * np.pi * time / 0.1)
     model = stack(20, motion=pulse, integration="midpoint", time_step=2e-3, duration=4.0)
@@ -84,7 +84,7 @@ def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():
     both = [abs(spectrum), abs(spectrum) * outcrop_ratio(bins)]
     below, above = (smooth_konno_ohmachi(bins, one, 40.0, found.frequency) for one in both)
     np.testing.assert_allclose(found.amplification[1], above / below, rtol=0.02)
-    np.testing.assert_allclose(found.aggravation, 1.0, rtol=0.03)  # nothing is two-dimensional
+    np.testing.assert_allclose(found.aggravation, 1.0, rtol=0.03)  # no two-dimensional effects
     assert found.aggravation_factor == pytest.approx(1.0, rel=0.01)
 
 
@@ -96,7 +96,7 @@ def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():
         ("none", {}, "no wave enters the model from outside"),
     ],
 )
-def test_what_cannot_be_compared_is_said(sides, values, words):
+def test_unsuitable_runs_are_refused(sides, values, words):
     history = ground().history
     if sides == "none":
         history = history.drop_vars("boundary_kind")
@@ -104,7 +104,7 @@ def test_what_cannot_be_compared_is_said(sides, values, words):
         surface(history, **values)
 
 
-def test_the_command_prints_and_draws(main, tmp_path):
+def test_the_command_prints_and_draws_amplification(main, tmp_path):
     model = lattice("free_field", hill=HILL)
     for x in (0.0, 5.0):
         model.measured_point(f"at {x:g}", x, 4.0 if x else 3.0)
