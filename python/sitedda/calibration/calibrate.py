@@ -47,9 +47,9 @@ class Calibration:
         ln f, measured over best, in deviations (error and discrepancy); ``mac``, the modal
         assurance criterion of the shape (NaN without).
     modes : Modes
-        Of the best model.
+        Modes of the best model.
     samples : DataFrame
-        With a column for each unknown.
+        Samples of the posterior, with a column for each unknown.
     discrepancy : float
         Relative error of the model's own frequencies: given, or its median if it was unknown.
     evidence, evidence_error : float
@@ -139,9 +139,9 @@ def calibrate(
     sampler : 'laplace' or 'ensemble'
         Importance sampling from t distributions about the peaks of the posterior; or `emcee`.
     samples : int
-        How many.
+        Number of samples.
     seed : int
-        Of the samples.
+        Seed of the samples.
     contacts, changes, **more
         See `sitedda.modes`.
 

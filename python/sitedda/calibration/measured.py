@@ -46,7 +46,7 @@ def measured_modes(source) -> pd.DataFrame:
     Raises
     ------
     InputError
-        If a column is not known, or a value cannot be; the message names file and line.
+        If a column is unknown or a value is invalid; the message names file and line.
     """
     if isinstance(source, str | Path):
         names, rows = read_numbers(source, _LARGEST)
@@ -99,7 +99,7 @@ class Observations:
     Attributes
     ----------
     table : DataFrame
-        Of `measured_modes`.
+        Table of `measured_modes`.
     log_omega, error : ndarray, shape (measured,)
         ln ω (rad/s) and relative standard deviation of the frequencies.
     rows : list of ndarray of int

@@ -20,7 +20,7 @@ def draw_calibration(model, found: Calibration, changes=None, contacts: str = "a
     Parameters
     ----------
     model, changes, contacts
-        As for `calibrate`.
+        See `calibrate`.
     found : Calibration
     """
     best = found.unknowns.best.to_dict()

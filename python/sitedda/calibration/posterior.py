@@ -51,7 +51,7 @@ class Posterior:
         Dense and small.
     seen : Observations
     mean, deviation : ndarray
-        Priors of ln θ; the last is that of ln δ, if `discrepancy` is None.
+        Priors of ln θ; the last one is that of ln δ if `discrepancy` is None.
     discrepancy : float or None
         δ; None: unknown.
     """

@@ -69,8 +69,8 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"sitedda: {error}", file=sys.stderr)
         return error.kind
     except OSError as trouble:  # writing a picture, page or movie failed
-        said = f"{trouble.filename}: {trouble.strerror}" if trouble.filename else trouble
-        print(f"sitedda: {said}", file=sys.stderr)
+        message = f"{trouble.filename}: {trouble.strerror}" if trouble.filename else trouble
+        print(f"sitedda: {message}", file=sys.stderr)
         return OutputError.kind
 
 
@@ -82,7 +82,7 @@ def whole_parser() -> argparse.ArgumentParser:
     return _make_parser(*(name for name, (_, place) in COMMANDS.items() if place or name in others))
 
 
-def _make_parser(*asked: str) -> argparse.ArgumentParser:
+def _make_parser(*requested: str) -> argparse.ArgumentParser:
     """Return the parser with the arguments of the requested commands only."""
     parser = Parser(prog="sitedda", description=__doc__)
     parser.add_argument("--version", action="version", version=f"sitedda {version()}")
@@ -91,7 +91,7 @@ def _make_parser(*asked: str) -> argparse.ArgumentParser:
         command = commands.add_parser(
             name, help=words, description=f"{words[0].upper()}{words[1:]}."
         )
-        if name in asked:
+        if name in requested:
             _argument_function(name, place)(command)
     return parser
 

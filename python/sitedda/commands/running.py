@@ -58,7 +58,7 @@ def _run_to_end(options: argparse.Namespace) -> int:
         check_input(options)
     changes, resume = dict(options.set), options.resume
     with ExitStack() as stack:
-        advance, said = [], [""]
+        advance, thread_notes = [], [""]
 
         def show(simulation: Simulation) -> None:
             if not advance:
@@ -68,14 +68,14 @@ def _run_to_end(options: argparse.Namespace) -> int:
                 tell("\n".join([simulation.notes, simulation.block_notes()]))
                 advance.append(_progress_callback(stack, simulation.duration, options.quiet))
             advance[0](simulation.time)
-            said[:] = [simulation.thread_notes]
+            thread_notes[:] = [simulation.thread_notes]
 
         light = not (options.accuracy or options.ensemble or options.report)
         output = options.output or True
         result = _run_or_resume(
             options.file, output, show, changes, resume, program=True, light=light
         )
-    tell(said[0])
+    tell(thread_notes[0])
     if not result.complete:
         print(f"{result.verdict}\noutput: {result.output}")
         words = f"interrupted at t = {float(result.history.time[-1]):g} s"

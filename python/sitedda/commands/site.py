@@ -117,11 +117,11 @@ def _compute_suite(options: argparse.Namespace) -> int:
     """Compute the response to a suite of motions; write table, CSV, picture and page."""
     from ..site import read_suite, suite
 
-    asked = read_suite(options.file, options.folder)
-    found = suite(**asked, workers=options.workers, retry=options.retry,
+    settings = read_suite(options.file, options.folder)
+    found = suite(**settings, workers=options.workers, retry=options.retry,
                   progress=not options.quiet)  # fmt: skip
     print(found)
-    folder = asked["folder"]
+    folder = settings["folder"]
     print(f"table: {found.to_netcdf(folder / 'suite.nc')}")
     print(f"statistics: {found.to_csv(folder / 'suite.csv')}")
     _save_figure(found.plot(), options.output or folder / "suite.png", options.file)

@@ -49,8 +49,8 @@ def _describe_variable(variable: Variable) -> dict:
         most = variable.size * (2 if variable.kind == "points" else 1)
         one = {"anyOf": [one, {"type": "array", "items": one, "maxItems": most}]}
     one["description"] = variable.meaning
-    for name, said in (("unit", variable.unit), ("default", variable.default)):
-        one |= {f"x-{name}": said} if said else {}
+    for name, text in (("unit", variable.unit), ("default", variable.default)):
+        one |= {f"x-{name}": text} if text else {}
     return one
 
 

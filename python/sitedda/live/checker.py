@@ -50,12 +50,12 @@ class Checker:
 
     def _report_findings(self, process: subprocess.Popen, text: str, version: int) -> None:
         """Send the input to the checking process, wait for its findings and report them."""
-        said, _ = process.communicate(text.encode("utf-8", "surrogateescape"))
+        reply, _ = process.communicate(text.encode("utf-8", "surrogateescape"))
         with self._lock:
             if process is not self._process:
                 return
         try:
-            found = json.loads(said)
+            found = json.loads(reply)
         except ValueError:
             found = {"error": f"the check ended with status {process.returncode}"}
         self._tell({"kind": "check", "version": version, "state": "done"} | found)

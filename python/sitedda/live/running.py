@@ -82,7 +82,7 @@ class LiveRun:
         self._tasks: queue.Queue = queue.Queue()
         self._simulation: Simulation | None = None
         self._chunk = 1
-        self._shown = self._said = self._saved = 0.0
+        self._shown = self._last_report = self._saved = 0.0
         self._used = self._cost = 0.0  # processor time at the last frame, and of this frame, s
         self._pace: list[tuple[float, float]] = []
         self._begun = self._closing = self._interrupted = False
@@ -255,7 +255,7 @@ class LiveRun:
         wait = _FRAME if self._watched() else _UNWATCHED
         if now - self._shown > wait and time.thread_time() - self._used > self._cost / _SHARE:
             self._send_frame()
-        if now - self._said > _STATUS:
+        if now - self._last_report > _STATUS:
             self._send_progress()
         if now - self._saved > _CHECKPOINT:
             self._write_checkpoint()
@@ -328,7 +328,7 @@ class LiveRun:
     def _send_progress(self) -> None:
         """Send time, steps and the estimated remaining time (s) to the page."""
         simulation, now = self._simulation, time.perf_counter()
-        self._said = now
+        self._last_report = now
         if simulation is not None and simulation.is_open:
             self._pace = [*self._pace[-40:], (now, simulation.time)]
             (t0, s0), (t1, s1) = self._pace[0], self._pace[-1]

@@ -52,9 +52,11 @@ class Session:
         self.run: LiveRun | None = None
         self._drawn: bytes | None = None
         self._opened = 0  # number of models that have been opened
-        self._said: dict[str, dict] = {}  # last message of each kind that new pages receive
+        self._last_messages: dict[
+            str, dict
+        ] = {}  # last message of each kind that new pages receive
         self._cards: dict[str, dict] = {}
-        self._cards_asked = False
+        self._cards_requested = False
         self._work = threading.Condition()
         self._wanted = 0  # number of requested drawings
         self._closing = False
@@ -68,8 +70,8 @@ class Session:
         """Return the messages for a new page."""
         messages: list[dict | bytes] = [self._start_message()]
         if self.document is None:
-            if not self._cards_asked:
-                self._cards_asked = True
+            if not self._cards_requested:
+                self._cards_requested = True
                 threading.Thread(target=self._send_thumbnails, name="cards", daemon=True).start()
             return [*messages, *self._cards.values()]
         messages.append(self._model_message())
@@ -79,7 +81,7 @@ class Session:
             messages += [self.run.drawn] if self.run.drawn else []
             messages += [*self.run.frames, self.run.described()]
         lasting = ("good", "trouble", "check")
-        return messages + [m for kind, m in self._said.items() if kind in lasting]
+        return messages + [m for kind, m in self._last_messages.items() if kind in lasting]
 
     def _start_message(self) -> dict:
         """Return the message with the content of the start page."""
@@ -169,7 +171,7 @@ class Session:
         self._end_run()
         self._checker.stop()
         self.document, self._drawn = None, None
-        self._said.clear()
+        self._last_messages.clear()
         self.journal.keep("model", None)
         for message in self.welcome():
             self.tell(message)
@@ -220,8 +222,8 @@ class Session:
         document = self.document
         self.journal.keep("model", {"file": str(document.file), "text": document.text})
         self._checker.stop()
-        self._said.pop("check", None)
-        self._said.pop("trouble", None)
+        self._last_messages.pop("check", None)
+        self._last_messages.pop("trouble", None)
         self.tell(self._model_message())
         with self._work:
             self._wanted += 1
@@ -255,7 +257,7 @@ class Session:
             return
         if document is not self.document or self.run is not None:
             return
-        self._said.pop("trouble", None)
+        self._last_messages.pop("trouble", None)
         self._drawn = drawing.message
         self.tell(drawing.message)
         took = time.perf_counter() - begun
@@ -263,7 +265,7 @@ class Session:
 
     def _publish(self, message: dict) -> None:
         """Send a message to all pages, and store it for pages that open later."""
-        self._said[message["kind"]] = message
+        self._last_messages[message["kind"]] = message
         self.tell(message)
 
     # --- run ------------------------------------------------------------------------------------

@@ -16,10 +16,10 @@ def provenance(**more: str) -> list[tuple[str, str]]:
     lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
     program, made_of = f"sitedda {version()}", commit()
     whole = f"{program}, commit {made_of}" if made_of else program
-    said = more.get("computed_by")  # the program is not listed twice
-    if said not in (whole, program):
+    computed_by = more.get("computed_by")  # the program is not listed twice
+    if computed_by not in (whole, program):
         lines.append(("program", program))
-    if made_of and said != whole:
+    if made_of and computed_by != whole:
         lines.append(("commit", made_of))
     return [
         *lines,

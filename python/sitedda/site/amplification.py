@@ -82,7 +82,7 @@ class AmplificationTable:
         code : str
             ``ampcode`` of the site, at most 4 letters and digits.
         vs30 : float
-            Of the rock, m/s: ``vs30_ref``.
+            Mean S-wave velocity of the rock, m/s: ``vs30_ref``.
         """
         import pandas as pd
 
@@ -114,11 +114,11 @@ def amplification_table(
     Parameters
     ----------
     suite : Suite
-        With motions at several levels.
+        Suite with motions at several levels.
     levels : sequence of float
         Sa of the rock, m/s².  A level that the motions do not reach gets NaN.
     analysis : str
-        One of the suite's.
+        Analysis of the suite.
     pga : bool
         The shortest period of the suite, at most 0.05 s, represents PGA.
 

@@ -34,7 +34,7 @@ class Beside:
     ----------
     columns : dict of str to SiteResponse
         The column under the motion of the blocks' base, by names: ``column`` where it is linear,
-        else ``nonlinear``, ``equivalent-linear`` and ``linear``.
+        otherwise ``nonlinear``, ``equivalent-linear`` and ``linear``.
     surface, base : ndarray, shape (samples,)
         Accelerations of the blocks, m/s².
     frequency : ndarray, shape (bins,)
@@ -42,11 +42,11 @@ class Beside:
     ratio : ndarray, shape (bins,)
         Surface over base, of the blocks.
     column_ratios : dict of str to ndarray, shape (bins,)
-        The same of the columns.
+        The ratios of the columns.
     points : tuple of ndarray
         Depths (m) and peak accelerations (m/s²) of the measured points, from the surface down.
     strains : tuple of ndarray
-        Depths (m) and peak mean shear strains between measured points that follow each other.
+        Depths (m) and peak mean shear strains between adjacent measured points.
     words : str
         Description of the column.
     title : str
@@ -123,12 +123,12 @@ def beside(
     Parameters
     ----------
     history : xarray.Dataset
-        Of a run, with measured points at surface and base, in equal steps.
+        History of a run with equal steps, with measured points at surface and base.
     surface, base : str, optional
-        Their names; by default those of the input's first &amplification.
+        Names of these points; by default those of the first &amplification of the input.
     damping : float, optional
-        Damping ratio of the column's layers; by default the damping of the run: that of its time
-        integration and of its materials.  Soil that yields has its own.
+        Damping ratio of the layers of the column; by default the damping of the run by its time
+        integration and materials.  Nonlinear soil has its own damping.
 
     Raises
     ------

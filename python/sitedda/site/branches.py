@@ -61,13 +61,13 @@ class Branches:
         ----------
         curves : SoilCurves
         branches : int
-            2 … 200; the misfit falls with their number.
+            2 … 200; the misfit decreases with their number.
         damping_curve : {'target', 'masing'}
             The damping ratio of the curves, or the one of Masing's rules from their moduli.
         least_damping : float, optional
-            At small strains; by default the least of the curves, by Masing's rules none.
+            Damping ratio at small strains; default: the least of the curves, with Masing's rules 0.
         reference_frequency : float
-            Hz, at which the modulus is the given one.
+            Hz; frequency at which the modulus is the given one.
 
         Raises
         ------

@@ -36,7 +36,7 @@ from .response import KINDS, ColumnResponse
 __all__ = ["Column", "HalfSpace", "Layer", "complex_modulus", "damped_amplification",
            "refined_peak", "undamped_amplification"]  # fmt: skip
 
-_WRAPPED = 1e-2  # part of the free vibration that may be left at the end of the zeros
+_WRAPPED = 1e-2  # largest remaining fraction of the free vibration at the end of the zeros
 _UNBOUNDED = 1e7  # a higher peak is the resonance of an undamped column
 _POINTS_PER_MODE = 64  # samples between two resonances in the search of peaks
 _MOST_POINTS = 1_000_000
@@ -337,7 +337,7 @@ class Column:
         motion : xarray.Dataset or array_like, shape (samples,)
             As :func:`sitedda.read_record` returns it, or ground acceleration, m/s²; or a Motion.
         time_step : float, optional
-            s between samples of an array.
+            Time between samples of an array, s.
         bottom : float, optional
             Depth of the motion, m; by default the base.
         kind : {'outcrop', 'within'}

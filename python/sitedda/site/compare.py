@@ -57,8 +57,8 @@ class Analyses:
             ("largest shear strain", [100 * float(one.strain.max()) for one in profiles], "%"),
             ("largest shear stress", [float(one.stress.max()) / 1e3 for one in profiles], "kPa"),
         ])  # fmt: skip
-        said = list(filter(None, [self.unbounded, self.fitted.doubt]))
-        return "\n".join([self.nonlinear.words, *lines, *said, "", str(self.nonlinear)])
+        warnings = list(filter(None, [self.unbounded, self.fitted.doubt]))
+        return "\n".join([self.nonlinear.words, *lines, *warnings, "", str(self.nonlinear)])
 
     def plot(self):
         """Draw spectra, profiles and loops side by side; return the figure."""
@@ -103,10 +103,10 @@ def analyses(
     Parameters
     ----------
     column, curves, motion, time_step, kind
-        As for :func:`nonlinear`; the linear column has the least damping ratios of the curves, and
-        the equivalent-linear one the curves that given branches have.
+        As for :func:`nonlinear`; the linear column has the least damping ratios of the curves.  If
+        branches are given, the equivalent-linear column has their curves.
     **options
-        Of :func:`nonlinear`.
+        Options of :func:`nonlinear`.
 
     Raises
     ------

@@ -204,11 +204,11 @@ def strength_corrected(
     ----------
     curves : SoilCurves
     shear_modulus : float
-        Of small strains, Pa.
+        Modulus at small strains, Pa.
     strength : float
-        Pa.
+        Shear strength, Pa.
     known : float
-        Strain up to which the curves are followed; less where they pass 0.7 of the strength.
+        Strain up to which the curves are fitted; smaller if they exceed 0.7 of the strength.
 
     Raises
     ------
@@ -274,7 +274,7 @@ def darendeli(
     over_consolidation : float
         OCR.
     frequency : float
-        Of the loading, Hz.
+        Frequency of the loading, Hz.
     cycles : float
         Number of cycles.
 

@@ -28,7 +28,7 @@ class EquivalentLinear:
     Attributes
     ----------
     response : ColumnResponse
-        Of the fitted column; ``response.column`` has its moduli and damping ratios.
+        Response of the fitted column; ``response.column`` has its moduli and damping ratios.
     strain : ndarray, shape (layers,)
         Effective shear strain of each layer.
     reduction : ndarray, shape (layers,)
@@ -103,11 +103,11 @@ def equivalent_linear(
     Parameters
     ----------
     column : Column
-        With the moduli at small strain, n layers.
+        Column with n layers and their moduli at small strains.
     curves : sequence of SoilCurves or None, length n
-        Of each layer; None leaves it linear, with its own damping ratio.
+        Curves of each layer; None: the layer is linear with its own damping ratio.
     motion, time_step, bottom, kind
-        As for :meth:`Column.response`; or a Motion.
+        See :meth:`Column.response`.
     strain_ratio : float
         Effective over largest strain; 0.65 or (magnitude − 1)/10.
     tolerance : float
@@ -121,7 +121,7 @@ def equivalent_linear(
         If an argument is out of range, or a damping ratio at the end is larger than the convention
         of the column allows.
     ConvergenceError
-        If the iteration does not end.
+        If the iteration does not converge.
     """
     if len(curves) != len(column.layers):
         raise ValueError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")

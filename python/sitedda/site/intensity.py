@@ -51,12 +51,12 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     Parameters
     ----------
     motion, time_step
-        As for :meth:`Column.response`.
+        See :meth:`Column.response`.
 
     Raises
     ------
     ValueError
-        If the motion is no motion, or has no acceleration at all.
+        If the motion is invalid, or all samples are 0.
 
     References
     ----------

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Shear waves in layers of soil: complex moduli and the recursion of SHAKE.
 
-Time dependence is exp(iωt) and depth grows downwards from the free surface, so layer *j* holds the
+Time dependence is exp(iωt) and depth grows downwards from the free surface, so layer *j* has the
 displacement ``A exp(ikz) + B exp(-ikz)``, with the upgoing wave first.
 
 References
@@ -149,13 +149,13 @@ def damped_amplification(
 ) -> NDArray[np.float64]:
     """Return the surface amplification of a uniform damped layer on a rigid base (eq. 10).
 
-    ``1 / √(cos²(ωH/v) + (ζωH/v)²)``: the exact ``1 / |cos(k*H)|`` but for a relative error of the
-    order of ζ² (1 + (ωH/v)²).
+    ``1 / √(cos²(ωH/v) + (ζωH/v)²)``: ``1 / |cos(k*H)|`` with a relative error of the order of
+    ζ² (1 + (ωH/v)²).
 
     Parameters
     ----------
     frequency, thickness, shear_velocity
-        As for :func:`undamped_amplification`, whose results and errors it has.
+        See :func:`undamped_amplification`, which also lists result and errors.
     damping : array_like, shape (...)
         Damping ratio ζ >= 0.
     """
@@ -262,12 +262,12 @@ class Layer(HalfSpace):
     thickness : float
         H, m; the only positional argument.
     density, shear_modulus, shear_velocity, damping
-        As for :class:`HalfSpace`.
+        See :class:`HalfSpace`.
 
     Raises
     ------
     ValueError
-        As for :class:`HalfSpace`, or if the thickness is not finite and positive.
+        As in :class:`HalfSpace`, or if the thickness is not finite and positive.
     """
 
     thickness: float

@@ -68,9 +68,9 @@ def matched(
     periods : (float, float)
         Shortest and longest that are matched, s.
     tolerance : float
-        Largest relative misfit; ε is half of it.
+        Largest permitted misfit; ε is half of it.
     damping : float
-        Of the spectrum.
+        Damping ratio of the spectrum.
     most_rounds : int
 
     Returns

@@ -23,7 +23,7 @@ class Motion:
     time_step : float
         s.
     length : int
-        Samples with the zeros.
+        Number of samples including the zeros.
     """
 
     acceleration: NDArray[np.float64]

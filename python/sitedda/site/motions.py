@@ -62,7 +62,7 @@ def band_pass(motion, low: float | None, high: float | None = None, order: int =
     low, high : float, optional
         Corners, Hz, at which the amplitude is halved by the two passes; None: no such corner.
     order : int
-        Of one pass.
+        Order of a single pass.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def resampled(motion, time_step: float) -> xr.Dataset:
     ----------
     motion : xarray.Dataset
     time_step : float
-        s; its ratio to that of the motion must be one of whole numbers up to 1000.
+        s; its ratio to the step of the motion must be a quotient of whole numbers up to 1000.
     """
     from scipy.signal import resample_poly
 
@@ -117,7 +117,7 @@ def rotated_spectra(
     Parameters
     ----------
     first, second : xarray.Dataset
-        At the same time step.
+        Components with equal time steps.
     periods : array_like, shape (n,)
         s.
     percentiles : sequence of float, length m
@@ -267,7 +267,7 @@ class Flatfile:
             Sa (m/s²) of periods (s).
         count : int
         periods : array_like, optional
-            s, at which they are compared: some of the file's.
+            s; periods of the file at which spectra are compared.
         factors : (float, float)
             Least and largest factor of a record.
 
@@ -297,7 +297,7 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
         A column ``file``, ``record``, ``name`` or NGA-West2's own, and columns of Sa headed
         ``T0.100S``, ``SA(0.1)`` or ``0.1``.  Records with a value that is not above 0 are left out.
     unit : float
-        Of the spectra, m/s² (g).
+        Unit of the spectra, m/s² (default: g).
     """
     import pandas as pd
 

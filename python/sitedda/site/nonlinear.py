@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _CELLS_A_WAVE = 12  # cells per wavelength of the highest frequency at small strains
 _STEPS_A_PERIOD = 40
-_FEWEST_CELLS = 2  # of a layer
+_FEWEST_CELLS = 2  # smallest number of cells of a layer
 _MOST_VALUES = 50_000_000  # largest number of values of the motion or of a history
 PERIODS = (0.1, 0.2, 0.5, 1.0)  # s, of results and tables
 _NYQUIST = 0.45  # fraction of the sampling frequency up to which a low-pass is applied
@@ -43,11 +43,11 @@ class Histories:
     interfaces : ndarray, shape (cells + 1,)
         Depths of the nodes, m, from the surface down.
     acceleration, displacement : ndarray, shape (cells + 1, samples)
-        Of the nodes, m/s² and m.
+        Acceleration of the nodes, m/s², and displacement, m.
     strain, stress : ndarray, shape (cells, samples)
-        Shear of the cells, dimensionless and Pa.
+        Shear strain and shear stress (Pa) of the cells.
     largest_strain, largest_stress : ndarray, shape (cells,)
-        Largest absolute values of all steps, between the samples too.
+        Largest absolute values of all steps, also between samples.
     energy : dict of str to float
         J/m²: ``work`` at the base, and what it became, ``kinetic``, ``stored``, ``slipped`` (lost
         by the branches) and ``damped`` (lost by the damping of small strains).
@@ -72,9 +72,9 @@ class NonlinearResponse(SiteResponse):
     Attributes
     ----------
     column : Column
-        With the moduli of small strains.
+        Column with moduli at small strains.
     motion : Motion
-        Of the base.
+        Motion of the base.
     bottom : float
         Depth of the base, m.
     kind : {'outcrop', 'within'}
@@ -83,7 +83,7 @@ class NonlinearResponse(SiteResponse):
         None: the layer is linear.
     histories : Histories
     coarse : Histories or None
-        The same in cells and steps of twice the size.
+        Histories with cells and steps of twice the size.
     band : float
         Hz, up to which cells and steps are small enough.  Accelerations that are returned pass a
         zero-phase low-pass at it; `histories` has them as computed.
@@ -301,24 +301,24 @@ def nonlinear(
     Parameters
     ----------
     column : Column
-        With the moduli at small strain, n layers; on a rigid base or a half-space, whose damping is
-        left out.
+        Column of n layers with moduli at small strains, on a rigid base or on a half-space, whose
+        damping is ignored.
     curves : sequence of SoilCurves, Branches or None, length n
-        Of each layer; branches are taken as they are; None leaves it linear, with its own damping
-        ratio.
+        Curves of each layer; branches are used unchanged; None: the layer is linear with its own
+        damping ratio.
     motion, time_step, kind
-        As for :meth:`Column.response`, or a Motion: of the base, which a motion within moves
+        See :meth:`Column.response`; the motion of the base, which a within motion prescribes
         directly.
     damping_curve : {'target', 'masing'}
         See :meth:`Branches.of`.
     branches : int
-        For each soil.
+        Number of branches of each soil.
     highest_frequency : float
-        Hz, for which cells (12 a wave of small strains) and steps (40 a period) are small enough.
+        Hz; cells (12 per wavelength at small strains) and steps (40 per period) resolve it.
     reference_frequency : float
-        Hz, at which the moduli are the given ones.
+        Hz; frequency at which the moduli are the given ones.
     compare : bool
-        Run once more in cells and steps of twice the size, so that figures have a bar.
+        Run again with cells and steps of twice the size, so that results have error bars.
 
     Raises
     ------

@@ -72,7 +72,7 @@ class Profile(SoilProfile):
         water_table : float
             Depth, m (none): effective stresses, which `darendeli` has, count from it.
         pressure_at_rest : float
-            K₀ of these.
+            Coefficient K₀ of earth pressure at rest, for mean effective stresses.
         """
         stresses = self.mean_stresses(water_table, pressure_at_rest)
         strengths = self.strengths(water_table, pressure_at_rest)
@@ -125,7 +125,7 @@ def read_profile(file, fill: str = "") -> Profile:
     Raises
     ------
     InputError
-        If a column is not known or lacks its unit, or a value cannot be; the message names the row.
+        If a column is unknown or lacks its unit, or a value is invalid; the message names the row.
     """
     found = read_soil_profile(file, fill)
     return Profile(found.layers, found.half_space, found.file)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from .column import Column
 
-KINDS = ("outcrop", "within")  # of motions
+KINDS = ("outcrop", "within")  # kinds of motions
 # Peaks of a profile: their dimension and unit.
 _PEAKS = {"acceleration": ("depth", "m/s^2"), "velocity": ("depth", "m/s"),
           "displacement": ("depth", "m"), "strain": ("middle", "1"),

@@ -58,7 +58,7 @@ class SiteTerm:
         return "\n".join(lines)
 
     def to_csv(self, file) -> Path:
-        """Write the table to a CSV file, a row for each point and period."""
+        """Write the table to a CSV file with a row for each point and period."""
         from ..base.files import write
 
         return write(Path(file), self._rows.to_csv(index=False, float_format="%.6g"), "a table")
@@ -95,17 +95,17 @@ def site_term(
     plane : callable
         AF of a plane model by the number of the sample, shape (points, periods).
     column : callable
-        The same of the columns below the points, for the same random numbers.
+        AF of the columns below the points, for the same random numbers.
     points, periods : sequence
         Names, and s.
     runs, columns : int
-        Samples of each; those of the plane model are the first ones of the columns.
+        Numbers of samples; plane runs use the first samples of the columns.
     finer : mapping of callable, optional
         Plane models with half the time step, half the cells, …, by names of these errors.
     finer_runs : int
-        Samples of each.
+        Number of samples of each of these models.
     level : float
-        Of confidence.
+        Level of confidence.
     folder : path, optional
         Folder of the plane runs; existing ones are not computed again.
     workers : int, optional

@@ -55,8 +55,8 @@ class Suite:
         """Return statistics of successful cases over ``analysis``, ``level``, ``period``.
 
         ``median`` (exp of the mean logarithm) and ``sigma_ln`` of the amplification, ``sa_median``
-        and ``sa_sigma_ln`` of the surface's Sa, their number ``count``, and the share ``converged``
-        of them.
+        and ``sa_sigma_ln`` of the surface's Sa, their number ``count``, and the fraction
+        ``converged`` of them.
         """
         import xarray as xr
 
@@ -71,11 +71,11 @@ class Suite:
         return xr.Dataset(found).transpose("analysis", "level", "period")
 
     def __str__(self) -> str:
-        said = ", ".join(f"{n} {status}" for status, n in sorted(counts(self.table).items()))
+        words = ", ".join(f"{n} {status}" for status, n in sorted(counts(self.table).items()))
         sizes = self.table.sizes
         lines = [
             f"{counted(sizes['profile'], 'profile', 'profiles')}, "
-            f"{counted(sizes['motion'], 'motion', 'motions')}: {said}"
+            f"{counted(sizes['motion'], 'motion', 'motions')}: {words}"
         ]
         for analysis, level, part in self.parts():
             lines += [f"{analysis}, {level}" if sizes["level"] > 1 else analysis]
@@ -188,11 +188,11 @@ def suite(
     periods : array_like, shape (n,)
         s.
     levels : sequence of float
-        To which each motion is scaled.
+        Levels to which each motion is scaled.
     measure : {'scale', 'pga', 'pgv', 'sa', 'arias'}
         Kind of level: a factor, or a measure of the motion, in m and s.
     period : float, optional
-        s, of the measure 'sa'.
+        Period of the measure 'sa', s.
     kind : {'outcrop', 'within'}
         Kind of motions.
     folder : path, optional
@@ -200,18 +200,18 @@ def suite(
     workers : int, optional
         Processes.
     retry : bool
-        Try cases again that have failed.
+        Repeat failed cases.
     progress : bool
-        Show a bar.
+        Show a progress bar.
     **options
-        Of :func:`nonlinear`.
+        Options of :func:`nonlinear`.
 
     Raises
     ------
     InputError
         If an argument is out of range, or a motion cannot be read.
     InterruptedRun
-        If it was stopped; a call with the same folder continues.
+        If the suite was stopped; a call with the same folder continues.
     """
     import xarray as xr
 

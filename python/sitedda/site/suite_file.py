@@ -40,7 +40,7 @@ def read_suite(file, folder=None) -> dict:
     ----------
     file : path
     folder : path, optional
-        Of the cases, instead of that in the file.
+        Folder of the cases, instead of the one in the file.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def read_suite(file, folder=None) -> dict:
     Raises
     ------
     InputError
-        If a name is not known or a value cannot be; the message names file and table.
+        If a name is unknown or a value is invalid; the message names file and table.
     """
     file = Path(file)
     try:

@@ -33,11 +33,11 @@ class Surface:
     Attributes
     ----------
     scene : Scene
-        Of the run.
+        Scene of the run.
     names : list of str
-        Points from left to right.
+        Names of the points from left to right.
     place : ndarray, shape (points, 2)
-        m.
+        Positions of the points, m.
     frequency : ndarray, shape (bins,)
         Hz.
     amplification : ndarray, shape (points, bins)
@@ -111,7 +111,7 @@ def surface(
     Parameters
     ----------
     history : xarray.Dataset
-        Of a run in equal steps.
+        History of a run with equal steps.
     axis : {'x', 'y'}
     lowest, highest : float
         Band of the amplification, Hz.
