@@ -37,7 +37,7 @@ module dda_contact
    type :: contacts_type
       ! unsaved, the input: with_laws, begins
       ! unsaved, set in each step: time_step
-      ! unsaved, allocated only within a step: held_bound
+      ! unsaved, allocated only within a step: held_bound, held_lifting
       ! unsaved, allocated only in a region of a step: fixed_motion
       ! unsaved, allocated only within a static step: imposed_spring, imposed_force
       ! unsaved, set before it is used: gap_change, slip_change
@@ -111,6 +111,8 @@ module dda_contact
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
       !> frozen friction bounds, N/m, see dda_friction_bounds; else not allocated
       real(wp), allocatable :: held_bound(:)
+      !> with frozen bounds, fraction of the slip of the step that lifts a dilating contact
+      real(wp), allocatable :: held_lifting(:)
       !> [2,n] gap and slip due to blocks that are fixed in the region, m, see dda_local_iteration
       real(wp), allocatable :: fixed_motion(:,:)
       !> fraction of stiffness retained in K̂: of the shear spring if sliding, of the normal spring
@@ -446,6 +448,7 @@ contains
       own%with_net_slip = contacts%with_net_slip
       own%with_damping = contacts%with_damping
       if (allocated(contacts%held_bound)) own%held_bound = contacts%held_bound(list)
+      if (allocated(contacts%held_lifting)) own%held_lifting = contacts%held_lifting(list)
       if (allocated(contacts%fixed_motion)) own%fixed_motion = contacts%fixed_motion(:, list)
       allocate (copy%copied(usual_variables))
       copy%list = list

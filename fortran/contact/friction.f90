@@ -20,7 +20,7 @@ module dda_friction
    private
    public :: laws_type, set_laws, weaker_joint, law_of, find_response, acting, &
       end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, &
-      slip_counts, bond_length_of, multiplier_of, friction_bound, slide_response, closed_springs, &
+      slip_counts, bond_length_of, multiplier_of, find_bound, slide_response, closed_springs, &
       same_branch, start_force
 
    real(wp), parameter :: round_off = 1.0e-9_wp  !< slip, over stretch, that is ignored
@@ -178,19 +178,26 @@ contains
          response, contacts%held_bound(c), laws%shear_stiffness*at(2))
    end subroutine find_response
 
-   !> Return the largest friction of contact c at the solution, N/m, used as the next frozen bound.
-   elemental real(wp) function friction_bound(contacts, laws, c) result(bound)
+   !> Find the frozen quantities of contact c for the next pass, from the solution of the last one:
+   !> the largest friction, and the fraction of the slip of the step that lifts the contact.
+   elemental subroutine find_bound(contacts, laws, c, bound, lifting, difference)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c        !< number of the contact
+      real(wp), intent(out) :: bound  !< N/m
+      real(wp), intent(out) :: lifting  !< 0 … 1
+      real(wp), intent(out) :: difference  !< of the normal force from its law, N/m
 
+      lifting = 1.0_wp
+      difference = 0.0_wp
       if (laws%plain) then
          bound = laws%friction(contacts%joint(c))*max(0.0_wp, contacts%normal_force(c))
       else
-         bound = joint_bound(contacts, laws%slot(contacts%joint(c))%law, c, acting(contacts, &
-            laws, c, [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]))
+         call joint_bound(contacts, laws%slot(contacts%joint(c))%law, c, acting(contacts, laws, &
+            c, [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]), bound, lifting, &
+            difference)
       end if
-   end function friction_bound
+   end subroutine find_bound
 
    !> Return the friction, N/m, of contact c in the assumed direction, without the part of its tilt.
    pure real(wp) function slide_response(contacts, laws, c, gap, stretch) result(friction)

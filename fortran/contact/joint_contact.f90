@@ -127,7 +127,10 @@ contains
       state = state_of(contacts, law, c)
       state%way = sign(1.0_wp, stretch)
       lifts = slip_lifts(contacts, law, c)
-      if (lifts .and. allocated(contacts%held_bound)) state%frozen = contacts%held_bound(c)
+      if (lifts .and. allocated(contacts%held_bound)) then
+         state%frozen = contacts%held_bound(c)
+         state%lifting = contacts%held_lifting(c)
+      end if
       call find_forces(contacts, law, c, state, gap, stretch, intact, response)
       if (allocated(contacts%held_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
          contact_open))) then
@@ -142,40 +145,52 @@ contains
          response%strength_ratio = overload(contacts, law, c, state, response, intact)
    end function joint_response
 
-   !> Return the largest friction, N/m, at a gap and trial stretch, without the part of dilation.
-   pure real(wp) function joint_bound(contacts, law, c, at) result(bound)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
+   !> Find the frozen quantities of contact c for the next pass, from the solution of the last one:
+   !> the largest friction without the part of dilation, and the fraction of slip that lifts.
+   !>
+   !> The lift of this fraction, distributed over the whole slip, is the lift by the law.  With a
+   !> constant fraction the energy of the step is convex, also in the step in which dilation ends.
+   pure subroutine joint_bound(contacts, law, c, at, bound, lifting, difference)
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: at(2)                !< gap and stretch, m
+      real(wp), intent(out) :: bound               !< N/m
+      real(wp), intent(out) :: lifting             !< 0 … 1
+      real(wp), intent(out) :: difference          !< of the normal force from its law, N/m
       type(joint_state_type) :: state
       type(response_type) :: response
+      real(wp) :: normal_force
       logical :: intact
 
       state = state_of(contacts, law, c)
       state%way = sign(1.0_wp, at(2))
       call find_forces(contacts, law, c, state, at(1), at(2), intact, response)
-      bound = response%bound - contact_rise(contacts, law, c, response%past_centre, at(2), &
-         response%bound)*max(0.0_wp, response%normal_force)
-   end function joint_bound
+      bound = response%bound
+      lifting = 1.0_wp
+      difference = 0.0_wp
+      if (.not. slip_lifts(contacts, law, c)) return
+      normal_force = max(0.0_wp, contacts%normal_force(c))
+      difference = abs(normal_force - max(0.0_wp, response%normal_force))
+      state = sliding_state(contacts, law, c, response%past_centre, at(2))
+      bound = law%strength(state, normal_force)
+      lifting = law%lifting_share(state, max(0.0_wp, abs(at(2)) - bound/law%shear_spring(state)))
+      bound = bound - lifting*law%rise(state, 0.0_wp)*normal_force
+   end subroutine joint_bound
 
-   !> Return the rise of contact c per unit of slip, in the direction of the trial stretch.
-   pure real(wp) function contact_rise(contacts, law, c, past_centre, stretch, bound) result(rise)
+   !> Return the state of contact c that determines its strength and rise in the direction of slip.
+   pure type(joint_state_type) function sliding_state(contacts, law, c, past_centre, stretch) &
+      result(state)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       logical, intent(in) :: past_centre           !< slip has returned to zero net slip
       real(wp), intent(in) :: stretch              !< stretch of the shear spring without slip, m
-      real(wp), intent(in) :: bound                !< largest friction, N/m
-      type(joint_state_type) :: state
 
-      rise = 0.0_wp
-      if (.not. slip_lifts(contacts, law, c)) return
       state = state_of(contacts, law, c)
       if (past_centre) state = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
       state%way = sign(1.0_wp, stretch)
-      rise = law%rise(state, max(0.0_wp, abs(stretch) - bound/law%shear_spring(state)))
-   end function contact_rise
+   end function sliding_state
 
    !> Apply friction as a curve of slip, at the normal force of this iteration or a frozen one.
    pure subroutine apply_slip_curve(law, state, normal_force, stretch, response)
@@ -273,7 +288,7 @@ contains
       if (state%frozen < 0.0_wp) then
          friction = law%strength(state, normal_force)
       else
-         friction = state%frozen + law%rise(state, 0.0_wp)*max(0.0_wp, normal_force)
+         friction = state%frozen + state%lifting*law%rise(state, 0.0_wp)*max(0.0_wp, normal_force)
       end if
    end function available_friction
 
@@ -290,7 +305,7 @@ contains
          return
       end if
       springs = [law%initial_spring(state), law%shear_spring(state)]
-      rise = law%rise(state, 0.0_wp)
+      rise = state%lifting*law%rise(state, 0.0_wp)
       force = max(0.0_wp, springs(1)*(closure + rise*(stretch - state%frozen/springs(2))) &
          /(1.0_wp + springs(1)*rise**2/springs(2)))
    end function lifted_force
@@ -361,15 +376,21 @@ contains
       integer, intent(in) :: c                        !< number of the contact
       real(wp), intent(in) :: at(2)                   !< gap and stretch, m
       type(response_type), intent(in) :: response     !< response of the law
+      type(joint_state_type) :: state
       real(wp) :: stretch
 
       contacts%tilt(1, c) = 0.0_wp
       if (contacts%trial_state(c) /= contact_slide) return
+      if (.not. slip_lifts(contacts, law, c)) return
       stretch = at(2) + centre_shift(contacts, c)
-      associate (normal => contacts%tangent(1, c), shear => law%shear_spring(state_of(contacts, &
-         law, c)), tilt => contacts%tilt(1, c))
-         tilt = sign(1.0_wp, stretch)*contact_rise(contacts, law, c, response%past_centre, &
-            stretch, response%bound)
+      state = sliding_state(contacts, law, c, response%past_centre, stretch)
+      associate (normal => contacts%tangent(1, c), shear => law%shear_spring(state), &
+         tilt => contacts%tilt(1, c))
+         if (allocated(contacts%held_lifting)) then
+            tilt = state%way*contacts%held_lifting(c)*law%rise(state, 0.0_wp)
+         else
+            tilt = state%way*law%rise(state, max(0.0_wp, abs(stretch) - response%bound/shear))
+         end if
          normal = normal*shear/(shear + normal*tilt**2)
          contacts%line(1, c) = response%normal_force + normal*(at(1) - tilt*stretch)
       end associate

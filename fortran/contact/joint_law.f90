@@ -39,6 +39,7 @@ module dda_joint_law
       real(wp) :: share = 1.0_wp  !< fraction of the stiffness of a contact
       real(wp) :: way = 1.0_wp    !< sign of the considered shear force
       real(wp) :: frozen = -1.0_wp !< frozen friction without dilation, N/m
+      real(wp) :: lifting = 1.0_wp !< with frozen friction, fraction of the slip that lifts
       real(wp) :: memory(most_own + 3) = 0.0_wp  !< memory of the law for this contact
       real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< Δt, s; 0: static
@@ -98,6 +99,7 @@ module dda_joint_law
       procedure :: state_after_slip => longer_path
       procedure :: lift => no_lift
       procedure :: rise => no_rise
+      procedure :: lifting_share => whole_share
       procedure :: sliding_force => force_without_lift
       procedure :: flow => elastic_slip_curve
       procedure :: expected_slip => no_slip
@@ -256,6 +258,15 @@ contains
 
       rise = 0.0_wp
    end function no_rise
+
+   !> Return the fraction of the slip of a step that lifts the contact; default: 1.
+   pure real(wp) function whole_share(law, state, slip) result(share)
+      class(joint_law_type), intent(in) :: law     !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
+      real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
+
+      share = 1.0_wp
+   end function whole_share
 
    !> Return the normal force of a sliding contact, N/m, with the lift by the slip of this step.
    pure real(wp) function force_without_lift(law, state, closure, stretch) result(force)

@@ -32,6 +32,7 @@ module dda_mohr_coulomb
       procedure :: state_after_slip
       procedure :: lift
       procedure :: rise
+      procedure :: lifting_share
       procedure :: sliding_force
       procedure :: check_and_derive
    end type mohr_coulomb_type
@@ -159,6 +160,18 @@ contains
 
       rise = merge(law%dilation, 0.0_wp, state%memory(slip_path) + slip < law%dilation_slip)
    end function rise
+
+   !> Return the fraction of the slip of a step that lifts the contact, up to the largest slip.
+   pure real(wp) function lifting_share(law, state, slip) result(share)
+      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
+      real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
+      real(wp) :: left
+
+      left = law%dilation_slip - state%memory(slip_path)
+      share = 1.0_wp
+      if (slip > left) share = max(0.0_wp, left)/slip
+   end function lifting_share
 
    !> Return the normal force of a sliding contact, N/m, with the lift by the slip of this step.
    pure real(wp) function sliding_force(law, state, closure, stretch) result(force)

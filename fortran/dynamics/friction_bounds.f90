@@ -13,7 +13,7 @@
 module dda_friction_bounds
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
-   use dda_friction, only: friction_bound, laws_type
+   use dda_friction, only: find_bound, laws_type
    implicit none
    private
    public :: bounds_type, hold_bounds, release_bounds, renew_bounds
@@ -42,15 +42,18 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer :: c
 
-      allocate (bounds%change(contacts%n), source=0.0_wp)
-      contacts%held_bound = friction_bound(contacts, laws, [(c, c=1, contacts%n)])
+      allocate (bounds%change(contacts%n))
+      allocate (contacts%held_bound(contacts%n), contacts%held_lifting(contacts%n))
+      call find_bound(contacts, laws, [(c, c=1, contacts%n)], contacts%held_bound, &
+         contacts%held_lifting, bounds%change)
+      bounds%change = 0.0_wp
    end subroutine hold_bounds
 
    !> Let the friction bounds depend on the normal forces again.
    pure subroutine release_bounds(contacts)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
 
-      if (allocated(contacts%held_bound)) deallocate (contacts%held_bound)
+      if (allocated(contacts%held_bound)) deallocate (contacts%held_bound, contacts%held_lifting)
    end subroutine release_bounds
 
    !> Set the next bounds from the normal forces of the solution with the present frozen bounds.
@@ -58,11 +61,13 @@ contains
       type(bounds_type), intent(inout) :: bounds  !< iteration of the bounds
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp) :: change(contacts%n), length, along
+      real(wp), dimension(contacts%n) :: bound, lifting, difference, change
+      real(wp) :: factor, length, along
       logical :: keeps_direction
       integer :: c
 
-      change = friction_bound(contacts, laws, [(c, c=1, contacts%n)]) - contacts%held_bound
+      call find_bound(contacts, laws, [(c, c=1, contacts%n)], bound, lifting, difference)
+      change = bound - contacts%held_bound
       length = norm2(change)
       along = dot_product(change, bounds%change)
       keeps_direction = length >= bounds%length .and. along > same_way*length*bounds%length
@@ -74,12 +79,15 @@ contains
       else
          bounds%share = min(1.0_wp, longer*bounds%share)
       end if
-      contacts%held_bound = max(0.0_wp, contacts%held_bound &
-         + merge(bounds%stretched, bounds%share, keeps_direction)*change)
+      factor = merge(bounds%stretched, bounds%share, keeps_direction)
+      contacts%held_bound = max(0.0_wp, contacts%held_bound + factor*change)
+      contacts%held_lifting = contacts%held_lifting &
+         + min(1.0_wp, factor)*(lifting - contacts%held_lifting)
       bounds%change = change
       bounds%length = length
-      bounds%worst = maxloc(abs(change), 1)
-      bounds%difference = abs(change(bounds%worst))
+      difference = max(difference, abs(change))
+      bounds%worst = maxloc(difference, 1)
+      bounds%difference = difference(bounds%worst)
    end subroutine renew_bounds
 
 end module dda_friction_bounds
