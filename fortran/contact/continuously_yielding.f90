@@ -45,7 +45,6 @@ contains
       law%roughness = joint%roughness
       law%own(:2) = [column_type('reversal'), column_type('slip_direction')]
       law%flows = .true.
-      law%convex = .false.
    end function new_continuously_yielding
 
    !> Check that the strength decreases with damage.

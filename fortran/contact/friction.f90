@@ -39,8 +39,6 @@ module dda_friction
       real(wp), allocatable :: cohesion(:)      !< [joints] Pa
       real(wp), allocatable :: tension(:)       !< [joints] Pa
       logical :: plain = .true.                 !< all joints have Coulomb's law
-      !> with frozen friction bounds, the forces of all contacts have a convex potential
-      logical :: convex = .true.
       logical :: dilating = .false.             !< slip of some joint lifts its contacts
       logical :: curved = .false.               !< the friction of some joint is a curve of slip
       logical :: with_net_slip = .false.        !< some law depends on the direction of slip
@@ -82,7 +80,6 @@ contains
          laws%curved = laws%curved .or. laws%slot(j)%law%curved .or. laws%slot(j)%law%flows
          laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%follows_way()
          laws%cohesive = laws%cohesive .or. laws%slot(j)%law%cohesive
-         laws%convex = laws%convex .and. laws%slot(j)%law%convex
       end do
       laws%columns = shared(:merge(3, 2, laws%with_net_slip))
       do j = 1, size(joints)

@@ -76,8 +76,6 @@ module dda_joint_law
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: crushes = .false.           !< plastic closure lowers the contact
       logical :: has_centre = .false.        !< slip from and towards zero net slip differ
-      !> the forces have a convex potential if friction bounds are frozen
-      logical :: convex = .true.
       logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
       logical :: cohesive = .false.   !< a bond parallel to the contact is damaged gradually
       integer :: points = 2                  !< default number of contact points of an overlap

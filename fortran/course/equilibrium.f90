@@ -226,8 +226,7 @@ contains
          /(first_ratio*simulation%laws%normal_stiffness))
       simulation%resting = .true.
       associate (laws => simulation%laws)
-         simulation%iteration%may_relax = laws%convex .and. .not. (laws%damped .or. &
-            laws%augmented .or. laws%dilating)
+         simulation%iteration%may_relax = .not. (laws%damped .or. laws%augmented .or. laws%dilating)
       end associate
       simulation%iteration%relaxes = .false.
       simulation%iteration%converged = .true.

@@ -129,7 +129,7 @@ contains
       integer :: before(3), most, rounds, round
 
       iteration%keeps_states = .false.
-      by_bounds = laws%convex .and. iteration%rounds > 0
+      by_bounds = iteration%rounds > 0
       before = 0
       most = iteration%max_iterations
       rounds = 1
