@@ -4,6 +4,7 @@
 # Names are imported on access, so that the program handles signals and lack of memory
 # also while it imports its libraries.
 
+from .base.on_access import importer
 from .paths import install as find_short_paths
 
 TYPE_CHECKING = False  # imports for type checkers only; importing typing is slow
@@ -120,10 +121,9 @@ _MODULES = (
     "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "site",
     "study",
 )  # fmt: skip
-# The module that defines each name.
-_HOMES = {
-    name: module
-    for module, names in {
+_get = importer(
+    __name__,
+    {
         "base.errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
         "InterruptedRun NoRootError OutOfMemory OutputError PeakWarning SiteddaError "
         "SolverError",
@@ -138,13 +138,13 @@ _HOMES = {
         "facade.model": "Model",
         "facade.run": "Run Simulation open_output resume run",
         "input.examples": "copy_example",
-        "site": "Column HalfSpace Layer",
+        "site.column": "Column HalfSpace Layer",
         "stability": "limit_analysis mechanism move_supports performance_point pushover safety "
         "travelling_axle",
         "study.solving": "Root solve_for",
-    }.items()
-    for name in names.split()
-}
+        **dict.fromkeys(_MODULES, ""),
+    },
+)
 find_short_paths()
 
 
@@ -155,15 +155,8 @@ def __dir__() -> list[str]:
 
 def __getattr__(name: str):
     """Import a public name from its module on first access."""
-    from importlib import import_module
+    if name == "__version__":
+        from .base.core import version
 
-    if name in _MODULES:
-        return import_module(f".{name}", __name__)
-    if name in _HOMES:
-        value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
-    elif name == "__version__":
-        value = import_module(".base.core", __name__).version()
-    else:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    globals()[name] = value
-    return value
+        return version()
+    return _get(name)

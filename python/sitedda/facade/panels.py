@@ -6,7 +6,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from ..base.numbers import in_unit
 from ..engine.scheme import scheme_damping
@@ -14,14 +13,23 @@ from ..engine.signals import low_passed, smooth_konno_ohmachi
 from ..output.energies import Budget
 from ..output.response import Amplification
 from ..output.scene import Scene
-from ..output.verdict import PERIODS, SPECTRUM_DAMPING, acceleration_spectrum, main_axis, run_scheme
-from ..report.layout import folded, legend_above, plain
-from ..report.style import BLUE, COLORS, FAINT, GREY, INK, ORANGE
+from ..output.verdict import (
+    PERIODS,
+    SPECTRUM_DAMPING,
+    acceleration_spectrum,
+    damping_words,
+    main_axis,
+    run_scheme,
+)
+from ..report.chart import Panel
+from ..report.colors import BLUE, COLORS, FAINT, GREY, INK, ORANGE
+from ..report.words import folded, plain
 from ..site.column import damped_amplification
 from ..site.twin import layered_soils
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 _MOST_POINTS = 6
 _INCOMING = "incoming: "
@@ -31,7 +39,51 @@ _RESIDUAL = 0.16  # height of the panel of the audit residual over that of the e
 _LETTER = 0.02  # width of a letter of the name of a stage over the width of a panel
 _SHORT = 0.04  # smallest width of a named stage over the width of a panel
 _TALL = 1.8  # inches, largest length of a vertical text in a panel
+_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz; damping is reported here if there is no amplification peak
+_DEPTHS = 10  # largest number of depths of the drawn column
 _SAMPLES = 1500  # largest number of drawn samples of energies
+
+
+def title_words(history, *frequencies: float) -> tuple[str, str]:
+    """Return the title of a run, and the damping of its model at frequencies (Hz) in words."""
+    title = plain(str(history.attrs.get("title", ""))) or "Untitled"
+    return title, damping_words(history, *(frequencies or _USUAL_FREQUENCIES))
+
+
+def draw_site(axes: dict, scene: Scene, result: Amplification, discrete) -> None:
+    """Draw accelerations, response spectra and amplification of a site.
+
+    Parameters
+    ----------
+    axes : dict of str to Axes
+        Panels 'surface', 'base', 'spectra' and 'ratio'.
+    scene : Scene
+    result : Amplification
+    discrete : ndarray or None
+        Exact transfer function of the model at the frequencies of the result.
+    """
+    history, axis = scene.data, ("x", "y").index(result.direction)
+    series = {
+        name: history.acceleration.sel(point=name).isel(axis=axis).values
+        for name in dict.fromkeys((result.surface, result.base))
+    }
+    _draw_accelerations((axes["surface"], axes["base"]), history, series)
+    for name in ("surface", "base"):
+        mark_stages(axes[name], scene, named=name == "surface")
+    draw_spectra(axes["spectra"], history, series)
+    draw_ratio(axes["ratio"], history, result, discrete)
+
+
+def _draw_accelerations(panels, history, series: dict) -> None:
+    """Draw accelerations (m/s²) in one panel per point, with a common scale."""
+    most = max(float(abs(values).max()) for values in series.values()) or 1.0
+    for axes, (name, values), color in zip(panels, series.items(), (BLUE, GREY), strict=False):
+        axes.plot(history.time, values, color=color, lw=0.6)
+        axes.set(xlim=(0, float(history.time[-1])), ylim=(-1.08 * most, 1.08 * most))
+        words = f"acceleration of {plain(name)} (m/s²), largest {abs(values).max():.3g}"
+        axes.set_title(words, loc="left", fontsize=9)
+    panels[0].tick_params(labelbottom=False)
+    panels[-1].set_xlabel("time (s)")
 
 
 def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float = 0.0) -> None:
@@ -49,7 +101,17 @@ def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float 
     spectrum_axes(axes)
     if resolved:
         axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping, below {resolved:.3g} Hz (m/s²)")
-    legend_above(axes, 3)
+    _add_legend(axes, 3)
+
+
+def _add_legend(axes: Axes | Panel, columns: int) -> None:
+    """Draw the legend above a panel."""
+    if isinstance(axes, Panel):
+        axes.add_legend(columns)
+    else:
+        from ..report.layout import legend_above
+
+        legend_above(axes, columns)
 
 
 def spectrum_axes(axes: Axes) -> None:
@@ -73,7 +135,7 @@ def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
     end = float(history.time[-1])
     kind = "absolute displacement" if scene.origin == "absolute" else "displacement"
     axes.set(xlabel="time (s)", ylabel=f"{kind} ({unit})", xlim=(0, end or 1.0))
-    legend_above(axes, 3)
+    _add_legend(axes, 3)
 
 
 def draw_profile(axes: Axes, found) -> None:
@@ -85,7 +147,8 @@ def draw_profile(axes: Axes, found) -> None:
     found : Beside
     """
     column = found.response.column
-    ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
+    tops = ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
+    ends = ends[np.unique(np.linspace(0, len(ends) - 1, _DEPTHS).round().astype(int))]
     theory = abs(found.response.acceleration(ends)).max(axis=1)
     depth, peak = found.points
     axes.plot(theory, ends, color=ORANGE, ls="--", label="1-D column")
@@ -95,11 +158,15 @@ def draw_profile(axes: Axes, found) -> None:
              ylim=(column.depth, 0))  # fmt: skip
     waves = axes.twiny()
     speeds = [layer.shear_velocity for layer in column.layers]
-    waves.stairs(speeds, ends, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
+    waves.stairs(speeds, tops, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
     waves.set_xlabel("shear-wave velocity (m/s), grey", color=GREY, fontsize=9)
     waves.set_xlim(0, 1.25 * max(speeds))
     waves.tick_params(labelcolor=GREY, labelsize=8)
-    axes.legend(frameon=False, fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, -0.2), ncols=2)
+    if isinstance(axes, Panel):
+        axes.add_legend(2, 0.55)
+    else:
+        place = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 2}
+        axes.legend(frameon=False, fontsize=8.5, **place)
 
 
 def draw_budget(axes: Axes, found: Budget) -> None:
@@ -113,7 +180,7 @@ def draw_budget(axes: Axes, found: Budget) -> None:
     end = float(time[-1]) or 1.0
     axes.set(ylabel=f"energy ({unit})", xlim=(0, end), ylim=(0, None))
     axes.tick_params(labelbottom=False)
-    legend_above(axes, 3)
+    _add_legend(axes, 3)
     rest = axes.inset_axes((0.0, -_RESIDUAL - 0.06, 1.0, _RESIDUAL))
     most = float(abs(found.residual).max(initial=0.0))
     size, unit = in_unit(most, "J/m")
@@ -162,7 +229,7 @@ def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
         xlim=(result.frequency[0], result.frequency[-1]),
         ylim=(0, None),
     )
-    legend_above(axes, 2)
+    _add_legend(axes, 2)
 
 
 def curves_of(scene: Scene) -> list[tuple]:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,30 +14,30 @@ from ..drawing.pictures import BlockPicture, view_box
 from ..drawing.quantities import limits_of, movement_limits, rounding
 from ..engine.signals import arias_growth
 from ..output.energies import budget
-from ..output.response import Amplification, amplifications
+from ..output.response import Amplification
 from ..output.scene import Scene
 from ..output.verdict import (
     PERIODS,
     acceleration_spectrum,
-    damping_words,
     fallen,
     resolved_frequency,
 )
 from ..report.layout import headline, plain
-from ..report.style import BLUE, GREY, ORANGE, RULE, empty_figure, save_picture
+from ..report.style import BLUE, ORANGE, RULE, empty_figure, save_picture
 from ..site.beside import beside
-from ..site.surface import Surface, surface
 from .panels import (
     curves_of,
     draw_budget,
     draw_displacements,
     draw_profile,
-    draw_ratio,
+    draw_site,
     draw_spectra,
     mark_stages,
     mean_step,
     spectrum_axes,
+    title_words,
 )
+from .purpose import WORTH, Shown, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,9 +45,6 @@ if TYPE_CHECKING:
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 3.5  # inches, width of the blocks in a picture with two columns
 _PANEL, _AROUND = 3.4, 0.9  # inches: height of a row; of titles and labels of blocks
-_WORTH = 1e-6  # smallest drawn displacement over the size of the model, in runs without motions
-_SURFACE = 4  # smallest number of points for a picture of the amplification along the surface
-_USUAL_FREQUENCIES = (1.0, 10.0)  # Hz; damping is reported here if there is no amplification peak
 
 CAPTIONS = {
     "site": "Profile of the site, motions, response spectra, and amplification with theory.",
@@ -55,47 +52,6 @@ CAPTIONS = {
     "shake": "The model, its displacements, histories and response spectra.",
     "forces": "The model, its contact forces and its displacements.",
 }
-
-
-class Shown(NamedTuple):
-    """Purpose of a run ('site', 'surface', 'shake' or 'forces'), and its amplification, if any."""
-
-    kind: str
-    scene: Scene
-    of: Amplification | Surface | None = None
-
-
-def shown(source: xr.Dataset | Scene) -> Shown:
-    """Return the purpose of a run, from its output."""
-    scene = source if isinstance(source, Scene) else Scene.of(source)
-    if scene.groups.get("amplification"):
-        try:
-            return Shown("site", scene, amplifications(scene.data)[0])
-        except (AttributeError, KeyError, ValueError):  # no amplification: the points do not move
-            return Shown("site", scene)
-    if along := _surface_of_run(scene):
-        return Shown("surface", scene, along)
-    groups = scene.groups
-    moved = any(one["moved"] for one in scene.supports() + scene.boundaries(0))
-    base = any(name.startswith("base") for name in groups.get("control", [{}])[0])
-    dynamic = float(scene.data.time[-1]) > float(scene.data.time[0])
-    shaken = (moved or base or groups.get("motion")) and dynamic
-    return Shown("shake" if shaken else "forces", scene)
-
-
-def _surface_of_run(scene: Scene) -> Surface | None:
-    """Return the amplification along the surface; None if points are few or joints slip."""
-    if movement_limits(scene, "slip", [scene.frames - 1]).high > _WORTH * scene.size:
-        return None
-    time = scene.data.time.values
-    if len(time) < 3:
-        return None
-    band = max(0.5, 2 / float(time[-1] - time[0])), min(15.0, 0.25 / float(time[1] - time[0]))
-    try:
-        found = surface(scene.data, lowest=band[0], highest=band[1])
-    except ValueError:
-        return None
-    return found if len(found.names) >= _SURFACE else None
 
 
 def run_picture(source: xr.Dataset | Scene | Shown, discrete=None) -> Figure:
@@ -130,16 +86,7 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
     except ValueError:  # the ground is not level
         look = {"color": "material", "legend": False, "title": "The model"}
         BlockPicture(scene, axes=axes["profile"], **look).show(scene.frames - 1)
-    axis = ("x", "y").index(result.direction)
-    series = {
-        name: history.acceleration.sel(point=name).isel(axis=axis).values
-        for name in dict.fromkeys((result.surface, result.base))
-    }
-    _draw_accelerations((axes["surface"], axes["base"]), history, series)
-    for name in ("surface", "base"):
-        mark_stages(axes[name], scene, named=name == "surface")
-    draw_spectra(axes["spectra"], history, series)
-    draw_ratio(axes["ratio"], history, result, discrete)
+    draw_site(axes, scene, result, discrete)
     _draw_title(figure, history, result.peak.frequency)
     return figure
 
@@ -147,7 +94,7 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
 def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
     """Draw the model and its forces or displacements, and below them two panels of curves."""
     last, floor = [scene.frames - 1], rounding(scene)
-    least = max(floor["m"], _WORTH * scene.size * (not shaken))
+    least = max(floor["m"], WORTH * scene.size * (not shaken))
     moved = limits_of(scene, "displacement", last).most > least
     samples = history.sizes.get("time", 0) > 2
     points = samples and "point_place" in history and len(scene.points()) > 0
@@ -232,20 +179,7 @@ def _draw_movements(axes, scene: Scene, least: float) -> BlockPicture:
 
 def _draw_title(figure, history, *frequencies: float) -> None:
     """Draw the title of a run, and below it the damping of its model at frequencies (Hz)."""
-    title = plain(str(history.attrs.get("title", ""))) or "Untitled"
-    headline(figure, title, damping_words(history, *(frequencies or _USUAL_FREQUENCIES)))
-
-
-def _draw_accelerations(panels, history, series: dict) -> None:
-    """Draw accelerations (m/s²) in one panel per point, with a common scale."""
-    most = max(float(abs(values).max()) for values in series.values()) or 1.0
-    for axes, (name, values), color in zip(panels, series.items(), (BLUE, GREY), strict=False):
-        axes.plot(history.time, values, color=color, lw=0.6)
-        axes.set(xlim=(0, float(history.time[-1])), ylim=(-1.08 * most, 1.08 * most))
-        words = f"acceleration of {plain(name)} (m/s²), largest {abs(values).max():.3g}"
-        axes.set_title(words, loc="left", fontsize=9)
-    panels[0].tick_params(labelbottom=False)
-    panels[-1].set_xlabel("time (s)")
+    headline(figure, *title_words(history, *frequencies))
 
 
 def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:

@@ -1,10 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reports: a tree of parts, written as a single offline HTML file or as Markdown."""
 
-from .html import to_html, write_html
-from .markdown import write_markdown
-from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Section, Table, View
+from typing import TYPE_CHECKING
+
+from ..base.on_access import importer
 from .provenance import provenance
+
+if TYPE_CHECKING:
+    from .html import to_html, write_html
+    from .markdown import write_markdown
+    from .page import Bullets, Facts, Listing, Page, Paragraph, Picture, Section, Table, View
 
 __all__ = [
     "Bullets",
@@ -21,3 +26,11 @@ __all__ = [
     "write_html",
     "write_markdown",
 ]
+__getattr__ = importer(
+    __name__,
+    {
+        "html": "to_html write_html",
+        "markdown": "write_markdown",
+        "page": "Bullets Facts Listing Page Paragraph Picture Section Table View",
+    },
+)

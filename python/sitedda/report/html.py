@@ -99,7 +99,7 @@ def _read_page_file(name: str, folder: str = "report") -> str:
 
 def page_style() -> str:
     """Return the style sheet of pages: variables of colours, then rules."""
-    from .style import css_variables
+    from .colors import css_variables
 
     return css_variables() + _read_page_file("page.css")
 

@@ -1,22 +1,18 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Place the texts of figures: wrap titles, and stack legends in a column beside the axes.
+"""Place the texts of figures: titles above panels, and legends in a column beside the axes.
 
 Texts are measured before they are placed, so that they neither overlap nor leave the figure.
 """
 
-from functools import lru_cache
-from textwrap import wrap
-
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import RendererAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.transforms import ScaledTranslation
-from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from ..base.numbers import number
-from .style import FAINT, INK
+from .colors import FAINT, INK
+from .words import folded, plain
 
 _MARGIN = 0.9  # inches between the left end of a panel and its axes
 _SMALL = 8.5  # font size of keys (parts of a legend), points
@@ -25,48 +21,6 @@ _BESIDE, _GAP = 0.12, 0.16  # inches between axes and keys, and between two keys
 _BAR = (0.15, 1.0)  # width and height of a colour bar, inches
 _ROOM = 1.55  # inches, width of the text of a key
 _HANDLE = 0.4  # inches, width of the symbol beside the text of a legend
-
-
-def plain(text: str) -> str:
-    """Escape a user's text for matplotlib, which reads $ as a formula and hides labels with _."""
-    text = text.replace("$", r"\$")
-    return f"\u200b{text}" if text.startswith("_") else text
-
-
-@lru_cache(maxsize=4096)
-def _line_width(text: str, size: float, bold: bool) -> float:
-    """Return the width of a line of text, inches."""
-    font = FontProperties(size=size, weight="bold" if bold else "normal")
-    return RendererAgg(1, 1, 72.0).get_text_width_height_descent(text, font, False)[0] / 72.0
-
-
-def folded(text: str, room: float, size: float, bold: bool = False, most: int = 3) -> str:
-    """Wrap a text to lines that fit; the last line ends with … if the text is cut.
-
-    Parameters
-    ----------
-    text : str
-        The text; its line breaks are kept.
-    room : float
-        Largest width of a line, inches.
-    size : float
-        Font size, points.
-    bold : bool
-    most : int
-        Largest number of lines.
-    """
-    lines: list[str] = []
-    for line in text.split("\n"):
-        columns = len(line) + 1
-        parts = [line]
-        while columns > 1 and max(_line_width(part, size, bold) for part in parts) > room:
-            widest = max(_line_width(part, size, bold) for part in parts)
-            columns = max(1, min(columns - 1, int(columns * max(room / widest, 0.5))))
-            parts = wrap(line, columns) or [line]
-        lines += parts
-    if len(lines) > most:
-        lines = [*lines[: most - 1], lines[most - 1][:-1].rstrip() + "…"]
-    return "\n".join(lines)
 
 
 def room_of(axes: Axes) -> float:
@@ -184,6 +138,8 @@ class Keys:
 
     def length(self, size: float, label: str) -> None:
         """Add a length of the picture (m) and the value that it represents."""
+        from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # 0.01 s
+
         look = {"frameon": False, "borderpad": 0.0, "sep": 4, "color": INK, "label_top": False}
         look["fontproperties"] = FontProperties(size=_SMALL)
         words = folded(label, _ROOM + 0.3, _SMALL)

@@ -1,7 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Site response: linear, equivalent-linear and nonlinear columns, compared with DDA."""
+"""Site response: linear, equivalent-linear and nonlinear columns, compared with DDA.
 
-from .amplification import AmplificationTable, amplification_table
+Analyses of many columns are imported on access, because the picture of a run does not need them.
+"""
+
+from typing import TYPE_CHECKING
+
+from ..base.on_access import importer
 from .beside import Beside, beside
 from .branches import Branches
 from .column import Column, HalfSpace, Layer
@@ -9,23 +14,26 @@ from .compare import Analyses, analyses
 from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz, strength_corrected
 from .equivalent_linear import EquivalentLinear, equivalent_linear
 from .intensity import Intensity, intensity
-from .matching import matched
-from .motions import (
-    band_pass,
-    conditional_mean,
-    read_flatfile,
-    resampled,
-    rotated_spectra,
-    scale_to,
-)
 from .nonlinear import NonlinearResponse, nonlinear
-from .profile import Profile, read_profile
-from .randomization import TORO, Toro, randomized
 from .response import ColumnResponse
-from .site_term import SiteTerm, site_term
-from .suite import Suite, suite
-from .suite_file import read_suite
 from .surface import Surface, surface
+
+if TYPE_CHECKING:
+    from .amplification import AmplificationTable, amplification_table
+    from .matching import matched
+    from .motions import (
+        band_pass,
+        conditional_mean,
+        read_flatfile,
+        resampled,
+        rotated_spectra,
+        scale_to,
+    )
+    from .profile import Profile, read_profile
+    from .randomization import TORO, Toro, randomized
+    from .site_terms import SiteTerm, site_term
+    from .suite_file import read_suite
+    from .suites import Suite, suite
 
 __all__ = ["TORO", "AmplificationTable", "Analyses", "Beside", "Branches", "Column",
            "ColumnResponse", "EquivalentLinear", "HalfSpace", "Intensity", "Layer",
@@ -35,3 +43,16 @@ __all__ = ["TORO", "AmplificationTable", "Analyses", "Beside", "Branches", "Colu
            "nonlinear", "randomized", "read_flatfile", "read_profile", "read_suite", "resampled",
            "rotated_spectra", "scale_to", "site_term", "strength_corrected", "suite",
            "surface"]  # fmt: skip
+__getattr__ = importer(
+    __name__,
+    {
+        "amplification": "AmplificationTable amplification_table",
+        "matching": "matched",
+        "motions": "band_pass conditional_mean read_flatfile resampled rotated_spectra scale_to",
+        "profile": "Profile read_profile",
+        "randomization": "TORO Toro randomized",
+        "site_terms": "SiteTerm site_term",
+        "suite_file": "read_suite",
+        "suites": "Suite suite",
+    },
+)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..base.errors import InputError
 from ..base.files import write
-from .suite import Suite
+from .suites import Suite
 
 if TYPE_CHECKING:
     import xarray as xr

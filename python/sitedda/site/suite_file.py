@@ -17,7 +17,7 @@ from ..input.groups import nearest
 from .nonlinear import nonlinear
 from .profile import read_profile
 from .randomization import randomized
-from .suite import PERIODS
+from .suites import PERIODS
 
 _LARGEST = 2**20  # largest size of a file, bytes
 _ENDINGS = (".at2", ".smc", ".v2", ".v2c", ".esm", ".asc", ".ew", ".ns", ".knet")

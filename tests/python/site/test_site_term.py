@@ -6,7 +6,7 @@ import pytest
 
 from sitedda import InputError
 from sitedda.site import site_term
-from sitedda.site.site_term import _estimate
+from sitedda.site.site_terms import _estimate
 
 
 def draw(sample):

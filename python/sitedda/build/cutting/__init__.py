@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cut regions into blocks by joints, joint sets, random polygons, holes and surfaces."""
 
-from importlib import import_module
-
+from ...base.on_access import importer
 from .distributions import DISTRIBUTIONS
 from .geometry import (
     Cutting,
@@ -15,19 +14,6 @@ from .geometry import (
     Tunnel,
     Voronoi,
 )
-
-# Names of modules that need shapely; these modules are imported on access.
-_LATER = {"Blocks": "blocks", "cut": "blocks", "main_joints": "blocks"}
-_LATER |= {"Sliver": "small_blocks", "slivers": "small_blocks"}
-
-
-def __getattr__(name: str):
-    if name not in _LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    module = import_module(f".{_LATER[name]}", __name__)
-    globals()[name] = getattr(module, name)
-    return globals()[name]
-
 
 __all__ = [
     "DISTRIBUTIONS",
@@ -46,3 +32,8 @@ __all__ = [
     "main_joints",
     "slivers",
 ]
+
+# The modules that need shapely are imported on access.
+__getattr__ = importer(
+    __name__, {"blocks": "Blocks cut main_joints", "small_blocks": "Sliver slivers"}
+)

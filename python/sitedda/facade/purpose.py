@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The purpose of a run, which determines its picture."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..drawing.quantities import movement_limits
+from ..output.response import Amplification, amplifications
+from ..output.scene import Scene
+from ..site.surface import Surface, surface
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WORTH = 1e-6  # smallest drawn displacement over the size of the model, in runs without motions
+_SURFACE = 4  # smallest number of points for a picture of the amplification along the surface
+
+
+class Shown(NamedTuple):
+    """Purpose of a run ('site', 'surface', 'shake' or 'forces'), and its amplification, if any."""
+
+    kind: str
+    scene: Scene
+    of: Amplification | Surface | None = None
+
+
+def shown(source: xr.Dataset | Scene) -> Shown:
+    """Return the purpose of a run, from its output."""
+    scene = source if isinstance(source, Scene) else Scene.of(source)
+    if scene.groups.get("amplification"):
+        try:
+            return Shown("site", scene, amplifications(scene.data)[0])
+        except (AttributeError, KeyError, ValueError):  # no amplification: the points do not move
+            return Shown("site", scene)
+    if along := _surface_of_run(scene):
+        return Shown("surface", scene, along)
+    groups = scene.groups
+    moved = any(one["moved"] for one in scene.supports() + scene.boundaries(0))
+    base = any(name.startswith("base") for name in groups.get("control", [{}])[0])
+    dynamic = float(scene.data.time[-1]) > float(scene.data.time[0])
+    shaken = (moved or base or groups.get("motion")) and dynamic
+    return Shown("shake" if shaken else "forces", scene)
+
+
+def _surface_of_run(scene: Scene) -> Surface | None:
+    """Return the amplification along the surface; None if points are few or joints slip."""
+    if movement_limits(scene, "slip", [scene.frames - 1]).high > WORTH * scene.size:
+        return None
+    time = scene.data.time.values
+    if len(time) < 3:
+        return None
+    band = max(0.5, 2 / float(time[-1] - time[0])), min(15.0, 0.25 / float(time[1] - time[0]))
+    try:
+        found = surface(scene.data, lowest=band[0], highest=band[1])
+    except ValueError:
+        return None
+    return found if len(found.names) >= _SURFACE else None

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Measure and wrap the texts of figures, without matplotlib."""
+
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+from textwrap import wrap
+
+from PIL import ImageFont
+
+
+def plain(text: str) -> str:
+    """Escape a user's text for matplotlib, which reads $ as a formula and hides labels with _."""
+    text = text.replace("$", r"\$")
+    return f"\u200b{text}" if text.startswith("_") else text
+
+
+@lru_cache(maxsize=64)
+def font_of(size: float, bold: bool = False) -> ImageFont.FreeTypeFont:
+    """Return the font of figures, which matplotlib provides, in a size in pixels."""
+    (folder,) = find_spec("matplotlib").submodule_search_locations
+    file = Path(folder, "mpl-data", "fonts", "ttf", f"DejaVuSans{'-Bold' * bold}.ttf")
+    return ImageFont.truetype(file, size, layout_engine=ImageFont.Layout.BASIC)
+
+
+@lru_cache(maxsize=4096)
+def _line_width(text: str, size: float, bold: bool) -> float:
+    """Return the width of a line of text, inches."""
+    return font_of(size, bold).getlength(text) / 72.0
+
+
+def folded(text: str, room: float, size: float, bold: bool = False, most: int = 3) -> str:
+    """Wrap a text to lines that fit; the last line ends with … if the text is cut.
+
+    Parameters
+    ----------
+    text : str
+        The text; its line breaks are kept.
+    room : float
+        Largest width of a line, inches.
+    size : float
+        Font size, points.
+    bold : bool
+    most : int
+        Largest number of lines.
+    """
+    lines: list[str] = []
+    for line in text.split("\n"):
+        columns = len(line) + 1
+        parts = [line]
+        while columns > 1 and max(_line_width(part, size, bold) for part in parts) > room:
+            widest = max(_line_width(part, size, bold) for part in parts)
+            columns = max(1, min(columns - 1, int(columns * max(room / widest, 0.5))))
+            parts = wrap(line, columns) or [line]
+        lines += parts
+    if len(lines) > most:
+        lines = [*lines[: most - 1], lines[most - 1][:-1].rstrip() + "…"]
+    return "\n".join(lines)
