@@ -14,6 +14,7 @@ module dda_contact_assembly
    use dda_contact_terms, only: update_contact_terms, is_clean, is_dirty_force, &
       is_dirty_stiffness, is_free
    use dda_friction, only: laws_type
+   use dda_linear_terms, only: add_products
    use dda_ordered_sums, only: share_of_thread
    use dda_stopwatch, only: lap, phase_assemble
    use dda_team, only: adjust_team
@@ -209,29 +210,6 @@ contains
 
       rhs = rhs + normal_force*normal - shear_force*shear
    end subroutine add_forces
-
-   !> Add products: block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ.
-   !>
-   !> Loops over four and two rows map to vector registers; unrolled loops would be slower because
-   !> of rearrangements.
-   pure subroutine add_products(block, a1, b1, k1, a2, b2, k2)
-      real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
-      real(wp), intent(in) :: a1(6), b1(6), k1, a2(6), b2(6), k2
-      integer :: column, row
-
-      do column = 1, 6
-         !GCC$ unroll 1
-         do row = 1, 4
-            block(row, column) = block(row, column) + (k1*b1(column))*a1(row) &
-               + (k2*b2(column))*a2(row)
-         end do
-         !GCC$ unroll 1
-         do row = 5, 6
-            block(row, column) = block(row, column) + (k1*b1(column))*a1(row) &
-               + (k2*b2(column))*a2(row)
-         end do
-      end do
-   end subroutine add_products
 
    !> Add an additional force of contact c to those rows of f̂ that lie in first … last.
    !> The assumed state must be unchanged, because otherwise the blocks are assembled again.

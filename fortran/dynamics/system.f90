@@ -10,7 +10,7 @@ module dda_system
    use dda_blocks, only: blocks_type, mass_matrix, momentum_of
    use dda_compact_block, only: compact_size, compact, expand, multiply_compact
    use dda_contact_terms, only: contact_terms_type, is_dirty_stiffness
-   use dda_elements, only: elements_type, linear_terms_of, add_forces
+   use dda_elements, only: elements_type, linear_terms_of, pack_terms, add_packed, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, coupled_blocks
    use dda_material_damping, only: add_damping_matrix, add_damping_loads
    use dda_neighbours, only: neighbours_type
@@ -169,6 +169,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       logical, intent(out) :: fits  !< .false.: elements couple blocks that the pattern does not
+      logical :: packed
       integer :: p
 
       call set_constant(system, blocks, step)
@@ -182,19 +183,29 @@ contains
          end do
       end if
       if (blocks%damps) call add_damping_loads(blocks, step, system%load)
-      call linear_terms_of(elements, blocks, step, system%terms)
-      call begin_terms(system)
+      packed = pack_terms(elements)
+      if (packed) packed = .not. any(blocks%body > 0)  ! `begin_drift` needs the list
+      call linear_terms_of(elements, blocks, step, system%terms, packed)
+      call begin_terms(system, packed)
       call add_to_matrix(system%terms, step_weights(step), system%linear, fits)
+      if (packed .and. fits) call add_packed(elements, system%linear, fits)
       call add_forces(elements, blocks, step, system%load)
       system%contact_terms%rebuild = .true.
    end subroutine assemble_linear
 
    !> Initialise the diagonal blocks of the linear part for all terms of the elements.
-   pure subroutine begin_terms(system)
+   pure subroutine begin_terms(system, packed)
       type(system_type), intent(inout) :: system  !< equations of the step, with terms
+      logical, intent(in) :: packed  !< terms that are not listed may act on any block
       integer :: i, k
 
       system%has_terms = .false.
+      if (packed) then
+         do i = 1, size(system%has_terms)
+            call begin_diagonal(system, i)
+         end do
+         return
+      end if
       do i = 1, system%terms%n
          associate (term => system%terms%term(i))
             call begin_diagonal(system, term%block_a)

@@ -7,6 +7,7 @@
 module dda_element
    use dda_kinds, only: wp
    use dda_archive, only: archive_type
+   use dda_block_matrix, only: block_matrix_type
    use dda_blocks, only: blocks_type
    use dda_energy, only: energy_type
    use dda_linear_terms, only: linear_terms_type
@@ -20,8 +21,10 @@ module dda_element
    type, abstract :: element_type
       !> motions of the model, if the elements need them
       type(motion_type), allocatable :: motions(:)
+      logical :: packs = .false.  !< `add_packed` can replace the list of `add_linear_terms`
    contains
       procedure :: add_linear_terms => add_no_linear
+      procedure :: add_packed => add_none_packed
       procedure(force_interface), deferred :: add_force
       procedure :: add_stored_energy => add_no_stored
       procedure(budget_interface), deferred :: add_to_budget
@@ -66,6 +69,13 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
    end subroutine add_no_linear
+
+   !> Add the terms of `add_linear_terms` to K̂ without a list; default: none.
+   subroutine add_none_packed(self, matrix, fits)
+      class(element_type), intent(in) :: self  !< elements of this kind
+      type(block_matrix_type), intent(inout) :: matrix  !< linear part of K̂
+      logical, intent(inout) :: fits  !< set to .false. if the pattern lacks a pair
+   end subroutine add_none_packed
 
    !> Add the energy stored in the present state; default: none.
    subroutine add_no_stored(self, blocks, step, energy)

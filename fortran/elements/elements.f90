@@ -5,6 +5,7 @@ module dda_elements
    use dda_added_mass, only: new_added_mass
    use dda_absorbing, only: new_absorbing_boundaries
    use dda_archive, only: archive_type
+   use dda_block_matrix, only: block_matrix_type
    use dda_blocks, only: blocks_type, shape_matrix, stress_of
    use dda_body_force, only: body_force_type
    use dda_bolts, only: bolts_type, bolt_columns, new_bolts
@@ -28,7 +29,7 @@ module dda_elements
    use dda_welds, only: welds_type, new_welds, add_face_stress, add_jump_energies
    implicit none
    private
-   public :: elements_type, set_elements, register, linear_terms_of, &
+   public :: elements_type, set_elements, register, linear_terms_of, pack_terms, add_packed, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
       slope_beyond, worst_of_points, has_bounds_off, bolt_states, flow_states, &
       accept_elements, match_velocities, freeze_elements, balance_elements, serialise_elements, &
@@ -60,8 +61,8 @@ contains
       allocate (elements%kind(0))
       associate (control => model%control, contact => model%contact)
          if (any(abs(control%gravity) > 0.0_wp) .or. any(control%base_motion > 0)) &
-            call register(elements, body_force_type(model%motions, control%gravity, &
-            control%base_motion))
+            call register(elements, body_force_type(motions=model%motions, &
+            gravity=control%gravity, base_motion=control%base_motion))
          if (size(model%loads) > 0) call register(elements, point_loads_type(load=model%loads))
          associate (points => model%fixed_points, soft => model%fixed_points%stiffness > 0.0_wp)
             if (.not. all(soft)) call register(elements, new_fixed_points( &
@@ -139,18 +140,46 @@ contains
    end subroutine register
 
    !> List all springs and dashpots in the present geometry.
-   subroutine linear_terms_of(elements, blocks, step, terms)
+   subroutine linear_terms_of(elements, blocks, step, terms, packed)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
+      logical, intent(in), optional :: packed  !< .true.: without those that `add_packed` adds
+      logical :: fewer
       integer :: i
 
+      fewer = .false.
+      if (present(packed)) fewer = packed
       terms%n = 0  ! the allocated memory is reused
       do i = 1, size(elements%kind)
+         if (fewer .and. elements%kind(i)%element%packs) cycle
          call elements%kind(i)%element%add_linear_terms(blocks, step, terms)
       end do
    end subroutine linear_terms_of
+
+   !> .true. if some elements can add their terms to K̂ without a list.
+   pure logical function pack_terms(elements)
+      type(elements_type), intent(in) :: elements  !< elements of the model
+      integer :: i
+
+      pack_terms = .false.
+      do i = 1, size(elements%kind)
+         pack_terms = pack_terms .or. elements%kind(i)%element%packs
+      end do
+   end function pack_terms
+
+   !> Add all terms to K̂ that need no list.
+   subroutine add_packed(elements, matrix, fits)
+      type(elements_type), intent(in) :: elements  !< elements of the model
+      type(block_matrix_type), intent(inout) :: matrix  !< linear part of K̂
+      logical, intent(inout) :: fits  !< set to .false. if the pattern lacks a pair
+      integer :: i
+
+      do i = 1, size(elements%kind)
+         if (elements%kind(i)%element%packs) call elements%kind(i)%element%add_packed(matrix, fits)
+      end do
+   end subroutine add_packed
 
    !> Add all forces of a step at d = 0 to f̂.
    subroutine add_forces(elements, blocks, step, load)

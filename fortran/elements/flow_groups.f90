@@ -7,15 +7,17 @@
 !> of a node is B with the stiffness 1/S, and couples only the blocks around the node.
 module dda_flow_groups
    use dda_kinds, only: wp
+   use dda_block_matrix, only: block_matrix_type, entry_of
    use dda_counting_sort, only: counting_sort
    use dda_flow, only: connected_nodes
    use dda_flow_network, only: network_type
    use dda_lapack, only: dpotrf, dtrsm
    use dda_linear_terms, only: linear_term_type, linear_terms_type, reserve_term, blocks_in, &
-      at_end, term_water
+      add_parallel_terms, at_end, term_water
    implicit none
    private
-   public :: group_type, set_groups, set_springs, add_springs, change_by, find_steady_heads
+   public :: group_type, set_groups, set_springs, add_springs, add_node_springs, change_by, &
+      find_steady_heads
 
    !> A group of nodes that are solved together.
    type :: group_type
@@ -188,6 +190,29 @@ contains
       end do
    end subroutine add_springs
 
+   !> Add the springs of all nodes without flow to a matrix, without a list.
+   pure subroutine add_node_springs(network, fixed, matrix, fits)
+      type(network_type), intent(in) :: network  !< network of the model, without flow
+      logical, intent(in) :: fixed(:)            !< [nodes] the pressure is known
+      type(block_matrix_type), intent(inout) :: matrix  !< linear part of K̂
+      logical, intent(inout) :: fits  !< set to .false. if the pattern lacks a pair
+      real(wp) :: stiffness(size(fixed))
+      integer :: node
+
+      do node = 1, size(fixed)
+         stiffness(node) = merge(0.0_wp, 1.0_wp/compliance_of(network, node), fixed(node))
+      end do
+      node = 1
+      do while (node <= size(fixed) .and. fits)
+         associate (first => network%first(node), nodes => network%alike(node), blocks => &
+            network%first(node + 1) - network%first(node))
+            if (blocks > 1) call add_parallel_terms(nodes, blocks, stiffness(node), &
+               network%block(first), network%row(1, first), matrix, fits)
+         end associate
+         node = node + network%alike(node)
+      end do
+   end subroutine add_node_springs
+
    !> Append the spring of a node with n blocks, unless it is only one.
    pure subroutine add_spring(network, node, stiffness, n, block, row, terms)
       type(network_type), intent(in) :: network  !< network of the model
@@ -252,8 +277,11 @@ contains
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       integer :: g
 
-      if (.not. network%flows) pressure = pressure + [(rest(g)/compliance_of(network, g), &
-         g=1, size(rest))]
+      if (.not. network%flows) then
+         do g = 1, size(rest)
+            pressure(g) = pressure(g) + rest(g)/compliance_of(network, g)
+         end do
+      end if
       do g = 1, size(groups)
          call add_group_change(groups(g), rest, pressure)
       end do

@@ -24,6 +24,7 @@ module dda_flow_network
       logical, allocatable :: absent(:)        !< [channels] an adjacent block is removed
       !> [nodes+1] first row of each node in B; [rows] block of each row
       integer, allocatable :: first(:), block(:)
+      integer, allocatable :: alike(:)         !< [nodes] nodes from here on with the same blocks
       real(wp), allocatable :: row(:,:)        !< [6,rows] ∂V/∂q per metre of thickness
       integer, allocatable :: row_of(:,:,:)  !< [sides,ends,channels] row of node and block in B
       real(wp), allocatable :: aperture(:,:)   !< [ends,channels] m
@@ -130,7 +131,23 @@ contains
          end do
       end do
       network%first = first
+      network%alike = [(1, node=1, size(count) - 1)]
+      do node = size(count) - 2, 1, -1
+         if (has_same_blocks(network, node, node + 1)) &
+            network%alike(node) = network%alike(node + 1) + 1
+      end do
    end subroutine compact_rows
+
+   !> .true. if two nodes have the same blocks in the same order.
+   pure logical function has_same_blocks(network, i, j) result(same)
+      type(network_type), intent(in) :: network  !< network with its rows
+      integer, intent(in) :: i, j                !< numbers of the nodes
+
+      associate (first => network%first, block => network%block)
+         same = first(i + 1) - first(i) == first(j + 1) - first(j)
+         if (same) same = all(block(first(i):first(i + 1) - 1) == block(first(j):first(j + 1) - 1))
+      end associate
+   end function has_same_blocks
 
    !> Update the network to the present geometry.
    !>

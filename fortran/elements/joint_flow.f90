@@ -20,14 +20,15 @@
 module dda_joint_flow
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
+   use dda_block_matrix, only: block_matrix_type
    use dda_blocks, only: blocks_type
    use dda_edge_load, only: edge_load_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_flow, energy_input, &
       energy_water
    use dda_flow, only: flow_type, acts_at, value_at, flow_steady, flow_transient, flow_undrained
-   use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, change_by, &
-      find_steady_heads
+   use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, &
+      add_node_springs, change_by, find_steady_heads
    use dda_flow_network, only: network_type, new_network, update_network, stored_energy, &
       growth_of, add_pressures, outflow_of
    use dda_linear_terms, only: linear_terms_type
@@ -70,6 +71,7 @@ module dda_joint_flow
       real(wp), allocatable :: flux(:)  !< [channels] flux from the first node to the second, m²/s
    contains
       procedure :: add_linear_terms
+      procedure :: add_packed
       procedure :: add_force
       procedure :: add_stored_energy
       procedure :: add_to_budget
@@ -123,6 +125,7 @@ contains
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
 
       self%network%flows = stage_flow_state(self) /= flow_undrained
+      self%packs = .not. self%network%flows
       call set_groups(self%network, self%group)
       if (stage_flow_state(self) /= flow_steady) call set_springs(self%network, &
          self%conductance, self%fixed .or. self%vented, self%group)
@@ -224,8 +227,9 @@ contains
       call set_conductance(self)
       call set_springs(self%network, self%step%time_step*self%conductance, self%fixed .or. &
          self%vented, self%group)
-      self%rest = merge(0.0_wp, self%step%time_step*self%source - outflow_in_step(self, &
-         self%first) - self%empty, self%fixed .or. self%vented)
+      self%rest = self%step%time_step*self%source
+      if (self%network%flows) self%rest = self%rest - outflow_in_step(self, self%first)
+      self%rest = merge(0.0_wp, self%rest - self%empty, self%fixed .or. self%vented)
       call change_by(self%network, self%group, self%rest, self%first)
    end subroutine set_assumed_terms
 
@@ -247,19 +251,20 @@ contains
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp) :: surplus(size(self%after))
 
-      surplus = self%growth + self%network%storage*(self%after - self%pressure) &
-         + outflow_in_step(self, self%after) - self%step%time_step*self%source
+      surplus = self%growth + self%network%storage*(self%after - self%pressure)
+      if (self%network%flows) surplus = surplus + outflow_in_step(self, self%after)
+      surplus = surplus - self%step%time_step*self%source
    end function node_surplus
 
    !> Return the volume Δt H (p + γy) that flows out of each node, m³ per metre of thickness.
+   !> Not needed without flow.
    pure function outflow_in_step(self, pressure) result(outflow)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
       real(wp), intent(in) :: pressure(:)  !< [nodes] Pa
       real(wp) :: outflow(size(pressure))
 
-      outflow = 0.0_wp
-      if (stage_flow_state(self) == flow_transient) outflow = self%step%time_step &
-         *outflow_of(self%network, self%conductance, pressure + self%network%elevation)
+      outflow = self%step%time_step*outflow_of(self%network, self%conductance, pressure &
+         + self%network%elevation)
    end function outflow_in_step
 
    !> Append the springs of enclosed water.
@@ -272,6 +277,15 @@ contains
       if (stage_flow_state(self) /= flow_steady) call add_springs(self%network, self%fixed .or. &
          self%vented, self%group, terms)
    end subroutine add_linear_terms
+
+   !> Add the springs of enclosed water, which does not flow, to K̂.
+   subroutine add_packed(self, matrix, fits)
+      class(joint_flow_type), intent(in) :: self  !< elements of this kind
+      type(block_matrix_type), intent(inout) :: matrix  !< linear part of K̂
+      logical, intent(inout) :: fits  !< set to .false. if the pattern lacks a pair
+
+      call add_node_springs(self%network, self%fixed .or. self%vented, matrix, fits)
+   end subroutine add_packed
 
    !> Add the forces B p₁ at d = 0.
    subroutine add_force(self, blocks, step, load)
@@ -300,25 +314,31 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      real(wp) :: stored, change, viscous, lost, work
+      real(wp) :: stored, former, viscous, lost, work
+      integer :: i
 
-      associate (storage => self%network%storage, before => self%pressure, pressure => self%after, &
-         elevation => self%network%elevation)
-         stored = 0.5_wp*sum(storage*pressure**2)
-         change = stored - 0.5_wp*sum(storage*before**2)
-         work = sum(pressure*self%growth)
-         viscous = 0.0_wp
-         lost = 0.0_wp
-         if (stage_flow_state(self) /= flow_steady) then
-            viscous = sum((pressure + elevation)*outflow_in_step(self, pressure))
-            lost = 0.5_wp*sum(storage*(pressure - before)**2) + sum(merge((pressure &
-               - self%network%floor)*self%empty, 0.0_wp, .not. (self%vented .or. self%fixed)))
-         end if
+      stored = 0.0_wp
+      former = 0.0_wp
+      work = 0.0_wp
+      lost = 0.0_wp
+      associate (before => self%pressure, after => self%after)
+         do i = 1, size(after)  ! one loop, so that the sums overlap
+            stored = stored + 0.5_wp*self%network%storage(i)*after(i)**2
+            former = former + 0.5_wp*self%network%storage(i)*before(i)**2
+            work = work + after(i)*self%growth(i)
+            lost = lost + 0.5_wp*self%network%storage(i)*(after(i) - before(i))**2
+            if (self%empty(i) > 0.0_wp .and. .not. (self%vented(i) .or. self%fixed(i))) &
+               lost = lost + (after(i) - self%network%floor(i))*self%empty(i)
+         end do
       end associate
+      viscous = 0.0_wp
+      if (stage_flow_state(self) == flow_steady) lost = 0.0_wp
+      if (stage_flow_state(self) == flow_transient) viscous = sum((self%after &
+         + self%network%elevation)*outflow_in_step(self, self%after))
       call add_energy(energy, energy_water, stored)
       call add_energy(energy, energy_flow, viscous)
       call add_energy(energy, energy_algorithmic, lost)
-      call add_energy(energy, energy_input, work + change + viscous + lost)
+      call add_energy(energy, energy_input, work + stored - former + viscous + lost)
    end subroutine add_to_budget
 
    !> Revise the states of nodes that contradict the solution.
@@ -336,7 +356,9 @@ contains
       self%rounds = self%rounds + 1
       call find_pressures(self, d)
       if (stage_flow_state(self) == flow_steady) return
-      self%head = self%after + self%network%elevation
+      if (.not. any(self%vented)) then
+         if (all(self%after >= self%network%floor)) return
+      end if
       is_wrong = self%after < self%network%floor - rounding*maxval(abs(self%after))
       if (any(self%vented)) then
          empty = self%empty + node_surplus(self)
@@ -365,9 +387,15 @@ contains
          self%inflow = merge(surplus, self%source, self%fixed)
          where (self%after > 0.0_wp) self%empty = 0.0_wp
       else
-         surplus = node_surplus(self)
-         self%inflow = self%source + merge(surplus/step%time_step, 0.0_wp, self%fixed)
-         self%empty = merge(max(0.0_wp, self%empty + surplus), 0.0_wp, self%vented)
+         self%head = self%after + self%network%elevation
+         self%inflow = self%source
+         if (any(self%fixed .or. self%vented)) then
+            surplus = node_surplus(self)
+            where (self%fixed) self%inflow = self%source + surplus/step%time_step
+            self%empty = merge(max(0.0_wp, self%empty + surplus), 0.0_wp, self%vented)
+         else
+            self%empty = 0.0_wp
+         end if
       end if
       do c = 1, size(self%flux)
          associate (node => self%network%flow%channel(c)%node)

@@ -13,8 +13,8 @@ module dda_linear_terms
    implicit none
    private
    public :: linear_term_type, linear_terms_type, add_term, reserve_term, set_rows, &
-      blocks_in, block_of, get_row, stretch_of, add_to_matrix, add_product, step_weights, &
-      scale_penalty, coupled_blocks
+      blocks_in, block_of, get_row, stretch_of, add_to_matrix, add_parallel_terms, add_product, &
+      add_products, step_weights, scale_penalty, coupled_blocks
    public :: at_theta, at_end, mean_dashpot, end_dashpot, at_damping, of_mass, instants
    public :: term_normal, term_shear, term_support, term_boundary, term_tie, term_bolt, &
       term_free_side, term_weld, term_point, term_bed, term_water, term_reservoir, term_kinds, &
@@ -316,6 +316,45 @@ contains
       end do
    end subroutine add_further
 
+   !> Add the terms c u uᵀ between the same n blocks to a matrix, unless its pattern lacks a pair.
+   pure subroutine add_parallel_terms(terms, n, c, block, row, matrix, fits)
+      integer, intent(in) :: terms, n           !< numbers of terms and of blocks
+      real(wp), intent(in) :: c(terms)          !< coefficients
+      integer, intent(in) :: block(n)           !< blocks of each term
+      real(wp), intent(in) :: row(6, n, terms)  !< parts of u
+      type(block_matrix_type), intent(inout) :: matrix  !< block matrix
+      logical, intent(inout) :: fits  !< set to .false. if the pattern lacks a pair
+      integer :: j, k, entry
+
+      do j = 1, n
+         call add_sum(matrix%diagonal(:, :, block(j)), j, j)
+         do k = 1, j - 1
+            entry = entry_of(matrix, block(j), block(k))
+            fits = fits .and. entry > 0
+            if (.not. fits) return
+            if (block(j) > block(k)) call add_sum(matrix%lower(:, :, entry), j, k)
+            if (block(j) < block(k)) call add_sum(matrix%lower(:, :, entry), k, j)
+         end do
+      end do
+
+   contains
+
+      !> Add the sum of c a bᵀ to a block, two terms at once; a and b are two parts of u.
+      pure subroutine add_sum(values, of_row, of_column)
+         real(wp), intent(inout) :: values(6, 6)  !< block of the matrix
+         integer, intent(in) :: of_row, of_column  !< numbers of the parts, 1 … n
+         integer :: i
+
+         do i = 1, terms - 1, 2
+            call add_products(values, row(:, of_row, i), row(:, of_column, i), c(i), &
+               row(:, of_row, i + 1), row(:, of_column, i + 1), c(i + 1))
+         end do
+         if (modulo(terms, 2) == 1) call add_products(values, row(:, of_row, terms), &
+            row(:, of_column, terms), c(terms), row(:, of_row, terms), row(:, of_column, terms), &
+            0.0_wp)
+      end subroutine add_sum
+   end subroutine add_parallel_terms
+
    !> Add c a bᵀ to the lower block of a pair of blocks.
    pure subroutine add_coupling(matrix, entry, pair, c, a, b, fits)
       type(block_matrix_type), intent(inout) :: matrix  !< block matrix
@@ -347,5 +386,28 @@ contains
          block(row, :) = block(row, :) + scaled*a(row)
       end do
    end subroutine add_product
+
+   !> Add products: block += k₁ a₁b₁ᵀ + k₂ a₂b₂ᵀ.
+   !>
+   !> Loops over four and two rows map to vector registers; unrolled loops would be slower because
+   !> of rearrangements.
+   pure subroutine add_products(block, a1, b1, k1, a2, b2, k2)
+      real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
+      real(wp), intent(in) :: a1(6), b1(6), k1, a2(6), b2(6), k2  !< rows of blocks; factors, N/m
+      integer :: column, row
+
+      do column = 1, 6
+         !GCC$ unroll 1
+         do row = 1, 4
+            block(row, column) = block(row, column) + (k1*b1(column))*a1(row) &
+               + (k2*b2(column))*a2(row)
+         end do
+         !GCC$ unroll 1
+         do row = 5, 6
+            block(row, column) = block(row, column) + (k1*b1(column))*a1(row) &
+               + (k2*b2(column))*a2(row)
+         end do
+      end do
+   end subroutine add_products
 
 end module dda_linear_terms

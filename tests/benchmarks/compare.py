@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Two engines alternately: compare.py BEFORE AFTER [--pairs N] [--cases WORD …]
+"""Two engines alternately: compare.py BEFORE AFTER [--pairs N] [--cases WORD …] [--wet]
 
 BEFORE and AFTER are executables `sitedda-native` of two commits.  Each pair runs both on the same
 input in alternating order, on one thread.  Processor times are compared, because the speed of a
 machine with other work varies within minutes.  For quiet and small models, and for the largest
 shaken one, the time of a short run is subtracted from that of a long one; otherwise the whole run
 counts.  Printed are the ratio BEFORE/AFTER, its median and range, and the least times.
+With --wet the joints of BEFORE contain undrained water: compare.py E E --wet --cases "quiet 1000"
+prints the cost of water.
 """
 
 import os
@@ -28,6 +30,7 @@ RECORD = INPUT.parent / "records" / "LomaPrieta1989_USGS1002_APEEL2_133.smc"
 STRONG, SHAKING = 6.5, 6.0  # s: start of the record for walls, and duration
 LONG = 10_000  # steps, more than a case takes
 PENALTY = 100 * YOUNG_MODULUS  # N/m
+WATER = "&flow aperture = 1e-3, state = 'undrained', state_at_rest = 'undrained' /\n"
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,8 @@ def cases() -> dict[str, Case]:
 
 def main() -> None:
     """Measure alternately, then print."""
-    known, options = cases(), parse_options(__doc__, "before", "after", pairs=5, cases=[str])
+    known = cases()
+    options = parse_options(__doc__, "before", "after", pairs=5, cases=[str], wet=False)
     engines = (options.before.resolve(), options.after.resolve())
     words = options.cases or list(known)
     chosen = [name for name in known if any(f"{name} ".startswith(f"{word} ") for word in words)]
@@ -106,28 +110,33 @@ def main() -> None:
     for name in chosen:
         case = known[name]
         try:
-            report(name, measured(engines, case, options.pairs))
+            report(name, measured(engines, case, options.pairs, options.wet))
         except subprocess.CalledProcessError as failure:
             print(f"{name:22} fails with {failure.cmd[0]}", flush=True)
 
 
-def measured(engines, case: Case, pairs: int) -> list[tuple[float, float]]:
-    """Return seconds of both engines in each pair."""
+def measured(engines, case: Case, pairs: int, wet: bool) -> list[tuple[float, float]]:
+    """Return seconds of both engines in each pair; the first may have water in its joints."""
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / RECORD.parent.name).symlink_to(RECORD.parent)
         text = case.text()
-        long, short = (folder / f"{steps}.nml" for steps in (case.steps, case.less))
-        long.write_text(changed(text, case.steps, 1))
-        short.write_text(changed(text, case.less, 1))
+        files = []
+        for water in (WATER if wet else "", ""):
+            own = [folder / f"{len(water)}_{steps}.nml" for steps in (case.steps, case.less)]
+            for file, steps in zip(own, (case.steps, case.less), strict=True):
+                file.write_text(changed(text, steps, 1) + water)
+            files.append(own)
+        runs = list(zip(engines, files, strict=True))
         times = []
         for pair in range(pairs):
             seconds = {}
-            for engine in reversed(engines) if pair % 2 else engines:
-                seconds[engine] = taken_by(engine, long)
+            for i in (1, 0) if pair % 2 else (0, 1):
+                engine, (long, short) = runs[i]
+                seconds[i] = taken_by(engine, long)
                 if case.less:
-                    seconds[engine] -= taken_by(engine, short)
-            times.append(tuple(seconds[engine] for engine in engines))
+                    seconds[i] -= taken_by(engine, short)
+            times.append((seconds[0], seconds[1]))
     return times
 
 

@@ -3,8 +3,8 @@
 module test_block_matrix
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of, multiply, set_pattern, terms_of_product
-   use dda_linear_terms, only: add_term, add_to_matrix, coupled_blocks, instants, &
-      linear_term_type, linear_terms_type
+   use dda_linear_terms, only: add_parallel_terms, add_term, add_to_matrix, coupled_blocks, &
+      instants, linear_term_type, linear_terms_type
    use models, only: random_pairs, random_vector
    use testing, only: case, check, check_close
    implicit none
@@ -127,5 +127,36 @@ contains
          call set_pattern(matrix, 4, reshape([1, 2], [2, 1]))
       end do
    end subroutine terms_beyond_the_pattern
+
+   !> Terms between the same blocks: the sum of single terms, in a pattern that has their pairs.
+   subroutine terms_between_the_same_blocks()
+      integer, parameter :: block(3) = [4, 1, 3]
+      type(block_matrix_type) :: matrix, single
+      type(linear_terms_type) :: terms
+      real(wp), parameter :: weights(instants) = 1.0_wp
+      real(wp) :: row(6, 3, 3), c(3)
+      logical :: fits
+      integer :: n, i
+
+      do n = 1, 3
+         row = reshape(random_vector(54), [6, 3, 3])
+         c = random_vector(3)
+         terms%n = 0
+         do i = 1, n
+            call add_term(terms, linear_term_type(block_a=4, block_b=1, coefficient=c(i), &
+               row_a=row(:, 1, i), row_b=-row(:, 2, i), further=[3], further_row=row(:, 3:, i)))
+         end do
+         call set_pattern(single, 4, coupled_blocks(terms))
+         call set_pattern(matrix, 4, coupled_blocks(terms))
+         call add_to_matrix(terms, weights, single, fits)
+         call add_parallel_terms(n, 3, c, block, row, matrix, fits)
+         call check(fits, 'the pattern of the terms')
+         call check_close([matrix%lower, matrix%diagonal], [single%lower, single%diagonal], &
+            'the sum of single terms', relative=1.0e-14_wp)
+         call set_pattern(matrix, 4, reshape([1, 4], [2, 1]))
+         call add_parallel_terms(n, 3, c, block, row, matrix, fits)
+         call check(.not. fits, 'the pattern lacks a pair')
+      end do
+   end subroutine terms_between_the_same_blocks
 
 end module test_block_matrix
