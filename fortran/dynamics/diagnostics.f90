@@ -9,7 +9,7 @@ module dda_diagnostics
    use dda_maxima, only: of_strain, of_penetration_ratio
    use dda_model, only: half_size
    use dda_simulation, only: simulation_type, block_name
-   use dda_text, only: short_text, to_text
+   use dda_text, only: counted, short_text, to_text
    implicit none
    private
    public :: explain, check_state, audit_warning, doubt_state
@@ -129,6 +129,9 @@ contains
       call add_strain_warning(simulation, doubts)
       call add_penetration_warning(simulation, doubts)
       call add_doubts(doubts, bending_doubts(simulation))
+      if (simulation%counters%tables_off > 0) call add_doubt(doubts, 'water table', &
+         'the search did not converge in '//counted(to_text(simulation%counters%tables_off), &
+         'step', 'steps')//': pressures near the water table are inaccurate')
       call add_memory_warnings(simulation, doubts)
    end subroutine doubt_state
 

@@ -37,6 +37,7 @@ module dda_simulation
       integer(long) :: broken = 0          !< number of broken bonds
       integer(long) :: unsettled = 0       !< steps in which the damage of bonds did not converge
       integer(long) :: bounds_off = 0      !< steps in which frozen bounds did not converge
+      integer(long) :: tables_off = 0      !< steps in which no water table was found
       integer(long) :: changes = 0         !< contact states changed after the first step
       integer :: most_iterations = 0       !< largest number of iterations in one step
    end type counters_type
@@ -186,7 +187,8 @@ contains
             'iterations')//' (most '//to_text(counters%most_iterations)//' in a step)'// &
             count_text(counters%searches, 'neighbour search', 'neighbour searches')// &
             count_text(counters%repeated, 'step', 'steps', ' repeated with a smaller time step')// &
-            count_text(counters%too_far, 'step', 'steps', ' beyond max_displacement_ratio')
+            count_text(counters%too_far, 'step', 'steps', ' beyond max_displacement_ratio')// &
+            count_text(counters%tables_off, 'step', 'steps', ' without a water table')
          if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
             ' steps the damage of cohesive joints did not converge: failure times depend on Δt'
          if (counters%bounds_off > 0) text = text//'; in '//to_text(counters%bounds_off)// &

@@ -10,8 +10,8 @@ module dda_time_step
    use dda_contact_search, only: find_contacts
    use dda_damage_passes, only: most_passes
    use dda_diagnostics, only: explain, check_state
-   use dda_elements, only: accept_elements, has_bounds_off, prepare_elements, revise_elements, &
-      worst_of_points
+   use dda_elements, only: accept_elements, has_bounds_off, has_table_off, prepare_elements, &
+      revise_elements, worst_of_points
    use dda_energy, only: add_energy, energy_algorithmic, energy_impact, energy_input, &
       energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
@@ -323,6 +323,7 @@ contains
          if (simulation%laws%cohesive) counters%broken = counters%broken + spent_bonds(simulation)
          if (iteration%passes > most_passes) counters%unsettled = counters%unsettled + 1
          if (has_bounds_off(simulation%elements)) counters%bounds_off = counters%bounds_off + 1
+         if (has_table_off(simulation%elements)) counters%tables_off = counters%tables_off + 1
          if (simulation%step > 0) counters%changes = counters%changes + iteration%changes &
             + iteration%broken
       end associate

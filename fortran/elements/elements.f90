@@ -31,7 +31,7 @@ module dda_elements
    private
    public :: elements_type, set_elements, register, linear_terms_of, pack_terms, add_packed, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
-      slope_beyond, worst_of_points, has_bounds_off, bolt_states, flow_states, &
+      slope_beyond, worst_of_points, has_bounds_off, has_table_off, bolt_states, flow_states, &
       accept_elements, match_velocities, freeze_elements, balance_elements, serialise_elements, &
       face_forces, follow_free_field, node_columns, channel_columns, block_stress, stress_error, &
       plastic_strain, body_energies
@@ -294,6 +294,20 @@ contains
          end select
       end do
    end function has_bounds_off
+
+   !> .true. if the search for the water table has failed in the step.
+   pure logical function has_table_off(elements)
+      type(elements_type), intent(in) :: elements  !< elements of the model
+      integer :: i
+
+      has_table_off = .false.
+      do i = 1, size(elements%kind)
+         select type (element => elements%kind(i)%element)
+         type is (joint_flow_type)
+            has_table_off = element%table_off
+         end select
+      end do
+   end function has_table_off
 
    !> Return the values of the bolts in the output.
    pure function bolt_states(elements, n) result(states)

@@ -28,10 +28,22 @@ module dda_flow_groups
       integer, allocatable :: place(:)        !< [blocks of the model] position in `block`
    end type group_type
 
+   !> State of a search for the water table.
+   type :: table_type
+      real(wp), allocatable :: wet(:)     !< [nodes] 1: below the table, 0: above it, else at it
+      real(wp), allocatable :: step(:)    !< [nodes] last change of a partly wet node
+      logical, allocatable :: up(:)       !< [nodes] the last change was an increase
+      integer, allocatable :: changes(:)  !< [nodes] number of changes
+   end type table_type
+
    !> fraction of the conductance of channels above the water table in steady flow
    real(wp), parameter :: of_air = 1.0e-3_wp
-   !> rounds of the search for the water table in which dry nodes may become wet; in later ones none
-   integer, parameter :: free_rounds = 60
+   !> rounds of the search for the water table in which nodes are wet or dry, and most rounds
+   integer, parameter :: free_rounds = 60, most_rounds = 300
+   integer, parameter :: often = 4  !< changes after which a node may be partly wet
+   !> accepted pressure of a partly wet node over the largest potential
+   real(wp), parameter :: near = 1.0e-6_wp
+   real(wp), parameter :: grow = 1.2_wp, shrink = 0.5_wp  !< factors of steps of partly wet nodes
    real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials over the largest one
 
 contains
@@ -305,53 +317,99 @@ contains
    !> Find the heads of steady flow in a group; without a known pressure there is no flow.
    !>
    !> Water exists only below the water table: a channel with both nodes above it conducts little
-   !> (residual flow, Desai 1976).  If the search cycles, dry nodes remain dry in later rounds.
-   pure subroutine find_steady_heads(network, group, fixed, source, conductance, head)
+   !> (residual flow, Desai 1976).  If nodes are wet and dry in turn, the table passes through them:
+   !> their pressure is 0, and a fraction of the conductance is found that yields it.
+   pure subroutine find_steady_heads(network, group, fixed, source, conductance, head, failed)
       type(network_type), intent(in) :: network   !< network of the model
       type(group_type), intent(in) :: group       !< component of the network
       logical, intent(in) :: fixed(:)             !< [nodes] the pressure is known
       real(wp), intent(in) :: source(:)           !< [nodes] inflow, m²/s
       real(wp), intent(inout) :: conductance(:)   !< [channels] final conductance, m²/(Pa s)
       real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; known at fixed nodes
+      logical, intent(inout) :: failed            !< set to .true. if the search does not converge
       real(wp) :: matrix(size(group%node), size(group%node)), right(size(group%node), 1)
-      real(wp) :: known(size(group%node))
-      logical :: dry(size(head)), now(size(head)), flows
+      real(wp) :: known(size(group%node)), pressure(size(group%node)), scale
+      type(table_type) :: table
+      logical :: converged
       integer :: c, round, info
 
-      flows = any(fixed(group%node))
+      allocate (table%wet(size(head)), source=1.0_wp)
+      allocate (table%step(size(head)), source=0.5_wp)
+      allocate (table%up(size(head)), source=.true.)
+      allocate (table%changes(size(head)), source=0)
+      converged = .not. any(fixed(group%node))
       known = merge(head(group%node), source(group%node)/maxval(network%conductance), &
          fixed(group%node))
-      dry = .false.
-      do round = 1, merge(free_rounds + size(right), 0, flows)
+      do round = 1, merge(0, most_rounds, converged)
          right(:, 1) = known
-         call assemble_steady(network, group, fixed, dry, matrix, right(:, 1))
+         call assemble_steady(network, group, fixed, table%wet, matrix, right(:, 1))
          call dpotrf('L', size(right), matrix, size(right), info)
          call dtrsm('L', 'L', 'N', 'N', size(right), 1, 1.0_wp, matrix, size(right), right, &
             size(right))
          call dtrsm('L', 'L', 'T', 'N', size(right), 1, 1.0_wp, matrix, size(right), right, &
             size(right))
-         now = .false.
-         now(group%node) = right(:, 1) - network%elevation(group%node) < &
-            -rounding*maxval(abs(right)) .and. .not. fixed(group%node)
-         if (round > free_rounds) now = now .or. dry
-         if (all(now .eqv. dry)) exit
-         dry = now
+         scale = maxval(abs(right))
+         pressure = merge(0.0_wp, right(:, 1) - network%elevation(group%node), fixed(group%node))
+         call move_table(table, group%node, pressure, scale, round > free_rounds, converged)
+         if (converged) exit
       end do
-      if (flows) head(group%node) = right(:, 1)
+      failed = failed .or. .not. converged
+      if (any(fixed(group%node))) head(group%node) = right(:, 1)
       do c = 1, size(conductance)
          associate (node => network%flow%channel(c)%node)
             if (.not. any(group%node == node(1))) cycle
-            conductance(c) = conductance(c)*merge(merge(of_air, 1.0_wp, all(dry(node))), 0.0_wp, &
-               flows)
+            conductance(c) = conductance(c)*merge(conducting(table%wet(node)), 0.0_wp, &
+               any(fixed(group%node)))
          end associate
       end do
    end subroutine find_steady_heads
 
+   !> Revise which nodes are wet; nodes that have changed often may become partly wet.
+   pure subroutine move_table(table, node, pressure, scale, partly, converged)
+      type(table_type), intent(inout) :: table  !< state of the search
+      integer, intent(in) :: node(:)            !< [n] nodes of the group
+      real(wp), intent(in) :: pressure(:)       !< [n] Pa
+      real(wp), intent(in) :: scale             !< largest potential, Pa
+      logical, intent(in) :: partly             !< nodes may become partly wet
+      logical, intent(out) :: converged         !< all nodes are as their pressures require
+      real(wp) :: wanted, tolerance
+      logical :: rises
+      integer :: i
+
+      converged = .true.
+      do i = 1, size(node)
+         associate (wet => table%wet(node(i)), step => table%step(node(i)), changes => &
+            table%changes(node(i)))
+            rises = .not. pressure(i) < -rounding*scale
+            wanted = merge(1.0_wp, 0.0_wp, rises)
+            tolerance = merge(near*scale, 0.0_wp, partly .and. changes > often)
+            if (.not. abs(wanted - wet) > 0.0_wp .or. abs(pressure(i)) < tolerance) cycle
+            converged = .false.
+            if (partly .and. changes > often) then
+               step = min(0.5_wp, merge(grow, shrink, rises .eqv. table%up(node(i)))*step)
+               wet = min(1.0_wp, max(0.0_wp, wet + merge(step, -step, rises)))
+            else
+               wet = wanted
+               changes = changes + 1
+            end if
+            table%up(node(i)) = rises
+         end associate
+      end do
+   end subroutine move_table
+
+   !> Return the fraction of its conductance that a channel has, from the wetness of its nodes.
+   pure real(wp) function conducting(wet)
+      real(wp), intent(in) :: wet(2)  !< 0 … 1
+
+      conducting = merge(1.0_wp, of_air + (1.0_wp - of_air)*maxval(wet), maxval(wet) >= 1.0_wp)
+   end function conducting
+
    !> Assemble H φ = Q of a group, divided by its largest conductance; fixed φ are on the right.
-   pure subroutine assemble_steady(network, group, fixed, dry, matrix, right)
+   pure subroutine assemble_steady(network, group, fixed, wet, matrix, right)
       type(network_type), intent(in) :: network  !< network of the model
       type(group_type), intent(in) :: group      !< component of the network
-      logical, intent(in) :: fixed(:), dry(:)    !< [nodes] φ is known; above the water table
+      logical, intent(in) :: fixed(:)            !< [nodes] φ is known
+      real(wp), intent(in) :: wet(:)             !< [nodes] wetness, 0 … 1
       real(wp), intent(out) :: matrix(:,:)       !< [nodes of the group, nodes of the group]
       real(wp), intent(inout) :: right(:)        !< [nodes of the group] Pa
       integer :: place(size(fixed)), c, i, k
@@ -367,7 +425,7 @@ contains
       do c = 1, size(network%absent)
          associate (node => network%flow%channel(c)%node)
             if (network%absent(c) .or. place(node(1)) == 0) cycle
-            h = network%conductance(c)/full*merge(of_air, 1.0_wp, all(dry(node)))
+            h = network%conductance(c)/full*conducting(wet(node))
             do k = 1, 2
                if (fixed(node(k))) cycle
                associate (i => place(node(k)), j => place(node(3 - k)))

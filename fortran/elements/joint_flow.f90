@@ -58,6 +58,7 @@ module dda_joint_flow
       ! Variables of the step
       type(step_type) :: step
       integer :: rounds = 0                   !< rounds of revised states
+      logical :: table_off = .false.          !< the search for the water table has failed
       logical, allocatable :: fixed(:)        !< [nodes] the pressure is prescribed
       real(wp), allocatable :: source(:)      !< [nodes] inflow Q, m²/s
       real(wp), allocatable :: conductance(:) !< [channels] effective conductance, m²/(Pa s)
@@ -217,9 +218,10 @@ contains
       if (stage_flow_state(self) == flow_steady) then
          self%conductance = self%network%conductance
          self%head = self%first + self%network%elevation
+         self%table_off = .false.
          do g = 1, size(self%group)
             call find_steady_heads(self%network, self%group(g), self%fixed, self%source, &
-               self%conductance, self%head)
+               self%conductance, self%head, self%table_off)
          end do
          where (.not. self%fixed) self%first = max(0.0_wp, self%head - self%network%elevation)
          return

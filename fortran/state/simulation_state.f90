@@ -196,6 +196,7 @@ contains
          call serialise(archive, counters%broken)
          call serialise(archive, counters%unsettled)
          call serialise(archive, counters%bounds_off)
+         call serialise(archive, counters%tables_off)
          call serialise(archive, counters%changes)
          call serialise(archive, counters%most_iterations)
       end associate

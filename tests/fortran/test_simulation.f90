@@ -3,6 +3,8 @@
 !> says.
 module test_simulation
    use dda_blocks, only: momentum_of, update_geometry
+   use dda_diagnostics, only: doubt_state
+   use dda_doubts, only: doubt_type
    use dda_equilibrium, only: equilibrate, equilibrium_type
    use dda_kinds, only: wp, pi
    use dda_errors, only: error_convergence
@@ -28,6 +30,24 @@ contains
       call incline(10.0_wp, 50.0_wp)
       call incline(20.0_wp, 50.0_wp)
    end subroutine inclines
+
+   !> Steps without a water table are counted and doubted; a run without them says nothing of it.
+   subroutine water_tables_that_are_not_found()
+      type(doubt_type), allocatable :: doubts(:)
+
+      call begin(simulation, control_text(1.0e-3_wp, 1, gravity)//rock// &
+         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
+         2.0_wp)))
+      call run(simulation, 1)
+      allocate (doubts(0))
+      call doubt_state(simulation, doubts)
+      call check(size(doubts) == 0 .and. index(summary(simulation), 'table') == 0, 'no doubt')
+      simulation%counters%tables_off = 2
+      call doubt_state(simulation, doubts)
+      call check(doubts(1)%topic == 'water table', doubts(1)%words)
+      call check(index(summary(simulation), ', 2 steps without a water table') > 0, &
+         summary(simulation))
+   end subroutine water_tables_that_are_not_found
 
    !> ½ g t² is exact for the scheme, whatever the step.
    subroutine free_fall()

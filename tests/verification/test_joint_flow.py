@@ -50,6 +50,7 @@ def data_of(model: sitedda.Model):
     """Run a model and return its output."""
     run = sitedda.run(model)
     assert run.complete, run.summary
+    assert "water table" not in run.summary
     return run.history.load()
 
 
