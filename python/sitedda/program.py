@@ -28,7 +28,7 @@ _SCIPY_ROOM = 2**27  # part of the reserved bytes that SciPy needs for its own O
 _UNUSED = ("cubed", "cupy", "dask", "pint", "sparse", "mpl_toolkits.mplot3d")
 # Modules that matplotlib imports, but that pictures hardly ever use; loaded on first use.
 _LATER = ("fontTools.agl", "matplotlib.category", "matplotlib.dates", "matplotlib.widgets")
-_OBJECTS = 300_000  # new objects before a garbage collection; with 700, 6 % of a run is collection
+_OBJECTS = 300_000  # new objects before a garbage collection; with the usual 700: 6 % of the time
 
 _plain_showwarning = warnings.showwarning
 

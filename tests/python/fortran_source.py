@@ -194,7 +194,7 @@ def _closing(code: str, at: int) -> int:
 
 
 def guards(operands: list[str], functions: set[str] = frozenset()) -> list[str]:
-    """Return names whose status one operand tests, while another operand already depends on it.
+    """Return names that an expression tests in one operand, and uses unguarded in another operand.
 
     These are optional arguments and allocatables that are used, and compared scalars that are also
     an index or the bound of an array section.

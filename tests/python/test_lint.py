@@ -86,7 +86,7 @@ def test_the_parser_reads_the_whole_tree():
         for source in TREE
         for line in source.file.read_text().splitlines()
     )
-    assert 0 <= ends - len(PROCEDURES) < ends / 20  # interfaces of C and LAPACK
+    assert 0 <= ends - len(PROCEDURES) < ends / 20  # the others declare C and LAPACK
 
 
 def test_every_source_file_names_its_licence():

@@ -16,7 +16,7 @@ from .motion import Motion
 from .response import ColumnResponse
 
 DOUBTFUL_STRAIN = 0.005  # strain above which equivalent-linear results are doubtful
-_HARDLY = 0.01  # strain above which results are meaningless
+_MEANINGLESS = 0.01  # strain above which results are meaningless
 _SOFT = 0.1  # strain above which another solution is sought
 _APART = 0.01  # smallest relative difference of the strains of two solutions
 
@@ -65,7 +65,7 @@ class EquivalentLinear:
         if most <= DOUBTFUL_STRAIN:
             return ""
         layer = 1 + int(self.largest_strain.argmax())
-        much = "is not accurate" if most > _HARDLY else "may not be accurate"
+        much = "is not accurate" if most > _MEANINGLESS else "may not be accurate"
         words = (
             f"layer {layer} has {100 * most:.3g} % strain: above {100 * DOUBTFUL_STRAIN:g} % the "
             f"equivalent-linear method {much}; compare with the nonlinear analysis"

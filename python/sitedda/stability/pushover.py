@@ -34,7 +34,7 @@ _SMALLEST = 1e-4  # smallest excess, as a fraction of the factor
 _MORE = 1.5  # largest ratio of the excesses of successive steps
 _SHORTEST = 1e-3  # fraction of the time step below which a step counts as not converged
 _LOOKS, _TO_PEAK = 6, 500  # largest number of steps: _TO_PEAK + _LOOKS × requested number
-_HARDLY = 0.2  # fraction of the largest displacement below which the point does not control a step
+_LEAST_CONTROL = 0.2  # smallest displacement of the control point over the largest
 _ELASTIC = 0.1  # displacement over target displacement below which a step counts as elastic
 _PARTED = 3.0  # ratio of the largest displacement of a block to the requested one that ends the run
 _STILL = 1e-3  # fraction of the largest modal displacement below which a block does not move
@@ -318,7 +318,7 @@ class _PushoverRun:
     def _controlling_displacement(self, change: np.ndarray, own: float) -> float:
         """Return the displacement of the point, or of a block if it moves much farther, m."""
         most = float(np.hypot(*change[:, :2].T).max())
-        return max(abs(own) if abs(own) > _HARDLY * most else most, 1e-12 * self.end)
+        return max(abs(own) if abs(own) > _LEAST_CONTROL * most else most, 1e-12 * self.end)
 
     def _next_load_excess(
         self, excess: float, factor: float, steps: list[tuple[float, float]]

@@ -279,7 +279,7 @@ def _verdict_numbers(output: Output, parts: Iterable[str]) -> dict[str, float]:
 
 
 def _compute_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
-    """Return the numbers of parts of the verdict that the engine does not write."""
+    """Return the values of those parts of the verdict that the engine does not write."""
     from ..output import verdict as words
     from ..output.scene import Scene
 

@@ -55,10 +55,10 @@ class Roots:
         from ..base.numbers import with_bar
 
         values = zip(self.parameters, self.value, self.bar, strict=True)
-        found = ", ".join(f"{name} = {with_bar(v, bar)}" for name, v, bar in values)
+        solution = ", ".join(f"{name} = {with_bar(v, bar)}" for name, v, bar in values)
         wanted = zip(self.results, self.target, strict=True)
-        words = ", ".join(f"{name} = {value:g}" for name, value in wanted)
-        words = f"{found} for {words} ({len(self.trials)} runs)"
+        targets = ", ".join(f"{name} = {value:g}" for name, value in wanted)
+        words = f"{solution} for {targets} ({len(self.trials)} runs)"
         return words + (f"; {self.doubt}" if self.doubt else "")
 
 

@@ -52,7 +52,7 @@ def clay(cells: int) -> Model:
 
 
 def cut(cells: int) -> Model:
-    """Return a vertical cut in clay whose strength limit analysis requires."""
+    """Return a vertical cut in clay that is at its limit load by limit analysis."""
     outline = [-2, -1, 1, -1, 1, 0, 0, 0, 0, 1, -2, 1]
     return _soil_body(
         outline, cells, 0.49, ("left", "right"), cohesion=WEIGHT * HEIGHT / CUT,
