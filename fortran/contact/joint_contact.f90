@@ -274,7 +274,7 @@ contains
          response%state = contact_slide
          if (lifts) response%normal_force = lifted_force(law, state, closure, abs(stretch))
          response%bound = available_friction(law, state, response%normal_force)
-         response%shear_force = sign(response%bound, trial)
+         response%shear_force = sign(1.0_wp, trial)*response%bound  ! a descent may drive slip
       end if
    end subroutine stick_or_slide
 
