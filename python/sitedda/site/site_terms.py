@@ -16,7 +16,7 @@ from ..base.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-_FEWEST = 20  # least number of plane runs, to which four slopes are fitted
+_FEWEST = 20  # least number of plane runs, to which nine slopes are fitted
 _WORTH = 1.2  # least saving of runs over plain sampling
 _RICHARDSON = 4 / 3  # error of second order over the change by half the cells or steps
 
@@ -85,8 +85,9 @@ def site_term(
 ) -> SiteTerm:
     """Estimate amplification over random profiles from few plane runs and many columns.
 
-    ln AF of the plane runs is regressed on ln AF of their columns (its square, and the
-    neighbouring periods too); the mean of the regression over all columns is the estimate
+    ln AF of the plane runs is regressed on ln AF of their columns at this and the neighbouring
+    periods, and on its squares and products; the mean of the regression over all columns is the
+    estimate
     (control variates: Peherstorfer, Willcox and Gunzburger 2016).  Where that needs more than
     1/1.2 of the runs of plain sampling, plain sampling is used.
 
@@ -121,8 +122,6 @@ def site_term(
     Peherstorfer, B., Willcox, K. & Gunzburger, M. (2016). Optimal model management for
     multifidelity Monte Carlo estimation. SIAM Journal on Scientific Computing 38(5), A3163-A3194.
     """
-    import xarray as xr
-
     if not _FEWEST <= runs <= columns:
         raise InputError(f"runs = {runs}, columns = {columns}: give {_FEWEST} runs or more, and at "
                          "least as many columns")  # fmt: skip
@@ -136,6 +135,20 @@ def site_term(
         at = None if folder is None else Path(folder) / name.replace(" ", "_")
         change = _log_amplification(model, finer_runs, shape, at, workers) - found[:finer_runs]
         errors[name] = _RICHARDSON * np.abs(change.mean(axis=0))
+    return term_of(found, control, points, periods, errors, level)
+
+
+def term_of(
+    found: NDArray[np.float64], control: NDArray[np.float64], points, periods,
+    errors: Mapping[str, NDArray[np.float64]] | None = None, level: float = 0.95,
+) -> SiteTerm:  # fmt: skip
+    """Return the term of ln AF of plane runs and columns, shape (samples, points, periods).
+
+    The first columns are those of the plane runs; `errors` of ln AF have shape (points, periods).
+    """
+    import xarray as xr
+
+    shape, errors = found.shape[1:], errors or {}
     rows = [
         _estimate(found[:, i, j], control[:, i, max(j - 1, 0) : j + 2], min(j, 1), level)
         for i, j in np.ndindex(shape)
@@ -146,7 +159,8 @@ def site_term(
     data["discretisation"] = (("error", *dims), parts)
     data["total"] = (dims, data["sampling"][1] + parts.sum(axis=0))
     at = {"point": list(points), "period": np.atleast_1d(periods), "error": list(errors)}
-    return SiteTerm(xr.Dataset(data, at, {"runs": runs, "columns": columns, "level": level}))
+    sizes = {"runs": len(found), "columns": len(control), "level": level}
+    return SiteTerm(xr.Dataset(data, at, sizes))
 
 
 def _log_amplification(model, count: int, shape, folder, workers) -> NDArray[np.float64]:
@@ -166,7 +180,8 @@ def _estimate(found, control, own: int, level: float) -> dict[str, float]:
 
     number, spread = found.size, control.std(axis=0)
     scaled = (control - control.mean(axis=0)) / np.maximum(spread, 1e-12)
-    basis = np.column_stack([scaled, scaled[:, own] ** 2 - 1])
+    first, second = np.triu_indices(spread.size)
+    basis = np.hstack([scaled, scaled[:, first] * scaled[:, second]])
     basis -= basis.mean(axis=0)
     here, free = basis[:number], number - basis.shape[1] - 1
     away = here.mean(axis=0)
