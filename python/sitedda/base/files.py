@@ -99,7 +99,7 @@ def _may_replace(file: Path, kind: str) -> bool:
     """Return whether a file begins with the first bytes of files of a kind."""
     try:
         with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as stream:
-            head = stream.read(_HEAD)
+            head = stream.read(min(_HEAD, os.fstat(stream.fileno()).st_size))
     except OSError as trouble:
         raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
     return bool(re.match(_KINDS[kind], head, re.DOTALL | re.IGNORECASE))

@@ -105,7 +105,7 @@ class Chart:
         for text in self.texts:
             self._write(image, *text)
         with written(file, "a picture", reads) as beside:
-            image.save(beside, "PNG", compress_level=2)
+            image.save(beside, "PNG", compress_level=1)
         return Path(file)
 
     def _write(self, image, x, y, words, size, color, across, bold, upright) -> None:
