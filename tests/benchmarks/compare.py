@@ -7,7 +7,7 @@ machine with other work varies within minutes.  For quiet and small models, and 
 shaken one, the time of a short run is subtracted from that of a long one; otherwise the whole run
 counts.  Printed are the ratio BEFORE/AFTER, its median and range, and the least times.
 With --wet the joints of BEFORE contain undrained water: compare.py E E --wet --cases "quiet 1000"
-prints the cost of water.
+prints the cost of water, without that of its output.
 """
 
 import os
@@ -125,7 +125,7 @@ def measured(engines, case: Case, pairs: int, wet: bool) -> list[tuple[float, fl
         for water in (WATER if wet else "", ""):
             own = [folder / f"{len(water)}_{steps}.nml" for steps in (case.steps, case.less)]
             for file, steps in zip(own, (case.steps, case.less), strict=True):
-                file.write_text(changed(text, steps, 1) + water)
+                file.write_text(changed(text, steps, steps if wet else 1) + water)
             files.append(own)
         runs = list(zip(engines, files, strict=True))
         times = []
