@@ -28,7 +28,7 @@ class Analyses:
     def responses(self) -> dict[str, SiteResponse]:
         """Return the responses by the names of their analyses.
 
-        The unbounded response of a linear column without damping on a rigid base is omitted.
+        The unbounded response of a linear column without damping is omitted.
         """
         found = {
             "linear": self.linear,
@@ -42,13 +42,8 @@ class Analyses:
     @property
     def unbounded(self) -> str:
         """Return why the linear response is unbounded; '' if it is bounded."""
-        column = self.linear.column
-        if column.base != "rigid" or any(layer.damping_at([1.0])[0] for layer in column.layers):
-            return ""
-        return (
-            "the linear column is omitted: without damping on a rigid base its resonance is "
-            "infinite; give its soils a damping ratio at small strains"
-        )
+        words = self.linear.unbounded
+        return f"the linear column is omitted: {words}" if words else ""
 
     def __str__(self) -> str:
         profiles = [one.profile() for one in self.responses.values()]

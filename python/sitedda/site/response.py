@@ -132,6 +132,17 @@ class ColumnResponse(SiteResponse):
         limit = np.inf if self.scheme is None else 0.5 / self.motion.time_step * (1 - 1e-9)
         return found[found < limit]
 
+    @property
+    def unbounded(self) -> str:
+        """Return why free vibration never decays; '' if it does."""
+        absorbed = self.kind == "outcrop" and isinstance(self.column.base, HalfSpace)
+        if self.scheme or absorbed or any(la.damping_at([1.0])[0] for la in self.column.layers):
+            return ""
+        return (
+            "without damping on a rigid base its resonance is infinite; give its soils a damping "
+            "ratio at small strains"
+        )
+
     def _integrate_motion(
         self, ratio, order: int, depth: ArrayLike, first: complex = 0.0
     ) -> NDArray[np.float64]:
@@ -151,6 +162,8 @@ class ColumnResponse(SiteResponse):
 
     def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth or depths (m), m/s², shape (..., samples)."""
+        if self.unbounded:
+            raise ValueError(f"the motion of the column is unbounded: {self.unbounded}")
         ratio = self._displacement_ratio(self._frequencies, depth)
         return self._integrate_motion(ratio, 0, depth, self.motion.spectrum[0])
 

@@ -3,6 +3,7 @@
 
 import re
 import warnings
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -80,7 +81,11 @@ def test_endless_free_vibration_is_reported():
     """Without damping the motion on a rigid base never ends; a half-space absorbs the waves."""
     soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
     with pytest.warns(UserWarning, match="more than 1 % of the free vibration remains"):
-        Column([soil]).response(ricker(), STEP)
+        Column([replace(soil, damping=1e-5)]).response(ricker(), STEP).acceleration()
+    with pytest.raises(ValueError, match="unbounded: without damping on a rigid base"):
+        Column([soil]).response(ricker(), STEP).acceleration()
+    with pytest.raises(ValueError, match="is unbounded"):
+        Column([soil], ROCK).response(ricker(), STEP, kind="within").acceleration()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         Column([soil], ROCK).response(ricker(), STEP)
