@@ -100,7 +100,8 @@ def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float 
         axes.plot(PERIODS, curve, label=plain(name), **({"lw": 1.6, "zorder": 4 - i} | look))
     spectrum_axes(axes)
     if resolved:
-        axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping, below {resolved:.3g} Hz (m/s²)")
+        limit = f"{float(f'{resolved:.3g}'):g} Hz"  # 2500 Hz, not 2.5e+03 Hz
+        axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping, below {limit} (m/s²)")
     _add_legend(axes, 3)
 
 

@@ -48,7 +48,7 @@ def _surface_of_run(scene: Scene) -> Surface | None:
     if movement_limits(scene, "slip", [scene.frames - 1]).high > WORTH * scene.size:
         return None
     time = scene.data.time.values
-    if len(time) < 3:
+    if len(time) < 3 or time[1] == time[0]:  # two static stages end at one time
         return None
     band = max(0.5, 2 / float(time[-1] - time[0])), min(15.0, 0.25 / float(time[1] - time[0]))
     try:
