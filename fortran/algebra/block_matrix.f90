@@ -6,7 +6,7 @@
 module dda_block_matrix
    use dda_kinds, only: wp
    use dda_counting_sort, only: counting_sort
-   use dda_ordered_sums, only: share_of_thread
+   use dda_ordered_sums, only: range_of_thread
    implicit none
    private
    public :: block_matrix_type, set_pattern, entry_of, set_zero, copy_block, multiply, &
@@ -29,12 +29,12 @@ module dda_block_matrix
 
 contains
 
-   !> Build the pattern of all pairs (i, j), i ≠ j; pairs may repeat, in any order.
+   !> Build the pattern for pairs (i, j), i ≠ j, of coupled rows; pairs may repeat, in any order.
    pure subroutine set_pattern(matrix, n, pairs, untouched)
       type(block_matrix_type), intent(inout) :: matrix  !< matrix; receives the pattern, and zeros
       integer, intent(in) :: n           !< number of block rows
       integer, intent(in) :: pairs(:,:)  !< [2, any] coupled block rows
-      !> do not clear the diagonal, so that its memory pages remain unused
+      !> the diagonal is not cleared, so that its memory pages remain unused
       logical, intent(in), optional :: untouched
       integer, allocatable :: start(:), by_column(:), by_row(:), row_of(:)
       integer :: row
@@ -106,7 +106,7 @@ contains
       end do
    end function entry_of
 
-   !> Set n values to zero: arrays of any rank, as one contiguous block of memory.
+   !> Set n contiguous values, such as an array of any rank, to zero.
    pure subroutine set_zero(values, n)
       integer, intent(in) :: n  !< number of values
       real(wp), intent(out) :: values(n)  !< zeros
@@ -134,14 +134,14 @@ contains
          return
       end if
       !$omp parallel private(first, last)
-      call share_of_thread(matrix%n, first, last)
+      call range_of_thread(matrix%n, first, last)
       call multiply_rows(matrix, first, last, x, y)
       !$omp end parallel
    end subroutine multiply
 
    !> Compute the rows first … last of y = K x; no other thread writes these rows.
    !>
-   !> A lower block that couples two rows of the range is read once for both.  The order of
+   !> A lower block that couples two rows of the range is read once.  The order of
    !> summation does not depend on the range: the diagonal block, the blocks to its left, the blocks
    !> below it.
    pure subroutine multiply_rows(matrix, first, last, x, y)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sums of vectors of [6,n] components; long vectors are divided between threads.
+!> Sums and copies of vectors of [6,n] components; long vectors are divided between threads.
 module dda_block_vectors
    use dda_kinds, only: wp
    use dda_ordered_sums, only: parallel_from

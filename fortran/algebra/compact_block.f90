@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Storage of 6×6 blocks, such as mass or elasticity of a block about its centroid, in 11 numbers: m
-!> of the translations, and a symmetric 4×4 block of rotation and strains.
+!> Compact storage of 6×6 blocks, such as the mass or elasticity of a block about its centroid, in
+!> 11 numbers: one for both translations, and ten for the symmetric 4×4 part of rotation and
+!> strains.
 module dda_compact_block
    use dda_kinds, only: wp
    implicit none

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Least squares with nonnegative unknowns (Lawson and Hanson 1974, chapter 23).
 !>
-!> Normal equations solve the least-squares problem of each active set, which suits few unknowns.
+!> The least-squares problem of each active set is solved by normal equations: for few unknowns.
 module dda_nonnegative
    use dda_kinds, only: wp
    use dda_lapack, only: dposv

@@ -2,17 +2,17 @@
 !> Sums in a fixed order: bit-identical for any number of threads.
 !>
 !> Long loops are divided into parts of fixed size, which are distributed to threads.  Short loops
-!> do not open a parallel region, which costs a microsecond even with one thread: a step of a small
-!> model would need ten.
+!> run without a parallel region, which costs a microsecond even with one thread.  A step of a small
+!> model has ten such loops.
 module dda_ordered_sums
    !$ use omp_lib, only: omp_get_num_threads, omp_get_thread_num
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: inner_product, pieces, first_of, last_of, share_of_thread, most_pieces, parallel_from
+   public :: inner_product, pieces, first_of, last_of, range_of_thread, most_pieces, parallel_from
 
    integer, parameter :: piece = 128          !< smallest number of terms per thread
-   integer, parameter :: most_pieces = 256    !< most parts; sums need no allocation
+   integer, parameter :: most_pieces = 256    !< largest number of parts
    integer, parameter :: parallel_from = 2000 !< least number of terms to use threads
 
 contains
@@ -38,8 +38,8 @@ contains
       last_of = int(p*int(n, long)/pieces(n))
    end function last_of
 
-   !> Find the range of the n rows that this thread processes.
-   subroutine share_of_thread(n, first, last)
+   !> Find the range of n rows that the calling thread processes.
+   subroutine range_of_thread(n, first, last)
       integer, intent(in) :: n             !< number of rows
       integer, intent(out) :: first, last  !< first and last index
       integer :: me, team
@@ -50,7 +50,7 @@ contains
       !$ team = omp_get_num_threads()
       first = 1 + int(me*int(n, long)/team)
       last = int((me + 1)*int(n, long)/team)
-   end subroutine share_of_thread
+   end subroutine range_of_thread
 
    !> Return Σ x·y over [6,n] as the sum, in order, of the sums of parts of fixed size.
    real(wp) function inner_product(n, x, y) result(total)

@@ -5,11 +5,11 @@ module dda_rank_one
    use dda_kinds, only: wp
    implicit none
    private
-   public :: rank_one_type, most_changes, drift, forget_changes, add_change
+   public :: rank_one_type, most_changes, ignored_change, forget_changes, add_change
 
-   integer, parameter :: most_changes = 160   !< most stored changes; more are only counted
-   !> ignored relative change of a term, such as by a small change of geometry
-   real(wp), parameter :: drift = 1.0e-3_wp
+   integer, parameter :: most_changes = 160   !< number of stored changes; more are only counted
+   !> relative change of u that is ignored, due to small changes of geometry
+   real(wp), parameter :: ignored_change = 1.0e-3_wp
 
    !> The changes, in chronological order.
    type :: rank_one_type

@@ -12,7 +12,7 @@ module dda_messages
 
    !> Times of the start of the run and of the last line.
    type :: progress_type
-      integer(long) :: begun = 0, shown = 0, rate = 1
+      integer(long) :: has_started = 0, shown = 0, rate = 1
       real(wp) :: first = 0.0_wp     !< time of the model at the start, s
       logical :: quiet = .false.
    end type progress_type
@@ -51,8 +51,8 @@ contains
 
       progress%quiet = quiet
       progress%first = time
-      call system_clock(progress%begun, progress%rate)
-      progress%shown = progress%begun
+      call system_clock(progress%has_started, progress%rate)
+      progress%shown = progress%has_started
    end subroutine start_progress
 
    !> Write a progress line if the interval has passed or the run has ended.
@@ -67,7 +67,7 @@ contains
       call system_clock(now)
       if (now - progress%shown < every*progress%rate .and. time < duration) return
       progress%shown = now
-      spent = real(now - progress%begun, wp)/real(progress%rate, wp)
+      spent = real(now - progress%has_started, wp)/real(progress%rate, wp)
       left = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
       write (line, '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)') 't = ', time, ' of ', duration, &
          ' s, ', 100*time/duration, ' %, spent ', spent, ' s, left ', left, ' s'

@@ -3,7 +3,7 @@
 !>
 !> `serialise` writes a value or an array if the archive is being written, and reads it if the
 !> archive is being read, so that the two directions cannot differ.  Every array is preceded by its
-!> size; the first mismatch is stored in `failure`, and nothing is read after it.  The bytes of a
+!> size.  The first mismatch is stored in `failure` and ends the reading.  The bytes of a
 !> large state pass through a stream, since an array of them would need as much memory as the state.
 module dda_archive
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc, c_ptr
@@ -15,7 +15,7 @@ module dda_archive
    public :: archive_type, archive_stream_type, write_archive, read_archive, serialise, &
       serialise_label, serialise_number, serialise_count, serialise_list, check_list, fail_archive
 
-   integer(long), parameter :: buffer_size = 2_long**20  !< bytes
+   integer(long), parameter :: buffer_size = 2_long**20  !< size of the buffer of a stream, bytes
 
    !> Stream that receives the buffer of an archive when it is full, and refills it when it is
    !> empty.
@@ -41,7 +41,7 @@ module dda_archive
       integer(long) :: at = 0                    !< number of bytes written or read
       integer(long) :: before = 0  !< number of archive bytes before the first element of `bytes`
       integer(long) :: length = 0                !< number of bytes to be read
-      character(len=:), allocatable :: failure   !< reason why the rest cannot be read
+      character(len=:), allocatable :: failure   !< reason for which reading has ended
    end type archive_type
 
    !> Serialise a value, an array with a known size, or a text.
@@ -117,7 +117,7 @@ contains
    !> Enlarge the buffer if the next position would lie beyond its end.
    subroutine extend_buffer(archive, wanted)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      integer(long), intent(in) :: wanted           !< bytes that follow
+      integer(long), intent(in) :: wanted           !< number of bytes that follow
       integer(long) :: used
 
       used = archive%at - archive%before

@@ -13,7 +13,7 @@ module dda_checksum
    !> Checksum of the bytes so far, and tables to process 16 bytes at a time.
    type :: checksum_type
       integer(long) :: value = 0
-      !> remainders of a byte that 0 … 15 zero bytes follow
+      !> remainders of each byte value followed by 0 … 15 zero bytes
       integer(long) :: table(0:255, 0:15) = 0
    end type checksum_type
 

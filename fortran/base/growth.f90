@@ -2,8 +2,8 @@
 !> Allocatable arrays that grow: contents are retained, new elements are zero.
 !>
 !> `grow` does nothing if the array is large enough; otherwise the array at least doubles, so that
-!> appending n values one by one copies fewer than 2n.  On request, the array gets the exact
-!> size.  Old and new arrays exist together only while the old is copied into the new.
+!> appending n values one by one copies fewer than 2n.  On request, the array has exactly
+!> the required size.  Old and new arrays exist together only while the old is copied into the new.
 module dda_growth
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: wp, long

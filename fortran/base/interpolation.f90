@@ -8,13 +8,13 @@ module dda_interpolation
 
 contains
 
-   !> Find the interval of a table that contains a time, and the fraction of the time in it.
-   !> The value at this time is v(k) + share (v(last) − v(k)).  Of equal times, the last is used.
-   pure subroutine find_interval(times, time, k, last, share)
+   !> Find the interval of a table that contains a time, and the fraction of the time in it.  The
+   !> value at this time is v(k) + fraction × (v(last) − v(k)).  Of equal times, the last is used.
+   pure subroutine find_interval(times, time, k, last, fraction)
       real(wp), intent(in) :: times(:)  !< times, s, ascending, times(1) ≤ time ≤ times(size(times))
       real(wp), intent(in) :: time      !< time, s
       integer, intent(out) :: k, last   !< ends of the interval; equal in a table of one time
-      real(wp), intent(out) :: share    !< 0 … 1
+      real(wp), intent(out) :: fraction  !< fraction of the interval, 0 … 1
       integer :: middle
 
       k = 1
@@ -27,8 +27,8 @@ contains
             last = middle
          end if
       end do
-      share = 1.0_wp
-      if (times(last) > times(k)) share = (time - times(k))/(times(last) - times(k))
+      fraction = 1.0_wp
+      if (times(last) > times(k)) fraction = (time - times(k))/(times(last) - times(k))
    end subroutine find_interval
 
    !> Value of a table at an argument: linear between rows, constant beyond the ends.
@@ -36,12 +36,12 @@ contains
       real(wp), intent(in) :: arguments(:)  !< ascending
       real(wp), intent(in) :: values(:)     !< value at each argument
       real(wp), intent(in) :: argument      !< any
-      real(wp) :: share
+      real(wp) :: fraction
       integer :: k, last
 
       call find_interval(arguments, min(max(argument, arguments(1)), arguments(size(arguments))), &
-         k, last, share)
-      value = values(k) + share*(values(last) - values(k))
+         k, last, fraction)
+      value = values(k) + fraction*(values(last) - values(k))
    end function table_value
 
    !> Numbers between two limits, equally spaced in their logarithm.

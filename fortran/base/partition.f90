@@ -7,9 +7,9 @@ module dda_partition
 
 contains
 
-   !> Join the parts of two items; the smaller of the two roots becomes the common root.
+   !> Unite the parts of two items; the smaller of the two roots becomes the common root.
    pure subroutine join(part, a, b)
-      integer, intent(inout) :: part(:)  !< [items] an item of the same part; a root: itself
+      integer, intent(inout) :: part(:)  !< [items] parent, an item of the same part; root: itself
       integer, intent(in) :: a, b        !< items
       integer :: root(2), i
 

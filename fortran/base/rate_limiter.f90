@@ -11,7 +11,7 @@ module dda_rate_limiter
    type :: rate_limiter_type
       !> ratio of pause to cost
       integer :: cost_ratio = 100
-      integer(long) :: begun = 0, ended = 0  !< times of the last execution
+      integer(long) :: has_started = 0, ended = 0  !< start and end of the last execution
       integer(long) :: cost = 0    !< duration of the last execution
    end type rate_limiter_type
 
@@ -30,7 +30,7 @@ contains
    subroutine begin_task(limiter)
       type(rate_limiter_type), intent(inout) :: limiter  !< limiter of the task
 
-      call system_clock(limiter%begun)
+      call system_clock(limiter%has_started)
    end subroutine begin_task
 
    !> Record the end of the task; its cost determines the next pause.
@@ -38,7 +38,7 @@ contains
       type(rate_limiter_type), intent(inout) :: limiter  !< limiter of the task
 
       call system_clock(limiter%ended)
-      limiter%cost = limiter%ended - limiter%begun
+      limiter%cost = limiter%ended - limiter%has_started
    end subroutine end_task
 
 end module dda_rate_limiter

@@ -73,7 +73,7 @@ contains
       end if
    end function short_text
 
-   !> Remove trailing zeros, and a trailing point.
+   !> Remove trailing zeros of a decimal number, and a trailing point.
    pure function without_trailing_zeros(digits) result(text)
       character(len=*), intent(in) :: digits  !< number such as 1.500
       character(len=:), allocatable :: text

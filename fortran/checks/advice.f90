@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Penalty (normal stiffness of contacts) for a given first frequency, or for a given reduction of
-!> the first frequency.
+!> Find the penalty (normal stiffness of contacts) for a given first frequency, or for a given
+!> reduction of the first frequency.
 module dda_advice
    use dda_kinds, only: wp, pi
    use dda_eigen, only: eigenpairs_type
@@ -25,7 +25,7 @@ module dda_advice
       character(len=:), allocatable :: words
    end type penalty_type
 
-   real(wp), parameter :: close_enough = 1.0e-9_wp  !< error over the target frequency
+   real(wp), parameter :: close_enough = 1.0e-9_wp  !< tolerance/target frequency
 
 contains
 
@@ -54,8 +54,8 @@ contains
    end subroutine first_frequency
 
    !> Find the first frequency of the same blocks for k → ∞.
-   !> The contribution of joints to 1/f² is almost proportional to 1/k.  A parabola through three
-   !> stiff penalties is extrapolated; if rounding prevents this, the stiffest penalty is used.
+   !> 1/f² is almost linear in 1/k, so a parabola through three stiff penalties is extrapolated.  If
+   !> rounding prevents this, the stiffest penalty is used.
    subroutine stiff_limit(linear, frequency, error)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(out) :: frequency  !< Hz
@@ -204,7 +204,7 @@ contains
       bracketed = g(2) > 0.0_wp
    end subroutine bracket_root
 
-   !> Compute the difference of 1/f² at k = 1/s from 1/target².
+   !> Compute 1/f² − 1/target² at the penalty 1/s.
    subroutine frequency_misfit(work, s, penalty, g, error)
       type(linear_model_type), intent(inout) :: work  !< linearised model, changed
       real(wp), intent(in) :: s   !< 1/k, m/N

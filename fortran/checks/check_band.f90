@@ -9,7 +9,7 @@ module dda_check_band
    private
    public :: band_type, significant_band
 
-   real(wp), parameter :: outside = 0.05_wp  !< fraction of the energy below (and above) the band
+   real(wp), parameter :: outside = 0.05_wp  !< fraction of the energy below the band, also above it
 
    !> Band from 5 to 95 % of the energy of the acceleration spectra.
    type :: band_type
@@ -24,15 +24,15 @@ contains
    subroutine significant_band(motions, band)
       type(motion_type), intent(in) :: motions(:)  !< prescribed motions
       type(band_type), intent(out) :: band  !< frequency band, Hz
-      type(band_type) :: own
+      type(band_type) :: own_band
       integer :: i
 
       do i = 1, size(motions)
-         call motion_band(motions(i), own)
-         if (.not. own%known) cycle
-         if (.not. band%known) band = own
-         band%lowest = min(band%lowest, own%lowest)
-         band%highest = max(band%highest, own%highest)
+         call motion_band(motions(i), own_band)
+         if (.not. own_band%known) cycle
+         if (.not. band%known) band = own_band
+         band%lowest = min(band%lowest, own_band%lowest)
+         band%highest = max(band%highest, own_band%highest)
       end do
    end subroutine significant_band
 

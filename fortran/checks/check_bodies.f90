@@ -2,7 +2,7 @@
 !> Checks of bodies and their cells.
 module dda_check_bodies
    use dda_kinds, only: wp, pi
-   use dda_blocks, only: blocks_type, place_of
+   use dda_blocks, only: blocks_type, position_of
    use dda_check_report, only: add_check, add_line, report_type, verdict_warn
    use dda_counting_sort, only: counting_sort
    use dda_elements, only: body_energies
@@ -12,14 +12,15 @@ module dda_check_bodies
    use dda_weld, only: weld_type, is_shifted
    implicit none
    private
-   public :: separate_blocks, blocks_in_words, dispersion_in_words, check_bodies
+   public :: body_or_block_count, blocks_in_words, dispersion_in_words, check_bodies
 
    integer, parameter :: enough = 4  !< sufficient number of cells across a part that bends
    real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
-   real(wp), parameter :: aside = 0.53_wp        !< start of rays, as a fraction of the edge
+   !> start of rays as a fraction of the edge, not in its middle
+   real(wp), parameter :: aside = 0.53_wp
    real(wp), parameter :: most_error = 0.2_wp    !< largest stress error without a warning
-   real(wp), parameter :: slender = 3.0_wp       !< largest slenderness of cells in half-offset rows
-   real(wp), parameter :: least_share = 0.1_wp   !< least offset of rows over the edge length
+   real(wp), parameter :: slender = 3.0_wp       !< largest length/height of cells in offset rows
+   real(wp), parameter :: least_offset = 0.1_wp  !< least offset/edge length of offset rows
 
    !> Thinnest part of a body.
    type :: thinnest_type
@@ -30,26 +31,25 @@ module dda_check_bodies
 
 contains
 
-   !> Number of bodies, and of blocks that are not cells.
-   pure integer function separate_blocks(model)
+   !> Number of bodies plus blocks outside bodies.
+   pure integer function body_or_block_count(model)
       type(model_type), intent(in) :: model  !< model with its blocks
 
-      separate_blocks = size(model%body_names) + count(model%blocks%body == 0)
-   end function separate_blocks
+      body_or_block_count = size(model%body_names) + count(model%blocks%body == 0)
+   end function body_or_block_count
 
    !> Text on the numbers of blocks, bodies and cells.
    pure function blocks_in_words(model) result(words)
       type(model_type), intent(in) :: model  !< model with its blocks
       character(len=:), allocatable :: words
 
-      words = counted(to_text(separate_blocks(model)), 'block', 'blocks')
+      words = counted(to_text(body_or_block_count(model)), 'block', 'blocks')
       if (size(model%body_names) > 0) words = words//', '//to_text(size(model%body_names))// &
          ' of '//to_text(count(model%blocks%body > 0))//' cells'
    end function blocks_in_words
 
    !> Text on the error of the speed of S waves along a row of blocks or cells.
-   !> In blocks, with linear displacements and distributed mass, waves are (kΔx)²/24 too fast.
-   !> In cells, they are (kΔx)²/48 too slow.
+   !> The relative error is +(kΔx)²/24 in blocks, and −(kΔx)²/48 in cells of bodies.
    function dispersion_in_words(blocks, eta) result(words)
       type(blocks_type), intent(in) :: blocks  !< blocks
       real(wp), intent(in) :: eta              !< block size over wavelength, Δx/λ
@@ -62,8 +62,8 @@ contains
       end if
    end function dispersion_in_words
 
-   !> Check the resolution of bodies by their cells.
-   !> Cells across the thinnest part, slender cells in offset rows and initial stresses are checked.
+   !> Check the resolution of bodies by their cells: number of cells across the thinnest part,
+   !> slender cells in offset rows, and error of initial stresses.
    subroutine check_bodies(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report
@@ -97,7 +97,7 @@ contains
    end subroutine check_bodies
 
    !> Warn if a body of yielding material is less than four cells thick.
-   !> A cell yields by its mean stress, which excludes bending within the cell.
+   !> A cell yields by its mean stress, without the bending stress within the cell.
    subroutine check_yielding(model, blocks, report)
       type(model_type), intent(in) :: model        !< model with its materials
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -153,19 +153,19 @@ contains
       integer, intent(in) :: edge              !< free edge, by its first vertex
       integer, intent(out) :: cells            !< number of cells that the ray crosses
       real(wp), intent(out) :: width           !< length of the ray, m
-      real(wp) :: at(2), way(2), step
+      real(wp) :: at(2), direction(2), step
       integer :: cell, out
 
       at = blocks%vertex(:, edge) + aside*blocks%length(edge)*blocks%along(:, edge)
-      way = [-blocks%along(2, edge), blocks%along(1, edge)]
+      direction = [-blocks%along(2, edge), blocks%along(1, edge)]
       cell = blocks%owner(edge)
       out = edge
       width = 0.0_wp
       do cells = 1, blocks%n
-         call find_exit_edge(blocks, cell, at, way, out, step)
+         call find_exit_edge(blocks, cell, at, direction, out, step)
          if (out == 0) exit
          width = width + step
-         at = at + step*way
+         at = at + step*direction
          if (free(out)) then
             if (dot_product(blocks%along(:, out), blocks%along(:, edge)) < facing) return
             exit
@@ -183,14 +183,14 @@ contains
       type(weld_type), intent(in) :: welds(:)  !< welds of the cell of the edge
       integer, intent(in) :: edge              !< edge by its first vertex
       real(wp), intent(in) :: at(2)            !< m
-      real(wp), parameter :: half = 0.5001_wp  !< half an edge, with tolerance
+      real(wp), parameter :: half = 0.5001_wp  !< half of an edge, with tolerance
       integer :: i
 
       other = 0
       do i = 1, size(welds)
          if (all(welds(i)%edge /= edge)) cycle
          if (is_shifted(welds(i))) cycle
-         if (norm2(place_of(blocks, welds(i)%block(1), welds(i)%middle(:, 1)) - at) &
+         if (norm2(position_of(blocks, welds(i)%block(1), welds(i)%middle(:, 1)) - at) &
             > half*welds(i)%length) cycle
          other = welds(i)%edge(merge(2, 1, welds(i)%edge(1) == edge))
          return
@@ -198,10 +198,10 @@ contains
    end function edge_welded_at
 
    !> Find the edge at which a ray leaves a cell, and the distance from the entry.
-   pure subroutine find_exit_edge(blocks, cell, at, way, edge, step)
+   pure subroutine find_exit_edge(blocks, cell, at, direction, edge, step)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: cell              !< convex cell
-      real(wp), intent(in) :: at(2), way(2)    !< point of entry, m; unit vector of the ray
+      real(wp), intent(in) :: at(2), direction(2)  !< point of entry, m; unit vector of the ray
       integer, intent(inout) :: edge           !< edge of entry; edge of exit, or 0
       real(wp), intent(out) :: step            !< m
       real(wp) :: outward, distance
@@ -213,7 +213,7 @@ contains
       do e = blocks%first(cell), blocks%first(cell + 1) - 1
          if (e == entered) cycle
          associate (normal => [blocks%along(2, e), -blocks%along(1, e)])
-            outward = dot_product(normal, way)
+            outward = dot_product(normal, direction)
             if (.not. outward > 0.0_wp) cycle
             distance = max(0.0_wp, dot_product(normal, blocks%vertex(:, e) - at)/outward)
          end associate
@@ -233,7 +233,7 @@ contains
       cell = 0
       do i = 1, size(welds)
          lengths = blocks%length(welds(i)%edge)
-         if (welds(i)%length > (1.0_wp - least_share)*minval(lengths)) cycle
+         if (welds(i)%length > (1.0_wp - least_offset)*minval(lengths)) cycle
          heights = blocks%area(welds(i)%block)/lengths
          if (all(lengths <= slender*heights)) cycle
          cell = welds(i)%block(1)

@@ -29,10 +29,12 @@ module dda_check_boundaries
    private
    public :: check_boundaries
 
-   real(wp), parameter :: most_reflected = 0.02_wp  !< largest reflected amplitude without a warning
+   !> largest reflected fraction of amplitude accepted
+   real(wp), parameter :: most_reflected = 0.02_wp
    real(wp), parameter :: absorbed = 0.99_wp        !< sufficient absorbed fraction of the energy
-   real(wp), parameter :: most_departure = 0.1_wp   !< largest difference of sides and fields
-   real(wp), parameter :: touching = 1.0e-6_wp      !< largest closed gap over half the model size
+   !> largest accepted difference of sides and fields
+   real(wp), parameter :: most_departure = 0.1_wp
+   real(wp), parameter :: touching = 1.0e-6_wp      !< gap/half the model size of touching blocks
    character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']
 
    integer, parameter :: wave_p = 1, wave_s = 2  !< kinds of waves
@@ -50,7 +52,7 @@ module dda_check_boundaries
 
 contains
 
-   !> Check the dashpots of a model, and its sides.
+   !> Check the dashpots, the sides and the free fields of a model.
    subroutine check_boundaries(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -69,41 +71,41 @@ contains
       end associate
    end subroutine check_boundaries
 
-   !> Check the reflection of normally incident waves and the angle up to which dashpots absorb.
+   !> Check the reflection at normal incidence, and the angle up to which dashpots absorb waves.
    subroutine check_dashpots(blocks, boundaries, linear, report)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(boundary_type), intent(in) :: boundaries(:)  !< all boundaries with dashpots
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-      character(len=:), allocatable :: found, advice
-      real(wp) :: ratio(2), by_blocks, by_scheme, worst
+      character(len=:), allocatable :: finding, advice
+      real(wp) :: ratio(2), by_blocks, by_scheme, largest_size
       integer :: i
 
       ratio = [huge(1.0_wp), 0.0_wp]
-      worst = 0.0_wp
+      largest_size = 0.0_wp
       do i = 1, size(boundaries)
          associate (quotient => boundaries(i)%dashpot(1, :)/boundaries(i)%dashpot(2, :))
             ratio = [min(ratio(1), minval(quotient)), max(ratio(2), maxval(quotient))]
          end associate
-         worst = max(worst, slowest_crossing(blocks, boundaries(i)))
+         largest_size = max(largest_size, slowest_crossing(blocks, boundaries(i)))
       end do
-      found = '99 % of the energy is absorbed up to '// &
+      finding = '99 % of the energy is absorbed up to '// &
          to_text(min(absorption_angle(ratio(1), wave_p), absorption_angle(ratio(2), wave_p)))// &
          '° from the normal for P waves, '//to_text(min(absorption_angle(ratio(1), wave_s), &
          absorption_angle(ratio(2), wave_s)))//'° for S waves'
       advice = ''
       if (report%band%known) then
          ! (kh)²/48, kh = ω h/V_s
-         by_blocks = (2.0_wp*pi*report%band%highest*worst)**2/48.0_wp
+         by_blocks = (2.0_wp*pi*report%band%highest*largest_size)**2/48.0_wp
          by_scheme = scheme_reflection(linear, report%band%highest)
-         found = found//'; at normal incidence and '//short_text(report%band%highest)// &
+         finding = finding//'; at normal incidence and '//short_text(report%band%highest)// &
             ' Hz dashpots reflect '//short_text(100*by_blocks)//' % due to the block size and '// &
             short_text(100*by_scheme)//' % due to the time step'
          if (by_blocks > most_reflected) advice = '; smaller blocks in front of the boundaries'
          if (by_scheme > most_reflected) advice = advice//'; a smaller time_step, or '// &
             "integration = 'midpoint' or 'theta'"
       end if
-      call add_check(report, advice == '', 'dashpots', found, &
+      call add_check(report, advice == '', 'dashpots', finding, &
          'Lysmer and Kuhlemeyer 1969', advice(min(3, len(advice) + 1):))
    end subroutine check_dashpots
 
@@ -193,7 +195,7 @@ contains
          //' %', 'long-wave estimate', 'more level ground before the sides')
    end subroutine check_free_fields
 
-   !> .true. if fixed points or a free field are on a side.
+   !> .true. if a side has fixed points or a free field.
    logical function is_side_fixed(model, x, side)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
@@ -206,7 +208,8 @@ contains
       line = merge(minval(x), maxval(x), side == 'left')
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
-            if (abs(point%place(1) - line) <= small .and. any(point%held)) is_side_fixed = .true.
+            if (abs(point%place(1) - line) <= small .and. any(point%fixed_along)) &
+               is_side_fixed = .true.
          end associate
       end do
    end function is_side_fixed
@@ -222,7 +225,7 @@ contains
       speed = [ratio, 1.0_wp]
       p = sin(angle)/speed(wave)
       normal = sqrt(cmplx(1.0_wp - (p*speed)**2, 0.0_wp, wp))  ! cosines of both waves
-      if (p*ratio > 1.0_wp) normal(1) = -normal(1)             ! P decays inwards
+      if (p*ratio > 1.0_wp) normal(1) = -normal(1)  ! an evanescent P wave, which decays inwards
       row(:, wave_p) = stress_imbalance(ratio, wave_p, p, -normal(wave_p))
       row(:, wave_s) = stress_imbalance(ratio, wave_s, p, -normal(wave_s))
       known = -stress_imbalance(ratio, wave, p, normal(wave))
@@ -253,18 +256,18 @@ contains
    end function stress_imbalance
 
    !> Largest whole angle, degrees, up to which at most a given energy fraction is reflected.
-   pure integer function absorbed_angle(ratio, wave, share) result(angle)
+   pure integer function absorbed_angle(ratio, wave, fraction) result(angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s
       integer, intent(in) :: wave    !< wave_p or wave_s
-      real(wp), intent(in) :: share  !< fraction of the energy
+      real(wp), intent(in) :: fraction  !< fraction of the energy
 
       do angle = 0, 88
-         if (reflected_energy(ratio, wave, (angle + 1)*pi/180.0_wp) > share) return
+         if (reflected_energy(ratio, wave, (angle + 1)*pi/180.0_wp) > fraction) return
       end do
    end function absorbed_angle
 
    !> Find the largest difference between a side and its free field, relative to the free field.
-   !> The result is negative if no base radiates waves or no side has a free field.
+   !> It is negative (not defined) if no base radiates waves or no side has a free field.
    subroutine find_side_departure(model, x, frequency, departure)
       type(model_type), intent(in) :: model     !< model as read from the input
       real(wp), intent(in) :: x(:)              !< [vertices] positions at the start, m
@@ -288,7 +291,7 @@ contains
    type(bar_type) function make_side_bar(model, x) result(bar)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
-      real(wp) :: left, low, high, plate, share(cells)
+      real(wp) :: left, low, high, plate, fraction(cells)
       integer :: b, i
 
       left = minval(x)
@@ -300,11 +303,11 @@ contains
                model%control%plane_strain))
                low = minval(own) - left
                high = maxval(own) - left
-               share = [(max(0.0_wp, min(high, i*bar%length) - max(low, (i - 1)*bar%length)), &
+               fraction = [(max(0.0_wp, min(high, i*bar%length) - max(low, (i - 1)*bar%length)), &
                   i=1, cells)]/((high - low)*bar%length)
                plate = d(1, 1) - d(1, 2)**2/d(2, 2)
-               bar%mass = bar%mass + share*blocks%mass(b)
-               bar%modulus = bar%modulus + share*plate
+               bar%mass = bar%mass + fraction*blocks%mass(b)
+               bar%modulus = bar%modulus + fraction*plate
             end associate
          end do
       end associate

@@ -7,7 +7,7 @@ module dda_check_material
    use dda_damping, only: damping_type, has_body, modulus_factor, rayleigh_ratio
    use dda_dense_eigen, only: block_eigen
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, is_dispersive, shares_of_laws
+   use dda_linear_model, only: linear_model_type, is_dispersive, law_fractions
    use dda_linear_terms, only: add_product, get_row
    use dda_simulation, only: simulation_type
    use dda_text, only: short_text, to_text, quoted
@@ -18,11 +18,12 @@ module dda_check_material
    private
    public :: check_material, check_laws
 
-   real(wp), parameter :: most_ringing = 1000.0_wp  !< most steps of decay to 1/e without a warning
+   !> largest accepted number of steps of decay to 1/e
+   real(wp), parameter :: most_ringing = 1000.0_wp
    real(wp), parameter :: good_fit = 0.01_wp        !< largest relative error of ζ without advice
 
    real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< shear strains of reported moduli
-   real(wp), parameter :: coarsest = 1.0_wp/12                 !< largest block size over wavelength
+   real(wp), parameter :: coarsest = 1.0_wp/12                 !< largest block size/wavelength
 
 contains
 
@@ -37,26 +38,26 @@ contains
          call check_rayleigh(linear, report)
    end subroutine check_material
 
-   !> Check the damping by generalised Maxwell bodies.
-   !> Checked are fit, moduli at the first mode, band of the record, and creep under gravity.
+   !> Check damping by generalised Maxwell bodies: the fit, moduli at the first mode, the band of
+   !> the record, and creep under sudden gravity.
    subroutine check_maxwell_bodies(simulation, linear, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       type(damping_type), allocatable :: body(:)
-      character(len=:), allocatable :: found, advice
+      character(len=:), allocatable :: finding, advice
       real(wp) :: band(2), misfit
 
       body = pack(linear%damping, has_body(linear%damping))
       band = [maxval(body%band(1)), minval(body%band(2))]
       misfit = maxval(body%misfit)
-      found = range_text(100*minval(body%ratio), 100*maxval(body%ratio))//' % over '// &
+      finding = range_text(100*minval(body%ratio), 100*maxval(body%ratio))//' % over '// &
          short_text(band(1))//' … '//short_text(band(2))//' Hz, with a relative error '// &
          'of up to '//short_text(100*misfit)//' %, by '// &
          range_text(real(minval(body%n), wp), real(maxval(body%n), wp))//' mechanisms'
       if (report%has_modes) then
          associate (factor => real(modulus_factor(body, report%modes%omega(1))))
-            found = found//'; moduli '//range_text(minval(factor), maxval(factor))// &
+            finding = finding//'; moduli '//range_text(minval(factor), maxval(factor))// &
                ' times the input values at the first mode, at most '// &
                short_text(maxval(body%unrelaxed))//' times'
          end associate
@@ -65,56 +66,57 @@ contains
       if (misfit > good_fit) advice = '; more mechanisms, or a narrower damping_band'
       if (report%band%known) then
          if (report%band%lowest < band(1) .or. report%band%highest > band(2)) then
-            found = found//'; the record has '//short_text(report%band%lowest)//' … '// &
+            finding = finding//'; the record has '//short_text(report%band%lowest)//' … '// &
                short_text(report%band%highest)//' Hz, but there is less damping outside the band'
             advice = advice//'; a damping_band that contains the record'
          end if
       end if
       if (norm2(simulation%model%control%gravity) > 0.0_wp .and. &
          .not. simulation%model%stages(1)%static) then
-         found = found//'; gravity acts suddenly, so blocks creep under their weight'
+         finding = finding//'; gravity acts suddenly, so blocks creep under their weight'
          advice = advice//'; settle = .true.'
       end if
       call add_check(report, advice == '', 'material damping', &
-         found, 'generalised Maxwell bodies', advice(min(3, len(advice) + 1):))
+         finding, 'generalised Maxwell bodies', advice(min(3, len(advice) + 1):))
    end subroutine check_maxwell_bodies
 
-   !> Check Rayleigh damping.
-   !> Checked are damping ratios, the speed limit of fall due to α, and ringing of strains due to β.
+   !> Check Rayleigh damping: damping ratios, the speed limit of falling blocks due to α, and
+   !> ringing of strains due to β.
    subroutine check_rayleigh(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-      character(len=:), allocatable :: found, advice, brief
+      character(len=:), allocatable :: finding, advice, brief
       real(wp) :: alpha, steps
 
       alpha = maxval(linear%damping%alpha)
-      found = 'α up to '//short_text(alpha)//' 1/s, β up to '// &
+      finding = 'α up to '//short_text(alpha)//' 1/s, β up to '// &
          short_text(maxval(linear%damping%beta))//' s'
-      if (report%has_modes) found = found//'; '//damping_ratio_text(report%modes%frequency(1))
+      if (report%has_modes) finding = finding//'; '//damping_ratio_text(report%modes%frequency(1))
       if (report%band%known) then
-         if (report%band%lowest > 0.0_wp) found = found//'; '// &
+         if (report%band%lowest > 0.0_wp) finding = finding//'; '// &
             damping_ratio_text(report%band%lowest)
-         found = found//'; '//damping_ratio_text(report%band%highest)
+         finding = finding//'; '//damping_ratio_text(report%band%highest)
       end if
       advice = ''
       brief = ''
       if (alpha > 0.0_wp .and. (linear%unilateral > 0 .or. report%modes%rigid > 0 .or. &
          linear%closed == 0)) then
-         found = found//'; blocks can move freely, and α limits the speed of fall to '// &
+         finding = finding//'; blocks can move freely, and α limits the speed of fall to '// &
             short_text(9.81_wp/alpha)//' m/s'
          advice = '; rayleigh_alpha = 0 for blocks without bonds'
          brief = 'α limits the speed of falling blocks to '// &
             short_text(9.81_wp/alpha)//' m/s'
       end if
       steps = strain_ringing_steps(linear)
-      if (steps > 0.0_wp) found = found//'; the stiffest strain of a block changes the sign of '// &
+      if (steps > 0.0_wp) finding = finding// &
+         '; the stiffest strain of a block changes the sign of '// &
          'its rate every step and falls to 1/e in '//short_text(steps)//' steps'
       if (steps > most_ringing) then
          advice = advice//'; a smaller time_step or rayleigh_beta'
          brief = 'strains ring and decay to 1/e in '//short_text(steps)//' steps'
       end if
       call add_check(report, advice == '', 'Rayleigh damping', &
-         found, 'ζ = α/(2ω) + βω/2', advice(min(3, len(advice) + 1):), &
+         finding, 'ζ = α/(2ω) + βω/2', advice(min(3, len(advice) + 1):), &
          brief=brief)
 
    contains
@@ -131,8 +133,8 @@ contains
       end function damping_ratio_text
    end subroutine check_rayleigh
 
-   !> Number of steps in which the stiffest strain decays to 1/e while it rings; otherwise 0.
-   !> A strain rings if dashpots make its rate change sign in each step.
+   !> Number of steps in which the stiffest strain decays to 1/e if it rings; otherwise 0.
+   !> A strain rings if its rate changes sign in each step due to dashpots.
    !>
    !> If only a dashpot c acts on a mass m, v₁/v₀ = [1 − (1 − χ) cΔt/m]/[1 + χ cΔt/m].
    real(wp) function strain_ringing_steps(linear) result(steps)
@@ -157,7 +159,7 @@ contains
    end function strain_ringing_steps
 
    !> Collect βK of each block, with all other blocks fixed.
-   !> Both cells of a welded face include the springs of the face fully.
+   !> Both cells of a welded face receive the full springs of the face.
    subroutine collect_dashpots(linear, dashpot)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: dashpot(:,:,:)  !< [6,6,n] βK, N s/m
@@ -167,10 +169,10 @@ contains
       allocate (dashpot(6, 6, linear%n), source=0.0_wp)
       do b = 1, linear%n
          if (linear%law(b) > 0) dashpot(4:6, 4:6, b) = linear%damping(linear%law(b))%beta &
-            *linear%given(:, :, b)
+            *linear%input_elastic(:, :, b)
       end do
       do i = 1, linear%terms%n
-         associate (term => linear%terms%term(i), share => shares_of_laws(linear, &
+         associate (term => linear%terms%term(i), share => law_fractions(linear, &
             linear%terms%term(i)))
             if (.not. any(share > 0.0_wp)) cycle
             do k = 1, 2
@@ -221,13 +223,13 @@ contains
       integer, intent(in) :: m                    !< material
       real(wp), intent(in) :: side                !< largest block of the material, m
       type(report_type), intent(inout) :: report  !< check report
-      character(len=:), allocatable :: found, remedy
+      character(len=:), allocatable :: finding, remedy
       real(wp) :: left(2), eta
       logical :: fine
 
       associate (material => model%materials(m))
          left = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
-         found = quoted(trim(material%name))//': '//material%own_law%in_words()//'; at '// &
+         finding = quoted(trim(material%name))//': '//material%own_law%in_words()//'; at '// &
             '0.1 and 1 % shear strain G/G0 = '//short_text(left(1))//' and '// &
             short_text(left(2))//', wavelengths are reduced to '//short_text(sqrt(left(1)))// &
             ' and '//short_text(sqrt(left(2)))//' of their values at small strain'
@@ -235,14 +237,15 @@ contains
          if (report%band%known) then
             eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
-            found = found//'; at 0.1 % strain, block size λ/'//short_text(1.0_wp/eta)//' at '// &
+            finding = finding//'; at 0.1 % strain, block size λ/'//short_text(1.0_wp/eta)// &
+               ' at '// &
                short_text(report%band%highest)//' Hz, limit λ/12'
             fine = eta <= coarsest
          end if
          remedy = ''
          if (.not. fine) remedy = 'blocks no larger than '//short_text(side*coarsest/eta)// &
             ' m in soil that will yield'
-         call add_check(report, fine, 'material law', found, 'secant moduli', remedy)
+         call add_check(report, fine, 'material law', finding, 'secant moduli', remedy)
       end associate
    end subroutine check_curve_fit
 

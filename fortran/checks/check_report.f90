@@ -15,7 +15,7 @@ module dda_check_report
    public :: add_check, add_line, add_notes, first_mode, line_type, report_text, report_type, &
       ringing_topic, verdict_fail, verdict_names, verdict_ok, verdict_warn
 
-   !> topics of warnings that `remaining_doubts` may omit after the run
+   !> topics of warnings that `remaining_doubts` (dda_run_verdict) may omit after the run
    character(len=*), parameter :: first_mode = 'first mode', ringing_topic = 'ringing'
 
    integer, parameter :: verdict_ok = 1, verdict_warn = 2, verdict_fail = 3
@@ -25,11 +25,11 @@ module dda_check_report
    !> One line of the report.
    type :: line_type
       integer :: verdict = verdict_ok
-      character(len=:), allocatable :: what     !< subject
-      character(len=:), allocatable :: found    !< number and limit
+      character(len=:), allocatable :: subject  !< subject
+      character(len=:), allocatable :: finding  !< number and limit
       character(len=:), allocatable :: source   !< source of the limit
       character(len=:), allocatable :: advice   !< remedy, blank if none
-      type(doubt_type) :: brief                 !< text of the line in the verdict of a run
+      type(doubt_type) :: brief                 !< short form of the line in the verdict of a run
    end type line_type
 
    !> All lines, and the numbers computed for them.
@@ -56,38 +56,38 @@ module dda_check_report
 contains
 
    !> Append a line to the report.
-   subroutine add_line(report, verdict, what, found, source, advice, topic, brief)
+   subroutine add_line(report, verdict, subject, finding, source, advice, topic, brief)
       type(report_type), intent(inout) :: report  !< check report
       integer, intent(in) :: verdict  !< verdict_ok, verdict_warn or verdict_fail
       !> subject; value and limit; source of the limit; remedy, blank if none
-      character(len=*), intent(in) :: what, found, source, advice
+      character(len=*), intent(in) :: subject, finding, source, advice
       !> topic and text in the verdict of a run; default: subject; value and limit
       character(len=*), intent(in), optional :: topic, brief
       type(doubt_type) :: doubt
 
-      doubt = doubt_type(what, found, .true.)
+      doubt = doubt_type(subject, finding, .true.)
       if (present(topic)) doubt%topic = topic
       if (present(brief)) doubt%words = brief
       if (verdict == verdict_fail) doubt%words = doubt%words//' (FAIL)'
       if (report%n == 0) allocate (report%line(0))
       report%n = report%n + 1
-      report%line = [report%line, line_type(verdict, what, found, source, advice, doubt)]
+      report%line = [report%line, line_type(verdict, subject, finding, source, advice, doubt)]
       report%worst = max(report%worst, verdict)
    end subroutine add_line
 
-   !> Append a line with verdict ok if a check passes, else a warning with its remedy.
-   subroutine add_check(report, passes, what, found, source, remedy, topic, brief)
+   !> Append a line: ok if the check passes, else a warning with its remedy.
+   subroutine add_check(report, passes, subject, finding, source, remedy, topic, brief)
       type(report_type), intent(inout) :: report  !< check report
       logical, intent(in) :: passes               !< the check passes
       !> subject; value and limit; source of the limit; remedy of a warning
-      character(len=*), intent(in) :: what, found, source, remedy
+      character(len=*), intent(in) :: subject, finding, source, remedy
       !> topic and text in the verdict of a run; default: subject; value and limit
       character(len=*), intent(in), optional :: topic, brief
 
       if (passes) then
-         call add_line(report, verdict_ok, what, found, source, '', topic, brief)
+         call add_line(report, verdict_ok, subject, finding, source, '', topic, brief)
       else
-         call add_line(report, verdict_warn, what, found, source, remedy, topic, brief)
+         call add_line(report, verdict_warn, subject, finding, source, remedy, topic, brief)
       end if
    end subroutine add_check
 
@@ -111,8 +111,8 @@ contains
       text = ''
       do i = 1, report%n
          associate (line => report%line(i))
-            text = text//verdict_names(line%verdict)//'  '//line%what// &
-               repeat(' ', max(1, indent - 6 - len(line%what)))//wrapped(line%found//' ['// &
+            text = text//verdict_names(line%verdict)//'  '//line%subject// &
+               repeat(' ', max(1, indent - 6 - len(line%subject)))//wrapped(line%finding//' ['// &
                line%source//']', indent, screen_width)
             if (line%advice /= '') text = text//repeat(' ', indent)//wrapped('-> '// &
                line%advice, indent, screen_width)

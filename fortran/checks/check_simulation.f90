@@ -1,21 +1,21 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks of a started simulation; each adds one or two lines to the report.
+!> Checks of a simulation in its initial state; each check adds one or two lines to the report.
 module dda_check_simulation
    use dda_kinds, only: wp, long, pi
    use dda_interrupts, only: fail_if_stopped
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type, smaller_side
-   use dda_check_bodies, only: check_bodies, separate_blocks, blocks_in_words, &
+   use dda_check_bodies, only: check_bodies, body_or_block_count, blocks_in_words, &
       dispersion_in_words
    use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
-   use dda_equilibrium, only: farthest_moved
+   use dda_equilibrium, only: find_farthest_block
    use dda_check_material, only: check_laws, check_material
    use dda_check_band, only: band_type, significant_band
    use dda_check_report, only: add_check, add_line, first_mode, report_type, ringing_topic, &
       verdict_fail, verdict_ok, verdict_warn
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_share_type, linearise, energy_of, &
+   use dda_linear_model, only: linear_model_type, energy_distribution_type, linearise, energy_of, &
       at_frequency, set_penalty, unrelaxed
    use dda_linear_terms, only: term_normal
    use dda_impact_regime, only: impact_regime_type, find_impact_regime
@@ -24,7 +24,7 @@ module dda_check_simulation
    use dda_omega_max, only: find_omega_max
    use dda_ringing, only: ringing_type, find_ringing
    use dda_scheme_response, only: forced_damping
-   use dda_simulation, only: simulation_type, block_name, comes_suddenly
+   use dda_simulation, only: simulation_type, block_name, gravity_is_sudden
    use dda_text, only: counted, to_text, short_text
    use dda_time_step, only: advance
    use dda_unresolved, only: count_unresolved
@@ -32,13 +32,14 @@ module dda_check_simulation
    private
    public :: check_simulation, check_model
 
-   !> steps in which the slowest alternating mode may decay to 1/e without a warning
+   !> largest accepted number of steps in which the slowest alternating mode decays to 1/e
    real(wp), parameter :: most_ringing = 1000.0_wp
    integer, parameter :: wanted_modes = 5  !< number of reported modes
-   integer, parameter :: timed_steps = 3, timed_blocks = 5000  !< steps; largest timed model
+   !> number of timed steps; most blocks of a timed model
+   integer, parameter :: timed_steps = 3, timed_blocks = 5000
    integer, parameter :: many_blocks = 1000              !< for more blocks, sudden gravity is slow
-   real(wp), parameter :: least_slope = 0.5_wp  !< smaller |n·g|/|g| means a head joint
-   integer, parameter :: stiff_limit_blocks = 2000 !< most blocks for an exact stiff limit
+   real(wp), parameter :: least_slope = 0.5_wp  !< |n·g|/|g| below which a joint is a head joint
+   integer, parameter :: stiff_limit_blocks = 2000 !< most blocks for a computed stiff limit
 
 contains
 
@@ -47,20 +48,20 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer(long) :: links
+      integer(long) :: off_diagonals
 
-      call check_model(simulation, report, error, links)
+      call check_model(simulation, report, error, off_diagonals)
       if (allocated(error)) return
-      call check_cost(simulation, links, report)
+      call check_cost(simulation, off_diagonals, report)
       call fail_if_stopped(error)
    end subroutine check_simulation
 
    !> Check a started simulation, which does not change.
-   subroutine check_model(simulation, report, error, links, budget)
+   subroutine check_model(simulation, report, error, off_diagonals, budget)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(report_type), intent(inout) :: report  !< check report, with notes on the model if any
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer(long), intent(out), optional :: links  !< number of off-diagonal blocks of K̂
+      integer(long), intent(out), optional :: off_diagonals  !< number of off-diagonal blocks of K̂
       integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(linear_model_type) :: linear, stiff
       type(impact_regime_type) :: impacts
@@ -98,7 +99,7 @@ contains
       call check_laws(simulation, report)
       call check_bodies(simulation, report)
       call check_boundaries(simulation, linear, report)
-      if (present(links)) links = size(linear%stiffness%column, kind=long)
+      if (present(off_diagonals)) off_diagonals = size(linear%stiffness%column, kind=long)
       call fail_if_stopped(error)
    end subroutine check_model
 
@@ -132,17 +133,17 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: settled
-      real(wp) :: way
+      real(wp) :: distance
       integer :: b, separate
 
       settled = ''
       if (allocated(linear%equilibrium%words)) settled = '; '//linear%equilibrium%words
       b = 0
-      if (simulation%model%stages(1)%static) call farthest_moved(simulation%blocks, &
-         simulation%model%blocks%position, b, way)
+      if (simulation%model%stages(1)%static) call find_farthest_block(simulation%blocks, &
+         simulation%model%blocks%position, b, distance)
       if (b > 0) settled = settled//'; block '//block_name(simulation, b)// &
-         ' is '//short_text(way)//' m from its position in the input'
-      separate = separate_blocks(simulation%model)
+         ' is '//short_text(distance)//' m from its position in the input'
+      separate = body_or_block_count(simulation%model)
       if (linear%closed == 0 .and. separate > 1) then
          call add_line(report, verdict_warn, 'contacts', 'no contact is closed'//settled, 'model', &
             'contacts exist only at edges that touch; check the vertices')
@@ -161,7 +162,7 @@ contains
       integer :: c, head_joints
 
       associate (contacts => simulation%contacts(simulation%now), model => simulation%model)
-         if (model%blocks%n <= many_blocks .or. .not. comes_suddenly(model)) return
+         if (model%blocks%n <= many_blocks .or. .not. gravity_is_sudden(model)) return
          head_joints = count([(contacts%state(c) /= contact_open .and. &
             abs(dot_product(contacts%normal(:, c), model%control%gravity)) < &
             least_slope*norm2(model%control%gravity), c=1, contacts%n)])
@@ -180,11 +181,11 @@ contains
       type(error_type), allocatable :: error
       real(wp) :: limit
       logical :: resolved
-      character(len=:), allocatable :: found
+      character(len=:), allocatable :: finding
 
       call find_omega_max(linear, report%highest, error)
       if (allocated(error)) then
-         report%highest%omega = 0.0_wp     ! not found
+         report%highest%omega = 0.0_wp     ! it was not found
          report%highest%residual = 0.0_wp
          call add_line(report, verdict_warn, 'highest frequency', error%message, 'ARPACK', '')
          return
@@ -196,15 +197,15 @@ contains
       limit = 4.0_wp/report%highest%omega
       call count_unresolved(linear, linear%time_step, report%unresolved, error)
       resolved = linear%time_step < limit
-      found = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/ω = '// &
+      finding = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/ω = '// &
          short_text(limit)//' s of the highest frequency'
-      if (.not. (resolved .or. allocated(error))) found = found//'; '//report%unresolved%words
-      ! Most contacts have a similar stiffness; the line on ringing shows the effect.
-      call add_line(report, verdict_ok, 'time step', found, 'paper eq. 13', '')
+      if (.not. (resolved .or. allocated(error))) finding = finding//'; '//report%unresolved%words
+      ! No warning: most contacts are similarly stiff, and the line on ringing shows the effect.
+      call add_line(report, verdict_ok, 'time step', finding, 'paper eq. 13', '')
    end subroutine check_omega_max
 
    !> Report the decay of velocities that change sign in each step.
-   !> A decay that takes more than `most_ringing` steps is a warning.
+   !> Warn if the decay takes more than `most_ringing` steps.
    subroutine check_ringing(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -265,22 +266,22 @@ contains
       type(linear_model_type), intent(inout) :: linear  !< linearised model; restored on return
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
-      type(energy_share_type) :: energy
+      type(energy_distribution_type) :: energy
       real(wp) :: ratio, limit
-      character(len=:), allocatable :: found
+      character(len=:), allocatable :: finding
 
       ratio = simulation%model%contact%normal_stiffness/(modulus*1.0_wp)
-      found = short_text(simulation%model%contact%normal_stiffness)//' N/m, '// &
+      finding = short_text(simulation%model%contact%normal_stiffness)//' N/m, '// &
          short_text(ratio)//' of Young''s modulus times 1 m'
       if (.not. report%has_modes .or. linear%by_penalty == 0) then
-         call add_line(report, verdict_ok, 'penalty', found, 'paper section 2.2: 40 E', '')
+         call add_line(report, verdict_ok, 'penalty', finding, 'paper section 2.2: 40 E', '')
          return
       end if
       if (linear%n <= stiff_limit_blocks) then
          call stiff_limit(linear, limit, error)
          call set_penalty(linear, simulation%model%contact%normal_stiffness)
          if (allocated(error)) then
-            call add_line(report, verdict_ok, 'penalty', found//'; '//error%message, &
+            call add_line(report, verdict_ok, 'penalty', finding//'; '//error%message, &
                'paper section 2.2: 40 E', '')
             return
          end if
@@ -290,19 +291,20 @@ contains
          energy = energy_of(linear, report%modes%shape(:, :, 1))
          report%shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
       end if
-      found = found//'; joints lower the first frequency by '//short_text(100*report%shift)// &
+      finding = finding//'; joints lower the first frequency by '//short_text(100*report%shift)// &
          ' %, limit 5 %; '//penalty_cost_text(linear, report%shift)
-      call add_check(report, report%shift < 0.05_wp, 'penalty', found, 'stiff limit', &
+      call add_check(report, report%shift < 0.05_wp, 'penalty', finding, 'stiff limit', &
          'a higher normal_stiffness, unless the joints are meant to be so soft', first_mode, &
          'joints lower the frequency by '//short_text(100*report%shift)//' % ('// &
          counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 
    !> Text on the penalty that reduces the first frequency by 1 %.
-   !> It includes the condition number of the contact iteration at the present and at this penalty.
+   !> The text includes the condition number of the contact iteration at the present penalty and at
+   !> this penalty.
    !>
    !> The iteration converges more slowly for a larger condition number of K̂ relative to inertia,
-   !> κ = 1 + θχ z k_n Δt²/m, where z k_n/m is the largest ratio of contact stiffness to block mass.
+   !> κ = 1 + θχ z k_n Δt²/m; z k_n/m is the largest ratio of contact stiffness to block mass.
    !> The contribution of joints to 1/f² is proportional to 1/k_n.
    pure function penalty_cost_text(linear, shift) result(words)
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -335,7 +337,7 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-      real(wp), parameter :: deepest = 0.01_wp, noisiest = 1.0e-3_wp
+      real(wp), parameter :: most_penetration = 0.01_wp, most_noise = 1.0e-3_wp
       real(wp) :: depth, noise, weight
       character(len=:), allocatable :: brief, remedy
 
@@ -347,16 +349,17 @@ contains
       brief = 'rounding of contact forces reaches '//short_text(100*noise)// &
          ' % of the smallest weight'
       remedy = 'a lower normal_stiffness'
-      if (depth > deepest) then
+      if (depth > most_penetration) then
          brief = 'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block'
          remedy = 'a higher normal_stiffness, or set penetration_tolerance'
-         if (noise > noisiest) remedy = 'set penetration_tolerance'
+         if (noise > most_noise) remedy = 'set penetration_tolerance'
       end if
-      call add_check(report, depth <= deepest .and. noise <= noisiest, 'penalty bounds', &
+      call add_check(report, depth <= most_penetration .and. noise <= most_noise, &
+         'penalty bounds', &
          'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block, '// &
-         'limit '//short_text(100*deepest)//' %; rounding of contact forces reaches '// &
+         'limit '//short_text(100*most_penetration)//' %; rounding of contact forces reaches '// &
          short_text(100*noise)//' % of the smallest weight, limit '// &
-         short_text(100*noisiest)//' %', 'statics', remedy, brief=brief)
+         short_text(100*most_noise)//' %', 'statics', remedy, brief=brief)
    end subroutine check_penalty_bounds
 
    !> Report ratios of block size to wavelength, and of Δt to the time in which waves cross blocks.
@@ -384,7 +387,7 @@ contains
          'element size: '//counted(to_text(count_longer(blocks, coarsest*period)), &
          'block', 'blocks')//', λ/'// &
          short_text(1/eta)//' at '//short_text(report%band%highest)//' Hz, limit λ/12')
-      ! Blocks smaller than a wave requires do not require a smaller time step.
+      ! Small blocks do not require a smaller time step than the wave does.
       call add_check(report, time_step < max(eta, coarsest)*period, 'time resolution', &
          short_text(time_step)//' s against T/12 = '//short_text(coarsest*period)//' s, and '// &
          short_text(eta*period)//' s for a block', 'paper eq. 15', 'a smaller time_step')
@@ -410,21 +413,21 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: first
       logical :: sampled
-      character(len=:), allocatable :: found, advice, topic, brief
+      character(len=:), allocatable :: finding, advice, topic, brief
 
       first = 0.0_wp
-      found = ''
+      finding = ''
       if (report%has_modes) then
          first = report%modes%of_scheme(1)
-         found = short_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
+         finding = short_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
       end if
       sampled = .true.
       if (report%band%known) then
          sampled = report%band%highest < 0.5_wp/linear%time_step
-         if (found /= '') found = found//'; '
-         found = found//damping_range_text(report%band, linear)
+         if (finding /= '') finding = finding//'; '
+         finding = finding//damping_range_text(report%band, linear)
       end if
-      if (found == '') return
+      if (finding == '') return
       advice = 'time_step for a given ratio (sitedda.time_step_for_damping), or '// &
          "integration = 'theta' with damping_ratio and damping_frequency"
       topic = first_mode
@@ -435,7 +438,7 @@ contains
          brief = 'motions reach '//short_text(report%band%highest)//' Hz, steps '// &
             'resolve only '//short_text(0.5_wp/linear%time_step)//' Hz'
       end if
-      call add_check(report, first < 0.1_wp .and. sampled, 'damping', 'by the scheme '//found, &
+      call add_check(report, first < 0.1_wp .and. sampled, 'damping', 'by the scheme '//finding, &
          '2ζ = (a + b) τ/(1 − a b τ²), τ = tan(ω Δt/2)', advice, topic, brief)
    end subroutine check_damping
 
@@ -473,23 +476,22 @@ contains
    end function damping_at
 
    !> Report number of steps, memory and estimated time of the run.
-   subroutine check_cost(simulation, links, report)
+   subroutine check_cost(simulation, off_diagonals, report)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      integer(long), intent(in) :: links  !< number of off-diagonal blocks of K̂
+      integer(long), intent(in) :: off_diagonals  !< number of off-diagonal blocks of K̂
       type(report_type), intent(inout) :: report  !< check report
-      character(len=:), allocatable :: found
+      character(len=:), allocatable :: finding
 
-      ! Memory of blocks with their matrices, of contacts, of K̂, and of the factor, which is about
-      ! three times as large as K̂.
+      ! Memory of blocks with their matrices, of contacts, of K̂, and of the factor (about 3 × K̂).
       associate (n => simulation%blocks%n, contacts => simulation%contacts(simulation%now)%n)
-         report%memory = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + links))
+         report%memory = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + off_diagonals))
       end associate
-      found = to_text(run_steps(simulation%model))//' steps, about '// &
+      finding = to_text(run_steps(simulation%model))//' steps, about '// &
          short_text(report%memory/2.0_wp**20)//' MiB of memory'
       report%seconds = seconds_per_step(simulation)*run_steps(simulation%model)
-      if (report%seconds > 0.0_wp) found = found//', '//short_text(report%seconds)// &
+      if (report%seconds > 0.0_wp) finding = finding//', '//short_text(report%seconds)// &
          ' s at the speed of the first '//to_text(timed_steps)//' steps'
-      call add_line(report, verdict_ok, 'cost', found, 'measured', '')
+      call add_line(report, verdict_ok, 'cost', finding, 'measured', '')
    end subroutine check_cost
 
    !> Computing time of a step, s, measured in a few steps of a copy of the run.
@@ -498,19 +500,19 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(simulation_type), allocatable :: copy
       type(error_type), allocatable :: error
-      integer(long) :: begun, now, rate
+      integer(long) :: has_started, now, rate
       integer :: i
 
       seconds = 0.0_wp
       if (simulation%blocks%n > timed_blocks) return
       copy = simulation
-      call system_clock(begun, rate)
+      call system_clock(has_started, rate)
       do i = 1, timed_steps
          call advance(copy, error)
          if (allocated(error)) return
       end do
       call system_clock(now)
-      seconds = real(now - begun, wp)/real(rate, wp)/timed_steps
+      seconds = real(now - has_started, wp)/real(rate, wp)/timed_steps
    end function seconds_per_step
 
 end module dda_check_simulation

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ratio of the velocities after and before an impact, which depends on the joint, the time
-!> integration, or the instant of the impact in the step.
+!> Ratio of the velocities after and before an impact.  It depends on the restitution of the joint,
+!> or else on the time integration and the instant of the impact in the step.
 !>
 !> Impacts at a contact without `restitution` are resolved up to Ω = ωΔt ≈ ½, with a velocity ratio
 !> of exp(−πχΩ/2).  For larger Ω the ratio is between 0 and 1/χ − 1, depending on the instant.
@@ -84,12 +84,12 @@ contains
       end if
    end subroutine write_regime_text
 
-   !> Velocity ratio exp(−πζ) at Ω, with the damping ratio [(χ − ½) + ½] Ω/2 of unilateral contacts.
-   pure real(wp) function speed_fraction(linear, omega) result(left)
+   !> Velocity ratio exp(−πζ) at Ω, with the damping ratio ζ = χΩ/2 of unilateral contacts.
+   pure real(wp) function speed_fraction(linear, omega) result(reduced_ratio)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: omega  !< Ω
 
-      left = exp(-0.5_wp*pi*linear%scheme%chi*omega)
+      reduced_ratio = exp(-0.5_wp*pi*linear%scheme%chi*omega)
    end function speed_fraction
 
 end module dda_impact_regime

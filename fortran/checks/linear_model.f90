@@ -2,9 +2,8 @@
 !> Linearised model of a simulation: mass, and stiffness of strains, closed contacts and fixed
 !> points.
 !>
-!> States of contacts: all touching contacts stick ('closed'); as in the run ('present'); as in
-!> static equilibrium ('settled', see `dda_equilibrium`); 'settled' with gravity, else 'closed'
-!> ('auto').
+!> States of contacts: 'closed': all touching contacts stick; 'present': as in the run; 'settled':
+!> as in static equilibrium (`dda_equilibrium`); 'auto': 'settled' with gravity, else 'closed'.
 !>
 !> Damped materials are elastic in this model, with the given modulus.  `at_frequency` replaces it
 !> by the real part of the complex modulus at a frequency, `unrelaxed` by the largest modulus.
@@ -34,17 +33,18 @@ module dda_linear_model
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: linear_model_type, normal_slope, energy_share_type, linearise, set_penalty, &
+   public :: linear_model_type, normal_slope, energy_distribution_type, linearise, set_penalty, &
       block_label, term_label, energy_of, stiffness_weights, at_frequency, unrelaxed, &
-      is_dispersive, shares_of_laws
+      is_dispersive, law_fractions
    public :: strain_energy, energy_kinds, kind_names
 
    integer, parameter :: strain_energy = term_kinds + 1  !< kind of energy of strains
    integer, parameter :: energy_kinds = term_kinds + 1   !< number of kinds of energy
    character(len=*), parameter :: kind_names(energy_kinds) = [character(len=22) :: term_names, &
       'strain of blocks']
-   real(wp), parameter :: touching = 1.0e-6_wp  !< gap of a touching contact over the smaller block
-   real(wp), parameter :: alike = 1.0e-3_wp  !< relative difference of equal energies
+   !> gap/size of the smaller block of a touching contact
+   real(wp), parameter :: touching = 1.0e-6_wp
+   real(wp), parameter :: equal_energies = 1.0e-3_wp  !< relative difference of equal energies
    !> weight in K of terms by their instant in a step: 1 for springs, 0 for dashpots and masses
    real(wp), parameter :: stiffness_weights(instants) = [1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, &
       0.0_wp, 0.0_wp]
@@ -61,11 +61,12 @@ module dda_linear_model
       real(wp) :: modulus = 0.0_wp                  !< modulus of the stiffest block material, Pa
       type(damping_type), allocatable :: damping(:) !< distinct damping laws of the materials
       integer, allocatable :: law(:)                !< [n] damping law of each block; 0: none
-      real(wp), allocatable :: given(:,:,:)         !< [3,3,n] `elastic` with the given modulus
-      real(wp), allocatable :: given_terms(:)  !< [terms] coefficients with the given modulus
-      type(scheme_type) :: scheme                   !< value of the run
+      !> [3,3,n] `elastic` with the modulus of the input
+      real(wp), allocatable :: input_elastic(:,:,:)
+      real(wp), allocatable :: input_coefficients(:)  !< [terms] coefficients with this modulus
+      type(scheme_type) :: scheme                   !< time integration of the run
       real(wp) :: time_step = 0.0_wp                !< Δt of the run, s
-      real(wp) :: dynamic_factor = 1.0_wp           !< value of the run
+      real(wp) :: dynamic_factor = 1.0_wp           !< dynamic factor of the run
       integer :: closed = 0                         !< number of closed contacts
       integer :: sliding = 0                        !< number of sliding contacts
       integer :: by_penalty = 0                     !< number of closed contacts with stiffness k_n
@@ -84,14 +85,16 @@ module dda_linear_model
    end type linear_model_type
 
    !> Distribution of the elastic energy of a motion x over kinds of terms.
-   type :: energy_share_type
+   type :: energy_distribution_type
       real(wp) :: total = 0.0_wp                  !< xᵀKx, summed without cancellation
-      real(wp) :: share(energy_kinds) = 0.0_wp  !< fractions of the energy, sum 1 (0 without energy)
+      !> fractions of the energy, sum 1 (0 without energy)
+      real(wp) :: fraction(energy_kinds) = 0.0_wp
       real(wp) :: of_penalty = 0.0_wp             !< fraction in springs proportional to k_n
       !> number of the term (for strains, block) with the largest energy of each kind
-      integer :: holder(energy_kinds) = 0
-      real(wp) :: most(energy_kinds) = 0.0_wp     !< fraction of the total energy in this term
-   end type energy_share_type
+      integer :: largest_term(energy_kinds) = 0
+      !> fraction of the total energy in this term
+      real(wp) :: largest_fraction(energy_kinds) = 0.0_wp
+   end type energy_distribution_type
 
 contains
 
@@ -103,7 +106,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(simulation_type) :: settled
-      type(error_type), allocatable :: unrest  ! error if equilibrium is not found
+      type(error_type), allocatable :: rest_error  ! equilibrium was not found
       integer :: i
 
       select case (which)
@@ -116,11 +119,11 @@ contains
          end if
          settled = simulation
          do i = 1, column_count(settled)
-            if (.not. allocated(unrest)) call equilibrate(column_of(settled, i), &
-               linear%equilibrium, unrest, budget)
+            if (.not. allocated(rest_error)) call equilibrate(column_of(settled, i), &
+               linear%equilibrium, rest_error, budget)
          end do
-         if (.not. allocated(unrest)) call equilibrate(settled, linear%equilibrium, &
-            unrest, budget)
+         if (.not. allocated(rest_error)) call equilibrate(settled, linear%equilibrium, &
+            rest_error, budget)
          call fail_if_stopped(error)
          if (allocated(error)) return
          call build_matrices(linear, settled, .false.)
@@ -143,7 +146,7 @@ contains
          linear%n = blocks%n
          linear%elastic = blocks%stiffness
          do b = 1, blocks%n
-            linear%elastic(:, :, b) = blocks%rest_share(b)*blocks%stiffness(:, :, b)
+            linear%elastic(:, :, b) = blocks%interior_fraction(b)*blocks%stiffness(:, :, b)
          end do
          call collect_damping(linear, blocks)
          linear%block_mass = blocks%mass
@@ -185,7 +188,7 @@ contains
          law(m) = size(linear%damping)
       end do
       if (size(law) > 0) linear%law = law(blocks%material)
-      linear%given = linear%elastic
+      linear%input_elastic = linear%elastic
    end subroutine collect_damping
 
    !> .true. if moduli depend on frequency.
@@ -217,40 +220,42 @@ contains
    subroutine scale_moduli(linear, factor)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: factor(:)  !< [damping]
-      real(wp) :: share(size(factor))
+      real(wp) :: fraction(size(factor))
       integer :: b, i
 
       if (.not. is_dispersive(linear)) return
       do b = 1, linear%n
          if (linear%law(b) > 0) linear%elastic(:, :, b) = factor(linear%law(b)) &
-            *linear%given(:, :, b)
+            *linear%input_elastic(:, :, b)
       end do
       associate (term => linear%terms%term(:linear%terms%n))
-         if (.not. allocated(linear%given_terms)) linear%given_terms = term%coefficient
+         if (.not. allocated(linear%input_coefficients)) &
+            linear%input_coefficients = term%coefficient
          do i = 1, linear%terms%n
-            if (.not. any(term(i)%damped_share > 0.0_wp)) cycle
-            share = shares_of_laws(linear, term(i))
-            term(i)%coefficient = linear%given_terms(i)*(1.0_wp + sum(share*(factor - 1.0_wp)))
+            if (.not. any(term(i)%damped_fraction > 0.0_wp)) cycle
+            fraction = law_fractions(linear, term(i))
+            term(i)%coefficient = linear%input_coefficients(i)*(1.0_wp + sum(fraction*(factor &
+               - 1.0_wp)))
          end do
       end associate
       call assemble(linear)
    end subroutine scale_moduli
 
    !> Return, for each damping law, the fraction of the stiffness of a welded face that it damps.
-   pure function shares_of_laws(linear, term) result(share)
+   pure function law_fractions(linear, term) result(fraction)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_term_type), intent(in) :: term     !< term of the model
-      real(wp) :: share(size(linear%damping))
+      real(wp) :: fraction(size(linear%damping))
       integer :: k
 
-      share = 0.0_wp
+      fraction = 0.0_wp
       do k = 1, 2
-         if (.not. term%damped_share(k) > 0.0_wp) cycle
+         if (.not. term%damped_fraction(k) > 0.0_wp) cycle
          associate (law => linear%law(merge(term%block_a, term%block_b, k == 1)))
-            if (law > 0) share(law) = share(law) + term%damped_share(k)
+            if (law > 0) fraction(law) = fraction(law) + term%damped_fraction(k)
          end associate
       end do
-   end function shares_of_laws
+   end function law_fractions
 
    !> Restore integration, motions and elements of the run, which static equilibrium omits.
    subroutine restore_run(linear, simulation)
@@ -355,7 +360,7 @@ contains
 
       associate (law => laws%slot(contacts%joint(c))%law)
          term%of_penalty = .not. law%normal_per_area
-         if (law%cohesive) return  ! as other bonds
+         if (law%cohesive) return  ! cohesive bonds act as other bonds
          if (.not. acts_before_end(contacts, law, c)) term%instant = at_end
       end associate
    end subroutine set_law_properties
@@ -406,7 +411,7 @@ contains
    end subroutine set_penalty
 
    !> Sum elasticity and terms into K, with the pattern of the terms.
-   !> Elements may differ from those in static equilibrium, because bolts may break during a run.
+   !> The pattern is set again, because bolts that break during a run change the elements.
    subroutine assemble(linear)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       integer :: b
@@ -423,7 +428,7 @@ contains
    pure function energy_of(linear, x) result(energy)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:)  !< [6,n] motion
-      type(energy_share_type) :: energy
+      type(energy_distribution_type) :: energy
       real(wp) :: part
       integer :: i
 
@@ -438,23 +443,24 @@ contains
          call add_term_energy(energy, strain_energy, i, &
             dot_product(x(4:6, i), matmul(linear%elastic(:, :, i), x(4:6, i))))
       end do
-      energy%total = sum(energy%share)
+      energy%total = sum(energy%fraction)
       if (energy%total <= tiny(1.0_wp)) return
-      energy%share = energy%share/energy%total
+      energy%fraction = energy%fraction/energy%total
       energy%of_penalty = energy%of_penalty/energy%total
-      energy%most = energy%most/energy%total
+      energy%largest_fraction = energy%largest_fraction/energy%total
    end function energy_of
 
    !> Add energy to a kind of terms; record its term or block with the most energy.
-   pure subroutine add_term_energy(energy, kind, holder, part)
-      type(energy_share_type), intent(inout) :: energy  !< J per metre of thickness
-      integer, intent(in) :: kind, holder  !< kind of term; number of the term or block
+   pure subroutine add_term_energy(energy, kind, largest_term, part)
+      type(energy_distribution_type), intent(inout) :: energy  !< J per metre of thickness
+      integer, intent(in) :: kind, largest_term  !< kind of term; number of the term or block
       real(wp), intent(in) :: part         !< energy, J per metre of thickness
 
-      energy%share(kind) = energy%share(kind) + part
+      energy%fraction(kind) = energy%fraction(kind) + part
       ! of equal energies, the first term is recorded
-      if (part > (1.0_wp + alike)*energy%most(kind)) energy%holder(kind) = holder
-      energy%most(kind) = max(energy%most(kind), part)
+      if (part > (1.0_wp + equal_energies)*energy%largest_fraction(kind)) &
+         energy%largest_term(kind) = largest_term
+      energy%largest_fraction(kind) = max(energy%largest_fraction(kind), part)
    end subroutine add_term_energy
 
    !> Text of a block: its number and name.

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Notes on values that probably have wrong units, or have no effect.
+!> Notes on input values that probably have wrong units, or that have no effect.
 module dda_magnitudes
    use dda_edge_load, only: load_level, load_surface
    use dda_kinds, only: wp, long
@@ -9,19 +9,21 @@ module dda_magnitudes
    private
    public :: magnitude_notes, note_length
 
-   integer, parameter :: note_length = 320  !< bytes
-   real(wp), parameter :: most_gravity = 30.0_wp   !< three times the gravity of the Earth, m/s²
-   !> range of unit weights of soil and rock in kN/m³, which includes densities of geofoam in kg/m³
+   integer, parameter :: note_length = 320  !< largest length of a note, bytes
+   real(wp), parameter :: most_gravity = 30.0_wp   !< largest plausible value: 3 g, m/s²
+   !> range of values that may be unit weights of soil or rock in kN/m³, or densities of geofoam in
+   !> kg/m³
    real(wp), parameter :: weights(2) = [10.0_wp, 40.0_wp]
    real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Young's modulus of geofoam, Pa
    real(wp), parameter :: least_strength = 100.0_wp  !< less than the stress under 1 cm of soil, Pa
    real(wp), parameter :: most_acceleration = 45.0_wp  !< largest recorded value, m/s²
    real(wp), parameter :: largest_model = 5000.0_wp    !< m
-   real(wp), parameter :: few_steps = 10.0_wp          !< least steps in a motion
-   real(wp), parameter :: fastest = 40.0_wp     !< above speeds of falling rock, m/s
-   real(wp), parameter :: most_turn = 0.1_wp    !< rotation per step, rad (cosine 0.995)
-   real(wp), parameter :: highest_head = 10.0_wp  !< highest water level over the model height
-   real(wp), parameter :: deepest_bed = 0.05_wp   !< largest settlement over the model height
+   real(wp), parameter :: few_steps = 10.0_wp  !< least plausible number of steps in a motion
+   real(wp), parameter :: fastest = 40.0_wp     !< larger than speeds of falling rock, m/s
+   real(wp), parameter :: most_turn = 0.1_wp    !< largest rotation per step, rad (cosine 0.995)
+   !> largest water level above the model/model height
+   real(wp), parameter :: highest_head = 10.0_wp
+   real(wp), parameter :: deepest_bed = 0.05_wp   !< largest settlement/model height
 
 contains
 
@@ -60,7 +62,7 @@ contains
    pure subroutine note_if(notes, condition, words)
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       logical, intent(in) :: condition       !< condition of the note
-      character(len=*), intent(in) :: words  !< a line
+      character(len=*), intent(in) :: words  !< text of the note
 
       if (condition) notes = [character(len=note_length) :: notes, words]
    end subroutine note_if
@@ -98,7 +100,7 @@ contains
       logical :: yields
       real(wp) :: speed, turn
 
-      associate (material => model%materials(i), own => model%blocks%material == i)
+      associate (material => model%materials(i), yields_alone => model%blocks%material == i)
          of = '&material '//quoted(trim(material%name))
          yields = material%yields()
          speed = norm2(material%initial_velocity(1:2))
@@ -113,8 +115,8 @@ contains
             'density = '// &
             short_text(material%density)//' kg/m³ of '//of//': is it a unit weight in '// &
             'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
-         call note_if(notes, yields .and. count(own) == 1 .and. &
-            any(own .and. model%blocks%body == 0), of//' yields, but '// &
+         call note_if(notes, yields .and. count(yields_alone) == 1 .and. &
+            any(yields_alone .and. model%blocks%body == 0), of//' yields, but '// &
             'its block has uniform strain and yields as a whole: mesh the block (&mesh)')
       end associate
    end subroutine note_material
@@ -177,7 +179,7 @@ contains
    pure subroutine note_settlement(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      real(wp) :: stiffness, depth, height, weight(2), share
+      real(wp) :: stiffness, depth, height, weight(2), fraction
       integer :: i, axis
 
       weight = sum(model%blocks%mass)*model%control%gravity
@@ -186,10 +188,10 @@ contains
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
             do axis = 1, 2
-               share = dot_product(point%axes(:, axis), weight/norm2(weight))**2
-               if (.not. (point%held(axis) .and. share > 0.0_wp)) cycle
+               fraction = dot_product(point%axes(:, axis), weight/norm2(weight))**2
+               if (.not. (point%fixed_along(axis) .and. fraction > 0.0_wp)) cycle
                if (.not. point%stiffness > 0.0_wp) return
-               stiffness = stiffness + share*point%stiffness
+               stiffness = stiffness + fraction*point%stiffness
             end do
          end associate
       end do

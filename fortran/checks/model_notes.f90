@@ -15,17 +15,17 @@ module dda_model_notes
    private
    public :: model_notes, note_length
 
-   !> density, kg/m³: all materials of blocks are heavier, even geofoam; values in g/cm³ are smaller
+   !> least plausible density, kg/m³: below geofoam, above values in g/cm³
    real(wp), parameter :: least_density = 10.0_wp
    !> range of angles in degrees that may be radians; smaller angles are probably intended
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
    real(wp), parameter :: most_rounding = 0.01_wp  !< largest relative change of a duration
    real(wp), parameter :: most_strain = 0.02_wp    !< largest strain without a note
-   real(wp), parameter :: deepest = 0.05_wp        !< largest penetration over the smaller side
+   real(wp), parameter :: most_penetration = 0.05_wp  !< largest penetration/smaller side of a block
    real(wp), parameter :: frequency = 1.0_wp  !< frequency of the reported depths in joints, Hz
-   real(wp), parameter :: least_spacings = 2.0_wp !< least cohesive zone over spacing of points
-   !> limit of `note_long_steps` over the time step for which bounds of the fracture energy differ
-   !> by at most 10 % even if a joint fails suddenly (measured with bars)
+   real(wp), parameter :: least_spacings = 2.0_wp !< least cohesive zone/spacing of contact points
+   !> limit of `note_long_steps` over the time step with which the bounds of the fracture energy
+   !> differ by at most 10 % if a joint fails suddenly (measured with bars)
    real(wp), parameter :: fine_steps = 20.0_wp
 
 contains
@@ -138,7 +138,7 @@ contains
       end do
    end subroutine note_durations
 
-   !> Note blocks with equal names, except cells of a body, which always have the same name.
+   !> Note blocks with equal names, except cells of a body, which have the name of the body.
    pure subroutine note_names(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
@@ -174,23 +174,23 @@ contains
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       type(linear_terms_type) :: terms
       type(overburden_type) :: overburden
-      logical, allocatable :: held(:), supported(:)
+      logical, allocatable :: on_ground(:), supported(:)
       integer :: first
 
-      call find_grounded(model, held, terms)
-      if (.not. any(held)) then
+      call find_grounded(model, on_ground, terms)
+      if (.not. any(on_ground)) then
          call append_note(notes, &
             'nothing supports the blocks against gravity: no &fixed_point and no '// &
             '&boundary fixes a block in that direction')
          return
       end if
-      call find_overburden(model%blocks, model%control%gravity, held, overburden)
-      call find_supported(model, held, terms, overburden, supported)
+      call find_overburden(model%blocks, model%control%gravity, on_ground, overburden)
+      call find_supported(model, on_ground, terms, overburden, supported)
       first = findloc(supported, .false., 1)
       if (first > 0) call append_note(notes, 'nothing supports '//block_label(model, first)// &
          more_text(count(.not. supported) - 1)//' against gravity, and no block is below')
       call note_strain(model, overburden, notes)
-      call note_penetration(model, overburden, held, notes)
+      call note_penetration(model, overburden, on_ground, notes)
    end subroutine note_weight_effects
 
    !> Note the largest strain σ/E due to the weight above a block and half its own weight.
@@ -217,35 +217,35 @@ contains
 
    !> Note the largest penetration of a block into a support due to weight.
    !> The penetration is relative to the smaller side of the block.
-   pure subroutine note_penetration(model, overburden, held, notes)
+   pure subroutine note_penetration(model, overburden, on_ground, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights on all blocks
-      logical, intent(in) :: held(:)         !< [blocks] supported by the ground
+      logical, intent(in) :: on_ground(:)    !< [blocks] supported by the ground
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      real(wp) :: depth, share, most
-      integer :: b, worst
+      real(wp) :: depth, fraction, most
+      integer :: b, softest
 
       if (model%contact%penetration_tolerance > 0.0_wp) return
       if (any(abs(model%blocks%initial_stress) > 0.0_wp)) return
-      most = deepest
-      worst = 0
+      most = most_penetration
+      softest = 0
       do b = 1, model%blocks%n
-         if (held(b) .or. overburden%beneath(b) == 0) cycle
-         share = weight_penetration(model, overburden, b)/smaller_side(model%blocks, b)
-         if (share <= most) cycle
-         most = share
-         worst = b
+         if (on_ground(b) .or. overburden%n_below(b) == 0) cycle
+         fraction = weight_penetration(model, overburden, b)/smaller_side(model%blocks, b)
+         if (fraction <= most) cycle
+         most = fraction
+         softest = b
       end do
-      if (worst == 0) return
-      depth = weight_penetration(model, overburden, worst)
-      call append_note(notes, 'the weight presses '//block_label(model, worst)//' about '// &
+      if (softest == 0) return
+      depth = weight_penetration(model, overburden, softest)
+      call append_note(notes, 'the weight presses '//block_label(model, softest)//' about '// &
          short_text(depth)//' m into its support, '//short_text(100*most)// &
          ' % of its smaller side: contacts with normal_stiffness = '// &
          to_text(model%contact%normal_stiffness)//' N/m, or with its joint stiffness, are soft')
    end subroutine note_penetration
 
-   !> Penetration of block b, m, as the smallest value of all edges: two contacts per block below,
-   !> or the stiffness per area of a joint.
+   !> Penetration of block b under the weight on it, m: the smallest value of all edges, with two
+   !> contacts per block below or the stiffness per area of the joint.
    pure real(wp) function weight_penetration(model, overburden, b) result(depth)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights on all blocks
@@ -256,7 +256,7 @@ contains
       depth = huge(1.0_wp)
       do v = model%blocks%first(b), model%blocks%first(b + 1) - 1
          associate (joint => model%joints(model%blocks%joint(v)))
-            one = overburden%weight(b)/(2*overburden%beneath(b)*model%contact%normal_stiffness)
+            one = overburden%weight(b)/(2*overburden%n_below(b)*model%contact%normal_stiffness)
             if (joint%normal_stiffness > 0.0_wp) one = overburden%weight(b) &
                /(overburden%width(b)*joint%normal_stiffness)
             if (joint%max_closure > 0.0_wp) one = min(one, joint%max_closure)
@@ -303,7 +303,7 @@ contains
    pure subroutine note_flow(model, notes)
       type(model_type), intent(in) :: model  !< model with flow
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      real(wp) :: depth, longest, own
+      real(wp) :: depth, longest, own_depth
       integer :: c
 
       associate (flow => model%flow)
@@ -313,9 +313,9 @@ contains
          depth = huge(1.0_wp)
          longest = 0.0_wp
          do c = 1, size(flow%channel)
-            own = pressure_depth(model, c)
-            if (own >= depth) cycle
-            depth = own
+            own_depth = pressure_depth(model, c)
+            if (own_depth >= depth) cycle
+            depth = own_depth
             longest = flow%channel(c)%length
          end do
          if (flow%state(2) == flow_transient .and. longest > 0.5_wp*depth) call append_note( &

@@ -15,8 +15,9 @@ module dda_modes
    use dda_deflation, only: null_space_type
    use dda_eigen, only: eigenpairs_type, lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, at_frequency, &
-      is_dispersive, shares_of_laws, stiffness_weights
+   use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
+      at_frequency, &
+      is_dispersive, law_fractions, stiffness_weights
    use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, term_support, blocks_in, &
       block_of
    use dda_partition, only: join, name_parts
@@ -50,8 +51,8 @@ module dda_modes
       character(len=:), allocatable :: words        !< text on contacts and singular stiffness
    end type modes_type
 
-   real(wp), parameter :: nothing = 1.0e-14_wp  !< ω² that counts as zero over the scale of ω_max²
-   !> stiffness of a support that counts as zero over the largest one
+   real(wp), parameter :: zero_frequency = 1.0e-14_wp  !< ω²/scale of ω_max² that counts as zero
+   !> support stiffness/largest support stiffness that counts as zero
    real(wp), parameter :: no_support = 1.0e-12_wp
 
 contains
@@ -101,8 +102,8 @@ contains
       integer, parameter :: most_passes = 10, inner_passes = 6
       real(wp), parameter :: close_enough = 1.0e-11_wp  !< relative change of ω²
       type(linear_model_type) :: work
-      type(eigenpairs_type) :: own
-      type(energy_share_type) :: energy
+      type(eigenpairs_type) :: refined
+      type(energy_distribution_type) :: energy
       real(wp) :: last
       integer :: i, pass, inner, rigid, mechanisms
 
@@ -115,12 +116,12 @@ contains
                pairs%value(i) = energy%total
             end do
             call at_frequency(work, sqrt(pairs%value(i))/(2.0_wp*pi))
-            call find_elastic(work, i, own, rigid, mechanisms, error)
+            call find_elastic(work, i, refined, rigid, mechanisms, error)
             if (allocated(error)) return
             last = pairs%value(i)
-            pairs%value(i) = own%value(i)
-            pairs%vector(:, :, i) = own%vector(:, :, i)
-            pairs%residual(i) = own%residual(i)
+            pairs%value(i) = refined%value(i)
+            pairs%vector(:, :, i) = refined%vector(:, :, i)
+            pairs%residual(i) = refined%residual(i)
             if (abs(pairs%value(i) - last) <= close_enough*last) exit
          end do
       end do
@@ -138,18 +139,18 @@ contains
       do b = 1, linear%n
          if (linear%law(b) == 0) cycle
          associate (damping => linear%damping(linear%law(b)), x => shape(:, b))
-            elastic = dot_product(x(4:6), matmul(linear%given(:, :, b), x(4:6)))
+            elastic = dot_product(x(4:6), matmul(linear%input_elastic(:, :, b), x(4:6)))
             ratio = ratio + aimag(modulus_factor(damping, omega))*elastic/(2.0_wp*omega**2) &
                + (damping%beta*elastic + damping%alpha*dot_product(x, matmul(linear%mass(:, :, b), &
                x)))/(2.0_wp*omega)
          end associate
       end do
       do i = 1, linear%terms%n
-         associate (term => linear%terms%term(i), share => shares_of_laws(linear, &
+         associate (term => linear%terms%term(i), share => law_fractions(linear, &
             linear%terms%term(i)))
             if (.not. any(share > 0.0_wp)) cycle
             elastic = term%coefficient*stretch_of(term, shape)**2
-            if (allocated(linear%given_terms)) elastic = linear%given_terms(i) &
+            if (allocated(linear%input_coefficients)) elastic = linear%input_coefficients(i) &
                *stretch_of(term, shape)**2
             ratio = ratio + sum(share*(aimag(modulus_factor(linear%damping, omega)) &
                /(2.0_wp*omega**2) + linear%damping%beta/(2.0_wp*omega)))*elastic
@@ -157,7 +158,7 @@ contains
       end do
    end function material_damping
 
-   !> Damping ratio of a mass-normalised mode due to dashpots, without the dashpots of supports.
+   !> Damping ratio of a mass-normalised mode due to dashpots other than the dashpots of supports.
    pure real(wp) function dashpot_damping(linear, omega, shape) result(ratio)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: omega       !< rad/s
@@ -180,7 +181,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: count  !< number of modes
       type(eigenpairs_type), intent(out) :: pairs  !< eigenvalues and vectors
-      !> numbers of rigid motions of unsupported parts, and of further motions without stiffness
+      !> number of rigid motions of unsupported parts; number of further motions without stiffness
       integer, intent(out) :: rigid, mechanisms
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(null_space_type) :: free
@@ -217,7 +218,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< eigenvalues and vectors
       integer, intent(out) :: mechanisms  !< number of modes without stiffness
-      type(energy_share_type) :: energy
+      type(energy_distribution_type) :: energy
       real(wp) :: limit
       integer :: i
 
@@ -226,7 +227,7 @@ contains
          pairs%value(i) = energy%total
       end do
       call select_pairs(pairs, ascending_order(pairs%value))
-      limit = nothing*omega_max_scale(linear)
+      limit = zero_frequency*omega_max_scale(linear)
       mechanisms = count(pairs%value < limit)
    end subroutine set_frequencies
 
@@ -345,7 +346,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: resistance(3, 3, free%groups), row(3)
       real(wp), allocatable :: values(:)
-      integer :: i, g, b, held
+      integer :: i, g, b, n_restrained
 
       resistance = 0.0_wp
       do i = 1, linear%terms%n
@@ -359,9 +360,9 @@ contains
       do g = 1, free%groups
          call symmetric_eigen(resistance(:, :, g), values, error)
          if (allocated(error)) return
-         held = count(values > no_support*values(3))
-         resistance(:, 4 - held:, g) = 0.0_wp
-         free%dimension = free%dimension + 3 - held
+         n_restrained = count(values > no_support*values(3))
+         resistance(:, 4 - n_restrained:, g) = 0.0_wp
+         free%dimension = free%dimension + 3 - n_restrained
       end do
       allocate (free%basis(6, 3, linear%n))
       do b = 1, linear%n

@@ -10,7 +10,8 @@ module dda_omega_max
    use dda_dense_eigen, only: block_eigen, is_above
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type, error_solver, fail
-   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, energy_kinds, &
+   use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
+      energy_kinds, &
       kind_names, stiffness_weights, block_label, term_label, strain_energy
    use dda_linear_terms, only: add_product, blocks_in, get_row
    use dda_text, only: short_text, to_text
@@ -18,8 +19,8 @@ module dda_omega_max
    private
    public :: omega_max_type, bracket_type, find_omega_max, find_bracket, upper_blocks
 
-   !> ratio of eigenvalues of blocks that count as equal
-   real(wp), parameter :: tie = 1.0_wp + 1.0e-12_wp
+   !> ratio up to which eigenvalues of blocks count as equal
+   real(wp), parameter :: equal_ratio = 1.0_wp + 1.0e-12_wp
 
    !> Guaranteed bounds of ω_max, and the blocks from which they are computed.
    type :: bracket_type
@@ -36,13 +37,13 @@ module dda_omega_max
       real(wp) :: residual = 0.0_wp      !< final residual ‖Kx − ω²Mx‖/ω² in the mass norm
       integer(long) :: products = 0      !< products of K with a vector
       type(bracket_type) :: bracket
-      type(energy_share_type) :: energy        !< energy of the mode
+      type(energy_distribution_type) :: energy  !< energy of the mode
       integer :: kind = 0                !< kind of term with the most energy
       integer :: spring = 0              !< spring of this kind with the most energy; 0: strain
       !> blocks of this spring, or block with the largest strain energy
       integer :: block(2) = 0
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
-      character(len=:), allocatable :: governs     !< text on the governing kind
+      character(len=:), allocatable :: governs     !< text on the governing spring or block
       character(len=:), allocatable :: words       !< text on all results
    end type omega_max_type
 
@@ -89,7 +90,7 @@ contains
       if (allocated(error)) return
       call upper_blocks(linear, upper)
       call largest_block_omega(upper, linear%mass, bracket%upper, bracket%upper_block, error)
-      bracket%upper = tie*bracket%upper
+      bracket%upper = equal_ratio*bracket%upper
    end subroutine find_bracket
 
    !> Sum K_ii^elastic and, for each term on m blocks (m = 1: on one block and the ground), m K_ii.
@@ -130,7 +131,7 @@ contains
       block = 0
       do b = 1, size(k, 3)
          if (block > 0) then
-            if (is_above(tie*largest, k(:, :, b), m(:, :, b))) cycle
+            if (is_above(equal_ratio*largest, k(:, :, b), m(:, :, b))) cycle
          end if
          call block_eigen(k(:, :, b), m(:, :, b), values, vectors, error)
          if (allocated(error)) return
@@ -144,17 +145,18 @@ contains
    subroutine find_governing_term(linear, result)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(omega_max_type), intent(inout) :: result  !< highest frequency
-      integer :: holder
+      integer :: largest_term
 
-      result%kind = maxloc(result%energy%share, 1)
-      holder = result%energy%holder(result%kind)
+      result%kind = maxloc(result%energy%fraction, 1)
+      largest_term = result%energy%largest_term(result%kind)
       if (result%kind == strain_energy) then
-         result%block = [max(1, holder), 0]
+         result%block = [max(1, largest_term), 0]
          result%governs = 'a strain mode of '//block_label(linear, result%block(1))
       else
-         result%spring = holder
-         result%block = [linear%terms%term(holder)%block_a, linear%terms%term(holder)%block_b]
-         result%governs = term_label(linear, holder)
+         result%spring = largest_term
+         result%block = [linear%terms%term(largest_term)%block_a, &
+            linear%terms%term(largest_term)%block_b]
+         result%governs = term_label(linear, largest_term)
       end if
    end subroutine find_governing_term
 
@@ -167,11 +169,12 @@ contains
       associate (energy => result%energy)
          result%words = 'ω_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
             bracket_text(result%bracket)//'; relative residual '//short_text(result%residual)// &
-            '; governed by '//result%governs//' with '//percent_text(energy%most(result%kind))// &
+            '; governed by '//result%governs//' with '// &
+               percent_text(energy%largest_fraction(result%kind))// &
             ' of the energy of the mode ('
          do kind = 1, energy_kinds
-            if (energy%share(kind) > 0.0_wp) result%words = result%words// &
-               trim(kind_names(kind))//' '//percent_text(energy%share(kind))//', '
+            if (energy%fraction(kind) > 0.0_wp) result%words = result%words// &
+               trim(kind_names(kind))//' '//percent_text(energy%fraction(kind))//', '
          end do
          result%words = result%words(:len(result%words) - 2)//'); the upper bound is due to '// &
             block_label(linear, result%bracket%upper_block)
@@ -201,12 +204,12 @@ contains
    end function bracket_text
 
    !> Text of a fraction as a percentage.
-   pure function percent_text(share) result(text)
-      real(wp), intent(in) :: share  !< fraction of the energy
+   pure function percent_text(fraction) result(text)
+      real(wp), intent(in) :: fraction  !< fraction of the energy
       character(len=:), allocatable :: text
 
-      text = to_text(nint(100*share))//' %'
-      if (share < 0.1_wp) text = to_text(0.1_wp*nint(1000*share))//' %'
+      text = to_text(nint(100*fraction))//' %'
+      if (fraction < 0.1_wp) text = to_text(0.1_wp*nint(1000*fraction))//' %'
    end function percent_text
 
 end module dda_omega_max

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Estimate, without simulation, of the weight of the blocks above each block.
-!>
-!> Also found are the blocks that the ground supports directly ("grounded") or through other blocks.
+!> Estimate, without simulation, of the weight of the blocks above each block.  The module also
+!> finds the blocks that springs to the ground support, directly (grounded blocks) or through other
+!> blocks.
 !>
 !> The model is cut into columns along gravity.  A block receives the weight above it in its
 !> columns, adds its own weight, and distributes the sum evenly over these columns; a block that the
@@ -27,38 +27,38 @@ module dda_overburden
    !> Weights along gravity.
    type :: overburden_type
       real(wp), allocatable :: width(:)     !< [blocks] width across gravity, m
-      real(wp), allocatable :: weight(:)    !< [blocks] weight on the base, with the block, N/m
-      integer, allocatable :: beneath(:)    !< [blocks] number of blocks directly below
+      real(wp), allocatable :: weight(:)  !< [blocks] weight of the block and the blocks above, N/m
+      integer, allocatable :: n_below(:)    !< [blocks] number of blocks directly below
       integer, allocatable :: pair(:,:)     !< [2,≥ pairs] block; block directly below it
       integer :: pairs = 0
    end type overburden_type
 
-   real(wp), parameter :: least_share = 1.0e-6_wp  !< least part of a spring along gravity
+   real(wp), parameter :: least_support = 1.0e-6_wp  !< least component of a spring along gravity
 
 contains
 
    !> Find the weights on all blocks, and all pairs of a block and a block directly below it.
-   pure subroutine find_overburden(blocks, gravity, held, overburden)
+   pure subroutine find_overburden(blocks, gravity, on_ground, overburden)
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: gravity(2)       !< gravity, not zero, m/s²
-      logical, intent(in) :: held(:)           !< [blocks] supported by the ground
+      logical, intent(in) :: on_ground(:)      !< [blocks] supported by the ground
       type(overburden_type), intent(out) :: overburden  !< weights on all blocks
       integer, allocatable :: span(:,:), lowest(:)
-      real(wp), allocatable :: carried(:)
+      real(wp), allocatable :: carried_weight(:)
       integer :: order(blocks%n), k, b, columns
 
       call set_columns(blocks, gravity/norm2(gravity), overburden, span, columns)
-      allocate (carried(columns), source=0.0_wp)
+      allocate (carried_weight(columns), source=0.0_wp)
       allocate (lowest(columns), source=0)
       allocate (overburden%pair(2, 64), overburden%weight(blocks%n))
-      allocate (overburden%beneath(blocks%n), source=0)
+      allocate (overburden%n_below(blocks%n), source=0)
       order = merged_order(matmul(gravity, blocks%position(1:2, :)))
       do k = 1, blocks%n
          b = order(k)
          associate (first => span(1, b), last => span(2, b))
-            overburden%weight(b) = sum(carried(first:last)) + norm2(gravity)*blocks%mass(b)
-            carried(first:last) = overburden%weight(b)/(last - first + 1)
-            if (held(b)) carried(first:last) = 0.0_wp
+            overburden%weight(b) = sum(carried_weight(first:last)) + norm2(gravity)*blocks%mass(b)
+            carried_weight(first:last) = overburden%weight(b)/(last - first + 1)
+            if (on_ground(b)) carried_weight(first:last) = 0.0_wp
             call add_pairs(overburden, lowest(first:last), b)
             lowest(first:last) = b
          end associate
@@ -106,14 +106,15 @@ contains
          overburden%pairs = overburden%pairs + 1
          call grow(overburden%pair, 2, overburden%pairs)
          overburden%pair(:, overburden%pairs) = [above(i), b]
-         overburden%beneath(above(i)) = overburden%beneath(above(i)) + 1
+         overburden%n_below(above(i)) = overburden%n_below(above(i)) + 1
       end do
    end subroutine add_pairs
 
    !> Find the blocks supported along gravity by springs to the ground, and the springs of elements.
-   subroutine find_grounded(model, held, terms)
+   subroutine find_grounded(model, on_ground, terms)
       type(model_type), intent(in) :: model  !< model as read from the input
-      logical, allocatable, intent(out) :: held(:)  !< [blocks] supported by springs to the ground
+      !> [blocks] supported by springs to the ground
+      logical, allocatable, intent(out) :: on_ground(:)
       type(linear_terms_type), intent(out) :: terms !< springs of elements in static stages
       type(model_type) :: staged
       type(elements_type) :: elements
@@ -123,7 +124,7 @@ contains
       staged = model
       do i = 1, size(staged%fixed_points)
          associate (point => staged%fixed_points(i))
-            point%held = point%held .or. point%waiting
+            point%fixed_along = point%fixed_along .or. point%waiting
          end associate
       end do
       call set_elements(elements, staged, model%blocks, 0.0_wp)
@@ -131,32 +132,34 @@ contains
       call linear_terms_of(elements, model%blocks, step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, &
          1.0_wp), terms)
       down = model%control%gravity/norm2(model%control%gravity)
-      allocate (held(model%blocks%n), source=.false.)
+      allocate (on_ground(model%blocks%n), source=.false.)
       do i = 1, terms%n
          associate (term => terms%term(i))
             if (term%block_b > 0 .or. all(term%instant /= [at_theta, at_end])) cycle
-            if (abs(dot_product(term%row_a(1:2), down)) > least_share) held(term%block_a) = .true.
+            if (abs(dot_product(term%row_a(1:2), down)) > least_support) on_ground(term%block_a) &
+               = .true.
          end associate
       end do
    end subroutine find_grounded
 
-   !> Find blocks supported directly or by other blocks.
-   !> A block is supported by a block that it touches, is joined to by springs, or would fall on.
-   subroutine find_supported(model, held, terms, overburden, supported)
+   !> Find blocks supported directly or by other blocks.  A block is supported if it touches, is
+   !> joined to by springs, or would fall on a supported block.
+   subroutine find_supported(model, on_ground, terms, overburden, supported)
       type(model_type), intent(in) :: model  !< model as read from the input
-      logical, intent(in) :: held(:)         !< [blocks] supported by springs to the ground
+      logical, intent(in) :: on_ground(:)    !< [blocks] supported by springs to the ground
       type(linear_terms_type), intent(in) :: terms        !< springs of elements
       type(overburden_type), intent(in) :: overburden     !< overburden with pairs of blocks
-      logical, allocatable, intent(out) :: supported(:) !< [blocks] all if pairs are too many
+      !> [blocks] all .true. if there are too many pairs
+      logical, allocatable, intent(out) :: supported(:)
       type(neighbours_type) :: near
       integer :: part(model%blocks%n), i, k
       logical :: changed
 
       part = [(i, i=1, model%blocks%n)]
-      supported = held
+      supported = on_ground
       call find_near_pairs(near, model%blocks, contact_distance(model))
-      if (near%crowded) supported = .true.
-      if (near%crowded) return
+      if (near%overflowed) supported = .true.
+      if (near%overflowed) return
       do i = 1, near%n_pairs
          call join(part, near%pair(1, i), near%pair(2, i))
       end do
@@ -167,7 +170,7 @@ contains
       end do
       call name_parts(part)
       do i = 1, size(part)
-         if (held(i)) supported(part(i)) = .true.
+         if (on_ground(i)) supported(part(i)) = .true.
       end do
       changed = .true.
       do while (changed)

@@ -21,7 +21,7 @@ module dda_reduced_model
    use dda_damping, only: modulus_factor
    use dda_errors, only: error_type, error_solver, fail
    use dda_lapack, only: zsysv
-   use dda_linear_model, only: linear_model_type, shares_of_laws
+   use dda_linear_model, only: linear_model_type, law_fractions
    use dda_linear_terms, only: linear_term_type, blocks_in, get_row, stretch_of, at_theta, &
       at_end, mean_dashpot, end_dashpot, instants
    use dda_scheme_response, only: steady_type, steady_weights
@@ -31,14 +31,14 @@ module dda_reduced_model
    public :: reduced_model_type, weights_type, reduce_model, solve_reduced, weights_at, &
       undamped_weights
 
-   integer, parameter :: most_vectors = 240           !< most vectors of the basis
+   integer, parameter :: most_vectors = 240           !< largest number of vectors of the basis
    integer, parameter :: samples = 16                 !< number of evenly spaced sample frequencies
-   integer, parameter :: most_expansions = 60  !< most vectors added at one frequency
+   integer, parameter :: most_expansions = 60  !< largest number of vectors added at one frequency
    real(wp), parameter :: accuracy = 1.0e-10_wp  !< relative tolerance of (K + sM)⁻¹ residual
-   real(wp), parameter :: rounding = 1.0e-8_wp        !< tolerance if rounding prevents more
-   real(wp), parameter :: tolerable = 1.0e-5_wp       !< largest accepted relative residual
+   real(wp), parameter :: rounding = 1.0e-8_wp  !< tolerance if rounding prevents a smaller one
+   real(wp), parameter :: accepted_residual = 1.0e-5_wp  !< largest accepted relative residual
    real(wp), parameter :: independent = 1.0e-8_wp  !< least fraction of a vector outside the basis
-   real(wp), parameter :: shift_share = 0.05_wp       !< √s over the end of the band
+   real(wp), parameter :: shift_ratio = 0.05_wp       !< √s over the end of the band
 
    !> Factors of the parts of A in steady vibration.
    type :: weights_type
@@ -71,22 +71,22 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
       type(block_matrix_type) :: shifted
-      integer :: room, i
+      integer :: capacity, i
       logical :: added
 
       shifted = linear%stiffness
-      shifted%diagonal = shifted%diagonal + (2.0_wp*pi*shift_share*highest)**2*linear%mass
+      shifted%diagonal = shifted%diagonal + (2.0_wp*pi*shift_ratio*highest)**2*linear%mass
       call prepare_inverse(inverse, shifted, linear%mass, error)
       if (allocated(error)) return
-      room = min(most_vectors, 6*linear%n)
-      allocate (reduced%basis(6, linear%n, room), reduced%force(room, size(force, 3)))
-      allocate (reduced%stiffness(room, room), reduced%part(room, room, instants &
+      capacity = min(most_vectors, 6*linear%n)
+      allocate (reduced%basis(6, linear%n, capacity), reduced%force(capacity, size(force, 3)))
+      allocate (reduced%stiffness(capacity, capacity), reduced%part(capacity, capacity, instants &
          + 2*size(linear%damping)), source=0.0_wp)
       call add_vector(reduced, linear, force, static, added)
       do i = samples, 1, -1
          call fit_frequency(reduced, linear, inverse, force, highest*i/samples)
       end do
-      if (.not. reduced%residual <= tolerable) call fail(error, error_solver, &
+      if (.not. reduced%residual <= accepted_residual) call fail(error, error_solver, &
          'the transfer function has a residual of '//to_text(reduced%residual)// &
          ' with '//to_text(reduced%m)//' basis vectors up to '//to_text(highest)// &
          ' Hz; choose lower frequencies')
@@ -197,9 +197,9 @@ contains
             a(i, i) = a(i, i) + weights%inertia
          end do
          y = matmul(reduced%force(:m, :), load)
-         if (m == 0) return  ! no static response on dashpots
+         if (m == 0) return  ! without basis vectors the response is empty
          call zsysv('L', m, 1, a, m, pivot, y, m, work, size(work), info)
-         ! At an undamped resonance, only round-off limits the solution.
+         ! At an undamped resonance the system is singular; rounding limits the solution.
          if (info > 0) y = y/(epsilon(1.0_wp)*abs(weights%inertia))
       end associate
    end subroutine solve_reduced
@@ -235,7 +235,9 @@ contains
          associate (term => linear%terms%term(i))
             pull = -term%coefficient*weights%part(term%instant) &
                *cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp)
-            if (any(term%damped_share > 0.0_wp)) pull = pull + damping_pull(linear, weights, term, &
+            if (any(term%damped_fraction > 0.0_wp)) pull = pull + weld_damping_force(linear, &
+               weights, &
+               term, &
                cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp))
             if (.not. abs(pull) > 0.0_wp) cycle
             call add_term_row(term, real(pull), re)
@@ -244,21 +246,21 @@ contains
       end do
    end subroutine residual_of
 
-   !> Force due to damping of a spring of a welded face, N/m.
-   pure complex(wp) function damping_pull(linear, weights, term, stretch) result(pull)
+   !> Force of a spring of a welded face due to material damping, N/m.
+   pure complex(wp) function weld_damping_force(linear, weights, term, stretch) result(pull)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
       type(linear_term_type), intent(in) :: term  !< term of the model
       complex(wp), intent(in) :: stretch          !< extension, m
-      real(wp) :: share(size(linear%damping))
+      real(wp) :: fraction(size(linear%damping))
       integer :: k
 
-      share = shares_of_laws(linear, term)
+      fraction = law_fractions(linear, term)
       pull = 0.0_wp
-      do k = 1, size(share)
-         pull = pull - term%coefficient*share(k)*weights%part(elastic_index(k))*stretch
+      do k = 1, size(fraction)
+         pull = pull - term%coefficient*fraction(k)*weights%part(elastic_index(k))*stretch
       end do
-   end function damping_pull
+   end function weld_damping_force
 
    !> Subtract the damping part of A x from the residual of block b.
    pure subroutine subtract_damping(linear, weights, b, x, re, im)
@@ -402,13 +404,13 @@ contains
          end associate
       end do
       do i = 1, linear%terms%n
-         associate (term => linear%terms%term(i), share => shares_of_laws(linear, &
+         associate (term => linear%terms%term(i), fraction => law_fractions(linear, &
             linear%terms%term(i)), m => reduced%m)
-            do k = 1, size(share)
-               if (.not. share(k) > 0.0_wp) cycle
+            do k = 1, size(fraction)
+               if (.not. fraction(k) > 0.0_wp) cycle
                do j = 1, m
                   reduced%part(m, j, elastic_index(k)) = reduced%part(m, j, elastic_index(k)) &
-                     + share(k)*term%coefficient*stretch_of(term, v) &
+                     + fraction(k)*term%coefficient*stretch_of(term, v) &
                      *stretch_of(term, reduced%basis(:, :, j))
                end do
             end do

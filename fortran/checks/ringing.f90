@@ -10,7 +10,8 @@ module dda_ringing
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type
-   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, set_penalty, &
+   use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
+      set_penalty, &
       kind_names
    use dda_scheme, only: scheme_type
    use dda_scheme_response, only: steps_to_decay
@@ -37,7 +38,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: free
       type(eigenpairs_type) :: pairs
-      type(energy_share_type) :: energy
+      type(energy_distribution_type) :: energy
       real(wp) :: omega, steps(2)
 
       call copy_without_ground(linear, free)
@@ -52,10 +53,10 @@ contains
       ringing%steps = maxval(steps)
       ringing%resolution = omega*linear%time_step
       energy = energy_of(free, pairs%vector(:, :, 1))
-      call write_ringing_text(ringing, linear%scheme, trim(kind_names(maxloc(energy%share, 1))))
+      call write_ringing_text(ringing, linear%scheme, trim(kind_names(maxloc(energy%fraction, 1))))
    end subroutine find_ringing
 
-   !> Copy the model without springs to the ground or with dashpots.
+   !> Copy the model without springs to the ground and without springs with dashpots.
    subroutine copy_without_ground(linear, free)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(linear_model_type), intent(out) :: free  !< model without these springs

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Exact transfer functions of the linearised model between two measured points, for base motion.
+!> Transfer functions of the linearised model between two measured points, for base motion, with the
+!> time integration of the run.
 !>
 !> The forces of springs and dashpots on moving ground are coefficient × motion × factor of the
 !> instant (`dda_scheme_response`).  For base motion as a body force, the right-hand side is
@@ -23,7 +24,7 @@ module dda_transfer
 
    !> Transfer function, ready for evaluation.
    type :: transfer_type
-      type(linear_model_type) :: linear      !< model with only scheme, Δt and damping laws
+      type(linear_model_type) :: linear      !< model data in use: scheme, Δt, damping laws
       type(reduced_model_type) :: reduced
       logical :: body_force = .false.        !< base motion acts as a body force
       real(wp) :: base(2) = 0.0_wp           !< fraction of the base motion at both points
@@ -95,7 +96,7 @@ contains
    end subroutine prepare_transfer
 
    !> Compute the forces for a unit base motion, and the static response to it.
-   !> If all ground terms move, the static response is a translation.
+   !> The static response is a translation if all ground terms move together.
    subroutine find_base_excitation(transfer, linear, axis, static, force, error)
       type(transfer_type), intent(inout) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
@@ -104,7 +105,7 @@ contains
       real(wp), allocatable, intent(out) :: force(:,:,:)  !< [6,n,instants] forces
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
-      integer :: held, moved, b
+      integer :: n_resisting, n_moving, b
 
       allocate (static(6, linear%n), force(6, linear%n, instants), source=0.0_wp)
       static(axis, :) = 1.0_wp
@@ -116,12 +117,13 @@ contains
          end do
          return
       end if
-      call find_ground_forces(linear, axis, force, held, moved)
-      if (held == 0) then
+      call find_ground_forces(linear, axis, force, n_resisting, n_moving)
+      if (n_resisting == 0) then
          call fail(error, error_input, 'there is no base: no fixed point or dashpot supports '// &
             'the model in '//merge('x', 'y', axis == 1)//', and there is no base motion')
-      else if (moved < held) then
-         transfer%words = to_text(moved)//' of '//to_text(held)//' '//supports_text(linear)//' move'
+      else if (n_moving < n_resisting) then
+         transfer%words = to_text(n_moving)//' of '//to_text(n_resisting)//' '// &
+            supports_text(linear)//' move'
          call prepare_inverse(inverse, linear%stiffness, linear%mass, error)
          if (.not. allocated(error)) call solve(inverse%factor, force(:, :, at_theta) &
             + force(:, :, at_end), static)
@@ -144,29 +146,29 @@ contains
    !> Compute the forces for a unit displacement of the ground.
    !> Ground terms with the first motion along the axis move; if no term has a motion, all terms
    !> move.
-   pure subroutine find_ground_forces(linear, axis, force, held, moved)
+   pure subroutine find_ground_forces(linear, axis, force, n_resisting, n_moving)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: axis  !< 1: x, 2: y
       real(wp), intent(inout) :: force(:,:,:)  !< [6,n,instants] forces
-      integer, intent(out) :: held             !< number of terms that resist along the axis
-      integer, intent(out) :: moved            !< number of terms that move
+      integer, intent(out) :: n_resisting      !< number of terms that resist along the axis
+      integer, intent(out) :: n_moving         !< number of terms that move
       integer :: i, motion
       logical :: counts
 
-      held = 0
-      moved = 0
+      n_resisting = 0
+      n_moving = 0
       motion = 0
       associate (term => linear%terms%term(:linear%terms%n))
          do i = 1, size(term)
-            if (motion == 0 .and. is_held(i)) motion = term(i)%motion(axis)
+            if (motion == 0 .and. resists_axis(i)) motion = term(i)%motion(axis)
          end do
          do i = 1, size(term)
-            if (.not. is_held(i)) cycle
+            if (.not. resists_axis(i)) cycle
             ! The dashpot of a support is part of the support.
             counts = .not. (term(i)%kind == term_support .and. term(i)%instant == end_dashpot)
-            if (counts) held = held + 1
+            if (counts) n_resisting = n_resisting + 1
             if (term(i)%motion(axis) /= motion) cycle
-            if (counts) moved = moved + 1
+            if (counts) n_moving = n_moving + 1
             associate (part => force(:, term(i)%block_a, term(i)%instant))
                part = part + term(i)%coefficient*term(i)%row_a(axis)*term(i)%row_a
             end associate
@@ -175,12 +177,12 @@ contains
 
    contains
 
-      pure logical function is_held(i)  ! total
+      pure logical function resists_axis(i)  ! total
          integer, intent(in) :: i  !< number of the term
 
-         is_held = linear%terms%term(i)%block_b == 0 .and. &
+         resists_axis = linear%terms%term(i)%block_b == 0 .and. &
             abs(linear%terms%term(i)%row_a(axis)) > 0.0_wp
-      end function is_held
+      end function resists_axis
    end subroutine find_ground_forces
 
    !> Find the undamped frequencies of the reduced model, each with the moduli at this frequency.

@@ -13,7 +13,8 @@ module dda_unresolved
    use dda_eigen, only: eigenpairs_type, all_eigenvalues
    use dda_errors, only: error_type
    use dda_inertia, only: count_above
-   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, energy_kinds, &
+   use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
+      energy_kinds, &
       kind_names, stiffness_weights
    use dda_linear_terms, only: add_product, blocks_in, get_row
    use dda_mass_factor, only: mass_factor_type, factor_mass
@@ -27,17 +28,17 @@ module dda_unresolved
    type :: unresolved_type
       real(wp) :: limit = 0.0_wp              !< 4/Δt, rad/s
       integer :: modes = 0                    !< number of modes of the model, 6 per block
-      integer :: least = 0                    !< lower bound of the number of modes beyond 4/Δt
-      integer :: most = 0                     !< upper bound of this number
+      integer :: at_least = 0                 !< lower bound of the number of modes beyond 4/Δt
+      integer :: at_most = 0                  !< upper bound of this number
       logical :: exact = .false.              !< both bounds are equal
-      !> number of modes, counted in `most`, by the kind with the most energy
+      !> number of modes, counted in `at_most`, by the kind with the most energy
       integer :: of_kind(energy_kinds) = 0
       character(len=:), allocatable :: words
    end type unresolved_type
 
-   !> most blocks for which all modes are computed
+   !> largest number of blocks for which all modes are computed
    integer, parameter :: dense_blocks = 50
-   !> most multiplications (about ½ s) for a count by inertia
+   !> largest number of multiplications for a count by inertia, about ½ s
    real(wp), parameter :: affordable = 1.0e9_wp
 
 contains
@@ -59,16 +60,16 @@ contains
          call find_upper_bound(linear, unresolved, error)
          if (allocated(error)) return
          call find_lower_bound(linear, unresolved)
-         if (unresolved%least < unresolved%most) then
+         if (unresolved%at_least < unresolved%at_most) then
             call factor_mass(mass, linear%mass, error)
             if (allocated(error)) return
             call count_above(linear%stiffness, mass, unresolved%limit**2, affordable, exact, &
                unresolved%exact)
-            if (unresolved%exact) unresolved%least = exact
-            if (unresolved%exact) unresolved%most = exact
+            if (unresolved%exact) unresolved%at_least = exact
+            if (unresolved%exact) unresolved%at_most = exact
          end if
       end if
-      unresolved%exact = unresolved%least == unresolved%most
+      unresolved%exact = unresolved%at_least == unresolved%at_most
       call write_unresolved_text(unresolved)
    end subroutine count_unresolved
 
@@ -78,19 +79,19 @@ contains
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(eigenpairs_type) :: pairs
-      type(energy_share_type) :: energy
+      type(energy_distribution_type) :: energy
       integer :: i, kind
 
       call all_eigenvalues(linear%stiffness, linear%mass, pairs, error)
       if (allocated(error)) return
       do i = 1, pairs%n
          if (pairs%value(i) <= unresolved%limit**2) cycle
-         unresolved%most = unresolved%most + 1
+         unresolved%at_most = unresolved%at_most + 1
          energy = energy_of(linear, pairs%vector(:, :, i))
-         kind = maxloc(energy%share, 1)
+         kind = maxloc(energy%fraction, 1)
          unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
       end do
-      unresolved%least = unresolved%most
+      unresolved%at_least = unresolved%at_most
    end subroutine count_by_lapack
 
    !> Find the upper bound: count the modes beyond the limit of `upper_blocks`.
@@ -110,7 +111,7 @@ contains
          if (allocated(error)) return
          do i = 1, 6
             if (values(i) <= unresolved%limit**2) cycle
-            unresolved%most = unresolved%most + 1
+            unresolved%at_most = unresolved%at_most + 1
             kind = governing_kind(vectors(:, i), by_kind(:, :, :, b))
             unresolved%of_kind(kind) = unresolved%of_kind(kind) + 1
          end do
@@ -153,48 +154,48 @@ contains
    subroutine find_lower_bound(linear, unresolved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
-      logical :: taken(linear%n)
+      logical :: selected(linear%n)
       real(wp) :: values(6), vectors(6, 6)
       type(error_type), allocatable :: error
       integer :: b
 
-      taken = .false.
+      selected = .false.
       do b = 1, linear%n
-         if (shares_spring(linear%stiffness, taken, b)) cycle
+         if (shares_spring(linear%stiffness, selected, b)) cycle
          if (is_above(unresolved%limit**2, linear%stiffness%diagonal(:, :, b), &
             linear%mass(:, :, b))) cycle
          call block_eigen(linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b), values, &
             vectors, error)
          if (allocated(error)) return
-         taken(b) = .true.
-         unresolved%least = unresolved%least + count(values > unresolved%limit**2)
+         selected(b) = .true.
+         unresolved%at_least = unresolved%at_least + count(values > unresolved%limit**2)
       end do
    end subroutine find_lower_bound
 
    !> .true. if a spring joins block b and an earlier selected block.
-   pure logical function shares_spring(matrix, taken, b)
+   pure logical function shares_spring(matrix, selected, b)
       type(block_matrix_type), intent(in) :: matrix  !< block matrix
-      logical, intent(in) :: taken(:)
+      logical, intent(in) :: selected(:)
       integer, intent(in) :: b  !< number of the block
 
-      shares_spring = any(taken(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - 1)))
+      shares_spring = any(selected(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - 1)))
    end function shares_spring
 
    !> Write the text on the number and kind of unresolved modes.
    subroutine write_unresolved_text(unresolved)
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
-      real(wp) :: share
+      real(wp) :: fraction
       integer :: kind
       logical :: first
 
       associate (u => unresolved)
-         if (u%most == 0) then
+         if (u%at_most == 0) then
             u%words = 'all '//to_text(u%modes)//' modes lie below 4/time_step = '// &
                short_text(u%limit)//' rad/s'
             return
          end if
-         u%words = to_text(u%least)
-         if (.not. u%exact) u%words = 'between '//to_text(u%least)//' and '//to_text(u%most)
+         u%words = to_text(u%at_least)
+         if (.not. u%exact) u%words = 'between '//to_text(u%at_least)//' and '//to_text(u%at_most)
          u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '// &
             short_text(u%limit)//' rad/s and are not resolved, mostly in '
          first = .true.
@@ -202,8 +203,8 @@ contains
             if (u%of_kind(kind) == 0) cycle
             if (.not. first) u%words = u%words//', '
             first = .false.
-            share = real(u%of_kind(kind), wp)/real(sum(u%of_kind), wp)
-            u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100*share))//' %)'
+            fraction = real(u%of_kind(kind), wp)/real(sum(u%of_kind), wp)
+            u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100*fraction))//' %)'
          end do
          u%words = u%words//"; the line 'ringing' tells how soon they die out"
       end associate

@@ -4,8 +4,8 @@
 !> Normal stress σ = k_ni x/(1 − x/V_m), with the potential k_ni V_m [−V_m ln(1 − x/V_m) − x] and
 !> the slope k_ni (1 − x/V_m)⁻².  Shear strength σ tan[φ_r + JRC log₁₀(JCS/σ)]; the bracket is
 !> limited to φ_r … 70° [Barton and Choubey, 1977; Bandis, Lumsden and Barton, 1983].  Beyond
-!> 100 JCS, more than any joint wall can support, the stress follows the tangent of the hyperbola.
-!> Stress and slope then exist at any closure, and rounding of coordinates has little effect.
+!> 100 JCS, more than any joint wall can support, the stress follows the tangent of the hyperbola,
+!> so that stress and slope exist at any closure and rounding of coordinates has little effect.
 module dda_barton_bandis
    use dda_kinds, only: wp, pi
    use dda_joint_law, only: joint_law_type, joint_state_type, strength_type
@@ -17,7 +17,7 @@ module dda_barton_bandis
    public :: barton_bandis_type, new_barton_bandis, closure_of_joint
 
    real(wp), parameter :: steepest = 70.0_wp      !< largest angle of the shear strength, degrees
-   real(wp), parameter :: most_stress = 100.0_wp  !< stress at the end of the hyperbola over JCS
+   real(wp), parameter :: most_stress = 100.0_wp  !< stress/JCS at the end of the hyperbola
    real(wp), parameter :: small = 1.0e-2_wp       !< x/V_m below which a series is more accurate
    real(wp), parameter :: mega = 1.0e6_wp, milli = 1.0e-3_wp
 
@@ -53,7 +53,7 @@ contains
       law%reduction = joint%strength_reduction
    end function new_barton_bandis
 
-   !> Compute missing closure parameters from the strength of the rock.
+   !> Compute the closure parameters k_ni and V_m, if the input lacks them, from joint indices.
    pure subroutine check_and_derive(law, joint, shear_ratio, wrong)
       class(barton_bandis_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(inout) :: joint      !< input of the law

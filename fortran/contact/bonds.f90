@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bonds: initial cohesion and tensile strength of joints along parallel touching edges.
+!> Bonds: cohesion and tensile strength of joints along edges that touch at the start of a run.
 module dda_bonds
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -17,8 +17,8 @@ contains
 
    !> Bond each touching contact of parallel edges over its tributary length.
    !>
-   !> If a joint has a law but neither cohesion nor tension, its touching contacts begin at peak
-   !> strength.
+   !> A joint with a law but without cohesion and tension has no bonds; its touching contacts begin
+   !> at peak strength.
    subroutine bond_contacts(contacts, blocks, laws)
       type(contacts_type), intent(inout) :: contacts  !< first list of the run
       type(blocks_type), intent(in) :: blocks         !< blocks in their first state

@@ -11,9 +11,9 @@ module dda_cell_faces
    use dda_weld, only: weld_type, is_shifted, new_weld, weld_open
    implicit none
    private
-   public :: find_faces, find_gap, part_cells
+   public :: find_faces, find_gap, separate_cells
 
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< distance tolerance over the smaller radius
+   real(wp), parameter :: same_position = 1.0e-6_wp  !< distance tolerance over the smaller radius
    real(wp), parameter :: near = 0.1_wp  !< largest gap of joined cells, over the smaller radius
 
 contains
@@ -48,7 +48,7 @@ contains
       call store_joined_pairs(blocks, joined(:, :pairs))
    end subroutine find_faces
 
-   !> Store the pairs of cells as one list for each first cell.
+   !> Store the joined pairs, grouped by their first cells.
    subroutine store_joined_pairs(blocks, joined)
       type(blocks_type), intent(inout) :: blocks  !< receives the lists
       integer, intent(in) :: joined(:,:)          !< [2, pairs] cells of each pair, first < second
@@ -59,35 +59,35 @@ contains
    end subroutine store_joined_pairs
 
    !> Allow contacts between cells that are no longer connected by a path of intact faces.
-   !> Only cells that are joined to both cells of a pair can belong to its path.
-   subroutine part_cells(blocks, first, welds)
+   !> A path contains only cells that were initially joined to both cells of the pair.
+   subroutine separate_cells(blocks, first, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks whose lists are replaced
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
       type(weld_type), intent(in) :: welds(:)     !< faces of all bodies
-      type(weld_type), allocatable :: holding(:)
+      type(weld_type), allocatable :: intact(:)
       integer, allocatable :: start(:), face(:), joined(:,:)
       integer :: a, i, n
 
-      holding = pack(welds, welds%state /= weld_open)
-      holding = pack(holding, .not. is_shifted(holding))
-      call counting_sort(blocks%n, [(holding(i)%block, i=1, size(holding))], start, face)
+      intact = pack(welds, welds%state /= weld_open)
+      intact = pack(intact, .not. is_shifted(intact))
+      call counting_sort(blocks%n, [(intact(i)%block, i=1, size(intact))], start, face)
       face = (face + 1)/2
       allocate (joined(2, size(first%joined)))
       n = 0
       do a = 1, blocks%n
          do i = first%joined_first(a), first%joined_first(a + 1) - 1
-            if (.not. is_path_of_faces(first, holding, start, face, [a, first%joined(i)])) cycle
+            if (.not. is_path_of_faces(first, intact, start, face, [a, first%joined(i)])) cycle
             n = n + 1
             joined(:, n) = [a, first%joined(i)]
          end do
       end do
       call store_joined_pairs(blocks, joined(:, :n))
-   end subroutine part_cells
+   end subroutine separate_cells
 
    !> .true. if a path through intact faces connects two joined cells.
-   pure logical function is_path_of_faces(first, holding, start, face, pair)
+   pure logical function is_path_of_faces(first, intact, start, face, pair)
       type(blocks_type), intent(in) :: first  !< blocks with the lists of all initially joined cells
-      type(weld_type), intent(in) :: holding(:)  !< intact faces
+      type(weld_type), intent(in) :: intact(:)   !< intact faces
       integer, intent(in) :: start(:), face(:)   !< start of each cell in `face`; its faces
       integer, intent(in) :: pair(2)             !< two joined cells
       integer, parameter :: most = 64            !< largest number of cells of a path
@@ -99,7 +99,7 @@ contains
       is_path_of_faces = .false.
       do while (at <= found)
          do k = start(list(at)), start(list(at) + 1) - 1
-            next = sum(holding(face(k))%block) - list(at)
+            next = sum(intact(face(k))%block) - list(at)
             is_path_of_faces = next == pair(2)
             if (is_path_of_faces) return
             if (found == most) cycle
@@ -134,7 +134,7 @@ contains
       real(wp) :: small, low, high
       integer :: e, f
 
-      small = same_place*min(blocks%radius(a), blocks%radius(b))
+      small = same_position*min(blocks%radius(a), blocks%radius(b))
       do e = blocks%first(a), blocks%first(a + 1) - 1
          do f = blocks%first(b), blocks%first(b + 1) - 1
             call find_overlap(blocks, e, f, small, low, high)
@@ -155,7 +155,7 @@ contains
    pure subroutine find_overlap(blocks, e, f, small, low, high)
       type(blocks_type), intent(in) :: blocks  !< blocks at the start
       integer, intent(in) :: e, f              !< edges, given by their first vertices
-      real(wp), intent(in) :: small            !< smaller distances count as zero, m
+      real(wp), intent(in) :: small            !< distance tolerance, m
       real(wp), intent(out) :: low, high       !< ends of the interval, m
       real(wp) :: from(2), to(2), normal(2)
 
@@ -173,7 +173,7 @@ contains
    end subroutine find_overlap
 
    !> Find two joined cells with free edges that face each other across a gap; 0 if there are none.
-   !> Such a gap without a face would be a crack across which neither welds nor contacts act.
+   !> Such a gap would be an unintended crack: neither welds nor contacts act across it.
    pure subroutine find_gap(blocks, a, b)
       type(blocks_type), intent(in) :: blocks  !< blocks with `joined` and inner edges
       integer, intent(out) :: a, b             !< cells of a body
@@ -210,7 +210,7 @@ contains
 
    contains
 
-      !> .true. if a vertex of one cell is near the other cell.
+      !> .true. if a vertex of cell `one` is near cell `other`.
       pure logical function has_vertex_near(one, other) result(found)
          integer, intent(in) :: one, other  !< cells
          integer :: v

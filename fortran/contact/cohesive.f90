@@ -1,15 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Cohesive joint: (1 − D) bond + D contact, with a damage D that never falls.
+!> Cohesive joint: (1 − D) bond + D contact, with a damage D that never decreases.
 !>
 !> The bond is linear, k δ.  Its opening g and the slip p of the parallel friction slider are scaled
-!> by their values at the strengths, g_0 = T/k_n and p_0 = c/k_s:  λ² = (⟨g⟩/g_0)² + (p/p_0)². D
-!> begins at λ = 1.  In pure mode I or II the traction then falls to 0,
+!> by their values at the strengths, g_0 = T/k_n and p_0 = c/k_s:  λ² = (⟨g⟩/g_0)² + (p/p_0)².
+!> Damage begins at λ = 1.  In pure mode I or II the traction then falls to 0,
 !>
 !> - linearly, (1 − D) λ = (λ_f − λ)/(λ_f − 1), up to λ_f;
 !> - exponentially, (1 − D) λ = exp[−(λ − 1)/m], m = (λ_f − 1)/2,
 !>
 !> where λ_f = G/e, and e is the energy of the bond at λ = 1.  The dissipated energy is then G.
-!> In mixed mode the parts of e satisfy G_n/G_I + G_s/G_II = 1.  For each ratio of the modes the
+!> In mixed mode the dissipated parts G_n and G_s, in the ratio of the modes in e, satisfy
+!> G_n/G_I + G_s/G_II = 1.  For each ratio of the modes the
 !> dissipated energy is a function of D, g(D) = ∫ e λ(D)² dD.
 module dda_cohesive
    use dda_kinds, only: wp, pi
@@ -20,11 +21,12 @@ module dda_cohesive
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: cohesive_type, new_cohesive, spent_bounds
+   public :: cohesive_type, new_cohesive, dissipation_bounds
 
-   integer, parameter :: spent_bounds(2) = [4, 5] !< columns of both bounds of the dissipated energy
+   integer, parameter :: dissipation_bounds(2) = [4, 5] !< columns of its lower and upper bound
 
-   real(wp), parameter :: nothing = 1.0e-6_wp  !< smaller fractions of the strength count as zero
+   !> smaller fractions of the strength count as zero
+   real(wp), parameter :: least_fraction = 1.0e-6_wp
    integer, parameter :: most_steps = 60       !< iterations of Newton's method (monotone)
 
    !> Strength and fracture energies.
@@ -38,12 +40,12 @@ module dda_cohesive
       procedure :: reduced_strengths
       procedure :: tension
       procedure :: damage
-      procedure :: spent
+      procedure :: dissipated
       procedure :: bond_energy
       procedure :: check_and_derive
    end type cohesive_type
 
-   !> Opening and slip of a bond, combined into one number λ.
+   !> Mixed-mode measure λ of a bond, with its values at failure and at the onset of damage.
    type :: mixture_type
       real(wp) :: measure   !< λ
       real(wp) :: ultimate  !< λ_f
@@ -60,7 +62,7 @@ contains
       law%strengths = [joint%tensile_strength, joint%cohesion]
       law%energies = [joint%fracture_energy, joint%shear_fracture_energy]
       law%exponential = joint%softening == 'exponential'
-      law%own(:2) = [column_type('fracture_energy_lower', of_contact=.true.), &
+      law%law_columns(:2) = [column_type('fracture_energy_lower', of_contact=.true.), &
          column_type('fracture_energy_upper', of_contact=.true.)]
       law%cohesive = .true.
       law%points = 3
@@ -116,7 +118,7 @@ contains
    end function strength
 
    !> Return tan φ, c, T and both fracture energies, divided by a reduction factor.
-   !> Openings and slips at failure do not change.
+   !> Openings and slips at failure are thus unchanged.
    pure function reduced_strengths(law, joint, factor) result(strengths)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint    !< input of the law
@@ -142,7 +144,7 @@ contains
    pure real(wp) function damage(law, opening, slip, before)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m; opening < 0: closed
-      real(wp), intent(in) :: before           !< damage before
+      real(wp), intent(in) :: before           !< damage at the start of the step
       type(mixture_type) :: mixture
       real(wp) :: left
 
@@ -152,26 +154,26 @@ contains
       left = max(0.0_wp, mixture%ultimate - mixture%measure)/(mixture%ultimate - 1.0_wp)
       if (law%exponential) then
          left = exp(-2*(mixture%measure - 1.0_wp)/(mixture%ultimate - 1.0_wp))
-         if (left < nothing) left = 0.0_wp
+         if (left < least_fraction) left = 0.0_wp
       end if
       damage = max(before, 1.0_wp - left/mixture%measure)
    end function damage
 
    !> Return the fracture energy, N/m, dissipated by growing damage in the mode of opening and slip.
-   pure real(wp) function spent(law, opening, slip, from, to)
+   pure real(wp) function dissipated(law, opening, slip, from, to)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
       real(wp), intent(in) :: from, to         !< damage before and after
       type(mixture_type) :: mixture
 
-      spent = 0.0_wp
+      dissipated = 0.0_wp
       if (.not. to > from) return
       mixture = mixed_mode(law, opening, slip)
-      spent = mixture%onset*(dissipated_fraction(law, mixture%ultimate, to) &
+      dissipated = mixture%onset*(dissipated_fraction(law, mixture%ultimate, to) &
          - dissipated_fraction(law, mixture%ultimate, from))
-   end function spent
+   end function dissipated
 
-   !> Return the energy of the bond minus that of the parallel contact, without friction, N/m.
+   !> Return the energy of the bond minus the energy of the parallel contact without friction, N/m.
    pure real(wp) function bond_energy(law, opening, slip) result(energy)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
@@ -197,19 +199,19 @@ contains
    end function mixed_mode
 
    !> Return the dissipated energy g(D) as a fraction of e.
-   pure real(wp) function dissipated_fraction(law, ultimate, damage) result(share)
+   pure real(wp) function dissipated_fraction(law, ultimate, damage) result(fraction)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: ultimate, damage
       real(wp) :: m, measure, left
 
       if (.not. law%exponential .or. damage >= 1.0_wp) then
-         share = ultimate*damage/(ultimate - damage*(ultimate - 1.0_wp))
+         fraction = ultimate*damage/(ultimate - damage*(ultimate - 1.0_wp))
          return
       end if
       m = 0.5_wp*(ultimate - 1.0_wp)
       measure = measure_at_damage(m, damage)
       left = exp(-(measure - 1.0_wp)/m)
-      share = 1.0_wp + 2*m*(1.0_wp - left) - measure*left
+      fraction = 1.0_wp + 2*m*(1.0_wp - left) - measure*left
    end function dissipated_fraction
 
    !> Solve λ + m ln λ = 1 − m ln(1 − D) for λ (exponential softening) by Newton's method.

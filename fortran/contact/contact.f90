@@ -3,18 +3,19 @@
 !>
 !> Lists are rebuilt every step from geometry; the history of a contact (state, shear stretch, bond)
 !> is transferred from the list of the last step.  Two thirds of the variables are needed only
-!> within a step; `hand_over` moves the memory of these variables from the old list to the new one.
+!> within a step; `move_step_arrays` moves their arrays from the old list to the new one.
 !>
-!> To add a variable, declare it in `contacts_type`.  Name it in `for_each_kept` if the next step
-!> needs the variable, else in `for_each_of_step` and `hand_over`.  If it is history for the next
-!> list, name it in `copy_history` too.  A joint law stores its variables in columns of `memory`
-!> that it declares, see `column_type` in dda_joint_law.
+!> To add a variable, declare it in `contacts_type`.  Name it in `for_each_of_history` if the next
+!> step needs it, else in `for_each_of_step` and `move_step_arrays`.  If the next list inherits it,
+!> name it in `copy_history` too.  A joint law stores its variables in columns of `memory` that it
+!> declares, see `column_type` in dda_joint_law.
 module dda_contact
    use dda_growth, only: grow
    use dda_kinds, only: wp
    implicit none
    private
-   public :: contacts_type, operation_type, for_each_variable, reserve, capacity_of, hand_over, &
+   public :: contacts_type, operation_type, for_each_variable, reserve, capacity_of, &
+      move_step_arrays, &
       filter_contacts, copy_contacts, copy_history, is_point, contact_open, contact_slide, &
       contact_stick
    public :: not_damped, is_damped, is_struck, is_carried, is_lifted
@@ -23,21 +24,22 @@ module dda_contact
    integer, parameter :: contact_slide = 1  !< normal spring, and shear force at the limit
    integer, parameter :: contact_stick = 2  !< normal and shear spring
 
-   ! Action of the springs of a contact in this step, see dda_contact_damping.
+   ! Damping and impact of a contact in this step, see dda_contact_damping.
    integer, parameter :: not_damped = 0     !< springs without dashpots
    integer, parameter :: is_damped = 1      !< springs with dashpots
-   integer, parameter :: is_struck = 2      !< impact law: struck in this step
-   integer, parameter :: is_carried = 3     !< impact law: one of the two blocks is struck
-   integer, parameter :: is_lifted = 4      !< impact law: opened, retains part of the force
+   integer, parameter :: is_struck = 2      !< impact law: its gap must open in this step
+   integer, parameter :: is_carried = 3     !< impact law: closed contact of a struck block
+   !> impact law: opened by an impact, retains part of its force
+   integer, parameter :: is_lifted = 4
 
    integer, parameter :: usual_variables = 60  !< initial number of variables in a copy
    integer, parameter :: spare = 64  !< memory for one more contact per 64 contacts is allocated
 
    !> List of contacts as structure of arrays; entries 1 … n are used.
    type :: contacts_type
-      ! unsaved, the input: with_laws, begins
+      ! unsaved, the input: with_laws, initial_memory
       ! unsaved, set in each step: time_step
-      ! unsaved, allocated only within a step: held_bound, held_lifting
+      ! unsaved, allocated only within a step: frozen_bound, frozen_lifting
       ! unsaved, allocated only in a region of a step: fixed_motion
       ! unsaved, allocated only within a static step: imposed_spring, imposed_force
       ! unsaved, set before it is used: gap_change, slip_change
@@ -76,22 +78,24 @@ module dda_contact
       real(wp), allocatable :: length(:)       !< tributary length, m; 0: not yet set
       integer, allocatable :: point(:)   !< number in the overlap (dda_contact_points); 0: corner
       real(wp), allocatable :: fraction(:)  !< position of a point as a fraction of the edge, else 0
-      real(wp), allocatable :: share(:)     !< fraction of k_n and k_s; 1 in joints with two points
+      !> fraction of k_n and k_s; 1 for two contact points
+      real(wp), allocatable :: stiffness_fraction(:)
       real(wp), allocatable :: memory(:,:)     !< [columns,n] memory of the joint laws
-      real(wp), allocatable :: begins(:)  !< [columns] initial memory of a contact without history
+      !> [columns] initial memory of a contact without history
+      real(wp), allocatable :: initial_memory(:)
       real(wp), allocatable :: was_weakened(:) !< column `weakened` at the start of the step
       !> [2,n] slopes: of the normal force −dN/dgap, and of the shear force if sticking, N/m
       real(wp), allocatable :: tangent(:,:)
       real(wp), allocatable :: line(:,:)  !< [2,n] tangent forces at zero gap, zero stretch, N/m
-      !> [2,n] rise per unit of slip of a sliding contact that slip lifts: assumed value; value in
-      !> K̂.  The normal force acts along gap − rise × slip; `slide_force` is the remaining friction
+      !> [2,n] rise per unit of slip of a sliding contact with dilation: assumed value; value in K̂.
+      !> The normal force acts along gap − rise × slip; `slide_force` is the remaining friction
       real(wp), allocatable :: tilt(:,:)
       real(wp) :: time_step = 0.0_wp           !< Δt of this step, s; 0 in static steps
       ! Only in models with a law that depends on the direction of slip
       logical :: with_net_slip = .false.
       real(wp), allocatable :: acting_damage(:) !< damage of the acting bond, else 1
       real(wp), allocatable :: slider(:)       !< friction force without the bond
-      !> slip passes zero net slip in this step: as assumed; by the law at the solution
+      !> slip passes zero net slip in this step: assumed value; value by the law at the solution
       logical, allocatable :: past_centre(:), trial_past_centre(:)
       ! Damping and impacts, only in models with such joints
       logical :: with_damping = .false.
@@ -106,17 +110,16 @@ module dda_contact
       ! Open–close iteration: assumed forces, and the response to the solution d
       real(wp), allocatable :: slide_force(:)  !< assumed shear force while sliding, N/m
       real(wp), allocatable :: slip_sign(:)    !< assumed sign of the shear force while sliding
-      !> [2,n] springs and forces at d = 0, N/m, which replace those of the contact states in
+      !> [2,n] springs and forces at d = 0, N/m, that replace the values by the contact states in
       !> dda_static_relaxation; else not allocated
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
       !> frozen friction bounds, N/m, see dda_friction_bounds; else not allocated
-      real(wp), allocatable :: held_bound(:)
+      real(wp), allocatable :: frozen_bound(:)
       !> with frozen bounds, fraction of the slip of the step that lifts a dilating contact
-      real(wp), allocatable :: held_lifting(:)
+      real(wp), allocatable :: frozen_lifting(:)
       !> [2,n] gap and slip due to blocks that are fixed in the region, m, see dda_local_iteration
       real(wp), allocatable :: fixed_motion(:,:)
-      !> fraction of stiffness retained in K̂: of the shear spring if sliding, of the normal spring
-      !> if open
+      !> fraction retained in K̂: of the shear spring if sliding, of the normal spring if open
       real(wp), allocatable :: retained(:)
       real(wp), allocatable :: retained_at(:)  !< slip or gap at which the retained force is zero, m
       real(wp), allocatable :: spring(:,:)     !< [2,n] normal and shear stiffness in K̂, N/m
@@ -153,7 +156,7 @@ module dda_contact
 
    !> Operation that enlarges the arrays.
    type, extends(operation_type) :: growth_type
-      integer :: capacity  !< wanted number of contacts
+      integer :: capacity  !< required number of contacts
    contains
       procedure :: apply => grow_variable
    end type growth_type
@@ -172,10 +175,10 @@ module dda_contact
       real(wp), allocatable :: reals(:), columns(:,:)
    end type variable_type
 
-   !> Operation that copies some contacts from one list, and then places the copies in another.
+   !> Operation that copies contacts from one list and inserts the copies into another list.
    type, extends(operation_type) :: copy_type
-      integer, allocatable :: list(:)  !< contacts to copy; not allocated: place the copies
-      integer :: n = 0                 !< number of variables copied or placed so far
+      integer, allocatable :: list(:)  !< contacts to copy; not allocated: insert the copies
+      integer :: n = 0                 !< number of variables copied or inserted so far
       type(variable_type), allocatable :: copied(:)
    contains
       procedure :: apply => copy_variable
@@ -188,12 +191,12 @@ contains
       type(contacts_type), intent(inout) :: contacts            !< list of contacts
       class(operation_type), intent(inout) :: operation  !< operation on each array
 
-      call for_each_kept(contacts, operation)
+      call for_each_of_history(contacts, operation)
       call for_each_of_step(contacts, operation)
    end subroutine for_each_variable
 
    !> Apply an operation to the variables that the next step needs.
-   subroutine for_each_kept(contacts, operation)
+   subroutine for_each_of_history(contacts, operation)
       type(contacts_type), intent(inout) :: contacts            !< list of contacts
       class(operation_type), intent(inout) :: operation  !< operation on each array
 
@@ -218,11 +221,11 @@ contains
       if (.not. contacts%with_laws) return
       call operation%apply(integers=contacts%point)
       call operation%apply(reals=contacts%fraction)
-      call operation%apply(reals=contacts%share)
+      call operation%apply(reals=contacts%stiffness_fraction)
       call operation%apply(reals=contacts%length)
       call operation%apply(columns=contacts%tilt)
       call operation%apply(columns=contacts%memory)
-   end subroutine for_each_kept
+   end subroutine for_each_of_history
 
    !> Apply an operation to the variables that are needed within a step only.
    subroutine for_each_of_step(contacts, operation)
@@ -270,8 +273,8 @@ contains
       call operation%apply(columns=contacts%shift)
    end subroutine for_each_of_damping
 
-   !> Move the memory of the variables of a step to another list; their values are then undefined.
-   pure subroutine hand_over(from, to)
+   !> Move the arrays of the variables of a step to another list; their values are undefined there.
+   pure subroutine move_step_arrays(from, to)
       type(contacts_type), intent(inout) :: from, to  !< lists of one run
 
       if (.not. allocated(from%pair)) return
@@ -295,7 +298,7 @@ contains
          call move_alloc(from%slip_change, to%slip_change)
       end if
       if (from%with_strengths) call move_alloc(from%strength_ratio, to%strength_ratio)
-      if (from%with_damping) call hand_over_damping(from, to)
+      if (from%with_damping) call move_damping_arrays(from, to)
       if (.not. from%with_laws) return
       call move_alloc(from%was_weakened, to%was_weakened)
       call move_alloc(from%tangent, to%tangent)
@@ -305,10 +308,10 @@ contains
       call move_alloc(from%trial_past_centre, to%trial_past_centre)
       call move_alloc(from%acting_damage, to%acting_damage)
       call move_alloc(from%slider, to%slider)
-   end subroutine hand_over
+   end subroutine move_step_arrays
 
-   !> Move the memory of the variables of damping and impacts to another list.
-   pure subroutine hand_over_damping(from, to)
+   !> Move the arrays of the variables of damping and impacts to another list.
+   pure subroutine move_damping_arrays(from, to)
       type(contacts_type), intent(inout) :: from, to  !< lists of one run
 
       call move_alloc(from%damping, to%damping)
@@ -317,7 +320,7 @@ contains
       call move_alloc(from%spring_gap, to%spring_gap)
       call move_alloc(from%gain, to%gain)
       call move_alloc(from%shift, to%shift)
-   end subroutine hand_over_damping
+   end subroutine move_damping_arrays
 
    !> .true. if contact c is a point between corners: its `vertex` is an edge number.
    pure logical function is_point(contacts, c)  ! total
@@ -331,8 +334,8 @@ contains
    !> Copy the history of contacts from position `from` of the old list to `first` … `last`.
    !>
    !> The slip of a vertex along an edge retains its sign when the two blocks exchange roles, so the
-   !> stretch is copied without change.  Arrays are copied one by one: most contacts retain their
-   !> order, so that long ranges are copied.
+   !> stretch is copied without change.  Each array is copied in long ranges, because most contacts
+   !> retain their order.
    pure subroutine copy_history(new, first, last, old, from)
       type(contacts_type), intent(inout) :: new  !< list that receives the history
       integer, intent(in) :: first, last         !< range in `new`
@@ -353,7 +356,7 @@ contains
       if (new%with_damping) new%static_force(first:last) = old%static_force(from:to)
       if (.not. new%with_laws) return
       new%fraction(first:last) = old%fraction(from:to)
-      new%share(first:last) = old%share(from:to)
+      new%stiffness_fraction(first:last) = old%stiffness_fraction(from:to)
       new%length(first:last) = old%length(from:to)
       new%tilt(:, first:last) = old%tilt(:, from:to)
       new%memory(:, first:last) = old%memory(:, from:to)
@@ -376,7 +379,7 @@ contains
       if (.not. allocated(contacts%normal)) allocate (contacts%normal(2, 0), &
          contacts%spring(2, 0), contacts%tilt(2, 0))
       if (contacts%with_laws .and. .not. allocated(contacts%memory)) &
-         allocate (contacts%memory(size(contacts%begins), 0))
+         allocate (contacts%memory(size(contacts%initial_memory), 0))
       if (.not. allocated(contacts%gradient_v)) allocate (contacts%gradient_v(6, 0), &
          contacts%gradient_e(6, 0), contacts%free_force(2, 0))
       if (contacts%with_laws .and. .not. allocated(contacts%tangent)) &
@@ -384,7 +387,7 @@ contains
       if (contacts%with_damping .and. .not. allocated(contacts%gain)) &
          allocate (contacts%rate(2, 0), contacts%gain(2, 0), contacts%shift(2, 0))
       growth%capacity = wanted + wanted/spare + 8
-      if (size(contacts%normal, 2) < max(wanted, 1)) call for_each_kept(contacts, growth)
+      if (size(contacts%normal, 2) < max(wanted, 1)) call for_each_of_history(contacts, growth)
       if (size(contacts%gradient_v, 2) < max(wanted, 1)) call for_each_of_step(contacts, growth)
    end subroutine reserve
 
@@ -434,31 +437,31 @@ contains
    end subroutine filter_variable
 
    !> Copy some contacts of a list.
-   subroutine copy_contacts(contacts, list, own)
+   subroutine copy_contacts(contacts, list, copies)
       type(contacts_type), intent(inout) :: contacts  !< unchanged
       integer, intent(in) :: list(:)                  !< numbers of the contacts
-      type(contacts_type), intent(out) :: own         !< their copies
+      type(contacts_type), intent(out) :: copies      !< their copies
       type(copy_type) :: copy
 
-      own%n = size(list)
-      own%time_step = contacts%time_step
-      own%with_multipliers = contacts%with_multipliers
-      own%with_strengths = contacts%with_strengths
-      own%with_laws = contacts%with_laws
-      own%with_net_slip = contacts%with_net_slip
-      own%with_damping = contacts%with_damping
-      if (allocated(contacts%held_bound)) own%held_bound = contacts%held_bound(list)
-      if (allocated(contacts%held_lifting)) own%held_lifting = contacts%held_lifting(list)
-      if (allocated(contacts%fixed_motion)) own%fixed_motion = contacts%fixed_motion(:, list)
+      copies%n = size(list)
+      copies%time_step = contacts%time_step
+      copies%with_multipliers = contacts%with_multipliers
+      copies%with_strengths = contacts%with_strengths
+      copies%with_laws = contacts%with_laws
+      copies%with_net_slip = contacts%with_net_slip
+      copies%with_damping = contacts%with_damping
+      if (allocated(contacts%frozen_bound)) copies%frozen_bound = contacts%frozen_bound(list)
+      if (allocated(contacts%frozen_lifting)) copies%frozen_lifting = contacts%frozen_lifting(list)
+      if (allocated(contacts%fixed_motion)) copies%fixed_motion = contacts%fixed_motion(:, list)
       allocate (copy%copied(usual_variables))
       copy%list = list
       call for_each_variable(contacts, copy)
       deallocate (copy%list)
       copy%n = 0
-      call for_each_variable(own, copy)
+      call for_each_variable(copies, copy)
    end subroutine copy_contacts
 
-   !> Copy one variable of a list, or place its copy in another list.
+   !> Copy one variable of a list, or insert its copy into another list.
    subroutine copy_variable(operation, integers, logicals, reals, columns)
       class(copy_type), intent(inout) :: operation                   !< contacts and copies
       integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]

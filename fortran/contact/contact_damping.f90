@@ -2,19 +2,19 @@
 !> Dashpots and impact law of unbonded contacts in a step, if their joint has a `restitution`
 !> or a `damping`.
 !>
-!> Both make the gap and the stretch that act on the springs affine functions of the true values,
+!> With both, gap and stretch of the springs are affine functions of the true values,
 !>
 !>     acting gap = gap₀ + gain·(gap₁ − gap₀) + shift ,   N = max(0, −k_n × acting gap) ,
 !>
 !> Laws, open–close iteration and line search then need no change, and the potential stays convex.
 !>
 !> *Damped*: the spring acts at z = gap + lead × velocity of the gap, lead = (1 − χ)Δt, and z₁ = z₀
-!> + Δt × velocity at the end: backward Euler in z, with roots 0, 0 for stiff contacts.  Supports
-!> have the same dashpot; at contacts its force is never tensile.  A `damping` adds a dashpot on the
-!> velocity at the end.  *Struck*: the velocity of the gap at the end is at least `target`.
-!> *Carried*: this velocity is at least 0, and the present contact force acts too; sticking contacts
-!> do not slip.  *Lifted*: the contact opens; its force acts during the part of the step before the
-!> impact.
+!> + Δt × velocity at the end.  This is backward Euler in z; stiff contacts have two zero roots.
+!> Supports have the same dashpot; at contacts its force is never tensile.  A `damping` adds a
+!> dashpot on the velocity at the end.  *Struck*: the gap has at least the velocity `target` at the
+!> end.  *Carried*: the gap does not close, the present contact force also acts, and a sticking
+!> contact does not slip.  *Lifted*: the contact opens; its force acts during the part of the step
+!> before the impact.
 module dda_contact_damping
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -30,7 +30,7 @@ module dda_contact_damping
 
    !> ratio of penetration to approach in a step below which a closing contact has just touched
    real(wp), parameter :: just_touched = 0.25_wp
-   !> stiffness of the impact law over M/(χΔt²), the inverse of the relative velocity error
+   !> stiffness of the impact law over M/(χΔt²); its inverse is the relative velocity error
    real(wp), parameter :: rigidity = 1.0e5_wp
 
    !> Energy of a contact at the end of a step, and its losses in the step, J per metre.
@@ -98,7 +98,7 @@ contains
             contacts%damping(c) = is_damped
             contacts%lead(c) = (1.0_wp - step%scheme%chi)*step%time_step
             contacts%spring_gap(c) = gap + contacts%lead(c)*rate
-            ! A velocity that has not yet acted on the contact does not compress its spring.
+            ! If the contact has just touched, its approach velocity does not compress the spring.
             if (is_approached(contacts, step, c)) contacts%spring_gap(c) &
                = max(contacts%spring_gap(c), min(gap, 0.0_wp))
             contacts%gain(:, c) = 1.0_wp/step%scheme%chi
@@ -130,7 +130,7 @@ contains
       end do
    end subroutine find_static_forces
 
-   !> .true. if the contact closes at a velocity that has not yet acted on its spring.
+   !> .true. if the contact closes and has just touched: its velocity has not acted on the spring.
    pure logical function is_approached(contacts, step, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with rates
       type(step_type), intent(in) :: step  !< the present step
@@ -140,7 +140,7 @@ contains
          contacts%gap(c) >= just_touched*step%time_step*contacts%rate(1, c)
    end function is_approached
 
-   !> Strike a contact: require a velocity of its gap of at least `target` at the end of the step.
+   !> Strike a contact: its gap must have at least the velocity `target` at the end of the step.
    !>
    !> If the contact only closes its gap in this step (target = −z₀/Δt), the fraction α = 1 −
    !> target/v⁻ of the impact acts in this step and the rest in the next one.  The slip velocity is
@@ -164,7 +164,7 @@ contains
          - gain*displacement_in_step(step, contacts%rate(:, c), [target, left*contacts%rate(2, c)])
    end subroutine strike
 
-   !> Carry a closed contact of a struck block: retain its force and let it neither close nor slip.
+   !> Carry a closed contact of a struck block: it retains its force and neither closes nor slips.
    pure subroutine carry(contacts, laws, blocks, step, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -181,16 +181,16 @@ contains
    end subroutine carry
 
    !> Lift a contact that the impact opens: apply its force for a fraction of the step.
-   pure subroutine lift(contacts, laws, c, share)
+   pure subroutine lift(contacts, laws, c, fraction)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp), intent(in) :: share  !< fraction of the step before the impact
+      real(wp), intent(in) :: fraction  !< fraction of the step before the impact
 
       contacts%damping(c) = is_lifted
       contacts%gain(:, c) = 0.0_wp
-      contacts%shift(:, c) = [-share*contacts%static_force(c)/laws%normal_stiffness &
-         - contacts%gap(c), (share - 1.0_wp)*contacts%stretch(c)]
+      contacts%shift(:, c) = [-fraction*contacts%static_force(c)/laws%normal_stiffness &
+         - contacts%gap(c), (fraction - 1.0_wp)*contacts%stretch(c)]
    end subroutine lift
 
    !> Return the displacement in a step, from the velocities at its start and end, m.
@@ -201,7 +201,8 @@ contains
       way = step%time_step*((1.0_wp - step%scheme%chi)*first + step%scheme%chi*last)
    end function displacement_in_step
 
-   !> Return the gain that makes a contact spring rigid relative to the inertia of its two blocks.
+   !> Return the gain with which a contact spring is nearly rigid relative to the inertia of its
+   !> blocks.
    pure real(wp) function rigid_gain(contacts, laws, blocks, step, c) result(gain)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -9,7 +9,7 @@ module dda_contact_geometry
    private
    public :: candidate_type, set_contacts, set_point, on_edge
 
-   !> A contact found by detection that is not yet in a list.
+   !> A contact found by detection but not yet listed.
    type :: candidate_type
       integer :: vertex   !< vertex that touches
       integer :: edge     !< touched edge, given by its first vertex

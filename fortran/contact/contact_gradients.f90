@@ -23,7 +23,7 @@ module dda_contact_gradients
 
 contains
 
-   !> Store the entries of θ, ε_x and ε_y of a material point, first along n, then along t.
+   !> Compute the stored entries (θ, ε_x, ε_y) of the rows of a material point, first for n, then t.
    pure subroutine set_gradient(axes, offset, reference, normal, gradient)
       real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
       real(wp), intent(in) :: offset(2)     !< lever arm of the forces, m
@@ -42,7 +42,7 @@ contains
    pure subroutine find_rows(contacts, c, rows)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
-      type(rows_type), intent(out) :: rows         !< rows by the coordinates q of the two blocks
+      type(rows_type), intent(out) :: rows         !< rows for the coordinates q of the two blocks
 
       associate (normal => contacts%normal(:, c), of_v => contacts%gradient_v(:, c), &
          of_e => contacts%gradient_e(:, c))
@@ -53,11 +53,11 @@ contains
       end associate
    end subroutine find_rows
 
-   !> Compute the rows for the forces of contact c in K̂, tilted if slip lifts the contact.
+   !> Compute the rows for the forces of contact c in K̂; with dilation, the normal row is tilted.
    pure subroutine acting_rows(contacts, c, rows)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
-      type(rows_type), intent(out) :: rows         !< rows by the coordinates q of the two blocks
+      type(rows_type), intent(out) :: rows         !< rows for the coordinates q of the two blocks
 
       call find_rows(contacts, c, rows)
       if (.not. contacts%with_laws) return
@@ -135,7 +135,7 @@ contains
       end associate
    end function relative_motion
 
-   !> Return a · b, written out because the compiler would otherwise gather the operands.
+   !> Return a · b, written out because the compiler would otherwise generate slow gather loads.
    pure real(wp) function scalar_product(a, b)
       real(wp), intent(in) :: a(6), b(6)  !< six values of a block
 

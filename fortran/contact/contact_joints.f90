@@ -15,10 +15,9 @@
 !> - if it is the joint of the neighbour of the touched edge, while the vertex is near their common
 !>   corner: within twice the penetration if it slides, within the size of the corner if it sticks.
 !>
-!> A vertex that slides further thus has the joint of the new edge.  The joint does not change if
-!> a vertex only vibrates about the end of an edge, or if its vertex–vertex test alternates between
-!> two edges.  Of two edges in one straight line, the touched edge is the one that contains the
-!> foot.
+!> If a vertex slides further, its contact thus has the joint of the new edge.  The joint does not
+!> change if a vertex only vibrates about the end of an edge, or if its corner contact alternates
+!> between two edges.  Of two edges in one straight line, the touched edge contains the foot.
 module dda_contact_joints
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -31,7 +30,7 @@ module dda_contact_joints
    private
    public :: set_joints
 
-   real(wp), parameter :: same_angle = 1.0e-6_wp  !< largest difference of sines that count as equal
+   real(wp), parameter :: same_angle = 1.0e-6_wp  !< largest difference of equal sines
    real(wp), parameter :: straight = 0.9986_wp    !< cosine of 3°
 
 contains
@@ -55,7 +54,7 @@ contains
       end do
    end subroutine set_joints
 
-   !> Set the joints of some contacts; no test is needed if all edges have the same joint.
+   !> Set the joints of contacts first … last; if all edges have one joint, no test is needed.
    pure subroutine set_joints_range(contacts, blocks, laws, detection, first, last)
       type(contacts_type), intent(inout) :: contacts  !< with history
       type(blocks_type), intent(in) :: blocks         !< present geometry
@@ -84,21 +83,23 @@ contains
       type(blocks_type), intent(in) :: blocks        !< present geometry
       type(laws_type), intent(in) :: laws            !< strengths of the joint materials
       type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
-      integer :: touched(2), own(2), kept, i, k, n_touched, n_own
+      integer :: touched(2), vertex_edges(2), last_joint, i, k, n_touched, n_vertex_edges
       real(wp) :: sine(2)
 
-      kept = contacts%joint(c)
+      last_joint = contacts%joint(c)
       call list_touched_edges(contacts, c, blocks, detection, touched, n_touched)
-      call list_vertex_edges(contacts, c, blocks, own, sine)
-      joint = weaker_joint(laws, blocks%joint(touched(1)), blocks%joint(own(1)))
-      if (sine(2) - sine(1) <= same_angle) joint = weaker_joint(laws, joint, blocks%joint(own(2)))
-      if (kept == 0 .or. contacts%state(c) == contact_open) return
-      n_own = merge(2, 1, sine(2) <= 2*sine(1) + same_angle)
-      if (contacts%bonded(c)) joint = kept
+      call list_vertex_edges(contacts, c, blocks, vertex_edges, sine)
+      joint = weaker_joint(laws, blocks%joint(touched(1)), blocks%joint(vertex_edges(1)))
+      if (sine(2) - sine(1) <= same_angle) joint = weaker_joint(laws, joint, &
+         blocks%joint(vertex_edges(2)))
+      if (last_joint == 0 .or. contacts%state(c) == contact_open) return
+      n_vertex_edges = merge(2, 1, sine(2) <= 2*sine(1) + same_angle)
+      if (contacts%bonded(c)) joint = last_joint
       do i = 1, n_touched
-         do k = 1, n_own
-            if (weaker_joint(laws, blocks%joint(touched(i)), blocks%joint(own(k))) == kept) &
-               joint = kept
+         do k = 1, n_vertex_edges
+            if (weaker_joint(laws, blocks%joint(touched(i)), blocks%joint(vertex_edges(k))) &
+               == last_joint) &
+               joint = last_joint
          end do
       end do
    end function governing_joint

@@ -7,7 +7,7 @@
 !> hundredth of its length.  A new point begins with the history of the nearest contact of its
 !> overlap, so that the stress is continuous.
 !>
-!> If an edge continues in a straight line, the overlap ends there without a corner, at a point.
+!> If an edge continues in a straight line, the overlap ends at a point there, not at a corner.
 module dda_contact_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -20,9 +20,10 @@ module dda_contact_points
    private
    public :: point_list_type, add_points, move_points
 
-   real(wp), parameter :: same = 1.0e-2_wp  !< moves below this fraction of the overlap are ignored
+   !> moves below this fraction of the overlap are ignored
+   real(wp), parameter :: least_change = 1.0e-2_wp
 
-   !> A list of contacts with its points, before their geometry is computed.
+   !> A list of contacts with points, before the geometry is computed.
    type :: point_list_type
       integer :: n = 0                                   !< contacts
       integer :: pair = 1  !< first contact of the near pair being processed
@@ -74,11 +75,11 @@ contains
    end subroutine add_points
 
    !> Add the points of the overlap between the touched edge of corner c and an edge at the corner.
-   !> Points that another corner has added are not added again.
-   subroutine add_overlap(list, contacts, c, own, blocks, laws, distance)
+   !> Points already added for another corner are omitted.
+   subroutine add_overlap(list, contacts, c, shorter, blocks, laws, distance)
       type(point_list_type), intent(inout) :: list  !< receives the points
       type(contacts_type), intent(in) :: contacts   !< contacts at corners
-      integer, intent(in) :: c, own                 !< contact; edge that ends at its vertex
+      integer, intent(in) :: c, shorter             !< contact; edge that ends at its vertex
       type(blocks_type), intent(in) :: blocks       !< present geometry
       type(laws_type), intent(in) :: laws           !< numbers of points of the joints
       real(wp), intent(in) :: distance              !< largest distance of a listed contact, m
@@ -86,9 +87,9 @@ contains
       real(wp) :: fraction
       integer :: e, f, i, n
 
-      n = laws%points(weaker_joint(laws, blocks%joint(contacts%edge(c)), blocks%joint(own)))
+      n = laws%points(weaker_joint(laws, blocks%joint(contacts%edge(c)), blocks%joint(shorter)))
       if (n == 2) return
-      call sort_edges(blocks, contacts%edge(c), own, e, f)
+      call sort_edges(blocks, contacts%edge(c), shorter, e, f)
       if (any(list%point(list%pair:list%n) > 0 .and. list%candidate(list%pair:list%n)%edge == e &
          .and. list%candidate(list%pair:list%n)%vertex == f)) return
       overlap = overlap_of(blocks, e, f, wide)
@@ -103,19 +104,19 @@ contains
    end subroutine add_overlap
 
    !> Sort two edges by length: the longer one is touched, the shorter one has the points.
-   pure subroutine sort_edges(blocks, a, b, touched, own)
+   pure subroutine sort_edges(blocks, a, b, touched, shorter)
       type(blocks_type), intent(in) :: blocks  !< reference shapes
       integer, intent(in) :: a, b              !< edges
-      integer, intent(out) :: touched, own     !< longer edge, shorter edge
+      integer, intent(out) :: touched, shorter  !< longer edge, shorter edge
       real(wp) :: length(2)
 
       length = [norm2(blocks%reference(:, blocks%next(a)) - blocks%reference(:, a)), &
          norm2(blocks%reference(:, blocks%next(b)) - blocks%reference(:, b))]
       touched = min(a, b)
-      own = max(a, b)
-      if (abs(length(1) - length(2)) <= same*maxval(length)) return
+      shorter = max(a, b)
+      if (abs(length(1) - length(2)) <= least_change*maxval(length)) return
       touched = merge(a, b, length(1) > length(2))
-      own = merge(b, a, length(1) > length(2))
+      shorter = merge(b, a, length(1) > length(2))
    end subroutine sort_edges
 
    !> Return the fraction of the edge length at which point i of n lies.
@@ -179,7 +180,7 @@ contains
          if (.not. matched(c)) then
             contacts%fraction(c) = fresh
             call copy_nearest_history(contacts, c, blocks, laws, matched)
-         else if (.not. contacts%bonded(c) .and. moved > same*overlap%length .and. &
+         else if (.not. contacts%bonded(c) .and. moved > least_change*overlap%length .and. &
             overlap%length > 0.0_wp) then
             contacts%fraction(c) = fresh
          end if
@@ -188,7 +189,7 @@ contains
       end do
    end subroutine move_points
 
-   !> Copy the history of the nearest contact that has one and belongs to the same overlap.
+   !> Copy the history of the nearest contact of the same overlap that has a history.
    pure subroutine copy_nearest_history(contacts, c, blocks, laws, matched)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer, intent(in) :: c                        !< point without a history

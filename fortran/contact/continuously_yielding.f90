@@ -16,10 +16,10 @@ module dda_continuously_yielding
    private
    public :: continuously_yielding_type, new_continuously_yielding
 
-   integer, parameter :: reversal = 3, way = 4  !< columns of r and of the sign of the last slip
+   integer, parameter :: reversal = 3, last_direction = 4  !< columns of r, sign of the last slip
    real(wp), parameter :: most_reversal = 0.75_wp     !< largest r, as published
    real(wp), parameter :: round_off = 1.0e-9_wp  !< smaller relative force changes are no reversal
-   real(wp), parameter :: most_share = 1.25_wp  !< largest initial stress over the strength
+   real(wp), parameter :: most_stress_ratio = 1.25_wp  !< largest initial stress/strength
 
    !> Friction angles, rad, and roughness.
    type, extends(joint_law_type) :: continuously_yielding_type
@@ -43,7 +43,7 @@ contains
       law%friction = joint%friction_angle*(pi/180.0_wp)
       law%initial = joint%initial_friction_angle*(pi/180.0_wp)
       law%roughness = joint%roughness
-      law%own(:2) = [column_type('reversal'), column_type('slip_direction')]
+      law%law_columns(:2) = [column_type('reversal'), column_type('slip_direction')]
       law%flows = .true.
    end function new_continuously_yielding
 
@@ -98,7 +98,7 @@ contains
       real(wp), intent(in) :: normal_force                  !< ≥ 0, N/m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, m
       real(wp), intent(out) :: shear_force, tangent         !< N/m; tangent ≥ 0, N/m per m
-      real(wp) :: k_s, bound, slip, direction, share, ratio, left
+      real(wp) :: k_s, bound, slip, direction, fraction, ratio, left
 
       shear_force = 0.0_wp
       tangent = 0.0_wp
@@ -107,33 +107,34 @@ contains
       k_s = law%shear_spring(state)
       slip = stretch - state%stretch
       direction = sign(1.0_wp, slip)
-      if (.not. abs(slip) > 0.0_wp .and. state%memory(way) < 0.0_wp) direction = -1.0_wp
-      share = direction*initial_fraction(law, state, normal_force)
-      ratio = stress_ratio(state, direction, share)
+      if (.not. abs(slip) > 0.0_wp .and. state%memory(last_direction) < 0.0_wp) direction = -1.0_wp
+      fraction = direction*initial_stress_ratio(law, state, normal_force)
+      ratio = stress_ratio(state, direction, fraction)
       left = exp(-k_s*abs(slip)/(bound*(1.0_wp - ratio)))
-      shear_force = direction*bound*(1.0_wp - (1.0_wp - share)*left)
-      tangent = max(0.0_wp, k_s*(1.0_wp - share)*left/(1.0_wp - ratio))
+      shear_force = direction*bound*(1.0_wp - (1.0_wp - fraction)*left)
+      tangent = max(0.0_wp, k_s*(1.0_wp - fraction)*left/(1.0_wp - ratio))
    end subroutine slip_curve
 
    !> Return r for slip in a direction, from the stress as a fraction of τ_m.
-   pure real(wp) function stress_ratio(state, direction, share)
+   pure real(wp) function stress_ratio(state, direction, fraction)
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
-      real(wp), intent(in) :: direction, share
+      real(wp), intent(in) :: direction, fraction
 
       stress_ratio = state%memory(reversal)
-      if (direction*state%memory(way) < 0.0_wp) stress_ratio = min(most_reversal, share)
+      if (direction*state%memory(last_direction) < 0.0_wp) stress_ratio = min(most_reversal, &
+         fraction)
    end function stress_ratio
 
-   !> Return the initial shear force of a step over the strength, signed, within ± `most_share`.
+   !> Return the signed shear force/strength at the start of a step, within ± `most_stress_ratio`.
    !> It may exceed 1 if the strength has decreased by slip or normal force.
-   pure real(wp) function initial_fraction(law, state, normal_force) result(share)
+   pure real(wp) function initial_stress_ratio(law, state, normal_force) result(fraction)
       class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state           !< state at the start of the step
       real(wp), intent(in) :: normal_force                  !< > 0, N/m
 
-      share = law%shear_spring(state)*state%stretch/law%strength(state, normal_force)
-      share = sign(min(abs(share), most_share), share)
-   end function initial_fraction
+      fraction = law%shear_spring(state)*state%stretch/law%strength(state, normal_force)
+      fraction = sign(min(abs(fraction), most_stress_ratio), fraction)
+   end function initial_stress_ratio
 
    !> Update the state after an inelastic slip.
    pure type(joint_state_type) function state_after_slip(law, state, slip, &
@@ -149,9 +150,10 @@ contains
       change = law%shear_spring(state)*(slip - state%stretch) + shear_force
       bound = law%strength(state, state%normal_force)
       if (abs(change) <= round_off*bound .or. .not. bound > 0.0_wp) return
-      after%memory(way) = sign(1.0_wp, change)
-      after%memory(reversal) = stress_ratio(state, after%memory(way), after%memory(way) &
-         *initial_fraction(law, state, state%normal_force))
+      after%memory(last_direction) = sign(1.0_wp, change)
+      after%memory(reversal) = stress_ratio(state, after%memory(last_direction), &
+         after%memory(last_direction) &
+         *initial_stress_ratio(law, state, state%normal_force))
    end function state_after_slip
 
 end module dda_continuously_yielding

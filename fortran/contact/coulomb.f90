@@ -3,8 +3,8 @@
 !> fails suddenly.
 !>
 !> If all joints have this law and contacts are at corners only, the state of a contact is its
-!> stretch and bond, and `respond` computes its forces.  The code for general laws would take 1.2
-!> times (15 layers) to 1.7 times (a static wall of 1,000 bricks) as long per step.
+!> stretch and bond, and `respond` computes its forces.  With the code for general laws, a step
+!> takes 1.2 times (15 layers) to 1.7 times (static wall of 1,000 bricks) as long.
 module dda_coulomb
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
@@ -81,7 +81,7 @@ contains
 
    !> Find the forces of a contact at a gap and a trial elastic stretch of its shear spring.
    !>
-   !> Components are assigned one by one, because reading a structure right after copying it stalls.
+   !> Components are assigned one by one: copying a structure stalls the processor's next reads.
    pure subroutine respond(law, gap, trial_stretch, response)
       type(coulomb_contact_type), intent(in) :: law  !< law of the contact
       real(wp), intent(in) :: gap, trial_stretch     !< m

@@ -14,15 +14,16 @@ module dda_crossings
    use dda_tributary, only: contact_overlap
    implicit none
    private
-   public :: most_across, find_crossings, part_corners, forget_parted
+   public :: most_across, find_crossings, release_removed, release_separated
 
    integer, parameter :: most_across = 3        !< most corners opposite a vertex (six triangles)
-   real(wp), parameter :: touching = 1.0e-6_wp  !< largest zero gap or overlap, over length
+   !> largest gap or overlap counted as 0, over edge length
+   real(wp), parameter :: touching = 1.0e-6_wp
 
 contains
 
-   !> Find corners across a crossing and mark their contacts.
-   !> Their blocks have no common face; touching faces of other blocks connect them.
+   !> Find opposite corners at crossings and mark their contacts.
+   !> Blocks of opposite corners have no common face; touching faces of other blocks connect them.
    pure subroutine find_crossings(contacts, blocks, across, marked)
       type(contacts_type), intent(in) :: contacts   !< first list of the run
       type(blocks_type), intent(in) :: blocks       !< blocks in their first state
@@ -75,8 +76,8 @@ contains
       end do
    end subroutine number_nodes
 
-   !> Allow contacts at corners that were opposite to those of removed blocks.
-   pure subroutine part_corners(across, contacts, removed)
+   !> Allow contacts of corners that were opposite to corners of removed blocks.
+   pure subroutine release_removed(across, contacts, removed)
       integer, intent(inout) :: across(:,:)  !< [most_across,vertices or 0] opposite vertices or 0
       type(contacts_type), intent(in) :: contacts  !< contacts, including removed blocks
       logical, intent(in) :: removed(:)            !< [blocks]
@@ -88,10 +89,10 @@ contains
          call allow_vertex_contacts(across, contacts%vertex(c))
          if (contacts%corner(c) > 0) call allow_vertex_contacts(across, contacts%corner(c))
       end do
-   end subroutine part_corners
+   end subroutine release_removed
 
    !> Allow contacts at corners that have moved apart.
-   pure subroutine forget_parted(across, blocks, distance)
+   pure subroutine release_separated(across, blocks, distance)
       integer, intent(inout) :: across(:,:)    !< [most_across,vertices or 0] opposite vertices or 0
       type(blocks_type), intent(in) :: blocks  !< present geometry
       real(wp), intent(in) :: distance         !< distance above the size of any corner, m
@@ -104,7 +105,7 @@ contains
                across(i, v) = 0
          end do
       end do
-   end subroutine forget_parted
+   end subroutine release_separated
 
    !> Allow contacts of a vertex with the corners across the crossing.
    pure subroutine allow_vertex_contacts(across, v)

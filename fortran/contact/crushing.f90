@@ -43,7 +43,7 @@ contains
       law%compressive = joint%crushing_strength
       if (joint%crushing_energy /= unset) &
          law%last = 2*joint%crushing_energy/joint%crushing_strength
-      law%own(1) = column_type('crushed')
+      law%law_columns(1) = column_type('crushed')
       law%curved = .true.
       law%crushes = .true.
       law%points = 17

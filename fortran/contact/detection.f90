@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Contacts of the present geometry, found among the probes of the last search.
+!> Contact detection: contacts of the present geometry among the probes of the last search.
 !>
 !> Vertex to edge: the foot of the vertex lies on the edge.  Vertex to vertex: the contact is on the
 !> entrance edge of the two corners (see dda_entrance).  Corners of parallel edges have one contact,
@@ -22,10 +22,11 @@ module dda_detection
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
    integer, parameter :: spare = 64  !< memory for one more contact per 64 contacts is allocated
-   real(wp), parameter :: corner_share = 0.05_wp  !< size of a corner over its shorter edge
-   real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)  !< edges are straight up to 3°
+   real(wp), parameter :: corner_ratio = 0.05_wp  !< size of a corner over its shorter edge
+   !> cosine of the largest angle between straight edges, 3°
+   real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)
 
-   !> Distances that control the detection, and memory for the candidates.
+   !> Distances that control the detection, and work arrays for the candidates.
    type :: detection_type
       real(wp) :: least = 0.0_wp         !< smallest distance for listing contacts, m
       real(wp) :: distance = 0.0_wp      !< distance for listing contacts in this step, m
@@ -33,18 +34,18 @@ module dda_detection
       real(wp) :: travel = 0.0_wp
       real(wp) :: deepest = 0.0_wp       !< deepest penetration of a contact in compression, m
       real(wp) :: largest_corner = 0.0_wp !< largest size of a corner, m
-      !> deepest penetration in compression, measured from zero force, m
+      !> deepest penetration in compression, measured from the gap with zero force, m
       real(wp) :: pressed = 0.0_wp
       !> [vertices] deepest penetration of each vertex in compression, m
       real(wp), allocatable :: depth(:)
-      !> [2, vertices] edges that each vertex presses on, else 0
+      !> [2, vertices] edges that each vertex is pressed against; 0: none
       integer, allocatable :: pressing(:,:)
       real(wp), allocatable :: corner(:) !< [vertices] size of the corner at each vertex, m
       logical, allocatable :: flat(:)    !< [vertices] vertex between two cells on a straight side
-      !> [most_across,vertices] opposite corners at a crossing of joints, else 0; empty without
-      !> crossings
+      !> [most_across,vertices] opposite corners at a crossing of joints, or 0; empty if no joints
+      !> cross
       integer, allocatable :: across(:,:)
-      !> [edges of a thread's chunk of probes]: a probe has at most one contact per edge
+      !> [edges in a thread's chunk of probes] candidates; a probe has at most one contact per edge
       type(candidate_type), allocatable :: candidate(:)
       integer :: listed = 0              !< number of contacts in the last large list
    end type detection_type
@@ -56,7 +57,7 @@ contains
       type(detection_type), intent(out) :: detection  !< ready for the first step
       type(blocks_type), intent(in) :: blocks         !< reference shapes
       real(wp), intent(in) :: distance                !< smallest distance for listing contacts, m
-      real(wp) :: here(2)
+      real(wp) :: point(2)
       integer :: v
 
       detection%least = distance
@@ -66,10 +67,10 @@ contains
       allocate (detection%corner(size(blocks%owner)), detection%candidate(0))
       allocate (detection%across(most_across, 0))
       do v = 1, size(detection%corner)
-         here = blocks%reference(:, v)
+         point = blocks%reference(:, v)
          detection%corner(v) = &
-            min(distance, corner_share*min(norm2(blocks%reference(:, blocks%next(v)) - here), &
-            norm2(blocks%reference(:, blocks%previous(v)) - here)))
+            min(distance, corner_ratio*min(norm2(blocks%reference(:, blocks%next(v)) - point), &
+            norm2(blocks%reference(:, blocks%previous(v)) - point)))
       end do
       detection%flat = [(is_flat(blocks, v), v=1, size(blocks%owner))]
       detection%largest_corner = maxval(detection%corner)
@@ -85,10 +86,11 @@ contains
          blocks%along(:, blocks%outline(2, v))) > straight
    end function is_flat
 
-   !> Find the penetrations at the end of the last step, and the edges that each vertex presses on.
+   !> Find the penetrations at the end of the last step, and the edges that each vertex is pressed
+   !> against.
    !>
-   !> The penetration includes the surface displacement due to strain of cells: a corner that slides
-   !> off a body is below the surface of the next body by this displacement.
+   !> The penetration includes the surface displacement due to the strain of cells, because a corner
+   !> that slides to the next body is below its surface by this displacement.
    pure subroutine measure_depths(detection, contacts, blocks)
       type(detection_type), intent(inout) :: detection  !< depths are replaced
       type(contacts_type), intent(in) :: contacts       !< contacts of the last step
@@ -131,7 +133,7 @@ contains
          *sqrt(blocks%whole_area(b))
    end function surface_settlement
 
-   !> Clear the pressed edges of all vertices in one pass through memory.
+   !> Set the pressed edges of all vertices to 0.
    pure subroutine clear_pressed_edges(n, pressing)
       integer, intent(in) :: n             !< size
       integer, intent(out) :: pressing(n)  !< set to zero
@@ -148,7 +150,7 @@ contains
       type(blocks_type), intent(in) :: blocks            !< present geometry
       type(neighbours_type), intent(in) :: neighbours    !< probes of the last search
       type(detection_type), intent(inout) :: detection   !< distances of this step
-      integer :: room, edges
+      integer :: capacity, edges
 
       associate (n => neighbours%n_probes)
          if (n < parallel_from) then
@@ -161,12 +163,12 @@ contains
       end associate
       edges = most_edges(neighbours)
       call allocate_candidates(detection, edges*largest_team())
-      room = detection%listed + detection%listed/spare
+      capacity = detection%listed + detection%listed/spare
       do
-         call reserve(contacts, room)
-         call detect_in_chunks(contacts, room, blocks, neighbours, detection, edges)
-         if (contacts%n <= room) exit
-         room = contacts%n
+         call reserve(contacts, capacity)
+         call detect_in_chunks(contacts, capacity, blocks, neighbours, detection, edges)
+         if (contacts%n <= capacity) exit
+         capacity = contacts%n
       end do
       detection%listed = contacts%n
    end subroutine detect_contacts
@@ -174,7 +176,7 @@ contains
    !> Allocate memory for candidates.
    pure subroutine allocate_candidates(detection, candidates)
       type(detection_type), intent(inout) :: detection  !< receives the memory
-      integer, intent(in) :: candidates                 !< largest number of candidates
+      integer, intent(in) :: candidates                 !< largest number of candidates in a chunk
 
       if (size(detection%candidate) >= candidates) return
       deallocate (detection%candidate)
@@ -196,9 +198,9 @@ contains
 
    !> Test all probes in chunks by several threads; the list has the order of the probes.
    !> Contacts beyond its capacity are counted but not stored.
-   subroutine detect_in_chunks(contacts, room, blocks, neighbours, detection, edges)
+   subroutine detect_in_chunks(contacts, capacity, blocks, neighbours, detection, edges)
       type(contacts_type), intent(inout) :: contacts     !< list that is replaced
-      integer, intent(in) :: room                        !< capacity
+      integer, intent(in) :: capacity                    !< capacity
       type(blocks_type), intent(in) :: blocks            !< present geometry
       type(neighbours_type), intent(in) :: neighbours    !< probes of the last search
       type(detection_type), intent(inout) :: detection   !< distances of this step
@@ -217,7 +219,7 @@ contains
          first = listed + 1
          listed = listed + found
          !$omp end ordered
-         if (first + found - 1 <= room) &
+         if (first + found - 1 <= capacity) &
             call set_contacts(contacts, first, blocks, found, detection%candidate(before + 1))
       end do
       contacts%n = listed
@@ -233,7 +235,7 @@ contains
       integer, intent(out) :: found                     !< number of candidates
       integer :: p, v, w, at
       real(wp) :: apart
-      logical :: near, met
+      logical :: near, has_contact
 
       at = before
       do p = first, last
@@ -246,8 +248,9 @@ contains
             if (v > w) call add_other_end(at, blocks, neighbours, p, w, detection)
             cycle
          end if
-         call test_edges(at, blocks, neighbours, p, detection, met)
-         if (.not. met .and. v < w) call test_vertex(at, blocks, neighbours, p, w, detection, near)
+         call test_edges(at, blocks, neighbours, p, detection, has_contact)
+         if (.not. has_contact .and. v < w) call test_vertex(at, blocks, neighbours, p, w, &
+            detection, near)
       end do
       found = at - before
    end subroutine detect_contacts_range
@@ -260,15 +263,15 @@ contains
       real(wp), intent(in) :: distance                 !< search distance, m
       integer, intent(out) :: nearest                  !< vertex, or 0
       real(wp), intent(out) :: least                   !< square of the distance, m²
-      real(wp) :: here(2), apart
+      real(wp) :: point(2), apart
       integer :: i, w
 
       nearest = 0
       least = distance**2
-      here = blocks%vertex(:, neighbours%probe(1, p))
+      point = blocks%vertex(:, neighbours%probe(1, p))
       do i = neighbours%first_corner(p), neighbours%first_corner(p + 1) - 1
          w = neighbours%corner(i)
-         apart = (here(1) - blocks%vertex(1, w))**2 + (here(2) - blocks%vertex(2, w))**2
+         apart = (point(1) - blocks%vertex(1, w))**2 + (point(2) - blocks%vertex(2, w))**2
          if (apart >= least) cycle
          least = apart
          nearest = w
@@ -277,18 +280,18 @@ contains
 
    !> Find the contacts of a vertex with the edges of another block: one, or two in concave corners.
    !> On a convex block, the contact is on the edge of least penetration.
-   subroutine test_edges(last, blocks, neighbours, p, detection, met)
+   subroutine test_edges(last, blocks, neighbours, p, detection, has_contact)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
       type(neighbours_type), intent(in) :: neighbours   !< probes
       integer, intent(in) :: p                          !< probe to test
       type(detection_type), intent(inout) :: detection  !< receives the candidates
-      logical, intent(out) :: met                       !< a contact was found
+      logical, intent(out) :: has_contact               !< a contact was found
       type(choice_type) :: choice
       real(wp) :: least
       integer :: i, entered
 
-      met = .false.
+      has_contact = .false.
       entered = 0
       least = -huge(1.0_wp)
       do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
@@ -307,18 +310,18 @@ contains
             detection%corner(choice%vertex))) then
             call add_candidate(detection, last, choice%vertex, choice%edge, neighbours%probe(2, &
                p), 0)
-            met = .true.
+            has_contact = .true.
          end if
       end do
       if (entered > 0) then
          call add_candidate(detection, last, neighbours%probe(1, p), entered, neighbours%probe(2, &
             p), 0)
-         met = .true.
+         has_contact = .true.
       end if
    end subroutine test_edges
 
-   !> .true. if the foot of a vertex lies on the edge.
-   !> The foot of a penetrating vertex may also lie beyond an end at a concave corner.
+   !> .true. if the foot of a vertex lies on the edge, or, for a penetrating vertex, beyond an end
+   !> of the edge at a concave corner.
    pure logical function has_foot(blocks, neighbours, choice, detection)  ! total
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< marks of convex vertices
@@ -327,7 +330,7 @@ contains
       integer :: end_vertex
 
       has_foot = choice%overshoot <= 0.0_wp
-      ! Far from both ends of the edge no contact is glancing.
+      ! A contact far from both ends of the edge is not glancing.
       if (choice%overshoot <= -detection%largest_corner) return
       end_vertex = choice%edge
       if (choice%past_end) end_vertex = blocks%next(choice%edge)
@@ -341,9 +344,9 @@ contains
       has_foot = .not. neighbours%convex(end_vertex)
    end function has_foot
 
-   !> .true. if the vertex was pressed on the edge in the last step.
-   !> Such a contact is never glancing; otherwise corners in vibrating contact would alternate
-   !> between their edges, with slightly more penetration at each change.
+   !> .true. if the vertex was pressed against the edge in the last step.
+   !> Such a contact is never glancing.  Otherwise vibrating corners would alternate between their
+   !> edges, and each change would increase the penetration slightly.
    elemental logical function was_pressed(detection, vertex, edge)  ! total
       type(detection_type), intent(in) :: detection  !< pressed edges of the last step
       integer, intent(in) :: vertex, edge            !< vertex, and edge given by its first vertex
@@ -351,7 +354,7 @@ contains
       was_pressed = any(detection%pressing(:, vertex) == edge)
    end function was_pressed
 
-   !> .true. if the corners v and w were pressed on each other in the last step.
+   !> .true. if the corners v and w were pressed against each other in the last step.
    pure logical function were_pressed(detection, blocks, v, w)
       type(detection_type), intent(in) :: detection  !< pressed edges of the last step
       type(blocks_type), intent(in) :: blocks        !< blocks: edges at the vertices
@@ -363,8 +366,8 @@ contains
          .or. any(detection%pressing(:, w) == blocks%previous(v))
    end function were_pressed
 
-   !> Return the depth, m, up to which a contact of two corners is glancing.
-   !> It is twice the penetration of the corners, but less than their size.
+   !> Return the largest penetration of a glancing contact of two corners, m.
+   !> The value is twice the penetration in the last step, but less than the size of the corners.
    pure real(wp) function tolerance_of(detection, v, w)
       type(detection_type), intent(in) :: detection  !< penetrations and sizes of corners
       integer, intent(in) :: v, w                    !< vertices of two blocks
@@ -373,18 +376,19 @@ contains
          detection%corner(w))
    end function tolerance_of
 
-   !> .true. if the vertex is behind this edge but outside the block.
-   !> It is then outside another edge; in a concave block, an edge between vertex and foot.
+   !> .true. if a vertex behind the chosen edge is nevertheless outside the block.
+   !> The vertex is then outside another edge; in a concave block, this edge is between vertex and
+   !> foot.
    pure logical function has_left_block(blocks, neighbours, choice)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< marks of convex blocks
       type(choice_type), intent(in) :: choice          !< the vertex projected on an edge
       type(choice_type) :: other
-      real(wp) :: way(2), along, behind
+      real(wp) :: path(2), along, behind
       integer :: e, b
 
       b = blocks%owner(choice%edge)
-      way = -(choice%gap*choice%normal &
+      path = -(choice%gap*choice%normal &
          + max(choice%overshoot, 0.0_wp)*merge(1, -1, choice%past_end)*blocks%along(:, choice%edge))
       has_left_block = .false.
       do e = blocks%first(b), blocks%first(b + 1) - 1
@@ -393,18 +397,18 @@ contains
          if (other%gap <= 0.0_wp) cycle
          has_left_block = neighbours%convex_block(b)
          if (has_left_block) return
-         behind = -(other%gap + dot_product(other%normal, way))
+         behind = -(other%gap + dot_product(other%normal, path))
          if (behind < 0.0_wp) cycle
          along = dot_product(blocks%along(:, e), blocks%vertex(:, choice%vertex) &
-            - blocks%vertex(:, e) + way*(other%gap/(other%gap + behind)))
+            - blocks%vertex(:, e) + path*(other%gap/(other%gap + behind)))
          has_left_block = along >= 0.0_wp .and. along <= blocks%length(e)
          if (has_left_block) return
       end do
    end function has_left_block
 
-   !> .true. if the vertex penetrates another edge less than this one.
-   !> The other edge is across a convex corner, or on the opposite face of a thin part.  For a
-   !> vertex at the foot of a step, this edge is extended at both ends by the size of a corner.
+   !> .true. if the vertex penetrates another edge less than the chosen edge.
+   !> The other edge is across a convex corner, or on the opposite face of a thin part.  The chosen
+   !> edge is extended at both ends by the size of a corner, for a vertex at the foot of a step.
    pure logical function is_hidden(blocks, neighbours, p, choice, size)
       type(blocks_type), intent(in) :: blocks          !< present geometry
       type(neighbours_type), intent(in) :: neighbours  !< probes
@@ -428,8 +432,8 @@ contains
       end do
    end function is_hidden
 
-   !> Test a vertex against a vertex.
-   !> Corners that are not close have a contact only if neither foot lies on the other block.
+   !> Add the contact of two convex vertices, if there is one.
+   !> Corners that are not close have a contact only if no vertex has a foot on the other block.
    subroutine test_vertex(last, blocks, neighbours, p, w, detection, close)
       integer, intent(inout) :: last                    !< position of the last candidate
       type(blocks_type), intent(in) :: blocks           !< present geometry
@@ -452,13 +456,13 @@ contains
       if (.not. close .and. any(corners%overshoot <= 0.0_wp .and. .not. corners%glancing)) return
       best = entrance_edge(blocks, corners, detection%corner(v), tolerance)
       if (corners%gap(best) > detection%distance) return
-      ! A corner that penetrates deeper has its foot on an edge.
+      ! The foot of a deeper corner lies on an edge, so `test_edges` has added the contact.
       if (.not. close .and. corners%gap(best) < -tolerance) return
       call add_candidate(detection, last, corners%vertex(best), corners%edge(best), &
          neighbours%probe(2, p), merge(w, v, corners%vertex(best) == v))
    end subroutine test_vertex
 
-   !> List the choices at two corners and mark glancing contacts.
+   !> List the vertex–edge choices at two corners and mark the glancing ones.
    pure subroutine list_corners(blocks, v, w, detection, corners, tolerance)
       type(blocks_type), intent(in) :: blocks         !< present geometry
       integer, intent(in) :: v, w                     !< vertices of two blocks

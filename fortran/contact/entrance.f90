@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Geometry of a vertex beside an edge, and the choice of the entrance edge at two corners.
+!> Gap and foot of a vertex at an edge, and selection of the entrance edge of two corners.
 !>
 !> Two corners have up to four (vertex, edge) choices.  Edges that can separate the two blocks are
 !> entrance edges (Shi's first-entrance theory); the one with least penetration is used.
 !>
-!> A vertex that slides from one block to a next block of equal height is below the corner of the
-!> next block by its penetration.  To prevent the vertex from catching there, a contact whose
-!> overlap hardly exceeds this penetration is glancing and cannot be an entrance.
+!> A vertex that slides to the next block of equal height is below the corner of that block by its
+!> penetration.  Its contact with that corner is glancing: the overlap hardly exceeds the
+!> penetration.  A glancing contact cannot be an entrance, because the vertex would catch there.
 module dda_entrance
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -20,16 +20,17 @@ module dda_entrance
    real(wp), parameter :: parallel_sine = sin(parallel_angle)
    real(wp), parameter :: same_direction = cos(2*parallel_angle)
    real(wp), parameter :: opposite = -cos(parallel_angle)
-   real(wp), parameter :: tie = 1.0e-9_wp  !< largest difference of equal depths, over corner size
-   real(wp), parameter :: same_place = 1.0e-6_wp  !< smallest overlap, over corner size
+   !> largest difference of equal penetrations/corner size
+   real(wp), parameter :: equal_depth = 1.0e-9_wp
+   real(wp), parameter :: least_overlap = 1.0e-6_wp  !< smallest overlap/corner size
 
-   !> A vertex beside an edge.
+   !> A possible contact of a vertex with an edge of another block.
    type :: choice_type
       integer :: vertex, edge
       real(wp) :: normal(2)    !< outward normal of the edge
       real(wp) :: gap          !< signed distance to the edge, m
       real(wp) :: overshoot   !< distance of the foot beyond the end of the edge, m, ≤ 0 on the edge
-      logical :: past_end      !< the vertex is nearer to the end of the edge than to its start
+      logical :: past_end      !< the vertex is nearer to the end than to the start of the edge
    end type choice_type
 
    !> The choices at corners v and w: vertex v on both edges at w, and vertex w on both edges at v.
@@ -40,7 +41,7 @@ module dda_entrance
       !> least sine of the angles between the edge and the two edges at the vertex; negative if the
       !> edge cannot separate the blocks
       real(wp) :: separation(4)
-      !> the contact is glancing at the end of the edge that is the other corner
+      !> the contact is glancing; the edge ends at the other corner
       logical :: glancing(4)
    end type corners_type
 
@@ -140,9 +141,9 @@ contains
          .and. overshoot <= 0.0_wp .and. overshoot > -tolerance
    end function is_glancing
 
-   !> Select the choice of least penetration among those that can separate the blocks.
+   !> Select the choice of least penetration among the choices that can separate the blocks.
    !> Of two parallel edges, the one that contains the foot is used.  If all choices are glancing,
-   !> the choice along which the corners move is used.
+   !> the edge along which the corners move is used.
    pure integer function entrance_edge(blocks, corners, size, tolerance) result(best)
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -155,7 +156,7 @@ contains
       admissible = .not. corners%separation < -parallel_sine
       if (any(corners%glancing)) admissible = admissible &
          .and. .not. excluded_choices(blocks, corners, tolerance)
-      small = tie*size
+      small = equal_depth*size
       best = 0
       do i = 1, 4
          if (.not. admissible(i)) cycle
@@ -169,7 +170,7 @@ contains
    end function entrance_edge
 
    !> Find the choice at the other end of a short overlap of parallel edges; 0 if there is none.
-   !> Longer overlaps have contacts at both ends without this search.
+   !> In longer overlaps, detection finds the contacts at both ends without this search.
    pure integer function other_end(blocks, corners, entrance, size, distance) result(other)
       type(blocks_type), intent(in) :: blocks    !< present geometry
       type(corners_type), intent(in) :: corners  !< choices
@@ -180,14 +181,14 @@ contains
 
       do k = merge(3, 1, entrance <= 2), merge(4, 2, entrance <= 2)
          other = k
-         if (any(corners%overshoot([entrance, k]) > -same_place*size)) cycle
+         if (any(corners%overshoot([entrance, k]) > -least_overlap*size)) cycle
          if (blocks%inner(corners%edge(k)) .or. corners%gap(k) > distance) cycle
          if (dot_product(corners%normal(entrance, :), corners%normal(k, :)) < opposite) return
       end do
       other = 0
    end function other_end
 
-   !> .true. if a choice parallel to choice i has less overshoot of its foot than choice i.
+   !> .true. if a choice parallel to choice i has a smaller overshoot than choice i.
    pure logical function is_superseded(corners, admissible, i, small)
       type(corners_type), intent(in) :: corners  !< choices
       logical, intent(in) :: admissible(4)       !< choices that may be the entrance
@@ -204,8 +205,8 @@ contains
    end function is_superseded
 
    !> Mark the glancing choices that cannot be the entrance.
-   !> If a choice is neither glancing nor deep, the glancing choices with other directions are
-   !> excluded.  Otherwise the glancing choices that are approached faster are excluded.
+   !> If a choice is neither glancing nor deeper than the tolerance, glancing choices of other
+   !> directions are excluded.  Otherwise glancing choices that are approached faster are excluded.
    pure function excluded_choices(blocks, corners, tolerance)  ! total
       type(blocks_type), intent(in) :: blocks    !< present geometry and velocities
       type(corners_type), intent(in) :: corners  !< choices
@@ -249,14 +250,14 @@ contains
       end do
    end function faster_choices
 
-   !> Return the velocity, m/s, of the block with vertex `own` at the position of another vertex.
-   pure function velocity_at(blocks, own, vertex) result(velocity)
+   !> Velocity, m/s, of the block with vertex `own_vertex` at the position of another vertex.
+   pure function velocity_at(blocks, own_vertex, vertex) result(velocity)
       type(blocks_type), intent(in) :: blocks  !< present geometry and velocities
-      integer, intent(in) :: own, vertex  !< vertex of the block; vertex at the position
+      integer, intent(in) :: own_vertex, vertex  !< vertex of the block; vertex at the position
       real(wp) :: velocity(2)
 
-      associate (rate => blocks%velocity(:, blocks%owner(own)), &
-         arm => blocks%vertex(:, vertex) - blocks%position(1:2, blocks%owner(own)))
+      associate (rate => blocks%velocity(:, blocks%owner(own_vertex)), &
+         arm => blocks%vertex(:, vertex) - blocks%position(1:2, blocks%owner(own_vertex)))
          velocity = rate(1:2) + rate(3)*[-arm(2), arm(1)]
       end associate
    end function velocity_at
@@ -264,7 +265,7 @@ contains
    !> .true. if the normals of choices i and j push the two blocks apart in the same direction.
    pure logical function are_parallel(corners, i, j)  ! total
       type(corners_type), intent(in) :: corners  !< choices
-      integer, intent(in) :: i, j                !< two of them
+      integer, intent(in) :: i, j                !< two choices
 
       are_parallel = dot_product(corners%normal(i, :), corners%normal(j, :))*merge(1, -1, &
          (i <= 2) .eqv. (j <= 2)) > same_direction

@@ -2,16 +2,16 @@
 !> Joint laws applied to the contacts of a model: forces at a trial d, and states at the end of
 !> a step.
 !>
-!> The normal spring acts exactly in penetration, without a dead band: its potential is convex, so
-!> it cannot create energy.  The shear force is proportional to the slip since the contact began
+!> The normal spring acts exactly in penetration.  Its potential is convex, so it cannot create
+!> energy.  The shear force is proportional to the slip since the contact began
 !> to stick, up to a bound that depends on the normal force of the same iteration.
 module dda_friction
    use dda_kinds, only: wp, pi
    use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
    use dda_coulomb, only: coulomb_contact_type, respond
    use dda_joint_bond, only: add_bond, bond_after, is_cohesive, slider_stretch
-   use dda_joint_contact, only: acts_before_end, bound_friction, joint_bound, joint_response, &
-      joint_slide, keep_state, state_of, opens_at_centre, slip_lifts
+   use dda_joint_contact, only: acts_before_end, limit_friction, joint_bound, joint_response, &
+      joint_slide, store_state, state_of, opens_at_centre, slip_lifts
    use dda_joint_law, only: add_columns, column_type, response_type, shared, weakened
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
@@ -78,7 +78,7 @@ contains
          call new_joint_law(laws%slot(j), joints(j), normal_stiffness, shear_ratio)
          laws%dilating = laws%dilating .or. laws%slot(j)%law%dilates
          laws%curved = laws%curved .or. laws%slot(j)%law%curved .or. laws%slot(j)%law%flows
-         laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%follows_way()
+         laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%depends_on_direction()
          laws%cohesive = laws%cohesive .or. laws%slot(j)%law%cohesive
       end do
       laws%columns = shared(:merge(3, 2, laws%with_net_slip))
@@ -88,7 +88,8 @@ contains
    end subroutine set_laws
 
    !> Find the weaker of two joint materials, which governs a contact between them.
-   !> It has less friction, or if equal, less cohesion, then less tension, then the lower number.
+   !> The weaker one has less friction; if equal, less cohesion; then less tension; then the lower
+   !> number.
    pure integer function weaker_joint(laws, a, b) result(weaker)
       type(laws_type), intent(in) :: laws  !< strengths of the joint materials
       integer, intent(in) :: a, b          !< joint materials
@@ -171,8 +172,8 @@ contains
       end if
       call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
          bond_length_of(contacts, c), multiplier_of(contacts, c)), at(1), at(2), response)
-      if (allocated(contacts%held_bound) .and. .not. contacts%bonded(c)) call bound_friction( &
-         response, contacts%held_bound(c), laws%shear_stiffness*at(2))
+      if (allocated(contacts%frozen_bound) .and. .not. contacts%bonded(c)) call limit_friction( &
+         response, contacts%frozen_bound(c), laws%shear_stiffness*at(2))
    end subroutine find_response
 
    !> Find the frozen quantities of contact c for the next pass, from the solution of the last one:
@@ -196,7 +197,7 @@ contains
       end if
    end subroutine find_bound
 
-   !> Return the friction, N/m, of contact c in the assumed direction, without the part of its tilt.
+   !> Return the friction of contact c in the assumed direction without the part due to tilt, N/m.
    pure real(wp) function slide_response(contacts, laws, c, gap, stretch) result(friction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -207,8 +208,8 @@ contains
 
       if (.not. laws%plain) then
          friction = joint_slide(contacts, laws%slot(contacts%joint(c))%law, c, gap, stretch)
-      else if (allocated(contacts%held_bound)) then
-         friction = contacts%slip_sign(c)*contacts%held_bound(c)
+      else if (allocated(contacts%frozen_bound)) then
+         friction = contacts%slip_sign(c)*contacts%frozen_bound(c)
       else
          at = acting(contacts, laws, c, [gap, stretch])
          friction = contacts%slip_sign(c)*laws%friction(contacts%joint(c))*max(0.0_wp, &
@@ -285,7 +286,7 @@ contains
    end function acting
 
    !> Return the elastic stretch of the shear spring of contact c after the converged step, m.
-   !> Impact forces are excluded because they are no spring forces.
+   !> Impact forces are excluded, because they do not act in the spring.
    elemental real(wp) function end_stretch(contacts, laws, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -336,13 +337,13 @@ contains
          if (.not. laws%plain) then
             associate (law => laws%slot(contacts%joint(c))%law)
                if (is_cohesive(contacts, law, c)) then
-                  call keep_state(contacts, law, c, bond_after(contacts, law, c))
+                  call store_state(contacts, law, c, bond_after(contacts, law, c))
                   contacts%bonded(c) = contacts%memory(weakened, c) < 1.0_wp
                else
                   slip = 0.0_wp
                   counts = slip_counts(contacts, laws, c)
                   if (counts) slip = inelastic_slip(contacts, laws, c)
-                  if (counts .or. law%crushes) call keep_state(contacts, law, c, &
+                  if (counts .or. law%crushes) call store_state(contacts, law, c, &
                      law%state_after_slip(state_of(contacts, law, c), slip, &
                      contacts%shear_force(c)))
                end if
@@ -356,7 +357,7 @@ contains
       end do
    end subroutine accept_contacts_range
 
-   !> .true. if most of the slip of contact c is inelastic; its shear force is then a curve.
+   !> .true. if friction is a curve of slip and most of the slip of contact c is inelastic.
    pure logical function slip_is_inelastic(contacts, laws, c, stretch)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts

@@ -20,12 +20,12 @@ module dda_history
    public :: history_type, prepare_history, inherit
 
    real(wp), parameter :: same_direction = cos(atan(1.0_wp))  !< change of direction < 45°
-   !> change of the gap, over the penetration, if vertex and edge exchange roles
+   !> largest gap change/penetration when vertex and edge exchange roles
    real(wp), parameter :: slack = 0.1_wp
 
-   !> Limits of a transfer, and an index of old contacts that have another position in the new list.
+   !> Limits of a transfer, and an index of old contacts whose position in the list changes.
    type :: history_type
-      real(wp) :: deepest = huge(1.0_wp) !< deepest penetration of a new contact, m
+      real(wp) :: max_penetration = huge(1.0_wp) !< deepest penetration of a new contact, m
       !> largest change of the distance from a contact to its successor on another edge, m
       real(wp) :: largest_jump = huge(1.0_wp)
       !> gap up to which a new contact is first assumed closed, m
@@ -54,17 +54,18 @@ contains
 
    !> Transfer histories from the old list to the new one.
    !> Contacts without a predecessor begin unbonded, and are assumed to stick if they touch.
-   subroutine inherit(new, old, history, begun)
-      type(contacts_type), intent(inout) :: new   !< `gap` is the distance; minus `offset` on return
+   subroutine inherit(new, old, history, has_started)
+      !> `gap`: on entry the distance; on return minus `offset`
+      type(contacts_type), intent(inout) :: new
       type(contacts_type), intent(in) :: old        !< list of the last step, solved
       type(history_type), intent(inout) :: history  !< limits of this step
-      !> .false. at the start of a run: penetrations of the initial state have forces
-      logical, intent(in) :: begun
+      !> .false. in the first list of a run, in which initial penetrations cause forces
+      logical, intent(in) :: has_started
 
       call grow(history%matched, capacity_of(new), exactly=.true.)
       call grow(history%transferred, capacity_of(old), exactly=.true.)
       call grow(history%unmatched, max(capacity_of(new), capacity_of(old)), exactly=.true.)
-      call transfer_in_place(new, old, history, begun)
+      call transfer_in_place(new, old, history, has_started)
       call list_unmatched(history, new%n, old%n)
       if (history%n_unmatched == 0) return
       call grow(history%next, 2*old%n + 1)
@@ -74,34 +75,34 @@ contains
       call subtract_offsets(new, history)
       if (force_remains(old, history)) call transfer_forces(new, old, history)
       call clear_index(history, old)
-      if (begun) call reject_deep_contacts(new, history)
+      if (has_started) call reject_deep_contacts(new, history)
    end subroutine inherit
 
    !> Copy histories of contacts with the same position in both lists, and initialise the others.
-   subroutine transfer_in_place(new, old, history, begun)
+   subroutine transfer_in_place(new, old, history, has_started)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
-      logical, intent(in) :: begun                  !< .false.: first list of the run
+      logical, intent(in) :: has_started            !< .false.: first list of the run
       integer :: p
 
       if (new%n < parallel_from) then
-         call transfer_in_place_range(new, old, history, begun, 1, new%n)
+         call transfer_in_place_range(new, old, history, has_started, 1, new%n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(new%n)
-         call transfer_in_place_range(new, old, history, begun, first_of(p, new%n), &
+         call transfer_in_place_range(new, old, history, has_started, first_of(p, new%n), &
             last_of(p, new%n))
       end do
    end subroutine transfer_in_place
 
    !> Copy histories at positions first … last of the new list.
-   pure subroutine transfer_in_place_range(new, old, history, begun, first, last)
+   pure subroutine transfer_in_place_range(new, old, history, has_started, first, last)
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< `matched` and `transferred` are set
-      logical, intent(in) :: begun                  !< .false.: first list of the run
+      logical, intent(in) :: has_started            !< .false.: first list of the run
       integer, intent(in) :: first, last            !< positions in the new list
       integer :: c, both
 
@@ -118,12 +119,12 @@ contains
             new%offset(c) = offset_at_distance(old%offset(c), new%gap(c))
             new%gap(c) = new%gap(c) - new%offset(c)
          else
-            call start_contact(new, c, history%touching, begun)
+            call start_contact(new, c, history%touching, has_started)
          end if
       end do
    end subroutine transfer_in_place_range
 
-   !> List the positions at which the two lists differ: in most steps few or none.
+   !> List the positions at which the two lists differ, in most steps few or none.
    pure subroutine list_unmatched(history, new, old)
       type(history_type), intent(inout) :: history  !< `unmatched` is set
       integer, intent(in) :: new, old               !< numbers of contacts
@@ -148,7 +149,8 @@ contains
       type(contacts_type), intent(inout) :: new     !< receives history
       type(contacts_type), intent(in) :: old        !< list of the last step
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
-      logical, intent(in) :: same_edge  !< .true.: predecessors on the same edge; .false.: on others
+      !> select predecessors on the same edge; .false.: on other edges
+      logical, intent(in) :: same_edge
       real(wp) :: away(history%n_unmatched)
       integer :: order(history%n_unmatched)
       integer :: k, c, from
@@ -172,7 +174,7 @@ contains
          if (same_edge) then
             new%offset(c) = offset_at_distance(old%offset(from), new%gap(c))
          else if (new%bonded(c)) then
-            new%offset(c) = 0.0_wp  ! a bond has no offset
+            new%offset(c) = 0.0_wp  ! a bonded contact has no offset
          else
             new%offset(c) = transferred_offset(new%gap(c), min(0.0_wp, old%new_gap(from)), &
                old%offset(from))
@@ -181,7 +183,7 @@ contains
 
    contains
 
-      !> Find the predecessor of a new contact without history; 0 if there is none.
+      !> Find the predecessor of new contact c; 0 if there is none or c has a history.
       pure integer function open_predecessor(c) result(found)
          integer, intent(in) :: c  !< position in either list
 
@@ -223,16 +225,16 @@ contains
    end subroutine subtract_offsets
 
    !> Initialise contact c, which has no history.
-   pure subroutine start_contact(new, c, touching, begun)
+   pure subroutine start_contact(new, c, touching, has_started)
       type(contacts_type), intent(inout) :: new  !< list with geometry
       integer, intent(in) :: c                   !< contact
       real(wp), intent(in) :: touching           !< gap up to which the contact is assumed closed, m
-      logical, intent(in) :: begun               !< .false.: first list of the run
+      logical, intent(in) :: has_started         !< .false.: first list of the run
 
       new%joint(c) = 0
       new%state(c) = merge(contact_stick, contact_open, new%gap(c) <= touching)
       new%bonded(c) = .false.
-      new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, begun)
+      new%offset(c) = merge(min(new%gap(c), 0.0_wp), 0.0_wp, has_started)
       new%stretch(c) = 0.0_wp
       new%slide_force(c) = 0.0_wp
       new%slip_sign(c) = 1.0_wp
@@ -242,10 +244,10 @@ contains
       new%spring(:, c) = 0.0_wp
       if (.not. new%with_laws) return
       new%fraction(c) = 0.0_wp
-      new%share(c) = 1.0_wp
+      new%stiffness_fraction(c) = 1.0_wp
       new%length(c) = 0.0_wp
       new%tilt(:, c) = 0.0_wp
-      new%memory(:, c) = new%begins
+      new%memory(:, c) = new%initial_memory
    end subroutine start_contact
 
    !> Link each unmatched old contact to its touching vertex and to the corner that it touches.
@@ -287,7 +289,8 @@ contains
       type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
       integer, intent(in) :: c                     !< new contact
-      logical, intent(in) :: same_edge  !< .true.: predecessors on the same edge; .false.: on others
+      !> select predecessors on the same edge; .false.: on other edges
+      logical, intent(in) :: same_edge
       integer :: k, link, o
 
       found = 0
@@ -386,8 +389,8 @@ contains
       end do
    end subroutine transfer_forces
 
-   !> Reject new contacts that penetrate more than the displacement of a step.
-   !> Such a vertex was already inside the block and now faces another edge of the same block.
+   !> Reject new contacts whose penetration exceeds the displacement in a step.
+   !> Their vertices were already inside the block and are now near another edge of the block.
    subroutine reject_deep_contacts(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< index of the unmatched contacts
@@ -396,8 +399,8 @@ contains
       do k = 1, history%n_unmatched
          c = history%unmatched(k)
          if (c > new%n) exit
-         if (history%matched(c) .or. .not. new%offset(c) < -history%deepest) cycle
-         if (is_point(new, c)) cycle  ! points begin with the history of neighbours
+         if (history%matched(c) .or. .not. new%offset(c) < -history%max_penetration) cycle
+         if (is_point(new, c)) cycle  ! points inherit a history from neighbours
          call drop_rejected(new, history)
          exit
       end do
@@ -411,13 +414,14 @@ contains
       integer :: c
 
       do c = 1, new%n
-         keep(c) = history%matched(c) .or. new%offset(c) >= -history%deepest .or. is_point(new, c)
+         keep(c) = history%matched(c) .or. new%offset(c) >= -history%max_penetration .or. &
+            is_point(new, c)
       end do
       history%matched(:count(keep)) = pack(history%matched(:new%n), keep)
       call filter_contacts(new, keep)
    end subroutine drop_rejected
 
-   !> Find an old contact without a successor whose force new penetrating contact c receives, or 0.
+   !> Find the old contact without a successor whose force passes to penetrating contact c; 0: none.
    !> Both contacts have the same vertex and direction.
    pure integer function force_predecessor(new, old, history, c) result(found)
       type(contacts_type), intent(in) :: new, old  !< new and old list of contacts

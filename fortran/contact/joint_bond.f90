@@ -9,7 +9,7 @@
 module dda_joint_bond
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
-   use dda_cohesive, only: spent_bounds
+   use dda_cohesive, only: dissipation_bounds
    use dda_joint_contact, only: state_of
    use dda_joint_law, only: joint_law_type, joint_state_type, net_slip, response_type, slip_path, &
       weakened
@@ -51,11 +51,11 @@ contains
       type(response_type), intent(inout) :: response  !< response of the unbonded contact
       real(wp) :: forces(2)
 
-      associate (slip => stretch - contacts%stretch(c), share => contacts%acting_damage(c))
+      associate (slip => stretch - contacts%stretch(c), acting => contacts%acting_damage(c))
          forces = bond_springs(contacts, law, c)*[-contacts%gap(c) - theta*(gap &
             - contacts%gap(c)), contacts%memory(net_slip, c) + contacts%stretch(c) + theta*slip]
-         response%normal_force = share*response%normal_force + (1.0_wp - share)*forces(1)
-         response%shear_force = share*response%slider + (1.0_wp - share)*forces(2)
+         response%normal_force = acting*response%normal_force + (1.0_wp - acting)*forces(1)
+         response%shear_force = acting*response%slider + (1.0_wp - acting)*forces(2)
       end associate
    end subroutine add_bond
 
@@ -67,9 +67,9 @@ contains
       real(wp), intent(in) :: theta                 !< θ, 0 … 1: bonds act at t₀ + θΔt
       real(wp), intent(inout) :: springs(2), forces(2)  !< normal and shear value, N/m
 
-      associate (share => contacts%acting_damage(c), bond => bond_springs(contacts, law, c))
-         springs = share*springs + (1.0_wp - share)*theta*bond
-         forces = share*forces + (1.0_wp - share)*bond*[-contacts%gap(c), &
+      associate (acting => contacts%acting_damage(c), bond => bond_springs(contacts, law, c))
+         springs = acting*springs + (1.0_wp - acting)*theta*bond
+         forces = acting*forces + (1.0_wp - acting)*bond*[-contacts%gap(c), &
             contacts%memory(net_slip, c) + contacts%stretch(c)]
       end associate
    end subroutine add_bond_terms
@@ -117,7 +117,7 @@ contains
          if (.not. damage > before) return
          energy = [law%bond_energy(contacts%gap(c), contacts%memory(net_slip, c)), &
             law%bond_energy(opening, slip)]
-         surplus = energy(2)*(damage - before) - law%spent(opening, slip, before, damage)
+         surplus = energy(2)*(damage - before) - law%dissipated(opening, slip, before, damage)
          if (energy(2) > energy(1)) fitting = before + max(0.0_wp, min(damage - before, &
             surplus/(energy(2) - energy(1))))
       end associate
@@ -132,9 +132,9 @@ contains
 
       springs = bond_springs(contacts, law, c)
       slip = new_slip(contacts, law, c)
-      associate (share => contacts%acting_damage(c), before => contacts%memory(net_slip, c))
-         rise = [share - contacts%memory(weakened, c), new_damage(contacts, law, c) - share]
-         losses(1) = share*contacts%slider(c)*(slip - before) + springs(2)*(rise(1)*before &
+      associate (acting => contacts%acting_damage(c), before => contacts%memory(net_slip, c))
+         rise = [acting - contacts%memory(weakened, c), new_damage(contacts, law, c) - acting]
+         losses(1) = acting*contacts%slider(c)*(slip - before) + springs(2)*(rise(1)*before &
             *contacts%stretch(c) + rise(2)*slip*slider_stretch(contacts, law, c))
          losses(2) = contacts%length(c)*(rise(1)*law%bond_energy(contacts%gap(c), before) &
             + rise(2)*law%bond_energy(contacts%new_gap(c), slip))
@@ -152,7 +152,8 @@ contains
       state%memory(slip_path) = state%memory(slip_path) &
          + abs(state%memory(net_slip) - contacts%memory(net_slip, c))
       state%memory(weakened) = new_damage(contacts, law, c)
-      state%memory(spent_bounds) = state%memory(spent_bounds) + (state%memory(weakened) &
+      state%memory(dissipation_bounds) = state%memory(dissipation_bounds) &
+         + (state%memory(weakened) &
          - contacts%memory(weakened, c)) &
          *[law%bond_energy(contacts%gap(c), contacts%memory(net_slip, c)), &
          law%bond_energy(contacts%new_gap(c), state%memory(net_slip))]

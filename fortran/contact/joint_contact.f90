@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Response of a contact under a joint law, and linearisation of its normal force in an open–close
-!> iteration.
+!> Forces of a contact under a joint law, and its normal force linearised for an iteration.
 !>
 !> The line N = N₀ − k g is tangent to the law at a closure.  If the joint closes more than the line
 !> predicted, the next tangent is taken at the closure that has the force of the line, else at the
@@ -12,12 +11,13 @@ module dda_joint_contact
       weakened
    implicit none
    private
-   public :: state_of, keep_state, joint_response, acts_before_end, closure_of, touch_law, &
-      touch_shear, line_of, tilt_line, joint_bound, joint_slide, bound_friction, joint_energy, &
+   public :: state_of, store_state, joint_response, acts_before_end, closure_of, linearise_normal, &
+      linearise_shear, line_of, tilt_line, joint_bound, joint_slide, limit_friction, joint_energy, &
       centre_shift, opens_at_centre, slip_lifts, most_closings
 
    integer, parameter :: most_closings = 8 !< after more closings in a step, contacts first slide
-   real(wp), parameter :: first_share = 0.5_wp  !< first assumed force over initial spring force
+   !> first assumed force over initial spring force
+   real(wp), parameter :: first_force_ratio = 0.5_wp
 
 contains
 
@@ -27,23 +27,23 @@ contains
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
-      state = joint_state_type(contacts%length(c), contacts%share(c), &
+      state = joint_state_type(contacts%length(c), contacts%stiffness_fraction(c), &
          stretch=contacts%stretch(c), time_step=contacts%time_step, &
          normal_force=contacts%normal_force(c), closure=-contacts%new_gap(c))
       state%memory(:law%columns) = contacts%memory(law%row(:law%columns), c)
    end function state_of
 
    !> Store the memory of contact c.
-   pure subroutine keep_state(contacts, law, c, state)
+   pure subroutine store_state(contacts, law, c, state)
       type(contacts_type), intent(inout) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type), intent(in) :: state     !< after the step
 
       contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
-   end subroutine keep_state
+   end subroutine store_state
 
-   !> Return the initial state of contact c, or its state at zero net slip if it passes that.
+   !> Return the state of contact c at the start of the step, or at zero net slip if slip passes it.
    pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -94,7 +94,7 @@ contains
    end function closure_of
 
    !> .true. if slip in this step lifts contact c.
-   !> In the step in which the contact closes, slip does not lift it: the normal force would jump.
+   !> There is no lift in the step in which c closes, because the normal force would jump.
    pure logical function slip_lifts(contacts, law, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
@@ -125,19 +125,19 @@ contains
       logical :: intact, lifts
 
       state = state_of(contacts, law, c)
-      state%way = sign(1.0_wp, stretch)
+      state%slip_sign = sign(1.0_wp, stretch)
       lifts = slip_lifts(contacts, law, c)
-      if (lifts .and. allocated(contacts%held_bound)) then
-         state%frozen = contacts%held_bound(c)
-         state%lifting = contacts%held_lifting(c)
+      if (lifts .and. allocated(contacts%frozen_bound)) then
+         state%frozen = contacts%frozen_bound(c)
+         state%lifting = contacts%frozen_lifting(c)
       end if
       call find_forces(contacts, law, c, state, gap, stretch, intact, response)
-      if (allocated(contacts%held_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
+      if (allocated(contacts%frozen_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
          contact_open))) then
          if (law%flows) then
-            call apply_slip_curve(law, state, contacts%held_bound(c), stretch, response)
+            call apply_slip_curve(law, state, contacts%frozen_bound(c), stretch, response)
          else
-            call bound_friction(response, contacts%held_bound(c), law%shear_spring(state)*stretch)
+            call limit_friction(response, contacts%frozen_bound(c), law%shear_spring(state)*stretch)
          end if
       end if
       response%slider = response%shear_force
@@ -164,7 +164,7 @@ contains
       logical :: intact
 
       state = state_of(contacts, law, c)
-      state%way = sign(1.0_wp, at(2))
+      state%slip_sign = sign(1.0_wp, at(2))
       call find_forces(contacts, law, c, state, at(1), at(2), intact, response)
       bound = response%bound
       lifting = 1.0_wp
@@ -189,14 +189,14 @@ contains
 
       state = state_of(contacts, law, c)
       if (past_centre) state = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
-      state%way = sign(1.0_wp, stretch)
+      state%slip_sign = sign(1.0_wp, stretch)
    end function sliding_state
 
    !> Apply friction as a curve of slip, at the normal force of this iteration or a frozen one.
    pure subroutine apply_slip_curve(law, state, normal_force, stretch, response)
       class(joint_law_type), intent(in) :: law        !< law of the contact
       type(joint_state_type), intent(in) :: state     !< state of the contact
-      real(wp), intent(in) :: normal_force            !< normal force, present or frozen, N/m
+      real(wp), intent(in) :: normal_force            !< present or frozen normal force, N/m
       real(wp), intent(in) :: stretch                 !< stretch of the shear spring without slip, m
       type(response_type), intent(inout) :: response  !< response; receives the shear force
       real(wp) :: tangent
@@ -206,7 +206,7 @@ contains
    end subroutine apply_slip_curve
 
    !> Apply friction at a frozen bound, for any normal force and also if the contact opens.
-   pure subroutine bound_friction(response, bound, trial)
+   pure subroutine limit_friction(response, bound, trial)
       type(response_type), intent(inout) :: response  !< response with the normal force
       real(wp), intent(in) :: bound  !< N/m
       real(wp), intent(in) :: trial  !< shear force without slip, N/m
@@ -216,7 +216,7 @@ contains
       response%slider = response%shear_force
       if (response%state /= contact_open) &
          response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
-   end subroutine bound_friction
+   end subroutine limit_friction
 
    !> Find the forces of a contact whose friction is not a curve of slip.
    pure subroutine find_forces(contacts, law, c, state, gap, stretch, intact, response)
@@ -235,7 +235,7 @@ contains
       lifts = slip_lifts(contacts, law, c)
       closure = closure_of(contacts, law, c, gap)
       if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
-         ! A joint that slip lifts remains closed while its gap grows less than the lift, even
+         ! With dilation, the joint remains closed while its gap grows less than the lift, also
          ! beyond zero net slip.
          if (.not. lifts) return
          if (law%shear_spring(state)*abs(stretch) <= state%frozen) return
@@ -243,8 +243,8 @@ contains
             if (lifted_force(law, state, closure, abs(stretch)) <= 0.0_wp) return
          end if
       end if
-      ! A contact that closes in this step, or opens and closes repeatedly, is not intact; its shear
-      ! force would jump.
+      ! A contact that closes in this step, or that opens and closes repeatedly, is not intact:
+      ! otherwise its shear force would jump.
       intact = law%brittle .and. state%memory(weakened) < 1.0_wp .and. (contacts%bonded(c) .or. &
          (contacts%was_closed(c) .and. contacts%close_count(c) < most_closings))
       call stick_or_slide(law, state, closure, stretch, intact, lifts, response)
@@ -310,8 +310,8 @@ contains
          /(1.0_wp + springs(1)*rise**2/springs(2)))
    end function lifted_force
 
-   !> Decide whether slip that returns to zero net slip stops there or continues.
-   !> If the slip lowers the contact faster than the joint closes, the contact opens.
+   !> Decide whether slip that reaches zero net slip stops there or continues beyond.
+   !> If slip lowers the contact faster than the joint closes, the contact opens.
    pure subroutine pass_centre(law, state, closure, stretch, response)
       class(joint_law_type), intent(in) :: law        !< law of the contact
       type(joint_state_type), intent(in) :: state     !< state of the contact
@@ -322,7 +322,8 @@ contains
 
       if (response%state /= contact_slide) return
       slip = abs(stretch) - response%bound/law%shear_spring(state)
-      if (state%way*state%memory(net_slip) < 0.0_wp .and. slip > abs(state%memory(net_slip))) then
+      if (state%slip_sign*state%memory(net_slip) < 0.0_wp .and. &
+         slip > abs(state%memory(net_slip))) then
          response%past_centre = .true.
          centre = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
          call stick_or_slide(law, centre, closure + law%lift(centre) - law%lift(state), &
@@ -359,17 +360,18 @@ contains
       real(wp) :: normal_force
 
       state = assumed_state(contacts, law, c)
-      state%way = contacts%slip_sign(c)
+      state%slip_sign = contacts%slip_sign(c)
       normal_force = contacts%line(1, c) - contacts%tangent(1, c)*gap
       if (slip_lifts(contacts, law, c)) normal_force = law%sliding_force(state, law%lift(state) &
          - gap, max(0.0_wp, contacts%slip_sign(c)*(stretch + centre_shift(contacts, c))))
       friction = contacts%slip_sign(c)*law%strength(state, normal_force) &
          - contacts%tilt(1, c)*normal_force
-      if (allocated(contacts%held_bound)) friction = contacts%slip_sign(c)*contacts%held_bound(c)
+      if (allocated(contacts%frozen_bound)) &
+         friction = contacts%slip_sign(c)*contacts%frozen_bound(c)
    end function joint_slide
 
-   !> Tilt the line of contact c, which slip lifts.
-   !> The normal spring of c then acts along gap − rise × slip, in series with the shear spring.
+   !> Tilt the line of contact c with dilation: its normal spring acts along gap − rise × slip, in
+   !> series with the shear spring.
    pure subroutine tilt_line(contacts, law, c, at, response)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step; tilt and line change
       class(joint_law_type), intent(in) :: law        !< law of the contact
@@ -386,18 +388,18 @@ contains
       state = sliding_state(contacts, law, c, response%past_centre, stretch)
       associate (normal => contacts%tangent(1, c), shear => law%shear_spring(state), &
          tilt => contacts%tilt(1, c))
-         if (allocated(contacts%held_lifting)) then
-            tilt = state%way*contacts%held_lifting(c)*law%rise(state, 0.0_wp)
+         if (allocated(contacts%frozen_lifting)) then
+            tilt = state%slip_sign*contacts%frozen_lifting(c)*law%rise(state, 0.0_wp)
          else
-            tilt = state%way*law%rise(state, max(0.0_wp, abs(stretch) - response%bound/shear))
+            tilt = state%slip_sign*law%rise(state, max(0.0_wp, abs(stretch) - response%bound/shear))
          end if
          normal = normal*shear/(shear + normal*tilt**2)
          contacts%line(1, c) = response%normal_force + normal*(at(1) - tilt*stretch)
       end associate
    end subroutine tilt_line
 
-   !> Return the tangent of the law at a closure, with the lift at the start of the step.
-   pure subroutine touch_law(contacts, law, c, closure, tangent, normal_free)
+   !> Return the tangent line of the normal force at a closure, with the lift before the step.
+   pure subroutine linearise_normal(contacts, law, c, closure, tangent, normal_free)
       type(contacts_type), intent(in) :: contacts        !< contacts of this step
       class(joint_law_type), intent(in) :: law           !< law of the contact
       integer, intent(in) :: c                           !< number of the contact
@@ -408,10 +410,10 @@ contains
       state = assumed_state(contacts, law, c)
       tangent = law%tangent(state, closure)
       normal_free = law%normal_force(state, closure) + tangent*(law%lift(state) - closure)
-   end subroutine touch_law
+   end subroutine linearise_normal
 
    !> Set the shear spring of a sticking contact to the tangent of the law at a stretch.
-   pure subroutine touch_shear(contacts, law, c, normal_force, stretch)
+   pure subroutine linearise_shear(contacts, law, c, normal_force, stretch)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
@@ -426,7 +428,7 @@ contains
       if (.not. law%flows) return
       call law%flow(state, max(0.0_wp, normal_force), stretch, force, contacts%tangent(2, c))
       contacts%line(2, c) = force - contacts%tangent(2, c)*stretch
-   end subroutine touch_shear
+   end subroutine linearise_shear
 
    !> Return the line of the next iteration, from the response of the law at a solution.
    pure subroutine line_of(contacts, law, c, gap, response, tangent, normal_free)
@@ -442,14 +444,14 @@ contains
       if (law%curved) then
          expected = contacts%line(1, c) - contacts%tangent(1, c)*gap
          if (contacts%state(c) == contact_open .or. expected <= 0.0_wp) &
-            expected = first_share*law%initial_spring(state_of(contacts, law, c))*closure
+            expected = first_force_ratio*law%initial_spring(state_of(contacts, law, c))*closure
          if (closure > 0.0_wp) closure = min(closure, &
             law%closure(state_of(contacts, law, c), expected))
       end if
-      call touch_law(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
-      ! At a frozen bound the tangent of the law is used, because a solve must reduce the energy.
+      call linearise_normal(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
+      ! With frozen bounds, the line is the tangent at the solution, which reduces the energy.
       if ((response%state == contact_slide .and. law%dilates) .or. &
-         (response%state /= contact_open .and. allocated(contacts%held_bound))) &
+         (response%state /= contact_open .and. allocated(contacts%frozen_bound))) &
          normal_free = response%normal_force + tangent*gap
    end subroutine line_of
 

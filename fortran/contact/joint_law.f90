@@ -5,7 +5,7 @@
 !> All laws: the closure x is the penetration plus the lift by dilation, and 0 at zero force;
 !> the normal force has a convex potential `stored`; the shear force is elastic up to `strength`,
 !> which depends on the normal force.  A law overrides the procedures that differ.  The stiffness is
-!> that of a contact, or a stiffness per area that is multiplied by the tributary length.
+!> a stiffness of a contact, or a stiffness per area that is multiplied by the tributary length.
 module dda_joint_law
    use dda_kinds, only: wp, pi
    use dda_material, only: joint_type
@@ -16,8 +16,8 @@ module dda_joint_law
 
    real(wp), parameter :: steepest = 89.0_wp  !< largest friction angle of an input, degrees
 
-   integer, parameter :: most_own = 4         !< columns of a law in addition to the shared ones
-   ! Columns of every law; the third only if the law depends on the direction of slip
+   integer, parameter :: most_law_columns = 4  !< columns of a law in addition to the shared ones
+   ! Columns of every law; `net_slip` only in laws that depend on the direction of slip
    integer, parameter :: slip_path = 1, weakened = 2, net_slip = 3
 
    !> A variable that a law stores for each contact: a column of the memory of contacts, of
@@ -33,14 +33,14 @@ module dda_joint_law
    type(column_type), parameter :: shared(3) = [column_type('slip_path'), &
       column_type('weakened', initial=1.0_wp), column_type('net_slip')]
 
-   !> State of a contact, as required by its law.
+   !> State of a contact as input of its law.
    type :: joint_state_type
       real(wp) :: length     !< tributary length, m
-      real(wp) :: share = 1.0_wp  !< fraction of the stiffness of a contact
-      real(wp) :: way = 1.0_wp    !< sign of the considered shear force
+      real(wp) :: stiffness_fraction = 1.0_wp  !< fraction of the stiffness of a contact
+      real(wp) :: slip_sign = 1.0_wp  !< direction of slip, sign of the shear force
       real(wp) :: frozen = -1.0_wp !< frozen friction without dilation, N/m
       real(wp) :: lifting = 1.0_wp !< with frozen friction, fraction of the slip that lifts
-      real(wp) :: memory(most_own + 3) = 0.0_wp  !< memory of the law for this contact
+      real(wp) :: memory(most_law_columns + 3) = 0.0_wp  !< memory of the law for this contact
       real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< Δt, s; 0: static
       real(wp) :: normal_force = 0.0_wp  !< normal force at the end of a solved step, N/m
@@ -75,16 +75,17 @@ module dda_joint_law
       logical :: curved = .false.            !< the normal force is not linear in the closure
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: crushes = .false.           !< plastic closure lowers the contact
-      logical :: has_centre = .false.        !< slip from and towards zero net slip differ
+      logical :: has_centre = .false.        !< slip away from and towards zero net slip differ
       logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
       logical :: cohesive = .false.   !< a bond parallel to the contact is damaged gradually
       integer :: points = 2                  !< default number of contact points of an overlap
-      !> memory in addition to the shared columns; unused entries have no name
-      type(column_type) :: own(most_own) = column_type('')
+      !> further columns of the law in addition to the shared ones; unused entries have no name
+      type(column_type) :: law_columns(most_law_columns) = column_type('')
       integer :: columns = 0                     !< columns of memory, including the shared ones
-      integer :: row(most_own + 3) = 0  !< numbers of these columns in the memory of contacts
+      !> numbers of these columns in the memory of contacts
+      integer :: row(most_law_columns + 3) = 0
    contains
-      procedure :: follows_way
+      procedure :: depends_on_direction
       procedure :: initial_spring
       procedure :: shear_spring
       procedure :: normal_force => linear_force
@@ -94,7 +95,7 @@ module dda_joint_law
       procedure(strength_at), deferred :: strength
       procedure(reduced_strength), deferred :: reduced_strengths
       procedure :: tension => no_tension
-      procedure :: state_after_slip => longer_path
+      procedure :: state_after_slip => add_slip_path
       procedure :: lift => no_lift
       procedure :: rise => no_rise
       procedure :: lifting_share => whole_share
@@ -102,7 +103,7 @@ module dda_joint_law
       procedure :: flow => elastic_slip_curve
       procedure :: expected_slip => no_slip
       procedure :: damage => same_damage
-      procedure :: spent => nothing_spent
+      procedure :: dissipated => no_dissipation
       procedure :: bond_energy => no_bond
       procedure :: check_and_derive => complete_nothing
    end type joint_law_type
@@ -129,25 +130,26 @@ module dda_joint_law
 contains
 
    !> .true. if the law depends on the direction of slip.
-   pure logical function follows_way(law)  ! total
+   pure logical function depends_on_direction(law)  ! total
       class(joint_law_type), intent(in) :: law  !< law of the joint
 
-      follows_way = law%has_centre .or. law%cohesive
-   end function follows_way
+      depends_on_direction = law%has_centre .or. law%cohesive
+   end function depends_on_direction
 
    !> Assign the memory of a law to columns of the contacts' memory, after the shared columns.
    !> Variables with equal names share one column.
    pure subroutine add_columns(columns, law)
       type(column_type), allocatable, intent(inout) :: columns(:)  !< columns of the model
       class(joint_law_type), intent(inout) :: law  !< law; receives the numbers of its columns
-      type(column_type), allocatable :: own(:)
+      type(column_type), allocatable :: law_columns(:)
       integer :: i
 
-      own = [shared(:merge(3, 2, law%follows_way())), pack(law%own, law%own%name /= '')]
-      law%columns = size(own)
-      do i = 1, size(own)
-         if (all(columns%name /= own(i)%name)) columns = [columns, own(i)]
-         law%row(i) = findloc(columns%name == own(i)%name, .true., 1)
+      law_columns = [shared(:merge(3, 2, law%depends_on_direction())), pack(law%law_columns, &
+         law%law_columns%name /= '')]
+      law%columns = size(law_columns)
+      do i = 1, size(law_columns)
+         if (all(columns%name /= law_columns(i)%name)) columns = [columns, law_columns(i)]
+         law%row(i) = findloc(columns%name == law_columns(i)%name, .true., 1)
       end do
    end subroutine add_columns
 
@@ -174,7 +176,8 @@ contains
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
 
-      spring = law%normal_stiffness*merge(state%length, state%share, law%normal_per_area)
+      spring = law%normal_stiffness*merge(state%length, state%stiffness_fraction, &
+         law%normal_per_area)
    end function initial_spring
 
    !> Return the shear stiffness, N/m.
@@ -182,7 +185,7 @@ contains
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state of the contact
 
-      spring = law%shear_stiffness*merge(state%length, state%share, law%shear_per_area)
+      spring = law%shear_stiffness*merge(state%length, state%stiffness_fraction, law%shear_per_area)
    end function shear_spring
 
    !> Return the normal force at a closure, N/m.
@@ -230,7 +233,7 @@ contains
    end function no_tension
 
    !> Update the state after an inelastic slip; default: add the slip to the slip path.
-   pure type(joint_state_type) function longer_path(law, state, slip, shear_force) result(after)
+   pure type(joint_state_type) function add_slip_path(law, state, slip, shear_force) result(after)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state before the slip
       real(wp), intent(in) :: slip                 !< slip with its sign, m
@@ -238,7 +241,7 @@ contains
 
       after = state
       after%memory(slip_path) = state%memory(slip_path) + abs(slip)
-   end function longer_path
+   end function add_slip_path
 
    !> Return the lift of the contact by slip, m; default: none.
    pure real(wp) function no_lift(law, state) result(lift)
@@ -288,7 +291,7 @@ contains
       shear_force = tangent*stretch
    end subroutine elastic_slip_curve
 
-   !> Return the slip in this step at which the iteration begins, m; default: none.
+   !> Return the first guess of the slip in this step, m; default: none.
    pure real(wp) function no_slip(law, state) result(slip)
       class(joint_law_type), intent(in) :: law     !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
@@ -306,13 +309,13 @@ contains
    end function same_damage
 
    !> Return the fracture energy dissipated between two damages, N/m; default: none.
-   pure real(wp) function nothing_spent(law, opening, slip, from, to) result(spent)
+   pure real(wp) function no_dissipation(law, opening, slip, from, to) result(dissipated)
       class(joint_law_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip     !< m
       real(wp), intent(in) :: from, to          !< damage
 
-      spent = 0.0_wp
-   end function nothing_spent
+      dissipated = 0.0_wp
+   end function no_dissipation
 
    !> Return the energy of a bond minus that of the parallel contact, N/m; default: none.
    pure real(wp) function no_bond(law, opening, slip) result(energy)

@@ -18,21 +18,21 @@ module dda_neighbours
 
    !> Near pairs and probes.
    type :: neighbours_type
-      ! unsaved, set by a search that ends the run: crowded
+      ! unsaved, set by a search that ends the run: overflowed
       ! unsaved, listed again from the present positions, without effect on results: first_corner
       ! unsaved, listed again from the present positions, without effect on results: corner
       ! unsaved, the input: convex, convex_block
       integer :: n_pairs = 0
       integer :: n_probes = 0
       integer, allocatable :: pair(:,:)      !< [2, pairs] near blocks, first < second
-      integer, allocatable :: probe(:,:)     !< [2, probes] vertex, pair
+      integer, allocatable :: probe(:,:)     !< [2, probes] vertex, and number of the near pair
       integer, allocatable :: first_edge(:)  !< [probes+1] first edge of each probe
       integer, allocatable :: edge(:)        !< edges of the probes, given by their first vertices
       integer, allocatable :: first_corner(:) !< [probes+1] first corner of each probe
-      !> convex ends of a probe's edges that its vertex can reach before the next search
+      !> convex end vertices of each probe's edges that its vertex can reach before the next search
       integer, allocatable :: corner(:)
-      !> too many pairs; the list is incomplete
-      logical :: crowded = .false.
+      !> there are too many pairs, so the list is incomplete
+      logical :: overflowed = .false.
       logical, allocatable :: convex(:)      !< [vertices] the angle is below 180°
       logical, allocatable :: convex_block(:) !< [n] all its angles are below 180°
       real(wp) :: reach = 0.0_wp             !< search distance, m
@@ -58,7 +58,7 @@ contains
 
       if (.not. allocated(neighbours%convex)) call mark_convex(neighbours, blocks)
       call find_near_pairs(neighbours, blocks, reach)
-      if (neighbours%crowded) neighbours%n_pairs = 0
+      if (neighbours%overflowed) neighbours%n_pairs = 0
       call find_probes(neighbours, blocks, reach)
       neighbours%reach = reach
       neighbours%travel = 0.0_wp
@@ -67,7 +67,8 @@ contains
 
    !> Find pairs of blocks whose boxes are closer than a distance.
    subroutine find_near_pairs(neighbours, blocks, reach)
-      type(neighbours_type), intent(inout) :: neighbours !< receives pairs, or `crowded` if too many
+      !> receives pairs, or `overflowed` if too many
+      type(neighbours_type), intent(inout) :: neighbours
       type(blocks_type), intent(in) :: blocks             !< present geometry
       real(wp), intent(in) :: reach                       !< search distance, m
       real(wp), allocatable :: box(:,:)
@@ -94,7 +95,7 @@ contains
       call move_alloc(sorted, neighbours%pair)
    end subroutine sort_pairs
 
-   !> Remove pairs with blocks that were removed from the model.
+   !> Remove pairs that contain a block removed from the model.
    pure subroutine drop_removed(neighbours, removed)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
       logical, intent(in) :: removed(:)                   !< [blocks]
@@ -128,7 +129,7 @@ contains
       neighbours%n_pairs = kept
    end subroutine drop_joined
 
-   !> Mark convex vertices and blocks, which are constants of the run.
+   !> Mark the convex vertices and the convex blocks; both are constant during the run.
    subroutine mark_convex(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< `convex`, `convex_block`
       type(blocks_type), intent(in) :: blocks             !< reference shapes
@@ -162,7 +163,8 @@ contains
    !> Find pairs of overlapping boxes.
    !> Each pair is listed once, in the cell that contains the lower left corner of the overlap.
    subroutine find_pairs(neighbours, n, box)
-      type(neighbours_type), intent(inout) :: neighbours !< receives pairs, or `crowded` if too many
+      !> receives pairs, or `overflowed` if too many
+      type(neighbours_type), intent(inout) :: neighbours
       integer, intent(in) :: n                            !< number of blocks
       real(wp), intent(in) :: box(:,:)                    !< [4, n] xmin, ymin, xmax, ymax, m
       type(grid_type) :: grid
@@ -170,7 +172,7 @@ contains
 
       call fill_grid(grid, n, box)
       neighbours%n_pairs = 0
-      neighbours%crowded = .false.
+      neighbours%overflowed = .false.
       most = most_pairs + 100*min(n, 10000000)
       call grow(neighbours%pair, 2, 4*n + 8)
       do cell = 1, size(grid%first) - 1
@@ -180,8 +182,8 @@ contains
                b = grid%member(j)
                if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
                if (cell_number(grid, max(box(1:2, a), box(1:2, b))) /= cell) cycle
-               neighbours%crowded = neighbours%n_pairs == most
-               if (neighbours%crowded) return
+               neighbours%overflowed = neighbours%n_pairs == most
+               if (neighbours%overflowed) return
                neighbours%n_pairs = neighbours%n_pairs + 1
                call grow(neighbours%pair, 2, neighbours%n_pairs)
                neighbours%pair(:, neighbours%n_pairs) = [min(a, b), max(a, b)]
@@ -222,9 +224,11 @@ contains
       end do
    end subroutine fill_grid
 
-   !> Convert counts to the start of each cell; after filling, shift the advanced starts back.
+   !> Convert counts per cell to the first index of each cell.
+   !> Filling a cell advances its first index, so a second pass restores the first indices.
    pure subroutine convert_counts_to_starts(first, pass)
-      integer, intent(inout) :: first(:)  !< [cells+1] counts or advanced starts; on return, starts
+      !> [cells+1] counts or advanced indices; on return, first indices
+      integer, intent(inout) :: first(:)
       integer, intent(in) :: pass         !< 1 after counting, 2 after filling
       integer :: cell, start, count
 
@@ -277,7 +281,7 @@ contains
             call probe_block(neighbours, blocks, p, b, a, reach)
          end associate
       end do
-      ! The arrays are used for many steps, so they are trimmed.
+      ! The arrays persist for many steps, so unused memory is released.
       associate (n => neighbours%n_probes)
          neighbours%probe = neighbours%probe(:, :n)
          neighbours%first_edge = neighbours%first_edge(:n + 1)
@@ -318,7 +322,7 @@ contains
       end do
    end subroutine probe_block
 
-   !> List the convex ends of each probe's edges that are near its vertex, in edge order.
+   !> List, for each probe, the convex end vertices of its edges that are near its vertex.
    !>
    !> Vertices farther apart than twice `reach − travel` cannot touch before the next search.
    subroutine find_corners(neighbours, blocks)
@@ -335,7 +339,7 @@ contains
          neighbours%first_corner(p) = corners + 1
          w = 0
          do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
-            ! An end shared by two edges is listed once.
+            ! An end vertex shared by two edges is listed once.
             do k = merge(2, 1, w == neighbours%edge(i)), 2
                w = neighbours%edge(i)
                if (k == 2) w = blocks%next(w)

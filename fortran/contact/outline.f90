@@ -12,7 +12,7 @@ module dda_outline
    private
    public :: sides, outline_of, pieces_on_side, pieces_along, common_span, touching
 
-   !> Sides of the bounding box of the model, and the upward surface.
+   !> Names of the sides of the bounding box, and of the upward surface.
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
       'top', 'surface']
 
@@ -97,7 +97,7 @@ contains
       end do
    end subroutine add_free_parts
 
-   !> Replace the best interval by a new one that begins earlier and extends beyond a position.
+   !> Replace `span` by interval `new` if `new` begins earlier and extends beyond a position.
    pure subroutine choose_first(new, free, span)
       real(wp), intent(in) :: new(2)       !< ends as fractions of an edge; empty if first > last
       real(wp), intent(in) :: free         !< position, as a fraction of the edge
@@ -109,7 +109,8 @@ contains
    end subroutine choose_first
 
    !> Find the interval of edge e, as fractions of its length, along which a segment runs.
-   !> The segment has the same direction (1), the opposite (−1) or any (0); first > last: empty.
+   !> `sense`: required direction of the segment, same (1), opposite (−1) or any (0).
+   !> The interval is empty if its first value exceeds its last.
    pure function common_span(blocks, e, from, to, sense) result(span)
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       integer, intent(in) :: e                  !< edge, given by its first vertex

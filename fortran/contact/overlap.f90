@@ -2,8 +2,8 @@
 !> Overlap of two edges that lie along each other, and the contacts that share it.
 !>
 !> A joint with two contact points has a contact at each end of an overlap, each with half of its
-!> length.  With 3, 5, 9 or 17 points, Lobatto's rule sets the positions and weights.  It is exact
-!> for a stress that is linear along the overlap, so that the joint's bending stiffness is correct.
+!> length.  With 3, 5, 9 or 17 points, Lobatto's rule sets the positions and weights.  The rule
+!> is exact for a stress that is linear along the overlap, so the bending stiffness is exact.
 module dda_overlap
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex

@@ -20,7 +20,7 @@ module dda_plesha
    public :: plesha_type, new_plesha
 
    integer, parameter :: lifted = 4  !< column of the lift
-   real(wp), parameter :: steepest_climb = 89.0_wp  !< largest φ + α₀, degrees
+   real(wp), parameter :: largest_climb = 89.0_wp   !< largest φ + α₀, degrees
 
    !> Friction of the faces, and their asperities.
    type, extends(joint_law_type) :: plesha_type
@@ -46,7 +46,7 @@ contains
       law%friction = joint%friction_angle*(pi/180.0_wp)
       law%asperity = joint%asperity_angle*(pi/180.0_wp)
       law%wear = joint%asperity_wear
-      law%own(1) = column_type('lifted')
+      law%law_columns(1) = column_type('lifted')
       law%dilates = .true.
       law%has_centre = .true.
    end function new_plesha
@@ -67,9 +67,9 @@ contains
          if (angle > friction) then
             wrong = 'asperity_angle = '//to_text(angle)//' is above friction_angle = '// &
                to_text(friction)//': the joint would slip back by itself'
-         else if (angle + friction > steepest_climb) then
+         else if (angle + friction > largest_climb) then
             wrong = 'asperity_angle = '//to_text(angle)//' and friction_angle = '// &
-               to_text(friction)//' must not add up to more than '//to_text(steepest_climb)// &
+               to_text(friction)//' must not add up to more than '//to_text(largest_climb)// &
                ': otherwise no shear force moves the joint'
          else if (joint%shear_stiffness > 0.0_wp .and. .not. joint%normal_stiffness > 0.0_wp) then
             wrong = 'shear_stiffness_per_area of a joint of law = '//quoted(trim(joint%law))// &
@@ -100,7 +100,7 @@ contains
       type(joint_state_type), intent(in) :: state  !< state of the contact
 
       angle = law%asperity*(1.0_wp - state%memory(weakened))
-      if (state%way*state%memory(net_slip) < 0.0_wp) angle = -angle
+      if (state%slip_sign*state%memory(net_slip) < 0.0_wp) angle = -angle
    end function angle
 
    !> Return the largest shear force, N/m.
@@ -123,7 +123,7 @@ contains
 
       friction = reduced_angle(joint%friction_angle, factor)
       strengths = [strength_type('friction_angle', friction), strength_type('asperity_angle', &
-         min(reduced_angle(joint%asperity_angle, factor), steepest_climb - friction))]
+         min(reduced_angle(joint%asperity_angle, factor), largest_climb - friction))]
    end function reduced_strengths
 
    !> Update net slip, lift and wear after a slip.

@@ -19,7 +19,8 @@ module dda_rate_state
 
    !> columns: θ, s; v with its sign, m/s; largest slip of a step over L
    integer, parameter :: age = 3, slip_rate = 4, slip_share = 5
-   real(wp), parameter :: most_slip = 0.2_wp     !< largest slip per step over L: error of θ < 10 %
+   !> largest slip/L per step, for an error of θ below 10 %
+   real(wp), parameter :: most_slip = 0.2_wp
    integer, parameter :: most_steps = 60         !< iterations of Newton's method (monotone)
 
    !> Friction and its parameters.
@@ -53,10 +54,10 @@ contains
       law%threshold = joint%threshold_velocity
       law%distance = joint%state_distance
       law%first_age = joint%initial_age
-      law%own(:3) = [column_type('age'), column_type('slip_rate'), &
+      law%law_columns(:3) = [column_type('age'), column_type('slip_rate'), &
          column_type('slip_share', limit=most_slip, advice='slip per step over '// &
          'state_distance, above which age is inaccurate; try a smaller time_step')]
-      if (.not. law%evolution > 0.0_wp) law%own(3)%limit = huge(1.0_wp)
+      if (.not. law%evolution > 0.0_wp) law%law_columns(3)%limit = huge(1.0_wp)
       law%flows = .true.
    end function new_rate_state
 

@@ -4,8 +4,8 @@
 !> The contacts at both ends of an overlap share its length, so that the stiffness of a joint does
 !> not depend on the number of touching corners.  A length is set when the contact closes and
 !> updated when the overlap has changed by more than a hundredth.  An update does not change the
-!> stress; the change of spring energy enters the energy budget.  For a corner on an edge that is
-!> not parallel to its own edges, the length is half the shorter edge.
+!> stress; the change of spring energy enters the energy budget.  If no edge at the vertex is
+!> parallel to the touched edge, the length is half the shorter edge.
 module dda_tributary
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -17,53 +17,54 @@ module dda_tributary
    private
    public :: contact_overlap, set_lengths
 
-   real(wp), parameter :: same = 1.0e-2_wp  !< smaller relative changes are ignored
+   real(wp), parameter :: least_change = 1.0e-2_wp  !< smaller relative changes are ignored
    real(wp), parameter :: least = 1.0e-9_wp       !< least length of a contact, over edge length
 
 contains
 
-   !> Set the lengths of the contacts of a new list, with joints and history.
+   !> Set the lengths of the contacts of a new list; joints and history must be set.
    pure subroutine set_lengths(contacts, blocks, laws, gained)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< joint laws
       real(wp), intent(out) :: gained  !< energy gain of the springs, J per metre
-      real(wp) :: length, share, before
+      real(wp) :: length, stiffness_fraction, before
       integer :: c
 
       gained = 0.0_wp
       do c = 1, contacts%n
          if (contacts%bonded(c)) cycle
-         call find_length(contacts, blocks, laws, c, length, share)
-         if (abs(length - contacts%length(c)) <= same*contacts%length(c) .and. &
-            abs(share - contacts%share(c)) <= same*share) cycle
+         call find_length(contacts, blocks, laws, c, length, stiffness_fraction)
+         if (abs(length - contacts%length(c)) <= least_change*contacts%length(c) .and. &
+            abs(stiffness_fraction &
+               - contacts%stiffness_fraction(c)) <= least_change*stiffness_fraction) cycle
          if (contacts%length(c) > 0.0_wp .and. contacts%state(c) /= contact_open .and. &
             .not. has_parallel_edge(contacts, blocks, c)) cycle
          before = spring_energy(contacts, laws, c)
          if (contacts%length(c) <= 0.0_wp .or. contacts%state(c) == contact_open) before = 0.0_wp
          contacts%length(c) = length
-         contacts%share(c) = share
+         contacts%stiffness_fraction(c) = stiffness_fraction
          if (before > 0.0_wp) gained = gained + spring_energy(contacts, laws, c) - before
       end do
    end subroutine set_lengths
 
    !> Find the tributary length of contact c, m, and its fraction of the stiffness of a contact.
-   pure subroutine find_length(contacts, blocks, laws, c, length, share)
+   pure subroutine find_length(contacts, blocks, laws, c, length, stiffness_fraction)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
       type(laws_type), intent(in) :: laws          !< joint laws
       integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(out) :: length, share       !< length, m; fraction
+      real(wp), intent(out) :: length, stiffness_fraction  !< length, m; fraction
       real(wp) :: weighted
       integer :: n
 
-      share = 1.0_wp
+      stiffness_fraction = 1.0_wp
       n = laws%points(contacts%joint(c))
       if (n > 2) then
          weighted = weighted_overlap(contacts, blocks, c, n)
          if (weighted > 0.0_wp) then
             length = weighted
-            share = 2*weight(n, max(1, contacts%point(c)))
+            stiffness_fraction = 2*weight(n, max(1, contacts%point(c)))
             return
          end if
       end if
@@ -87,7 +88,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: c                     !< number of the contact
-      integer :: e, v, own
+      integer :: e, v, end_edge
 
       e = contacts%edge(c)
       v = contacts%vertex(c)
@@ -95,10 +96,10 @@ contains
          length = max(least*blocks%length(e), contact_overlap(blocks, e, v))
          return
       end if
-      own = v
+      end_edge = v
       if (abs(dot_product(contacts%normal(:, c), blocks%along(:, blocks%previous(v)))) < &
-         abs(dot_product(contacts%normal(:, c), blocks%along(:, v)))) own = blocks%previous(v)
-      length = 0.5_wp*min(blocks%length(e), blocks%length(own))
+         abs(dot_product(contacts%normal(:, c), blocks%along(:, v)))) end_edge = blocks%previous(v)
+      length = 0.5_wp*min(blocks%length(e), blocks%length(end_edge))
    end function tributary_length
 
    !> .true. if an edge at the vertex is parallel to the touched edge.
@@ -136,21 +137,21 @@ contains
       if (overlap%corner_from .and. overlap%corner_to) length = 0.5_wp*length
    end function shared_overlap
 
-   !> Return the length of contact c, m, from its weight, if its joint has points between corners.
+   !> Return the tributary length of contact c, m, if its joint has points between corners.
    pure real(wp) function weighted_overlap(contacts, blocks, c, n) result(length)
       type(contacts_type), intent(in) :: contacts  !< with geometry
       type(blocks_type), intent(in) :: blocks      !< present geometry
       integer, intent(in) :: c                     !< number of the contact
       integer, intent(in) :: n                     !< number of points of the joint
       type(overlap_type) :: overlap
-      integer :: own(2), k
+      integer :: end_edge(2), k
 
       length = 0.0_wp
-      own = [contacts%vertex(c), blocks%previous(contacts%vertex(c))]
+      end_edge = [contacts%vertex(c), blocks%previous(contacts%vertex(c))]
       do k = 1, merge(1, 2, contacts%point(c) > 0)
-         overlap = overlap_of(blocks, contacts%edge(c), own(k), &
+         overlap = overlap_of(blocks, contacts%edge(c), end_edge(k), &
             merge(wide, narrow, contacts%point(c) > 0))
-         if (has_points(blocks, contacts%edge(c), own(k), overlap)) &
+         if (has_points(blocks, contacts%edge(c), end_edge(k), overlap)) &
             length = length + weight(n, max(1, contacts%point(c)))*overlap%length
       end do
    end function weighted_overlap

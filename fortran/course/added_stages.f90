@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Stages added to a started run: excavation, release of supports, other joints.
+!> Stages that are added to a running simulation: excavation, release of supports, other joints.
 !>
-!> The last stage of the run ends now or, with adaptive steps, at the second multiple of its Δt from
-!> now, so that earlier steps do not differ.  A run that has these stages from the start is then
-!> bit-identical.  Added stages cannot add supported points, loads, motions or bolts, because these
-!> are part of the model from the start.
+!> The last stage of the run ends at the present time or, with adaptive steps, at the second next
+!> multiple of its Δt.  Its steps are then bit-identical to a run with these stages in its input.
+!> Added stages cannot add supported points, loads, motions or bolts, because these are part of the
+!> model from the start.
 module dda_added_stages
    use dda_kinds, only: wp, long
    use dda_column_model, only: column_model
@@ -20,7 +20,7 @@ module dda_added_stages
 
 contains
 
-   !> .true. if a changed input has more stages than the run.
+   !> .true. if the changed input has more stages than the run.
    pure logical function has_more_stages(simulation, model) result(more)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(model_type), intent(in) :: model  !< model of the changed input
@@ -72,7 +72,7 @@ contains
       end associate
    end subroutine check_added_stages
 
-   !> End the present stage now, or, with adaptive steps, at the second multiple of its Δt from now.
+   !> End the present stage at the present time, or at the second next multiple of an adaptive Δt.
    pure subroutine end_present_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding error of times over Δt
@@ -87,20 +87,20 @@ contains
    end subroutine end_present_stage
 
    !> Copy the additional stages of a changed input to the model of the run.
-   pure subroutine adopt_stages(own, model)
-      type(model_type), intent(inout) :: own  !< model of the run
+   pure subroutine adopt_stages(run_model, model)
+      type(model_type), intent(inout) :: run_model  !< model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
       type(stage_type), allocatable :: stages(:)
       integer :: old
 
-      old = size(own%stages)
+      old = size(run_model%stages)
       if (size(model%stages) <= old) return
       allocate (stages(size(model%stages)))
-      stages(:old) = own%stages
+      stages(:old) = run_model%stages
       stages(old + 1:) = model%stages(old + 1:)
       stages(old)%steps = model%stages(old)%steps
       stages(old)%duration = model%stages(old)%duration
-      call move_alloc(stages, own%stages)
+      call move_alloc(stages, run_model%stages)
    end subroutine adopt_stages
 
 end module dda_added_stages

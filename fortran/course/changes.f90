@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Changes of a model during a run: gravity, Δt, joints, loads, motions, fixed points.
 !>
-!> The values of a changed input replace the values of the run, at the present time:
+!> The values of a changed input replace the values of the run at the present time:
 !>
 !> - Bonds, closed contacts and their spring deformations are retained; new strengths apply.
 !> - A point that is fixed again, or has another motion, retains its present position.
-!> - A new Δt applies from now on; the remaining time is rounded up to whole steps.
+!> - A new Δt applies from the next step; the remaining time is rounded up to whole steps.
 !> - The term `changed` of the energy budget contains the gain or loss of stored energy.
 module dda_changes
    use dda_kinds, only: wp, long, pi
    use dda_added_stages, only: adopt_stages
-   use dda_blocks, only: blocks_type, place_of
+   use dda_blocks, only: blocks_type, position_of
    use dda_column_model, only: column_model
    use dda_columns, only: column_count, column_of
    use dda_damping, only: highest_relaxation
@@ -33,7 +33,7 @@ module dda_changes
 
 contains
 
-   !> Replace the changeable values of a run by those of a model, at the present time.
+   !> Replace the changeable values of a run by the values of a model at the present time.
    recursive subroutine change_now(simulation, model, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
@@ -89,7 +89,7 @@ contains
          'it cannot add fixed points to fixed edges')
    end subroutine check_unchanged
 
-   !> Check that the new Δt is valid for the Maxwell branches, which are not fitted again.
+   !> Check that the fitted Maxwell branches are valid for the new Δt; they are not fitted again.
    subroutine check_maxwell_steps(simulation, new, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(model_type), intent(in) :: new  !< model of the changed input
@@ -109,37 +109,37 @@ contains
       end do
    end subroutine check_maxwell_steps
 
-   !> Copy the changed values; blocks and supports that stages have removed remain removed.
+   !> Copy the changed values; blocks and supports removed by stages remain removed.
    recursive subroutine adopt_values(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
       type(laws_type) :: laws
       integer :: m, i
 
-      associate (own => simulation%model)
-         own%control%gravity = model%control%gravity
-         simulation%iteration%weight = norm2(model%control%gravity)*maxval(own%blocks%mass)
-         own%joints = model%joints
+      associate (run_model => simulation%model)
+         run_model%control%gravity = model%control%gravity
+         simulation%iteration%weight = norm2(model%control%gravity)*maxval(run_model%blocks%mass)
+         run_model%joints = model%joints
          call set_laws(laws, model%joints, simulation%laws%normal_stiffness, &
-            own%contact%shear_ratio)
+            run_model%contact%shear_ratio)
          laws%augmented = simulation%laws%augmented
          laws%theta = simulation%laws%theta
          simulation%laws = laws
-         do m = 1, size(own%motions)
-            associate (begins => own%motions(m)%curve%start)
-               own%motions(m) = motion_from_time(model%motions(m), begins)
+         do m = 1, size(run_model%motions)
+            associate (begins => run_model%motions(m)%curve%start)
+               run_model%motions(m) = motion_from_time(model%motions(m), begins)
             end associate
          end do
-         call adopt_loads(own, model, simulation%blocks%removed)
-         call adopt_points(own, model, simulation%blocks%removed, simulation%stage)
-         call adopt_stages(own, model)
+         call adopt_loads(run_model, model, simulation%blocks%removed)
+         call adopt_points(run_model, model, simulation%blocks%removed, simulation%stage)
+         call adopt_stages(run_model, model)
       end associate
       do i = 1, column_count(simulation)
          call adopt_values(column_of(simulation, i), column_model(model, model%free_fields(i)))
       end do
    end subroutine adopt_values
 
-   !> Return a motion that begins at a given time.
+   !> Return a motion of the input with another start time.
    pure type(motion_type) function motion_from_time(motion, start)
       type(motion_type), intent(in) :: motion  !< motion of the input
       real(wp), intent(in) :: start  !< s
@@ -149,28 +149,29 @@ contains
    end function motion_from_time
 
    !> Replace the loads, whose number may increase; existing loads retain their start times.
-   subroutine adopt_loads(own, model, removed)
-      type(model_type), intent(inout) :: own  !< blocks or model of the run
+   subroutine adopt_loads(run_model, model, removed)
+      type(model_type), intent(inout) :: run_model  !< blocks or model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
       logical, intent(in) :: removed(:)       !< [blocks]
       type(load_type), allocatable :: loads(:)
       integer :: i, s, old
 
       loads = model%loads
-      old = size(own%loads)
+      old = size(run_model%loads)
       do i = 1, size(loads)
-         if (i <= old) loads(i)%start = own%loads(i)%start
+         if (i <= old) loads(i)%start = run_model%loads(i)%start
          if (removed(loads(i)%block)) loads(i)%start = never
       end do
-      do s = 1, size(own%stages)
-         own%stages(s)%loads = [own%stages(s)%loads, spread(.false., 1, size(loads) - old)]
+      do s = 1, size(run_model%stages)
+         run_model%stages(s)%loads = [run_model%stages(s)%loads, spread(.false., 1, size(loads) &
+            - old)]
       end do
-      call move_alloc(loads, own%loads)
+      call move_alloc(loads, run_model%loads)
    end subroutine adopt_loads
 
    !> Replace the fixed points, whose number may increase; released points remain released.
-   subroutine adopt_points(own, model, removed, stage)
-      type(model_type), intent(inout) :: own  !< blocks or model of the run
+   subroutine adopt_points(run_model, model, removed, stage)
+      type(model_type), intent(inout) :: run_model  !< blocks or model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
       logical, intent(in) :: removed(:)       !< [blocks]
       integer, intent(in) :: stage            !< present stage
@@ -178,29 +179,29 @@ contains
       integer :: i, s, more
 
       points = model%fixed_points
-      more = size(points) - size(own%fixed_points)
-      do i = 1, size(own%fixed_points)
-         points(i)%place = own%fixed_points(i)%place
+      more = size(points) - size(run_model%fixed_points)
+      do i = 1, size(run_model%fixed_points)
+         points(i)%place = run_model%fixed_points(i)%place
       end do
-      do s = 1, size(own%stages)
-         associate (stages => own%stages)
+      do s = 1, size(run_model%stages)
+         associate (stages => run_model%stages)
             stages(s)%released = [stages(s)%released, spread(.false., 1, more)]
             stages(s)%holds = [stages(s)%holds, spread(.false., 1, more)]
             if (s > stage) cycle
             do i = 1, size(points)
-               if (stages(s)%holds(i)) points(i)%held = points(i)%waiting
-               if (stages(s)%released(i)) points(i)%held = .false.
+               if (stages(s)%holds(i)) points(i)%fixed_along = points(i)%waiting
+               if (stages(s)%released(i)) points(i)%fixed_along = .false.
             end do
          end associate
       end do
       do i = 1, size(points)
-         if (removed(points(i)%block)) points(i)%held = .false.
+         if (removed(points(i)%block)) points(i)%fixed_along = .false.
       end do
-      call move_alloc(points, own%fixed_points)
+      call move_alloc(points, run_model%fixed_points)
    end subroutine adopt_points
 
-   !> Set the targets of points that are fixed again, or have another motion, to their positions.
-   !> Other targets do not change.
+   !> Set the targets of fixed points to their positions, for points that are fixed again or have
+   !> another motion.  Other targets do not change.
    subroutine set_targets_here(simulation, before, motions)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(fixed_point_type), intent(in) :: before(:)  !< points before the change
@@ -210,7 +211,7 @@ contains
 
       associate (points => simulation%model%fixed_points, time => simulation%time)
          do i = 1, size(points)
-            now = place_of(simulation%blocks, points(i)%block, points(i)%reference)
+            now = position_of(simulation%blocks, points(i)%block, points(i)%reference)
             points(i)%place = 0.0_wp
             prescribed(:, 2) = displacement_of(simulation%model%motions, points(i)%motion, time)
             if (i <= size(before)) prescribed(:, 1) = displacement_of(motions, before(i)%motion, &
@@ -219,7 +220,8 @@ contains
                associate (direction => points(i)%axes(:, axis))
                   along = dot_product(direction, now)
                   if (i <= size(before)) then
-                     if (before(i)%held(axis)) along = dot_product(direction, before(i)%place) &
+                     if (before(i)%fixed_along(axis)) along = dot_product(direction, &
+                        before(i)%place) &
                         + prescribed(axis, 1)
                   end if
                   points(i)%place = points(i)%place + direction*(along - prescribed(axis, 2))
@@ -229,7 +231,7 @@ contains
       end associate
    end subroutine set_targets_here
 
-   !> Set another Δt from now on.
+   !> Set another Δt for the next steps.
    subroutine set_time_step(simulation, time_step)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), intent(in) :: time_step  !< Δt, s

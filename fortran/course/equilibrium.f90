@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Statics: static equilibrium of a simulation under its weight and the loads of the present time.
+!> Static equilibrium of a simulation under gravity and the loads at the present time.
 !>
 !> Velocities are set to zero after each step, so a step of backward Euler (θ = χ = 1) solves
 !>
 !>     (M/Δt² + K) d = f − K q₀ − ∇U(q₀ + d) ,
 !>
-!> statics with a proximal term.  The remaining unbalanced force, M d/Δt², decreases with larger Δt.
+!> which is statics with a proximal term.  The unbalanced force M d/Δt² decreases with larger Δt.
 !> Touching contacts are first assumed to stick.  The first Δt is long enough for blocks to share
 !> their loads before friction is mobilised; with the Δt of dynamics, stiff joints would slip while
 !> the weight is applied.  A step that does not converge is repeated with a shorter Δt; after a
@@ -18,17 +18,17 @@
 !> unbalanced force on each block is at most 10⁻⁶ of its weight, 4 times the tolerance of contact
 !> forces, or the force in its springs due to rounding of coordinates.  If this limit exceeds 10⁻³
 !> of the weight of an unsupported block, the outcome reports that the block may still slide.  The
-!> steps end if blocks fall without limit (`dda_falling`), or if there is no progress.
+!> search ends if blocks fall without limit (`dda_falling`) or if it stalls.
 !>
-!> In equilibrium, contact forces explain all penetrations.  If the offset of a gap permits a deeper
-!> penetration, the offset is removed, and the steps continue.
+!> In equilibrium, each penetration must follow from its contact force.  If a gap offset permits a
+!> deeper penetration, the offset is removed, and the steps continue.
 !>
 !> Statics excludes material damping: materials have the given modulus, and Maxwell branches restart
 !> without stress.
 module dda_equilibrium
    use dda_kinds, only: wp, long
    use dda_blocks, only: blocks_type, begin_memory
-   use dda_columns, only: take_over_columns
+   use dda_columns, only: pass_columns_to_sides
    use dda_contact, only: contacts_type, contact_slide
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_contact_gradients, only: find_rows, rows_type
@@ -41,7 +41,7 @@ module dda_equilibrium
    use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
       error_solver, fail
    use dda_falling, only: find_falling
-   use dda_kinematics, only: damp_velocity, farthest_move
+   use dda_kinematics, only: damp_velocity, largest_displacement
    use dda_matrix_pattern, only: assemble_step, fit_pattern
    use dda_model, only: half_size
    use dda_scheme, only: scheme_type
@@ -51,7 +51,7 @@ module dda_equilibrium
    use dda_time_step, only: advance
    implicit none
    private
-   public :: equilibrium_type, equilibrate, evaluate_present, farthest_moved
+   public :: equilibrium_type, equilibrate, evaluate_present, find_farthest_block
 
    !> Record of the search for equilibrium.
    type :: equilibrium_type
@@ -62,59 +62,67 @@ module dda_equilibrium
       integer :: block = 0  !< block with the largest ratio of force to tolerance
       real(wp) :: unbalanced = huge(1.0_wp)     !< unbalanced force of that block, N/m
       real(wp) :: allowed = 0.0_wp              !< tolerance of that force, N/m
-      real(wp) :: doubt = 0.0_wp        !< largest tolerance of an unsupported block over its weight
-      integer :: doubtful = 0                   !< number of this unsupported block
+      !> largest tolerance of an unsupported block over its weight
+      real(wp) :: tolerance_ratio = 0.0_wp
+      integer :: tolerance_block = 0            !< number of this unsupported block
       integer :: unexplained = 0  !< contact with a penetration not due to its force, or 0
       integer :: releases = 0                   !< number of removals of gap offsets
       integer :: falling = 0                    !< number of blocks that fall without limit
-      integer :: falls = 0                      !< first of the falling blocks
-      real(wp) :: most = huge(1.0_wp)           !< largest allowed displacement of a centroid, m
-      real(wp) :: moved = 0.0_wp  !< displacement of `block` if it exceeds `most`, else 0, m
+      integer :: first_falling = 0              !< first of the falling blocks
+      !> largest allowed displacement of a centroid, m
+      real(wp) :: displacement_limit = huge(1.0_wp)
+      !> displacement of `block` if it exceeds `displacement_limit`, else 0, m
+      real(wp) :: moved = 0.0_wp
       character(len=:), allocatable :: words    !< outcome as a text
    end type equilibrium_type
 
-   integer, parameter :: most_steps = 200  !< number of static steps
-   integer(long), parameter :: most_iterations = 20000  !< open–close iterations in total
-   !> most iterations in which the largest unbalanced force is not halved: the first number plus the
-   !> second (with yielding materials the third) divided by the number of blocks.  Walls need 50;
+   integer, parameter :: most_steps = 200  !< largest number of static steps
+   integer(long), parameter :: most_iterations = 20000  !< largest total of open–close iterations
+   !> largest number of iterations without halving the unbalanced force: `stalled_iterations` +
+   !> `stalled_work`/blocks, or + `yield_work`/blocks with yielding materials.  Walls need 50;
    !> stages with yielding materials converge early or never
    integer(long), parameter :: stalled_iterations = 200, stalled_work = 500000, yield_work = 20000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< largest unbalanced force over the weight
-   real(wp), parameter :: together = 4.0_wp  !< largest unbalanced force over contact tolerance
-   real(wp), parameter :: doubtful_share = 1.0e-3_wp  !< tolerance over weight that causes a note
-   real(wp), parameter :: rounding = 4.0_wp        !< error of coordinates over their last bit
+   !> largest unbalanced force over contact tolerance
+   real(wp), parameter :: residual_factor = 4.0_wp
+   !> tolerance/weight above which a block may still slide
+   real(wp), parameter :: doubtful_ratio = 1.0e-3_wp
+   real(wp), parameter :: rounding = 4.0_wp  !< rounding error of coordinates over their last bit
    real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
    real(wp), parameter :: growth = 10.0_wp  !< factor of Δt after a step of at most few_iterations
    real(wp), parameter :: slow_growth = 2.0_wp     !< factor of Δt after a step with more iterations
-   !> after so many steps without halving, the unbalanced force is a rounding error; models on
-   !> dashpots must reach it
+   !> number of steps without halving after which the unbalanced force is a rounding error; models
+   !> on dashpots must reach this limit
    integer, parameter :: most_stalled = 3
-   !> most relaxed steps without halving the unbalanced force before the search begins again: walls
-   !> of 4,000 bricks need up to 7, packings of polygons never converge
+   !> largest number of relaxed steps without halving the unbalanced force; then the search begins
+   !> again.  Walls of 4,000 bricks need up to 7; packings of polygons never converge
    integer, parameter :: most_relaxed_stalled = 8
    integer, parameter :: most_searches = 2  !< largest number of further searches
-   real(wp), parameter :: nearly = 1.0e-3_wp  !< unbalanced force over weight near convergence
-   !> largest penetration without force in equilibrium, over the contact distance
+   !> unbalanced force over weight near convergence
+   real(wp), parameter :: nearly_balanced = 1.0e-3_wp
+   !> largest penetration/contact distance without force in equilibrium
    real(wp), parameter :: fully_explained = 1.0e-3_wp
-   !> number of releases after which a vertex may remain between the two edges that it pushes apart
+   !> number of offset removals after which a vertex may remain between the two edges that it pushes
+   !> apart
    integer, parameter :: most_releases = 5
    integer, parameter :: few_iterations = 20  !< open–close iterations that permit `growth`
    real(wp), parameter :: shrink = 0.1_wp          !< factor of Δt after a failed step
    real(wp), parameter :: longest = 1.0e2_wp       !< largest Δt over the first one
    real(wp), parameter :: shortest = 1.0e-5_wp     !< smallest Δt over the first one
    !> largest total displacement in a search for equilibrium, over half the model size
-   real(wp), parameter :: fall = 1.0_wp
+   real(wp), parameter :: most_fall = 1.0_wp
 
 contains
 
    !> Find static equilibrium of a simulation; time, step count and settings are restored.
-   !> The error names the blocks that do not stop moving.
-   subroutine equilibrate(simulation, equilibrium, error, budget, most)
+   !> If equilibrium is not found, the error names a moving or unbalanced block.
+   subroutine equilibrate(simulation, equilibrium, error, budget, displacement_limit)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(out) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< largest number of open–close iterations
-      real(wp), intent(in), optional :: most  !< displacement above which the search fails, m
+      !> displacement above which the search fails, m
+      real(wp), intent(in), optional :: displacement_limit
       type(simulation_type), allocatable :: start
       type(error_type), allocatable :: failure
       type(control_type) :: control
@@ -129,7 +137,7 @@ contains
       call begin_statics(simulation)
       equilibrium%budget = most_iterations
       if (present(budget)) equilibrium%budget = min(budget, most_iterations)
-      if (present(most)) equilibrium%most = most
+      if (present(displacement_limit)) equilibrium%displacement_limit = displacement_limit
       if (simulation%iteration%may_relax .and. .not. present(budget)) start = simulation
       call step_to_rest(simulation, equilibrium, failure)
       if (allocated(start)) call search_again(simulation, start, equilibrium, failure)
@@ -139,7 +147,7 @@ contains
          if (failure%kind == error_interrupted .or. failure%kind == error_memory) &
             call move_alloc(failure, error)
       end if
-      simulation%resting = .false.
+      simulation%in_statics = .false.
       simulation%iteration%may_stop = .false.
       simulation%iteration%may_relax = .false.
       simulation%iteration%unbalanced_work = 0.0_wp
@@ -157,9 +165,9 @@ contains
          simulation%system%rhs)
    end subroutine equilibrate
 
-   !> Search again, without relaxation if relaxed steps stalled, and vice versa.
-   !> The search begins at the start, or at the present state if relaxed steps have nearly reached
-   !> equilibrium.  If no search reaches equilibrium, the first search is reported.
+   !> Search again: without relaxation if relaxed steps stalled, else with relaxation.
+   !> The search begins at the initial state, or at the present state if relaxed steps have nearly
+   !> reached equilibrium.  If no search reaches equilibrium, the first search is reported.
    subroutine search_again(simulation, start, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(simulation_type), intent(in) :: start          !< state before the first static step
@@ -180,7 +188,8 @@ contains
             if (.not. iteration%may_relax .or. is_decided(equilibrium, error)) exit
             if (allocated(error)) deallocate (error)
             relaxes = .not. iteration%relaxes
-            if (relaxes .or. equilibrium%largest > nearly*iteration%weight) simulation = start
+            if (relaxes .or. equilibrium%largest > nearly_balanced*iteration%weight) &
+               simulation = start
             iteration%may_relax = relaxes
             iteration%relaxes = relaxes
             iteration%converged = .true.
@@ -224,7 +233,7 @@ contains
       simulation%model%control%adaptive = .false.
       simulation%time_step = sqrt(maxval(simulation%blocks%mass) &
          /(first_ratio*simulation%laws%normal_stiffness))
-      simulation%resting = .true.
+      simulation%in_statics = .true.
       associate (laws => simulation%laws)
          simulation%iteration%may_relax = .not. (laws%damped .or. laws%augmented .or. laws%dilating)
       end associate
@@ -234,7 +243,7 @@ contains
       simulation%scheme = scheme_type(1.0_wp, 1.0_wp)
       simulation%laws%theta = 1.0_wp
       call freeze_elements(simulation%elements, simulation%blocks, simulation%time)
-      call take_over_columns(simulation)
+      call pass_columns_to_sides(simulation)
       call stop_blocks(simulation)
       call remove_damping_stress(simulation%blocks, simulation%energy)
    end subroutine begin_statics
@@ -244,7 +253,7 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< error of a step with the shortest Δt
-      real(wp) :: first, way, least
+      real(wp) :: first, distance, least
       real(wp), allocatable :: places(:,:)
       integer(long) :: iterations, gained
       integer :: stalled
@@ -255,7 +264,7 @@ contains
       first = simulation%time_step
       iterations = simulation%counters%iterations
       gained = iterations
-      way = 0.0_wp
+      distance = 0.0_wp
       do
          call find_unbalanced_forces(simulation, equilibrium, error)
          if (allocated(error)) return
@@ -270,28 +279,27 @@ contains
          if (equilibrium%at_rest .and. (stalled >= most_stalled .or. &
             size(simulation%model%boundaries) + size(simulation%model%free_fields) == 0)) return
          if (equilibrium%steps == most_steps) return
-         if (way > fall*half_size(simulation%blocks)) return
+         if (distance > most_fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > equilibrium%budget) return
          if (simulation%counters%iterations - gained > stalled_iterations &
             + merge(yield_work, stalled_work, any(simulation%model%materials%yields())) &
             /simulation%blocks%n) return
          if (simulation%iteration%relaxes .and. stalled >= most_relaxed_stalled .and. &
-            equilibrium%largest > nearly*simulation%iteration%weight) return
+            equilibrium%largest > nearly_balanced*simulation%iteration%weight) return
          if (equilibrium%unexplained > 0 .and. equilibrium%releases < most_releases) &
             call remove_contact_offsets(simulation, equilibrium)
          call static_step(simulation, first, error)
-         if (allocated(error)) then
-            equilibrium%at_rest = .false.
-            return
-         end if
+         if (allocated(error)) equilibrium%at_rest = .false.
+         if (allocated(error)) return
          equilibrium%steps = equilibrium%steps + 1
-         way = way + farthest_move(simulation%blocks, simulation%system%d)
-         if (way > equilibrium%most) call limit_movement(simulation, equilibrium, places)
+         distance = distance + largest_displacement(simulation%blocks, simulation%system%d)
+         if (distance > equilibrium%displacement_limit) &
+            call limit_movement(simulation, equilibrium, places)
          if (equilibrium%moved > 0.0_wp) return
       end do
    end subroutine step_to_rest
 
-   !> Record the block with the largest displacement, if this exceeds the limit.
+   !> Record the block with the largest displacement if the displacement exceeds the limit.
    subroutine limit_movement(simulation, equilibrium, places)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< block and displacement are set
@@ -299,8 +307,8 @@ contains
       real(wp) :: moved
       integer :: block
 
-      call farthest_moved(simulation%blocks, places, block, moved)
-      if (moved <= equilibrium%most) return
+      call find_farthest_block(simulation%blocks, places, block, moved)
+      if (moved <= equilibrium%displacement_limit) return
       equilibrium%at_rest = .false.
       equilibrium%block = block
       equilibrium%moved = moved
@@ -321,7 +329,7 @@ contains
          if (simulation%step > step .or. simulation%time_step <= shortest*first .or. &
             .not. (error%kind == error_convergence .or. error%kind == error_solver)) return
          simulation%time_step = shrink*simulation%time_step
-         call exchange_lists(simulation)  ! restore contacts
+         call exchange_lists(simulation)  ! restore the contacts of the last accepted step
       end do
       simulation%time_step = min(longest*first, simulation%time_step*merge(growth, slow_growth, &
          simulation%iteration%iterations <= few_iterations))
@@ -355,11 +363,11 @@ contains
          simulation%system%d, unused(1), unused(2))
    end subroutine evaluate_present
 
-   !> Find the unbalanced forces on the blocks at rest in their present positions.
-   !> Forces are of contacts, stresses and elements; moments are divided by the radius.
+   !> Find the unbalanced forces on the blocks at rest: sums of contact forces, stresses, loads and
+   !> element forces.  Moments are divided by the block radius.
    subroutine find_unbalanced_forces(simulation, equilibrium, error)
       type(simulation_type), intent(inout) :: simulation  !< contacts are listed again
-      type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and worst block are set
+      type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and block are set
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(rows_type) :: rows
       integer :: c
@@ -388,27 +396,27 @@ contains
       call compare_with_tolerance(simulation, equilibrium)
    end subroutine find_unbalanced_forces
 
-   !> Find the largest unbalanced force and the blocks farthest from equilibrium.
-   !> They have the largest ratio of force to tolerance; of tolerance to weight if unsupported.
+   !> Find the largest unbalanced force, the block with the largest ratio of force to tolerance, and
+   !> the unsupported block with the largest ratio of tolerance to weight.
    subroutine compare_with_tolerance(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< unbalanced forces are in `system%rhs`
-      type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and worst block are set
+      type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and blocks are set
       real(wp) :: force(6), size_of, allowed, weight
-      logical :: is_worse
+      logical :: is_largest
       integer :: b
 
       equilibrium%largest = 0.0_wp
       equilibrium%allowed = 1.0_wp
-      equilibrium%doubt = 0.0_wp
+      equilibrium%tolerance_ratio = 0.0_wp
       associate (blocks => simulation%blocks, system => simulation%system)
          do b = 1, blocks%n
             force = system%rhs(:, b)
             size_of = norm2(force(1:2)) + (abs(force(3)) + norm2(force(4:6)))/blocks%radius(b)
             allowed = allowed_force(simulation, b)
-            is_worse = equilibrium%block == 0
-            if (.not. is_worse) is_worse = &
+            is_largest = equilibrium%block == 0
+            if (.not. is_largest) is_largest = &
                .not. size_of*equilibrium%allowed <= equilibrium%unbalanced*allowed
-            if (is_worse) then
+            if (is_largest) then
                equilibrium%block = b
                equilibrium%unbalanced = size_of
                equilibrium%allowed = allowed
@@ -417,9 +425,9 @@ contains
             equilibrium%largest = max(equilibrium%largest, size_of)
             weight = block_weight(simulation, b)
             if (blocks%removed(b) .or. system%has_terms(b) .or. &
-               allowed <= equilibrium%doubt*weight) cycle
-            equilibrium%doubt = allowed/max(weight, tiny(weight))
-            equilibrium%doubtful = b
+               allowed <= equilibrium%tolerance_ratio*weight) cycle
+            equilibrium%tolerance_ratio = allowed/max(weight, tiny(weight))
+            equilibrium%tolerance_block = b
          end do
       end associate
    end subroutine compare_with_tolerance
@@ -431,7 +439,7 @@ contains
 
       associate (iteration => simulation%iteration)
          allowed = max(tolerance*block_weight(simulation, b), &
-            together*max(iteration%tolerance, iteration%noise))
+            residual_factor*max(iteration%tolerance, iteration%noise))
       end associate
       if (simulation%system%has_terms(b)) allowed = max(allowed, rounding*epsilon(1.0_wp) &
          *half_size(simulation%blocks)*simulation%laws%normal_stiffness &
@@ -446,26 +454,28 @@ contains
       block_weight = norm2(simulation%model%control%gravity)*simulation%blocks%mass(b)
    end function block_weight
 
-   !> Find the contact in compression with the largest penetration that its force does not explain.
-   !> Forces balance there only because the gap has an offset.
+   !> Find the compressed contact whose penetration most exceeds the penetration due to its force.
+   !> The excess is the gap offset.
    subroutine find_unexplained_penetration(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< simulation whose contacts are evaluated
-      type(equilibrium_type), intent(inout) :: equilibrium  !< record; without equilibrium if found
+      !> record; not at rest if a contact is found
+      type(equilibrium_type), intent(inout) :: equilibrium
       integer :: c
-      real(wp) :: most
+      real(wp) :: largest_excess
 
       equilibrium%unexplained = 0
       if (.not. equilibrium%at_rest) return
-      most = fully_explained*simulation%detection%least
+      largest_excess = fully_explained*simulation%detection%least
       associate (contacts => simulation%contacts(simulation%now))
          do c = 1, contacts%n
-            if (contacts%new_gap(c) >= 0.0_wp .or. -contacts%offset(c) <= most) cycle
-            most = -contacts%offset(c)
+            if (contacts%new_gap(c) >= 0.0_wp .or. -contacts%offset(c) <= largest_excess) cycle
+            largest_excess = -contacts%offset(c)
             equilibrium%unexplained = c
          end do
       end associate
       equilibrium%at_rest = equilibrium%unexplained == 0 &
-         .or. (equilibrium%releases == most_releases .and. most <= simulation%detection%least)
+         .or. (equilibrium%releases == most_releases .and. &
+            largest_excess <= simulation%detection%least)
    end subroutine find_unexplained_penetration
 
    !> Record blocks that no contact forces can support and no block below can stop.
@@ -477,12 +487,12 @@ contains
       call find_falling(simulation%blocks, simulation%contacts(simulation%now), simulation%laws, &
          simulation%system%load, simulation%system%has_terms, falls)
       equilibrium%falling = count(falls)
-      equilibrium%falls = findloc(falls, .true., 1)
+      equilibrium%first_falling = findloc(falls, .true., 1)
    end subroutine record_falling
 
-   !> Remove offsets of penetrating contacts, so that their forces match the whole penetration.
-   !> Vertices that changed edges in soft contacts, such as in a fallen pile, penetrate without
-   !> force, because otherwise they would gain energy.
+   !> Remove the gap offsets of penetrating contacts, so that their forces match the penetration.
+   !> A vertex that changes edges in a soft contact, such as in a fallen pile, receives an offset,
+   !> because a force due to its penetration would add energy.
    subroutine remove_contact_offsets(simulation, equilibrium)
       type(simulation_type), intent(inout) :: simulation  !< simulation whose contacts are evaluated
       type(equilibrium_type), intent(inout) :: equilibrium  !< record; releases are counted
@@ -497,24 +507,24 @@ contains
    end subroutine remove_contact_offsets
 
    !> Find the block that has moved farthest from given positions, and its distance.
-   subroutine farthest_moved(blocks, from, block, way)
+   subroutine find_farthest_block(blocks, from, block, distance)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
       integer, intent(out) :: block            !< number of the block; 0: no block has moved
-      real(wp), intent(out) :: way             !< distance, m
+      real(wp), intent(out) :: distance        !< distance, m
       real(wp) :: moved
       integer :: b
 
       block = 0
-      way = 0.0_wp
+      distance = 0.0_wp
       do b = 1, blocks%n
          if (blocks%removed(b)) cycle
          moved = norm2(blocks%position(1:2, b) - from(1:2, b))
-         if (moved <= way) cycle
-         way = moved
+         if (moved <= distance) cycle
+         distance = moved
          block = b
       end do
-   end subroutine farthest_moved
+   end subroutine find_farthest_block
 
    !> Write the outcome of the search as a text.
    subroutine write_outcome(simulation, equilibrium, error)
@@ -534,14 +544,14 @@ contains
       equilibrium%words = 'not at rest after '//static_steps_text(equilibrium)
       if (equilibrium%falling > 0) then
          equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
-            equilibrium%falls)//falling_text(equilibrium%falling - 1)//': no forces at the '// &
-            'contacts can balance the loads, and no block is below'
+            equilibrium%first_falling)//falling_text(equilibrium%falling - 1)// &
+            ': no forces at the contacts can balance the loads, and no block is below'
          return
       end if
       if (equilibrium%moved > 0.0_wp) then
          equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
             equilibrium%block)//' has moved by '//short_text(equilibrium%moved)// &
-            ' m; displacement of &stage is '//short_text(equilibrium%most)//' m'// &
+            ' m; displacement of &stage is '//short_text(equilibrium%displacement_limit)//' m'// &
             sliding_contact_text(simulation, equilibrium%block)
          return
       end if
@@ -554,34 +564,35 @@ contains
       if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
    end subroutine write_outcome
 
-   !> Text on a contact and its joint: the contact with the largest normal force among the sliding
-   !> contacts of block b, or else all sliding contacts, or else all contacts of b.
+   !> Text on the most loaded contact and its joint: among the sliding contacts of block b; if none
+   !> slides, among all sliding contacts; if there are none, among all contacts of b.
    function sliding_contact_text(simulation, b) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: b                         !< block with an unbalanced force
       character(len=:), allocatable :: words
-      integer :: c, worst(3), sliding
-      logical :: own
+      integer :: c, most_loaded(3), sliding
+      logical :: of_block
 
-      worst = 0
+      most_loaded = 0
       sliding = 0
       words = '; look at supports, joints and gaps'
       if (any(simulation%model%materials%yields())) words = '; a material may yield: load or '// &
          'excavate in several stages, or look at supports, joints and gaps'
       associate (contacts => simulation%contacts(simulation%now), joints => simulation%model%joints)
          do c = 1, contacts%n
-            own = contacts%block_v(c) == b .or. contacts%block_e(c) == b
-            if (own) worst(3) = larger_force(contacts, worst(3), c)
+            of_block = contacts%block_v(c) == b .or. contacts%block_e(c) == b
+            if (of_block) most_loaded(3) = larger_force(contacts, most_loaded(3), c)
             if (contacts%state(c) /= contact_slide) cycle
             sliding = sliding + 1
-            worst(2) = larger_force(contacts, worst(2), c)
-            if (own) worst(1) = larger_force(contacts, worst(1), c)
+            most_loaded(2) = larger_force(contacts, most_loaded(2), c)
+            if (of_block) most_loaded(1) = larger_force(contacts, most_loaded(1), c)
          end do
-         c = merge(worst(1), worst(2), worst(1) > 0)
+         c = merge(most_loaded(1), most_loaded(2), most_loaded(1) > 0)
          if (c == 0) then
-            if (worst(3) > 0) words = '; no contact slides; largest contact force on the block '// &
-               short_text(contacts%normal_force(worst(3)))//' N/m on '// &
-               joint_label(joints(contacts%joint(worst(3)))%name)// &
+            if (most_loaded(3) > 0) &
+               words = '; no contact slides; largest contact force on the block '// &
+               short_text(contacts%normal_force(most_loaded(3)))//' N/m on '// &
+               joint_label(joints(contacts%joint(most_loaded(3)))%name)// &
                ': look at that joint, at supports and gaps'
             return
          end if
@@ -627,7 +638,7 @@ contains
       end select
    end function falling_text
 
-   !> Text on two blocks with a penetration that their contact force does not fully explain.
+   !> Text on two blocks whose penetration exceeds the penetration due to their contact force.
    function penetration_text(simulation, c) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< contact with this penetration
@@ -661,9 +672,10 @@ contains
       weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
       if (weight > 0.0_wp) words = words//', '//short_text(equilibrium%largest/weight)// &
          ' of the weight'
-      if (equilibrium%doubt > doubtful_share) words = words//'; but forces up to '// &
-         short_text(equilibrium%doubt)//' of the weight of block '// &
-         block_name(simulation, equilibrium%doubtful)//' count as balanced: it may still slide '// &
+      if (equilibrium%tolerance_ratio > doubtful_ratio) words = words//'; but forces up to '// &
+         short_text(equilibrium%tolerance_ratio)//' of the weight of block '// &
+         block_name(simulation, equilibrium%tolerance_block)// &
+            ' count as balanced: it may still slide '// &
          '(reduce force_tolerance or normal_stiffness of &contact)'
       if (equilibrium%unexplained > 0) words = words//'; but '// &
          penetration_text(simulation, equilibrium%unexplained)//': a vertex lies between two edges'

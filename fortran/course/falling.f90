@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Groups of blocks that no contact forces can support and no block below can stop.
+!> Groups of blocks that fall without limit: contacts cannot support them, and no block is below.
 !>
 !> Loads act along one direction, "down".  A block may be supported if an element acts on it, or if
 !> it is above a block that may be supported.  The other blocks form groups in contact.  A group is
 !> in equilibrium only if the forces of its contacts with other blocks balance its loads.  Each
 !> force lies in a friction cone; the sum of the forces lies between the outermost directions of
 !> these cones.  If the direction opposite to the loads is not in this range, the group falls,
-!> because there is no block below on which it could land.
+!> because no block below can stop it.
 module dda_falling
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type
@@ -21,7 +21,8 @@ module dda_falling
    real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of positions over half the model size
    real(wp), parameter :: parallel = 1.0e-6_wp  !< largest difference of equal directions, rad
 
-   !> Extents of blocks along the loads in m, and across the loads in cells between sides of blocks.
+   !> Extents of blocks: along the loads in m, across the loads in cells.  The sides of all blocks
+   !> divide the axis across the loads into cells.
    type :: extents_type
       real(wp), allocatable :: top(:), bottom(:)      !< [blocks] positions along the loads, m
       integer, allocatable :: first(:), last(:)       !< [blocks] first and last cell across
@@ -31,35 +32,35 @@ module dda_falling
 contains
 
    !> Find the blocks that fall without limit.
-   subroutine find_falling(blocks, contacts, laws, load, held, falls)
+   subroutine find_falling(blocks, contacts, laws, load, on_element, falls)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction of the joints
       real(wp), intent(in) :: load(:,:)  !< [6,blocks] loads without contact forces, N/m and N
-      logical, intent(in) :: held(:)               !< [blocks] an element acts on the block
+      logical, intent(in) :: on_element(:)         !< [blocks] an element acts on the block
       logical, intent(out) :: falls(:)             !< [blocks] the block falls without limit
       type(extents_type) :: extents
       real(wp) :: down(2)
-      logical :: stands(blocks%n)
+      logical :: supported(blocks%n)
       integer :: part(blocks%n), c, b
 
       falls = .false.
-      if (all(held .or. blocks%removed)) return
-      down = [(sum(load(c, :), mask=.not. (held .or. blocks%removed)), c=1, 2)]
+      if (all(on_element .or. blocks%removed)) return
+      down = [(sum(load(c, :), mask=.not. (on_element .or. blocks%removed)), c=1, 2)]
       if (.not. norm2(down) > tiny(1.0_wp)) return
       down = down/norm2(down)
       call set_extents(extents, blocks, down)
-      stands = held .and. .not. blocks%removed
-      call find_blocks_above(extents, blocks%removed, stands)
-      if (all(stands .or. blocks%removed)) return
+      supported = on_element .and. .not. blocks%removed
+      call find_blocks_above(extents, blocks%removed, supported)
+      if (all(supported .or. blocks%removed)) return
       part = [(b, b=1, blocks%n)]
       do c = 1, contacts%n
-         if (.not. (stands(contacts%block_v(c)) .or. stands(contacts%block_e(c)))) &
+         if (.not. (supported(contacts%block_v(c)) .or. supported(contacts%block_e(c)))) &
             call join(part, contacts%block_v(c), contacts%block_e(c))
       end do
       call name_parts(part)
-      falls = .not. (stands .or. blocks%removed)
-      call retain_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
+      falls = .not. (supported .or. blocks%removed)
+      call retain_unbalanced(blocks, contacts, laws, load, down, part, supported, falls)
    end subroutine find_falling
 
    !> Set the extents of blocks along and across the loads; blocks that only touch do not overlap.
@@ -94,28 +95,28 @@ contains
       end associate
    end subroutine set_extents
 
-   !> Mark blocks above any part of a marked block, which may be supported as well.
-   subroutine find_blocks_above(extents, removed, stands)
+   !> Mark all blocks above any part of a marked block, because they may be supported.
+   subroutine find_blocks_above(extents, removed, supported)
       type(extents_type), intent(in) :: extents   !< extents of all blocks
       logical, intent(in) :: removed(:)           !< [blocks]
-      logical, intent(inout) :: stands(:)  !< [blocks] marks; on entry: elements act on the block
+      logical, intent(inout) :: supported(:)  !< [blocks] marks; on entry: elements act on the block
       real(wp) :: deepest(extents%cells)          ! lowest point of supported blocks in a cell, m
-      integer :: order(size(stands)), b, k
+      integer :: order(size(supported)), b, k
       logical :: changed
 
       deepest = -huge(1.0_wp)
-      do b = 1, size(stands)
-         if (stands(b)) call add_supported_block(b)
+      do b = 1, size(supported)
+         if (supported(b)) call add_supported_block(b)
       end do
       order = merged_order(-extents%top)
       changed = .true.
       do while (changed)
          changed = .false.
-         do k = 1, size(stands)
+         do k = 1, size(supported)
             b = order(k)
-            if (stands(b) .or. removed(b)) cycle
+            if (supported(b) .or. removed(b)) cycle
             if (.not. any(deepest(extents%first(b):extents%last(b)) > extents%top(b))) cycle
-            stands(b) = .true.
+            supported(b) = .true.
             changed = .true.
             call add_supported_block(b)
          end do
@@ -123,7 +124,7 @@ contains
 
    contains
 
-      !> Include a supported block in the lowest points of its cells.
+      !> Update the lowest supported points of the cells of supported block b.
       subroutine add_supported_block(b)
          integer, intent(in) :: b  !< number of the block
 
@@ -134,14 +135,14 @@ contains
    end subroutine find_blocks_above
 
    !> Retain in `falls` only groups whose contacts with other blocks cannot balance their loads.
-   subroutine retain_unbalanced(blocks, contacts, laws, load, down, part, stands, falls)
+   subroutine retain_unbalanced(blocks, contacts, laws, load, down, part, supported, falls)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction of the joints
       real(wp), intent(in) :: load(:,:)  !< [6,blocks] loads without contact forces, N/m and N
       real(wp), intent(in) :: down(2)              !< unit vector along the loads
       integer, intent(in) :: part(:)               !< [blocks] first block of the group
-      logical, intent(in) :: stands(:)             !< [blocks]
+      logical, intent(in) :: supported(:)          !< [blocks] the block may be supported
       logical, intent(inout) :: falls(:)           !< [blocks] the block may fall without limit
       !> [2,blocks] first and last direction of forces on a group, as angles from the direction
       !> opposite to its loads, rad
@@ -157,8 +158,8 @@ contains
       range(2, :) = 0.0_wp
       do c = 1, contacts%n
          associate (v => contacts%block_v(c), e => contacts%block_e(c))
-            if (stands(v) .eqv. stands(e)) cycle
-            b = merge(e, v, stands(v))
+            if (supported(v) .eqv. supported(e)) cycle
+            b = merge(e, v, supported(v))
             if (.not. falls(b)) cycle
             associate (into => merge(1.0_wp, -1.0_wp, b == v)*contacts%normal(:, c))
                direction = modulo(atan2(down(1)*into(2) - down(2)*into(1), &

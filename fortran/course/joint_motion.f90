@@ -3,7 +3,7 @@
 !>
 !> Slip and opening are measured at the contacts that touched when counting began
 !> (`dda_first_contacts`); forces are summed over all contacts of the last step.  Slip is positive
-!> if the first set moves to the right, seen with the second set below.
+!> if the first set moves to the right, with the second set drawn below it.
 module dda_joint_motion
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp
@@ -42,7 +42,7 @@ contains
             cycle
          moved = foot_movement(first, blocks, c)
          n = n + 1
-         slip = slip - moved(1)  ! the edge on top of a block runs to the left
+         slip = slip - moved(1)  ! vertices are counter-clockwise, so a top edge runs to the left
          opening = max(opening, moved(2))
       end do
       values(:2) = ieee_value(slip, ieee_quiet_nan)
@@ -59,7 +59,7 @@ contains
       end do
    end subroutine measure_joint
 
-   !> .true. if a contact of these two blocks belongs to the joint.
+   !> .true. if a contact of blocks `one` and `other` belongs to the joint.
    pure logical function is_between(joint, one, other)
       type(measured_joint_type), intent(in) :: joint  !< joint of the model
       integer, intent(in) :: one, other               !< blocks

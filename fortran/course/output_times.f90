@@ -10,18 +10,18 @@ module dda_output_times
 
    real(wp), parameter :: nearly = 1.0_wp + 1.0e-9_wp  !< factor that allows for rounding of times
 
-   !> A step that is shortened to end at an output time.
+   !> Output time at which the next step must end, and the shortened Δt of this step.
    type :: aim_type
       real(wp) :: time = 0.0_wp      !< time of the output at which the step must end, s
       real(wp) :: planned = 0.0_wp   !< Δt before shortening, s; 0: not shortened
-      real(wp) :: taken = 0.0_wp     !< Δt after shortening, s
-      logical :: lands = .false.     !< the step ends at `time`
+      real(wp) :: shortened = 0.0_wp  !< Δt after shortening, s
+      logical :: ends_at_time = .false.  !< the step ends at `time`
    end type aim_type
 
 contains
 
    !> Shorten the next adaptive step to end at the next output time.
-   !> If this time is one to two steps ahead, the step ends half-way.
+   !> If the output time is one to two steps ahead, the step ends half-way.
    pure subroutine aim_at_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(aim_type), intent(out) :: aim                  !< target time
@@ -34,11 +34,11 @@ contains
             next_output_time(simulation, output%block_seconds))
       end associate
       left = aim%time - simulation%time
-      aim%lands = left <= nearly*simulation%time_step
-      if (.not. aim%lands .and. left >= 2*simulation%time_step) return
+      aim%ends_at_time = left <= nearly*simulation%time_step
+      if (.not. aim%ends_at_time .and. left >= 2*simulation%time_step) return
       aim%planned = simulation%time_step
-      simulation%time_step = merge(left, 0.5_wp*left, aim%lands)
-      aim%taken = simulation%time_step
+      simulation%time_step = merge(left, 0.5_wp*left, aim%ends_at_time)
+      aim%shortened = simulation%time_step
    end subroutine aim_at_output
 
    !> Set the exact time after the step, and restore Δt if the step was shortened.
@@ -47,8 +47,8 @@ contains
       type(aim_type), intent(in) :: aim                   !< target time from `aim_at_output`
       real(wp) :: left
 
-      if (aim%planned <= 0.0_wp .or. simulation%last_time_step /= aim%taken) return
-      if (aim%lands) simulation%time = aim%time
+      if (aim%planned <= 0.0_wp .or. simulation%last_time_step /= aim%shortened) return
+      if (aim%ends_at_time) simulation%time = aim%time
       simulation%time_step = max(simulation%time_step, aim%planned)
       associate (control => simulation%model%control)
          left = simulation%first_time + real(control%step_count, wp)*control%time_step &
@@ -68,19 +68,19 @@ contains
    end function next_output_time
 
    !> .true. if a step has ended at a multiple of an interval after the start of the stage.
-   pure logical function is_output_time(simulation, interval) result(here)  ! total
+   pure logical function is_output_time(simulation, interval) result(at_output)  ! total
       type(simulation_type), intent(in) :: simulation  !< between two steps
       real(wp), intent(in) :: interval                 !< s; 0: none
       real(wp) :: since
 
-      here = .false.
+      at_output = .false.
       if (interval <= 0.0_wp) return
       since = simulation%time - simulation%first_time
       associate (control => simulation%model%control)
          if (control%adaptive) then
-            here = abs(since - interval*anint(since/interval)) <= (nearly - 1.0_wp)*interval
+            at_output = abs(since - interval*anint(since/interval)) <= (nearly - 1.0_wp)*interval
          else
-            here = modulo(simulation%step - simulation%first_step, &
+            at_output = modulo(simulation%step - simulation%first_step, &
                max(1_long, nint(interval/control%time_step, long))) == 0
          end if
       end associate

@@ -2,16 +2,16 @@
 !> Largest values of a run, updated in each step.
 !>
 !> Counting begins with the first frame of the output, in static equilibrium if the first stage is
-!> static.  Every dynamic step counts, but only the end of a later static stage, without velocities
-!> and accelerations, because static steps are not a motion in time.
+!> static.  Every dynamic step counts.  Of a later static stage, only the end counts, without
+!> velocities and accelerations, because static steps are not a motion in time.
 module dda_running_maxima
    use dda_kinds, only: wp
    use dda_base_motion, only: begin_base, renew_base, update_base
-   use dda_blocks, only: place_of
+   use dda_blocks, only: position_of
    use dda_elements, only: plastic_strain
    use dda_first_contacts, only: begin_first_contacts, reserve_first_contacts, add_movement, &
       may_exceed, drop_removed, count_moved
-   use dda_maxima, only: largest_type, number_of_maxima, take, add_blocks, add_contacts, &
+   use dda_maxima, only: largest_type, number_of_maxima, update_largest, add_blocks, add_contacts, &
       of_plastic_strain, of_point_displacement, of_point_velocity, of_point_acceleration, &
       of_point_drift
    use dda_measure, only: measure_point
@@ -20,12 +20,12 @@ module dda_running_maxima
    use dda_simulation, only: simulation_type, finished
    implicit none
    private
-   public :: begin_maxima, reserve_maxima, count_step, count_rest, change_base, restart_points, &
-      take_residuals, least_movement
+   public :: begin_maxima, reserve_maxima, count_step, count_stage, change_base, restart_points, &
+      collect_residuals, least_movement
 
    real(wp), parameter :: least_share = 1.0e-5_wp  !< least reported movement over the model size
 
-   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< least slip recorded at once, over the size
+   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< slip/model size recorded in the same step
 
 contains
 
@@ -74,7 +74,7 @@ contains
       end associate
    end subroutine reserve_maxima
 
-   !> Find the nearest measured point below point i, initially within 45° of vertical; 0 if none.
+   !> Find the nearest measured point below point i, initially within 45° of the vertical; 0: none.
    pure integer function point_below(simulation, i) result(below)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< measured point
@@ -105,39 +105,39 @@ contains
    !> Update the largest values after a dynamic step.
    subroutine count_step(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      logical :: look
+      logical :: with_contacts
 
       associate (maxima => simulation%maxima, dt => simulation%last_time_step, &
          size_of_model => 2*half_size(simulation%model%blocks))
          call update_base(maxima%base, simulation%model, simulation%blocks, &
             step_type(simulation%scheme, simulation%time - dt, dt), simulation%time)
-         ! The path increases by at most half the model size per step.
-         look = may_exceed(maxima%contacts, maxima%largest, simulation%path, &
+         ! `path` increases by at most half the model size per step; faster steps are recorded.
+         with_contacts = may_exceed(maxima%contacts, maxima%largest, simulation%path, &
             least_recorded*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
       end associate
-      look = look .or. finished(simulation)
-      call count_state(simulation, .true., look)
+      with_contacts = with_contacts .or. finished(simulation)
+      call count_state(simulation, .true., with_contacts)
    end subroutine count_step
 
    !> Update the maxima after the start of a stage, for removed blocks and static equilibrium.
-   subroutine count_rest(simulation)
+   subroutine count_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
       call drop_removed(simulation%maxima%contacts, simulation%blocks)
       if (.not. simulation%model%stages(simulation%stage)%static) return
       call count_state(simulation, .false., .true.)
-   end subroutine count_rest
+   end subroutine count_stage
 
    !> Update the maxima with the present state.
-   subroutine count_state(simulation, rates, look)
+   subroutine count_state(simulation, rates, with_contacts)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: rates             !< include velocities and accelerations
-      logical, intent(in) :: look              !< include slip and opening
+      logical, intent(in) :: with_contacts     !< include slip and opening
       type(largest_type) :: largest(number_of_maxima)
 
       largest = simulation%maxima%largest
       call add_state(simulation, largest, rates)
-      if (look) call add_movement(simulation%maxima%contacts, largest, &
+      if (with_contacts) call add_movement(simulation%maxima%contacts, largest, &
          simulation%contacts(simulation%now), simulation%blocks, simulation%time, simulation%path)
       simulation%maxima%largest = largest
    end subroutine count_state
@@ -159,7 +159,7 @@ contains
       if (.not. any(simulation%model%materials%yields())) return
       strain = plastic_strain(simulation%elements, simulation%blocks)
       b = maxloc(strain, 1)
-      call take(largest(of_plastic_strain), strain(b), simulation%time, [b, 0])
+      call update_largest(largest(of_plastic_strain), strain(b), simulation%time, [b, 0])
    end subroutine add_state
 
    !> Update the largest motions relative to the base, and the largest drift, of measured points.
@@ -177,16 +177,18 @@ contains
             call measure_point(simulation%blocks, points(i), motion(:, 1), motion(:, 2), &
                motion(:, 3))
             motion(:, 1) = motion(:, 1) - (base%displacement - maxima%points_from)
-            call take(largest(of_point_displacement), norm2(motion(:, 1)), time, [i, 0])
-            if (rates) call take(largest(of_point_velocity), norm2(motion(:, 2) - base%velocity), &
+            call update_largest(largest(of_point_displacement), norm2(motion(:, 1)), time, [i, 0])
+            if (rates) call update_largest(largest(of_point_velocity), norm2(motion(:, 2) &
+               - base%velocity), &
                time, [i, 0])
-            if (rates) call take(largest(of_point_acceleration), norm2(motion(:, 3) &
+            if (rates) call update_largest(largest(of_point_acceleration), norm2(motion(:, 3) &
                - base%acceleration), time, [i, 0])
             associate (k => maxima%below(i))
                if (k == 0) cycle
                if (simulation%blocks%removed(points(k)%block)) cycle
                apart = reference_position(simulation, i) - reference_position(simulation, k)
-               call take(largest(of_point_drift), abs(horizontal_displacement(simulation, i) &
+               call update_largest(largest(of_point_drift), &
+                  abs(horizontal_displacement(simulation, i) &
                   - horizontal_displacement(simulation, k))/apart(2), time, [i, k])
             end associate
          end do
@@ -200,12 +202,12 @@ contains
       real(wp) :: place(2)
 
       associate (point => simulation%model%points(i))
-         place = place_of(simulation%blocks, point%block, point%reference) - point%place
+         place = position_of(simulation%blocks, point%block, point%reference) - point%place
       end associate
       horizontal_displacement = place(1)
    end function horizontal_displacement
 
-   !> Update the base after supports or motions have changed between two steps.
+   !> Update the base (reference of relative motions) after supports or motions have changed.
    subroutine change_base(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 
@@ -223,8 +225,8 @@ contains
       simulation%maxima%largest(of_point_drift) = none
    end subroutine restart_points
 
-   !> Collect residual values of the present state, and the number of contacts that have moved.
-   subroutine take_residuals(simulation)
+   !> Collect the residual (present) values, and the number of contacts that have moved.
+   subroutine collect_residuals(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(largest_type) :: last(number_of_maxima)
 
@@ -234,6 +236,6 @@ contains
       simulation%maxima%last = last
       call count_moved(simulation%maxima%contacts, simulation%contacts(simulation%now), &
          simulation%blocks, least_movement(simulation), simulation%maxima%moved)
-   end subroutine take_residuals
+   end subroutine collect_residuals
 
 end module dda_running_maxima

@@ -6,10 +6,10 @@
 !> has its own term.
 module dda_stages
    use dda_kinds, only: wp, long
-   use dda_blocks, only: change_material, place_of, remove_block, update_geometry
+   use dda_blocks, only: change_material, position_of, remove_block, update_geometry
    use dda_columns, only: column_count, column_of, name_column
    use dda_contact, only: filter_contacts
-   use dda_crossings, only: part_corners
+   use dda_crossings, only: release_removed
    use dda_doubts, only: add_doubt
    use dda_elements, only: block_stress, match_velocities, set_elements
    use dda_energy, only: energy_type, add_energy, total_energy, &
@@ -17,7 +17,7 @@ module dda_stages
       energy_gravity, energy_geometric, energy_algorithmic, energy_kinetic_damping, energy_static, &
       energy_removed, energy_changed, energy_initial, energy_zeroed
    use dda_energy_budget, only: start_energy_budget
-   use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present, farthest_moved
+   use dda_equilibrium, only: equilibrium_type, equilibrate, evaluate_present, find_farthest_block
    use dda_errors, only: error_type, error_input, error_interrupted, fail
    use dda_friction, only: accept_contacts
    use dda_model, only: model_type
@@ -48,7 +48,7 @@ contains
       if (.not. allocated(error)) call begin_first_stage(simulation, error)
    end subroutine begin_simulation
 
-   !> Begin the first stage of a started simulation and, if it is static, the next dynamic stage.
+   !> Begin the first stage of a simulation; after static stages, also the first dynamic stage.
    subroutine begin_first_stage(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -93,15 +93,15 @@ contains
          quoted(trim(simulation%model%stages(s)%name))//unsettled_stage_text(error)
    end subroutine begin_next_stage
 
-   !> Displace a block slightly when dynamics begin, if the input requests it, for a second run.
+   !> Displace a block slightly when dynamics begin, if the input has `displaced_block`.
    !>
-   !> Both runs agree as long as the motion is predictable.  Bonds, joint crossings and the contacts
-   !> whose slip is measured are determined before the displacement, so that they are equal in both
-   !> runs.  The change of stored energy belongs to the initial state.
+   !> Runs with and without this displacement agree as long as the motion is predictable.  Bonds,
+   !> joint crossings and the contacts whose slip is measured are determined before the displacement
+   !> and thus equal in both runs.  The change of stored energy belongs to the initial state.
    subroutine displace_block(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
-      real(wp) :: way(2)
+      real(wp) :: distance(2)
 
       associate (control => simulation%model%control, b => simulation%model%control%displaced, &
          blocks => simulation%blocks)
@@ -111,16 +111,16 @@ contains
                block_name(simulation, b)//', which is removed before the first dynamic stage')
             return
          end if
-         way = control%displaced_by*sqrt(blocks%area(b))
-         blocks%position(1:2, b) = blocks%position(1:2, b) + way
+         distance = control%displaced_by*sqrt(blocks%area(b))
+         blocks%position(1:2, b) = blocks%position(1:2, b) + distance
          call update_geometry(blocks)
-         simulation%neighbours%travel = simulation%neighbours%travel + norm2(way)
+         simulation%neighbours%travel = simulation%neighbours%travel + norm2(distance)
       end associate
       call evaluate_present(simulation, error)
       if (.not. allocated(error)) call update_budget(simulation, energy_initial, 1.0_wp)
    end subroutine displace_block
 
-   !> Reject supports that move after their record, because their blocks cannot reach equilibrium.
+   !> Reject supports that still move after their record: their blocks cannot reach equilibrium.
    subroutine refuse_moving_supports(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< error with the name of the motion
@@ -132,7 +132,7 @@ contains
                if (.not. abs(curve%velocity_after) > 0.0_wp .or. simulation%time &
                   < curve%start + curve%duration) cycle
                if (.not. any([(any(model%fixed_points(i)%motion == m .and. &
-                  model%fixed_points(i)%held), i=1, size(model%fixed_points)), &
+                  model%fixed_points(i)%fixed_along), i=1, size(model%fixed_points)), &
                   (any(model%boundaries(i)%motion == m), i=1, size(model%boundaries))])) cycle
                call fail(error, error_input, quoted(trim(model%motions(m)%name))//' of &'// &
                   'motion continues with '//short_text(curve%velocity_after)//' m/s after its '// &
@@ -164,7 +164,7 @@ contains
          .or. changes_numbers(stage%joint) .or. changes_numbers(stage%material)
    end function changes_model
 
-   !> .true. if at least one item is replaced by another one.
+   !> .true. if a joint or material is replaced by another one.
    pure logical function changes_numbers(list)  ! total
       integer, intent(in) :: list(:)  !< [joints or materials] number of the replacement
       integer :: i
@@ -217,7 +217,7 @@ contains
          if (any(stage%added) .or. any(stage%dropped)) simulation%neighbours%reach = 0.0_wp
          if (any(stage%removed)) then
             associate (contacts => simulation%contacts(simulation%now))
-               call part_corners(simulation%detection%across, contacts, stage%removed)
+               call release_removed(simulation%detection%across, contacts, stage%removed)
                call filter_contacts(contacts, [(.not. (stage%removed(contacts%block_v(i)) .or. &
                   stage%removed(contacts%block_e(i))), i=1, contacts%n)])
             end associate
@@ -268,7 +268,7 @@ contains
       associate (model => simulation%model, stage => simulation%model%stages(s))
          do i = 1, size(model%fixed_points)
             if (.not. stage%holds(i)) cycle
-            model%fixed_points(i)%held = model%fixed_points(i)%waiting
+            model%fixed_points(i)%fixed_along = model%fixed_points(i)%waiting
             model%fixed_points(i)%place = place_now(simulation, i)
          end do
          do i = 1, size(model%loads)
@@ -284,7 +284,7 @@ contains
       real(wp) :: place(2)
 
       associate (point => simulation%model%fixed_points(i), motions => simulation%model%motions)
-         place = place_of(simulation%blocks, point%block, point%reference) &
+         place = position_of(simulation%blocks, point%block, point%reference) &
             - matmul(point%axes, displacement_of(motions, point%motion, simulation%time))
       end associate
    end function place_now
@@ -350,7 +350,7 @@ contains
          end do
          do b = 1, size(model%fixed_points)
             if (stage%released(b) .or. simulation%blocks%removed(model%fixed_points(b)%block)) &
-               model%fixed_points(b)%held = .false.
+               model%fixed_points(b)%fixed_along = .false.
          end do
          call drop_attachments(model, simulation%blocks%removed, stage)
          do b = 1, size(model%loads)
@@ -382,7 +382,7 @@ contains
          integer :: k
 
          do k = 1, size(points)
-            points(k)%place = place_of(simulation%blocks, points(k)%block, points(k)%reference)
+            points(k)%place = position_of(simulation%blocks, points(k)%block, points(k)%reference)
          end do
       end subroutine set_displacement_origins
    end subroutine zero_displacements
@@ -401,7 +401,7 @@ contains
       broken = simulation%counters%broken
       places = simulation%blocks%position(1:2, :)
       call equilibrate(simulation, equilibrium, error, &
-         most=simulation%model%stages(simulation%stage)%displacement)
+         displacement_limit=simulation%model%stages(simulation%stage)%displacement)
       if (allocated(error)) return
       call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
       broken = simulation%counters%broken - broken
@@ -450,22 +450,22 @@ contains
       real(wp), intent(in) :: places(:,:)             !< [2,blocks] centroids at the start, m
       character(len=:), allocatable :: words
       integer :: b
-      real(wp) :: way
+      real(wp) :: distance
 
-      call farthest_moved(simulation%blocks, places, b, way)
+      call find_farthest_block(simulation%blocks, places, b, distance)
       if (b == 0) then
          words = '; no block moved'
       else
          words = '; block '//block_name(simulation, b)//' moved farthest, by '// &
-            short_text(way)//' m'
+            short_text(distance)//' m'
       end if
       if (simulation%stage == 1) return
-      call farthest_moved(simulation%blocks, simulation%model%blocks%position, b, way)
+      call find_farthest_block(simulation%blocks, simulation%model%blocks%position, b, distance)
       if (b > 0) words = words//'; block '//block_name(simulation, b)//' is '// &
-         short_text(way)//' m from its position in the input'
+         short_text(distance)//' m from its position in the input'
    end function static_movement_text
 
-   !> Move the numerical losses of static steps to the term of static stages.
+   !> Move the losses of static steps from the numerical terms to the term of static stages.
    pure subroutine assign_static_losses(energy, before)
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       type(energy_type), intent(in) :: before  !< budget at the beginning of the stage
@@ -478,7 +478,7 @@ contains
       energy%value(terms) = before%value(terms)
    end subroutine assign_static_losses
 
-   !> Apply the changes of all stages so far to a new model, for a run from a checkpoint.
+   !> Apply the changes of all stages so far to the model of a run that resumes from a checkpoint.
    subroutine restore_stages(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer :: s, i
@@ -489,7 +489,7 @@ contains
          call add_attachments(simulation%model, simulation%model%stages(s))
          associate (points => simulation%model%fixed_points)
             do i = 1, size(points)
-               if (simulation%model%stages(s)%holds(i)) points(i)%held = points(i)%waiting
+               if (simulation%model%stages(s)%holds(i)) points(i)%fixed_along = points(i)%waiting
             end do
          end associate
          call remove_parts(simulation, s)

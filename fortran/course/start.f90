@@ -20,7 +20,7 @@ module dda_start
    use dda_history, only: prepare_history
    use dda_impact, only: prepare_impacts
    use dda_model, only: model_type, half_size, contact_distance, force_noise
-   use dda_kinematics, only: kinetic_energy, farthest_move
+   use dda_kinematics, only: kinetic_energy, largest_displacement
    use dda_original_rules, only: lock_touching
    use dda_scheme, only: scheme_named
    use dda_simulation, only: simulation_type, block_name, next_step
@@ -30,11 +30,12 @@ module dda_start
    private
    public :: start, set_rates
 
-   real(wp), parameter :: touching = 1.0e-12_wp  !< zero gap over half the model size
+   !> largest gap of touching blocks over half the model size
+   real(wp), parameter :: touching = 1.0e-12_wp
 
 contains
 
-   !> Set up a run of a model, and of the columns of its free fields.
+   !> Initialise a run of a model, and the runs of its free-field columns.
    recursive subroutine start(simulation, model, error)
       type(simulation_type), intent(out) :: simulation  !< a run and its state
       type(model_type), intent(in) :: model  !< model as read from the input
@@ -63,7 +64,7 @@ contains
       call prepare_system(simulation%system, simulation%blocks%n)
       call prepare_impacts(simulation%impacts, simulation%blocks%n)
       call prepare_iteration(simulation, model)
-      simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
+      simulation%speed = largest_displacement(simulation%blocks, simulation%blocks%velocity)
       call allocate_list_variables(simulation%contacts, simulation%laws)
       call reserve(simulation%contacts(simulation%now), 1)
       call find_contacts(simulation, error)
@@ -105,7 +106,7 @@ contains
       type(laws_type), intent(in) :: laws             !< laws of the joints
 
       contacts%with_laws = .not. laws%plain
-      contacts%begins = laws%columns%initial
+      contacts%initial_memory = laws%columns%initial
       contacts%with_net_slip = laws%with_net_slip
       contacts%with_damping = laws%damped
       contacts%with_multipliers = laws%augmented
@@ -164,7 +165,7 @@ contains
       call move_alloc(across, simulation%detection%across)
    end subroutine skip_crossings
 
-   !> Set the velocities of all blocks, which supports then correct.
+   !> Set the velocities of all blocks; supports then correct them.
    !> The change of kinetic energy is initial energy before the first step, and energy input later.
    subroutine set_rates(simulation, rates, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
@@ -185,7 +186,7 @@ contains
          call add_energy(energy, merge(energy_initial, energy_input, simulation%step == 0), &
             total_energy(energy) - before)
       end associate
-      simulation%speed = farthest_move(simulation%blocks, simulation%blocks%velocity)
+      simulation%speed = largest_displacement(simulation%blocks, simulation%blocks%velocity)
    end subroutine set_rates
 
 end module dda_start

@@ -3,8 +3,8 @@
 !> static equilibrium.
 !>
 !> Movement is measured from the first frame of the output, in equilibrium if the first stage is
-!> static.  Equilibrium is judged by positions, not by velocities, because velocities of stiff modes
-!> may change sign in each step while no block moves.
+!> static.  Equilibrium is judged by positions, because velocities of stiff modes may change sign in
+!> each step while no block moves.
 module dda_stop_rule
    use dda_kinds, only: wp, pi
    use dda_edge_load, only: history_of
@@ -91,7 +91,7 @@ contains
       end associate
    end subroutine judge_movement
 
-   !> .true. if a block is counted: each block that is no cell, and the first cell of each body.
+   !> .true. if block b is counted: blocks outside bodies, and the first cell of each body.
    pure logical function is_counted_block(body, b)
       integer, intent(in) :: body(:)  !< [blocks] body of a cell; 0: none
       integer, intent(in) :: b        !< number of the block
@@ -109,8 +109,8 @@ contains
 
    !> End the run if no vertex has moved in the time window.
    !> The rule applies in the last stage, after the end of all motions and changes of loads.
-   !> Movement is relative to the supports if they all continue at the same velocity after their
-   !> records.
+   !> If all supports continue at the same velocity after their records, movement is relative to
+   !> the supports.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp) :: moved(3), drifted(2)

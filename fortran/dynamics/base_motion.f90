@@ -3,15 +3,15 @@
 !>
 !> The base motion is the first of these that exists:
 !>
-!> - the motion of the supports, if all supports of this and later stages have the same translation;
+!> - the motion of the supports, if all supports of this and later stages have one translation;
 !> - the motion of the measured point that all groups &amplification name as base;
-!> - the outcrop motion of the half-space below, if a single motion enters there.
+!> - the outcrop motion of the half-space below, if a single motion enters through its boundaries.
 !>
 !> Otherwise, values are absolute.
 module dda_base_motion
    use dda_kinds, only: wp
    use dda_baseline, only: displacement_at, velocity_at
-   use dda_blocks, only: blocks_type, place_of
+   use dda_blocks, only: blocks_type, position_of
    use dda_measure, only: measure_point
    use dda_model, only: model_type
    use dda_scheme, only: step_type, end_rate
@@ -19,9 +19,9 @@ module dda_base_motion
    implicit none
    private
    public :: base_type, base_kinds, begin_base, renew_base, update_base, base_words, &
-      counts_from_motion
+      has_reference_motion
 
-   integer, parameter :: base_absolute = 0  !< none: values are absolute
+   integer, parameter :: base_absolute = 0  !< no base: values are absolute
    integer, parameter :: base_rests = 1     !< supports that do not move
    integer, parameter :: base_moves = 2     !< supports with one common motion
    integer, parameter :: base_point = 3     !< a measured point
@@ -29,13 +29,15 @@ module dda_base_motion
    integer, parameter :: base_kinds = base_outcrop  !< number of the last kind
 
    real(wp), parameter :: surface_factor = 2.0_wp !< ratio of free-surface motion to the upward wave
-   real(wp), parameter :: same = 1.0e-9_wp  !< rounding error of a direction vector, over its length
+   !> rounding error of a direction vector, over its length
+   real(wp), parameter :: rounding = 1.0e-9_wp
 
    !> The base and its motion at the present time.
    type :: base_type
       integer :: kind = base_absolute           !< one of the kinds above
       integer :: point = 0                      !< measured point, or 0
-      real(wp), allocatable :: share(:,:)       !< [2,motions] coefficient of each motion in x and y
+      !> [2,motions] coefficient of each motion in x and y
+      real(wp), allocatable :: coefficient(:,:)
       !> origin of displacements: position of the point, or displacement of the supports, m
       real(wp) :: zero(2) = 0.0_wp
       real(wp) :: displacement(2) = 0.0_wp      !< displacement since `begin_base`, m
@@ -52,11 +54,11 @@ contains
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time               !< s
 
-      allocate (base%share(2, size(model%motions)), source=0.0_wp)
+      allocate (base%coefficient(2, size(model%motions)), source=0.0_wp)
       call renew_base(base, model, blocks, time)
    end subroutine begin_base
 
-   !> Update the base after supports or motions have changed; its displacement is continuous.
+   !> Update the base after supports or motions have changed; its displacement does not jump.
    subroutine renew_base(base, model, blocks, time)
       type(base_type), intent(inout) :: base     !< base of the model
       type(model_type), intent(in) :: model      !< model of the run
@@ -73,14 +75,14 @@ contains
          base%velocity = motion(:, 2)
       case (base_point)
          associate (point => model%points(base%point))
-            base%zero = place_of(blocks, point%block, point%reference) - base%displacement
+            base%zero = position_of(blocks, point%block, point%reference) - base%displacement
             call measure_point(blocks, point, unused(:, 1), base%velocity, unused(:, 2))
          end associate
       end select
    end subroutine renew_base
 
    !> Find the common translation of all supports as a linear combination of the motions.
-   !> Its components along the supported directions match the supports by least squares.
+   !> Its components along the supported directions fit the support motions by least squares.
    pure subroutine find_base(base, model)
       type(base_type), intent(inout) :: base     !< kind and coefficients are set
       type(model_type), intent(in) :: model      !< model of the run
@@ -93,7 +95,7 @@ contains
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
             do axis = 1, 2
-               if (.not. (point%held(axis) .or. point%waiting(axis))) cycle
+               if (.not. (point%fixed_along(axis) .or. point%waiting(axis))) cycle
                holding = holding + 1
                associate (n => point%axes(:, axis), m => point%motion(axis))
                   matrix = matrix + spread(n, 2, 2)*spread(n, 1, 2)
@@ -102,7 +104,7 @@ contains
             end do
          end associate
       end do
-      base%share = matmul(pseudo_inverse(matrix), right)
+      base%coefficient = matmul(pseudo_inverse(matrix), right)
       base%kind = base_rests
       if (any(abs(right) > 0.0_wp)) base%kind = base_moves
       if (holding == 0 .or. .not. all_follow(base, model)) base%kind = base_absolute
@@ -132,10 +134,11 @@ contains
       end do
       if (first == 0) return
       base%kind = base_outcrop
-      base%share = 0.0_wp
+      base%coefficient = 0.0_wp
       do axis = 1, 2
          associate (own => model%boundary_motions(first))
-            if (own%motion(axis) > 0) base%share(axis, own%motion(axis)) = surface_factor*own%factor
+            if (own%motion(axis) > 0) base%coefficient(axis, own%motion(axis)) &
+               = surface_factor*own%factor
          end associate
       end do
    end subroutine find_outcrop
@@ -147,7 +150,7 @@ contains
 
       trace = matrix(1, 1) + matrix(2, 2)
       determinant = matrix(1, 1)*matrix(2, 2) - matrix(1, 2)*matrix(2, 1)
-      if (determinant > same*trace**2) then
+      if (determinant > rounding*trace**2) then
          inverse = reshape([matrix(2, 2), -matrix(2, 1), -matrix(1, 2), matrix(1, 1)], [2, 2]) &
             /determinant
       else
@@ -155,7 +158,7 @@ contains
       end if
    end function pseudo_inverse
 
-   !> .true. if every support moves with the base.
+   !> .true. if the motion of every support is the motion of the base.
    pure logical function all_follow(base, model)  ! total
       type(base_type), intent(in) :: base        !< base with its coefficients
       type(model_type), intent(in) :: model      !< model of the run
@@ -165,10 +168,11 @@ contains
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
             do axis = 1, 2
-               if (.not. (point%held(axis) .or. point%waiting(axis))) cycle
+               if (.not. (point%fixed_along(axis) .or. point%waiting(axis))) cycle
                do m = 1, size(model%motions)
                   all_follow = all_follow .and. abs(dot_product(point%axes(:, axis), &
-                     base%share(:, m)) - merge(1.0_wp, 0.0_wp, m == point%motion(axis))) <= same
+                     base%coefficient(:, m)) - merge(1.0_wp, 0.0_wp, &
+                        m == point%motion(axis))) <= rounding
                end do
             end do
          end associate
@@ -206,7 +210,7 @@ contains
       case (base_point)
          associate (point => model%points(base%point))
             call measure_point(blocks, point, unused, base%velocity, base%acceleration)
-            base%displacement = place_of(blocks, point%block, point%reference) - base%zero
+            base%displacement = position_of(blocks, point%block, point%reference) - base%zero
          end associate
       end select
    end subroutine update_base
@@ -221,21 +225,21 @@ contains
 
       motion = 0.0_wp
       do m = 1, size(model%motions)
-         if (.not. any(base%share(:, m) /= 0.0_wp)) cycle
-         associate (share => base%share(:, m), curve => model%motions(m)%curve)
-            motion(:, 1) = motion(:, 1) + share*displacement_at(curve, time)
-            motion(:, 2) = motion(:, 2) + share*velocity_at(curve, time)
+         if (.not. any(base%coefficient(:, m) /= 0.0_wp)) cycle
+         associate (coefficient => base%coefficient(:, m), curve => model%motions(m)%curve)
+            motion(:, 1) = motion(:, 1) + coefficient*displacement_at(curve, time)
+            motion(:, 2) = motion(:, 2) + coefficient*velocity_at(curve, time)
          end associate
       end do
    end function motion_at
 
    !> .true. if motions act on the model; reports then name the reference motion.
-   pure logical function counts_from_motion(base, model)
+   pure logical function has_reference_motion(base, model)
       type(base_type), intent(in) :: base        !< base of the model
       type(model_type), intent(in) :: model      !< model of the run
 
-      counts_from_motion = base%kind /= base_rests .and. size(model%motions) > 0
-   end function counts_from_motion
+      has_reference_motion = base%kind /= base_rests .and. size(model%motions) > 0
+   end function has_reference_motion
 
    !> Return a text on the reference of reported displacements, velocities and accelerations.
    pure function base_words(base, model) result(words)

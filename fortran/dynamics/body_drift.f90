@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solution of a step for the displacements relative to the translation of each body.
+!> Drift of bodies: the equations of a step are solved for displacements relative to it.
 !>
 !> If a body translates by d₀ in a step, the stiff springs between its cells exert no force, but
 !> K̂d₀ has a relative rounding error of 10⁻¹⁶, with the same sign in each step: the error in a body
@@ -19,9 +19,9 @@ module dda_body_drift
    public :: begin_drift, subtract_contacts
 
    real(wp), parameter :: least_drift = 1.0e-6_wp  !< smallest drift over half the model size
-   !> factor of the loads that scale residuals, because the forces of moving supports and contacts
-   !> far exceed the forces within bodies
-   real(wp), parameter :: share_of_rounding = 1.0e-3_wp
+   !> factor of the remaining loads that scale residuals, because forces of moving supports and
+   !> contacts far exceed the forces within bodies
+   real(wp), parameter :: load_factor = 1.0e-3_wp
 
 contains
 
@@ -58,12 +58,12 @@ contains
             end do
          end associate
       end do
-      system%reduced = share_of_rounding*(system%load - system%drift_load)
+      system%reduced = load_factor*(system%load - system%drift_load)
       call weigh_loads(solver, system%reduced)
       call record_rigid_terms(solver)
    end subroutine begin_drift
 
-   !> Set the drift of each cell to Δt × mean velocity of its body; zero for other blocks.
+   !> Set the drift of each cell to Δt × mean velocity of its body, and of other blocks to 0.
    pure subroutine translate_bodies(blocks, time_step, drift)
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(in) :: time_step          !< s

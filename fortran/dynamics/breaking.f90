@@ -12,20 +12,20 @@ module dda_breaking
    use dda_blocks, only: blocks_type, update_geometry
    use dda_broken_faces, only: face_force, face_strength, begin_joint, joint_damage, joint_motion, &
       crack_points
-   use dda_cell_faces, only: part_cells
+   use dda_cell_faces, only: separate_cells
    use dda_elements, only: set_elements, update_stored
    use dda_energy, only: add_energy, total_energy, energy_breaking
    use dda_energy_budget, only: update_state
    use dda_model, only: model_type
    use dda_ordered_sums, only: parallel_from
    use dda_simulation, only: simulation_type, next_step
-   use dda_weld, only: is_shifted, is_whole, set_welds, take_area, weld_cracked, weld_open
-   use dda_weld_springs, only: own_strain
+   use dda_weld, only: is_shifted, is_whole, set_welds, assign_triangles, weld_cracked, weld_open
+   use dda_weld_springs, only: cell_strain
    implicit none
    private
    public :: break_faces, can_break, restore_faces
 
-   !> slip, over the length of the face, after which its joint no longer acts
+   !> slip/face length after which the joint of the face no longer acts
    real(wp), parameter :: farthest = 0.1_wp
 
 contains
@@ -74,7 +74,7 @@ contains
       if (can_break) can_break = any(model%welds%joint > 0)
    end function can_break
 
-   !> Return the intact faces whose traction has reached their strength.
+   !> Break the intact faces whose traction has reached their strength; return their numbers.
    function break_faces_at_strength(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
@@ -97,7 +97,8 @@ contains
       end associate
    end function break_faces_at_strength
 
-   !> Return the faces with a failed bond that are open at all points, or that have slipped far.
+   !> Separate faces with a failed bond that are open at all points or have slipped far.
+   !> Return their numbers.
    function separate_gaping_faces(simulation) result(found)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, allocatable :: found(:)
@@ -134,21 +135,22 @@ contains
    end subroutine release_stresses
 
    !> Set the initial stress due to the break of face i to a fraction of its value at the break.
-   subroutine reduce_initial_stress(simulation, i, share)
+   subroutine reduce_initial_stress(simulation, i, fraction)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: i                            !< broken face
-      real(wp), intent(in) :: share                       !< remaining fraction
+      real(wp), intent(in) :: fraction                    !< remaining fraction
       integer :: k
 
       associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
          do k = 1, 2
             associate (b => weld%block(k))
-               if (.not. blocks%rest_share(b) > 0.0_wp) cycle
-               blocks%initial_stress(:, b) = blocks%initial_stress(:, b) + (share - weld%kept) &
-                  *weld%left(:, k)/(blocks%rest_share(b)*blocks%area(b))
+               if (.not. blocks%interior_fraction(b) > 0.0_wp) cycle
+               blocks%initial_stress(:, b) = blocks%initial_stress(:, b) + (fraction &
+                  - weld%break_fraction) &
+                  *weld%break_stress(:, k)/(blocks%interior_fraction(b)*blocks%area(b))
             end associate
          end do
-         weld%kept = share
+         weld%break_fraction = fraction
       end associate
    end subroutine reduce_initial_stress
 
@@ -157,7 +159,7 @@ contains
       type(simulation_type), intent(inout) :: simulation    !< between two steps
       integer, intent(in) :: i                              !< intact face
       real(wp), intent(out) :: traction(2, crack_points)  !< traction at the points of the face, Pa
-      real(wp) :: force(size(own_strain) + 4), ratio, elastic(3), area
+      real(wp) :: force(size(cell_strain) + 4), ratio, elastic(3), area
       integer :: k
 
       force = face_force(simulation%elements, i, simulation%blocks)
@@ -166,17 +168,18 @@ contains
          do k = 1, 2
             associate (b => weld%block(k))
                ! The area-weighted mean of remainder and triangle preserves the sum of A σ.
-               area = blocks%rest_share(b)*blocks%area(b)
+               area = blocks%interior_fraction(b)*blocks%area(b)
                elastic = matmul(blocks%stiffness(:, :, b), blocks%position(4:6, b))/blocks%area(b)
-               weld%left(:, k) = force(own_strain(:, k)) - weld%area(k)*(elastic &
+               weld%break_stress(:, k) = force(cell_strain(:, k)) - weld%area(k)*(elastic &
                   + blocks%initial_stress(:, b))
-               blocks%initial_stress(:, b) = blocks%initial_stress(:, b) + weld%left(:, k) &
+               blocks%initial_stress(:, b) = blocks%initial_stress(:, b) + weld%break_stress(:, k) &
                   /(area + weld%area(k))
-               blocks%rest_share(b) = blocks%rest_share(b) + weld%area(k)/blocks%area(b)
+               blocks%interior_fraction(b) = blocks%interior_fraction(b) &
+                  + weld%area(k)/blocks%area(b)
             end associate
          end do
          weld%state = weld_cracked
-         weld%kept = 1.0_wp
+         weld%break_fraction = 1.0_wp
       end associate
    end subroutine break_face
 
@@ -193,7 +196,7 @@ contains
    !> If faces have opened, update sides, joints and neighbours too.
    subroutine update_cell_areas(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      logical, intent(in) :: opened                       !< faces have opened
+      logical, intent(in) :: opened                       !< some faces have been separated
       type(blocks_type) :: drawn
       integer :: i, e, b
 
@@ -202,13 +205,13 @@ contains
       call update_geometry(drawn)
       associate (welds => simulation%model%welds, blocks => simulation%blocks)
          call set_welds(drawn, pack(welds, .not. is_shifted(welds)))
-         call take_area(drawn, pack(welds, is_shifted(welds)))
-         blocks%rest_share = drawn%rest_share
+         call assign_triangles(drawn, pack(welds, is_shifted(welds)))
+         blocks%interior_fraction = drawn%interior_fraction
          simulation%system%constant_step%time_step = 0.0_wp  ! K has changed
          if (.not. opened) return
          blocks%inner = drawn%inner
          blocks%outline = drawn%outline
-         call part_cells(blocks, simulation%model%blocks, welds)
+         call separate_cells(blocks, simulation%model%blocks, welds)
          do i = 1, size(welds)
             if (welds(i)%state /= weld_open) cycle
             do e = 1, 2
@@ -225,7 +228,8 @@ contains
 
    !> Restore the model from the states of faces in a checkpoint.
    subroutine restore_faces(simulation)
-      type(simulation_type), intent(inout) :: simulation  !< just started, with the restored states
+      !> new simulation with face states from the checkpoint
+      type(simulation_type), intent(inout) :: simulation
       real(wp) :: reach
 
       if (all(is_whole(simulation%model%welds))) return

@@ -1,20 +1,20 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Columns of the free fields of a run.  Each column is a run of its own (`dda_column_model`) that
-!> does not depend on the model and computes each step before the model.  It provides the motion of
+!> Free-field columns of a run.  Each column is a separate run (`dda_column_model`), independent of
+!> the model, and its step is computed before the step of the model.  It provides the motion of
 !> a side of the model and the forces between its blocks and their images at t₀ + θΔt.
 module dda_columns
    use dda_kinds, only: wp
-   use dda_elements, only: face_forces, follow_free_field
+   use dda_elements, only: face_forces, set_free_field_motion
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
    use dda_material_damping, only: force_on_strains
-   use dda_simulation, only: companions_type, simulation_type, next_step
+   use dda_simulation, only: column_runs_type, simulation_type, next_step
    implicit none
    private
-   public :: make_columns, column_count, column_of, take_over_columns, name_column
+   public :: make_columns, column_count, column_of, pass_columns_to_sides, name_column
 
    !> Runs of all columns.
-   type, extends(companions_type) :: columns_type
+   type, extends(column_runs_type) :: columns_type
       type(simulation_type), allocatable :: run(:)  !< [free fields]
    end type columns_type
 
@@ -53,22 +53,22 @@ contains
       end select
    end function column_of
 
-   !> Pass the columns' solution of the present step to the sides of the model.
+   !> Pass the solutions of the columns in this step to the sides of the model.
    !> In statics the solution is the equilibrium of the columns.
-   subroutine take_over_columns(simulation)
+   subroutine pass_columns_to_sides(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(simulation_type), pointer :: run
       integer :: i
 
       do i = 1, column_count(simulation)
          run => column_of(simulation, i)
-         if (simulation%resting) run%system%d = 0.0_wp
+         if (simulation%in_statics) run%system%d = 0.0_wp
          associate (field => simulation%model%free_fields(i))
-            call follow_free_field(simulation%elements, i, field%block, run%blocks, &
+            call set_free_field_motion(simulation%elements, i, field%block, run%blocks, &
                run%system%d, forces_at_side(run, field))
          end associate
       end do
-   end subroutine take_over_columns
+   end subroutine pass_columns_to_sides
 
    !> Return the forces on the blocks at the side from their neighbours in level ground.
    !> Forces due to the strain of the cell in the triangle of a side face are subtracted, because

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Assembly of the springs and friction forces of contacts, in their assumed states, into K̂ and f̂.
 !>
-!> The row of a "dirty" block, whose contacts have changed, is summed again: linear part, near pairs
-!> with earlier blocks, near pairs with later blocks; contacts of a pair in list order.  The result
-!> is therefore bit-identical to a full assembly, for any number of threads.
+!> A block is dirty if its contacts have changed; its row is then summed again.  The order of the
+!> terms is fixed: linear part, near pairs with earlier blocks, near pairs with later blocks; the
+!> contacts of a pair in list order.  Thus the result is bit-identical for any number of threads.
 module dda_contact_assembly
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, copy_block
@@ -15,7 +15,7 @@ module dda_contact_assembly
       is_dirty_stiffness, is_free
    use dda_friction, only: laws_type
    use dda_linear_terms, only: add_products
-   use dda_ordered_sums, only: share_of_thread
+   use dda_ordered_sums, only: range_of_thread
    use dda_stopwatch, only: lap, phase_assemble
    use dda_team, only: adjust_team
    implicit none
@@ -49,7 +49,7 @@ contains
       else
          call adjust_team
          !$omp parallel private(first, last)
-         call share_of_thread(n, first, last)
+         call range_of_thread(n, first, last)
          call assemble_rows(system, contacts, first, last)
          !$omp end parallel
       end if
@@ -74,7 +74,7 @@ contains
    end subroutine index_contacts
 
    !> Assemble block rows first … last of K̂ and f̂; no other thread writes these rows.
-   !> A pair with both blocks in the range is read once, another pair once for each of its blocks.
+   !> A pair with both blocks in the range is read once; any other pair is read once per block.
    subroutine assemble_rows(system, contacts, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -100,17 +100,17 @@ contains
    end subroutine assemble_rows
 
    !> Assemble the terms of a near pair of blocks i > j in K̂ and f̂.
-   subroutine assemble_pair(system, contacts, i, j, entry, row_too, column_too)
+   subroutine assemble_pair(system, contacts, i, j, entry, write_i, write_j)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: i, j, entry  !< blocks; number of lower block (i, j) of K̂
-      logical, intent(in) :: row_too, column_too  !< write the rows of i and of j
+      logical, intent(in) :: write_i, write_j     !< write row i; write row j
       type(rows_type) :: rows
       integer :: c, dirty_i, dirty_j
       logical :: coupled
 
-      dirty_i = merge(system%contact_terms%dirty(i), is_clean, row_too)
-      dirty_j = merge(system%contact_terms%dirty(j), is_clean, column_too)
+      dirty_i = merge(system%contact_terms%dirty(i), is_clean, write_i)
+      dirty_j = merge(system%contact_terms%dirty(j), is_clean, write_j)
       coupled = dirty_i == is_dirty_stiffness .and. &
          system%contact_terms%dirty(j) == is_dirty_stiffness
       if (dirty_i == is_clean .and. dirty_j == is_clean) return
@@ -176,7 +176,7 @@ contains
       if (linear_entry(entry) > 0) block = linear%lower(:, :, linear_entry(entry))
    end subroutine begin_coupling
 
-   !> Copy the six values of one block.
+   !> Copy the six values of a block row.
    pure subroutine copy_block_row(from, to)
       real(wp), intent(in) :: from(6)  !< values of a block
       real(wp), intent(out) :: to(6)   !< their copy
@@ -212,7 +212,7 @@ contains
    end subroutine add_forces
 
    !> Add an additional force of contact c to those rows of f̂ that lie in first … last.
-   !> The assumed state must be unchanged, because otherwise the blocks are assembled again.
+   !> The assumed state of the contact must be unchanged since the rows were assembled.
    pure subroutine add_to_rows(system, contacts, c, more, first, last)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(in) :: contacts  !< contacts of this step

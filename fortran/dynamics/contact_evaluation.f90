@@ -73,7 +73,7 @@ contains
 
    !> Return the state that the next iteration assumes.
    !> If slip reverses, the contact first sticks, because its force would otherwise jump to the
-   !> other friction bound.  A contact that closes repeatedly first slides, because a shear force
+   !> opposite friction bound.  A contact that closes repeatedly first slides, because a shear force
    !> could open the contact again.
    pure integer function next_state(contacts, laws, response, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
@@ -83,7 +83,7 @@ contains
       real(wp) :: friction
 
       next_state = response%state
-      if (allocated(contacts%held_bound)) return
+      if (allocated(contacts%frozen_bound)) return
       friction = response%shear_force
       if (contacts%with_net_slip) friction = response%slider
       if (contacts%state(c) == contact_slide .and. response%state == contact_slide &

@@ -9,7 +9,7 @@ module dda_contact_search
    use dda_contact_joints, only: set_joints
    use dda_contact_points, only: add_points, move_points
    use dda_damage_passes, only: begin_damage
-   use dda_crossings, only: forget_parted
+   use dda_crossings, only: release_separated
    use dda_energy, only: add_energy, energy_length, energy_geometric
    use dda_joint_contact, only: closure_of, state_of
    use dda_joint_lines, only: begin_lines
@@ -26,7 +26,8 @@ module dda_contact_search
    private
    public :: find_contacts
 
-   real(wp), parameter :: least_rounding = 1.0e-5_wp  !< smallest factor of the force noise
+   !> smallest factor `rounding` of the force noise
+   real(wp), parameter :: least_rounding = 1.0e-5_wp
    real(wp), parameter :: search_margin = 1.0_wp   !< search margin over the contact distance
 
 contains
@@ -39,13 +40,13 @@ contains
       associate (detection => simulation%detection, neighbours => simulation%neighbours)
          detection%travel = 2.5_wp*simulation%speed*simulation%time_step
          call measure_depths(detection, simulation%contacts(simulation%now), simulation%blocks)
-         ! Contacts under compression must not be lost from the list.
+         ! The list must retain all contacts in compression.
          detection%distance = max(detection%least, detection%travel, 2*detection%deepest) &
             + highest_lift(simulation)
          if (detection%distance + 2*neighbours%travel > neighbours%reach) &
             call search_neighbours(simulation, (1.0_wp + search_margin)*detection%distance, error)
          simulation%iteration%rounding = 1.0_wp
-         if (any(simulation%blocks%body > 0) .and. .not. simulation%resting) &
+         if (any(simulation%blocks%body > 0) .and. .not. simulation%in_statics) &
             simulation%iteration%rounding = min(1.0_wp, max(least_rounding, &
             0.1_wp*detection%travel/half_size(simulation%blocks)))
       end associate
@@ -60,9 +61,9 @@ contains
       real(wp), intent(in) :: reach  !< search distance, m
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
-      call forget_parted(simulation%detection%across, simulation%blocks, reach)
+      call release_separated(simulation%detection%across, simulation%blocks, reach)
       call find_neighbours(simulation%neighbours, simulation%blocks, reach)
-      if (simulation%neighbours%crowded) then
+      if (simulation%neighbours%overflowed) then
          call fail(error, error_input, 'step '//to_text(simulation%step + 1)//' at t = '// &
             to_text(simulation%time)//' s: too many pairs of blocks lie within '//to_text(reach)// &
             ' m of each other; try thicker blocks, or a smaller '// &
@@ -82,15 +83,15 @@ contains
       old = simulation%now
       call exchange_lists(simulation)
       associate (contacts => simulation%contacts(simulation%now))
-         contacts%time_step = merge(0.0_wp, simulation%time_step, simulation%resting)
+         contacts%time_step = merge(0.0_wp, simulation%time_step, simulation%in_statics)
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
             simulation%detection)
          if (contacts%with_laws) contacts%point(:contacts%n) = 0
          if (simulation%laws%pointed) call add_points(simulation%points, contacts, &
             simulation%blocks, simulation%laws, simulation%detection%distance)
-         ! A contact retains its history if its gap changes by at most the displacement of a step.
+         ! A successor may have a gap that differs by at most the displacement in a step.
          associate (history => simulation%history, detection => simulation%detection)
-            history%deepest = detection%travel + detection%pressed
+            history%max_penetration = detection%travel + detection%pressed
             history%largest_jump = detection%travel + 2*detection%deepest + detection%largest_corner
          end associate
          call inherit(contacts, simulation%contacts(old), simulation%history, &

@@ -9,8 +9,8 @@
 !> The force of this fraction is zero at the last iterate, so the solution does not change.
 !>
 !> Within a step the geometry of the contacts is constant and the open–close iteration changes few
-!> of their states.  A contact whose spring or force differs from the assembled one marks both its
-!> blocks as dirty.
+!> of their states.  If the spring or force of a contact differs from the assembled value, both its
+!> blocks are marked as dirty.
 module dda_contact_terms
    use dda_kinds, only: wp, long
    use dda_contact, only: capacity_of, contacts_type, contact_open, contact_slide
@@ -20,28 +20,29 @@ module dda_contact_terms
    use dda_joint_bond, only: add_bond_terms, is_cohesive
    use dda_joint_contact, only: centre_shift
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
-   use dda_rank_one, only: rank_one_type, drift, add_change
+   use dda_rank_one, only: rank_one_type, ignored_change, add_change
    implicit none
    private
    public :: contact_terms_type, update_contact_terms, is_free, is_clean, &
       is_dirty_force, is_dirty_stiffness
 
-   integer, parameter :: is_clean = 0            !< nothing must be assembled again
+   integer, parameter :: is_clean = 0            !< no part must be assembled again
    integer, parameter :: is_dirty_force = 1      !< the right-hand side must be assembled again
-   integer, parameter :: is_dirty_stiffness = 2  !< the matrix must be assembled again, too
+   !> the matrix and the right-hand side must be assembled again
+   integer, parameter :: is_dirty_stiffness = 2
 
    integer, parameter :: none = -1   !< no assembled state
 
    !> Terms of the contacts that must be assembled, or passed to the solver.
    type :: contact_terms_type
       logical :: rebuild = .true.             !< contacts or linear part are new
-      logical :: other_matrix = .true.        !< K̂ has changed since the solver was last renewed
+      logical :: matrix_changed = .true.      !< K̂ has changed since the solver was last renewed
       integer, allocatable :: dirty(:)        !< [blocks] parts that must be assembled again
       integer, allocatable :: changed(:)      !< [contacts] parts that have changed
-      !> springs and forces depend only on the state if a contact neither slides nor is bonded
+      !> springs and forces of contacts that neither slide nor are bonded depend only on the state
       logical :: by_state = .false.
       !> [contacts] assembled state if a contact neither slides nor is bonded, else `none`
-      integer, allocatable :: steady(:)
+      integer, allocatable :: assembled_state(:)
       type(rank_one_type) :: spring_changes   !< changes since the last factorisation
    end type contact_terms_type
 
@@ -55,10 +56,10 @@ contains
       integer :: p, c
 
       call grow(terms%changed, capacity_of(contacts), exactly=.true.)
-      call grow(terms%steady, capacity_of(contacts), exactly=.true.)
+      call grow(terms%assembled_state, capacity_of(contacts), exactly=.true.)
       terms%by_state = laws%plain .and. .not. (laws%augmented .or. laws%damped .or. &
-         allocated(contacts%imposed_spring) .or. allocated(contacts%held_bound))
-      if (terms%rebuild .or. .not. terms%by_state) terms%steady(:contacts%n) = none
+         allocated(contacts%imposed_spring) .or. allocated(contacts%frozen_bound))
+      if (terms%rebuild .or. .not. terms%by_state) terms%assembled_state(:contacts%n) = none
       if (contacts%n < parallel_from) then
          call compare_forces_range(terms, contacts, laws, 1, contacts%n)
       else
@@ -69,7 +70,8 @@ contains
          end do
       end if
       if (terms%rebuild) terms%dirty = is_dirty_stiffness
-      terms%other_matrix = terms%rebuild .or. any(terms%changed(:contacts%n) == is_dirty_stiffness)
+      terms%matrix_changed = terms%rebuild .or. &
+         any(terms%changed(:contacts%n) == is_dirty_stiffness)
       do c = 1, contacts%n
          if (terms%changed(c) == is_clean) cycle
          if (terms%changed(c) == is_dirty_stiffness) call renew_springs(terms, contacts, laws, c)
@@ -80,7 +82,7 @@ contains
       end do
    end subroutine update_contact_terms
 
-   !> Mark contacts first … last if their spring or force at d = 0 differs from the assembled one.
+   !> Mark contacts first … last if their spring or force at d = 0 differs from the assembled value.
    pure subroutine compare_forces_range(terms, contacts, laws, first, last)
       type(contact_terms_type), intent(inout) :: terms  !< assembled terms of the contacts
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -91,7 +93,8 @@ contains
 
       do c = first, last
          terms%changed(c) = is_clean
-         if (terms%steady(c) == contacts%state(c) .and. .not. contacts%retained(c) > 0.0_wp) cycle
+         if (terms%assembled_state(c) == contacts%state(c) .and. .not. contacts%retained(c) &
+            > 0.0_wp) cycle
          call find_terms(contacts, laws, c, springs, forces)
          if (.not. terms%rebuild) then
             if (.not. all(same_bits(forces, contacts%free_force(:, c)))) &
@@ -101,7 +104,7 @@ contains
          if (.not. all(same_bits(springs, contacts%spring(:, c)))) &
             terms%changed(c) = is_dirty_stiffness
          if (tilt_differs(contacts, c)) terms%changed(c) = is_dirty_stiffness
-         terms%steady(c) = merge(contacts%state(c), none, terms%by_state .and. .not. &
+         terms%assembled_state(c) = merge(contacts%state(c), none, terms%by_state .and. .not. &
             (contacts%state(c) == contact_slide .or. contacts%bonded(c) .or. &
             contacts%retained(c) > 0.0_wp))
       end do
@@ -118,7 +121,7 @@ contains
       logical :: matters(2)
 
       call find_terms(contacts, laws, c, springs, forces)
-      if (tilt_differs(contacts, c)) then  ! move the normal spring to other rows
+      if (tilt_differs(contacts, c)) then  ! the normal spring acts on other rows
          call acting_rows(contacts, c, rows)
          call add_change(terms%spring_changes, contacts%block_v(c), rows%normal_v, &
             contacts%block_e(c), rows%normal_e, -contacts%spring(1, c))
@@ -128,7 +131,7 @@ contains
       call acting_rows(contacts, c, rows)
       associate (change => springs - contacts%spring(:, c), changes => terms%spring_changes, &
          v => contacts%block_v(c), e => contacts%block_e(c))
-         matters = abs(change) > drift*max(springs, contacts%spring(:, c))
+         matters = abs(change) > ignored_change*max(springs, contacts%spring(:, c))
          if (matters(1)) call add_change(changes, v, rows%normal_v, e, rows%normal_e, change(1))
          if (matters(2)) call add_change(changes, v, rows%shear_v, e, rows%shear_e, change(2))
       end associate
@@ -157,19 +160,20 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       is_free = contacts%state(c) == contact_open .and. .not. contacts%retained(c) > 0.0_wp
-      if (is_free) is_free = .not. rubs_open(contacts, c)
+      if (is_free) is_free = .not. has_open_friction(contacts, c)
       if (is_free) is_free = .not. contacts%bonded(c)
    end function is_free
 
-   !> .true. if contact c is open but has friction, because its bound is frozen.
-   elemental logical function rubs_open(contacts, c)
+   !> .true. if contact c is open but retains friction, because friction bounds are frozen.
+   elemental logical function has_open_friction(contacts, c)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
 
-      rubs_open = .false.
-      if (allocated(contacts%held_bound)) rubs_open = contacts%state(c) == contact_open .and. &
-         contacts%held_bound(c) > 0.0_wp
-   end function rubs_open
+      has_open_friction = .false.
+      if (allocated(contacts%frozen_bound)) has_open_friction = contacts%state(c) &
+         == contact_open .and. &
+         contacts%frozen_bound(c) > 0.0_wp
+   end function has_open_friction
 
    !> Find the stiffness of contact c in K̂ and its forces at d = 0, in its assumed state.
    pure subroutine find_terms(contacts, laws, c, springs, forces)
@@ -201,11 +205,11 @@ contains
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(out) :: springs(2), forces(2)  !< normal and shear value, N/m
       real(wp) :: at(2)
-      logical :: rubs, at_bound
+      logical :: open_friction, at_bound
 
-      rubs = rubs_open(contacts, c)
-      at_bound = rubs
-      if (rubs) at_bound = abs(contacts%slide_force(c)) >= contacts%held_bound(c)
+      open_friction = has_open_friction(contacts, c)
+      at_bound = open_friction
+      if (open_friction) at_bound = abs(contacts%slide_force(c)) >= contacts%frozen_bound(c)
       springs = closed_springs(contacts, laws, c)
       forces = [multiplier_of(contacts, c), 0.0_wp]
       at = acting(contacts, laws, c, [contacts%gap(c), contacts%stretch(c)])
@@ -217,7 +221,7 @@ contains
       forces = forces + springs*[-at(1), at(2)]
       if (contacts%state(c) == contact_open) then
          springs(1) = contacts%retained(c)*springs(1)
-         if (at_bound .or. .not. rubs) springs(2) = 0.0_wp
+         if (at_bound .or. .not. open_friction) springs(2) = 0.0_wp
       else if (contacts%state(c) == contact_slide) then
          springs(2) = contacts%retained(c)*springs(2)
       end if
@@ -227,7 +231,7 @@ contains
          forces(1) = 0.0_wp
          if (contacts%retained(c) > 0.0_wp) &
             forces(1) = springs(1)*(contacts%retained_at(c) - contacts%gap(c))
-         if (.not. rubs) forces(2) = 0.0_wp
+         if (.not. open_friction) forces(2) = 0.0_wp
          if (at_bound) forces(2) = contacts%slide_force(c)
       else if (contacts%state(c) == contact_slide) then
          forces(2) = contacts%slide_force(c) - springs(2)*contacts%retained_at(c)

@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Damage of bonds within a step: each pass solves the step and sets the damage for the solution.
+!> Damage of bonds within a step: each pass solves the step and updates the damage.
 !> The first pass, without further damage, is the stiffest; each pass opens the bonds more.  Passes
-!> converge to the solution of the step if it is unique.  They may end before they converge, because
-!> the dissipated energy is exact for the damage of the last pass (`dda_joint_bond`).
-!> Steps that end before convergence are counted.
+!> converge to the solution of the step if it is unique.  A step with unconverged damage is accepted
+!> and counted, because its dissipated energy is exact for this damage (`dda_joint_bond`).
 module dda_damage_passes
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -15,7 +14,7 @@ module dda_damage_passes
    public :: begin_damage, renew_damage, most_passes
 
    integer, parameter :: most_passes = 40  !< largest number of passes per step
-   real(wp), parameter :: same = 1.0e-6_wp     !< tolerance of the damage
+   real(wp), parameter :: tolerance = 1.0e-6_wp  !< tolerance of the damage
 
 contains
 
@@ -32,29 +31,29 @@ contains
       end do
    end subroutine begin_damage
 
-   !> Set the damage for the solution of the last pass.
+   !> Update the damage for the solution of the last pass.
    !> If `passes` exceeds `most_passes`, the step is accepted without convergence.
-   pure subroutine renew_damage(contacts, laws, passes, settled)
+   pure subroutine renew_damage(contacts, laws, passes, converged)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(inout) :: passes  !< number of passes in this step
-      logical, intent(out) :: settled   !< the damage has converged or is accepted
+      logical, intent(out) :: converged  !< the damage has converged or is accepted
       real(wp) :: fitting
       integer :: c
 
-      settled = .true.
+      converged = .true.
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
             if (.not. is_cohesive(contacts, law, c)) cycle
             fitting = fitting_damage(contacts, law, c)
-            if (abs(fitting - contacts%acting_damage(c)) <= same) cycle
+            if (abs(fitting - contacts%acting_damage(c)) <= tolerance) cycle
             if (passes < most_passes) contacts%acting_damage(c) = fitting
-            settled = .false.
+            converged = .false.
          end associate
       end do
-      if (settled) return
+      if (converged) return
       passes = passes + 1
-      settled = passes > most_passes
+      converged = passes > most_passes
    end subroutine renew_damage
 
 end module dda_damage_passes

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Error messages on a failed step and warnings on a run: problem, position, time, and remedy.
+!> Messages on a failed step and warnings on a run, with problem, position, time and remedy.
 module dda_diagnostics
    use dda_kinds, only: wp
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
@@ -19,7 +19,8 @@ module dda_diagnostics
    !> tolerance of the energy balance over the sum of all exchanged energies
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
    real(wp), parameter :: most_strain = 0.02_wp  !< largest strain for small-strain theory
-   real(wp), parameter :: deepest = 0.05_wp  !< largest penetration over size of the smaller block
+   !> largest penetration over size of the smaller block
+   real(wp), parameter :: most_penetration = 0.05_wp
    !> largest energy gain of springs between steps over the sum of all exchanged energies
    real(wp), parameter :: most_geometric = 1.0e-2_wp
 
@@ -36,7 +37,7 @@ contains
       kind = error_convergence
       if (allocated(error)) kind = error%kind
       place = ''
-      c = simulation%iteration%worst
+      c = simulation%iteration%unconverged
       if (c > 0) then
          associate (contacts => simulation%contacts(simulation%now))
             place = '; worst contact: a vertex of block '// &
@@ -62,7 +63,7 @@ contains
    subroutine check_state(simulation, error)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=:), allocatable :: what
+      character(len=:), allocatable :: problem
       real(wp) :: allowed
       integer :: b
 
@@ -70,21 +71,21 @@ contains
       associate (blocks => simulation%blocks)
          if (are_finite_and_near(blocks%n, blocks%position, blocks%velocity, allowed) &
             .and. abs(balance(simulation%energy)) <= huge(1.0_wp)) return
-         what = 'a strain, a velocity or an energy is not a finite number'
+         problem = 'a strain, a velocity or an energy is not a finite number'
          do b = 1, blocks%n
             if (all(abs(blocks%position(1:2, b)) <= allowed)) cycle
-            what = 'block '//block_name(simulation, b)//' has left the model: it is '// &
+            problem = 'block '//block_name(simulation, b)//' has left the model: it is '// &
                to_text(norm2(blocks%position(1:2, b)))//' m from the model centre, allowed '// &
                to_text(allowed)
             exit
          end do
       end associate
       call fail(error, error_convergence, 'step '//to_text(simulation%step)//' at t = '// &
-         to_text(simulation%time)//' s: '//what// &
+         to_text(simulation%time)//' s: '//problem// &
          '; look at loads, supports and initial values, or try a smaller time_step')
    end subroutine check_state
 
-   !> .true. if all positions are within a distance of the origin, and all other values are finite.
+   !> .true. if all centroids are within a distance of the origin, and all other values are finite.
    pure logical function are_finite_and_near(n, position, velocity, allowed) result(sound)  ! total
       integer, intent(in) :: n  !< blocks
       real(wp), intent(in) :: position(6, n), velocity(6, n)  !< coordinates and their rates
@@ -120,8 +121,8 @@ contains
       end if
    end function audit_warning
 
-   !> Add warnings on values beyond the limits of the method: strains, penetrations and joints.
-   !> Strains and penetrations are those of the whole run; the values of joints are present ones.
+   !> Add warnings on values beyond the limits of the method: the largest strains and penetrations
+   !> of the whole run, and the present variables of joint laws.
    pure subroutine doubt_state(simulation, doubts)
       type(simulation_type), intent(in) :: simulation            !< a run and its state
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< warnings are added
@@ -161,7 +162,8 @@ contains
 
       associate (most => simulation%maxima%largest(of_strain))
          if (most%value > most_strain) call add_doubt(doubts, 'strain', 'block '// &
-            block_name(simulation, most%who(1))//' has a strain of '//short_text(100*most%value)// &
+            block_name(simulation, most%owners(1))//' has a strain of '// &
+               short_text(100*most%value)// &
             ' % at t = '//short_text(most%time)//' s; small-strain theory holds up to '// &
             short_text(100*most_strain)//' %')
       end associate
@@ -173,18 +175,18 @@ contains
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< a warning may be added
 
       associate (most => simulation%maxima%largest(of_penetration_ratio))
-         if (most%value > deepest) call add_doubt(doubts, 'penetration', &
-            'a vertex of block '//block_name(simulation, most%who(1))//' penetrates '// &
-            short_text(most%value*minval(simulation%maxima%size_of(most%who)))// &
-            ' m into block '//block_name(simulation, most%who(2))//' at t = '// &
+         if (most%value > most_penetration) call add_doubt(doubts, 'penetration', &
+            'a vertex of block '//block_name(simulation, most%owners(1))//' penetrates '// &
+            short_text(most%value*minval(simulation%maxima%size_of(most%owners)))// &
+            ' m into block '//block_name(simulation, most%owners(2))//' at t = '// &
             short_text(most%time)//' s, '//short_text(100*most%value)// &
-            ' % of the size of the smaller block, limit '//short_text(100*deepest)//' %')
+            ' % of the size of the smaller block, limit '//short_text(100*most_penetration)//' %')
       end associate
    end subroutine add_penetration_warning
 
-   !> Return the energy residual due to rounding of positions, J/m.
-   !> It is the work of the weight along rounding errors of all steps, plus the work of the noise
-   !> of contact forces along the path, plus the kinetic energy of rounding errors per Δt.
+   !> Return the energy residual due to rounding of positions, J/m.  It has three parts: the work of
+   !> weight along rounding errors of all steps, the work of force noise along the path, and the
+   !> kinetic energy of rounding errors per Δt.
    pure real(wp) function rounding_energy(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp) :: places, mass

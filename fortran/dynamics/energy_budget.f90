@@ -39,8 +39,8 @@ contains
       energy%value(energy_initial) = total_energy(energy)
    end subroutine start_energy_budget
 
-   !> Add the geometric energy of the change of geometry after a step to the budget.
-   !> It is the spring energy in exact geometry minus that in the linearised geometry of the step.
+   !> Add the geometric energy of a step to the budget: the spring energy in the exact geometry
+   !> after the step minus the spring energy in the linearised geometry of the step.
    subroutine update_geometric(energy, blocks, contacts, laws, elements, step)
       type(energy_type), intent(inout) :: energy  !< J per metre of thickness
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -125,7 +125,8 @@ contains
 
       total = 0.0_wp
       do b = first, last
-         total(1) = total(1) + blocks%rest_share(b)*quadratic_form(blocks%stiffness(:, :, b), &
+         total(1) = total(1) + blocks%interior_fraction(b)*quadratic_form(blocks%stiffness(:, :, &
+            b), &
             d(4:6, b))
          if (.not. step%scheme%chi > 0.5_wp) cycle
          change = momentum_weight(step)*d(:, b) &
@@ -170,8 +171,8 @@ contains
       call add_energy(energy, energy_impact, total(7))
    end subroutine update_contacts
 
-   !> Sum seven energies of contacts first … last, J per metre of thickness.
-   !> Stored; lost by slip, fracture and scheme; gained by dilation; lost by dashpots and impacts.
+   !> Sum seven energies of contacts first … last, J per metre of thickness: stored; lost by slip,
+   !> by fracture, by the scheme; gained by dilation; lost in dashpots, in impacts.
    pure function sum_contacts(contacts, laws, step, first, last) result(total)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -310,7 +311,7 @@ contains
    end subroutine add_bond
 
    !> Return the spring energy of a contact at a gap and a shear stretch.
-   !> With an augmented Lagrangian, normal forces store no energy, as in a rigid contact.
+   !> With an augmented Lagrangian the contact is rigid, so the normal force stores no energy.
    pure real(wp) function stored_energy(laws, gap, closed, bonded, stretch)
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: gap, stretch  !< gap and shear stretch, m
@@ -400,7 +401,8 @@ contains
 
       energy = 0.0_wp
       do b = first, last
-         energy = energy + blocks%rest_share(b)*(0.5_wp*quadratic_form(blocks%stiffness(:, :, b), &
+         energy = energy + blocks%interior_fraction(b)*(0.5_wp*quadratic_form(blocks%stiffness(:, &
+            :, b), &
             blocks%position(4:6, b)) + blocks%area(b)*dot_product(blocks%initial_stress(:, b), &
             blocks%position(4:6, b)))
       end do

@@ -1,35 +1,35 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Slip and opening of the initially touching contacts, measured between the vertex and its foot,
-!> the point on the edge that was initially nearest.  The foot divides the edge in a constant ratio,
-!> because the strain of a block is uniform.
+!> Slip and opening of the initially touching contacts, measured between the vertex and its initial
+!> foot on the edge.  The foot divides the edge in a constant ratio, because block strains are
+!> uniform.
 !>
-!> Contacts are not scanned in every step, because no contact can move farther than the blocks.  A
-!> scan is necessary only if the displacement of blocks since the last scan suffices for a value
-!> above both the largest value so far and 1e-7 of the model size.
+!> Contacts are scanned only if block displacements since the last scan can cause a value above both
+!> the largest value so far and 1e-7 of the model size, because displacements of blocks bound the
+!> movements of contacts.
 module dda_first_contacts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, is_point
-   use dda_maxima, only: largest_type, take, of_slip, of_opening
+   use dda_maxima, only: largest_type, update_largest, of_slip, of_opening
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
    public :: first_contacts_type, begin_first_contacts, reserve_first_contacts, add_movement, &
       may_exceed, drop_removed, count_moved, foot_movement
 
-   !> bound on the movement of a contact over the displacement of blocks: 2 for two blocks, plus
-   !> less than 1 for finite rotations and feet beyond the ends of an edge
+   !> bound on contact movement/block displacement: 2 for two blocks, plus less than 1 for finite
+   !> rotations and feet beyond the ends of an edge
    real(wp), parameter :: both_sides = 3.0_wp
 
    !> The initially touching contacts, and the result of the last scan.
    type :: first_contacts_type
       ! unsaved, found before it is used: pressed
       integer, allocatable :: vertex(:), edge(:)  !< [contacts] vertex and edge
-      real(wp), allocatable :: share(:)           !< [contacts] position of the foot as a fraction
+      real(wp), allocatable :: foot_fraction(:)   !< [contacts] position of the foot as a fraction
       real(wp), allocatable :: gap(:)             !< [contacts] initial distance, m; 0 for overlaps
-      integer, allocatable :: pressed(:)  !< [vertices] edge that each vertex presses on, or 0
+      integer, allocatable :: pressed(:)  !< [vertices] edge that each vertex is pressed on; 0: none
       real(wp) :: shortest = 0.0_wp               !< length of the shortest edge, m
-      real(wp) :: found(3) = 0.0_wp  !< result of the last scan, m (see `scan_movements`)
+      real(wp) :: last_scan(3) = 0.0_wp  !< result of the last scan, m (see `scan_movements`)
       real(wp) :: path = 0.0_wp                   !< displacement of the blocks at the last scan, m
    end type first_contacts_type
 
@@ -38,10 +38,10 @@ contains
    !> Allocate the variables of n contacts.
    subroutine reserve_first_contacts(first, n, vertices)
       type(first_contacts_type), intent(out) :: first  !< allocated, without contacts
-      integer, intent(in) :: n, vertices               !< number of contacts; of vertices
+      integer, intent(in) :: n, vertices               !< number of contacts; number of vertices
 
       allocate (first%vertex(n), first%edge(n), source=0)
-      allocate (first%share(n), first%gap(n), source=0.0_wp)
+      allocate (first%foot_fraction(n), first%gap(n), source=0.0_wp)
       allocate (first%pressed(vertices), source=0)
    end subroutine reserve_first_contacts
 
@@ -66,7 +66,7 @@ contains
       do c = 1, size(first%vertex)
          associate (v => first%vertex(c), e => first%edge(c))
             apart = blocks%vertex(:, v) - blocks%vertex(:, e)
-            first%share(c) = dot_product(apart, blocks%along(:, e))/blocks%length(e)
+            first%foot_fraction(c) = dot_product(apart, blocks%along(:, e))/blocks%length(e)
             first%gap(c) = max(0.0_wp, blocks%along(2, e)*apart(1) - blocks%along(1, e)*apart(2))
          end associate
       end do
@@ -81,7 +81,7 @@ contains
       stays = .not. (blocks%removed(blocks%owner(first%vertex)) .or. &
          blocks%removed(blocks%owner(first%edge)))
       if (all(stays)) return
-      first%share = pack(first%share, stays)
+      first%foot_fraction = pack(first%foot_fraction, stays)
       first%gap = pack(first%gap, stays)
       first%vertex = pack(first%vertex, stays)
       first%edge = pack(first%edge, stays)
@@ -98,8 +98,8 @@ contains
       may_exceed = .false.
       if (size(first%vertex) == 0) return
       way = both_sides*(path - first%path)
-      way = way*(1.0_wp + (first%found(3) + way)/first%shortest)  ! rotation of edges
-      may_exceed = any(first%found(:2) + way > max(least, largest([of_slip, of_opening])%value))
+      way = way*(1.0_wp + (first%last_scan(3) + way)/first%shortest)  ! edges rotate
+      may_exceed = any(first%last_scan(:2) + way > max(least, largest([of_slip, of_opening])%value))
    end function may_exceed
 
    !> Update the largest movements by a scan of all contacts.
@@ -131,7 +131,7 @@ contains
          call scan_all(first, largest, contacts, blocks, time)
       if (.not. present(path)) return
       first%path = path
-      first%found = found
+      first%last_scan = found
    end subroutine add_movement
 
    !> Find the largest slip, the largest opening and a bound on their sum, for contacts begin … end.
@@ -154,7 +154,7 @@ contains
          x = blocks%vertex(1, v) - blocks%vertex(1, e)
          y = blocks%vertex(2, v) - blocks%vertex(2, e)
          slip = max(slip, abs(x*blocks%along(1, e) + y*blocks%along(2, e) &
-            - first%share(c)*blocks%length(e)))
+            - first%foot_fraction(c)*blocks%length(e)))
          x = x*blocks%along(2, e) - y*blocks%along(1, e) - first%gap(c)
          growth = max(growth, x)
          least = min(least, x)
@@ -176,8 +176,8 @@ contains
       do c = 1, size(first%vertex)
          moved = contact_movement(first, blocks, c)
          who = blocks%owner([first%vertex(c), first%edge(c)])
-         call take(largest(of_slip), abs(moved(1)), time, who)
-         call take(largest(of_opening), max(0.0_wp, moved(2)), time, who)
+         call update_largest(largest(of_slip), abs(moved(1)), time, who)
+         call update_largest(largest(of_opening), max(0.0_wp, moved(2)), time, who)
       end do
    end subroutine scan_all
 
@@ -192,7 +192,7 @@ contains
       if (first%pressed(first%vertex(c)) == first%edge(c)) moved(2) = min(moved(2), 0.0_wp)
    end function contact_movement
 
-   !> Return the slip of the vertex of contact c along its edge, and the growth of its distance, m.
+   !> Return the slip of the vertex of contact c along its edge, and the increase of its gap, m.
    pure function foot_movement(first, blocks, c) result(moved)
       type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
@@ -202,13 +202,13 @@ contains
       associate (v => first%vertex(c), e => first%edge(c))
          associate (apart => blocks%vertex(:, v) - blocks%vertex(:, e), &
             along => blocks%along(:, e))
-            moved(1) = dot_product(apart, along) - first%share(c)*blocks%length(e)
+            moved(1) = dot_product(apart, along) - first%foot_fraction(c)*blocks%length(e)
             moved(2) = apart(1)*along(2) - apart(2)*along(1) - first%gap(c)
          end associate
       end associate
    end function foot_movement
 
-   !> Find the edge that each vertex presses on; of several edges, the last one in the list.
+   !> Find the edge that each vertex is pressed against; of several, the last one in the list.
    pure subroutine find_pressed(first, contacts)
       type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step

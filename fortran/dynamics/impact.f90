@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Impacts: restitution as a property of the joint, at any stiffness and any Δt.
+!> Impacts: the restitution is a property of the joint, independent of contact stiffness and Δt.
 !>
 !> The step is first solved with the dashpots of `damp_contacts`, which stop closing contacts.
 !> Contacts that closed faster than twice the velocity that gravity causes in a step are struck, and
@@ -35,21 +35,23 @@ module dda_impact
 
    !> smallest velocity of an impact over the velocity that gravity causes in a step
    real(wp), parameter :: slow = 2.0_wp
-   real(wp), parameter :: short_way = 0.01_wp   !< gaps below this fraction of the path are zero
-   real(wp), parameter :: rigid = 1.0e8_wp  !< strain stiffness of a struck block over K̂
+   real(wp), parameter :: short_way = 0.01_wp   !< gap/path in a step below which a gap counts as 0
+   real(wp), parameter :: rigid = 1.0e8_wp  !< strain stiffness of a struck block/K̂
    real(wp), parameter :: unyielding = 1.0e5_wp !< stiffness of rigid supports over inertia in K̂
    integer, parameter :: most_rounds = 20       !< largest number of solutions per step
-   real(wp), parameter :: gain_allowed = 1.0e-6_wp  !< rounding error over the exchanged energies
+   !> largest gain/exchanged energies, due to rounding
+   real(wp), parameter :: gain_allowed = 1.0e-6_wp
 
    !> Impacts of a step, and their counts.
    type :: impacts_type
       logical, allocatable :: hit(:)      !< [blocks] struck in this step
       logical, allocatable :: stiff(:)    !< [blocks] made rigid in K̂
-      real(wp), allocatable :: before(:)  !< [blocks] fraction of the step before the impact
+      real(wp), allocatable :: before(:)  !< [blocks] fraction of the step before its impact
       logical :: lifting = .true.         !< opening contacts retain force until the impact
-      real(wp) :: share = 1.0_wp          !< factor of restitution; below 1 to prevent gains
+      !> factor of restitution; < 1 to prevent an energy gain
+      real(wp) :: restitution_factor = 1.0_wp
       real(wp) :: work = 0.0_wp           !< work of rigid supports, J per metre
-      real(wp) :: lost = 0.0_wp           !< energy lost by rigid strains, J per metre
+      real(wp) :: energy_lost = 0.0_wp    !< energy lost by rigid strains, J per metre
       integer :: struck = 0               !< number of contacts struck in this step
       integer(long) :: steps = 0          !< number of accepted steps with impacts
       integer(long) :: contacts = 0       !< number of contacts struck in these steps
@@ -83,12 +85,12 @@ contains
       integer :: round, found, lifted
 
       impacts%struck = 0
-      impacts%share = 1.0_wp
+      impacts%restitution_factor = 1.0_wp
       impacts%lifting = .true.
       impacts%work = 0.0_wp
-      impacts%lost = 0.0_wp
+      impacts%energy_lost = 0.0_wp
       do round = 1, most_rounds
-         if (gains_energy(contacts, laws, step) .and. impacts%share > 0.0_wp) then
+         if (gains_energy(contacts, laws, step) .and. impacts%restitution_factor > 0.0_wp) then
             call reduce_impacts(impacts, contacts, laws, blocks, step)
          else
             call strike_closed(impacts, iteration, contacts, laws, blocks, step, &
@@ -107,7 +109,7 @@ contains
          'the impacts do not converge with the restitution of their joints')
       if (impacts%struck == 0) return
       impacts%work = rigid_support_work(impacts, system)
-      impacts%lost = rigid_strain_loss(impacts, system)
+      impacts%energy_lost = rigid_strain_loss(impacts, system)
    end subroutine resolve_impacts
 
    !> Count the impacts of an accepted step.
@@ -117,7 +119,7 @@ contains
       if (impacts%struck == 0) return
       impacts%steps = impacts%steps + 1
       impacts%contacts = impacts%contacts + impacts%struck
-      if (impacts%share < 1.0_wp) impacts%reduced = impacts%reduced + 1
+      if (impacts%restitution_factor < 1.0_wp) impacts%reduced = impacts%reduced + 1
    end subroutine count_impacts
 
    !> Mark contacts as struck if they close in the solution faster than `slowest`.
@@ -150,46 +152,46 @@ contains
    end subroutine strike_closed
 
    !> Record that a block is struck after a fraction of the step.
-   pure subroutine record_hit(impacts, b, share)
+   pure subroutine record_hit(impacts, b, fraction)
       type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       integer, intent(in) :: b  !< number of the block
-      real(wp), intent(in) :: share  !< fraction of the step before the impact
+      real(wp), intent(in) :: fraction  !< fraction of the step before the impact
 
       if (.not. impacts%hit(b)) impacts%before(b) = 0.0_wp
       impacts%hit(b) = .true.
-      impacts%before(b) = max(impacts%before(b), share)
+      impacts%before(b) = max(impacts%before(b), fraction)
    end subroutine record_hit
 
    !> Return the fraction of the step before contact c touches at its present velocity, or 0.
-   pure real(wp) function fraction_before_touch(contacts, step, c) result(share)
+   pure real(wp) function fraction_before_touch(contacts, step, c) result(fraction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 
-      share = 0.0_wp
+      fraction = 0.0_wp
       associate (way => -step%time_step*contacts%rate(1, c))
-         if (contacts%spring_gap(c) > short_way*way) share = min(1.0_wp, contacts%gap(c)/way)
+         if (contacts%spring_gap(c) > short_way*way) fraction = min(1.0_wp, contacts%gap(c)/way)
       end associate
    end function fraction_before_touch
 
-   !> Let contacts that open in the solution retain their force until the impact.
+   !> Let contacts that the impact opens retain their force until the impact.
    pure subroutine lift_opened(impacts, contacts, laws, lifted)
       type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(out) :: lifted  !< number of these contacts
-      real(wp) :: share
+      real(wp) :: fraction
       integer :: c
 
       lifted = 0
       do c = 1, contacts%n
          if (contacts%damping(c) /= is_carried .or. contacts%trial_state(c) /= contact_open) cycle
-         share = 0.0_wp
-         if (impacts%hit(contacts%block_v(c))) share = impacts%before(contacts%block_v(c))
+         fraction = 0.0_wp
+         if (impacts%hit(contacts%block_v(c))) fraction = impacts%before(contacts%block_v(c))
          if (impacts%hit(contacts%block_e(c))) &
-            share = max(share, impacts%before(contacts%block_e(c)))
-         if (.not. (share > 0.0_wp .and. impacts%lifting)) cycle
-         call lift(contacts, laws, c, share)
+            fraction = max(fraction, impacts%before(contacts%block_e(c)))
+         if (.not. (fraction > 0.0_wp .and. impacts%lifting)) cycle
+         call lift(contacts, laws, c, fraction)
          lifted = lifted + 1
       end do
    end subroutine lift_opened
@@ -203,8 +205,8 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       associate (rate => contacts%rate(1, c), ahead => contacts%spring_gap(c))
-         target = -impacts%share*laws%restitution(contacts%joint(c))*rate
-         if (target > 0.0_wp .or. impacts%share < 1.0_wp) return
+         target = -impacts%restitution_factor*laws%restitution(contacts%joint(c))*rate
+         if (target > 0.0_wp .or. impacts%restitution_factor < 1.0_wp) return
          if (ahead > -short_way*step%time_step*rate) target = -ahead/step%time_step
       end associate
    end function opening_velocity
@@ -227,7 +229,7 @@ contains
    end subroutine stiffen_neighbours
 
    !> Make struck blocks rigid: fix their strains, and their positions at supports.
-   !> If supports fixed the velocity instead, blocks struck in many successive steps would drift.
+   !> Supports fix positions, because with fixed velocities repeatedly struck blocks would drift.
    pure subroutine make_blocks_rigid(impacts, system, first)
       type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -349,7 +351,7 @@ contains
       iteration%broken = iteration%broken + broken
    end subroutine solve_again
 
-   !> .true. if the impacts increase the energy, which Newton's law with friction permits.
+   !> .true. if the impacts increase the energy, which is possible for Newton's law with friction.
    pure logical function gains_energy(contacts, laws, step)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -370,8 +372,8 @@ contains
       gains_energy = lost < -gain_allowed*scale
    end function gains_energy
 
-   !> Reduce the impacts step by step, because they would increase the energy.
-   !> The forces before the impact are removed, then the restitution is halved, finally it is zero.
+   !> Reduce impacts that would increase the energy.  Successive calls first remove the forces
+   !> before the impact, then halve the restitution, and finally set it to zero.
    pure subroutine reduce_impacts(impacts, contacts, laws, blocks, step)
       type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
@@ -381,7 +383,8 @@ contains
       integer :: c
 
       if (.not. impacts%lifting) &
-         impacts%share = merge(0.5_wp*impacts%share, 0.0_wp, impacts%share > 0.2_wp)
+         impacts%restitution_factor = merge(0.5_wp*impacts%restitution_factor, 0.0_wp, &
+            impacts%restitution_factor > 0.2_wp)
       impacts%lifting = .false.
       do c = 1, contacts%n
          if (contacts%damping(c) == is_lifted) call carry(contacts, laws, blocks, step, c)

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Warnings on bending of bonded joints with two contact points.  Such joints are three times as
-!> stiff and strong in bending as a joint with linear stress, and results do not show this error.
+!> Warnings on bending of bonded joints with two contact points.  Such joints are three times too
+!> stiff and strong in bending, compared with linear stress; results do not show this error.
 !>
 !> If two contacts, each with half of an overlap, have the stresses σ ± s, a linear stress of the
 !> same moment is σ ± 3 s at the ends.
@@ -19,7 +19,7 @@ module dda_joint_ends
 
    real(wp), parameter :: most_bending = 0.2_wp   !< smallest reported bending/mean stress
    real(wp), parameter :: least_bending = 0.01_wp !< smallest significant bending stress/strength
-   real(wp), parameter :: linear = 3.0_wp         !< end stress over stress of the two contacts
+   real(wp), parameter :: linear = 3.0_wp         !< bending stress of linear stress/of two contacts
 
 contains
 
@@ -50,8 +50,9 @@ contains
       end associate
    end function bending_doubts
 
-   !> Find the mean tension and the bending stress over the overlap of contact c, Pa.
-   !> The bending stress is the end minus the mean of a linear stress.  Unbonded end: both are 0.
+   !> Find the mean tension and the bending stress over the overlap of contact c, Pa.  The stress is
+   !> assumed linear; the bending stress is its end value minus its mean.  Both results are 0 if the
+   !> other end is not bonded.
    pure subroutine find_end_stresses(simulation, c, mean, bending)
       type(simulation_type), intent(in) :: simulation  !< run whose contacts are evaluated
       integer, intent(in) :: c                         !< bonded contact
@@ -102,17 +103,17 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact
       real(wp), intent(in) :: found(2)  !< mean tension and bending stress, Pa
-      character(len=:), allocatable :: text, share
+      character(len=:), allocatable :: text, deviation
 
-      share = ''
-      if (found(2) < 100*abs(found(1))) share = ', '//short_text(100*found(2)/abs(found(1)))// &
+      deviation = ''
+      if (found(2) < 100*abs(found(1))) deviation = ', '//short_text(100*found(2)/abs(found(1)))// &
          ' % from the mean'
       associate (contacts => simulation%contacts(simulation%now))
          text = 'the bond of blocks '//block_name(simulation, contacts%block_v(c))// &
             ' and '//block_name(simulation, contacts%block_e(c))//', &joint '// &
             quoted(trim(simulation%model%joints(contacts%joint(c))%name))// &
             ', has a tension of '//short_text(found(1) + found(2))//' Pa at one end and '// &
-            short_text(found(1) - found(2))//' Pa at the other'//share//', but its two '// &
+            short_text(found(1) - found(2))//' Pa at the other'//deviation//', but its two '// &
             'contacts have '//short_text(found(1) + found(2)/linear)//' and '// &
             short_text(found(1) - found(2)/linear)//' Pa: its strength in bending is three '// &
             'times too high; try contact_points = 3'

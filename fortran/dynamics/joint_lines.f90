@@ -6,8 +6,9 @@ module dda_joint_lines
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_evaluation, only: assumed_normal, assumed_shear
    use dda_friction, only: acting, find_response, laws_type
-   use dda_joint_contact, only: closure_of, line_of, slip_lifts, state_of, tilt_line, touch_law, &
-      touch_shear
+   use dda_joint_contact, only: closure_of, line_of, slip_lifts, state_of, tilt_line, &
+      linearise_normal, &
+      linearise_shear
    use dda_joint_law, only: joint_law_type, joint_state_type, response_type, weakened
    implicit none
    private
@@ -25,13 +26,13 @@ contains
       if (contacts%with_net_slip) contacts%past_centre(:contacts%n) = .false.
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
-            call touch_law(contacts, law, c, max(0.0_wp, closure_of(contacts, law, c, &
+            call linearise_normal(contacts, law, c, max(0.0_wp, closure_of(contacts, law, c, &
                contacts%gap(c))), contacts%tangent(1, c), contacts%line(1, c))
             call begin_dilation(contacts, law, c)
             if (law%flows .and. contacts%state(c) == contact_slide) &
-               contacts%state(c) = contact_stick  ! laws determine sliding
+               contacts%state(c) = contact_stick  ! sliding follows from the laws
             slip = law%expected_slip(state_of(contacts, law, c))
-            call touch_shear(contacts, law, c, contacts%line(1, c) - contacts%tangent(1, c) &
+            call linearise_shear(contacts, law, c, contacts%line(1, c) - contacts%tangent(1, c) &
                *contacts%gap(c), contacts%stretch(c) + slip)
          end associate
       end do
@@ -49,16 +50,16 @@ contains
       if (contacts%state(c) /= contact_slide) return
       if (.not. slip_lifts(contacts, law, c)) return
       state = state_of(contacts, law, c)
-      state%way = contacts%slip_sign(c)
+      state%slip_sign = contacts%slip_sign(c)
       shear = law%shear_spring(state)
-      contacts%tilt(1, c) = state%way*law%rise(state, 0.0_wp)
+      contacts%tilt(1, c) = state%slip_sign*law%rise(state, 0.0_wp)
       share = shear/(shear + contacts%tangent(1, c)*contacts%tilt(1, c)**2)
       contacts%tangent(1, c) = share*contacts%tangent(1, c)
       contacts%line(1, c) = share*contacts%line(1, c) - contacts%tangent(1, c) &
          *contacts%tilt(1, c)*contacts%slide_force(c)/shear
    end subroutine begin_dilation
 
-   !> Set new lines for contacts whose forces by line and law differ by more than `allowed`.
+   !> Linearise contacts again if their forces by line and by law differ by more than `allowed`.
    pure subroutine renew_lines(contacts, laws, allowed)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
@@ -79,7 +80,7 @@ contains
             call find_response(contacts, laws, c, trial(1), trial(2), response)
             call line_of(contacts, law, c, at(1), response, contacts%tangent(1, c), &
                contacts%line(1, c))
-            if (law%flows) call touch_shear(contacts, law, c, response%bound, at(2))
+            if (law%flows) call linearise_shear(contacts, law, c, response%bound, at(2))
             if (law%dilates) call tilt_line(contacts, law, c, at, response)
          end associate
       end do
@@ -97,11 +98,11 @@ contains
             *contacts%tilt(1, :n)*contacts%slide_force(:n)/contacts%tangent(2, :n)
       end associate
       contacts%tilt(1, c) = 0.0_wp
-      call touch_law(contacts, laws%slot(contacts%joint(c))%law, c, 0.0_wp, &
+      call linearise_normal(contacts, laws%slot(contacts%joint(c))%law, c, 0.0_wp, &
          contacts%tangent(1, c), contacts%line(1, c))
    end subroutine drop_friction
 
-   !> .true. if the assumption whether contact c slips past zero net slip was wrong.
+   !> .true. if contact c passes zero net slip contrary to the assumption, or vice versa.
    pure logical function passes_centre(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       integer, intent(in) :: c  !< number of the contact

@@ -3,12 +3,12 @@
 module dda_kinematics
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, momentum_of, update_geometry
-   use dda_material_damping, only: keep_memories
+   use dda_material_damping, only: update_memories
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    use dda_scheme, only: step_type, momentum_weight, velocity_weight
    implicit none
    private
-   public :: damp_velocity, predict, integrate, kinetic_energy, farthest_move
+   public :: damp_velocity, predict, integrate, kinetic_energy, largest_displacement
 
 contains
 
@@ -27,8 +27,8 @@ contains
    end subroutine damp_velocity
 
    !> Predict the increment of a step from the last four mean velocities, for iterative solvers.
-   !> The characteristic equation is (z − 1)³(z + 1) = 0, so that the prediction is exact for a
-   !> linear change of acceleration, and for stiff modes, whose velocity changes sign in each step.
+   !> The characteristic equation is (z − 1)³(z + 1) = 0.  The prediction is therefore exact for a
+   !> linear acceleration and for stiff modes, whose velocity changes sign in each step.
    subroutine predict(blocks, d, step)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(out) :: d(6, blocks%n)  !< increments of the coordinates
@@ -67,7 +67,7 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       integer :: p
 
-      if (blocks%damps) call keep_memories(blocks, step, d)
+      if (blocks%damps) call update_memories(blocks, step, d)
       if (blocks%n < parallel_from) then
          call integrate_range(blocks, d, step, 1, blocks%n)
       else
@@ -93,7 +93,7 @@ contains
       end do
    end subroutine integrate_range
 
-   !> Update one block; the fixed array lengths help the compiler.
+   !> Update one block; fixed array lengths permit vectorisation.
    pure subroutine integrate_block(step, d, position, velocity, acceleration, mean_velocity)
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(6)         !< increments of the coordinates
@@ -142,7 +142,7 @@ contains
    end function kinetic_energy_range
 
    !> Return an upper bound on the displacement of any vertex due to d, m.
-   real(wp) function farthest_move(blocks, d) result(move)
+   real(wp) function largest_displacement(blocks, d) result(move)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer :: p
@@ -156,7 +156,7 @@ contains
       do p = 1, pieces(blocks%n)
          move = max(move, farthest_in_range(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n)))
       end do
-   end function farthest_move
+   end function largest_displacement
 
    pure real(wp) function farthest_in_range(blocks, d, first, last) result(move)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

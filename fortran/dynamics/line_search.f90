@@ -6,8 +6,9 @@
 !> its friction, quadratic up to the bound and linear beyond.  The slope of this function increases
 !> monotonically from the previous d to the new d; it vanishes at the step length α.
 !>
-!> If a contact is in the same branch of its law at both ends, it is in this branch in between too;
-!> its slope is linear and summed once.  Other contacts are evaluated at each trial length.
+!> If a contact is in the same branch of its law at both ends of the path, it is in this branch on
+!> the whole path.  Its slope is linear and summed once.  Other contacts are evaluated at each trial
+!> length.
 module dda_line_search
    use dda_block_vectors, only: multiply_and_add
    use dda_growth, only: grow
@@ -30,16 +31,16 @@ module dda_line_search
 
    abstract interface
       !> Return the slope of the energy at a fraction of the step, J/m.
-      real(wp) function slope_interface(self, share)
+      real(wp) function slope_interface(self, fraction)
          import :: other_slope_type, wp
          class(other_slope_type), intent(in) :: self  !< forces in a step
-         real(wp), intent(in) :: share                !< fraction of the step, 0 … 1
+         real(wp), intent(in) :: fraction             !< fraction of the step, 0 … 1
       end function slope_interface
    end interface
 
-   !> largest number of trial lengths; as many bisections reduce the interval to rounding errors
+   !> largest number of trial lengths, enough for bisection down to rounding errors
    integer, parameter :: most_steps = digits(1.0_wp)
-   !> largest slope that counts as zero, over the first slope or its increase
+   !> slope/first slope, or slope/increase of the slope, below which a slope counts as zero
    real(wp), parameter :: zero_slope = 1.0e-2_wp
 
 contains
@@ -211,7 +212,7 @@ contains
       integer :: p
 
       linear = 0.0_wp
-      if (allocated(contacts%held_bound)) return
+      if (allocated(contacts%frozen_bound)) return
       if (contacts%n < parallel_from) then
          call sum_linear_range(contacts, laws, 1, contacts%n, linear)
          return

@@ -16,10 +16,11 @@ submodule(dda_open_close) dda_local_iteration
    use dda_system, only: prepare_system
    implicit none
 
-   integer, parameter :: reach = 2  !< contacts between a changing one and a fixed block
+   !> number of contacts between a changing contact and a fixed block
+   integer, parameter :: region_reach = 2
    real(wp), parameter :: most_blocks = 0.4_wp     !< blocks in all regions over all blocks
-   !> stiffness of fixed blocks, N/m: its rounding error exceeds contact stiffness, but its product
-   !> with itself under a square root does not overflow in single precision
+   !> stiffness of fixed blocks, N/m: large enough that contact springs do not move them, small
+   !> enough that no product overflows in single precision
    real(wp), parameter :: immovable = 1.0e30_wp
 
 contains
@@ -45,20 +46,20 @@ contains
          associate (own => blocks(block_start(i):block_start(i + 1) - 1), &
             touching => list(start(i):start(i + 1) - 1))
             associate (v => contacts%block_v(touching), e => contacts%block_e(touching), &
-               held => size(own) + 1)
+               fixed_block => size(own) + 1)
                call iterate_region(iteration, system, contacts, laws, own, touching, &
-                  merge(position(v), held, region(v) == i), &
-                  merge(position(e), held, region(e) == i))
+                  merge(position(v), fixed_block, region(v) == i), &
+                  merge(position(e), fixed_block, region(e) == i))
             end associate
          end associate
       end do
       if (regions > 0) call evaluate(iteration, system, contacts, laws)
    end subroutine iterate_regions
 
-   !> .true. if the model can be divided into regions.
-   !> Only contacts may couple its blocks, the last regions must have reduced the residual, and the
-   !> states that change must be enough for a new factorisation, but not too many.  In models with
-   !> intact bonds, no region is used: walls of 1,000 bricks would take 1.2 to 1.7 times as long.
+   !> .true. if the model can be divided into regions.  Conditions: only contacts couple its blocks;
+   !> the last regions have reduced the residual; enough states change to require a new
+   !> factorisation, but not too many; no bond is intact.  With bonds, regions would make walls of
+   !> 1,000 bricks take 1.2 to 1.7 times as long.
    pure logical function can_be_divided(iteration, system, contacts)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
@@ -84,7 +85,7 @@ contains
       integer :: root(size(region)), c, k, b
 
       near = .false.
-      do k = 0, reach
+      do k = 0, region_reach
          nearer = near
          do c = 1, contacts%n
             associate (v => contacts%block_v(c), e => contacts%block_e(c), &
@@ -179,7 +180,7 @@ contains
       call choose_solver(solver, 'auto', error)
       call weigh_loads(solver, part%load)
       call analyse(solver, part%matrix)
-      call take_states(part_contacts, 1, part_contacts%n)
+      call adopt_trial_states(part_contacts, 1, part_contacts%n)
       call iterate(part_iteration, part, solver, part_contacts, laws, converged, error)
       if (allocated(error) .or. .not. converged) return
       system%d(:, blocks) = part%d(:, :size(blocks))
@@ -196,16 +197,16 @@ contains
       real(wp) :: rigid(6, 6)
       integer :: i
 
-      associate (held => size(blocks) + 1)
-         call prepare_system(part, held)
-         part%load(:, :held - 1) = system%load(:, blocks)
-         part%d(:, :held - 1) = system%d(:, blocks)
-         part%constant(:, :held - 1) = system%constant(:, blocks)
-         part%has_terms(:held - 1) = system%has_terms(blocks)
-         part%linear%n = held
-         allocate (part%linear%diagonal(6, 6, held), part%linear%lower(6, 6, 0), &
+      associate (fixed_block => size(blocks) + 1)
+         call prepare_system(part, fixed_block)
+         part%load(:, :fixed_block - 1) = system%load(:, blocks)
+         part%d(:, :fixed_block - 1) = system%d(:, blocks)
+         part%constant(:, :fixed_block - 1) = system%constant(:, blocks)
+         part%has_terms(:fixed_block - 1) = system%has_terms(blocks)
+         part%linear%n = fixed_block
+         allocate (part%linear%diagonal(6, 6, fixed_block), part%linear%lower(6, 6, 0), &
             part%linear%column(0), part%linear_entry(0))
-         do i = 1, held - 1
+         do i = 1, fixed_block - 1
             if (part%has_terms(i)) &
                part%linear%diagonal(:, :, i) = system%linear%diagonal(:, :, blocks(i))
          end do
@@ -213,11 +214,11 @@ contains
          do i = 1, 6
             rigid(i, i) = immovable
          end do
-         part%constant(:, held) = compact(rigid)
+         part%constant(:, fixed_block) = compact(rigid)
       end associate
    end subroutine copy_region_equations
 
-   !> Copy the contacts of a region sorted by pairs, fixed blocks last, and set the pattern of K̂.
+   !> Copy the contacts of a region, sorted by pairs with fixed blocks last; set the pattern of K̂.
    subroutine copy_region_contacts(system, contacts, list, v, e, part, own, order)
       type(system_type), intent(in) :: system  !< system of the whole model
       type(contacts_type), intent(inout) :: contacts  !< contacts of the whole model, unchanged
@@ -228,11 +229,11 @@ contains
       integer, allocatable, intent(out) :: order(:)  !< numbers of `own` in the whole model
       integer, allocatable :: start(:), sorted(:), key(:)
       real(wp), parameter :: still(6) = 0.0_wp
-      integer :: i, held
+      integer :: i, fixed_block
 
-      held = part%linear%n
-      key = merge(1 + min(v, e), 1, max(v, e) == held)
-      call counting_sort(held, key, start, sorted)
+      fixed_block = part%linear%n
+      key = merge(1 + min(v, e), 1, max(v, e) == fixed_block)
+      call counting_sort(fixed_block, key, start, sorted)
       order = list(sorted)
       call copy_contacts(contacts, order, own)
       own%block_v = v(sorted)
@@ -241,20 +242,20 @@ contains
       do i = 1, own%n
          associate (motion => own%fixed_motion(:, i), of_v => contacts%block_v(order(i)), &
             of_e => contacts%block_e(order(i)))
-            if (own%block_v(i) == held) motion = motion &
+            if (own%block_v(i) == fixed_block) motion = motion &
                + relative_motion(own, i, system%d(:, of_v), still)
-            if (own%block_e(i) == held) motion = motion &
+            if (own%block_e(i) == fixed_block) motion = motion &
                + relative_motion(own, i, still, system%d(:, of_e))
          end associate
       end do
-      call allocate_pairs(part, own, held)
+      call allocate_pairs(part, own, fixed_block)
    end subroutine copy_region_contacts
 
    !> Number the pairs of blocks in contact, and allocate K̂ for them.
-   subroutine allocate_pairs(part, own, held)
+   subroutine allocate_pairs(part, own, fixed_block)
       type(system_type), intent(inout) :: part  !< system of the region; pattern is set
       type(contacts_type), intent(inout) :: own  !< contacts sorted by pairs; `pair` is set
-      integer, intent(in) :: held  !< block that represents all fixed blocks
+      integer, intent(in) :: fixed_block  !< block that represents all fixed blocks
       integer :: pairs(2, own%n), n, i
 
       n = 0
@@ -271,7 +272,7 @@ contains
          end associate
          own%pair(i) = n
       end do
-      call set_pattern(part%matrix, held, pairs(:, :n))
+      call set_pattern(part%matrix, fixed_block, pairs(:, :n))
       allocate (part%pair_of_entry(n), part%first_contact(n + 2))
       do i = 1, n
          part%pair_of_entry(entry_of(part%matrix, pairs(1, i), pairs(2, i))) = i

@@ -18,7 +18,7 @@ module dda_material_damping
    implicit none
    private
    public :: add_damping_matrix, add_damping_loads, damping_losses, damping_energy, &
-      keep_memories, force_on_strains
+      update_memories, force_on_strains
 
 contains
 
@@ -71,7 +71,7 @@ contains
    end function damping_energy
 
    !> Update ζ_l of all blocks at the end of a step, before the strains are updated.
-   subroutine keep_memories(blocks, step, d)
+   subroutine update_memories(blocks, step, d)
       type(blocks_type), intent(inout) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present step
       real(wp), intent(in) :: d(:,:)              !< [6,blocks] increments of the coordinates
@@ -82,7 +82,7 @@ contains
       do b = 1, blocks%n
          call update_memory(blocks, step, b, d(4:6, b))
       end do
-   end subroutine keep_memories
+   end subroutine update_memories
 
    !> Add the damping terms of K̂ of block b, constant for a given Δt.
    pure subroutine add_damping_matrix(blocks, step, b, matrix)
@@ -92,7 +92,7 @@ contains
       real(wp), intent(inout) :: matrix(6, 6)  !< diagonal block of K̂
 
       matrix(4:6, 4:6) = matrix(4:6, 4:6) &
-         + damping_factor(blocks, step, b)*blocks%rest_share(b)*blocks%stiffness(:, :, b)
+         + damping_factor(blocks, step, b)*blocks%interior_fraction(b)*blocks%stiffness(:, :, b)
       associate (damping => blocks%damping(blocks%material(b)))
          if (damping%alpha > 0.0_wp) matrix = matrix + damping%alpha/step%time_step &
             *mass_matrix(blocks%inertia(:, b))
@@ -125,7 +125,7 @@ contains
       real(wp), intent(inout) :: load(3)       !< f̂ of the strains of the block
 
       if (blocks%damping(blocks%material(b))%n == 0) return
-      load = load - blocks%rest_share(b)*matmul(blocks%stiffness(:, :, b), &
+      load = load - blocks%interior_fraction(b)*matmul(blocks%stiffness(:, :, b), &
          damping_strain(blocks, step, b))
    end subroutine add_damping_load
 
@@ -175,7 +175,7 @@ contains
       integer :: l
 
       associate (damping => blocks%damping(blocks%material(b)), dt => step%time_step, &
-         stiffness => blocks%rest_share(b)*blocks%stiffness(:, :, b))
+         stiffness => blocks%interior_fraction(b)*blocks%stiffness(:, :, b))
          if (damping%by_law) return
          total = (damping%unrelaxed - 1.0_wp)*d(4:6)
          do l = 1, damping%n
@@ -212,7 +212,7 @@ contains
          strain = blocks%position(4:6, b) - blocks%rest_strain(:, b)
          energy = energy + dot_product(strain, matmul(blocks%stiffness(:, :, b), &
             0.5_wp*(damping%unrelaxed - 1.0_wp)*strain - damping%unrelaxed*sum_of))
-         energy = blocks%rest_share(b)*energy
+         energy = blocks%interior_fraction(b)*energy
       end associate
    end function energy_of_block
 

@@ -2,8 +2,8 @@
 !> Line search of Newton's method for the material laws.
 !>
 !> A step with its contacts is solved with stresses linearised at an increment d (see
-!> `dda_strain_points`).  If the energy of the step has a minimum between this d and the solution,
-!> the minimum replaces the solution.
+!> `dda_strain_points`).  If the energy of the step has a minimum between this increment and the
+!> solution, the minimum replaces the solution.
 module dda_material_search
    use dda_elements, only: slope_beyond
    use dda_kinds, only: wp
@@ -40,12 +40,13 @@ contains
    end subroutine shorten_step
 
    !> Return the slope of the energy at a fraction of the path, J per metre of thickness.
-   real(wp) function at(self, share)
+   real(wp) function at(self, fraction)
       class(law_slope_type), intent(in) :: self  !< forces in a step
-      real(wp), intent(in) :: share              !< fraction of the path, 0 … 1
+      real(wp), intent(in) :: fraction           !< fraction of the path, 0 … 1
 
       at = slope_beyond(self%simulation%elements, self%simulation%blocks, &
-         next_step(self%simulation), self%simulation%linear_about, self%simulation%solution, share)
+         next_step(self%simulation), self%simulation%linear_about, self%simulation%solution, &
+            fraction)
    end function at
 
 end module dda_material_search

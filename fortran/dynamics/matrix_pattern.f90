@@ -23,7 +23,7 @@ contains
    end subroutine set_pattern_of_run
 
    !> Renew the pattern if elements couple other blocks.
-   !> A resumed run sets its pattern from its elements; bit-identical results need the same pattern.
+   !> A resumed run sets its pattern from its elements, so the pattern of the first run must match.
    subroutine fit_pattern(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Largest values of all steps of a run, and their update with the present state.  Of equal values
-!> the earliest one is reported, and at equal times the value of the block or contact with the
-!> lowest number, for any number of threads.
+!> Largest values of all steps of a run, and their update with the present state.  Of equal values,
+!> the earliest one is reported; at equal times, the value with the lowest number of its block or
+!> contact.  This rule holds for any number of threads.
 module dda_maxima
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp
@@ -15,7 +15,7 @@ module dda_maxima
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
-   public :: largest_type, maxima_table, take, known, add_blocks, add_contacts
+   public :: largest_type, maxima_table, update_largest, stored_value, add_blocks, add_contacts
    public :: of_tilt, of_displacement, of_velocity, of_acceleration, of_strain, of_slip, &
       of_opening, of_penetration, of_penetration_ratio, of_contact_force, of_point_displacement, &
       of_point_velocity, of_point_acceleration, of_point_drift, of_plastic_strain, number_of_maxima
@@ -24,28 +24,28 @@ module dda_maxima
    type :: largest_type
       real(wp) :: value = -1.0_wp
       real(wp) :: time = 0.0_wp            !< s
-      integer :: who(2) = 0                !< blocks or points, 0: none
+      integer :: owners(2) = 0             !< blocks or points, 0: none
    end type largest_type
 
 contains
 
    !> Store a value if it is larger than the stored one.
-   pure subroutine take(largest, value, time, who)
+   pure subroutine update_largest(largest, value, time, owners)
       type(largest_type), intent(inout) :: largest  !< largest value so far
       real(wp), intent(in) :: value        !< value, in its own unit
       real(wp), intent(in) :: time         !< s
-      integer, intent(in) :: who(2)        !< blocks or points, 0: none
+      integer, intent(in) :: owners(2)     !< blocks or points, 0: none
 
-      if (value > largest%value) largest = largest_type(value, time, who)
-   end subroutine take
+      if (value > largest%value) largest = largest_type(value, time, owners)
+   end subroutine update_largest
 
    !> Return the stored value; NaN if there is none.
-   elemental real(wp) function known(largest)
+   elemental real(wp) function stored_value(largest)
       type(largest_type), intent(in) :: largest  !< largest value so far
 
-      known = largest%value
-      if (known < 0.0_wp) known = ieee_value(known, ieee_quiet_nan)
-   end function known
+      stored_value = largest%value
+      if (stored_value < 0.0_wp) stored_value = ieee_value(stored_value, ieee_quiet_nan)
+   end function stored_value
 
    !> Update the maxima of blocks: tilt, displacement, strain; with `rates`, also velocity and
    !> acceleration.
@@ -57,32 +57,33 @@ contains
       real(wp), intent(in) :: time               !< s
       logical, intent(in) :: rates               !< include velocities and accelerations
       real(wp) :: square(maxima_of_blocks, most_pieces)
-      integer :: who(maxima_of_blocks, most_pieces), p, n, i
+      integer :: owners(maxima_of_blocks, most_pieces), p, n, i
 
       n = 1
       if (blocks%n >= parallel_from) n = pieces(blocks%n)
       do p = 1, n
          square(:, p) = square_to_exceed(largest(:maxima_of_blocks))
       end do
-      who(:, :n) = 0
+      owners(:, :n) = 0
       if (n == 1) then
-         call scan_blocks(blocks, first, base, 1, blocks%n, rates, square(:, 1), who(:, 1))
+         call scan_blocks(blocks, first, base, 1, blocks%n, rates, square(:, 1), owners(:, 1))
       else
          !$omp parallel do schedule(static)
          do p = 1, n
             call scan_blocks(blocks, first, base, first_of(p, blocks%n), last_of(p, blocks%n), &
-               rates, square(:, p), who(:, p))
+               rates, square(:, p), owners(:, p))
          end do
       end if
       do p = 1, n
          do i = 1, maxima_of_blocks
-            if (who(i, p) > 0) call take(largest(i), sqrt(square(i, p)), time, [who(i, p), 0])
+            if (owners(i, p) > 0) call update_largest(largest(i), sqrt(square(i, p)), time, &
+               [owners(i, p), 0])
          end do
       end do
    end subroutine add_blocks
 
    !> Search blocks first … last for values whose squares exceed given squares.
-   pure subroutine scan_blocks(blocks, first_place, base, first, last, rates, square, who)
+   pure subroutine scan_blocks(blocks, first_place, base, first, last, rates, square, owners)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp), intent(in) :: first_place(:,:)     !< [3,blocks] initial positions, m, m, rad
       type(base_type), intent(in) :: base          !< base at the same time
@@ -90,7 +91,7 @@ contains
       logical, intent(in) :: rates                 !< include velocities and accelerations
       real(wp), intent(inout) :: square(maxima_of_blocks) !< squares of the largest values
       !> blocks of the new largest values
-      integer, intent(inout) :: who(maxima_of_blocks)
+      integer, intent(inout) :: owners(maxima_of_blocks)
       real(wp) :: new(maxima_of_blocks)
       integer :: b, i
 
@@ -104,7 +105,7 @@ contains
             new(of_velocity) = (v(1) - base%velocity(1))**2 + (v(2) - base%velocity(2))**2
             new(of_acceleration) = (a(1) - base%acceleration(1))**2 &
                + (a(2) - base%acceleration(2))**2
-            ! The square root of this sum bounds the principal strains.
+            ! The square root of this sum is an upper bound of the principal strains.
             new(of_strain) = dot_product(q(4:6), q(4:6))
             if (new(of_strain) > square(of_strain)) new(of_strain) = principal_strain(q(4:6))**2
          end associate
@@ -112,7 +113,7 @@ contains
             if (.not. new(i) > square(i)) cycle
             if (.not. rates .and. (i == of_velocity .or. i == of_acceleration)) cycle
             square(i) = new(i)
-            who(i) = b
+            owners(i) = b
          end do
       end do
    end subroutine scan_blocks
@@ -163,7 +164,7 @@ contains
    end function square_to_exceed
 
    !> Find three maxima of contacts first … last: penetration, squared force, penetration ratio.
-   !> The ratio is penetration over block size if the penetration exceeds `bound`, else 0.
+   !> The ratio (penetration/block size) is 0 unless the penetration exceeds `bound`.
    pure subroutine scan_contacts(contacts, size_of, first, last, bound, most)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       real(wp), intent(in) :: size_of(:)           !< [blocks] square root of the area, m
@@ -199,12 +200,13 @@ contains
       integer :: c
 
       do c = 1, contacts%n
-         associate (who => [contacts%block_v(c), contacts%block_e(c)])
+         associate (owners => [contacts%block_v(c), contacts%block_e(c)])
             depth = max(0.0_wp, -(contacts%new_gap(c) + contacts%offset(c)))
-            call take(largest(of_penetration), depth, time, who)
-            call take(largest(of_penetration_ratio), depth/minval(size_of(who)), time, who)
-            call take(largest(of_contact_force), sqrt(contacts%normal_force(c)**2 &
-               + contacts%shear_force(c)**2), time, who)
+            call update_largest(largest(of_penetration), depth, time, owners)
+            call update_largest(largest(of_penetration_ratio), depth/minval(size_of(owners)), &
+               time, owners)
+            call update_largest(largest(of_contact_force), sqrt(contacts%normal_force(c)**2 &
+               + contacts%shear_force(c)**2), time, owners)
          end associate
       end do
    end subroutine update_contact_maxima

@@ -14,45 +14,49 @@ module dda_open_close
    use dda_contact_evaluation, only: evaluate_contacts
    use dda_friction, only: acting, laws_type, shear_stiffness_of, start_force
    use dda_interrupts, only: fail_if_stopped, fail_within_step, stop_within_step
-   use dda_friction_bounds, only: bounds_type, hold_bounds, release_bounds, renew_bounds
+   use dda_friction_bounds, only: bounds_type, freeze_bounds, unfreeze_bounds, renew_bounds
    use dda_growth, only: grow
    use dda_line_search, only: descend
    use dda_linear_solver, only: solver_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    use dda_rank_one, only: most_changes
-   use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, difference_of, &
-      farthest_off, assume_next
+   use dda_slide_forces, only: slides_type, list_slides, evaluate_slides, slide_difference, &
+      least_converged, assume_next_forces
    use dda_joint_lines, only: break_joint, drop_friction, has_bond, renew_lines
-   use dda_step_solution, only: solve_step_for
+   use dda_step_solution, only: solve_equations
    use dda_stopwatch, only: lap, phase_assemble, phase_iterate, phase_solve
    use dda_system, only: system_type
    implicit none
    private
    public :: open_close_type, solve_contacts, solve_assumed, begin_iteration, counts_of, &
-      add_counts, iterate, evaluate, check_strength, take_states, fail_if_given_up, loose, &
-      retained_share, most_bound_rounds
+      add_counts, iterate, evaluate, check_strength, adopt_trial_states, fail_if_step_stopped, &
+         loose_residual, &
+      retained_fraction, most_bound_rounds
 
    real(wp), parameter :: short_step = 0.5_wp  !< α below which an iteration has overshot
    real(wp), parameter :: very_short_step = 0.1_wp  !< α below which a step is very short
    integer, parameter :: most_short_steps = 6        !< very short steps before a whole step
-   integer, parameter :: few_solves = 45            !< number of solutions with factor `rounding`
+   integer, parameter :: few_solves = 45  !< number of first solutions in which `rounding` applies
    !> largest number of rounds if Δt cannot be reduced: each has a phase with free and a phase with
    !> frozen friction bounds, because one may converge if the other does not
    integer, parameter :: most_bound_rounds = 4
-   !> limit of iterations with frozen bounds over the limit with free bounds: frozen bounds converge
-   !> slowly but reliably, in some 200 iterations for a wall of 120 bricks at Δt = 20 ms
+   !> iteration limit with frozen bounds over the limit with free bounds: frozen bounds converge
+   !> slowly but reliably, in about 200 iterations for a wall of 120 bricks at Δt = 20 ms
    integer, parameter :: patience = 8
-   real(wp), parameter :: least_share = 0.1_wp  !< no new line below this difference/tolerance
+   !> force difference/tolerance below which lines are kept
+   real(wp), parameter :: least_share = 0.1_wp
    integer, parameter :: most_friction_solves = 60   !< largest number of solutions at fixed states
-   real(wp), parameter :: loose = 1.0e-2_wp  !< relative residual of all but the final solution
-   real(wp), parameter :: friction_share = 0.2_wp !< ratio to reduce slide-force differences by
-   !> successive short steps before all sliding contacts retain stiffness: 2 would need 1.3 times as
-   !> many factorisations in walls under gravity; with 8, static stages would not converge
+   !> relative residual of all but the final solution
+   real(wp), parameter :: loose_residual = 1.0e-2_wp
+   real(wp), parameter :: friction_reduction = 0.2_wp !< target ratio of slide-force differences
+   !> successive short steps before all sliding contacts retain stiffness.  With 2, walls under
+   !> gravity need 1.3 times as many factorisations; with 8, static stages do not converge
    integer, parameter :: most_overshoots = 4
    real(wp), parameter :: near_whole = 0.9_wp  !< α above which a step has not overshot
-   real(wp), parameter :: many_changes = 0.05_wp     !< changes/contacts that cause overshoot
-   !> first retained fraction of a secant shear stiffness, and its factor per iteration
-   real(wp), parameter :: retained_share = 0.3_wp
+   !> changes/contacts above which overshoot is expected
+   real(wp), parameter :: many_changes = 0.05_wp
+   !> first retained fraction of the secant shear stiffness; also its factor per iteration
+   real(wp), parameter :: retained_fraction = 0.3_wp
    real(wp), parameter :: first_retained = 0.01_wp   !< first `retained` of all sliding contacts
    real(wp), parameter :: least_retained = 0.03_wp   !< smallest retained fraction
 
@@ -74,36 +78,36 @@ module dda_open_close
       real(wp) :: penetration_tolerance = 0.0_wp      !< penetration, m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
       real(wp) :: noise = 0.0_wp  !< contact force due to rounding of positions, N/m
-      !> factor of the noise in the first solutions, because rounding errors of increments are
-      !> smaller than rounding errors of positions; below 1 for bodies, because friction would
-      !> otherwise lag at each corner of a cell
+      !> factor of `noise` in the first `few_solves` solutions: rounding errors of increments are
+      !> smaller than rounding errors of positions.  It is below 1 for bodies, because
+      !> friction would otherwise lag at each corner of a cell
       real(wp) :: rounding = 1.0_wp
-      logical :: may_stop = .false.  !< a signal may end the iteration; the step can be repeated
+      logical :: may_stop = .false.  !< a signal may stop the iteration at once
       integer :: iterations = 0                       !< number of solutions in this step
       integer :: changes = 0                          !< number of changed states in this step
       integer :: broken = 0                           !< number of broken bonds in this step
       real(wp) :: residual = 0.0_wp                   !< largest force difference, N/m
       real(wp) :: tolerance = 0.0_wp                  !< tolerance of the force difference, N/m
-      integer :: worst = 0  !< contact with the largest difference; 0 if tolerated
+      integer :: unconverged = 0  !< contact with the largest difference; 0: converged
       integer :: short_steps = 0                      !< successive very short steps
-      integer :: passes = 0                           !< passes of the damage of bonds
+      integer :: passes = 0                           !< number of passes that update bond damage
       integer :: overshoots = 0  !< successive short steps with sliding contacts
       logical :: shortened = .false.                  !< the last step was short
       logical, allocatable :: reversed(:)  !< [contacts] the slip in the whole step reverses
-      !> residual at the last iteration of regions, N/m; the next time it must be smaller
+      !> residual at the last iteration of regions, N/m; regions are iterated again if it decreases
       real(wp) :: region_residual = huge(1.0_wp)
-      logical :: keeps_states = .false.  !< contacts within the tolerance retain their states
-      real(wp) :: retained = 0.0_wp                   !< retained fraction in all sliding contacts
-      logical :: may_relax = .false.  !< relax if many states change (dda_static_relaxation)
-      logical :: relaxes = .false.     !< static steps are relaxed
+      logical :: keeps_states = .false.  !< contacts within the tolerance keep their states
+      real(wp) :: retained = 0.0_wp                   !< least retained fraction of sliding contacts
+      logical :: may_relax = .false.  !< relaxation is used if many states change
+      logical :: relaxes = .false.     !< all static steps are relaxed
       logical :: converged = .true.  !< the last relaxed step has converged
-      real(wp) :: unbalanced_work = 0.0_wp            !< work of unbalanced forces in that step, J/m
-      real(wp) :: reduction = 0.0_wp  !< relative residual of solutions: `loose` or 0
+      real(wp) :: unbalanced_work = 0.0_wp  !< work of unbalanced forces in a relaxed step, J/m
+      real(wp) :: reduction = 0.0_wp  !< relative residual of solutions: `loose_residual` or 0
       type(slides_type) :: slides                     !< sliding contacts and their forces
    end type open_close_type
 
    interface
-      !> Iterate the groups of blocks near contacts that change states, with all other blocks fixed.
+      !> Iterate the contacts in regions (groups of blocks) where states change; fix other blocks.
       recursive module subroutine iterate_regions(iteration, system, contacts, laws)
          type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
          type(system_type), intent(inout) :: system  !< equations of the step; d changes
@@ -116,8 +120,8 @@ contains
 
    !> Iterate until the assumed force of each contact equals the force by its law.
    !>
-   !> If the iteration does not converge in a quarter of the permitted iterations, `rounds` with
-   !> constant (frozen) and with variable friction bounds alternate.
+   !> If a quarter of the permitted iterations does not suffice, phases with frozen (constant) and
+   !> with free friction bounds alternate, for at most `iteration%rounds` rounds.
    subroutine solve_contacts(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -133,7 +137,7 @@ contains
       before = 0
       most = iteration%max_iterations
       rounds = 1
-      if (by_bounds .and. most/4 > few_solves) then  ! a smaller limit is not divided
+      if (by_bounds .and. most/4 > few_solves) then  ! a small limit is not divided
          rounds = iteration%rounds
          iteration%max_iterations = most/4
       end if
@@ -158,14 +162,14 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      integer, intent(in) :: limit  !< limit of iterations at fixed bounds; half of the total
+      integer, intent(in) :: limit  !< iteration limit per set of bounds; half of the total limit
       logical, intent(out) :: converged  !< the bounds and all contact forces have converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
-      integer :: before(3), most, own
+      integer :: before(3), most, saved_limit
 
-      call hold_bounds(bounds, contacts, laws)
-      own = iteration%max_iterations
+      call freeze_bounds(bounds, contacts, laws)
+      saved_limit = iteration%max_iterations
       most = iteration%iterations + 2*limit
       iteration%max_iterations = limit
       do while (iteration%iterations < most)
@@ -176,11 +180,11 @@ contains
          call renew_bounds(bounds, contacts, laws)
          converged = bounds%difference <= iteration%tolerance
          if (converged) exit
-         iteration%worst = bounds%worst
+         iteration%unconverged = bounds%unconverged
          iteration%residual = bounds%difference
       end do
-      iteration%max_iterations = own
-      call release_bounds(contacts)
+      iteration%max_iterations = saved_limit
+      call unfreeze_bounds(contacts)
    end subroutine find_bounds
 
    !> Iterate states until the assumed forces equal the forces by the laws.
@@ -197,14 +201,14 @@ contains
 
       call begin_iteration(iteration, contacts)
       converged = .false.
-      if (allocated(contacts%held_bound)) then  ! the energy must decrease
+      if (allocated(contacts%frozen_bound)) then  ! consistent states, so that the energy decreases
          call evaluate(iteration, system, contacts, laws)
          call adopt_states(iteration, contacts, laws, changed)
       end if
       exactly = .not. any(contacts%state(:contacts%n) == contact_slide)
-      if (.not. exactly) iteration%reduction = loose
+      if (.not. exactly) iteration%reduction = loose_residual
       do i = 1, iteration%max_iterations
-         call fail_if_given_up(iteration%may_stop, error)
+         call fail_if_step_stopped(iteration%may_stop, error)
          if (allocated(error)) return
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, error, measured)
@@ -220,7 +224,7 @@ contains
          if (iteration%residual <= iteration%tolerance) &
             call finish_solve(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
-         iteration%reduction = loose
+         iteration%reduction = loose_residual
          if (iteration%residual <= iteration%tolerance) then
             call check_strength(iteration, contacts, laws, converged)
             if (converged) return
@@ -235,8 +239,8 @@ contains
    end subroutine iterate
 
    !> Return an error if a signal or an earlier error stops the step.
-   subroutine fail_if_given_up(may_stop, error)
-      logical, intent(in) :: may_stop  !< the step can be repeated
+   subroutine fail_if_step_stopped(may_stop, error)
+      logical, intent(in) :: may_stop  !< a signal may stop the iteration at once
       type(error_type), allocatable, intent(inout) :: error  !< allocated if the step is stopped
 
       if (may_stop) then
@@ -244,7 +248,7 @@ contains
       else if (stop_within_step()) then
          call fail_within_step(error)
       end if
-   end subroutine fail_if_given_up
+   end subroutine fail_if_step_stopped
 
    !> Reset the iteration for a new step.
    pure subroutine begin_iteration(iteration, contacts)
@@ -263,7 +267,7 @@ contains
       iteration%retained = 0.0_wp
       iteration%reduction = 0.0_wp
       iteration%short_steps = 0
-      iteration%worst = 0  ! numbers of the last list are invalid
+      iteration%unconverged = 0  ! contact numbers of the previous list are invalid
       contacts%close_count(:contacts%n) = 0
       contacts%retained(:contacts%n) = 0.0_wp
    end subroutine begin_iteration
@@ -276,7 +280,7 @@ contains
       counts = [iteration%iterations, iteration%changes, iteration%broken]
    end function counts_of
 
-   !> Add earlier counts after the iteration was restarted within the step.
+   !> Add the counts before a restart of the iteration within the step.
    pure subroutine add_counts(iteration, before)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       integer, intent(in) :: before(3)  !< counts from `counts_of`
@@ -300,12 +304,12 @@ contains
       call update_contact_terms(system%contact_terms, contacts, laws)
       call copy_vector(size(system%d, 2), system%d, system%previous_d)
       call lap(system%watch, phase_assemble)
-      call solve_step_for(system, solver, contacts, error, iteration%reduction, measured=measured)
+      call solve_equations(system, solver, contacts, error, iteration%reduction, measured=measured)
       call lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
    !> Find the friction forces of the assumed states, and evaluate the laws at the solution.
-   !> If no state changes, a loose solution is iterated until the tolerance is satisfied.
+   !> If no state changes, the friction forces are iterated again, to the full tolerance.
    subroutine find_forces(iteration, system, solver, contacts, laws, exactly, measured, diverged, &
       error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
@@ -352,15 +356,15 @@ contains
       call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual, &
          measured)
       iteration%tolerance = tolerance_of(iteration, system, contacts, laws, largest)
-      iteration%worst = 0
+      iteration%unconverged = 0
       if (iteration%residual > iteration%tolerance) &
-         iteration%worst = maxloc(contacts%force_residual(:contacts%n), 1)
+         iteration%unconverged = maxloc(contacts%force_residual(:contacts%n), 1)
       if (system%contact_terms%by_state) call keep_states(iteration, contacts)
    end subroutine evaluate
 
    !> Return the tolerance of the force difference at an iterate, N/m, from its largest force.
-   !> The largest force is limited by `given_force` before an iterate is accepted, because iterates
-   !> far from the solution have very large forces and would make any difference tolerable.
+   !> `given_force` limits the largest force in the final check.  Iterates far from the solution
+   !> have very large forces, with which any difference would be tolerated.
    pure real(wp) function tolerance_of(iteration, system, contacts, laws, largest) result(tolerance)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
@@ -372,7 +376,7 @@ contains
       noise = noise_after(iteration, iteration%iterations)
       tolerance = max(iteration%relative_tolerance*largest, noise)
       if (iteration%residual > tolerance .or. .not. tolerance > noise) return
-      if (iteration%residual > noise .or. allocated(contacts%held_bound)) &
+      if (iteration%residual > noise .or. allocated(contacts%frozen_bound)) &
          tolerance = max(noise, iteration%relative_tolerance*min(largest, &
          max(iteration%weight, given_force(system, contacts, laws))))
    end function tolerance_of
@@ -391,8 +395,8 @@ contains
       given = given + sum(maxval(abs(system%load(1:2, :)), 1))
    end function given_force
 
-   !> Let contacts within the tolerance retain their states, if such contacts change too often.
-   !> Too often means too many changes for a low-rank update; the effect lasts until the step ends.
+   !> Let contacts within the tolerance keep their states, if too many of them would change.
+   !> The limit is the number of changes in a low-rank update; the rule applies until the step ends.
    !>
    !> Between blocks that fall together, gaps are rounding errors and states are random.  Many
    !> changes of such states would require a new factorisation in each iteration.
@@ -410,7 +414,7 @@ contains
          contacts%trial_state(:n) = contacts%state(:n)
    end subroutine keep_states
 
-   !> Return the tolerated noise of the contact forces after a given number of solutions, N/m.
+   !> Return the tolerated rounding error of contact forces after a number of solutions, N/m.
    pure real(wp) function noise_after(iteration, solves) result(noise)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       integer, intent(in) :: solves  !< number of solutions
@@ -418,7 +422,7 @@ contains
       noise = iteration%noise*merge(iteration%rounding, 1.0_wp, solves <= few_solves)
    end function noise_after
 
-   !> Solve to full accuracy and evaluate again; a direct solver has full accuracy already.
+   !> Solve to full accuracy and evaluate again; nothing is done for a direct solver.
    subroutine finish_solve(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -428,7 +432,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (solver%exact) return
-      call solve_step_for(system, solver, contacts, error, 0.0_wp)
+      call solve_equations(system, solver, contacts, error, 0.0_wp)
       if (.not. allocated(error)) call evaluate(iteration, system, contacts, laws)
    end subroutine finish_solve
 
@@ -451,32 +455,32 @@ contains
       wanted = iteration%tolerance
       do i = 1, most_friction_solves
          call evaluate_slides(iteration%slides, contacts, laws, system%d)
-         difference = difference_of(iteration%slides)
+         difference = slide_difference(iteration%slides)
          if (i == 1) first = difference
-         if (.not. difference*epsilon(1.0_wp) <= first) exit  ! no accurate digits
-         if (i == 1 .and. .not. exactly) wanted = max(wanted, friction_share*difference)
+         if (.not. difference*epsilon(1.0_wp) <= first) exit  ! the difference has no accurate digit
+         if (i == 1 .and. .not. exactly) wanted = max(wanted, friction_reduction*difference)
          wanted = max(wanted, noise_after(iteration, i))
-         reduction = loose
+         reduction = loose_residual
          if (difference > wanted) then
-            call assume_next(iteration%slides, contacts, system)
+            call assume_next_forces(iteration%slides, contacts, system)
          else if (exactly .and. .not. solver%exact) then
             reduction = 0.0_wp
          else
             return
          end if
          if (exactly) then
-            call solve_step_for(system, solver, contacts, error, reduction)
+            call solve_equations(system, solver, contacts, error, reduction)
          else
-            call solve_step_for(system, solver, contacts, error, reduction, &
+            call solve_equations(system, solver, contacts, error, reduction, &
                iteration%slides%rhs_change)
          end if
          if (allocated(error)) return
       end do
-      diverged = farthest_off(iteration%slides)
+      diverged = least_converged(iteration%slides)
    end subroutine solve_friction
 
    !> Change the contact whose friction force diverges to sticking, and discard the solution.
-   !> If friction is high, the assumed states with this sliding contact may have no solution.
+   !> At high friction, no solution may exist with this contact sliding.
    pure subroutine force_to_stick(system, contacts, laws, diverged)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -491,35 +495,34 @@ contains
 
    !> Apply a line search if states change, and retain stiffness if iterations remain short.
    !>
-   !> The line search shortens an iteration much if contacts that slide freely must stick.  At its
-   !> end only the first of these contacts stick.  The others are set to stick too, because
-   !> otherwise each of them would shorten another iteration.  If iterations remain short, all
-   !> sliding contacts retain a growing fraction of their shear stiffness until whole iterations
-   !> succeed.
+   !> If freely sliding contacts must stick, the line search shortens the iteration strongly, and
+   !> only the first of these contacts stick.  The other reversed contacts are also set to stick,
+   !> because each of them would shorten another iteration.  If iterations remain short, all sliding
+   !> contacts retain a growing fraction of their shear stiffness until whole iterations succeed.
    subroutine globalise(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp) :: alpha
-      logical :: overshot, held
+      logical :: overshot, frozen
       integer :: n
 
-      held = allocated(contacts%held_bound)
-      if (iteration%iterations == 1 .and. .not. (laws%curved .or. held)) return
+      frozen = allocated(contacts%frozen_bound)
+      if (iteration%iterations == 1 .and. .not. (laws%curved .or. frozen)) return
       n = contacts%n
       alpha = 1.0_wp
       call grow(iteration%reversed, n)
       iteration%reversed(:n) = contacts%state(:n) == contact_slide .and. &
          contacts%trial_state(:n) == contact_stick
       overshot = any(iteration%reversed(:n))
-      if (held .or. laws%curved .or. &
+      if (frozen .or. laws%curved .or. &
          (iteration%short_steps < most_short_steps .and. &
          any(contacts%trial_state(:n) /= contacts%state(:n)))) then
          call descend(system, contacts, laws, alpha)
          if (alpha < 1.0_wp) call evaluate(iteration, system, contacts, laws)
       end if
-      if (alpha < 1.0_wp .and. .not. held) where (iteration%reversed(:n) .and. &
+      if (alpha < 1.0_wp .and. .not. frozen) where (iteration%reversed(:n) .and. &
          contacts%trial_state(:n) == contact_slide) contacts%trial_state(:n) = contact_stick
       iteration%short_steps = merge(iteration%short_steps + 1, 0, alpha < very_short_step)
       iteration%shortened = alpha < near_whole
@@ -530,8 +533,8 @@ contains
       if (iteration%retained < 0.1_wp*first_retained) iteration%retained = 0.0_wp
    end subroutine globalise
 
-   !> Accept a converged step unless bonds, a penetration or damage require further iterations.
-   !> A bond may be overloaded, or a penetration exceed the tolerance, or the damage must change.
+   !> Accept a converged step if no bond is overloaded, no penetration exceeds the tolerance, and
+   !> damage has converged.  Else update bonds, multipliers or damage, and continue to iterate.
    subroutine check_strength(iteration, contacts, laws, converged)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -565,7 +568,7 @@ contains
    end subroutine break_bonds
 
    !> Set the multipliers of the augmented Lagrangian to the contact forces (Uzawa's iteration).
-   !> This is done if a closed contact penetrates or opens by more than a given tolerance.
+   !> Multipliers change only if the gap of a closed contact exceeds the penetration tolerance.
    subroutine update_multipliers(iteration, contacts, converged)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
@@ -621,11 +624,11 @@ contains
          if (contacts%state(c) == contact_open .and. contacts%trial_state(c) /= contact_open) &
             contacts%close_count(c) = contacts%close_count(c) + 1
       end do
-      call take_states(contacts, first, last)
+      call adopt_trial_states(contacts, first, last)
    end subroutine adopt_range
 
    !> Adopt the states and friction forces of the last evaluation in contacts first … last.
-   pure subroutine take_states(contacts, first, last)
+   pure subroutine adopt_trial_states(contacts, first, last)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       integer, intent(in) :: first, last  !< first and last contact
 
@@ -635,9 +638,9 @@ contains
       if (contacts%with_laws) contacts%slide_force(first:last) = contacts%slide_force(first:last) &
          - contacts%tilt(1, first:last)*contacts%normal_force(first:last)
       contacts%slip_sign(first:last) = sign(1.0_wp, contacts%slide_force(first:last))
-   end subroutine take_states
+   end subroutine adopt_trial_states
 
-   !> Retain a fraction of the spring that contact c loses by its next state.
+   !> Retain a fraction of the spring that contact c loses in its next state.
    !>
    !> Only inertia resists motion in a contact without a spring, so the next solution would
    !> overshoot.  An opening contact retains a fraction of its spring for one iteration.  A sliding
@@ -649,27 +652,27 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: by_contact  !< the iteration overshoots, or is expected to
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: share
+      real(wp) :: fraction
 
       associate (state => contacts%trial_state(c), before => contacts%state(c))
-         share = 0.0_wp
+         fraction = 0.0_wp
          if (by_contact .and. state == before) then
-            share = retained_share*contacts%retained(c)
-            if (state == contact_open .or. share < least_retained) share = 0.0_wp
+            fraction = retained_fraction*contacts%retained(c)
+            if (state == contact_open .or. fraction < least_retained) fraction = 0.0_wp
          else if (by_contact .and. state == contact_slide) then
-            share = retained_share*secant_share(contacts, laws, c)
+            fraction = retained_fraction*secant_fraction(contacts, laws, c)
          else if (by_contact .and. state == contact_open) then
-            share = least_retained
+            fraction = least_retained
          end if
-         if (state == contact_slide) share = max(share, iteration%retained)
-         contacts%retained(c) = share
+         if (state == contact_slide) fraction = max(fraction, iteration%retained)
+         contacts%retained(c) = fraction
          contacts%retained_at(c) = merge(contacts%slip(c), contacts%new_gap(c), &
             state == contact_slide)
       end associate
    end subroutine retain_stiffness
 
-   !> Return the ratio of the shear force of a sliding contact to its spring force without slip.
-   pure real(wp) function secant_share(contacts, laws, c) result(share)
+   !> Return the secant stiffness of a sliding contact over its shear stiffness, at most 1.
+   pure real(wp) function secant_fraction(contacts, laws, c) result(fraction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
@@ -677,7 +680,7 @@ contains
 
       at = shear_stiffness_of(contacts, laws, c)*acting(contacts, laws, c, &
          [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)])
-      share = min(1.0_wp, abs(contacts%shear_force(c))/max(abs(at(2)), tiny(1.0_wp)))
-   end function secant_share
+      fraction = min(1.0_wp, abs(contacts%shear_force(c))/max(abs(at(2)), tiny(1.0_wp)))
+   end function secant_fraction
 
 end module dda_open_close

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Open–close rules of the original DDA, for comparison (`contact_rules = 'original'`).
 !>
-!> In Shi's code and its successors an open contact closes only if it penetrates more than a
-!> dead band, and then with full stiffness; changes between slip and stick do not affect
-!> convergence; the friction of a sliding contact uses the normal force of the last iteration.  The
+!> In Shi's code and its successors, an open contact closes only if its penetration exceeds a dead
+!> band, and then with full stiffness.  Changes between slip and stick do not affect convergence.
+!> Friction of a sliding contact uses the normal force of the last iteration.  The
 !> energy audit reports energy created by the dead band as a negative numerical loss.
 module dda_original_rules
    use dda_kinds, only: wp
@@ -14,16 +14,16 @@ module dda_original_rules
    use dda_friction, only: bond_length_of, laws_type, law_of
    use dda_contact_evaluation, only: assumed_normal, assumed_shear
    use dda_contact_gradients, only: measure_contacts
-   use dda_open_close, only: open_close_type, fail_if_given_up, solve_assumed
+   use dda_open_close, only: open_close_type, fail_if_step_stopped, solve_assumed
    use dda_linear_solver, only: solver_type
    implicit none
    private
    public :: solve_by_original_rules, lock_touching
 
    integer, parameter :: most_iterations = 8         !< iterations per step
-   real(wp), parameter :: close_band = 2.0e-4_wp  !< s0: penetration to close over half size
-   real(wp), parameter :: open_band = 2.0e-7_wp      !< f0: gap to open, over half size
-   real(wp), parameter :: reversal_band = 1.0e-7_wp  !< reverse slip to stick over half size
+   real(wp), parameter :: close_band = 2.0e-4_wp  !< s0: penetration/half size to close a contact
+   real(wp), parameter :: open_band = 2.0e-7_wp      !< f0: gap/half size to open a contact
+   real(wp), parameter :: reversal_band = 1.0e-7_wp  !< reverse slip/half size to stick
    !> friction coefficient (tan 0.9°) below which a sliding contact never sticks
    real(wp), parameter :: least_friction = 0.0157_wp
 
@@ -45,7 +45,7 @@ contains
       iteration%changes = 0
       iteration%broken = 0
       do i = 1, most_iterations
-         call fail_if_given_up(iteration%may_stop, error)
+         call fail_if_step_stopped(iteration%may_stop, error)
          if (allocated(error)) return
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, error)

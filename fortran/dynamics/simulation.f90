@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Complete state of a run in one derived type, without input and output.
+!> The complete state of a run, as one derived type.
 module dda_simulation
    use dda_kinds, only: wp, long
    use dda_base_motion, only: base_type
    use dda_system, only: system_type
    use dda_blocks, only: blocks_type
-   use dda_contact, only: contacts_type, hand_over
+   use dda_contact, only: contacts_type, move_step_arrays
    use dda_contact_points, only: point_list_type
    use dda_detection, only: detection_type
    use dda_doubts, only: doubt_type
@@ -24,9 +24,9 @@ module dda_simulation
    use dda_text, only: counted, to_text
    implicit none
    private
-   public :: simulation_type, companions_type, counters_type, stop_state_type, maxima_type, &
+   public :: simulation_type, column_runs_type, counters_type, stop_state_type, maxima_type, &
       next_step, exchange_lists, end_of_run, finished, stage_finished, summary, ending, &
-      block_name, comes_suddenly
+      block_name, gravity_is_sudden
 
    !> Counts since the start of the run.
    type :: counters_type
@@ -35,14 +35,15 @@ module dda_simulation
       integer(long) :: repeated = 0        !< steps repeated with a smaller Δt
       integer(long) :: too_far = 0         !< steps beyond the maximum displacement ratio
       integer(long) :: broken = 0          !< number of broken bonds
-      integer(long) :: unsettled = 0       !< steps in which the damage of bonds did not converge
-      integer(long) :: bounds_off = 0      !< steps in which frozen bounds did not converge
+      !> steps in which the damage of bonds did not converge
+      integer(long) :: unconverged_damage = 0
+      integer(long) :: unconverged_bounds = 0  !< steps in which frozen bounds did not converge
       integer(long) :: tables_off = 0      !< steps in which no water table was found
       integer(long) :: changes = 0         !< contact states changed after the first step
       integer :: most_iterations = 0       !< largest number of iterations in one step
    end type counters_type
 
-   !> State of the stop rule; without &stop it contains only a blank reason.
+   !> State of the stop rule; without &stop only `reason` is used, and it is blank.
    type :: stop_state_type
       character(len=:), allocatable :: reason   !< reason for an early end of the run, else blank
       real(wp), allocatable :: first(:,:)       !< [3, blocks] initial positions
@@ -56,7 +57,7 @@ module dda_simulation
       ! unsaved, the input: size_of, least_size, below
       logical :: counting = .false.
       type(largest_type) :: largest(number_of_maxima)  !< maxima so far
-      type(largest_type) :: last(number_of_maxima)     !< present state, see `take_residuals`
+      type(largest_type) :: last(number_of_maxima)     !< present state, see `collect_residuals`
       integer :: moved(3) = 0  !< numbers of initial contacts, slipped and opened contacts
       type(base_type) :: base                   !< reference motion of displacements and rates
       type(first_contacts_type) :: contacts     !< contacts for slip and opening
@@ -69,15 +70,15 @@ module dda_simulation
    end type maxima_type
 
    !> Runs of the free-field columns (`dda_columns`).
-   type, abstract :: companions_type
-   end type companions_type
+   type, abstract :: column_runs_type
+   end type column_runs_type
 
    !> All data of a run.
    type :: simulation_type
       ! unsaved, the input: model, detection, laws
       ! unsaved, the input, by the stage: scheme
       ! unsaved, positions of old contacts, found in each step: history
-      ! unsaved, used only within a static stage, in which no checkpoint is written: resting
+      ! unsaved, used only within a static stage, in which no checkpoint is written: in_statics
       ! unsaved, set at the start of each round of a step: linear_about
       ! unsaved, set at the end of each round, before it is used: solution
       type(model_type) :: model                !< constant data
@@ -90,7 +91,7 @@ module dda_simulation
       type(history_type) :: history
       type(laws_type) :: laws
       type(elements_type) :: elements          !< supports, loads, body forces …
-      !> [6,blocks] increment at which material laws are linearised; resulting solution
+      !> [6,blocks] increment at which material laws are linearised, and the resulting solution
       real(wp), allocatable :: linear_about(:,:), solution(:,:)
       type(scheme_type) :: scheme              !< time integration
       type(system_type) :: system
@@ -101,7 +102,7 @@ module dda_simulation
       type(counters_type) :: counters
       type(stop_state_type) :: stop
       type(maxima_type) :: maxima
-      class(companions_type), allocatable :: columns  !< runs of free-field columns
+      class(column_runs_type), allocatable :: columns  !< runs of free-field columns
       integer :: stage = 0                     !< present stage
       integer(long) :: first_step = 0          !< steps before the present stage
       real(wp) :: first_time = 0.0_wp          !< time at the start of the present stage, s
@@ -109,14 +110,14 @@ module dda_simulation
       real(wp) :: time = 0.0_wp                !< s
       real(wp) :: time_step = 0.0_wp           !< Δt of the next step, s
       real(wp) :: last_time_step = 0.0_wp      !< Δt of the last step, s
-      !> upper bound of vertex displacements in the last step over Δt, m/s
+      !> upper bound of vertex displacements/Δt in the last step, m/s
       real(wp) :: speed = 0.0_wp
       real(wp) :: path = 0.0_wp  !< sum of largest vertex displacements of all steps, m
-      logical :: resting = .false.             !< a static stage is running
+      logical :: in_statics = .false.          !< a static stage is running
       character(len=:), allocatable :: statics  !< text on static stages so far, or blank
       !> warnings of the check and of static stages
       type(doubt_type), allocatable :: doubts(:)
-      !> input including changes between steps; description of these changes, or blank
+      !> input that includes changes between steps; text on these changes, or blank
       character(len=:), allocatable :: changed_text, changes
    end type simulation_type
 
@@ -134,7 +135,8 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       simulation%now = 3 - simulation%now
-      call hand_over(simulation%contacts(3 - simulation%now), simulation%contacts(simulation%now))
+      call move_step_arrays(simulation%contacts(3 - simulation%now), &
+         simulation%contacts(simulation%now))
    end subroutine exchange_lists
 
    !> Return the time at the end of all stages, s.
@@ -189,9 +191,11 @@ contains
             count_text(counters%repeated, 'step', 'steps', ' repeated with a smaller time step')// &
             count_text(counters%too_far, 'step', 'steps', ' beyond max_displacement_ratio')// &
             count_text(counters%tables_off, 'step', 'steps', ' without a water table')
-         if (counters%unsettled > 0) text = text//'; in '//to_text(counters%unsettled)// &
+         if (counters%unconverged_damage > 0) text = text//'; in '// &
+            to_text(counters%unconverged_damage)// &
             ' steps the damage of cohesive joints did not converge: failure times depend on Δt'
-         if (counters%bounds_off > 0) text = text//'; in '//to_text(counters%bounds_off)// &
+         if (counters%unconverged_bounds > 0) text = text//'; in '// &
+            to_text(counters%unconverged_bounds)// &
             ' steps frozen quantities did not converge: the damage of broken faces, or the '// &
             'mean stress on which the strength of materials with dilation_angle below '// &
             'friction_angle depends'
@@ -202,10 +206,11 @@ contains
       end associate
       if (simulation%statics /= '') text = text//'; '//simulation%statics
       if (simulation%changes /= '') text = text//'; changed between steps: '//simulation%changes
-      if (simulation%solver%handed_over > 0) text = text//'; solver: '//work_done(simulation%solver)
+      if (simulation%solver%repeated_directly > 0) text = text//'; solver: '// &
+         work_done(simulation%solver)
    end function summary
 
-   !> Return a text of a comma, a count and a noun; blank if the count is zero.
+   !> Return ', ' with a count and its noun; blank if the count is zero.
    pure function count_text(count, one, many, what) result(text)
       integer(long), intent(in) :: count         !< count
       character(len=*), intent(in) :: one, many  !< see `counted`
@@ -232,13 +237,13 @@ contains
    end function ending
 
    !> .true. if gravity acts suddenly, without static stage or initial stress.
-   pure logical function comes_suddenly(model)  ! total
+   pure logical function gravity_is_sudden(model)  ! total
       type(model_type), intent(in) :: model  !< model as read from the input
 
-      comes_suddenly = norm2(model%control%gravity) > 0.0_wp .and. &
+      gravity_is_sudden = norm2(model%control%gravity) > 0.0_wp .and. &
          model%control%dynamic_factor > 0.0_wp .and. .not. model%stages(1)%static .and. &
          .not. any(abs(model%blocks%initial_stress) > 0.0_wp)
-   end function comes_suddenly
+   end function gravity_is_sudden
 
    pure function block_name(simulation, b) result(name)
       type(simulation_type), intent(in) :: simulation  !< a run and its state

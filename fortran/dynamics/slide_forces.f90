@@ -1,21 +1,22 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Friction forces of sliding contacts ("slide forces") that correspond to the normal forces of the
-!> same solution, at fixed contact states.  They are the fixed point of an iteration with constant
-!> matrix.  With Anderson acceleration the iteration converges even for high friction, at which the
-!> plain iteration would diverge.
+!> Friction forces of sliding contacts ("slide forces") that are consistent with the normal forces
+!> of the same solution, at fixed contact states.  They are the fixed point of an iteration with a
+!> constant matrix.  With Anderson acceleration the iteration converges even for high friction, at
+!> which the plain iteration would diverge.
 module dda_slide_forces
    use dda_kinds, only: wp
-   use dda_anderson, only: anderson_type, forget, accelerate
+   use dda_anderson, only: anderson_type, discard_iterations, accelerate
    use dda_system, only: system_type
    use dda_contact, only: contacts_type, contact_slide
    use dda_contact_assembly, only: add_to_rows
    use dda_contact_gradients, only: relative_motion
    use dda_friction, only: laws_type, slide_response
    use dda_growth, only: grow
-   use dda_ordered_sums, only: pieces, first_of, last_of, share_of_thread, parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, range_of_thread, parallel_from
    implicit none
    private
-   public :: slides_type, list_slides, evaluate_slides, difference_of, farthest_off, assume_next
+   public :: slides_type, list_slides, evaluate_slides, slide_difference, least_converged, &
+      assume_next_forces
 
    !> The sliding contacts and the fixed-point iteration of their forces.
    type :: slides_type
@@ -36,7 +37,7 @@ contains
       integer :: c
 
       call allocate_slides(slides, contacts%n)
-      call forget(slides%memory)
+      call discard_iterations(slides%memory)
       slides%n = 0
       do c = 1, contacts%n
          if (contacts%state(c) /= contact_slide) cycle
@@ -47,7 +48,7 @@ contains
       end do
    end subroutine list_slides
 
-   !> Return the fraction of contact c with friction; the remaining fraction is bonded.
+   !> Return the fraction of contact c in which friction acts; the remaining fraction is bonded.
    pure real(wp) function friction_fraction(contacts, c) result(weight)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c  !< number of the contact
@@ -107,22 +108,22 @@ contains
    end subroutine evaluate_range
 
    !> Return the largest difference between assumed forces and forces by the law, N/m.
-   pure real(wp) function difference_of(slides)
+   pure real(wp) function slide_difference(slides)
       type(slides_type), intent(in) :: slides  !< sliding contacts
 
-      difference_of = maxval(abs(slides%response(:slides%n) - slides%force(:slides%n)))
-   end function difference_of
+      slide_difference = maxval(abs(slides%response(:slides%n) - slides%force(:slides%n)))
+   end function slide_difference
 
    !> Return the contact with the largest force difference.
-   pure integer function farthest_off(slides)
+   pure integer function least_converged(slides)
       type(slides_type), intent(in) :: slides  !< sliding contacts
 
-      farthest_off = &
+      least_converged = &
          slides%contact(maxloc(abs(slides%response(:slides%n) - slides%force(:slides%n)), 1))
-   end function farthest_off
+   end function least_converged
 
    !> Compute the next assumed forces; update the contacts and the right-hand side.
-   subroutine assume_next(slides, contacts, system)
+   subroutine assume_next_forces(slides, contacts, system)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(system_type), intent(inout) :: system  !< equations of the step
@@ -136,7 +137,7 @@ contains
          call assume_rows(slides, contacts, system, 1, n)
       else
          !$omp parallel private(first, last)
-         call share_of_thread(n, first, last)
+         call range_of_thread(n, first, last)
          call assume_rows(slides, contacts, system, first, last)
          !$omp end parallel
       end if
@@ -147,7 +148,7 @@ contains
          if (contacts%with_laws) contacts%line(1, c) = contacts%line(1, c) + more(1)
          contacts%slide_force(c) = slides%force(i)
       end do
-   end subroutine assume_next
+   end subroutine assume_next_forces
 
    !> Return the increments of normal and shear force of sliding contact i to the next forces, N/m.
    !> More friction reduces slip and thus dilation, which changes the normal force.

@@ -8,8 +8,8 @@
 !>     S (d' − d) = f̂ + Σ [N(d) ∂g − T(d) ∂s] − K d ,
 !>
 !> with K and f̂ without contacts, and N and T by the contact laws.  Anderson acceleration
-!> compensates for the excess stiffness of S.  The step need not converge: its slip is kept, and the
-!> next step begins with shear forces at their bounds.  Contacts whose slip would reverse in the
+!> compensates for the excess stiffness of S.  An unconverged step is accepted with its slip, and
+!> the next step begins with shear forces at their bounds.  Contacts whose slip would reverse in the
 !> next step stick there, so that their springs restrain the blocks again.
 module dda_static_relaxation
    use dda_kinds, only: wp
@@ -21,22 +21,24 @@ module dda_static_relaxation
    use dda_friction, only: closed_springs, laws_type
    use dda_linear_solver, only: solver_type
    use dda_open_close, only: open_close_type, add_counts, begin_iteration, check_strength, &
-      counts_of, evaluate, fail_if_given_up, iterate, loose, retained_share, solve_assumed, &
-      take_states
+      counts_of, evaluate, fail_if_step_stopped, iterate, loose_residual, retained_fraction, &
+         solve_assumed, &
+      adopt_trial_states
    use dda_ordered_sums, only: inner_product, parallel_from
    use dda_system, only: system_type
    implicit none
    private
    public :: solve_statics, relax, many_changes
 
-   !> least number of contacts for relaxation, and of changes in the first iteration that starts it
+   !> least number of contacts for relaxation, and least number of changed states that starts it
    integer, parameter :: many_changes = 2000
    !> open–close iterations after which a step is relaxed: walls of 4,000 bricks with open head
    !> joints then reach equilibrium in 20 % of the computing time
    integer, parameter :: few_iterations = 40
    integer, parameter :: most_iterations = 21    !< iterations of a relaxed step
-   real(wp), parameter :: ascent = 10.0_wp  !< accepted last correction over smallest correction
-   real(wp), parameter :: nearly = 1.0e3_wp  !< residual, over tolerance, to check bonds
+   real(wp), parameter :: ascent = 10.0_wp  !< largest accepted last/smallest correction
+   !> residual, over tolerance, to check bonds
+   real(wp), parameter :: bond_check_residual = 1.0e3_wp
 
    !> Iterates of a step, scaled by the square roots of the diagonal of S.
    type :: iterate_type
@@ -46,7 +48,7 @@ module dda_static_relaxation
       real(wp), allocatable :: image(:)     !< [6n] scaled d'
       real(wp), allocatable :: best(:,:)    !< [6,n] d with the smallest correction, not scaled
       real(wp) :: correction = 0.0_wp       !< ‖image − x‖²; twice an energy, J/m
-      real(wp) :: least = huge(1.0_wp)      !< smallest correction so far, J/m
+      real(wp) :: least_correction = huge(1.0_wp)  !< smallest correction so far, J/m
    end type iterate_type
 
 contains
@@ -115,10 +117,10 @@ contains
       call evaluate(iteration, system, contacts, laws)
       call impose_springs(iteration, contacts, laws)
       do i = 1, most_iterations
-         call fail_if_given_up(iteration%may_stop, error)
+         call fail_if_step_stopped(iteration%may_stop, error)
          if (allocated(error)) exit
          iteration%iterations = i
-         iteration%reduction = loose
+         iteration%reduction = loose_residual
          call impose_forces(contacts)
          call compute_next(iterates, i, iteration, system, solver, contacts, laws, error)
          if (allocated(error)) exit
@@ -137,20 +139,20 @@ contains
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts that stick; springs are set
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp) :: share(2), springs(2), gap_force
+      real(wp) :: fraction(2), springs(2), gap_force
       integer :: c
 
       allocate (contacts%imposed_spring(2, contacts%n), contacts%imposed_force(2, contacts%n))
-      !$omp parallel do private(share, springs, gap_force) schedule(static) &
+      !$omp parallel do private(fraction, springs, gap_force) schedule(static) &
       !$omp& if (contacts%n >= parallel_from)
       do c = 1, contacts%n
-         share = 1.0_wp
+         fraction = 1.0_wp
          springs = closed_springs(contacts, laws, c)
          gap_force = springs(1)*max(0.0_wp, contacts%gap(c))
          if (contacts%state(c) == contact_open .and. .not. contacts%normal_force(c) > 0.0_wp) &
-            share = retained_share/(1.0_wp + gap_force/max(iteration%weight, tiny(1.0_wp)))
-         if (contacts%state(c) == contact_slide) share(2) = retained_share
-         contacts%imposed_spring(:, c) = share*springs
+            fraction = retained_fraction/(1.0_wp + gap_force/max(iteration%weight, tiny(1.0_wp)))
+         if (contacts%state(c) == contact_slide) fraction(2) = retained_fraction
+         contacts%imposed_spring(:, c) = fraction*springs
          contacts%state(c) = contact_stick
       end do
    end subroutine impose_springs
@@ -169,8 +171,8 @@ contains
    end subroutine impose_forces
 
    !> Compute the next d with S, and store the present d if its correction is the smallest so far.
-   !> The first iterate, d = 0, is never stored.  The last iterate is stored even if its correction
-   !> is up to `ascent` times the smallest one, because its slip is closer to the solution.
+   !> The first iterate, d = 0, is never stored.  The last iterate is stored if its correction is at
+   !> most `ascent` times the smallest one, because its slip is closer to the solution.
    subroutine compute_next(iterates, i, iteration, system, solver, contacts, laws, error)
       type(iterate_type), intent(inout) :: iterates  !< iterates of the step
       integer, intent(in) :: i  !< number of the iteration
@@ -190,9 +192,9 @@ contains
       iterates%image = iterates%scale*reshape(system%d, [size(d)])
       iterates%correction = inner_product(size(d, 2), iterates%image - iterates%x, &
          iterates%image - iterates%x)
-      if (i > 2 .and. .not. iterates%correction < iterates%least &
+      if (i > 2 .and. .not. iterates%correction < iterates%least_correction &
          *merge(ascent, 1.0_wp, i == most_iterations)) return
-      iterates%least = iterates%correction
+      iterates%least_correction = iterates%correction
       iterates%best = d
       if (i == 1) iterates%best = system%d
    end subroutine compute_next
@@ -226,7 +228,8 @@ contains
 
       system%d = iterates%best
       call evaluate(iteration, system, contacts, laws)
-      iteration%converged = force_of_correction(iterates%least, laws) <= nearly*iteration%tolerance
+      iteration%converged = force_of_correction(iterates%least_correction, &
+         laws) <= bond_check_residual*iteration%tolerance
       if (iteration%converged) then
          call check_strength(iteration, contacts, laws, strong)
          iteration%converged = strong
@@ -237,7 +240,7 @@ contains
       allocate (internal, mold=system%d)
       call multiply(system%matrix, system%d, internal)
       iteration%unbalanced_work = inner_product(system%matrix%n, system%d, system%rhs - internal)
-      call take_states(contacts, 1, contacts%n)
+      call adopt_trial_states(contacts, 1, contacts%n)
    end subroutine accept_best
 
 end module dda_static_relaxation

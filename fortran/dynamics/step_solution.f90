@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Solution of K̂ d = f̂ of a step, without assembling K̂ if an earlier factorisation suffices.
+!> Solve K̂ d = f̂ of a step; K̂ is not assembled if an earlier factorisation suffices.
 !>
 !> The residual f̂ − K̂d is the sum of the loads, the forces without contacts and the contact forces
-!> at d.  If an earlier factorisation has the same contact springs, its matrix differs from K̂ only
-!> by geometry (about 1e-6), and iterative refinement with this residual converges to d.  K̂ and f̂
-!> are assembled only for a new factorisation and for the other solvers.
+!> at d.  If the contact springs are unchanged since a factorisation, its matrix differs from K̂
+!> only by geometry (about 1e-6), and iterative refinement with this residual converges to d.  K̂
+!> and f̂ are assembled only for a new factorisation and for iterative solvers.
 module dda_step_solution
    use dda_kinds, only: wp
    use dda_abstract_solver, only: equations_type
@@ -21,9 +21,9 @@ module dda_step_solution
    use dda_system, only: multiply_diagonal, system_type
    implicit none
    private
-   public :: solve_step_for, find_residual
+   public :: solve_equations, find_residual
 
-   !> Equations of a step whose matrix is not assembled.
+   !> Equations of a step, given by their residual without an assembled matrix.
    type, extends(equations_type) :: step_equations_type
       type(system_type), pointer :: system => null()      !< equations of the step
       type(contacts_type), pointer :: contacts => null()  !< contacts in their assumed states
@@ -35,12 +35,12 @@ contains
 
    !> Solve K̂ d = f̂ with the contacts in their assumed states.
    !> If `change` is present, solve only for this change of f̂ (see `solve_change`).
-   subroutine solve_step_for(system, solver, contacts, error, reduction, change, measured)
+   subroutine solve_equations(system, solver, contacts, error, reduction, change, measured)
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
       type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
       type(error_type), allocatable, intent(out) :: error     !< allocated on failure
-      real(wp), intent(in) :: reduction  !< sufficient fraction of the first residual
+      real(wp), intent(in) :: reduction  !< required residual over the first residual
       real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
       logical, intent(out), optional :: measured  !< gaps and slips at d are already computed
       logical :: done
@@ -77,7 +77,7 @@ contains
             call solve(solver, system%matrix, b, x, error, reduction)
          end if
       end subroutine solve_for
-   end subroutine solve_step_for
+   end subroutine solve_equations
 
    !> Solve with an earlier factorisation, if no contact spring has changed since then.
    subroutine solve_unassembled(system, solver, contacts, done)
@@ -104,9 +104,9 @@ contains
 
       call assemble_terms(system, contacts)
       associate (terms => system%contact_terms)
-         if (terms%other_matrix) call renew(solver, system%matrix, system%constant, &
+         if (terms%matrix_changed) call renew(solver, system%matrix, system%constant, &
             terms%spring_changes, error)
-         terms%other_matrix = .false.
+         terms%matrix_changed = .false.
          call forget_changes(terms%spring_changes)
       end associate
    end subroutine renew_matrix
@@ -120,7 +120,7 @@ contains
       call find_residual(self%system, self%contacts, x, r)
    end subroutine residual
 
-   !> Compute r = f̂ − K̂d from the parts of the equations; the contacts are measured at d.
+   !> Compute r = f̂ − K̂d without K̂; gaps and slips of the contacts are set for d.
    subroutine find_residual(system, contacts, d, r)
       type(system_type), intent(in) :: system         !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts in their assumed states

@@ -44,9 +44,9 @@ module dda_system
       type(linear_terms_type) :: terms             !< springs and dashpots of the elements
       !> [compact_size,n] M/(χΔt²) + θ × elasticity + damping (see dda_compact_block)
       real(wp), allocatable :: constant(:,:)
-      !> linear part of K̂; its diagonal is used only for blocks with elements, else `constant`
+      !> linear part of K̂; its diagonal is valid only for blocks with elements, see `constant`
       type(block_matrix_type) :: linear
-      logical, allocatable :: has_terms(:)         !< [n] elements act on the block
+      logical, allocatable :: has_terms(:)         !< [n] an element acts on the block
       !> [entries] number in the linear part of each lower block of K̂, or 0; empty if no elements
       !> couple blocks
       integer, allocatable :: linear_entry(:)
@@ -77,7 +77,7 @@ contains
    end subroutine prepare_system
 
    !> Allocate K̂ for all near pairs, and for all pairs of blocks in the terms of the elements.
-   !> Terms without stiffness state couplings that may become stiff.
+   !> Terms with zero stiffness reserve entries of K̂ for couplings that may become stiff.
    subroutine set_matrix_pattern(system, blocks, neighbours, elements, step)
       type(system_type), intent(inout) :: system  !< equations of the step
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -106,19 +106,19 @@ contains
       call index_linear(system)
    end subroutine set_matrix_pattern
 
-   !> .true. if the pattern couples the blocks that elements couple, and no other blocks.
+   !> .true. if the pattern of the linear part couples exactly the blocks that elements couple.
    logical function fits_pattern(system, blocks, elements, step) result(fits)
       type(system_type), intent(inout) :: system  !< equations of the step; terms are listed again
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(step_type), intent(in) :: step  !< the next step
-      type(block_matrix_type) :: stated
+      type(block_matrix_type) :: required
 
       call linear_terms_of(elements, blocks, step, system%terms)
-      call set_pattern(stated, blocks%n, coupled_blocks(system%terms), untouched=.true.)
-      fits = size(stated%column) == size(system%linear%column)
-      if (fits) fits = all(stated%column == system%linear%column) .and. &
-         all(stated%row_start == system%linear%row_start)
+      call set_pattern(required, blocks%n, coupled_blocks(system%terms), untouched=.true.)
+      fits = size(required%column) == size(system%linear%column)
+      if (fits) fits = all(required%column == system%linear%column) .and. &
+         all(required%row_start == system%linear%row_start)
    end function fits_pattern
 
    !> Find the number in the linear part of each lower block of K̂.
@@ -145,16 +145,16 @@ contains
       real(wp) :: block(6, 6)
       integer :: b
 
-      associate (known => system%constant_step)
-         if (known%time_step == step%time_step .and. known%scheme%theta == step%scheme%theta &
-            .and. known%scheme%chi == step%scheme%chi .and. &
+      associate (before => system%constant_step)
+         if (before%time_step == step%time_step .and. before%scheme%theta == step%scheme%theta &
+            .and. before%scheme%chi == step%scheme%chi .and. &
             (system%constant_damps .eqv. blocks%damps)) return
       end associate
       weight = mass_weight(step)
       do b = 1, blocks%n
          block = weight*mass_matrix(blocks%inertia(:, b))
          block(4:6, 4:6) = block(4:6, 4:6) &
-            + step%scheme%theta*blocks%rest_share(b)*blocks%stiffness(:, :, b)
+            + step%scheme%theta*blocks%interior_fraction(b)*blocks%stiffness(:, :, b)
          if (blocks%damps) call add_damping_matrix(blocks, step, b, block)
          system%constant(:, b) = compact(block)
       end do
@@ -168,7 +168,7 @@ contains
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
-      logical, intent(out) :: fits  !< .false.: elements couple blocks that the pattern does not
+      logical, intent(out) :: fits  !< .false.: elements couple blocks outside the pattern
       logical :: packed
       integer :: p
 
@@ -253,7 +253,8 @@ contains
       do b = first, last
          call set_load(momentum_weight(step), blocks%inertia(:, b), blocks%velocity(:, b), &
             blocks%stiffness(:, :, b), blocks%position(4:6, b), &
-            blocks%area(b), blocks%initial_stress(:, b), blocks%rest_share(b), system%load(:, b))
+            blocks%area(b), blocks%initial_stress(:, b), blocks%interior_fraction(b), &
+               system%load(:, b))
       end do
    end subroutine assemble_blocks
 

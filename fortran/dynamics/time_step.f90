@@ -5,13 +5,13 @@ module dda_time_step
    use dda_kinds, only: wp
    use dda_breaking, only: break_faces
    use dda_friction, only: accept_contacts
-   use dda_columns, only: column_count, column_of, take_over_columns, name_column
+   use dda_columns, only: column_count, column_of, pass_columns_to_sides, name_column
    use dda_contact_damping, only: damp_contacts, find_static_forces
    use dda_contact_search, only: find_contacts
    use dda_damage_passes, only: most_passes
    use dda_diagnostics, only: explain, check_state
-   use dda_elements, only: accept_elements, has_bounds_off, has_table_off, prepare_elements, &
-      revise_elements, worst_of_points
+   use dda_elements, only: accept_elements, has_unconverged_bounds, has_table_off, &
+      prepare_elements, revise_elements, unconverged_block
    use dda_energy, only: add_energy, energy_algorithmic, energy_impact, energy_input, &
       energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
@@ -19,7 +19,7 @@ module dda_time_step
       fail
    use dda_impact, only: count_impacts, resolve_impacts
    use dda_joint_law, only: weakened
-   use dda_kinematics, only: damp_velocity, predict, integrate, farthest_move
+   use dda_kinematics, only: damp_velocity, predict, integrate, largest_displacement
    use dda_body_drift, only: begin_drift
    use dda_matrix_pattern, only: assemble_step
    use dda_model, only: half_size
@@ -35,10 +35,12 @@ module dda_time_step
    private
    public :: advance
 
-   real(wp), parameter :: shrink = 0.3_wp, recover = 1.3_wp  !< factors of an adaptive Δt
+   !> factors of an adaptive Δt after a failure and a success
+   real(wp), parameter :: shrink = 0.3_wp, growth = 1.3_wp
    integer, parameter :: most_attempts = 40                  !< largest number of attempts per step
-   integer, parameter :: most_rounds = 60  !< most rounds of element states or Newton's method
-   integer, parameter :: most_searches = 3  !< most searches with the same Δt
+   !> largest number of rounds of element states or Newton's method
+   integer, parameter :: most_rounds = 60
+   integer, parameter :: most_searches = 3  !< largest number of contact searches with the same Δt
 
 contains
 
@@ -60,9 +62,9 @@ contains
          call solve_columns(simulation, attempt > 1, error)
          if (.not. allocated(error)) call solve_step(simulation, error)
          if (.not. allocated(error)) then
-            move = farthest_move(simulation%blocks, simulation%system%d)
+            move = largest_displacement(simulation%blocks, simulation%system%d)
             call record_move(simulation, move)
-            if (.not. is_too_far(simulation, move)) exit
+            if (.not. moves_too_far(simulation, move)) exit
          end if
          call prepare_retry(simulation, attempt, searches, move, error)
          if (allocated(error)) return
@@ -112,13 +114,13 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Return a text on the iteration that has not converged in a step.
+   !> Return the message on element states or stresses that have not converged in a step.
    pure function unconverged_text(simulation) result(words)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: words
       integer :: block
 
-      block = worst_of_points(simulation%elements)
+      block = unconverged_block(simulation%elements)
       words = 'states of bolts or of water in joints do not converge in '//to_text(most_rounds)// &
          ' rounds'
       if (block > 0) words = 'the stress of the material law does not converge in block '// &
@@ -134,13 +136,13 @@ contains
       type(error_type), allocatable :: failure
       integer :: i
 
-      if (simulation%resting) return
+      if (simulation%in_statics) return
       do i = 1, column_count(simulation)
          call solve_column(column_of(simulation, i), simulation%time_step, again, failure)
          call name_column(simulation, i, failure)
          if (allocated(failure)) call move_alloc(failure, error)
       end do
-      if (.not. allocated(error)) call take_over_columns(simulation)
+      if (.not. allocated(error)) call pass_columns_to_sides(simulation)
    end subroutine solve_columns
 
    !> Solve the step of a column; repeat it with a wider contact search if the column moves too far.
@@ -158,9 +160,9 @@ contains
          call find_contacts(run, error)
          if (.not. allocated(error)) call solve_step(run, error)
          if (allocated(error)) return
-         move = farthest_move(run%blocks, run%system%d)
+         move = largest_displacement(run%blocks, run%system%d)
          call record_move(run, move)
-         if (.not. is_too_far(run, move)) return
+         if (.not. moves_too_far(run, move)) return
       end do
       call fail(error, error_convergence, 'a vertex moves too far in one step')
    end subroutine solve_column
@@ -171,7 +173,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: i
 
-      if (simulation%resting) return
+      if (simulation%in_statics) return
       do i = 1, column_count(simulation)
          call accept_solution(column_of(simulation, i))
          call check_state(column_of(simulation, i), error)
@@ -180,7 +182,7 @@ contains
       end do
    end subroutine accept_columns
 
-   !> Iterate the contacts by the rules that the input selects.
+   !> Iterate the contact states by the method that the input selects.
    subroutine iterate_contacts(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
@@ -193,7 +195,7 @@ contains
          else
             simulation%iteration%rounds = most_bound_rounds
             if (simulation%model%control%adaptive) simulation%iteration%rounds = 0
-            if (simulation%resting) simulation%iteration%rounds = 1  ! before Δt is reduced
+            if (simulation%in_statics) simulation%iteration%rounds = 1  ! then Δt is reduced
             if (simulation%iteration%may_relax .and. (simulation%iteration%relaxes .or. &
                contacts%n > many_changes)) then
                call solve_statics(simulation%iteration, simulation%system, simulation%solver, &
@@ -217,37 +219,39 @@ contains
 
       allowed_move = simulation%model%control%max_displacement_ratio &
          *half_size(simulation%model%blocks)
-      if (simulation%resting) allowed_move = min(allowed_move, simulation%detection%least)
+      if (simulation%in_statics) allowed_move = min(allowed_move, simulation%detection%least)
    end function allowed_move
 
    !> Store the largest speed for the next search, and count steps beyond the maximum displacement.
-   !> In statics such a step is shortened, so the next search need not be wider.
+   !> In statics a step beyond the maximum is repeated with a shorter Δt, so the recorded speed is
+   !> limited.
    pure subroutine record_move(simulation, move)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< upper bound of vertex displacements, m
       real(wp) :: reached
 
       reached = min(move, half_size(simulation%model%blocks))
-      if (simulation%resting) reached = min(move, allowed_move(simulation))
+      if (simulation%in_statics) reached = min(move, allowed_move(simulation))
       simulation%speed = reached/simulation%time_step
       if (move > allowed_move(simulation)) &
          simulation%counters%too_far = simulation%counters%too_far + 1
    end subroutine record_move
 
-   !> .true. if a vertex moves beyond the maximum displacement or the distance of listed contacts.
-   pure logical function is_too_far(simulation, move)
+   !> .true. if a vertex moves beyond the maximum displacement, or so far that unlisted contacts may
+   !> touch.
+   pure logical function moves_too_far(simulation, move)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       real(wp), intent(in) :: move  !< upper bound of vertex displacements, m
 
-      is_too_far = ((simulation%model%control%adaptive .or. simulation%resting) .and. &
+      moves_too_far = ((simulation%model%control%adaptive .or. simulation%in_statics) .and. &
          move > allowed_move(simulation)) &
          .or. 2*move > simulation%detection%distance
-   end function is_too_far
+   end function moves_too_far
 
    !> Prepare another attempt at the step: with a smaller Δt if allowed, else with a wider search.
    !>
-   !> In statics a step beyond the maximum displacement is shortened, because the list of contacts
-   !> is valid only near the positions at the start of the step.
+   !> In statics Δt is also reduced if a vertex moves beyond the maximum displacement, because the
+   !> list of contacts is valid only near the positions at the start of the step.
    subroutine prepare_retry(simulation, attempt, searches, move, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       integer, intent(in) :: attempt  !< number of the attempt
@@ -262,8 +266,9 @@ contains
       end if
       shorter = simulation%model%control%adaptive .and. &
          shrink*simulation%time_step >= simulation%model%control%least_time_step
-      if (simulation%resting .and. .not. allocated(error)) shorter = move > allowed_move(simulation)
-      searches = merge(searches + merge(0, 1, shorter), attempt, simulation%resting)
+      if (simulation%in_statics .and. .not. allocated(error)) &
+         shorter = move > allowed_move(simulation)
+      searches = merge(searches + merge(0, 1, shorter), attempt, simulation%in_statics)
       reason = 'a vertex moves too far in one step'
       if (allocated(error)) then
          reason = error%message
@@ -294,7 +299,7 @@ contains
             simulation%elements, step, d)
          if (simulation%laws%damped) then
             call add_energy(simulation%energy, energy_input, simulation%impacts%work)
-            call add_energy(simulation%energy, energy_impact, simulation%impacts%lost)
+            call add_energy(simulation%energy, energy_impact, simulation%impacts%energy_lost)
             call count_impacts(simulation%impacts)
          end if
          call add_energy(simulation%energy, energy_algorithmic, &
@@ -310,26 +315,28 @@ contains
          simulation%step = simulation%step + 1
          call move_clock(simulation, end_time(step))
       end associate
-      if (.not. simulation%resting) call break_faces(simulation)
+      if (.not. simulation%in_statics) call break_faces(simulation)
    end subroutine accept_solution
 
-   !> Count broken bonds, steps with unconverged damage or bounds, and changes of states.
-   !> Changes of states are counted after the first step.
+   !> Count broken bonds, steps with unconverged damage or friction bounds, and changes of contact
+   !> states; changes in the first step are not counted.
    pure subroutine record_changes(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       associate (counters => simulation%counters, iteration => simulation%iteration)
          counters%broken = counters%broken + iteration%broken
          if (simulation%laws%cohesive) counters%broken = counters%broken + spent_bonds(simulation)
-         if (iteration%passes > most_passes) counters%unsettled = counters%unsettled + 1
-         if (has_bounds_off(simulation%elements)) counters%bounds_off = counters%bounds_off + 1
+         if (iteration%passes > most_passes) &
+            counters%unconverged_damage = counters%unconverged_damage + 1
+         if (has_unconverged_bounds(simulation%elements)) &
+            counters%unconverged_bounds = counters%unconverged_bounds + 1
          if (has_table_off(simulation%elements)) counters%tables_off = counters%tables_off + 1
          if (simulation%step > 0) counters%changes = counters%changes + iteration%changes &
             + iteration%broken
       end associate
    end subroutine record_changes
 
-   !> Return the number of bonds that have failed completely in the last step.
+   !> Return the number of cohesive bonds that have failed completely in the last step.
    pure integer function spent_bonds(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
@@ -354,7 +361,7 @@ contains
          end if
          simulation%time = time
          left = simulation%first_time + real(control%step_count, wp)*control%time_step - time
-         simulation%time_step = min(control%time_step, recover*simulation%time_step)
+         simulation%time_step = min(control%time_step, growth*simulation%time_step)
          if (left > 0.0_wp) simulation%time_step = min(simulation%time_step, left)
       end associate
    end subroutine move_clock

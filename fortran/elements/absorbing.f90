@@ -1,19 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Absorbing boundaries: dashpots ρV_p along the normal and ρV_s along the edge (Lysmer and
-!> Kuhlemeyer 1969) on d/Δt, at two Gauss points of each edge, which integrate them exactly.
+!> Kuhlemeyer 1969).  They act on d/Δt at two Gauss points of each edge, an exact integration.
 !>
 !> The half-space moves with the motion u of its outcrop, twice the incoming wave
 !> (Joyner and Chen 1975): a dashpot exerts c (Δu − T d)/Δt over a step.  Its loss is
 !> |Δu − T d|² c/Δt; the work of the half-space is this force times Δu.
 !>
 !> In static stages springs fix the edges.  At the end of these stages, the reactions of the springs
-!> become constant forces on the blocks, and the dashpots begin to act.  A remaining unbalanced
-!> force would move the model forever, because only dashpots restrain it; the force is added to
-!> the reactions.
+!> become constant forces on the blocks, and the dashpots begin to act.  Any unbalanced
+!> force is added to the reactions, because the dashpots would let it move the model forever.
 module dda_absorbing
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
-   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_blocks, only: blocks_type, position_of, shape_matrix
    use dda_boundary, only: boundary_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_damping, energy_input
@@ -29,7 +28,8 @@ module dda_absorbing
 
    !> Gauss points of all absorbing boundaries.
    type, extends(element_type) :: absorbing_type
-      type(fixed_point_type), allocatable :: point(:)  !< [points] positions; supports in statics
+      !> [points] positions, and supports in statics
+      type(fixed_point_type), allocatable :: point(:)
       real(wp), allocatable :: axes(:,:,:)             !< [2,2,points] normal and edge, in columns
       real(wp), allocatable :: dashpot(:,:)  !< [2,points] dashpots along these axes, N s/m per m
       integer, allocatable :: motion(:,:)  !< [2,points] motions of the half-space; 0: none
@@ -84,7 +84,8 @@ contains
       allocate (self%reaction(6, size(self%block)), source=0.0_wp)
    end function new_absorbing_boundaries
 
-   !> Return the rows of a point's displacement normal to and along the edge; 0 for a removed block.
+   !> Return the rows of a point's displacement along the normal and the edge; 0 for a removed
+   !> block.
    pure function displacement_rows(self, i, blocks) result(t)
       class(absorbing_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i                   !< number of the point
@@ -130,7 +131,7 @@ contains
          t = displacement_rows(self, i, blocks)
          term%source = i
          term%block_a = self%point(i)%block
-         term%place = place_of(blocks, term%block_a, self%point(i)%reference)
+         term%place = position_of(blocks, term%block_a, self%point(i)%reference)
          term%motion = self%motion(:, i)
          do axis = 1, 2
             term%row_a = t(axis, :)
@@ -217,8 +218,8 @@ contains
 
       held = self%point
       do i = 1, size(held)
-         held(i)%place = place_of(blocks, held(i)%block, held(i)%reference)
-         held(i)%held = held(i)%held .and. .not. blocks%removed(held(i)%block)
+         held(i)%place = position_of(blocks, held(i)%block, held(i)%reference)
+         held(i)%fixed_along = held(i)%fixed_along .and. .not. blocks%removed(held(i)%block)
       end do
       self%support = new_fixed_points(held, self%motions, self%stiffness, time)
    end subroutine freeze_for_statics

@@ -27,7 +27,7 @@ module dda_added_mass
    real(wp), parameter :: weight(points) = 0.5_wp*[0.3478548451374538_wp, 0.6521451548625461_wp, &
       0.6521451548625461_wp, 0.3478548451374538_wp]
    real(wp), parameter :: westergaard = 0.875_wp  !< 7/8
-   real(wp), parameter :: standard_gravity = 9.81_wp  !< weight over mass of water, m/s²
+   real(wp), parameter :: standard_gravity = 9.81_wp  !< unit weight/density of water, m/s²
 
    !> A mass that moves with a point of a face, in the direction of the normal of the face.
    type :: wet_point_type
@@ -159,8 +159,8 @@ contains
       end do
    end subroutine add_stored_energy
 
-   !> Add the kinetic energy, the loss and the work of the water in a step to the budget.
-   !> The loss by the scheme is (χ − ½) m Δv²; the work is that of inertia in the frame of the base.
+   !> Add the kinetic energy, the loss and the work of the water in a step to the budget.  The loss
+   !> by the scheme is (χ − ½) m Δv²; the work is the work of inertia in the frame of the base.
    subroutine add_to_budget(self, blocks, step, d, energy)
       class(added_mass_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state

@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Body force per unit mass at t₀ + θΔt: gravity minus, in the frame of the base, its acceleration.
+!> Body force per unit mass at t₀ + θΔt: gravity minus the acceleration of the base, if the model is
+!> in the frame of the base.
 module dda_body_force
    use dda_kinds, only: wp
    use dda_baseline, only: step_acceleration

@@ -5,16 +5,16 @@
 !> stretch s_p at zero force.  The stretch of a cable is the length of all its legs, which have the
 !> same force.  A bolt without compression is slack below s_p.  Beyond the yield force s_p
 !> increases, which dissipates F Δs_p.  A step assumes each component elastic, yielding or slack,
-!> and is solved again if the solution contradicts this (`revise_states`).
+!> and is solved again if the solution contradicts this state (`revise_states`).
 !> The energy of an elastic bolt is ½ k (s − s_p)²; its numerical loss is defined in `dda_energy`.
 !>
-!> The tension N of the last step also stiffens a bolt across its legs by N ∂²s/∂q²: N/L of legs
-!> that turn, and N times the lever arm along the leg, if positive.  Without this stiffness a block
-!> that hangs from a bolt would gain energy while it swings.
+!> The tension N of the last step adds the geometric stiffness N ∂²s/∂q² across the legs: N/L for
+!> the rotation of legs, and N times the lever arm along the leg if it is positive.  Without it, a
+!> block that hangs from a bolt would gain energy while it swings.
 module dda_bolts
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
-   use dda_blocks, only: blocks_type, offset_of, place_of, shape_matrix
+   use dda_blocks, only: blocks_type, offset_of, position_of, shape_matrix
    use dda_bolt, only: bolt_type, axial, across, most_points
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, energy_yield
@@ -32,10 +32,11 @@ module dda_bolts
    !> All bolts of a model and their state.
    type, extends(element_type) :: bolts_type
       type(bolt_type), allocatable :: bolt(:)
-      integer, allocatable :: mode(:,:)       !< [2,bolts] elastic, yielding or slack component
-      logical, allocatable :: in_place(:)     !< [bolts] the bolt is installed
-      real(wp), allocatable :: free(:,:)      !< [2,bolts] s_p, m
-      real(wp), allocatable :: first(:,:)     !< [2,bolts] stretch at installation, m
+      !> [2,bolts] elastic, yielding or slack component
+      integer, allocatable :: component_state(:,:)
+      logical, allocatable :: installed(:)    !< [bolts] the bolt is installed
+      real(wp), allocatable :: zero_stretch(:,:)  !< [2,bolts] stretch at zero force s_p, m
+      real(wp), allocatable :: first_stretch(:,:)  !< [2,bolts] stretch at installation, m
       real(wp), allocatable :: stretch(:,:)   !< [2,bolts] s at the end of the last solution, m
       real(wp), allocatable :: force(:,:)     !< [2,bolts] tension positive, N/m
    contains
@@ -60,21 +61,23 @@ contains
 
       n = size(bolts)
       allocate (self%bolt, source=bolts)
-      allocate (self%mode(2, n), source=absent)
-      allocate (self%in_place(n), source=.false.)
-      allocate (self%free(2, n), self%first(2, n), self%stretch(2, n), self%force(2, n), &
+      allocate (self%component_state(2, n), source=absent)
+      allocate (self%installed(n), source=.false.)
+      allocate (self%zero_stretch(2, n), self%first_stretch(2, n), self%stretch(2, n), &
+         self%force(2, n), &
          source=0.0_wp)
       do i = 1, n
          if (.not. bolts(i)%present) cycle
-         self%in_place(i) = .true.
+         self%installed(i) = .true.
          do c = axial, component_count(self, i)
-            self%first(c, i) = present_stretch(self, i, c, blocks)
+            self%first_stretch(c, i) = present_stretch(self, i, c, blocks)
          end do
-         self%stretch(:, i) = self%first(:, i)
-         self%free(:, i) = self%first(:, i)
-         self%free(axial, i) = self%first(axial, i) - bolts(i)%pretension/bolts(i)%stiffness(axial)
+         self%stretch(:, i) = self%first_stretch(:, i)
+         self%zero_stretch(:, i) = self%first_stretch(:, i)
+         self%zero_stretch(axial, i) = self%first_stretch(axial, i) &
+            - bolts(i)%pretension/bolts(i)%stiffness(axial)
          self%force(axial, i) = bolts(i)%pretension
-         self%mode(:, i) = elastic
+         self%component_state(:, i) = elastic
       end do
    end function new_bolts
 
@@ -86,8 +89,8 @@ contains
       real(wp) :: leg(2)
 
       associate (bolt => self%bolt(i))
-         leg = place_of(blocks, bolt%block(k + 1), bolt%reference(:, k + 1)) &
-            - place_of(blocks, bolt%block(k), bolt%reference(:, k))
+         leg = position_of(blocks, bolt%block(k + 1), bolt%reference(:, k + 1)) &
+            - position_of(blocks, bolt%block(k), bolt%reference(:, k))
       end associate
    end function leg_vector
 
@@ -124,7 +127,7 @@ contains
    end function present_stretch
 
    !> Find the gradient of the stretch with respect to the coordinates of each point's block.
-   !> A grouted bolt turns with its first block, so that both forces act at one point.
+   !> A grouted bolt turns with its first block, so both of its forces act at the same point.
    pure subroutine find_stretch_gradient(self, i, c, blocks, row)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
@@ -170,25 +173,25 @@ contains
       real(wp), intent(in) :: stretch  !< m
 
       force = 0.0_wp
-      associate (trial => self%bolt(i)%stiffness(c)*(stretch - self%free(c, i)))
-         if (self%mode(c, i) == elastic) force = trial
-         if (self%mode(c, i) == yielding) force = sign(self%bolt(i)%yield(c), trial)
+      associate (trial => self%bolt(i)%stiffness(c)*(stretch - self%zero_stretch(c, i)))
+         if (self%component_state(c, i) == elastic) force = trial
+         if (self%component_state(c, i) == yielding) force = sign(self%bolt(i)%yield(c), trial)
       end associate
    end function component_force
 
    !> Return the mode (elastic, yielding or slack) of a component at a stretch.
-   pure integer function component_mode(self, i, c, stretch) result(mode)
+   pure integer function component_mode(self, i, c, stretch) result(component_state)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
       real(wp), intent(in) :: stretch  !< m
       real(wp) :: trial
 
-      trial = self%bolt(i)%stiffness(c)*(stretch - self%free(c, i))
-      mode = elastic
+      trial = self%bolt(i)%stiffness(c)*(stretch - self%zero_stretch(c, i))
+      component_state = elastic
       if (c == axial .and. trial < 0.0_wp .and. .not. self%bolt(i)%compression) then
-         mode = slack
+         component_state = slack
       else if (abs(trial) > self%bolt(i)%yield(c)) then
-         mode = yielding
+         component_state = yielding
       end if
    end function component_mode
 
@@ -197,11 +200,12 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number of the element
 
-      is_active = self%mode(axial, i) /= absent .and. self%mode(axial, i) /= broken
+      is_active = self%component_state(axial, i) /= absent .and. self%component_state(axial, &
+         i) /= broken
    end function is_active
 
    !> Append a spring for each elastic component.
-   !> Other components have a term without stiffness, so that the pattern is constant.
+   !> Other components have a term with zero stiffness, so that the matrix pattern is constant.
    subroutine add_linear_terms(self, blocks, step, terms)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -217,7 +221,8 @@ contains
          do c = axial, component_count(self, i)
             call find_stretch_gradient(self, i, c, blocks, row)
             call set_rows(term, self%bolt(i)%block, row(:, :point_count(self, i)))
-            term%coefficient = merge(self%bolt(i)%stiffness(c), 0.0_wp, self%mode(c, i) == elastic)
+            term%coefficient = merge(self%bolt(i)%stiffness(c), 0.0_wp, self%component_state(c, &
+               i) == elastic)
             call add_term(terms, term)
          end do
          do c = 1, curvature_count(self, i)
@@ -235,7 +240,7 @@ contains
    end function curvature_count
 
    !> Return spring j across bolt i: j = 1 … n for its points, then for its n − 1 legs.
-   !> The spring of a point acts only on the rotation of its block, and does not count as a support.
+   !> The spring of a point acts only on the rotation of its block, so it is not a support.
    pure type(linear_term_type) function curvature_term(self, i, j, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, j  !< number of the element; spring
@@ -294,7 +299,7 @@ contains
       end do
    end function curvature_energy
 
-   !> Return a term of bolt i without stiffness.
+   !> Return a term of bolt i with zero stiffness.
    pure type(linear_term_type) function empty_term(self, i, blocks) result(term)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number of the element
@@ -303,7 +308,7 @@ contains
       term%kind = term_bolt
       term%instant = at_end
       term%source = i
-      term%place = place_of(blocks, self%bolt(i)%block(1), self%bolt(i)%reference(:, 1))
+      term%place = position_of(blocks, self%bolt(i)%block(1), self%bolt(i)%reference(:, 1))
    end function empty_term
 
    !> Add the forces −F ∂s/∂q at the stretch at the start of the step.
@@ -353,7 +358,7 @@ contains
       real(wp), intent(in) :: stretch  !< m
       real(wp) :: elongation
 
-      elongation = stretch - self%free(c, i)
+      elongation = stretch - self%zero_stretch(c, i)
       if (c == axial .and. .not. self%bolt(i)%compression) elongation = max(elongation, 0.0_wp)
       stored = 0.5_wp*self%bolt(i)%stiffness(c)*elongation**2
    end function component_energy
@@ -394,7 +399,8 @@ contains
       integer, intent(in) :: i, c  !< number of the element; component
 
       flow = 0.0_wp
-      if (self%mode(c, i) == yielding) flow = self%stretch(c, i) - self%free(c, i) &
+      if (self%component_state(c, i) == yielding) flow = self%stretch(c, i) &
+         - self%zero_stretch(c, i) &
          - component_force(self, i, c, self%stretch(c, i))/self%bolt(i)%stiffness(c)
    end function plastic_increment
 
@@ -403,8 +409,9 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i  !< number of the element
 
-      is_ruptured = self%stretch(axial, i) - self%first(axial, &
-         i) > self%bolt(i)%rupture(axial) .or. abs(self%stretch(across, i) - self%first(across, &
+      is_ruptured = self%stretch(axial, i) - self%first_stretch(axial, &
+         i) > self%bolt(i)%rupture(axial) .or. abs(self%stretch(across, i) &
+            - self%first_stretch(across, &
          i)) > self%bolt(i)%rupture(across)
    end function is_ruptured
 
@@ -416,7 +423,7 @@ contains
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< number of components with another mode
       real(wp) :: row(6, most_points)
-      integer :: i, c, k, mode
+      integer :: i, c, k, component_state
 
       do i = 1, size(self%bolt)
          if (.not. is_active(self, i)) cycle
@@ -427,9 +434,9 @@ contains
                self%stretch(c, i) = self%stretch(c, i) + dot_product(row(:, k), &
                   d(:, self%bolt(i)%block(k)))
             end do
-            mode = component_mode(self, i, c, self%stretch(c, i))
-            if (mode /= self%mode(c, i)) changed = changed + 1
-            self%mode(c, i) = mode
+            component_state = component_mode(self, i, c, self%stretch(c, i))
+            if (component_state /= self%component_state(c, i)) changed = changed + 1
+            self%component_state(c, i) = component_state
          end do
       end do
    end subroutine revise_states
@@ -446,10 +453,10 @@ contains
          if (.not. is_active(self, i)) cycle
          do c = axial, component_count(self, i)
             self%force(c, i) = component_force(self, i, c, self%stretch(c, i))
-            self%free(c, i) = self%free(c, i) + plastic_increment(self, i, c)
+            self%zero_stretch(c, i) = self%zero_stretch(c, i) + plastic_increment(self, i, c)
          end do
          if (.not. is_ruptured(self, i)) cycle
-         self%mode(:, i) = broken
+         self%component_state(:, i) = broken
          self%force(:, i) = 0.0_wp
       end do
    end subroutine accept_step
@@ -464,15 +471,15 @@ contains
       select type (before)
       type is (bolts_type)
          do i = 1, size(self%bolt)
-            if (.not. before%in_place(i)) cycle
-            self%in_place(i) = .true.
-            self%mode(:, i) = before%mode(:, i)
-            self%free(:, i) = before%free(:, i)
-            self%first(:, i) = before%first(:, i)
+            if (.not. before%installed(i)) cycle
+            self%installed(i) = .true.
+            self%component_state(:, i) = before%component_state(:, i)
+            self%zero_stretch(:, i) = before%zero_stretch(:, i)
+            self%first_stretch(:, i) = before%first_stretch(:, i)
             self%stretch(:, i) = before%stretch(:, i)
             self%force(:, i) = before%force(:, i)
             if (self%bolt(i)%present) cycle
-            self%mode(:, i) = absent
+            self%component_state(:, i) = absent
             self%force(:, i) = 0.0_wp
          end do
       end select
@@ -484,13 +491,13 @@ contains
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       real(wp) :: flags(3, size(self%bolt))
 
-      flags(:2, :) = self%mode
-      flags(3, :) = merge(1.0_wp, 0.0_wp, self%in_place)
+      flags(:2, :) = self%component_state
+      flags(3, :) = merge(1.0_wp, 0.0_wp, self%installed)
       call archive_values(archive, flags)
-      self%mode = nint(flags(:2, :))
-      self%in_place = flags(3, :) > 0.5_wp
-      call archive_values(archive, self%free)
-      call archive_values(archive, self%first)
+      self%component_state = nint(flags(:2, :))
+      self%installed = flags(3, :) > 0.5_wp
+      call archive_values(archive, self%zero_stretch)
+      call archive_values(archive, self%first_stretch)
       call archive_values(archive, self%stretch)
       call archive_values(archive, self%force)
    end subroutine serialise
@@ -501,8 +508,9 @@ contains
       real(wp) :: values(bolt_columns, size(self%bolt))  !< N/m, N/m, m, 0 … 4
 
       values(1:2, :) = self%force
-      values(3, :) = merge(self%stretch(axial, :) - self%first(axial, :), 0.0_wp, self%in_place)
-      values(4, :) = maxval(self%mode, 1)
+      values(3, :) = merge(self%stretch(axial, :) - self%first_stretch(axial, :), 0.0_wp, &
+         self%installed)
+      values(4, :) = maxval(self%component_state, 1)
    end function columns
 
 end module dda_bolts

@@ -6,7 +6,7 @@ module dda_broken_faces
    use dda_blocks, only: blocks_type
    use dda_crack_law, only: crack_law_type, is_spent
    use dda_elements, only: elements_type
-   use dda_material_points, only: material_points_type, acts, crack_points, places, &
+   use dda_material_points, only: material_points_type, acts, crack_points, point_positions, &
       present_stress, total_strain
    use dda_overlap, only: weight
    use dda_strain_points, only: strain_points_type
@@ -58,8 +58,8 @@ contains
       end do
    end function force_of_points
 
-   !> Return the tractions at the points of intact face i due to forces, and their largest ratio.
-   !> The ratio is traction over strength.
+   !> Return the tractions at the points of intact face i due to given forces, and the largest ratio
+   !> of traction to strength.
    pure subroutine face_strength(elements, i, force, traction, ratio)
       type(elements_type), intent(in) :: elements         !< elements of the model
       integer, intent(in) :: i                            !< face that can break
@@ -76,7 +76,7 @@ contains
             do c = 1, crack_points
                p = points%first_crack + crack_points*(i - 1) + c
                traction(:, c) = matmul(points%map(:2, 1:2, p), force(1:2) &
-                  + 3.0_wp*places(c)*force(3:4))/points%face(p)%length
+                  + 3.0_wp*point_positions(c)*force(3:4))/points%face(p)%length
                select type (law => points%slot(points%material(p))%law)
                type is (crack_law_type)
                   ratio = max(ratio, law%traction_ratio(traction(:, c)))

@@ -4,7 +4,7 @@
 !>
 !> The variables are the opening g and the slip s of the face, with tractions instead of stresses.
 !> The bond acts at t₀ + θΔt, the contact at the end of the step.  The damage D* that acts in a step
-!> is chosen between its initial and final values D₀ and D₁ so that the step dissipates exactly the
+!> lies between its initial and final values D₀ and D₁; with it the step dissipates exactly the
 !> fracture energy.  D* and the pressure that bounds friction are frozen in each solution of a step,
 !> which then minimises a convex function.
 module dda_crack_law
@@ -19,8 +19,8 @@ module dda_crack_law
 
    integer, parameter :: damaged = 1  !< index of D in a state
    integer, parameter :: slipped = 2  !< index of the slip of the friction slider, m
-   !> least tangent over stiffness, so that both cells remain coupled
-   real(wp), parameter :: floor_share = 1.0e-9_wp
+   !> least tangent/stiffness, which couples both cells in the matrix
+   real(wp), parameter :: least_tangent = 1.0e-9_wp
 
    !> Law of a joint material.
    type, extends(material_law_type) :: crack_law_type
@@ -60,7 +60,7 @@ contains
       k = [self%joint%normal_stiffness, self%joint%shear_stiffness]
    end function springs
 
-   !> Return traction over strength: damage begins at 1.
+   !> Return the ratio of traction to strength; damage begins at 1.
    pure real(wp) function traction_ratio(self, traction) result(ratio)
       class(crack_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: traction(2)        !< tension, shear, Pa
@@ -89,38 +89,39 @@ contains
    end function point_motion
 
    !> Return D* of a point, which is frozen in a solution.
-   pure real(wp) function acting_damage(self, point, state) result(share)
+   pure real(wp) function acting_damage(self, point, state) result(fraction)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
 
-      share = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
+      fraction = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
    end function acting_damage
 
-   !> Return the values to freeze: the pressure that bounds friction, and D* × tensile strength.
+   !> Return the values that are frozen in a solution: the pressure that bounds friction, and D* ×
+   !> tensile strength.
    pure function frozen_stress(self, point, state, strain, change, step) result(stress)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start; their changes, m
       type(step_type), intent(in) :: step           !< the present step
-      real(wp) :: stress(3), energy(2), after, share, surplus
+      real(wp) :: stress(3), energy(2), after, fraction, surplus
       type(motion_type) :: motion
 
       motion = point_motion(self, point, state, strain, change)
       associate (joint => self%joint, before => state(damaged), opening => motion%opening, &
          slider => motion%slider)
          after = joint%damage(opening(2), slider(2), before)
-         share = before
+         fraction = before
          if (after > before) then
             energy = [joint%bond_energy(opening(1), slider(1)), &
                joint%bond_energy(opening(2), slider(2))]
             surplus = energy(2)*(after - before) &
-               - joint%spent(opening(2), slider(2), before, after)
-            if (energy(2) > energy(1)) share = before + max(0.0_wp, min(after - before, &
+               - joint%dissipated(opening(2), slider(2), before, after)
+            if (energy(2) > energy(1)) fraction = before + max(0.0_wp, min(after - before, &
                surplus/(energy(2) - energy(1))))
          end if
-         stress = [joint%normal_stiffness*max(0.0_wp, -opening(2)), share*joint%strengths(1), &
+         stress = [joint%normal_stiffness*max(0.0_wp, -opening(2)), fraction*joint%strengths(1), &
             0.0_wp]
       end associate
    end function frozen_stress
@@ -134,20 +135,20 @@ contains
       type(step_type), intent(in) :: step                !< the present step
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< traction, Pa; tangent, Pa/m
       type(motion_type) :: motion
-      real(wp) :: share, slope(2)
+      real(wp) :: fraction, slope(2)
 
       motion = point_motion(self, point, state, strain, change)
-      share = acting_damage(self, point, state)
+      fraction = acting_damage(self, point, state)
       associate (k => self%springs(), theta => step%scheme%theta)
-         stress(1) = (1.0_wp - share)*(strain(1) + theta*change(1)) &
-            + share*min(0.0_wp, motion%opening(2))
-         stress(2) = (1.0_wp - share)*(strain(2) + theta*change(2)) &
-            + share*(motion%slip(2) - motion%slider(2))
+         stress(1) = (1.0_wp - fraction)*(strain(1) + theta*change(1)) &
+            + fraction*min(0.0_wp, motion%opening(2))
+         stress(2) = (1.0_wp - fraction)*(strain(2) + theta*change(2)) &
+            + fraction*(motion%slip(2) - motion%slider(2))
          stress = [k*stress(1:2), 0.0_wp]
-         slope = (1.0_wp - share)*theta
-         if (motion%opening(2) < 0.0_wp) slope(1) = slope(1) + share
-         if (motion%sticks) slope(2) = slope(2) + share
-         slope = k*max(floor_share, slope)
+         slope = (1.0_wp - fraction)*theta
+         if (motion%opening(2) < 0.0_wp) slope(1) = slope(1) + fraction
+         if (motion%sticks) slope(2) = slope(2) + fraction
+         slope = k*max(least_tangent, slope)
       end associate
       tangent = 0.0_wp
       tangent(1, 1) = slope(1)
@@ -163,22 +164,22 @@ contains
       type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(out) :: loss(losses)          !< J/m²
       type(motion_type) :: motion
-      real(wp) :: share, after, rise(2), stretch(2), k(2), pressed(2)
+      real(wp) :: fraction, after, rise(2), stretch(2), k(2), pressed(2)
 
       motion = point_motion(self, point, state, strain, change)
-      share = acting_damage(self, point, state)
+      fraction = acting_damage(self, point, state)
       k = self%springs()
       associate (joint => self%joint, slider => motion%slider, theta => step%scheme%theta)
-         after = max(share, joint%damage(motion%opening(2), slider(2), state(damaged)))
-         rise = [share - state(damaged), after - share]
+         after = max(fraction, joint%damage(motion%opening(2), slider(2), state(damaged)))
+         rise = [fraction - state(damaged), after - fraction]
          stretch = motion%slip - slider
          pressed = min(0.0_wp, motion%opening)
          loss(loss_plastic) = rise(1)*joint%bond_energy(motion%opening(1), slider(1)) &
             + rise(2)*joint%bond_energy(motion%opening(2), slider(2))
-         loss(loss_damping) = k(2)*(share*stretch(2)*(slider(2) - slider(1)) &
+         loss(loss_damping) = k(2)*(fraction*stretch(2)*(slider(2) - slider(1)) &
             + dot_product(rise, slider*stretch))
-         loss(loss_scheme) = (1.0_wp - share)*(theta - 0.5_wp)*dot_product(k, change(1:2)**2) &
-            + share*(k(1)*(pressed(2)*change(1) - 0.5_wp*(pressed(2)**2 - pressed(1)**2)) &
+         loss(loss_scheme) = (1.0_wp - fraction)*(theta - 0.5_wp)*dot_product(k, change(1:2)**2) &
+            + fraction*(k(1)*(pressed(2)*change(1) - 0.5_wp*(pressed(2)**2 - pressed(1)**2)) &
             + 0.5_wp*k(2)*(stretch(2) - stretch(1))**2)
          state(damaged) = after
          state(slipped) = slider(2)

@@ -7,7 +7,7 @@
 !> errors.  Loads use the ends and normals at the start of the step.
 module dda_edge_loads
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_blocks, only: blocks_type, position_of, shape_matrix
    use dda_edge_load, only: edge_load_type, values_at, load_uniform, load_level, load_surface, &
       load_line
    use dda_edge_piece, only: edge_piece_type, reference_at
@@ -18,7 +18,7 @@ module dda_edge_loads
    private
    public :: edge_loads_type, new_edge_loads
 
-   real(wp), parameter :: near = 0.5_wp - 0.5_wp/sqrt(3.0_wp)  !< first Gauss point
+   real(wp), parameter :: near = 0.5_wp - 0.5_wp/sqrt(3.0_wp)  !< first Gauss point, 0 … 1
    real(wp), parameter :: close = 1.0e-9_wp  !< relative tolerance at ends of a phreatic line
 
    !> All loads on edges of a model.
@@ -105,7 +105,8 @@ contains
       if (load%follows) then
          associate (piece => load%piece(k))
             do i = 1, 2
-               ends(:, i) = place_of(blocks, piece%block, reference_at(blocks, piece, i - 1.0_wp))
+               ends(:, i) = position_of(blocks, piece%block, reference_at(blocks, piece, i &
+                  - 1.0_wp))
             end do
          end associate
       end if
@@ -149,7 +150,7 @@ contains
                /(line(1, j + 1) - line(1, j)) + rise
             call add_wet_pressure(force, load%piece(k), blocks, ends, span, &
                load%unit_weight*(head - ends(2, 1) - span*(ends(2, 2) - ends(2, 1))), factor)
-            if (ends(1, 1) == ends(1, 2)) return  ! no slope
+            if (ends(1, 1) == ends(1, 2)) return  ! a vertical edge
          end do
       end associate
    end subroutine add_below_line

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Interface of elements, such as supports, loads, body forces, dashpots and bolts.
 !>
-!> The assembly, the energy budget, the checks and the transfer function use their terms.  An object
-!> contains all elements of its kind.  A new kind needs one file that extends `element_type` and
-!> overrides the procedures that differ, and one line of registration in `dda_elements`.
+!> Assembly, energy budget, checks and transfer functions use elements through this interface.  An
+!> object contains all elements of its kind.  A new kind needs one file that extends `element_type`
+!> and overrides the procedures that differ, and one line of registration in `dda_elements`.
 module dda_element
    use dda_kinds, only: wp
    use dda_archive, only: archive_type
@@ -49,7 +49,7 @@ module dda_element
          real(wp), intent(inout) :: load(:,:)          !< [6,blocks] forces, N/m …
       end subroutine force_interface
 
-      !> Add work, losses and stored energy of the converged increment d, which is not yet applied.
+      !> Add work, losses and stored energy of the converged increment d before it is applied.
       subroutine budget_interface(self, blocks, step, d, energy)
          import :: element_type, blocks_type, step_type, energy_type, wp
          class(element_type), intent(in) :: self  !< elements of this kind
@@ -93,7 +93,7 @@ contains
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine accept_nothing
 
-   !> Linearise at an increment, for a step or for forces in equilibrium; default: do nothing.
+   !> Linearise at an increment, before a step or a check of equilibrium; default: do nothing.
    subroutine prepare_nothing(self, blocks, step, d)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
@@ -101,7 +101,7 @@ contains
       real(wp), intent(in) :: d(:,:)                !< [6,blocks] increments of the coordinates
    end subroutine prepare_nothing
 
-   !> Revise assumed states that contradict a converged solution; default: none.
+   !> Revise the assumed states that contradict a converged solution; default: none.
    subroutine revise_nothing(self, blocks, step, d, changed)
       class(element_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks at the start of the step
@@ -112,12 +112,12 @@ contains
 
    !> Return the energy slope of nonlinear forces on the path between two increments; default: none.
    !> Unit: J per metre of thickness.
-   real(wp) function no_slope(self, blocks, step, from, to, share)
+   real(wp) function no_slope(self, blocks, step, from, to, fraction)
       class(element_type), intent(in) :: self     !< elements of this kind
       type(blocks_type), intent(in) :: blocks     !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present step
       real(wp), intent(in) :: from(:,:), to(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp), intent(in) :: share               !< fraction of the path, 0 … 1
+      real(wp), intent(in) :: fraction            !< fraction of the path, 0 … 1
 
       no_slope = 0.0_wp
    end function no_slope

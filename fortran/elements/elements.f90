@@ -24,16 +24,19 @@ module dda_elements
    use dda_model, only: model_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
-   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, most_held
+   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, &
+      most_updates
    use dda_ties, only: ties_type, new_ties
    use dda_welds, only: welds_type, new_welds, add_face_stress, add_jump_energies
    implicit none
    private
    public :: elements_type, set_elements, register, linear_terms_of, pack_terms, add_packed, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
-      slope_beyond, worst_of_points, has_bounds_off, has_table_off, bolt_states, flow_states, &
+      slope_beyond, unconverged_block, has_unconverged_bounds, has_table_off, bolt_states, &
+      flow_states, &
       accept_elements, match_velocities, freeze_elements, balance_elements, serialise_elements, &
-      face_forces, follow_free_field, node_columns, channel_columns, block_stress, stress_error, &
+      face_forces, set_free_field_motion, node_columns, channel_columns, block_stress, &
+      stress_error, &
       plastic_strain, body_energies
 
    !> One kind of elements.
@@ -208,7 +211,7 @@ contains
       end do
    end subroutine update_stored
 
-   !> Add work, losses and stored energy of the converged increment d, which is not yet applied.
+   !> Add work, losses and stored energy of the converged increment d before it is applied.
    subroutine account_elements(elements, blocks, step, d, energy)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
@@ -253,22 +256,22 @@ contains
 
    !> Return the slope of the nonlinear energy of a step on the path between two increments.
    !> Unit: J per metre of thickness.
-   real(wp) function slope_beyond(elements, blocks, step, from, to, share) result(slope)
+   real(wp) function slope_beyond(elements, blocks, step, from, to, fraction) result(slope)
       type(elements_type), intent(in) :: elements  !< prepared for the step
       type(blocks_type), intent(in) :: blocks      !< blocks at the start of the step
       type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(in) :: from(:,:), to(:,:)   !< [6,blocks] increments
-      real(wp), intent(in) :: share                !< fraction of the path, 0 … 1
+      real(wp), intent(in) :: fraction             !< fraction of the path, 0 … 1
       integer :: i
 
       slope = 0.0_wp
       do i = 1, size(elements%kind)
-         slope = slope + elements%kind(i)%element%slope_beyond(blocks, step, from, to, share)
+         slope = slope + elements%kind(i)%element%slope_beyond(blocks, step, from, to, fraction)
       end do
    end function slope_beyond
 
    !> Return the block with the largest unconverged stress of a law; 0 if all have converged.
-   pure integer function worst_of_points(elements) result(block)
+   pure integer function unconverged_block(elements) result(block)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer :: i
 
@@ -276,24 +279,24 @@ contains
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (strain_points_type)
-            if (element%worst > 0) block = element%block(1, element%worst)
+            if (element%unconverged > 0) block = element%block(1, element%unconverged)
          end select
       end do
-   end function worst_of_points
+   end function unconverged_block
 
    !> .true. if frozen bounds of materials have not converged in the step.
-   pure logical function has_bounds_off(elements)
+   pure logical function has_unconverged_bounds(elements)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer :: i
 
-      has_bounds_off = .false.
+      has_unconverged_bounds = .false.
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (strain_points_type)
-            has_bounds_off = element%round > most_held
+            has_unconverged_bounds = element%round > most_updates
          end select
       end do
-   end function has_bounds_off
+   end function has_unconverged_bounds
 
    !> .true. if the search for the water table has failed in the step.
    pure logical function has_table_off(elements)
@@ -394,7 +397,8 @@ contains
    end function block_stress
 
    !> Return the estimated stress error of cells, Pa; 0 for other blocks.
-   !> At zero lateral strain this uniaxial stress would store the energy of the jumps around a cell.
+   !> It is the uniaxial stress, at zero lateral strain, whose energy equals the energy of the jumps
+   !> around a cell.
    function stress_error(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -450,8 +454,8 @@ contains
       end do
    end subroutine estimate_stress_errors
 
-   !> Return the energy of the jumps and the total energy of bodies, J per metre of thickness.
-   !> The energy of the jumps estimates the stress error.
+   !> Return the energy of the jumps, which estimates the stress error, and the total energy of
+   !> bodies, J per metre of thickness.
    function body_energies(elements, blocks) result(energies)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
@@ -463,7 +467,7 @@ contains
       do b = 1, blocks%n
          if (blocks%body(b) == 0 .or. blocks%removed(b)) cycle
          associate (strain => blocks%position(4:6, b))
-            energies(2) = energies(2) + 0.5_wp*blocks%rest_share(b) &
+            energies(2) = energies(2) + 0.5_wp*blocks%interior_fraction(b) &
                *dot_product(strain, matmul(blocks%stiffness(:, :, b), strain))
          end associate
       end do
@@ -471,7 +475,7 @@ contains
 
    !> Pass the motion of a free-field column in a step to a side of the model, with its forces.
    !> The forces act between the blocks of the column and their images.
-   subroutine follow_free_field(elements, number, block, column, d, force)
+   subroutine set_free_field_motion(elements, number, block, column, d, force)
       type(elements_type), intent(inout) :: elements  !< elements of the model
       integer, intent(in) :: number                   !< number of the free field
       integer, intent(in) :: block(:)                 !< [n] blocks of the model in the column
@@ -490,12 +494,12 @@ contains
             do k = 1, size(element%point)
                if (element%field(k) /= number) cycle
                b = findloc(block, element%point(k)%block, 1)
-               element%carried(:, k) = matmul(matmul(shape_matrix(column, b, &
+               element%ground_motion(:, k) = matmul(matmul(shape_matrix(column, b, &
                   element%point(k)%reference), d(:, b)), element%axes(:, :, k))
             end do
          end select
       end do
-   end subroutine follow_free_field
+   end subroutine set_free_field_motion
 
    !> Accept the step: update the states of all elements.
    subroutine accept_elements(elements, blocks, step, d)

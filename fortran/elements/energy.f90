@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Energy budget: every joule of a run belongs to a named term, and `balance` is the remainder.
+!> Energy budget: each energy of a run belongs to a named term; `balance` is the unexplained rest.
 !>
 !> ΔT = d·F − (χ − ½) ΔvᵀMΔv is exact in a step (`dda_scheme`), so the numerical loss
 !> in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.  The

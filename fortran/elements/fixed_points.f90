@@ -75,7 +75,7 @@ contains
 
       associate (point => self%point(i), axes => self%point(i)%axes)
          spring%block(1) = point%block
-         spring%stiffness = merge(point%stiffness, 0.0_wp, point%held)
+         spring%stiffness = merge(point%stiffness, 0.0_wp, point%fixed_along)
          shape = shape_matrix(blocks, point%block, point%reference)
          spring%place = blocks%position(1:2, point%block) + [shape(2, 3), -shape(1, 3)]
          offset = spring%place - point%place
@@ -112,7 +112,7 @@ contains
       end do
    end subroutine accept_step
 
-   !> Match velocities to stiff supports, which must not store energy at a jump of velocity.
+   !> Match velocities to stiff supports, so that a velocity jump stores no energy in them.
    !> Minimise ½ (v − v₀)ᵀM(v − v₀) + ½ (1 − χ) c Δt Σ [w + y/((1 − χ)Δt)]².
    subroutine match_velocity(self, blocks, step, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind

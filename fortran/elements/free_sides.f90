@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sides with a free field: forces that neighbours in level ground would exert on the blocks, and
-!> dashpots on the motion relative to this ground.
+!> Sides with a free field: the forces of neighbouring blocks in level ground, and dashpots on the
+!> motion relative to this ground.
 !>
-!> The column of the side computes both, one step before the model (`dda_columns`).  A model of
-!> level ground moves like its column, so that its dashpots exert no force.
+!> The column of the side computes its step first and provides forces and motion (`dda_columns`).
+!> A model of level ground moves like its column, so its dashpots exert no force.
 !>
 !> In statics only the forces of the column in equilibrium act.
 module dda_free_sides
@@ -21,7 +21,7 @@ module dda_free_sides
    !> Gauss points of all free-field sides; `reaction` is the force of the neighbours.
    type, extends(absorbing_type) :: free_sides_type
       integer, allocatable :: field(:)    !< [points] free field of the point
-      real(wp), allocatable :: carried(:,:)  !< [2,points] ground displacement in the step, m
+      real(wp), allocatable :: ground_motion(:,:)  !< [2,points] ground displacement in the step, m
    contains
       procedure :: freeze_for_statics
       procedure :: balance_reactions
@@ -39,7 +39,7 @@ contains
          [motion_type ::], 0.0_wp)
       self%kind = term_free_side
       self%field = [((i, k=1, size(fields(i)%boundary%point)), i=1, size(fields))]
-      allocate (self%carried(2, size(self%point)), source=0.0_wp)
+      allocate (self%ground_motion(2, size(self%point)), source=0.0_wp)
    end function new_free_sides
 
    !> Return the displacement of the free field over a step along the normal and along the edge, m.
@@ -49,7 +49,7 @@ contains
       type(step_type), intent(in) :: step          !< the present step
       real(wp) :: increment(2)
 
-      increment = self%carried(:, i)
+      increment = self%ground_motion(:, i)
    end function motion_increment
 
    !> Freeze the sides for statics: deactivate their dashpots.

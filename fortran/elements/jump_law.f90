@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Law of the jumps of a welded face whose material yields: elastic and perfectly plastic with a
-!> cap, so that jumps transmit no more than the strain points of the face.
+!> Law of the jumps of a welded face whose material yields: elastic and perfectly plastic.  The
+!> cap limits the jump force to the force that the strain points of the face transmit.
 !>
 !> The force vector k (e − e^p) of the jump returns at t₀ + θΔt to a circle with the radius of the
 !> cap, which is constant in a step.  By this generalised midpoint rule, losses are not negative.
@@ -43,9 +43,10 @@ contains
       real(wp) :: force(2), slope(2, 2)
 
       associate (k => point%elasticity(1, 1), theta => step%scheme%theta)
-         call return_to_cap(point%held(1:2) + k*(strain(1:2) - state(1:2) + theta*change(1:2)), &
+         call return_to_cap(point%start_stress(1:2) + k*(strain(1:2) - state(1:2) &
+            + theta*change(1:2)), &
             point%cap, force, slope)
-         stress = [force - point%held(1:2), 0.0_wp]
+         stress = [force - point%start_stress(1:2), 0.0_wp]
          tangent = 0.0_wp
          tangent(1:2, 1:2) = theta*k*slope
       end associate
@@ -62,7 +63,7 @@ contains
       real(wp) :: trial(2), force(2), slope(2, 2), flow(2)
 
       associate (k => point%elasticity(1, 1), theta => step%scheme%theta)
-         trial = point%held(1:2) + k*(strain(1:2) - state(1:2) + theta*change(1:2))
+         trial = point%start_stress(1:2) + k*(strain(1:2) - state(1:2) + theta*change(1:2))
          call return_to_cap(trial, point%cap, force, slope)
          flow = (trial - force)/(theta*k)
          loss = 0.0_wp
@@ -80,7 +81,8 @@ contains
       real(wp), intent(in) :: strain(3)             !< jump, m
 
       associate (elastic => strain(1:2) - state(1:2))
-         stored = dot_product(elastic, point%held(1:2) + 0.5_wp*point%elasticity(1, 1)*elastic)
+         stored = dot_product(elastic, point%start_stress(1:2) + 0.5_wp*point%elasticity(1, &
+            1)*elastic)
       end associate
    end function stored
 

@@ -22,14 +22,15 @@ module dda_material_points
    use dda_welds, only: deformations_of
    implicit none
    private
-   public :: material_points_type, set_points, has_law, acts, resting, respond, jump_limit, &
+   public :: material_points_type, set_points, has_law, acts, is_inactive, respond, jump_limit, &
       total_strain, present_stress, shape_stress, beyond_elastic, step_point, copy_point_state, &
-      crack_points, places
+      crack_points, point_positions
 
    integer, parameter :: crack_points = 3            !< Lobatto points of a broken face
-   real(wp), parameter :: places(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]  !< ξ of these points
+   !> ξ of these points
+   real(wp), parameter :: point_positions(crack_points) = [-1.0_wp, 0.0_wp, 1.0_wp]
 
-   real(wp), parameter :: arc_share = 2.0_wp/3.0_wp  !< see `shape_stress`: 1 − (1/24)/(1/8)
+   real(wp), parameter :: arc_correction = 2.0_wp/3.0_wp  !< see `shape_stress`: 1 − (1/24)/(1/8)
 
    !> Container of a law.
    type :: slot_type
@@ -39,7 +40,7 @@ module dda_material_points
    !> All points, without equations.
    type, abstract, extends(element_type) :: material_points_type
       integer :: n = 0
-      logical, allocatable :: active(:)                  !< [n] the law differs from elasticity
+      logical, allocatable :: active(:)  !< [n] the point has a law other than elasticity
       !> [materials + 1 + joints] laws of materials, of jumps, of broken faces
       type(slot_type), allocatable :: slot(:)
       integer, allocatable :: material(:)                !< [n]
@@ -52,11 +53,12 @@ module dda_material_points
       type(weld_type), allocatable :: face(:)            !< [n]
       real(wp), allocatable :: map(:,:,:) !< [3,deformations,n] strain as a function of deformations
       real(wp), allocatable :: reference(:,:)            !< [3,n] strain at the start of the law
-      real(wp), allocatable :: carried(:,:)              !< [3,n] c retained from earlier laws, Pa
+      real(wp), allocatable :: retained_stress(:,:)      !< [3,n] c retained from earlier laws, Pa
       real(wp), allocatable :: state(:,:)                !< [any,n] state of the laws
-      logical :: static = .false.                        !< laws are inactive in this static stage
-      real(wp), allocatable :: rest(:,:)  !< [3,n] ε at which laws became inactive, else 0
-      real(wp), allocatable :: kept(:,:)                 !< [3,n] c of inactive laws, Pa
+      logical :: static = .false.  !< in this static stage some laws are inactive
+      !> [3,n] ε at which laws became inactive, else 0
+      real(wp), allocatable :: inactive_strain(:,:)
+      real(wp), allocatable :: inactive_stress(:,:)      !< [3,n] c of inactive laws, Pa
       real(wp), allocatable :: rest_energy(:)  !< [n] work of the cohesion that remains, J/m³
       ! Variables of a step
       real(wp), allocatable :: strain(:,:)               !< [3,n] ε at the start of the step
@@ -118,7 +120,8 @@ contains
       allocate (self%point(n), self%face(n))
       allocate (self%active(n), source=.false.)
       allocate (self%area(n), self%map(3, n_deformations, n), self%reference(3, n), &
-         self%carried(3, n), self%state(states, n), self%rest(3, n), self%kept(3, n), &
+         self%retained_stress(3, n), self%state(states, n), self%inactive_strain(3, n), &
+            self%inactive_stress(3, n), &
          self%rest_energy(n), self%strain(3, n), source=0.0_wp)
    end subroutine allocate_points
 
@@ -131,7 +134,7 @@ contains
 
       do b = 1, blocks%n
          self%block(1, b) = b
-         self%area(b) = blocks%rest_share(b)*blocks%area(b)
+         self%area(b) = blocks%interior_fraction(b)*blocks%area(b)
          call begin_point(self, b, blocks, blocks%material(b), moduli, blocks%initial_stress(:, b))
       end do
    end subroutine create_block_points
@@ -162,7 +165,7 @@ contains
       end do
    end subroutine create_face_points
 
-   !> Create points at which the mean and the linear part of the jump of a welded face act.
+   !> Create the points of the mean and of the linear jump of each welded face.
    subroutine create_jump_points(self, welds, blocks, moduli)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< welds of the model
@@ -186,7 +189,7 @@ contains
             end do
             self%point(p)%length = 1.0_wp
             self%reference(:, p) = total_strain(self, p, blocks)
-            self%point(p)%held = matmul(self%point(p)%elasticity, self%reference(:, p))
+            self%point(p)%start_stress = matmul(self%point(p)%elasticity, self%reference(:, p))
             self%active(p) = jump_limit(self, p) < huge(1.0_wp)
          end do
       end do
@@ -218,7 +221,7 @@ contains
                ! w = −[u] − ξ[u]_l, along n and along the face.
                self%map(1, 1:2, p) = -[along(2), -along(1)]
                self%map(2, 1:2, p) = -along
-               self%map(:2, 3:4, p) = places(k)*self%map(:2, 1:2, p)
+               self%map(:2, 3:4, p) = point_positions(k)*self%map(:2, 1:2, p)
                self%active(p) = welds(i)%state == weld_cracked
             end do
          end associate
@@ -255,7 +258,7 @@ contains
       self%material(p) = material
       self%reference(:, p) = total_strain(self, p, blocks)
       self%point(p)%elasticity = moduli(:, :, material)
-      self%point(p)%held = initial + matmul(moduli(:, :, material), self%reference(:, p))
+      self%point(p)%start_stress = initial + matmul(moduli(:, :, material), self%reference(:, p))
       self%point(p)%length = sqrt(self%area(p))
       self%point(p)%thickness = self%point(p)%length
       if (self%block(2, p) > 0) self%point(p)%thickness = self%area(p)/self%face(p)%length
@@ -293,15 +296,15 @@ contains
       end if
    end function acts
 
-   !> .true. if the law of point p is inactive in this static stage, so that c is constant.
-   pure logical function resting(self, p)
+   !> .true. if the law of point p is inactive in this static stage; c is then constant.
+   pure logical function is_inactive(self, p)
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< number of the point
 
-      resting = self%static
-      if (resting) resting = has_law(self, self%material(p))
-      if (resting) resting = self%slot(self%material(p))%law%rests()
-   end function resting
+      is_inactive = self%static
+      if (is_inactive) is_inactive = has_law(self, self%material(p))
+      if (is_inactive) is_inactive = self%slot(self%material(p))%law%rests()
+   end function is_inactive
 
    !> Find c of point p in a step, and its derivative with respect to Δε.
    pure subroutine respond(self, p, strain, change, step, stress, tangent)
@@ -311,15 +314,15 @@ contains
       type(step_type), intent(in) :: step                !< the present step
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
 
-      stress = self%carried(:, p)
+      stress = self%retained_stress(:, p)
       tangent = 0.0_wp
-      if (resting(self, p)) then
-         stress = self%kept(:, p)
+      if (is_inactive(self, p)) then
+         stress = self%inactive_stress(:, p)
       else if (has_law(self, self%material(p))) then
          associate (theta => step%scheme%theta, d => self%point(p)%elasticity)
             call self%slot(self%material(p))%law%respond(self%point(p), self%state(:, p), strain, &
                change, step, stress, tangent)
-            stress = stress - matmul(d, strain + theta*change) + self%carried(:, p)
+            stress = stress - matmul(d, strain + theta*change) + self%retained_stress(:, p)
             tangent = tangent - theta*d
          end associate
       end if
@@ -336,8 +339,8 @@ contains
          [0.0_wp, 0.0_wp, 0.0_wp], step_type(scheme_type(1.0_wp, 1.0_wp)), stress, tangent)
    end function present_stress
 
-   !> Return the stress that preserves the area of point p if its face has a large plastic jump.
-   !> It is part of `carried`.
+   !> Return the stress, part of `retained_stress`, that corrects the area change of point p for a
+   !> large plastic jump of its face.
    !>
    !> Cells that turn by an angle a relative to each other about the middle of a face approach by
    !> ha²/8, but arcs by ha²/24.  The work of the pressure p of the sides on the difference is
@@ -360,7 +363,7 @@ contains
                self%slot(self%material(side))%law%pressure(self%state(:, side)))
          end associate
       end do
-      stress(1:2) = pressure*arc_share*2.0_wp*sum(self%face(p)%area)/self%face(p)%length**2 &
+      stress(1:2) = pressure*arc_correction*2.0_wp*sum(self%face(p)%area)/self%face(p)%length**2 &
          *self%state(1:2, p)
    end function shape_stress
 
@@ -373,17 +376,18 @@ contains
       real(wp) :: at(3)
 
       energy = self%rest_energy(p)
-      if (resting(self, p)) then
-         at = self%rest(:, p)
-         energy = energy + dot_product(self%kept(:, p) - self%carried(:, p), strain - at)
+      if (is_inactive(self, p)) then
+         at = self%inactive_strain(:, p)
+         energy = energy + dot_product(self%inactive_stress(:, p) - self%retained_stress(:, p), &
+            strain - at)
       else
          at = strain
       end if
-      energy = energy + dot_product(self%carried(:, p), strain)
+      energy = energy + dot_product(self%retained_stress(:, p), strain)
       if (.not. has_law(self, self%material(p))) return
       energy = energy + self%slot(self%material(p))%law%stored(self%point(p), state, at) &
          - 0.5_wp*dot_product(at, matmul(self%point(p)%elasticity, at)) &
-         - dot_product(self%point(p)%held, at)
+         - dot_product(self%point(p)%start_stress, at)
    end function beyond_elastic
 
    !> Advance the state of point p by a step, and find its losses.
@@ -396,7 +400,7 @@ contains
       real(wp), intent(out) :: loss(losses)          !< J/m³
 
       loss = 0.0_wp
-      if (resting(self, p)) return
+      if (is_inactive(self, p)) return
       if (.not. has_law(self, self%material(p))) return
       call self%slot(self%material(p))%law%finish(self%point(p), state, self%strain(:, p), &
          change, step, loss)
@@ -419,24 +423,26 @@ contains
          /= before%material(self%side(:, p)))
       if (other) then
          self%active(p) = .true.
-         self%carried(:, p) = present_stress(before, old, blocks)
-         self%point(p)%held = before%point(old)%held + matmul(before%point(old)%elasticity, &
-            self%reference(:, p) - before%reference(:, old)) + self%carried(:, p) &
+         self%retained_stress(:, p) = present_stress(before, old, blocks)
+         self%point(p)%start_stress = before%point(old)%start_stress &
+            + matmul(before%point(old)%elasticity, &
+            self%reference(:, p) - before%reference(:, old)) + self%retained_stress(:, p) &
             - shape_stress(before, old)
          return
       end if
-      self%point(p)%held = before%point(old)%held
+      self%point(p)%start_stress = before%point(old)%start_stress
       self%point(p)%bounding = before%point(old)%bounding
       self%reference(:, p) = before%reference(:, old)
-      self%carried(:, p) = before%carried(:, old)
+      self%retained_stress(:, p) = before%retained_stress(:, old)
       self%active(p) = .true.
       self%state(:, p) = before%state(:, old)
       self%rest_energy(p) = before%rest_energy(old)
-      if (.not. resting(before, old)) return
-      moved = total_strain(self, p, blocks) - self%reference(:, p) - before%rest(:, old)
-      self%rest_energy(p) = self%rest_energy(p) + dot_product(before%kept(:, old), moved)
+      if (.not. is_inactive(before, old)) return
+      moved = total_strain(self, p, blocks) - self%reference(:, p) - before%inactive_strain(:, old)
+      self%rest_energy(p) = self%rest_energy(p) + dot_product(before%inactive_stress(:, old), moved)
       self%reference(:, p) = self%reference(:, p) + moved
-      self%point(p)%held = self%point(p)%held + matmul(self%point(p)%elasticity, moved)
+      self%point(p)%start_stress = self%point(p)%start_stress + matmul(self%point(p)%elasticity, &
+         moved)
    end subroutine copy_point_state
 
 end module dda_material_points

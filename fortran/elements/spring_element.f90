@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Elements that are pairs of springs, between two blocks or a block and the ground.
+!> Elements that are pairs of springs between two blocks, or between a block and the ground.
 !>
 !> The extension y and its rate w are relative to a motion.  A spring at t₀ + θΔt exerts −k y.  A
 !> spring at the end of the step has a dashpot and exerts −k y₁ − c w₁, c = (1 − χ) k Δt.  Without
@@ -9,9 +9,9 @@
 !> The energy ½ k y² + ½ (1 − χ) c Δt w² never increases: a step loses (θ − ½) k Δy² by the scheme
 !> (θ = 1 at the end of the step), and c Δt [(2χ − 1) w₁² + ½ (1 − χ)(w₀ + w₁)²] in the dashpot.
 !>
-!> The velocity of a motion is the velocity of its record if χ = ½.  Otherwise it follows from the
-!> displacement as for a block, v₁ = Δu/(χΔt) − (1/χ − 1) v₀, because with the recorded velocity the
-!> base would lag by (1 − χ)(χ − ½)Ω².
+!> For χ = ½ the velocity of a motion is the velocity of its record.  For other χ it is integrated
+!> as for a block, v₁ = Δu/(χΔt) − (1/χ − 1) v₀, because with the recorded velocity the base would
+!> lag by (1 − χ)(χ − ½)Ω².
 module dda_spring_element
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -87,11 +87,11 @@ contains
    end function dashpots_of
 
    !> Return the fraction of a step after which the springs act.
-   pure real(wp) function act_fraction(self, step) result(share)
+   pure real(wp) function act_fraction(self, step) result(fraction)
       class(spring_element_type), intent(in) :: self  !< elements of this kind
       type(step_type), intent(in) :: step             !< the present step
 
-      share = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
+      fraction = merge(1.0_wp, step%scheme%theta, self%instant == at_end)
    end function act_fraction
 
    !> Return the velocity of the motions at the end of a step, m/s.
@@ -212,10 +212,10 @@ contains
       real(wp), intent(in) :: d(:,:)                  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy      !< energy budget, J per metre
       type(spring_type) :: spring
-      real(wp) :: y(2), moved(2), change(2), rate(2), w(2), w0(2), c(2), share
+      real(wp) :: y(2), moved(2), change(2), rate(2), w(2), w0(2), c(2), fraction
       integer :: i
 
-      share = act_fraction(self, step)
+      fraction = act_fraction(self, step)
       associate (dt => step%time_step, chi => step%scheme%chi, k => spring%stiffness)
          do i = 1, self%n
             call self%get_spring(i, blocks, spring)
@@ -238,8 +238,8 @@ contains
             y = spring%stretch - y
             call add_energy(energy, energy_support, spring_energy(self, spring, step, y + change, &
                w))
-            call add_energy(energy, energy_algorithmic, (share - 0.5_wp)*sum(k*change**2))
-            call add_energy(energy, energy_input, -dot_product(k*(y + share*change), moved))
+            call add_energy(energy, energy_algorithmic, (fraction - 0.5_wp)*sum(k*change**2))
+            call add_energy(energy, energy_input, -dot_product(k*(y + fraction*change), moved))
          end do
       end associate
    end subroutine add_to_budget

@@ -7,8 +7,8 @@
 !> the potential of the law minus the elastic potential.  If the law is convex, a step minimises a
 !> convex function, and `slope_beyond` makes its line search exact.
 !>
-!> Frozen bounds of a law are updated from the stress of the last solution until they agree with it
-!> or the rounds are used up.  The error of the bounds is then their change in the last round.
+!> Frozen bounds of a law are updated from the stress of the last solution until they agree with it,
+!> or until `most_updates` rounds.  Their error is then their change in the last round.
 module dda_strain_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -21,24 +21,25 @@ module dda_strain_points
       term_point
    use dda_material, only: material_type
    use dda_material_law, only: loss_damping, loss_plastic, loss_scheme, losses
-   use dda_material_points, only: material_points_type, set_points, has_law, acts, resting, &
+   use dda_material_points, only: material_points_type, set_points, has_law, acts, is_inactive, &
       respond, jump_limit, total_strain, present_stress, shape_stress, beyond_elastic, step_point, &
       copy_point_state
    use dda_ordered_sums, only: parallel_from
    use dda_scheme, only: step_type
    use dda_weld, only: weld_type, is_shifted
-   use dda_weld_springs, only: n_deformations, own_strain
+   use dda_weld_springs, only: n_deformations, cell_strain
    use dda_welds, only: derivatives_of
    implicit none
    private
-   public :: strain_points_type, new_strain_points, add_point_stress, most_held
+   public :: strain_points_type, new_strain_points, add_point_stress, most_updates
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< relative tolerance of a stress
    real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding error over the elastic stress
-   real(wp), parameter :: agreed = 1.0e-7_wp  !< relative tolerance of the stress that sets bounds
-   real(wp), parameter :: agreed_damage = 1.0e-4_wp  !< damage tolerance of broken faces
-   integer, parameter :: most_held = 15              !< largest number of updates of bounds
-   real(wp), parameter :: no_curvature = 1.0e-13_wp  !< smaller tangents over D count as zero
+   !> relative tolerance of the stress that sets bounds
+   real(wp), parameter :: bound_tolerance = 1.0e-7_wp
+   real(wp), parameter :: damage_tolerance = 1.0e-4_wp  !< damage tolerance of broken faces
+   integer, parameter :: most_updates = 15  !< largest number of updates of the frozen bounds
+   real(wp), parameter :: zero_tangent = 1.0e-13_wp  !< tangent/D below which a tangent counts as 0
 
    !> Equations of all points in a step.
    type, extends(material_points_type) :: strain_points_type
@@ -47,7 +48,7 @@ module dda_strain_points
       real(wp), allocatable :: stress(:,:)               !< [3,n] c at this Δε, Pa
       real(wp), allocatable :: tangent(:,:,:)            !< [3,3,n] ∂c/∂Δε at this Δε, Pa
       integer :: round = 0                               !< number of solutions so far
-      integer :: worst = 0  !< worst point of the last solution; 0: all agree
+      integer :: unconverged = 0  !< point with the largest error; 0: all converged
    contains
       procedure :: prepare_step
       procedure :: add_linear_terms
@@ -115,7 +116,7 @@ contains
       real(wp), intent(in) :: allowed                   !< allowed error of bounds, Pa
       real(wp) :: stress(3)
 
-      if (resting(self, p)) return
+      if (is_inactive(self, p)) return
       if (.not. has_law(self, self%material(p))) return
       stress = self%slot(self%material(p))%law%frozen_stress(self%point(p), self%state(:, p), &
          self%strain(:, p), change, step)
@@ -170,7 +171,7 @@ contains
       term%instant = at_damping
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
-         call split_dyads(self%tangent(:, :, p), no_curvature*self%point(p)%elasticity(1, 1), n, &
+         call split_dyads(self%tangent(:, :, p), zero_tangent*self%point(p)%elasticity(1, 1), n, &
             factor, direction)
          term%source = p
          term%block_a = self%block(1, p)
@@ -193,17 +194,18 @@ contains
       real(wp), intent(in) :: none                     !< limit below which diagonal values are zero
       integer, intent(out) :: n                        !< terms
       real(wp), intent(out) :: factor(3), direction(3, 3)
-      real(wp) :: rest(3, 3)
+      real(wp) :: inactive_strain(3, 3)
       integer :: i, j
 
-      rest = 0.5_wp*(matrix + transpose(matrix))
+      inactive_strain = 0.5_wp*(matrix + transpose(matrix))
       do n = 0, 2
-         i = maxloc(abs([rest(1, 1), rest(2, 2), rest(3, 3)]), 1)
-         if (abs(rest(i, i)) <= none) return
-         factor(n + 1) = rest(i, i)
-         direction(:, n + 1) = rest(:, i)/rest(i, i)
+         i = maxloc(abs([inactive_strain(1, 1), inactive_strain(2, 2), inactive_strain(3, 3)]), 1)
+         if (abs(inactive_strain(i, i)) <= none) return
+         factor(n + 1) = inactive_strain(i, i)
+         direction(:, n + 1) = inactive_strain(:, i)/inactive_strain(i, i)
          do j = 1, 3
-            rest(:, j) = rest(:, j) - factor(n + 1)*direction(j, n + 1)*direction(:, n + 1)
+            inactive_strain(:, j) = inactive_strain(:, j) - factor(n + 1)*direction(j, n &
+               + 1)*direction(:, n + 1)
          end do
       end do
    end subroutine split_dyads
@@ -253,12 +255,12 @@ contains
 
    !> Return the slope of the energy of the nonlinear part of c, on the path between two increments.
    !> Unit: J per metre of thickness.
-   real(wp) function slope_beyond(self, blocks, step, from, to, share) result(slope)
+   real(wp) function slope_beyond(self, blocks, step, from, to, fraction) result(slope)
       class(strain_points_type), intent(in) :: self  !< prepared for the step
       type(blocks_type), intent(in) :: blocks        !< blocks at the start of the step
       type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(in) :: from(:,:), to(:,:)     !< [6,blocks] increments of the coordinates
-      real(wp), intent(in) :: share                  !< fraction of the path, 0 … 1
+      real(wp), intent(in) :: fraction               !< fraction of the path, 0 … 1
       real(wp) :: way(3), stress(3), tangent(3, 3), change(3), part(self%n)
       integer :: p
 
@@ -269,7 +271,7 @@ contains
          if (.not. acts(self, p, blocks)) cycle
          change = strain_increment(self, p, from)
          way = strain_increment(self, p, to) - change
-         change = change + share*way
+         change = change + fraction*way
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          stress = stress - self%stress(:, p) - matmul(self%tangent(:, :, p), change &
             - self%change(:, p))
@@ -297,14 +299,14 @@ contains
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          change = strain_increment(self, p, d)
-         if (self%round <= most_held) call freeze_bounds(self, p, change, step, &
+         if (self%round <= most_updates) call freeze_bounds(self, p, change, step, &
             allowed_bound_error(self, p, change, step))
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          associate (point => self%point(p), elastic => matmul(self%point(p)%elasticity, &
             self%strain(:, p) + step%scheme%theta*change))
             off(p) = point%length*norm2(stress - self%stress(:, p) &
                - matmul(self%tangent(:, :, p), change - self%change(:, p)))
-            scale(p) = point%length*norm2(point%held + elastic + stress)
+            scale(p) = point%length*norm2(point%start_stress + elastic + stress)
             noise(p) = point%length*norm2(elastic)
             if (self%crack(p) > 0) noise(p) = point%length*point%cap*norm2(self%strain(:, p) &
                + change)
@@ -313,10 +315,10 @@ contains
          self%stress(:, p) = stress
          self%tangent(:, :, p) = tangent
       end do
-      self%worst = 0
+      self%unconverged = 0
       if (self%n == 0) return
       if (maxval(off) > max(tolerance*maxval(scale), rounding*maxval(noise))) then
-         self%worst = maxloc(off, 1)
+         self%unconverged = maxloc(off, 1)
          changed = changed + count(off > tolerance*maxval(scale))
       end if
    end subroutine revise_states
@@ -330,10 +332,11 @@ contains
 
       associate (point => self%point(p), strain => self%strain(:, p))
          if (self%crack(p) > 0) then
-            allowed = agreed_damage*point%strength*min(1.0_wp, point%strength/(point%cap &
+            allowed = damage_tolerance*point%strength*min(1.0_wp, point%strength/(point%cap &
                *norm2(strain + change) + tiny(allowed)))
          else
-            allowed = agreed*norm2(point%held + self%stress(:, p) + matmul(point%elasticity, &
+            allowed = bound_tolerance*norm2(point%start_stress + self%stress(:, p) &
+               + matmul(point%elasticity, &
                strain + step%scheme%theta*change))
          end if
       end associate
@@ -398,7 +401,8 @@ contains
 
       !$omp parallel do schedule(static) if (self%n >= parallel_from)
       do p = 1, self%n
-         if (acts(self, p, blocks)) self%carried(:, p) = self%carried(:, p) - shape_stress(self, p)
+         if (acts(self, p, blocks)) self%retained_stress(:, p) = self%retained_stress(:, p) &
+            - shape_stress(self, p)
       end do
       !$omp parallel do schedule(static) private(loss) if (self%n >= parallel_from)
       do p = 1, self%n
@@ -407,7 +411,8 @@ contains
       end do
       !$omp parallel do schedule(static) if (self%n >= parallel_from)
       do p = 1, self%n
-         if (acts(self, p, blocks)) self%carried(:, p) = self%carried(:, p) + shape_stress(self, p)
+         if (acts(self, p, blocks)) self%retained_stress(:, p) = self%retained_stress(:, p) &
+            + shape_stress(self, p)
       end do
    end subroutine accept_step
 
@@ -421,8 +426,8 @@ contains
       if (self%static) return
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
-         self%kept(:, p) = present_stress(self, p, blocks)
-         self%rest(:, p) = total_strain(self, p, blocks) - self%reference(:, p)
+         self%inactive_stress(:, p) = present_stress(self, p, blocks)
+         self%inactive_strain(:, p) = total_strain(self, p, blocks) - self%reference(:, p)
       end do
       self%static = .true.
    end subroutine freeze_for_statics
@@ -438,7 +443,7 @@ contains
       select type (before)
       class is (strain_points_type)
          do p = 1, self%n
-            ! both points of a face within one material had the stress of the first
+            ! a face within one material has its stress in the first of its two points
             call copy_point_state(self, p, before, merge(p - 1, p, before%area(p) <= 0.0_wp .and. &
                before%block(2, p) > 0), blocks)
          end do
@@ -453,18 +458,18 @@ contains
       integer :: p
 
       do p = 1, self%n
-         held(:, p) = self%point(p)%held
+         held(:, p) = self%point(p)%start_stress
          bounding(:, p) = self%point(p)%bounding
       end do
       call archive_values(archive, held)
       call archive_values(archive, bounding)
       call archive_values(archive, self%active)
       do p = 1, self%n
-         self%point(p)%held = held(:, p)
+         self%point(p)%start_stress = held(:, p)
          self%point(p)%bounding = bounding(:, p)
       end do
       call archive_values(archive, self%reference)
-      call archive_values(archive, self%carried)
+      call archive_values(archive, self%retained_stress)
       call archive_values(archive, self%state)
       call archive_values(archive, self%rest_energy)
    end subroutine serialise
@@ -491,7 +496,7 @@ contains
             associate (b => self%block(k, p))
                do i = 1, 3
                   stress(i, b) = stress(i, b) + dot_product(own, &
-                     self%map(:, own_strain(i, k), p))/blocks%area(b)
+                     self%map(:, cell_strain(i, k), p))/blocks%area(b)
                end do
             end associate
          end do

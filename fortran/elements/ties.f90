@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Ties as springs: they act like a bonded contact of unlimited strength with the same geometry
-!> (`dda_contact_geometry`), at t₀ + θΔt.
+!> Ties as springs at t₀ + θΔt: a tie acts like a bonded contact of unlimited strength
+!> (`dda_contact_geometry`).
 !>
 !> If corners of both faces lie at the end of the overlap, the corner whose foot lies on the other
 !> face is used, as in the detection of contacts.
@@ -18,8 +18,8 @@ module dda_ties
    private
    public :: ties_type, new_ties
 
-   real(wp), parameter :: corner_share = 0.05_wp  !< see `dda_detection`
-   real(wp), parameter :: equal = 1.0e-9_wp  !< largest difference of equal overshoots, over size
+   real(wp), parameter :: corner_ratio = 0.05_wp  !< see `dda_detection`
+   real(wp), parameter :: equal = 1.0e-9_wp  !< largest difference of equal overshoots/size
 
    !> All ties of a model.
    type, extends(spring_element_type) :: ties_type
@@ -77,7 +77,7 @@ contains
       do face = 1, 2
          if (tie%corner(face) > 0) beyond(face) = overshoot(blocks, tie, face)
       end do
-      least = equal*corner_share*minval(blocks%length(tie%edge))
+      least = equal*corner_ratio*minval(blocks%length(tie%edge))
       face = merge(1, 2, tie%edge(1) < tie%edge(2))
       if (beyond(face) > least .and. beyond(3 - face) < beyond(face) - least) face = 3 - face
    end function corner_face

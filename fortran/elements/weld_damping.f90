@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Damping of a spring of a welded face, by the materials of both cells.
 !>
-!> The equations are those of `dda_material_damping`, with the extension of a spring instead of the
-!> strains of a block; e is the extension since the end of statics.  Between two materials, each has
-!> a fraction of the spring: its fraction of the energy due to a common traction.
+!> The equations of `dda_material_damping` apply, with the extension e of the spring since the end
+!> of statics as strain.  Between two materials, each damps a fraction of the spring, equal to its
+!> fraction of the energy due to a common traction.
 module dda_weld_damping
    use dda_kinds, only: wp
    use dda_damping, only: damping_type, is_damped, following, relaxing
@@ -11,25 +11,25 @@ module dda_weld_damping
    use dda_weld, only: weld_type
    implicit none
    private
-   public :: shares_of, damping_factor, memory_stretch, relaxing_stretch, damping_energy, &
+   public :: damped_fractions, damping_factor, memory_stretch, relaxing_stretch, damping_energy, &
       add_damping_loss, change_memory
 
 contains
 
    !> Return the fractions of the springs of a face that its two cells damp; 0 without damping.
-   pure function shares_of(weld, material, modulus, damping) result(share)
+   pure function damped_fractions(weld, material, modulus, damping) result(fraction)
       type(weld_type), intent(in) :: weld              !< face
       integer, intent(in) :: material(2)               !< materials of both cells
       real(wp), intent(in) :: modulus(2)               !< modulus for compression of both cells, Pa
       type(damping_type), intent(in) :: damping(:)     !< [materials] damping; empty: none
-      real(wp) :: share(2)
+      real(wp) :: fraction(2)
 
-      share = 0.0_wp
+      fraction = 0.0_wp
       if (size(damping) == 0) return
-      share = [1.0_wp, 0.0_wp]
-      if (material(1) /= material(2)) share = weld%area/modulus/sum(weld%area/modulus)
-      where (.not. is_damped(damping(material))) share = 0.0_wp
-   end function shares_of
+      fraction = [1.0_wp, 0.0_wp]
+      if (material(1) /= material(2)) fraction = weld%area/modulus/sum(weld%area/modulus)
+      where (.not. is_damped(damping(material))) fraction = 0.0_wp
+   end function damped_fractions
 
    !> Return the damping part of the factor by which K̂ contains the stiffness of a spring.
    pure real(wp) function damping_factor(damping, step) result(factor)

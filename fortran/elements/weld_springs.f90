@@ -17,13 +17,13 @@ module dda_weld_springs
    use dda_weld, only: weld_type
    implicit none
    private
-   public :: weld_springs_type, springs_of, n_deformations, most_springs, own_strain, &
+   public :: weld_springs_type, springs_of, n_deformations, most_springs, cell_strain, &
       strains_of, jump_stiffness
 
    integer, parameter :: n_deformations = 10  !< [u], [u]_l, ε_i, ε_j
    integer, parameter :: most_springs = 8
    !> positions of the strains of both cells among the deformations
-   integer, parameter :: own_strain(3, 2) = reshape([5, 6, 7, 8, 9, 10], [3, 2])
+   integer, parameter :: cell_strain(3, 2) = reshape([5, 6, 7, 8, 9, 10], [3, 2])
 
    !> Springs of a face.
    type :: weld_springs_type
@@ -137,13 +137,13 @@ contains
       strain(:, 1:2) = -weld%length/sum(weld%area)*jump_strain(weld)
       do k = 1, 2
          do i = 1, 3
-            strain(i, own_strain(i, k)) = weld%area(k)/sum(weld%area)
+            strain(i, cell_strain(i, k)) = weld%area(k)/sum(weld%area)
          end do
       end do
    end function common_strain_matrix
 
    !> Return the matrices that map the deformations to the strains of both sides.
-   !> For equal moduli both strains are ε_f; otherwise u* makes the tractions of both sides equal.
+   !> For equal moduli both strains are ε_f; otherwise u* equalises the tractions of both sides.
    pure function strains_of(weld, moduli) result(strain)
       type(weld_type), intent(in) :: weld      !< face
       real(wp), intent(in) :: moduli(3, 3, 2)  !< elastic matrices D of both cells, Pa
@@ -161,7 +161,7 @@ contains
       do k = 1, 2
          jump(:, :, k) = merge(1.0_wp, -1.0_wp, k == 1)*weld%length/weld%area(k)*jump_strain(weld)
          do i = 1, 3
-            strain(i, own_strain(i, k), k) = 1.0_wp
+            strain(i, cell_strain(i, k), k) = 1.0_wp
          end do
          if (k == 1) strain(:, 1:2, k) = -jump(:, :, k)
          own = weld%area(k)*matmul(transpose(jump(:, :, k)), matmul(moduli(:, :, k), &
@@ -202,7 +202,7 @@ contains
          call separate_moduli(moduli(:, :, side), weld%area(side), combination, stiffness)
          combination = combination*spread(sqrt(stiffness), 1, 3)
          associate (rows => [(3*(side - 1) + i, i=1, 3)])
-            on_deformations(rows, own_strain(:, side)) = transpose(combination)
+            on_deformations(rows, cell_strain(:, side)) = transpose(combination)
             jump = weld%length/weld%area(side)*matmul(transpose(combination), jump_strain(weld))
             ! First side −(u_i − u*), second side (u_j − u*); u* is relative to u_j, so [u] is on
             ! the first side.

@@ -9,7 +9,7 @@
 module dda_welds
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
-   use dda_blocks, only: blocks_type, place_of, set_axes
+   use dda_blocks, only: blocks_type, position_of, set_axes
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_material_damping, &
       energy_welded
@@ -18,10 +18,10 @@ module dda_welds
    use dda_material, only: material_type, elasticity
    use dda_scheme, only: step_type
    use dda_weld, only: weld_type, is_shifted, is_whole
-   use dda_weld_damping, only: shares_of, damping_factor, memory_stretch, relaxing_stretch, &
+   use dda_weld_damping, only: damped_fractions, damping_factor, memory_stretch, relaxing_stretch, &
       damping_energy, add_damping_loss, change_memory
    use dda_weld_springs, only: weld_springs_type, springs_of, n_deformations, most_springs, &
-      own_strain
+      cell_strain
    implicit none
    private
    public :: welds_type, new_welds, add_face_stress, add_jump_energies, deformations_of, &
@@ -33,8 +33,9 @@ module dda_welds
       type(weld_springs_type), allocatable :: springs(:)  !< [faces]
       real(wp), allocatable :: force(:,:)                 !< [deformations,faces] f₀
       integer, allocatable :: material(:,:)               !< [2,faces] material of both cells
-      real(wp), allocatable :: share(:,:)  !< [2,faces] damped fractions of springs, by material
-      real(wp), allocatable :: small_share(:,:)  !< [2,faces] the same, with damping by laws
+      !> [2,faces] damped fractions of springs, by material
+      real(wp), allocatable :: damping_fraction(:,:)
+      real(wp), allocatable :: hysteretic_fraction(:,:)  !< [2,faces] the same, with damping by laws
       real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] q after statics
       !> [mechanisms,springs,2,faces] ζ_l of both materials; empty: no damping
       real(wp), allocatable :: memory(:,:,:,:)
@@ -71,8 +72,8 @@ contains
 
       self%weld = welds
       allocate (self%springs(size(welds)), self%force(n_deformations, size(welds)), &
-         self%material(2, size(welds)), self%share(2, size(welds)), &
-         self%small_share(2, size(welds)))
+         self%material(2, size(welds)), self%damping_fraction(2, size(welds)), &
+         self%hysteretic_fraction(2, size(welds)))
       do i = 1, size(welds)
          self%material(:, i) = blocks%material(welds(i)%block)
          do k = 1, 2
@@ -80,11 +81,11 @@ contains
          end do
          self%springs(i) = springs_of(welds(i), moduli)
          self%force(:, i) = initial_force(welds(i), blocks%initial_stress(:, welds(i)%block))
-         self%small_share(:, i) = shares_of(welds(i), self%material(:, i), &
+         self%hysteretic_fraction(:, i) = damped_fractions(welds(i), self%material(:, i), &
             [moduli(1, 1, 1), moduli(1, 1, 2)], blocks%damping)
-         self%share(:, i) = self%small_share(:, i)
+         self%damping_fraction(:, i) = self%hysteretic_fraction(:, i)
          if (size(blocks%damping) == 0) cycle
-         where (blocks%damping(self%material(:, i))%by_law) self%share(:, i) = 0.0_wp
+         where (blocks%damping(self%material(:, i))%by_law) self%damping_fraction(:, i) = 0.0_wp
       end do
       call begin_memory(self, blocks)
    end function new_welds
@@ -96,7 +97,7 @@ contains
       integer :: i
 
       if (allocated(self%memory)) deallocate (self%memory, self%rest)
-      if (all(self%share <= 0.0_wp)) then
+      if (all(self%damping_fraction <= 0.0_wp)) then
          allocate (self%memory(0, most_springs, 2, 0), self%rest(n_deformations, 0))
          return
       end if
@@ -114,10 +115,11 @@ contains
       integer, intent(in) :: i                 !< number of the face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
-      is_damped = blocks%damps .and. any(self%share(:, i) > 0.0_wp)
+      is_damped = blocks%damps .and. any(self%damping_fraction(:, i) > 0.0_wp)
    end function is_damped
 
-   !> Return the damping forces on the deformations of face i; in a step, with θ × the relaxation.
+   !> Return the damping forces on the deformations of face i.
+   !> If `step` is present, they include θ × the relaxation in the step.
    pure function damping_force(self, i, blocks, q, step) result(force)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< number of the face
@@ -134,11 +136,12 @@ contains
             e = dot_product(springs%weight(:, j), q - self%rest(:, i))
             stretch = 0.0_wp
             do k = 1, 2
-               if (.not. self%share(k, i) > 0.0_wp) cycle
+               if (.not. self%damping_fraction(k, i) > 0.0_wp) cycle
                associate (law => blocks%damping(self%material(k, i)), &
                   memory => self%memory(:, j, k, i))
-                  stretch = stretch + self%share(k, i)*memory_stretch(law, e, memory)
-                  if (present(step)) stretch = stretch - self%share(k, i)*step%scheme%theta &
+                  stretch = stretch + self%damping_fraction(k, i)*memory_stretch(law, e, memory)
+                  if (present(step)) stretch = stretch - self%damping_fraction(k, &
+                     i)*step%scheme%theta &
                      *relaxing_stretch(law, e, memory, step%time_step)
                end associate
             end do
@@ -147,8 +150,8 @@ contains
       end associate
    end function damping_force
 
-   !> Return three damping energies of face i, J per metre of thickness.
-   !> Stored (at the end of a step); lost by the materials; Δσ·Δε of the damping stresses.
+   !> Return three damping energies of face i, J per metre of thickness: stored at the end of the
+   !> step; lost by the materials; Δσ·Δε of the damping stresses.
    pure function damping_energies(self, i, blocks, q, change, time_step) result(energy)
       class(welds_type), intent(in) :: self    !< elements of this kind
       integer, intent(in) :: i                 !< number of the face
@@ -168,9 +171,9 @@ contains
             if (present(change)) moved = dot_product(weight, change)
          end associate
          do k = 1, 2
-            if (.not. self%share(k, i) > 0.0_wp) cycle
+            if (.not. self%damping_fraction(k, i) > 0.0_wp) cycle
             associate (law => blocks%damping(self%material(k, i)), &
-               stiffness => self%share(k, i)*self%springs(i)%stiffness(j), &
+               stiffness => self%damping_fraction(k, i)*self%springs(i)%stiffness(j), &
                memory => self%memory(:, j, k, i))
                after = memory
                if (present(change)) then
@@ -198,7 +201,7 @@ contains
          force(1:2) = -weld%length*[mean(1)*nx + mean(3)*ny, mean(3)*nx + mean(2)*ny]
       end associate
       do k = 1, 2
-         force(own_strain(:, k)) = weld%area(k)*mean
+         force(cell_strain(:, k)) = weld%area(k)*mean
       end do
    end function initial_force
 
@@ -222,7 +225,7 @@ contains
       q(1:2) = matmul(placed%turn, placed%jump(:, 1))
       q(3:4) = matmul(placed%turn, placed%jump(:, 2))
       do k = 1, 2
-         q(own_strain(:, k)) = blocks%position(4:6, weld%block(k))
+         q(cell_strain(:, k)) = blocks%position(4:6, weld%block(k))
       end do
    end function deformations_of
 
@@ -282,7 +285,7 @@ contains
          g(1:2, 3, k) = g(1:2, 3, k) + turned(:, 1)
          g(3:4, 3, k) = g(3:4, 3, k) + turned(:, 2)
          do i = 1, 3
-            g(own_strain(i, k), 3 + i, k) = 1.0_wp
+            g(cell_strain(i, k), 3 + i, k) = 1.0_wp
          end do
       end do
    end function derivatives_of
@@ -335,29 +338,30 @@ contains
          term%source = i
          term%block_a = self%weld(i)%block(1)
          term%block_b = self%weld(i)%block(2)
-         term%damped_share = self%small_share(:, i)
+         term%damped_fraction = self%hysteretic_fraction(:, i)
          if (term%block_a == term%block_b) then  ! image of the same block
             term%block_b = 0
-            term%damped_share = [sum(self%small_share(:, i)), 0.0_wp]
+            term%damped_fraction = [sum(self%hysteretic_fraction(:, i)), 0.0_wp]
             g(:, :, 1) = g(:, :, 1) + g(:, :, 2)
          end if
-         damped = term%damped_share
-         term%place = place_of(blocks, term%block_a, self%weld(i)%middle(:, 1))
+         damped = term%damped_fraction
+         term%place = position_of(blocks, term%block_a, self%weld(i)%middle(:, 1))
          associate (springs => self%springs(i))
             factor = 0.0_wp
-            if (is_damped(self, i, blocks)) factor = sum([(self%share(k, i)*damping_factor( &
+            if (is_damped(self, i, blocks)) factor = sum([(self%damping_fraction(k, &
+               i)*damping_factor( &
                blocks%damping(self%material(k, i)), step), k=1, 2)])
             do k = 1, springs%n
                term%instant = at_theta
                term%coefficient = springs%stiffness(k)
                term%row_a = matmul(springs%weight(:, k), g(:, :, 1))
                term%row_b = -matmul(springs%weight(:, k), g(:, :, 2))
-               term%damped_share = damped
+               term%damped_fraction = damped
                call add_term(terms, term)
                if (.not. abs(factor) > 0.0_wp) cycle
                term%instant = at_damping
                term%coefficient = factor*springs%stiffness(k)
-               term%damped_share = 0.0_wp
+               term%damped_fraction = 0.0_wp
                call add_term(terms, term)
             end do
          end associate
@@ -405,7 +409,8 @@ contains
          g = derivatives_of(self%weld(i), blocks, step)
          q = deformations_of(self%weld(i), blocks)
          factor = step%scheme%theta
-         if (is_damped(self, i, blocks)) factor = factor + sum([(self%share(k, i)*damping_factor( &
+         if (is_damped(self, i, blocks)) factor = factor + sum([(self%damping_fraction(k, &
+            i)*damping_factor( &
             blocks%damping(self%material(k, i)), step), k=1, 2)])
          associate (block => self%weld(i)%block)
             change = matmul(g(:, :, 1), d(:, block(1))) + matmul(g(:, :, 2), d(:, block(2)))
@@ -495,7 +500,7 @@ contains
             change = matmul(g(:, :, 1), d(:, a)) + matmul(g(:, :, 2), d(:, b))
             do j = 1, self%springs(i)%n
                do k = 1, 2
-                  if (self%share(k, i) > 0.0_wp) call change_memory( &
+                  if (self%damping_fraction(k, i) > 0.0_wp) call change_memory( &
                      blocks%damping(self%material(k, i)), &
                      dot_product(weight(:, j), q), dot_product(weight(:, j), change), &
                      step%time_step, self%memory(:, j, k, i))
@@ -514,7 +519,7 @@ contains
       call begin_memory(self, blocks)
    end subroutine balance_reactions
 
-   !> Inherit the present forces, which a change of the moduli does not change.
+   !> Inherit the present forces; a change of moduli does not change them.
    subroutine inherit_state(self, before, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
       class(element_type), intent(in) :: before  !< former element, of the same type
@@ -576,7 +581,7 @@ contains
          force = weld_force(self, i, blocks)
          do k = 1, 2
             associate (b => self%weld(i)%block(k))
-               stress(:, b) = stress(:, b) + force(own_strain(:, k))/blocks%area(b)
+               stress(:, b) = stress(:, b) + force(cell_strain(:, k))/blocks%area(b)
             end associate
          end do
       end do

@@ -147,7 +147,7 @@ contains
       real(wp), intent(out) :: displacement(2)     !< displacement since the start, m
       real(wp), intent(out) :: velocity(2)         !< m/s
       real(wp), intent(out) :: acceleration(2)     !< m/s²
-      type(error_type), allocatable, intent(out) :: error  !< error: unknown point
+      type(error_type), allocatable, intent(out) :: error  !< the point is unknown
       integer :: point
 
       displacement = 0.0_wp

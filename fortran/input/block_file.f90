@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Reader of blocks in a netCDF file, with checks of their numbers and names.
 !>
-!> Values are read only if sizes agree with each other, with the length of the file and with the
-!> free memory, so that wrong sizes cost neither time nor memory.  The format must be the classic
-!> format, because HDF5 crashes on some damaged files.
+!> Values are read only if their sizes are consistent with each other, with the length of the file
+!> and with the free memory.  The format must be the classic format, because HDF5 crashes on some
+!> damaged files.
 module dda_block_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_archive, only: archive_type, serialise, write_archive
@@ -25,9 +25,10 @@ module dda_block_file
    public :: block_file_type, read_block_file
 
    integer, parameter :: name_length = 64
-   integer(long), parameter :: bytes_of_number = 8         !< bytes in memory; at least 1 in a file
+   integer(long), parameter :: bytes_of_number = 8         !< bytes of a number in memory
    character(len=3), parameter :: mark = 'CDF'             !< mark of the classic format
-   integer(long), parameter :: longest_header = 2_long**20 !< bytes; ten variables need hundreds
+   !> bytes; a usual header has a few hundred
+   integer(long), parameter :: longest_header = 2_long**20
 
    !> The blocks of a file.
    type :: block_file_type
@@ -65,7 +66,7 @@ contains
          'be read as netCDF')
       if (.not. allocated(reader%dataset%error)) then
          call read_variables(reader, blocks)
-         if (nf90_close(reader%dataset%id) /= nf90_noerr) continue  ! no data have been written
+         if (nf90_close(reader%dataset%id) /= nf90_noerr) continue  ! errors are irrelevant
       end if
       if (allocated(reader%dataset%error)) then
          call fail(error, error_input, reader%dataset%error%message)
@@ -76,8 +77,9 @@ contains
 
    !> Check the length of the file, which must have the classic format.
    subroutine check_file_length(reader, error)
-      type(reader_type), intent(inout) :: reader  !< reader with the name of its file
-      type(error_type), allocatable, intent(out) :: error  !< error; for example a missing file
+      type(reader_type), intent(inout) :: reader  !< reader; its file name is set
+      !> the file is missing or has another format
+      type(error_type), allocatable, intent(out) :: error
       type(byte_file_type) :: bytes
       integer(int8), allocatable :: head(:)
 
@@ -132,7 +134,7 @@ contains
          reader%dataset%file//': '//reason)
    end subroutine refuse_file
 
-   !> .true. if the file has a variable.
+   !> .true. if the file has a variable of this name.
    logical function has_named(reader, name)
       type(reader_type), intent(in) :: reader  !< open
       character(len=*), intent(in) :: name  !< name of the variable
@@ -167,7 +169,7 @@ contains
    subroutine find_shape(reader, name, rank, text, shape_of)
       type(reader_type), intent(inout) :: reader  !< open file; retains the first error
       character(len=*), intent(in) :: name  !< name of the variable
-      integer, intent(in) :: rank  !< required number of names of dimensions
+      integer, intent(in) :: rank  !< required number of dimensions
       logical, intent(in) :: text  !< .true.: characters required; .false.: numbers
       integer, intent(out) :: shape_of(2)  !< lengths; 1 beyond `rank`
       integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, &
@@ -239,7 +241,7 @@ contains
       call checked(reader%dataset, nf90_get_var(reader%dataset%id, id, values), 'read '//name)
    end subroutine read_integers
 
-   !> Find the first vertex of each block from the numbers of their corners.
+   !> Find the first vertex of each block from the number of corners of each block.
    subroutine find_first_vertices(reader, corners, vertices, first)
       type(reader_type), intent(inout) :: reader  !< open file; retains the first error
       integer, intent(in) :: corners(:)  !< [blocks]

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Header of a netCDF file of the classic format, checked before the library reads it.
 !>
-!> The library (4.9) divides by the size of a variable's type.  For an invalid type this is zero, so
-!> that a damaged file would end the program.  The header has lists of dimensions, attributes and
+!> The library (4.9) divides by the size of a variable's type.  An invalid type of a damaged file
+!> has the size 0 and would end the program.  The header has lists of dimensions, attributes and
 !> variables (NetCDF Classic Format Specification).
 module dda_classic_header
    use, intrinsic :: iso_fortran_env, only: int8
@@ -16,14 +16,14 @@ module dda_classic_header
    !> A position in the header.
    type :: cursor_type
       integer(int8), allocatable :: bytes(:)
-      integer(long) :: at = 5          !< next byte; initially that after magic number and version
+      integer(long) :: at = 5          !< next byte; initially after magic number and version
       integer(long) :: offset_size = 4 !< bytes of the position of a variable
       logical :: good = .true.
    end type cursor_type
 
 contains
 
-   !> .true. if the header has its lists, and all attributes and variables have valid types.
+   !> .true. if the header has all its lists, and the types of attributes and variables are valid.
    pure logical function has_known_types(bytes)
       integer(int8), intent(in) :: bytes(:)  !< bytes of the file, including the header
       type(cursor_type) :: cursor

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Conversion of a namelist file into a model, with all values checked and all names resolved.
+!> Conversion of a namelist file into a model; all values are checked and all names are resolved.
 module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
@@ -38,7 +38,7 @@ module dda_input
    private
    public :: read_model_file, read_model
 
-   integer(long), parameter :: largest_input = 1024_long**3  !< bytes
+   integer(long), parameter :: largest_input = 1024_long**3  !< largest size of an input, bytes
    real(wp), parameter :: reading_bytes = 2.0_wp**20  !< measured memory for any input, bytes
    integer, parameter :: text_copies = 3  !< number of copies of the text in memory
 
@@ -152,7 +152,7 @@ contains
       type(model_type), intent(inout) :: model  !< model; receives the values of groups
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(control_values), intent(out) :: control  !< of &control
+      type(control_values), intent(out) :: control  !< values of &control
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(run_values) :: run
       logical :: staged
@@ -186,7 +186,7 @@ contains
 
       !> Reject a setting that cannot be combined with the original rules.
       subroutine refuse_setting(is, why)
-         logical, intent(in) :: is            !< of the input
+         logical, intent(in) :: is            !< the input has the setting
          character(len=*), intent(in) :: why  !< reason
 
          if (is .and. .not. allocated(error)) call fail(error, error_input, file// &
@@ -215,35 +215,37 @@ contains
       character(len=*), intent(in) :: file, folder  !< path; folder of the path, '' or ending in '/'
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer, allocatable :: own(:)
+      integer, allocatable :: group_numbers(:)
       integer :: i
 
-      own = positions(groups, 'material')
-      allocate (model%materials(size(own)))
-      if (size(own) == 0) call refuse_missing(error, file, 'the group &material')
-      do i = 1, size(own)
-         call read_material(groups(own(i)), model%materials(i), error)
-         if (model%materials(i)%has_velocities) call require_analysis(error, groups(own(i)), &
+      group_numbers = positions(groups, 'material')
+      allocate (model%materials(size(group_numbers)))
+      if (size(group_numbers) == 0) call refuse_missing(error, file, 'the group &material')
+      do i = 1, size(group_numbers)
+         call read_material(groups(group_numbers(i)), model%materials(i), error)
+         if (model%materials(i)%has_velocities) call require_analysis(error, &
+            groups(group_numbers(i)), &
             model%control, 'shear_velocity and pressure_velocity')
-         call require_new_name(error, groups(own(i)), model%materials(i)%name, &
+         call require_new_name(error, groups(group_numbers(i)), model%materials(i)%name, &
             model%materials(:i - 1)%name)
       end do
-      own = positions(groups, 'joint')
-      allocate (model%joints(size(own)))
-      if (size(own) == 0) call refuse_missing(error, file, 'the group &joint')
-      do i = 1, size(own)
-         call read_joint(groups(own(i)), model%contact%shear_ratio, model%joints(i), error)
-         call check_rules(groups(own(i)), model%joints(i), model%contact, error)
-         call require_new_name(error, groups(own(i)), model%joints(i)%name, &
+      group_numbers = positions(groups, 'joint')
+      allocate (model%joints(size(group_numbers)))
+      if (size(group_numbers) == 0) call refuse_missing(error, file, 'the group &joint')
+      do i = 1, size(group_numbers)
+         call read_joint(groups(group_numbers(i)), model%contact%shear_ratio, model%joints(i), &
+            error)
+         call check_rules(groups(group_numbers(i)), model%joints(i), model%contact, error)
+         call require_new_name(error, groups(group_numbers(i)), model%joints(i)%name, &
             model%joints(:i - 1)%name)
-         call refuse_damping(groups(own(i)), model%joints(:i), model%contact, error)
+         call refuse_damping(groups(group_numbers(i)), model%joints(:i), model%contact, error)
       end do
-      own = positions(groups, 'motion')
-      allocate (model%motions(size(own)))
-      do i = 1, size(own)
+      group_numbers = positions(groups, 'motion')
+      allocate (model%motions(size(group_numbers)))
+      do i = 1, size(group_numbers)
          if (allocated(error)) return
-         call read_motion(groups(own(i)), folder, model%motions(i), error)
-         call require_new_name(error, groups(own(i)), model%motions(i)%name, &
+         call read_motion(groups(group_numbers(i)), folder, model%motions(i), error)
+         call require_new_name(error, groups(group_numbers(i)), model%motions(i)%name, &
             model%motions(:i - 1)%name)
       end do
       if (allocated(error)) return
@@ -253,8 +255,8 @@ contains
 
    !> Check that the contact rules permit the law of a joint.
    subroutine check_rules(group, joint, contact, error)
-      type(group_type), intent(in) :: group  !< group of the joint's group
-      type(joint_type), intent(in) :: joint  !< as read
+      type(group_type), intent(in) :: group  !< the &joint group
+      type(joint_type), intent(in) :: joint  !< joint as read
       type(contact_settings_type), intent(in) :: contact  !< contact settings of the model
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -268,7 +270,7 @@ contains
          'penetration_tolerance: the load determines the closure')
    end subroutine check_rules
 
-   !> Reject restitution and dashpots of joints if contacts have no springs or other rules.
+   !> Reject restitution and damping of joints in models whose contacts cannot have them.
    subroutine refuse_damping(group, joints, contact, error)
       type(group_type), intent(in) :: group  !< group of the input
       type(joint_type), intent(in) :: joints(:)  !< joints so far
@@ -322,7 +324,7 @@ contains
    subroutine resolve_base_motion(model, groups, control, error)
       type(model_type), intent(inout) :: model  !< model; receives the values of groups
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
-      type(control_values), intent(in) :: control  !< of &control
+      type(control_values), intent(in) :: control  !< values of &control
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: axis
 
@@ -351,26 +353,27 @@ contains
       type(fixed_point_type) :: fixed
       type(load_type) :: load
       type(point_type) :: point
-      integer, allocatable :: own(:)
+      integer, allocatable :: group_numbers(:)
       integer :: i
 
-      own = positions(groups, 'fixed_point')
-      allocate (model%fixed_points(size(own)))
-      do i = 1, size(own)
-         call read_fixed_point(groups(own(i)), model, fixed, error)
+      group_numbers = positions(groups, 'fixed_point')
+      allocate (model%fixed_points(size(group_numbers)))
+      do i = 1, size(group_numbers)
+         call read_fixed_point(groups(group_numbers(i)), model, fixed, error)
          model%fixed_points(i) = fixed
       end do
-      own = positions(groups, 'load')
-      allocate (model%loads(size(own)))
-      do i = 1, size(own)
-         call read_load(groups(own(i)), model, load, error)
+      group_numbers = positions(groups, 'load')
+      allocate (model%loads(size(group_numbers)))
+      do i = 1, size(group_numbers)
+         call read_load(groups(group_numbers(i)), model, load, error)
          model%loads(i) = load
       end do
-      own = positions(groups, 'measured_point')
-      allocate (model%points(size(own)))
-      do i = 1, size(own)
-         call read_point(groups(own(i)), model, point, error)
-         call require_new_name(error, groups(own(i)), point%name, model%points(:i - 1)%name)
+      group_numbers = positions(groups, 'measured_point')
+      allocate (model%points(size(group_numbers)))
+      do i = 1, size(group_numbers)
+         call read_point(groups(group_numbers(i)), model, point, error)
+         call require_new_name(error, groups(group_numbers(i)), point%name, model%points(:i &
+            - 1)%name)
          model%points(i) = point
       end do
    end subroutine read_points
@@ -394,18 +397,19 @@ contains
       type(model_type), intent(inout) :: model  !< model; receives the values of groups
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer, allocatable :: own(:)
+      integer, allocatable :: group_numbers(:)
       integer :: i
 
-      own = positions(groups, 'amplification')
-      allocate (model%amplifications(size(own)))
-      do i = 1, size(own)
-         call read_amplification(groups(own(i)), model%points, model%amplifications(i), error)
-         if (.not. is_uniform(model%stages)) call input_error(error, groups(own(i)), &
+      group_numbers = positions(groups, 'amplification')
+      allocate (model%amplifications(size(group_numbers)))
+      do i = 1, size(group_numbers)
+         call read_amplification(groups(group_numbers(i)), model%points, model%amplifications(i), &
+            error)
+         if (.not. is_uniform(model%stages)) call input_error(error, groups(group_numbers(i)), &
             'a spectrum needs samples at equal times: one time_step in all dynamic stages, and '// &
             'no static stage but the first')
          if (model%control%adaptive .and. model%output%history_seconds <= 0.0_wp) &
-            call input_error(error, groups(own(i)), 'a spectrum needs samples '// &
+            call input_error(error, groups(group_numbers(i)), 'a spectrum needs samples '// &
             'at equal times, unlike adaptive steps: give history_seconds in &output')
       end do
    end subroutine read_amplifications

@@ -55,7 +55,7 @@ contains
    !> Check that the name of generated blocks leaves space for their number.
    subroutine check_stem(group, name, error)
       type(group_type), intent(in) :: group      !< group of the input
-      character(len=*), intent(in) :: name       !< text as in the input
+      character(len=*), intent(in) :: name       !< name as in the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (len_trim(name) > longest_stem) call input_error(error, group, 'name = '//quoted(name)// &
@@ -70,35 +70,36 @@ contains
       type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(block_values) :: own
+      type(block_values) :: input
       integer, allocatable :: joints(:)
       integer :: m, j
 
-      call read_values(group, own, error)
-      call find_substances(group, own%naming, model, m, j, error)
-      associate (n => size(own%vertices, 2))
+      call read_values(group, input, error)
+      call find_substances(group, input%naming, model, m, j, error)
+      associate (n => size(input%vertices, 2))
          if (n < 3) call input_error(error, group, 'vertices: '//to_text(n)// &
             ' given, but a block needs at least 3')
-         call resolve_edges(group, model, n, j, own%edge_joints, joints, error)
+         call resolve_edges(group, model, n, j, input%edge_joints, joints, error)
       end associate
-      if (.not. allocated(error)) call add_block(group, own, m, joints, source, outlines, error)
+      if (.not. allocated(error)) call add_block(group, input, m, joints, source, outlines, error)
    end subroutine read_block
 
    !> Add a block if its polygon is simple and counter-clockwise.
-   subroutine add_block(group, own, material, joints, source, outlines, error)
+   subroutine add_block(group, input, material, joints, source, outlines, error)
       type(group_type), intent(in) :: group   !< group of the input
-      type(block_values), intent(in) :: own   !< values of the group
+      type(block_values), intent(in) :: input  !< values of the group
       integer, intent(in) :: material, joints(:), source !< positions; number of the group
       type(outlines_type), intent(inout) :: outlines         !< receives the block
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: failure
 
-      failure = outline_failure(own%vertices)
+      failure = outline_failure(input%vertices)
       if (failure /= '') then
          call input_error(error, group, 'vertices'//failure)
       else
-         call add_outline(outlines, own%vertices, material, joints(1), source, own%name, joints, &
-            own%body)
+         call add_outline(outlines, input%vertices, material, joints(1), source, input%name, &
+            joints, &
+            input%body)
       end if
    end subroutine add_block
 
@@ -147,17 +148,18 @@ contains
       type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(layers_values) :: own
+      type(layers_values) :: input
       integer :: m, j, first
 
-      call read_values(group, own, error)
-      call check_stem(group, own%name, error)
-      call find_substances(group, own%naming, model, m, j, error)
+      call read_values(group, input, error)
+      call check_stem(group, input%name, error)
+      call find_substances(group, input%naming, model, m, j, error)
       if (allocated(error)) return
       first = outlines%n + 1
-      call add_layers(outlines, own%left, own%bottom, own%width, own%thickness, own%count, m, j, &
-         source, own%name)
-      call set_weight_stress(group, own%rest, model, outlines, first, error)
+      call add_layers(outlines, input%left, input%bottom, input%width, input%thickness, &
+         input%count, m, j, &
+         source, input%name)
+      call set_weight_stress(group, input%rest, model, outlines, first, error)
    end subroutine read_layers
 
    !> Read &drums: a column of drums, tapering from `width` to `top_width`.
@@ -167,15 +169,15 @@ contains
       type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(drums_values) :: own
+      type(drums_values) :: input
       integer :: m, j
 
-      call read_values(group, own, error)
-      call check_stem(group, own%name, error)
-      call find_substances(group, own%naming, model, m, j, error)
+      call read_values(group, input, error)
+      call check_stem(group, input%name, error)
+      call find_substances(group, input%naming, model, m, j, error)
       if (allocated(error)) return
-      call add_drums(outlines, own%centre, own%bottom, own%height, [own%width, &
-         value_or(own%top_width, own%width)], own%count, m, j, source, own%name)
+      call add_drums(outlines, input%centre, input%bottom, input%height, [input%width, &
+         value_or(input%top_width, input%width)], input%count, m, j, source, input%name)
    end subroutine read_drums
 
    !> Read &wall: running bond.
@@ -185,24 +187,25 @@ contains
       type(model_type), intent(in) :: model      !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(wall_values) :: own
+      type(wall_values) :: input
       integer :: m, j, first
 
-      call read_values(group, own, error)
-      call check_stem(group, own%name, error)
-      call find_substances(group, own%naming, model, m, j, error)
+      call read_values(group, input, error)
+      call check_stem(group, input%name, error)
+      call find_substances(group, input%naming, model, m, j, error)
       if (allocated(error)) return
-      if (own%head_joint >= 0.5_wp*own%brick_length) call input_error(error, group, &
-         'head_joint = '//to_text(own%head_joint)//' m must be shorter than half of '// &
-         'brick_length = '//to_text(own%brick_length)//' m')
-      if (real(own%courses, wp)*own%bricks > most_blocks) call input_error(error, group, &
-         'courses = '//to_text(own%courses)//' of '//to_text(own%bricks)//' bricks are more '// &
+      if (input%head_joint >= 0.5_wp*input%brick_length) call input_error(error, group, &
+         'head_joint = '//to_text(input%head_joint)//' m must be shorter than half of '// &
+         'brick_length = '//to_text(input%brick_length)//' m')
+      if (real(input%courses, wp)*input%bricks > most_blocks) call input_error(error, group, &
+         'courses = '//to_text(input%courses)//' of '//to_text(input%bricks)// &
+            ' bricks are more '// &
          'than '//to_text(int(most_blocks))//' blocks')
       if (allocated(error)) return
       first = outlines%n + 1
-      call add_wall(outlines, own%left, own%bottom, [own%brick_length, own%brick_height], &
-         own%bricks, own%courses, m, j, source, own%name, own%head_joint)
-      call set_weight_stress(group, own%rest, model, outlines, first, error)
+      call add_wall(outlines, input%left, input%bottom, [input%brick_length, input%brick_height], &
+         input%bricks, input%courses, m, j, source, input%name, input%head_joint)
+      call set_weight_stress(group, input%rest, model, outlines, first, error)
    end subroutine read_wall
 
    !> Read &blocks.
@@ -215,14 +218,14 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(block_file_type) :: found
       type(error_type), allocatable :: failure
-      type(blocks_values) :: own
+      type(blocks_values) :: input
       character(len=:), allocatable :: path
       integer :: m, j
 
-      call read_values(group, own, error)
-      call find_substances(group, own%naming, model, m, j, error)
+      call read_values(group, input, error)
+      call find_substances(group, input%naming, model, m, j, error)
       if (allocated(error)) return
-      path = own%file
+      path = input%file
       if (path(1:1) /= '/') path = folder//path
       call read_block_file(found, path, failure)
       if (allocated(failure)) then
@@ -239,7 +242,7 @@ contains
       character(len=*), intent(in) :: path           !< path of the file, for messages
       type(block_file_type), intent(in) :: found     !< content of the file
       integer, intent(in) :: source                  !< number of the group
-      integer, intent(in) :: m, j                    !< material and joint where the file names none
+      integer, intent(in) :: m, j  !< default material and joint, if the file names none
       type(model_type), intent(in) :: model          !< model with its materials and joints
       type(outlines_type), intent(inout) :: outlines !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -271,19 +274,19 @@ contains
    end subroutine add_blocks
 
    !> Find the positions in the model of the materials or joints that a file uses.
-   subroutine find_names(group, path, kind, names, used, known, usual, positions, error)
+   subroutine find_names(group, path, kind, names, used, known, default_position, positions, error)
       type(group_type), intent(in) :: group      !< group of the input
       character(len=*), intent(in) :: path, kind !< path of the file; 'material' or 'joint'
       character(len=*), intent(in) :: names(:)   !< names in the file
       integer, intent(in) :: used(:)             !< numbers of the names that are used; 0: none
-      character(len=*), intent(in) :: known(:)   !< known names
-      integer, intent(in) :: usual               !< position for number 0
+      character(len=*), intent(in) :: known(:)   !< names in the model
+      integer, intent(in) :: default_position    !< position for number 0
       integer, allocatable, intent(out) :: positions(:)      !< [0:names]
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: hint
       integer :: i, near
 
-      allocate (positions(0:size(names)), source=usual)
+      allocate (positions(0:size(names)), source=default_position)
       do i = 1, size(names)
          if (names(i) == '') cycle
          positions(i) = findloc(known == names(i), .true., 1)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Reading of all blocks of an input: they are moved to the engine's origin and checked together.
+!> Read all blocks of an input, move them to the engine's origin, and check them together.
 module dda_input_bodies
    use dda_kinds, only: wp, long
    use dda_blocks, only: set_blocks
@@ -17,14 +17,15 @@ module dda_input_bodies
    private
    public :: read_bodies
 
-   real(wp), parameter :: touching = 1.0e-6_wp     !< tolerated overlap over the smaller block
-   real(wp), parameter :: farthest = 1.0e9_wp  !< m: rounding errors would exceed gaps
-   real(wp), parameter :: least_extent = 1.0e-9_wp !< m
-   !> least size of a block over the model: smaller blocks are rounding errors
-   real(wp), parameter :: least_share = 1.0e-9_wp
-   !> least side of a block over the model: shorter sides have no direction
+   real(wp), parameter :: touching = 1.0e-6_wp     !< tolerated overlap/size of the smaller block
+   !> largest distance from the origin, m; farther, rounding exceeds gaps
+   real(wp), parameter :: farthest = 1.0e9_wp
+   real(wp), parameter :: least_extent = 1.0e-9_wp !< least size of a block, m
+   !> least block size/model size: smaller blocks are within rounding errors
+   real(wp), parameter :: least_ratio = 1.0e-9_wp
+   !> least side of a block/model size: shorter sides have no direction
    real(wp), parameter :: least_side = 1.0e-12_wp
-   real(wp), parameter :: least_area = 1.0e-12_wp  !< smallest area of a block over its squared size
+   real(wp), parameter :: least_area = 1.0e-12_wp  !< least block area/squared block size
    integer(long), parameter :: block_bytes = 7500  !< bytes per block of a wall, measured
    real(wp), parameter :: buffer_bytes = 1.1e7_wp  !< bytes of output and checkpoints, measured
 
@@ -68,7 +69,7 @@ contains
       if (allocated(error)) call name_block_files(error, model)
    end subroutine read_bodies
 
-   !> Name the block files in an error, because rejected blocks may come from them.
+   !> Add the names of the block files to an error, because its blocks may be from these files.
    subroutine name_block_files(error, model)
       type(error_type), intent(inout) :: error  !< error of the blocks as a whole
       type(model_type), intent(in) :: model  !< model with its block files
@@ -93,7 +94,7 @@ contains
       end associate
    end subroutine stress_by_weight
 
-   !> Check that rounding of positions does not change the shape of any block.
+   !> Check that no block is too far from the origin or too small for the rounding of positions.
    subroutine check_sizes(groups, outlines, error)
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< outlines of all blocks
@@ -137,16 +138,16 @@ contains
    pure function too_small_reason(vertices, extent) result(failure)
       real(wp), intent(in) :: vertices(:,:), extent  !< [2, vertices] m; size of the model, m
       character(len=:), allocatable :: failure
-      real(wp) :: own
+      real(wp) :: size_of
 
-      own = extent_of(vertices)
+      size_of = extent_of(vertices)
       failure = ''
-      if (own < least_extent) then
-         failure = ' measures '//to_text(own)//' m, less than '//to_text(least_extent)//' m'
-      else if (own < least_share*extent) then
-         failure = ' measures '//to_text(own)//' m, too little compared with the '// &
+      if (size_of < least_extent) then
+         failure = ' measures '//to_text(size_of)//' m, less than '//to_text(least_extent)//' m'
+      else if (size_of < least_ratio*extent) then
+         failure = ' measures '//to_text(size_of)//' m, too little compared with the '// &
             to_text(extent)//' m of the model'
-      else if (.not. area_of(vertices) > least_area*own**2) then
+      else if (.not. area_of(vertices) > least_area*size_of**2) then
          failure = ' has no area'
       else if (.not. shortest_side(vertices) > least_side*extent) then
          failure = ' has a side of '//to_text(shortest_side(vertices))// &

@@ -23,7 +23,7 @@ contains
       type(model_type), intent(inout) :: model  !< model with its blocks
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(bolt_values) :: own
+      type(bolt_values) :: input
       type(bolt_type), allocatable :: new(:)
       integer, allocatable :: bolts(:)
       integer :: i
@@ -33,10 +33,10 @@ contains
       bolts = positions(groups, 'bolt')
       do i = 1, size(bolts)
          associate (group => groups(bolts(i)))
-            call read_values(group, own, error)
-            call require_new_name(error, group, own%name, model%bolts%name)
-            call check_values(own, group, error)
-            if (.not. allocated(error)) call make_bolt(model, group, own, new, error)
+            call read_values(group, input, error)
+            call require_new_name(error, group, input%name, model%bolts%name)
+            call check_values(input, group, error)
+            if (.not. allocated(error)) call make_bolt(model, group, input, new, error)
             if (allocated(error)) return
          end associate
          model%bolts = [model%bolts, new]
@@ -44,54 +44,55 @@ contains
    end subroutine read_bolts
 
    !> Check values that depend on each other.
-   subroutine check_values(own, group, error)
-      type(bolt_values), intent(in) :: own   !< values of the group
+   subroutine check_values(input, group, error)
+      type(bolt_values), intent(in) :: input  !< values of the group
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      associate (n => size(own%through, 2))
-         if (any(own%through_block(n + 1:) /= '')) call input_error(error, group, &
+      associate (n => size(input%through, 2))
+         if (any(input%through_block(n + 1:) /= '')) call input_error(error, group, &
             'through_block names more blocks than through has points ('//to_text(n)//')')
       end associate
-      if (is_set(own%yield_force) .and. own%pretension > own%yield_force) call input_error(error, &
-         group, 'pretension = '//to_text(own%pretension)//' is above yield_force = '// &
-         to_text(own%yield_force))
+      if (is_set(input%yield_force) .and. input%pretension > input%yield_force) &
+         call input_error(error, &
+         group, 'pretension = '//to_text(input%pretension)//' is above yield_force = '// &
+         to_text(input%yield_force))
    end subroutine check_values
 
-   !> Make the springs of a bolt: one between its ends, or a pair at each joint that it crosses.
-   subroutine make_bolt(model, group, own, new, error)
+   !> Create the springs of a bolt: one between its ends, or a pair at each joint that it crosses.
+   subroutine make_bolt(model, group, input, new, error)
       type(model_type), intent(in) :: model  !< model with its blocks
       type(group_type), intent(in) :: group  !< group of the input
-      type(bolt_values), intent(in) :: own   !< values of the group
-      type(bolt_type), allocatable, intent(out) :: new(:)  !< springs
+      type(bolt_values), intent(in) :: input  !< values of the group
+      type(bolt_type), allocatable, intent(out) :: new(:)  !< springs of the bolt
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(bolt_type) :: bolt
-      real(wp) :: point(2, size(own%through, 2) + 2)
+      real(wp) :: point(2, size(input%through, 2) + 2)
       character(len=name_length) :: names(size(point, 2))
       integer :: owner(size(point, 2)), k
 
-      point = reshape([own%from, own%through, own%to], shape(point)) &
+      point = reshape([input%from, input%through, input%to], shape(point)) &
          - spread(model%origin, 2, size(point, 2))
-      names(1) = own%from_block
+      names(1) = input%from_block
       names(2:) = ''
-      k = min(size(own%through_block), size(names) - 2)
-      names(2:k + 1) = own%through_block(:k)
-      names(size(names)) = own%to_block
+      k = min(size(input%through_block), size(names) - 2)
+      names(2:k + 1) = input%through_block(:k)
+      names(size(names)) = input%to_block
       do k = 1, size(owner)
          call find_block(group, model, names(k), point(:, k), owner(k), error)
       end do
       call check_points(model, group, point, owner, error)
       if (allocated(error)) return
-      bolt%name = own%name
-      bolt%grouted = own%grouted
-      bolt%compression = own%compression
-      bolt%pretension = own%pretension
+      bolt%name = input%name
+      bolt%grouted = input%grouted
+      bolt%compression = input%compression
+      bolt%pretension = input%pretension
       bolt%direction = (point(:, 2) - point(:, 1))/norm2(point(:, 2) - point(:, 1))
-      bolt%stiffness = [own%axial_stiffness, own%shear_stiffness]
+      bolt%stiffness = [input%axial_stiffness, input%shear_stiffness]
       if (bolt%grouted .and. bolt%stiffness(across) <= 0.0_wp) bolt%stiffness(across) = &
          tiny(1.0_wp)
-      bolt%yield = value_or([own%yield_force, own%shear_yield_force], never)
-      bolt%rupture = value_or([own%rupture_elongation, own%rupture_slip], never)
+      bolt%yield = value_or([input%yield_force, input%shear_yield_force], never)
+      bolt%rupture = value_or([input%rupture_elongation, input%rupture_slip], never)
       if (bolt%grouted) then
          call grout_crossings(model%blocks, group, bolt, point(:, 1), point(:, 2), owner, new, &
             error)
@@ -121,7 +122,7 @@ contains
       end do
    end subroutine check_points
 
-   !> Make a spring between positions of blocks.
+   !> Create a spring between positions in blocks.
    pure type(bolt_type) function spring_between(blocks, bolt, owner, places) result(spring)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
       type(bolt_type), intent(in) :: bolt  !< law of the bolt
@@ -138,14 +139,14 @@ contains
       end do
    end function spring_between
 
-   !> Add a pair of springs where a straight bolt passes from one block to the next.
+   !> Add a pair of springs at each crossing of a straight bolt from one block to the next.
    subroutine grout_crossings(blocks, group, bolt, from, to, ends, new, error)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
       type(group_type), intent(in) :: group  !< group of the input
       type(bolt_type), intent(in) :: bolt  !< law of the bolt
       real(wp), intent(in) :: from(2), to(2)  !< ends of the bolt, m
       integer, intent(in) :: ends(2)  !< blocks that contain the ends
-      type(bolt_type), allocatable, intent(out) :: new(:)  !< springs
+      type(bolt_type), allocatable, intent(out) :: new(:)  !< springs of the bolt
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: cut(:)
       real(wp) :: at

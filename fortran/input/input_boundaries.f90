@@ -6,7 +6,7 @@
 !> boundaries in the same direction.
 module dda_input_boundaries
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, place_of
+   use dda_blocks, only: blocks_type, position_of
    use dda_boundary, only: boundary_type, boundary_motion_type, boundary_edge_type
    use dda_edge_piece, only: edge_piece_type, gauss_points, piece_length, piece_normal
    use dda_errors, only: error_type
@@ -23,7 +23,7 @@ module dda_input_boundaries
    use dda_support, only: fixed_point_type, point_type
    use dda_text, only: quoted, short_text, to_text
    use dda_tie, only: tie_faces
-   use dda_weld, only: weld_type, is_shifted, take_area
+   use dda_weld, only: weld_type, is_shifted, assign_triangles
    implicit none
    private
    public :: read_boundaries, check_rest, kind_type, boundary_kinds, effective_kind
@@ -33,11 +33,11 @@ module dda_input_boundaries
       character(len=16) :: name
       character(len=16) :: at_rest  !< equivalent kind in models with static stages only
       character(len=6) :: direction !< default direction in static stages, or blank
-      logical :: holds              !< consists of fixed points
-      logical :: absorbs            !< absorbs waves by dashpots of a half-space along the edges
+      logical :: holds              !< the boundary consists of fixed points
+      logical :: absorbs            !< dashpots of a half-space along the edges absorb waves
    end type kind_type
 
-   !> New kinds are registered here.
+   !> kinds of boundaries; new kinds are registered here
    type(kind_type), parameter :: boundary_kinds(7) = [ &
       kind_type('fixed', 'fixed', 'xy', .true., .false.), &
       kind_type('roller', 'roller', 'normal', .true., .false.), &
@@ -47,12 +47,12 @@ module dda_input_boundaries
       kind_type('tied', 'tied', '', .false., .false.), &
       kind_type('free_field', 'roller', 'normal', .false., .false.)]
 
-   !> A group as read.
+   !> Values of a &boundary group and its kind.
    type, extends(boundary_values) :: reading_type
       type(kind_type) :: is                    !< kind of the boundary
    end type reading_type
 
-   real(wp), parameter :: least_share = 1.0e-9_wp   !< smallest common part over the edge
+   real(wp), parameter :: least_overlap = 1.0e-9_wp  !< least overlap/edge length of two parts
    real(wp), parameter :: parallel = 1.0e-6_wp      !< sine of the angle between equal directions
 
 contains
@@ -64,15 +64,15 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reading_type) :: reading
       type(edge_piece_type), allocatable :: pieces(:)
-      integer, allocatable :: own(:)
+      integer, allocatable :: group_numbers(:)
       integer :: i
 
       if (allocated(error)) return
       allocate (model%boundary_edges(0), model%boundaries(0), model%boundary_motions(0), &
          model%ties(0), model%free_fields(0))
-      own = positions(groups, 'boundary')
-      do i = 1, size(own)
-         associate (group => groups(own(i)))
+      group_numbers = positions(groups, 'boundary')
+      do i = 1, size(group_numbers)
+         associate (group => groups(group_numbers(i)))
             call read_boundary(group, reading, error)
             if (allocated(error)) return
             select case (reading%kind)
@@ -87,7 +87,8 @@ contains
             end select
             if (allocated(error)) return
             if (.not. is_fixed_kind(reading)) reading%direction = 'xy'
-            call claim_edges(model, groups(own(:i))%line, group, pieces, trim(reading%direction), &
+            call reserve_edges(model, groups(group_numbers(:i))%line, group, pieces, &
+               trim(reading%direction), &
                error)
          end associate
       end do
@@ -100,16 +101,16 @@ contains
       is_fixed_kind = reading%is%holds .or. reading%motion_is == 'within'
    end function is_fixed_kind
 
-   !> Effective kind of a group: 'fixed' if motion_is = 'within'.
+   !> Kind of a group, replaced by 'fixed' if motion_is = 'within'.
    pure function effective_kind(group) result(kind)
       type(group_type), intent(in) :: group  !< &boundary, checked
       character(len=:), allocatable :: kind
-      type(boundary_values) :: own
+      type(boundary_values) :: input
       type(error_type), allocatable :: error
 
-      call read_values(group, own, error)
-      kind = trim(own%kind)
-      if (own%motion_is == 'within') kind = 'fixed'
+      call read_values(group, input, error)
+      kind = trim(input%kind)
+      if (input%motion_is == 'within') kind = 'fixed'
    end function effective_kind
 
    !> Reject support by dashpots alone under gravity: the model would sink without limit.
@@ -154,7 +155,7 @@ contains
 
    !> Check the values of a boundary, and the properties of the model that its kind requires.
    subroutine check_kind(reading, group, model, error)
-      type(reading_type), intent(inout) :: reading  !< reading as read; defaults are set
+      type(reading_type), intent(inout) :: reading  !< group as read; defaults are set
       type(group_type), intent(in) :: group  !< group of the input
       type(model_type), intent(in) :: model  !< model with its motions
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -174,7 +175,7 @@ contains
          "&control accelerate: give the motion to a boundary of kind = 'compliant'")
    end subroutine check_kind
 
-   !> Tie the left side to the right side, one width away.
+   !> Tie the left side to the right side of the model.
    subroutine tie_sides(model, group, reading, pieces, error)
       type(model_type), intent(inout) :: model  !< receives the ties
       type(group_type), intent(in) :: group  !< group of the input
@@ -195,7 +196,7 @@ contains
       width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
       call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties, welds)
       call check_ties(model, group, model%blocks, model%ties, error)
-      call take_area(model%blocks, welds)
+      call assign_triangles(model%blocks, welds)
       model%welds = [model%welds, welds]
       pieces = [left, right]
       if (.not. are_tied(model)) call input_error(error, group, &
@@ -294,7 +295,7 @@ contains
          do i = 1, size(points)
             points(i)%motion = motion
          end do
-         if (reading%is%holds .and. any(motion > 0 .and. .not. points(1)%held)) &
+         if (reading%is%holds .and. any(motion > 0 .and. .not. points(1)%fixed_along)) &
             call input_error(error, group, 'a motion is given in a direction that is not fixed')
          model%fixed_points = [model%fixed_points, points]
          return
@@ -349,12 +350,13 @@ contains
             associate (point => points(2*i - 2 + g))
                point%block = pieces(i)%block
                point%reference = reference(:, g)
-               point%place = place_of(model%blocks, point%block, point%reference)
+               point%place = position_of(model%blocks, point%block, point%reference)
                point%stiffness = 0.5_wp*piece_length(model%blocks, pieces(i)) &
                   *value_or(reading%stiffness_per_area, 0.0_wp)
-               point%held = [index(reading%direction, 'x') > 0, index(reading%direction, 'y') > 0]
+               point%fixed_along = [index(reading%direction, 'x') > 0, index(reading%direction, &
+                  'y') > 0]
                if (reading%direction == 'normal') then
-                  point%held = [.true., .false.]
+                  point%fixed_along = [.true., .false.]
                   point%axes = reshape([normal(1), normal(2), -normal(2), normal(1)], [2, 2])
                end if
             end associate
@@ -364,22 +366,22 @@ contains
 
    !> Set normals, and dashpots of the half-space; default: the material of each block.
    subroutine set_half_space(boundary, model, reading, group, error)
-      type(boundary_type), intent(inout) :: boundary  !< with its pieces
+      type(boundary_type), intent(inout) :: boundary  !< boundary with its parts
       type(model_type), intent(in) :: model  !< model with its blocks and materials
       type(reading_type), intent(in) :: reading  !< group as read
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(material_type) :: own
+      type(material_type) :: rock
       real(wp) :: density, speed(2), moduli(3, 3)
       integer :: i
 
       associate (pieces => boundary%piece)
          allocate (boundary%normal(2, size(pieces)), boundary%dashpot(2, size(pieces)))
          do i = 1, size(pieces)
-            own = model%materials(model%blocks%material(pieces(i)%block))
-            moduli = elasticity(own, model%control%plane_strain)
-            speed = sqrt([moduli(1, 1), moduli(3, 3)]/own%density)  ! V_p, V_s
-            density = value_or(reading%density, own%density)
+            rock = model%materials(model%blocks%material(pieces(i)%block))
+            moduli = elasticity(rock, model%control%plane_strain)
+            speed = sqrt([moduli(1, 1), moduli(3, 3)]/rock%density)  ! V_p, V_s
+            density = value_or(reading%density, rock%density)
             if (is_set(reading%shear_velocity)) speed = speed*(reading%shear_velocity/speed(2))
             speed(1) = value_or(reading%pressure_velocity, speed(1))
             if (speed(1) <= speed(2)) call input_error(error, group, &
@@ -392,7 +394,7 @@ contains
    end subroutine set_half_space
 
    !> Add the parts of a group; reject parts that have a boundary in the same direction.
-   subroutine claim_edges(model, lines, group, pieces, direction, error)
+   subroutine reserve_edges(model, lines, group, pieces, direction, error)
       type(model_type), intent(inout) :: model  !< model; receives the parts
       integer, intent(in) :: lines(:)  !< [groups &boundary so far] line numbers in the input
       type(group_type), intent(in) :: group  !< group of the input
@@ -418,7 +420,7 @@ contains
       end do
       model%boundary_edges = [model%boundary_edges, (boundary_edge_type(size(lines), pieces(i), &
          direction), i=1, size(pieces))]
-   end subroutine claim_edges
+   end subroutine reserve_edges
 
    !> .true. if a part overlaps a part of another group, and both act in one direction.
    pure logical function overlaps(blocks, piece, direction, other)
@@ -429,7 +431,7 @@ contains
       real(wp) :: a(2), b(2)
 
       overlaps = piece%edge == other%piece%edge .and. min(piece%to, other%piece%to) &
-         - max(piece%from, other%piece%from) > least_share
+         - max(piece%from, other%piece%from) > least_overlap
       if (.not. overlaps .or. direction == 'xy' .or. other%direction == 'xy') return
       a = unit_vector(blocks, piece, direction)
       b = unit_vector(blocks, piece, other%direction)

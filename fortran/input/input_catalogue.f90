@@ -80,26 +80,26 @@ contains
       end associate
    end function unknown_group
 
-   !> Message for an unknown variable, with the groups that have it, or a suggestion and all names.
+   !> Message for an unknown variable: the groups that have it, or a suggestion and all names.
    pure function unknown_variable(group, name) result(message)
       character(len=*), intent(in) :: group           !< name of the group
       character(len=*), intent(in) :: name            !< text as in the input
       character(len=:), allocatable :: message
-      type(variable_type), allocatable :: own(:)
+      type(variable_type), allocatable :: variables(:)
       integer, allocatable :: homes(:)
       integer :: i
 
-      own = variables_of(group)
+      variables = variables_of(group)
       homes = groups_with(name)
       message = 'there is no variable '//quoted(name)//' in this group; '
       if (size(homes) > 0) then
          message = message//'it belongs to &'//joined(input_groups(homes)%name, ', &')//'; '
          i = 0
       else
-         i = closest(name, own%name)
+         i = closest(name, variables%name)
       end if
-      if (i > 0) message = message//'is '//quoted(own(i)%name)//' meant? '
-      message = message//'known are '//joined(own%name, ', ')
+      if (i > 0) message = message//'is '//quoted(variables(i)%name)//' meant? '
+      message = message//'known are '//joined(variables%name, ', ')
    end function unknown_variable
 
 end module dda_input_catalogue

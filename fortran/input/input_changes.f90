@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Changes of variables of an input by name, as by --set: 'time_step=5e-4',
+!> Changes of variables of an input by name, such as with --set.  Examples: 'time_step=5e-4',
 !> 'joint[bedding].friction_angle=30', 'material.clay.density=1900', 'joint[*].cohesion=0'.
 module dda_input_changes
    use dda_errors, only: error_type, error_input, fail
@@ -19,7 +19,7 @@ module dda_input_changes
 
    !> A variable by its path, and its new value.
    type :: change_type
-      character(len=:), allocatable :: path   !< as written
+      character(len=:), allocatable :: path   !< path as typed
       character(len=:), allocatable :: value  !< value as typed; unallocated: remove the variable
       integer :: variable = 0                 !< position in `input_variables`, once found
       character(len=:), allocatable, private :: group, which, name  !< '' if not given in the path
@@ -34,7 +34,7 @@ contains
 
    !> Parse 'NAME=VALUE'; without an equals sign the path is not allocated.
    pure type(change_type) function typed_change(words) result(change)
-      character(len=*), intent(in) :: words  !< as typed
+      character(len=*), intent(in) :: words  !< change as typed
       integer :: equals
 
       equals = index(words, '=')
@@ -61,32 +61,33 @@ contains
    !> Apply one change.
    subroutine apply_change(change, groups, text, error)
       type(change_type), intent(in) :: change       !< change with its variable
-      type(group_type), intent(inout) :: groups(:)  !< groups of the text; some receive values
+      type(group_type), intent(inout) :: groups(:)  !< groups of the text; values are parsed
       character(len=:), allocatable, intent(inout) :: text   !< text of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer, allocatable :: own(:)
+      integer, allocatable :: group_numbers(:)
       logical, allocatable :: chosen(:)
       type(spans_type), allocatable :: spans(:)
       character(len=name_length), allocatable :: names(:)
       character(len=:), allocatable :: new
       integer :: i
 
-      own = positions(groups, change%group)
-      allocate (spans(size(own)), names(size(own)))
-      do i = 1, size(own)
+      group_numbers = positions(groups, change%group)
+      allocate (spans(size(group_numbers)), names(size(group_numbers)))
+      do i = 1, size(group_numbers)
          allocate (spans(i)%list(0))
-         call parse_group(text, groups(own(i)), error, spans(i)%list)
+         call parse_group(text, groups(group_numbers(i)), error, spans(i)%list)
          if (allocated(error)) return
-         names(i) = text_of(groups(own(i)), 'name')
+         names(i) = text_of(groups(group_numbers(i)), 'name')
       end do
       call mark_groups(change, names, chosen, error)
       if (allocated(error)) return
       new = ''
       if (allocated(change%value)) new = change%name//' = '//value_text(change)
-      do i = size(own), 1, -1  ! from the end, so that earlier positions do not change
-         if (chosen(i)) call set_in_group(text, groups(own(i))%last, spans(i)%list, change, new)
+      do i = size(group_numbers), 1, -1  ! backwards: changes move later text
+         if (chosen(i)) call set_in_group(text, groups(group_numbers(i))%last, spans(i)%list, &
+            change, new)
       end do
-      if (size(own) > 0 .or. new == '') return
+      if (size(group_numbers) > 0 .or. new == '') return
       if (len(text) > 0) then
          if (text(len(text):) /= newline) text = text//newline
       end if
@@ -173,23 +174,22 @@ contains
       end if
    end subroutine find_owner_group
 
-   !> .true. if the variable of this group may be meant.
-   !> It depends on no other variable, or the other variable has a suitable value in the text or by
-   !> default.
+   !> .true. if the variable is used in this group: it depends on no other variable, or the other
+   !> variable has a suitable value, in the text or by default.
    pure logical function is_meant(text, groups, group, variable)
       character(len=*), intent(in) :: text              !< text of the input
       type(group_type), intent(in) :: groups(:)         !< groups of the text
       character(len=*), intent(in) :: group, variable   !< names
       integer :: i
 
-      associate (own => variable_of(group, variable))
-         is_meant = own%belongs == ''
+      associate (group_numbers => variable_of(group, variable))
+         is_meant = group_numbers%belongs == ''
          if (is_meant) return
-         associate (switch => variable_of(group, trim(own%switch)))
+         associate (switch => variable_of(group, trim(group_numbers%switch)))
             if (any([(groups(i)%name == group, i=1, size(groups))])) &
-               is_meant = index(own%belongs, "'"//trim(switch%usual)//"'") > 0
+               is_meant = index(group_numbers%belongs, "'"//trim(switch%usual)//"'") > 0
          end associate
-         if (.not. is_meant) is_meant = is_given(text, groups, group, trim(own%switch))
+         if (.not. is_meant) is_meant = is_given(text, groups, group, trim(group_numbers%switch))
       end associate
    end function is_meant
 
@@ -217,7 +217,7 @@ contains
    !> Suggest the most similar name, or list the known names.
    pure function names_hint(word, words, otherwise) result(hint)
       character(len=*), intent(in) :: word, words(:)  !< unknown word; known words
-      character(len=*), intent(in) :: otherwise  !< words before the list of known names, or none
+      character(len=*), intent(in) :: otherwise  !< text before the list of known names
       character(len=:), allocatable :: hint
       integer :: i
 
@@ -255,9 +255,9 @@ contains
       do v = input_groups(g)%first, input_groups(g)%last
          if (input_variables(v)%name == change%name) change%variable = v
       end do
-      associate (own => variables_of(change%group))
+      associate (group_numbers => variables_of(change%group))
          if (change%variable == 0) call refuse_change(change, 'group &'//change%group// &
-            ' has no variable '//quoted(change%name)//names_hint(change%name, own%name, &
+            ' has no variable '//quoted(change%name)//names_hint(change%name, group_numbers%name, &
             'it has'), error)
       end associate
    end subroutine find_variable
@@ -313,7 +313,7 @@ contains
    end subroutine mark_groups
 
    !> Set or remove the variable in one group.
-   !> A duration removes the number of steps, and vice versa.
+   !> A new `duration` replaces `steps`, and vice versa.
    subroutine set_in_group(text, last, spans, change, new)
       character(len=:), allocatable, intent(inout) :: text  !< text of the input
       integer, intent(in) :: last                !< position of the slash of the group

@@ -2,11 +2,11 @@
 !> Groups &traction and &water: loads on edges.
 module dda_input_edge_loads
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, place_of
+   use dda_blocks, only: blocks_type, position_of
    use dda_edge_load, only: edge_load_type, load_uniform, load_level, load_surface, load_line
    use dda_edge_piece, only: edge_piece_type, reference_at
    use dda_errors, only: error_type
-   use dda_input_edges, only: choose_edges, take_polyline
+   use dda_input_edges, only: choose_edges, read_polyline
    use dda_input_group, only: group_type, input_error, given, require_new_name, mark_names
    use dda_input_groups, only: traction_values, water_values, read_values
    use dda_input_points, only: check_times
@@ -17,7 +17,8 @@ module dda_input_edge_loads
    private
    public :: read_edge_loads
 
-   real(wp), parameter :: covered = 1.0e-6_wp  !< largest fraction of a line off all edges
+   !> largest fraction of a line that is off all edges
+   real(wp), parameter :: most_uncovered = 1.0e-6_wp
    real(wp), parameter :: least_slope = 0.5_wp !< sine of the slope of an upstream face: 30°
 
 contains
@@ -59,7 +60,7 @@ contains
       allocate (load%ends(2, 2, size(load%piece)))
       do k = 1, size(load%piece)
          do i = 1, 2
-            load%ends(:, i, k) = place_of(blocks, load%piece(k)%block, reference_at(blocks, &
+            load%ends(:, i, k) = position_of(blocks, load%piece(k)%block, reference_at(blocks, &
                load%piece(k), i - 1.0_wp))
          end do
       end do
@@ -72,22 +73,22 @@ contains
       type(edge_load_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      type(traction_values) :: own
+      type(traction_values) :: input
 
-      call read_values(group, own, error)
-      new%name = own%name
-      new%follows = own%follows
-      new%unit_weight = own%unit_weight
-      if (.not. allocated(error)) call choose_edges(group, own%edges, model, new%piece, &
+      call read_values(group, input, error)
+      new%name = input%name
+      new%follows = input%follows
+      new%unit_weight = input%unit_weight
+      if (.not. allocated(error)) call choose_edges(group, input%edges, model, new%piece, &
          error)
       new%kind = merge(load_level, load_uniform, given(group, 'level'))
-      call set_times(new, own%time, group, error)
-      call set_values(new, group, 'normal', own%normal, new%normal, error)
-      call set_values(new, group, 'shear', own%shear, new%shear, error)
-      if (new%kind == load_uniform) own%level = [model%origin(2)]
-      call set_values(new, group, 'level', own%level - model%origin(2), new%level, error)
-      if (own%added_mass .and. .not. allocated(error)) &
-         call set_reservoir(new, model, group, own%reservoir_depth, error)
+      call set_times(new, input%time, group, error)
+      call set_values(new, group, 'normal', input%normal, new%normal, error)
+      call set_values(new, group, 'shear', input%shear, new%shear, error)
+      if (new%kind == load_uniform) input%level = [model%origin(2)]
+      call set_values(new, group, 'level', input%level - model%origin(2), new%level, error)
+      if (input%added_mass .and. .not. allocated(error)) &
+         call set_reservoir(new, model, group, input%reservoir_depth, error)
    end subroutine read_traction
 
    !> Set the depth of the reservoir whose water moves with the steep edges of a load.
@@ -95,7 +96,7 @@ contains
       type(edge_load_type), intent(inout) :: load  !< load with its pieces and level
       type(model_type), intent(in) :: model  !< model with its blocks
       type(group_type), intent(in) :: group  !< group of the input
-      real(wp), intent(in) :: depth          !< as given, m
+      real(wp), intent(in) :: depth          !< reservoir_depth of the input, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: wet, along(2)
       integer :: k
@@ -106,7 +107,7 @@ contains
       if (given(group, 'reservoir_depth')) load%reservoir = depth
       if (wet <= 0.0_wp) then
          call input_error(error, group, 'added_mass: no selected edge is below the level')
-      else if (load%reservoir < (1.0_wp - covered)*wet) then
+      else if (load%reservoir < (1.0_wp - most_uncovered)*wet) then
          call input_error(error, group, 'reservoir_depth = '//to_text(depth)// &
             ' m is less than the depth of water at these edges, '//to_text(wet)//' m')
       end if
@@ -122,7 +123,7 @@ contains
    !> Set the times of a load; without times it acts forever.
    subroutine set_times(load, time, group, error)
       type(edge_load_type), intent(inout) :: load  !< load; receives the times
-      real(wp), intent(in) :: time(:)        !< as given, s
+      real(wp), intent(in) :: time(:)        !< times of the input, s
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -137,7 +138,7 @@ contains
       type(edge_load_type), intent(in) :: load  !< load; receives the times
       type(group_type), intent(in) :: group  !< group of the input
       character(len=*), intent(in) :: name  !< name of the variable
-      real(wp), intent(in) :: given_values(:)  !< one at least
+      real(wp), intent(in) :: given_values(:)  !< values of the input, at least one
       real(wp), allocatable, intent(out) :: values(:)  !< [times]
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -153,51 +154,51 @@ contains
       type(model_type), intent(in) :: model  !< model with its blocks
       type(edge_load_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(water_values) :: own
+      type(water_values) :: input
 
-      call read_values(group, own, error)
-      new%name = own%name
-      new%unit_weight = own%unit_weight
-      call find_wettable_edges(model, group, own, new%piece, error)
+      call read_values(group, input, error)
+      new%name = input%name
+      new%unit_weight = input%unit_weight
+      call find_wettable_edges(model, group, input, new%piece, error)
       if (allocated(error)) return
       if (given(group, 'surface')) then
-         call set_surface(new, model, group, own%surface, error)
+         call set_surface(new, model, group, input%surface, error)
       else
-         call set_line(new, model, group, own, error)
+         call set_line(new, model, group, input, error)
       end if
-      call set_times(new, own%time, group, error)
-      call set_values(new, group, 'scale', own%scale, new%normal, error)
-      call set_values(new, group, 'rise', own%rise, new%level, error)
+      call set_times(new, input%time, group, error)
+      call set_values(new, group, 'scale', input%scale, new%normal, error)
+      call set_values(new, group, 'rise', input%rise, new%level, error)
       new%shear = spread(0.0_wp, 1, size(new%time))
       new%held = .true.
    end subroutine read_water
 
    !> Edges on which water may act: all edges, edges of joints between blocks, or the outline.
-   subroutine find_wettable_edges(model, group, own, pieces, error)
+   subroutine find_wettable_edges(model, group, input, pieces, error)
       type(model_type), intent(in) :: model  !< model with its blocks
       type(group_type), intent(in) :: group  !< group of the input
-      type(water_values), intent(in) :: own  !< values of the group
-      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< of edges
+      type(water_values), intent(in) :: input  !< values of the group
+      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts of edges
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: all_blocks(model%blocks%n), wanted(size(model%joints))
       type(edge_piece_type), allocatable :: free(:)
       integer :: v
 
       all_blocks = .true.
-      wanted = own%joints == ''
+      wanted = input%joints == ''
       allocate (pieces(0))
-      call mark_names(own%joints, 'joints', model%joints%name, group, wanted, error)
+      call mark_names(input%joints, 'joints', model%joints%name, group, wanted, error)
       if (allocated(error)) return
       associate (blocks => model%blocks)
          pieces = [(edge_piece_type(blocks%owner(v), v), v=1, size(blocks%owner))]
-         if (own%acts_on /= 'all') call outline_of(blocks, all_blocks, free)
-         if (own%acts_on == 'faces') pieces = free
-         if (own%acts_on == 'joints') pieces = remaining_parts(pieces, free)
+         if (input%acts_on /= 'all') call outline_of(blocks, all_blocks, free)
+         if (input%acts_on == 'faces') pieces = free
+         if (input%acts_on == 'joints') pieces = remaining_parts(pieces, free)
          pieces = pack(pieces, wanted(blocks%joint(pieces%edge)))
       end associate
    end subroutine find_wettable_edges
 
-   !> Parts of whole edges that remain after the removal of some parts, in the same order.
+   !> Parts of whole edges that remain after removal of some parts, in the order of the edges.
    function remaining_parts(edges, pieces) result(left)
       type(edge_piece_type), intent(in) :: edges(:)   !< whole edges
       type(edge_piece_type), intent(in) :: pieces(:)  !< parts to remove
@@ -227,7 +228,7 @@ contains
 
       !> Append the present part to the list, unless it is negligibly short.
       subroutine append_rest()
-         if (rest%to - rest%from <= covered) return
+         if (rest%to - rest%from <= most_uncovered) return
          n = n + 1
          left(n) = rest
       end subroutine append_rest
@@ -245,11 +246,11 @@ contains
       integer :: j
 
       load%kind = load_surface
-      call take_polyline(group, 'surface', points, model%origin, line, error)
+      call read_polyline(group, 'surface', points, model%origin, line, error)
       if (allocated(error)) return
       low = minval(model%blocks%vertex(1, :))
       high = maxval(model%blocks%vertex(1, :))
-      rounding = covered*model%blocks%half_size
+      rounding = most_uncovered*model%blocks%half_size
       do j = 1, size(line, 2)
          if (line(1, j) < low - rounding .or. line(1, j) > high &
             + rounding) call input_error(error, group, 'surface: there is water at ('// &
@@ -272,20 +273,20 @@ contains
    end function position_text
 
    !> Set heads or pressures at the points of a line on edges, with linear interpolation.
-   subroutine set_line(load, model, group, own, error)
+   subroutine set_line(load, model, group, input, error)
       type(edge_load_type), intent(inout) :: load  !< load with the pieces on which it may act
       type(model_type), intent(in) :: model  !< model with its blocks
       type(group_type), intent(in) :: group  !< group of the input
-      type(water_values), intent(in) :: own  !< values of the group
+      type(water_values), intent(in) :: input  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: line(:,:), values(:)
       type(edge_piece_type), allocatable :: all(:), found(:)
       integer :: j, n
 
       load%kind = load_line
-      call take_polyline(group, 'along', own%along, model%origin, line, error)
+      call read_polyline(group, 'along', input%along, model%origin, line, error)
       n = size(line, 2)
-      values = [own%head, own%pressure]
+      values = [input%head, input%pressure]
       if (size(values) /= n) call input_error(error, group, 'head or pressure must have as '// &
          'many values as along has points ('//to_text(n)//')')
       if (allocated(error)) return
@@ -320,15 +321,15 @@ contains
    end subroutine add_pressures
 
    !> Position of an end of a part along a segment: 0 at its first point, 1 at its second.
-   pure real(wp) function fraction_along(blocks, piece, i, segment) result(share)
+   pure real(wp) function fraction_along(blocks, piece, i, segment) result(fraction)
       type(blocks_type), intent(in) :: blocks     !< blocks in their initial state
-      type(edge_piece_type), intent(in) :: piece  !< of an edge
+      type(edge_piece_type), intent(in) :: piece  !< part of an edge
       integer, intent(in) :: i                    !< end of the part, 1 or 2
       real(wp), intent(in) :: segment(2, 2)       !< ends of the segment, m
       real(wp) :: along(2)
 
       along = segment(:, 2) - segment(:, 1)
-      share = dot_product(along, place_of(blocks, piece%block, reference_at(blocks, piece, &
+      fraction = dot_product(along, position_of(blocks, piece%block, reference_at(blocks, piece, &
          i - 1.0_wp)) - segment(:, 1))/dot_product(along, along)
    end function fraction_along
 
@@ -339,7 +340,7 @@ contains
       real(wp), intent(in) :: segment(2, 2)  !< ends of the segment, m
       type(edge_piece_type), intent(in) :: pieces(:)  !< parts on the segment
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: along(2), done, reach, share(2)
+      real(wp) :: along(2), done, reach, fraction(2)
       logical :: further
       integer :: k, i
 
@@ -350,14 +351,15 @@ contains
       do while (further)
          further = .false.
          do k = 1, size(pieces)
-            share = [(fraction_along(model%blocks, pieces(k), i, segment), i=1, 2)]
-            reach = maxval(share)
-            if (minval(share) > done + covered .or. reach <= done + covered) cycle
+            fraction = [(fraction_along(model%blocks, pieces(k), i, segment), i=1, 2)]
+            reach = maxval(fraction)
+            if (minval(fraction) > done + most_uncovered .or. reach <= done + most_uncovered) cycle
             done = reach
             further = .true.
          end do
       end do
-      if (done < 1.0_wp - covered) call input_error(error, group, 'along: there is water at ('// &
+      if (done < 1.0_wp - most_uncovered) call input_error(error, group, &
+         'along: there is water at ('// &
          position_text(segment(:, 1) + done*along + model%origin)// &
          '), outside the model or away from its joints and faces')
    end subroutine check_cover

@@ -15,7 +15,7 @@ module dda_input_edges
    use dda_text, only: to_text
    implicit none
    private
-   public :: choose_edges, take_polyline
+   public :: choose_edges, read_polyline
 
 contains
 
@@ -28,18 +28,18 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), intent(in), optional :: side !< side that replaces the side of the group
       logical :: wanted(model%blocks%n)
-      character(len=name_length) :: own
+      character(len=name_length) :: chosen_side
       real(wp), allocatable :: line(:,:)
       integer :: i
 
       allocate (pieces(0))
-      own = edges%side
-      if (present(side)) own = side
-      if (own == '' .and. size(edges%along) == 0 .and. edges%blocks == '') &
+      chosen_side = edges%side
+      if (present(side)) chosen_side = side
+      if (chosen_side == '' .and. size(edges%along) == 0 .and. edges%blocks == '') &
          call input_error(error, group, 'the group selects no edges; give side, along, or blocks')
       wanted = edges%blocks == ''
       call mark_names(edges%blocks, 'blocks', model%block_names, group, wanted, error)
-      if (size(edges%along) > 0) call take_polyline(group, 'along', edges%along, &
+      if (size(edges%along) > 0) call read_polyline(group, 'along', edges%along, &
          model%origin, line, error)
       i = findloc(abs(edges%edges - anint(edges%edges)) > 0.0_wp, .true., 1)
       if (i > 0) call input_error(error, group, 'edges: '//to_text(edges%edges(i))// &
@@ -48,14 +48,14 @@ contains
       call outline_of(model%blocks, wanted, pieces)
       if (size(edges%edges) > 0) pieces = pack(pieces, [(any(pieces(i)%edge &
          - model%blocks%first(pieces(i)%block) + 1 == nint(edges%edges)), i=1, size(pieces))])
-      if (own /= '') pieces = pieces_on_side(model%blocks, pieces, trim(own))
+      if (chosen_side /= '') pieces = pieces_on_side(model%blocks, pieces, trim(chosen_side))
       if (allocated(line)) pieces = pieces_along(model%blocks, pieces, line)
       if (size(pieces) == 0) call input_error(error, group, &
          'no edge of the outline is selected; edges that touch another block are excluded')
    end subroutine choose_edges
 
    !> Convert a polyline to the engine's coordinates.
-   subroutine take_polyline(group, name, points, origin, line, error)
+   subroutine read_polyline(group, name, points, origin, line, error)
       type(group_type), intent(in) :: group  !< group of the input
       character(len=*), intent(in) :: name  !< name of the variable
       real(wp), intent(in) :: points(:,:)   !< [2,points] positions, m
@@ -66,6 +66,6 @@ contains
       if (size(points, 2) < 2) call input_error(error, group, name//' has '// &
          to_text(size(points))//' values; x and y of at least two points are needed')
       line = points - spread(origin, 2, size(points, 2))
-   end subroutine take_polyline
+   end subroutine read_polyline
 
 end module dda_input_edges

@@ -8,7 +8,7 @@ module dda_input_flow
    use dda_errors, only: error_type
    use dda_flow, only: channel_type, connected_nodes, flow_boundary_type, flow_law_type, &
       flow_states, flow_type, flow_transient, flow_undrained
-   use dda_input_edges, only: take_polyline
+   use dda_input_edges, only: read_polyline
    use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
       mark_names
    use dda_input_groups, only: flow_boundary_values, flow_values, read_values
@@ -306,7 +306,7 @@ contains
 
       if (allocated(error)) return
       call read_values(group, own, error)
-      if (size(own%along) > 0) call take_polyline(group, 'along', own%along, model%origin, line, &
+      if (size(own%along) > 0) call read_polyline(group, 'along', own%along, model%origin, line, &
          error)
       if (own%side == '' .and. size(own%along) == 0) call input_error(error, group, &
          'the group selects no nodes; give side or along')

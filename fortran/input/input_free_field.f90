@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Column of a free-field side: the blocks up to the first vertical line that cuts no block; the
-!> left and right faces of the column must match.
+!> Column of a free-field side: the blocks between the side and the first vertical line that cuts no
+!> block.  The left and right faces of the column must match.
 module dda_input_free_field
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -19,7 +19,7 @@ module dda_input_free_field
    private
    public :: find_column, check_columns, check_ties
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< largest closed gap over half the model size
+   real(wp), parameter :: touching = 1.0e-6_wp  !< gap/half the model size of touching blocks
 
 contains
 
@@ -56,7 +56,7 @@ contains
       call check_ties(model, group, column, field%tie, error)
    end subroutine find_column
 
-   !> Check that ties have the springs of the contacts.
+   !> Check that the joints of ties have only the springs of &contact.
    subroutine check_ties(model, group, blocks, ties, error)
       type(model_type), intent(in) :: model  !< model with its joints
       type(group_type), intent(in) :: group  !< group of the input
@@ -133,14 +133,14 @@ contains
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(boundary_values) :: boundary
-      integer, allocatable :: own(:)
+      integer, allocatable :: group_numbers(:)
       integer :: i, k, g
 
       if (allocated(error)) return
       if (size(model%free_fields) == 0) return
-      own = positions(groups, 'boundary')
-      do i = 1, size(own)
-         g = own(i)
+      group_numbers = positions(groups, 'boundary')
+      do i = 1, size(group_numbers)
+         g = group_numbers(i)
          call read_values(groups(g), boundary, error)
          if (boundary%kind == 'free_field') exit
       end do

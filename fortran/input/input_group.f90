@@ -17,7 +17,7 @@ module dda_input_group
       unset, is_set, value_or, name_length, take_integer, take_logical, take_name, take_names, &
       take_numbers, take_points, take_real, take_text, take_tuple, mark_names
 
-   !> .true. if the input gives a value; before reading, the value is `unset`.
+   !> .true. if the input gives a value; a value that is not given is `unset`.
    interface is_set
       module procedure is_set_real, is_set_integer
    end interface is_set
@@ -38,9 +38,9 @@ contains
       is = value /= -huge(value)
    end function is_set_integer
 
-   !> Given value, or a substitute.
+   !> Return the given value, or a substitute if it is `unset`.
    pure elemental real(wp) function value_or(value, otherwise)
-      real(wp), intent(in) :: value, otherwise  !< value as read, or `unset`; substitute
+      real(wp), intent(in) :: value, otherwise  !< value, or `unset`; substitute
 
       value_or = merge(value, otherwise, is_set(value))
    end function value_or
@@ -178,10 +178,10 @@ contains
       integer, intent(in) :: v                !< position in `input_variables`
       real(wp), intent(inout) :: values(:)    !< values; unchanged if not given
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp), allocatable :: own(:)
+      real(wp), allocatable :: input(:)
 
-      call take_numbers(group, v, own, error)
-      values(:size(own)) = own
+      call take_numbers(group, v, input, error)
+      values(:size(input)) = input
    end subroutine take_tuple
 
    !> Read points as pairs of x and y.

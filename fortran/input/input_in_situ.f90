@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Groups &in_situ: initial stress of the ground from the weight above each block.
 !>
-!> σy = −∫ρg dy along the vertical through the centroid, and σx = K₀σy, in addition to the locked-in
+!> σy = −∫ρg dy along the vertical through the centroid, and σx = K₀σy, in addition to the initial
 !> stress of the material.  Columns of equal width list the blocks that a vertical line may cross.
 module dda_input_in_situ
    use dda_kinds, only: wp
@@ -21,13 +21,13 @@ module dda_input_in_situ
 
    !> The blocks in columns of equal width.
    type :: columns_type
-      real(wp) :: left, width                      !< m
+      real(wp) :: left, width                      !< left end and width of a column, m
       integer, allocatable :: first(:), block(:)  !< [columns+1] start of columns; blocks by columns
    end type columns_type
 
    !> Weight and top of the ground above a point.
    type :: cover_type
-      real(wp) :: weight = 0.0_wp                  !< Pa
+      real(wp) :: weight = 0.0_wp                  !< weight per area, Pa
       real(wp) :: top = -huge(1.0_wp)              !< highest block, m
       real(wp) :: unit_weight = 0.0_wp             !< unit weight of the highest block, N/m³
    end type cover_type
@@ -40,7 +40,7 @@ contains
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(columns_type) :: columns
-      type(in_situ_values) :: own
+      type(in_situ_values) :: input
       integer, allocatable :: list(:)
       logical :: done(size(model%materials)), chosen(size(model%materials))
       integer :: i, m
@@ -52,53 +52,54 @@ contains
       done = .false.
       do i = 1, size(list)
          associate (group => groups(list(i)))
-            call read_values(group, own, error)
+            call read_values(group, input, error)
             m = 0
-            if (own%material /= '') call require_name(error, group, 'material', own%material, &
+            if (input%material /= '') call require_name(error, group, 'material', input%material, &
                model%materials%name, 'material', m)
-            call check_values(group, own, model, error)
+            call check_values(group, input, model, error)
             if (allocated(error)) return
             chosen = m == 0
             if (m > 0) chosen(m) = .true.
             if (any(done .and. chosen)) call input_error(error, group, &
                'another &in_situ already stresses this material: give each material once')
             done = done .or. chosen
-            call stress_blocks(group, own, m, columns, model, error)
+            call stress_blocks(group, input, m, columns, model, error)
          end associate
          if (allocated(error)) return
       end do
    end subroutine read_in_situ
 
    !> Check that lists match and that gravity acts downwards.
-   subroutine check_values(group, own, model, error)
+   subroutine check_values(group, input, model, error)
       type(group_type), intent(in) :: group        !< group of the input
-      type(in_situ_values), intent(in) :: own      !< values of the group
+      type(in_situ_values), intent(in) :: input    !< values of the group
       type(model_type), intent(in) :: model        !< model with its gravity
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      associate (gravity => model%control%gravity, depth => own%depth, x => own%surface(1, :))
+      associate (gravity => model%control%gravity, depth => input%depth, x => input%surface(1, :))
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
             group, 'initial stress needs gravity that acts downwards; gravity is '// &
             to_text(gravity(1))//', '//to_text(gravity(2)))
-         if (size(own%k0) > 1 .and. size(depth) /= size(own%k0)) call input_error(error, group, &
-            'k0 has '//to_text(size(own%k0))//' values and depth '//to_text(size(depth))// &
+         if (size(input%k0) > 1 .and. size(depth) /= size(input%k0)) call input_error(error, &
+            group, &
+            'k0 has '//to_text(size(input%k0))//' values and depth '//to_text(size(depth))// &
             ': give one depth for each k0')
-         if (size(depth) > 0 .and. size(own%k0) /= size(depth)) call input_error(error, group, &
+         if (size(depth) > 0 .and. size(input%k0) /= size(depth)) call input_error(error, group, &
             'depth requires one value of k0 for each depth')
          if (any(depth(2:) <= depth(:size(depth) - 1))) call input_error(error, group, &
             'depth must ascend')
          if (any(x(2:) <= x(:size(x) - 1))) call input_error(error, group, &
             'the points of surface must go from left to right')
-         if (is_set(own%unit_weight) .and. size(own%surface, 2) == 0) call input_error( &
+         if (is_set(input%unit_weight) .and. size(input%surface, 2) == 0) call input_error( &
             error, group, 'unit_weight is for ground between the model and surface: '// &
             'give surface')
       end associate
    end subroutine check_values
 
    !> Set the stress of the blocks of material m, or of all blocks.
-   subroutine stress_blocks(group, own, m, columns, model, error)
+   subroutine stress_blocks(group, input, m, columns, model, error)
       type(group_type), intent(in) :: group        !< group of the input
-      type(in_situ_values), intent(in) :: own      !< values of the group
+      type(in_situ_values), intent(in) :: input    !< values of the group
       integer, intent(in) :: m                     !< number of the material; 0: all
       type(columns_type), intent(in) :: columns    !< columns of the blocks
       type(model_type), intent(inout) :: model     !< model whose blocks receive stress
@@ -113,18 +114,18 @@ contains
             associate (x => blocks%position(1, b), y => blocks%position(2, b))
                cover = cover_above(model, columns, x, y)
                surface = cover%top
-               if (size(own%surface, 2) > 0) surface = table_value(own%surface(1, :), &
-                  own%surface(2, :), x + model%origin(1)) - model%origin(2)
+               if (size(input%surface, 2) > 0) surface = table_value(input%surface(1, :), &
+                  input%surface(2, :), x + model%origin(1)) - model%origin(2)
                if (surface < cover%top - touching*blocks%half_size) then
                   call input_error(error, group, 'surface is '//to_text(cover%top - surface)// &
                      ' m below the top of the model at x = '//to_text(x + model%origin(1)))
                   return
                end if
-               if (is_set(own%unit_weight)) cover%unit_weight = own%unit_weight
+               if (is_set(input%unit_weight)) cover%unit_weight = input%unit_weight
                cover%weight = cover%weight + cover%unit_weight*max(0.0_wp, surface - cover%top)
                ratio = material%poisson_ratio/(1.0_wp - material%poisson_ratio)
-               if (size(own%k0) == 1) ratio = own%k0(1)
-               if (size(own%depth) > 0) ratio = table_value(own%depth, own%k0, surface - y)
+               if (size(input%k0) == 1) ratio = input%k0(1)
+               if (size(input%depth) > 0) ratio = table_value(input%depth, input%k0, surface - y)
                blocks%initial_stress(1:2, b) = blocks%initial_stress(1:2, b) &
                   - cover%weight*[ratio, 1.0_wp]
                model%stress_gradient(:, b) = norm2(model%control%gravity)*material%density &
@@ -179,8 +180,8 @@ contains
          columns%width = (maxval(x) - columns%left)/n
          allocate (columns%first(n + 1))
          do b = 1, blocks%n
-            associate (own => x(blocks%first(b):blocks%first(b + 1) - 1))
-               span(:, b) = [column_at(columns, minval(own)), column_at(columns, maxval(own))]
+            associate (input => x(blocks%first(b):blocks%first(b + 1) - 1))
+               span(:, b) = [column_at(columns, minval(input)), column_at(columns, maxval(input))]
             end associate
          end do
          k = sum(span(2, :) - span(1, :) + 1)

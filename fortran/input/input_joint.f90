@@ -42,7 +42,7 @@ contains
       if (all(new%contact_points /= [2, 3, 5, 9, 17])) call input_error(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3, 5, 9 or 17')
       if (allocated(error)) return
-      if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! governs contacts
+      if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! weakest joint
       call slot%law%check_and_derive(new, shear_ratio, wrong)
       if (wrong /= '') call input_error(error, group, wrong)
    end subroutine read_joint

@@ -74,25 +74,25 @@ contains
    end subroutine check_derived
 
    !> Read a constant damping ratio, or Rayleigh damping.
-   subroutine read_damping(error, group, own, damping)
+   subroutine read_damping(error, group, input, damping)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group  !< group of the input
-      type(material_values), intent(in) :: own  !< values of the group
+      type(material_values), intent(in) :: input  !< values of the group
       type(damping_type), intent(inout) :: damping   !< damping as requested, not yet fitted
 
       if (given(group, 'rayleigh_alpha') .or. given(group, 'rayleigh_beta')) then
-         damping%alpha = own%rayleigh_alpha
-         damping%beta = own%rayleigh_beta
+         damping%alpha = input%rayleigh_alpha
+         damping%beta = input%rayleigh_beta
       else if (given(group, 'rayleigh_frequencies')) then
-         call check_band(error, group, 'rayleigh_frequencies', own%rayleigh_frequencies)
-         if (.not. allocated(error)) call set_rayleigh(damping, own%damping_ratio, &
-            own%rayleigh_frequencies)
-      else if (given(group, 'damping_ratio') .or. own%law == 'hysteretic') then
-         damping%ratio = own%damping_ratio
-         damping%reference = own%reference_frequency
-         call check_band(error, group, 'damping_band', own%damping_band)
-         if (given(group, 'damping_band')) damping%band = own%damping_band
-         if (is_set(own%mechanisms)) damping%n = own%mechanisms
+         call check_band(error, group, 'rayleigh_frequencies', input%rayleigh_frequencies)
+         if (.not. allocated(error)) call set_rayleigh(damping, input%damping_ratio, &
+            input%rayleigh_frequencies)
+      else if (given(group, 'damping_ratio') .or. input%law == 'hysteretic') then
+         damping%ratio = input%damping_ratio
+         damping%reference = input%reference_frequency
+         call check_band(error, group, 'damping_band', input%damping_band)
+         if (given(group, 'damping_band')) damping%band = input%damping_band
+         if (is_set(input%mechanisms)) damping%n = input%mechanisms
       end if
    end subroutine read_damping
 
@@ -144,17 +144,17 @@ contains
    end subroutine fit_materials
 
    !> Check that the variables of a law are given and consistent with the rest of the material.
-   subroutine check_law(group, own, material, error)
+   subroutine check_law(group, input, material, error)
       type(group_type), intent(in) :: group           !< &material
-      type(material_values), intent(in) :: own        !< values of the group
+      type(material_values), intent(in) :: input      !< values of the group
       type(material_type), intent(in) :: material     !< material as read, without its law
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(soil_type) :: soil
 
       if (allocated(error)) return
-      if (own%law == 'mohr_coulomb') call check_strength(group, own, error)
-      if (own%law /= 'hysteretic') return
-      call read_soil(group, own, material, soil, error)
+      if (input%law == 'mohr_coulomb') call check_strength(group, input, error)
+      if (input%law /= 'hysteretic') return
+      call read_soil(group, input, material, soil, error)
    end subroutine check_law
 
    !> Set the law of a material, which then includes the damping at small strains.
@@ -163,21 +163,21 @@ contains
       type(material_type), intent(inout) :: material   !< material as read
       real(wp), intent(in) :: limit            !< largest ω_l permitted by all stages, rad/s
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(material_values) :: own
+      type(material_values) :: input
       type(soil_type) :: soil
       type(curve_type) :: curve
       type(branches_type) :: branches
 
-      call read_values(group, own, error)
-      if (own%law == 'mohr_coulomb') allocate (material%own_law, source=solid_of(own, material))
-      if (own%law /= 'hysteretic') return
-      call read_soil(group, own, material, soil, error)
+      call read_values(group, input, error)
+      if (input%law == 'mohr_coulomb') allocate (material%own_law, source=solid_of(input, material))
+      if (input%law /= 'hysteretic') return
+      call read_soil(group, input, material, soil, error)
       if (.not. allocated(error)) call curve_of(soil, curve, error)
       if (allocated(error)) return
-      associate (damping => material%damping, masing => own%damping_curve == 'masing')
+      associate (damping => material%damping, masing => input%damping_curve == 'masing')
          if (.not. given(group, 'damping_ratio')) &
             damping%ratio = merge(0.0_wp, curve%damping(1), masing)
-         call fit_branches(curve, own%branches, masing, damping, limit, branches, error)
+         call fit_branches(curve, input%branches, masing, damping, limit, branches, error)
          if (allocated(error)) return
          damping = branches%body
          damping%by_law = .true.
@@ -186,68 +186,71 @@ contains
    end subroutine set_law
 
    !> Read the soil that a group describes.
-   subroutine read_soil(group, own, material, soil, error)
+   subroutine read_soil(group, input, material, soil, error)
       type(group_type), intent(in) :: group        !< &material
-      type(material_values), intent(in) :: own     !< values of the group
+      type(material_values), intent(in) :: input   !< values of the group
       type(material_type), intent(in) :: material  !< material with its moduli
       type(soil_type), intent(out) :: soil         !< soil as requested
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      soil%curve = own%curve(:len(soil%curve))
-      soil%plasticity = own%plasticity_index
-      soil%stress = own%mean_stress
-      soil%consolidation = own%ocr
-      soil%frequency = own%reference_frequency
-      soil%reference = own%reference_strain
-      soil%factor = own%curve_factor
-      soil%power = own%curve_power
-      if (is_set(own%shear_strength)) soil%reference = own%shear_strength*2.0_wp &
+      soil%curve = input%curve(:len(soil%curve))
+      soil%plasticity = input%plasticity_index
+      soil%stress = input%mean_stress
+      soil%consolidation = input%ocr
+      soil%frequency = input%reference_frequency
+      soil%reference = input%reference_strain
+      soil%factor = input%curve_factor
+      soil%power = input%curve_power
+      if (is_set(input%shear_strength)) soil%reference = input%shear_strength*2.0_wp &
          *(1.0_wp + material%poisson_ratio)/material%young_modulus
-      call check_curve(group, own, error)
+      call check_curve(group, input, error)
       if (allocated(error)) return
-      if (soil%curve == 'gqh') soil%theta = own%curve_fit
-      if (soil%curve == 'table') soil%table = curve_type(own%strains, own%reductions, own%dampings)
+      if (soil%curve == 'gqh') soil%theta = input%curve_fit
+      if (soil%curve == 'table') soil%table = curve_type(input%strains, input%reductions, &
+         input%dampings)
    end subroutine read_soil
 
    !> Check the values of a curve.
-   subroutine check_curve(group, own, error)
+   subroutine check_curve(group, input, error)
       type(group_type), intent(in) :: group     !< &material
-      type(material_values), intent(in) :: own  !< values of the group
+      type(material_values), intent(in) :: input  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: n
 
-      if (own%curve == 'gqh' .and. size(own%curve_fit) /= 5) call input_error(error, group, &
+      if (input%curve == 'gqh' .and. size(input%curve_fit) /= 5) call input_error(error, group, &
          "curve = 'gqh' needs the five numbers of curve_fit")
-      if (own%curve /= 'table') return
-      n = size(own%strains)
-      if (n < 2 .or. size(own%reductions) /= n .or. size(own%dampings) /= n) then
+      if (input%curve /= 'table') return
+      n = size(input%strains)
+      if (n < 2 .or. size(input%reductions) /= n .or. size(input%dampings) /= n) then
          call input_error(error, group, &
             "curve = 'table' needs as many strains, reductions and dampings, two at least")
-      else if (any(own%strains(2:) <= own%strains(:n - 1))) then
+      else if (any(input%strains(2:) <= input%strains(:n - 1))) then
          call input_error(error, group, 'strains must ascend')
       end if
    end subroutine check_curve
 
    !> Check that strengths are given together.
-   subroutine check_strength(group, own, error)
+   subroutine check_strength(group, input, error)
       type(group_type), intent(in) :: group     !< &material
-      type(material_values), intent(in) :: own  !< values of the group
+      type(material_values), intent(in) :: input  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (own%dilation_angle > own%friction_angle) call input_error(error, group, &
-         'dilation_angle = '//to_text(own%dilation_angle)//' must not be above friction_angle = ' &
-         //to_text(own%friction_angle)//': yielding would add energy')
-      if (is_set(own%tensile_strength)) call check_tension('', own%tensile_strength, &
-         own%cohesion, own%friction_angle)
-      if (is_set(own%residual_tensile_strength)) call check_tension('residual_', &
-         own%residual_tensile_strength, value_or(own%residual_cohesion, own%cohesion), &
-         value_or(own%residual_friction_angle, own%friction_angle))
-      call check_residual('cohesion', own%cohesion, own%residual_cohesion)
-      call check_residual('friction_angle', own%friction_angle, own%residual_friction_angle)
-      call check_residual('tensile_strength', value_or(own%tensile_strength, &
-         cone_apex(own%cohesion, own%friction_angle)), own%residual_tensile_strength)
-      if (.not. is_set(own%softening_displacement) .and. any(is_set([own%residual_cohesion, &
-         own%residual_friction_angle, own%residual_tensile_strength]))) call input_error(error, &
+      if (input%dilation_angle > input%friction_angle) call input_error(error, group, &
+         'dilation_angle = '//to_text(input%dilation_angle)// &
+            ' must not be above friction_angle = ' &
+         //to_text(input%friction_angle)//': yielding would add energy')
+      if (is_set(input%tensile_strength)) call check_tension('', input%tensile_strength, &
+         input%cohesion, input%friction_angle)
+      if (is_set(input%residual_tensile_strength)) call check_tension('residual_', &
+         input%residual_tensile_strength, value_or(input%residual_cohesion, input%cohesion), &
+         value_or(input%residual_friction_angle, input%friction_angle))
+      call check_residual('cohesion', input%cohesion, input%residual_cohesion)
+      call check_residual('friction_angle', input%friction_angle, input%residual_friction_angle)
+      call check_residual('tensile_strength', value_or(input%tensile_strength, &
+         cone_apex(input%cohesion, input%friction_angle)), input%residual_tensile_strength)
+      if (.not. is_set(input%softening_displacement) .and. any(is_set([input%residual_cohesion, &
+         input%residual_friction_angle, &
+            input%residual_tensile_strength]))) call input_error(error, &
          group, 'residual strengths need softening_displacement')
 
    contains
@@ -255,7 +258,7 @@ contains
       !> Check that the tensile strength does not exceed c cot φ.
       subroutine check_tension(prefix, tension, cohesion, angle)
          character(len=*), intent(in) :: prefix              !< prefix of the names
-         real(wp), intent(in) :: tension, cohesion, angle    !< Pa, Pa, degrees
+         real(wp), intent(in) :: tension, cohesion, angle    !< Pa; Pa; degrees
 
          if (angle <= 0.0_wp) return
          if (tension > (1.0_wp + rounding)*cone_apex(cohesion, angle)) call input_error(error, &
@@ -289,22 +292,24 @@ contains
       real(wp), intent(in) :: factor         !< above 0
       type(reduced_type), allocatable, intent(out) :: strengths(:)  !< names and values
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(material_values) :: own
+      type(material_values) :: input
 
       allocate (strengths(0))
-      call read_values(group, own, error)
-      if (allocated(error) .or. own%law /= 'mohr_coulomb') return
-      associate (angle => reduced_angle(own%friction_angle, factor))
-         strengths = [reduced_type('cohesion', own%cohesion/factor), &
+      call read_values(group, input, error)
+      if (allocated(error) .or. input%law /= 'mohr_coulomb') return
+      associate (angle => reduced_angle(input%friction_angle, factor))
+         strengths = [reduced_type('cohesion', input%cohesion/factor), &
             reduced_type('friction_angle', angle), &
-            reduced_type('dilation_angle', min(own%dilation_angle, angle))]
+            reduced_type('dilation_angle', min(input%dilation_angle, angle))]
       end associate
-      call append_strength('tensile_strength', own%tensile_strength, own%tensile_strength/factor)
-      call append_strength('residual_cohesion', own%residual_cohesion, own%residual_cohesion/factor)
-      call append_strength('residual_tensile_strength', own%residual_tensile_strength, &
-         own%residual_tensile_strength/factor)
-      call append_strength('residual_friction_angle', own%residual_friction_angle, &
-         reduced_angle(own%residual_friction_angle, factor))
+      call append_strength('tensile_strength', input%tensile_strength, &
+         input%tensile_strength/factor)
+      call append_strength('residual_cohesion', input%residual_cohesion, &
+         input%residual_cohesion/factor)
+      call append_strength('residual_tensile_strength', input%residual_tensile_strength, &
+         input%residual_tensile_strength/factor)
+      call append_strength('residual_friction_angle', input%residual_friction_angle, &
+         reduced_angle(input%residual_friction_angle, factor))
 
    contains
 
@@ -318,22 +323,22 @@ contains
    end subroutine reduce_solid
 
    !> Create the law that a group describes.
-   pure type(mohr_coulomb_solid_type) function solid_of(own, material) result(law)
-      type(material_values), intent(in) :: own      !< values of &material
+   pure type(mohr_coulomb_solid_type) function solid_of(input, material) result(law)
+      type(material_values), intent(in) :: input    !< values of &material
       type(material_type), intent(in) :: material   !< material with its elasticity
 
-      law%peak = make_strength(own%cohesion, own%friction_angle, own%tensile_strength)
-      law%peak%dilation = degree*own%dilation_angle
+      law%peak = make_strength(input%cohesion, input%friction_angle, input%tensile_strength)
+      law%peak%dilation = degree*input%dilation_angle
       law%residual = law%peak
-      if (is_set(own%softening_displacement)) then
-         law%softening = own%softening_displacement
-         law%residual = make_strength(value_or(own%residual_cohesion, own%cohesion), &
-            value_or(own%residual_friction_angle, own%friction_angle), &
-            value_or(own%residual_tensile_strength, law%peak%tension))
+      if (is_set(input%softening_displacement)) then
+         law%softening = input%softening_displacement
+         law%residual = make_strength(value_or(input%residual_cohesion, input%cohesion), &
+            value_or(input%residual_friction_angle, input%friction_angle), &
+            value_or(input%residual_tensile_strength, law%peak%tension))
          law%residual%dilation = min(law%peak%dilation, law%residual%friction)
       end if
-      if (is_set(own%initial_stress_z)) law%beyond = own%initial_stress_z &
-         - material%poisson_ratio*sum(own%initial_stress(1:2))
+      if (is_set(input%initial_stress_z)) law%beyond = input%initial_stress_z &
+         - material%poisson_ratio*sum(input%initial_stress(1:2))
    end function solid_of
 
    !> Return a strength without dilation.

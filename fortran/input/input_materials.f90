@@ -23,41 +23,42 @@ contains
       character(len=*), intent(in) :: folder
       type(motion_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(motion_values) :: own
+      type(motion_values) :: input
       type(record_type) :: record
       type(error_type), allocatable :: failure
       character(len=:), allocatable :: path
 
-      call read_values(group, own, error)
-      new%name = own%name
+      call read_values(group, input, error)
+      new%name = input%name
       if (allocated(error)) return
-      if (own%file /= '') then
-         path = own%file
+      if (input%file /= '') then
+         path = input%file
          if (path(1:1) /= '/') path = folder//path
-         call read_record(record, path, trim(own%format), trim(own%quantity), trim(own%unit), &
-            failure, value_or(own%time_step, 0.0_wp), own%channel)
+         call read_record(record, path, trim(input%format), trim(input%quantity), &
+            trim(input%unit), &
+            failure, value_or(input%time_step, 0.0_wp), input%channel)
          if (allocated(failure)) call input_error(error, group, failure%message)
       else
-         call read_samples(group, own, record, error)
+         call read_samples(group, input, record, error)
       end if
-      if (.not. allocated(error)) call make_motion(group, record, own, new, error)
+      if (.not. allocated(error)) call make_motion(group, record, input, new, error)
    end subroutine read_motion
 
    !> Read values from the group, in SI units.
-   subroutine read_samples(group, own, record, error)
+   subroutine read_samples(group, input, record, error)
       type(group_type), intent(in) :: group  !< group of the input
-      type(motion_values), intent(in) :: own !< values of the group
+      type(motion_values), intent(in) :: input !< values of the group
       type(record_type), intent(out) :: record  !< record
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (size(own%values) < 2) call input_error(error, group, &
+      if (size(input%values) < 2) call input_error(error, group, &
          'values has too few samples: at least 2 are needed')
-      if (all(own%unit /= [character(len=4) :: '', 'm', 'm/s', 'm/s2'])) call input_error(error, &
-         group, 'unit = '//quoted(own%unit)//': values in the input are in m, m/s or m/s2')
+      if (all(input%unit /= [character(len=4) :: '', 'm', 'm/s', 'm/s2'])) call input_error(error, &
+         group, 'unit = '//quoted(input%unit)//': values in the input are in m, m/s or m/s2')
       if (allocated(error)) return
-      record%time_step = own%time_step
-      record%values = own%values
-      record%quantity = trim(own%quantity)
+      record%time_step = input%time_step
+      record%values = input%values
+      record%quantity = trim(input%quantity)
       record%station = ''
       record%description = 'values in the input'
       record%file = ''
@@ -65,21 +66,21 @@ contains
 
    !> Compute acceleration, velocity and displacement of the record.
    !> By default, drift is removed from accelerations.
-   subroutine make_motion(group, record, own, new, error)
+   subroutine make_motion(group, record, input, new, error)
       type(group_type), intent(in) :: group  !< group of the input
       type(record_type), intent(in) :: record  !< record
-      type(motion_values), intent(in) :: own !< values of the group
+      type(motion_values), intent(in) :: input !< values of the group
       type(motion_type), intent(inout) :: new  !< receives the curves
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: failure
       type(baseline_type) :: baseline
 
-      baseline%scale = own%scale
-      baseline%taper = own%taper
-      baseline%after_end = own%after_end
-      new%stops = own%after_end == 'hold'
+      baseline%scale = input%scale
+      baseline%taper = input%taper
+      baseline%after_end = input%after_end
+      new%stops = input%after_end == 'hold'
       baseline%order = merge(2, 0, record%quantity == 'acceleration')
-      if (is_set(own%drift_order)) baseline%order = own%drift_order
+      if (is_set(input%drift_order)) baseline%order = input%drift_order
       call make_motion_curve(new%curve, record%quantity, record%values, record%time_step, failure, &
          baseline)
       if (allocated(failure)) then

@@ -20,11 +20,12 @@ module dda_input_points
    public :: read_fixed_point, read_load, read_point, read_amplification, find_block, &
       find_motions, number_of_block, block_at, check_times, read_measured_joints
 
-   real(wp), parameter :: on_boundary = 1.0e-9_wp  !< tolerance on edges over the block size
+   !> distance/block size within which a point is on an edge
+   real(wp), parameter :: on_boundary = 1.0e-9_wp
 
 contains
 
-   !> Find the named block at a point, or the first block that contains the point.
+   !> Find the block of a given name that contains a point; without a name, the first such block.
    subroutine find_block(group, model, wanted, point, b, error)
       type(group_type), intent(in) :: group  !< group of the input
       type(model_type), intent(in) :: model      !< model with its blocks
@@ -101,14 +102,14 @@ contains
       type(model_type), intent(in) :: model  !< model with its blocks
       type(fixed_point_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(fixed_point_values) :: own
+      type(fixed_point_values) :: input
 
-      call read_values(group, own, error)
-      new%name = own%name
-      new%held = [index(own%direction, 'x') > 0, index(own%direction, 'y') > 0]
-      call find_point(group, model, own%point, new%place, new%reference, new%block, error)
-      call find_motions(group, [own%motion_x, own%motion_y], model%motions, new%motion, error)
-      if (any(new%motion > 0 .and. .not. new%held)) call input_error(error, group, &
+      call read_values(group, input, error)
+      new%name = input%name
+      new%fixed_along = [index(input%direction, 'x') > 0, index(input%direction, 'y') > 0]
+      call find_point(group, model, input%point, new%place, new%reference, new%block, error)
+      call find_motions(group, [input%motion_x, input%motion_y], model%motions, new%motion, error)
+      if (any(new%motion > 0 .and. .not. new%fixed_along)) call input_error(error, group, &
          'a motion is given in a direction in which the point is not fixed')
    end subroutine read_fixed_point
 
@@ -152,23 +153,23 @@ contains
       type(model_type), intent(in) :: model  !< model with its blocks
       type(load_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(load_values) :: own
+      type(load_values) :: input
       real(wp) :: place(2)
       integer :: n
 
-      call read_values(group, own, error)
-      call find_point(group, model, own%point, place, new%reference, new%block, error)
-      new%name = own%name
-      new%time = own%time
+      call read_values(group, input, error)
+      call find_point(group, model, input%point, place, new%reference, new%block, error)
+      new%name = input%name
+      new%time = input%time
       n = size(new%time)
       call check_times(error, group, new%time)
-      if (any([size(own%force_x), size(own%force_y)] /= 0 .and. [size(own%force_x), &
-         size(own%force_y)] /= n)) call input_error(error, group, &
+      if (any([size(input%force_x), size(input%force_y)] /= 0 .and. [size(input%force_x), &
+         size(input%force_y)] /= n)) call input_error(error, group, &
          'force_x and force_y must have as many values as time ('//to_text(n)//')')
       if (allocated(error)) return
       allocate (new%force(2, n), source=0.0_wp)
-      new%force(1, :size(own%force_x)) = own%force_x
-      new%force(2, :size(own%force_y)) = own%force_y
+      new%force(1, :size(input%force_x)) = input%force_x
+      new%force(2, :size(input%force_y)) = input%force_y
    end subroutine read_load
 
    !> Check the times of a load: at least two, not descending.
@@ -188,12 +189,12 @@ contains
       type(model_type), intent(in) :: model  !< model with its blocks
       type(point_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(measured_point_values) :: own
+      type(measured_point_values) :: input
 
-      call read_values(group, own, error)
-      new%name = own%name
-      call find_point(group, model, own%point, new%place, new%reference, new%block, error)
-      if (own%point%block == '' .and. new%block > 0) new%other = other_container(model%blocks, &
+      call read_values(group, input, error)
+      new%name = input%name
+      call find_point(group, model, input%point, new%place, new%reference, new%block, error)
+      if (input%point%block == '' .and. new%block > 0) new%other = other_container(model%blocks, &
          new%block, new%place)
    end subroutine read_point
 
@@ -216,18 +217,19 @@ contains
       type(point_type), intent(in) :: points(:)  !< measured points of the model
       type(amplification_type), intent(out) :: new  !< points, axis, band (Hz)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(amplification_values) :: own
+      type(amplification_values) :: input
 
-      call read_values(group, own, error)
-      if (own%highest <= own%lowest) call input_error(error, group, 'highest must be above lowest')
+      call read_values(group, input, error)
+      if (input%highest <= input%lowest) call input_error(error, group, &
+         'highest must be above lowest')
       if (allocated(error)) return
-      new%lowest = own%lowest
-      new%highest = own%highest
-      new%padding = own%padding
-      new%axis = index('xy', trim(own%direction))
-      call require_name(error, group, 'surface', own%surface, points%name, 'measured_point', &
+      new%lowest = input%lowest
+      new%highest = input%highest
+      new%padding = input%padding
+      new%axis = index('xy', trim(input%direction))
+      call require_name(error, group, 'surface', input%surface, points%name, 'measured_point', &
          new%surface)
-      call require_name(error, group, 'base', own%base, points%name, 'measured_point', new%base)
+      call require_name(error, group, 'base', input%base, points%name, 'measured_point', new%base)
    end subroutine read_amplification
 
    !> Read all measured joints of an input.
@@ -257,17 +259,17 @@ contains
       character(len=*), intent(in) :: names(:) !< [n] names of the blocks
       type(measured_joint_type), intent(out) :: new          !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(measured_joint_values) :: own
+      type(measured_joint_values) :: input
       logical :: one(size(names)), other(size(names))
 
       one = .false.
       other = .false.
-      call read_values(group, own, error)
+      call read_values(group, input, error)
       if (allocated(error)) return
-      new%name = own%name
-      call mark_names(own%blocks, 'blocks', names, group, one, error)
-      call mark_names(own%against, 'against', names, group, other, error)
-      if (own%against == '') other = .not. one
+      new%name = input%name
+      call mark_names(input%blocks, 'blocks', names, group, one, error)
+      call mark_names(input%against, 'against', names, group, other, error)
+      if (input%against == '') other = .not. one
       if (any(one .and. other)) call input_error(error, group, 'block '//quoted(trim( &
          names(findloc(one .and. other, .true., 1))))//' is in both blocks and against')
       if (.not. any(other)) call input_error(error, group, &

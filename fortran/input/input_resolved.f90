@@ -1,8 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Resolved input as JSON: the given, default or derived value of every variable of every group,
-!> except groups of blocks.
-!>
-!> The output contains this JSON, so that readers of outputs need no input.
+!> Resolved input as JSON: the given, default or derived value of each variable of all groups except
+!> groups of blocks.  The output contains this JSON, so that its readers do not need the input.
 module dda_input_resolved
    use dda_input_boundaries, only: effective_kind
    use dda_input_group, only: group_type
@@ -36,20 +34,21 @@ contains
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       character(len=:), allocatable :: text
       type(page_type) :: page
-      integer, allocatable :: small(:), own(:)
+      integer, allocatable :: small(:), group_numbers(:)
       integer :: g, i, k
 
       small = pack([(i, i=1, size(groups))], [(all(groups(i)%name /= of_blocks), &
          i=1, size(groups))])
       allocate (character(len=4096) :: page%text)
       do g = 1, size(input_groups)
-         own = pack(small, [(groups(small(i))%name == input_groups(g)%name, i=1, size(small))])
-         if (size(own) == 0 .and. all(input_groups(g)%name /= always)) cycle
+         group_numbers = pack(small, [(groups(small(i))%name == input_groups(g)%name, i=1, &
+            size(small))])
+         if (size(group_numbers) == 0 .and. all(input_groups(g)%name /= always)) cycle
          call append_text(page, merge(',"', '{"', page%n > 0)//trim(input_groups(g)%name)//'": [')
-         if (size(own) == 0) call add_group(page, g, empty_group(g), 1, model)
-         do k = 1, size(own)
+         if (size(group_numbers) == 0) call add_group(page, g, empty_group(g), 1, model)
+         do k = 1, size(group_numbers)
             if (k > 1) call append_text(page, ', ')
-            call add_group(page, g, groups(own(k)), k, model)
+            call add_group(page, g, groups(group_numbers(k)), k, model)
          end do
          call append_text(page, ']')
       end do
@@ -158,7 +157,7 @@ contains
 
    !> Text of a given value; null for an omitted value of a list.
    pure function given_value(given, variable) result(value)
-      type(value_type), intent(in) :: given         !< as read
+      type(value_type), intent(in) :: given         !< value as read
       type(variable_type), intent(in) :: variable   !< variable of the schema
       character(len=:), allocatable :: value
       type(page_type) :: page

@@ -20,33 +20,34 @@ module dda_input_settings
    public :: read_control, read_contact, read_output, check_output_times, count_steps, &
       require_analysis, set_integration, read_stop
 
-   real(wp), parameter :: usual_rest = 1.0e-6_wp  !< default displacement over the larger model side
+   !> default displacement over the larger model side
+   real(wp), parameter :: default_rest = 1.0e-6_wp
 
 contains
 
    !> Read &control: the time stepping of the run.
-   subroutine read_control(group, staged, settings, own, error)
+   subroutine read_control(group, staged, settings, input, error)
       type(group_type), intent(in) :: group  !< group of the input
       logical, intent(in) :: staged  !< the input has groups &stage
-      type(control_type), intent(out) :: settings  !< by the group
-      type(control_values), intent(out) :: own     !< values of the group
+      type(control_type), intent(out) :: settings  !< settings of the group
+      type(control_values), intent(out) :: input   !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      call read_values(group, own, error)
-      if (.not. staged) call count_steps(error, group, own%time_step, own%duration, own%steps)
-      if (staged .and. (is_set(own%duration) .or. is_set(own%steps) .or. own%settle)) call &
+      call read_values(group, input, error)
+      if (.not. staged) call count_steps(error, group, input%time_step, input%duration, input%steps)
+      if (staged .and. (is_set(input%duration) .or. is_set(input%steps) .or. input%settle)) call &
          input_error(error, group, 'with &stage groups, duration, steps and settle are not '// &
          "allowed here: each &stage has its own, and kind = 'static' settles")
       if (allocated(error)) return
-      settings%control_values = own
-      settings%duration = value_or(own%duration, 0.0_wp)
-      settings%step_count = int(value_or(own%steps, 0.0_wp), long)
-      settings%least_time_step = value_or(own%least_time_step, 1.0e-6_wp*own%time_step)
-      settings%adaptive = own%time_step_control == 'adaptive'
-      settings%plane_strain = own%analysis == 'plane_strain'
+      settings%control_values = input
+      settings%duration = value_or(input%duration, 0.0_wp)
+      settings%step_count = int(value_or(input%steps, 0.0_wp), long)
+      settings%least_time_step = value_or(input%least_time_step, 1.0e-6_wp*input%time_step)
+      settings%adaptive = input%time_step_control == 'adaptive'
+      settings%plane_strain = input%analysis == 'plane_strain'
       settings%analysis_given = given(group, 'analysis')
-      call set_integration(group, trim(own%integration), own%theta, own%damping_ratio, &
-         own%damping_frequency, settings, error)
+      call set_integration(group, trim(input%integration), input%theta, input%damping_ratio, &
+         input%damping_frequency, settings, error)
    end subroutine read_control
 
    !> Require that `analysis` is given, because wave velocities depend on it.
@@ -96,15 +97,15 @@ contains
       type(group_type), intent(in) :: group  !< group of the input
       type(output_settings_type), intent(inout) :: settings  !< settings with the default file
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(output_values) :: own
+      type(output_values) :: input
 
-      call read_values(group, own, error)
-      if (is_set(own%history_seconds)) own%history_interval = 0
-      if (is_set(own%block_seconds)) own%block_interval = 0
-      if (own%file == '') own%file = settings%file
-      own%history_seconds = value_or(own%history_seconds, 0.0_wp)
-      own%block_seconds = value_or(own%block_seconds, 0.0_wp)
-      settings%output_values = own
+      call read_values(group, input, error)
+      if (is_set(input%history_seconds)) input%history_interval = 0
+      if (is_set(input%block_seconds)) input%block_interval = 0
+      if (input%file == '') input%file = settings%file
+      input%history_seconds = value_or(input%history_seconds, 0.0_wp)
+      input%block_seconds = value_or(input%block_seconds, 0.0_wp)
+      settings%output_values = input
    end subroutine read_output
 
    !> Check that an output interval is a multiple of fixed time steps.
@@ -180,26 +181,27 @@ contains
       type(group_type), intent(in) :: group       !< group of the input
       type(model_type), intent(inout) :: model    !< model with its blocks
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(stop_values) :: own
+      type(stop_values) :: input
 
-      call read_values(group, own, error)
+      call read_values(group, input, error)
       associate (settings => model%stop)
          allocate (settings%watched(model%blocks%n), source=.false.)
-         call mark_names(own%blocks, 'blocks', model%block_names, group, settings%watched, error)
-         if (own%reference /= '' .and. .not. allocated(error)) call require_name(error, group, &
-            'reference', own%reference, model%block_names, 'block', settings%reference)
-         associate (same => count(model%block_names == own%reference))
+         call mark_names(input%blocks, 'blocks', model%block_names, group, settings%watched, error)
+         if (input%reference /= '' .and. .not. allocated(error)) call require_name(error, group, &
+            'reference', input%reference, model%block_names, 'block', settings%reference)
+         associate (same => count(model%block_names == input%reference))
             if (settings%reference > 0 .and. same > 1) call input_error(error, group, &
-               'reference = '//quoted(own%reference)//' is the name of '//to_text(same)// &
+               'reference = '//quoted(input%reference)//' is the name of '//to_text(same)// &
                ' blocks: give it a unique name')
          end associate
          if (allocated(error)) return
          if (settings%reference > 0) settings%watched(settings%reference) = .false.
-         settings%displacement = value_or(own%displacement, 0.0_wp)
-         settings%tilt = value_or(own%tilt, 0.0_wp)*pi/180.0_wp
-         if (is_set(own%fallen)) settings%fallen = own%fallen
-         settings%rest_time = value_or(own%rest_time, 0.0_wp)
-         settings%rest_movement = value_or(own%rest_movement, 2*usual_rest*half_size(model%blocks))
+         settings%displacement = value_or(input%displacement, 0.0_wp)
+         settings%tilt = value_or(input%tilt, 0.0_wp)*pi/180.0_wp
+         if (is_set(input%fallen)) settings%fallen = input%fallen
+         settings%rest_time = value_or(input%rest_time, 0.0_wp)
+         settings%rest_movement = value_or(input%rest_movement, &
+            2*default_rest*half_size(model%blocks))
          if (settings%fallen > count(settings%watched)) call input_error(error, group, &
             'fallen = '//to_text(settings%fallen)//': only '//to_text(count(settings%watched))// &
             ' blocks are selected')

@@ -24,19 +24,19 @@ contains
       type(model_type), intent(inout) :: model  !< model with blocks, supports, motions, materials
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer, allocatable :: own(:)
+      integer, allocatable :: group_numbers(:)
       integer :: s
 
       if (allocated(error)) return
-      own = positions(groups, 'stage')
-      if (size(own) == 0) then
+      group_numbers = positions(groups, 'stage')
+      if (size(group_numbers) == 0) then
          call stages_of_control(model)
          return
       end if
-      allocate (model%stages(size(own)))
-      do s = 1, size(own)
-         call read_stage(groups(own(s)), model, s, error)
-         call check_history(model, s, groups(own(s)), error)
+      allocate (model%stages(size(group_numbers)))
+      do s = 1, size(group_numbers)
+         call read_stage(groups(group_numbers(s)), model, s, error)
+         call check_history(model, s, groups(group_numbers(s)), error)
          if (allocated(error)) return
       end do
       call begin_other_motions(model%stages)
@@ -44,7 +44,7 @@ contains
       call begin_control(model)
    end subroutine read_stages
 
-   !> Return the stages of a run without &stage groups.
+   !> Set the stages of a model without &stage groups.
    pure subroutine stages_of_control(model)
       type(model_type), intent(inout) :: model  !< model as read from the input
       integer :: s
@@ -70,7 +70,7 @@ contains
       end associate
    end subroutine stages_of_control
 
-   !> Return a stage without changes of the model.
+   !> Set a stage that does not change the model.
    pure subroutine unchanged_stage(model, stage)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(stage_type), intent(inout) :: stage  !< stage to complete
@@ -113,8 +113,8 @@ contains
          do i = 1, size(model%fixed_points)
             associate (point => model%fixed_points(i))
                if (.not. model%stages(s)%holds(i)) cycle
-               point%waiting = point%held
-               point%held = .false.
+               point%waiting = point%fixed_along
+               point%fixed_along = .false.
             end associate
          end do
          do i = 1, size(model%loads)
@@ -144,49 +144,50 @@ contains
       type(model_type), intent(inout) :: model  !< model as read from the input
       integer, intent(in) :: s  !< number of the stage
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(stage_values) :: own
+      type(stage_values) :: input
 
-      call read_values(group, own, error)
-      call require_new_name(error, group, own%name, model%stages(:s - 1)%name)
+      call read_values(group, input, error)
+      call require_new_name(error, group, input%name, model%stages(:s - 1)%name)
       if (allocated(error)) return
       associate (stage => model%stages(s))
-         stage%name = own%name
-         stage%static = own%kind == 'static'
-         stage%zero_displacements = own%zero_displacements
-         stage%displacement = value_or(own%displacement, huge(1.0_wp))
+         stage%name = input%name
+         stage%static = input%kind == 'static'
+         stage%zero_displacements = input%zero_displacements
+         stage%displacement = value_or(input%displacement, huge(1.0_wp))
          call unchanged_stage(model, stage)
-         call set_stepping(stage, own, model%control, group, error)
-         call read_lists(model, group, own, stage, error)
+         call set_stepping(stage, input, model%control, group, error)
+         call read_lists(model, group, input, stage, error)
       end associate
    end subroutine read_stage
 
    !> Find the items in the lists of a stage.
-   subroutine read_lists(model, group, own, stage, error)
+   subroutine read_lists(model, group, input, stage, error)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(group_type), intent(in) :: group  !< group of the input
-      type(stage_values), intent(in) :: own  !< values of the group
+      type(stage_values), intent(in) :: input  !< values of the group
       type(stage_type), intent(inout) :: stage  !< stage to complete
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=64) :: names(size(stage%added))
 
       names(:size(model%bolts)) = model%bolts%name
       names(size(model%bolts) + 1:) = model%edge_loads%name
-      call mark_names(own%remove, 'remove', model%block_names, group, stage%removed, error)
-      call mark_names(own%release, 'release', model%fixed_points%name, group, stage%released, error)
-      call mark_names(own%hold, 'hold', model%fixed_points%name, group, stage%holds, error)
-      call mark_names(own%loads, 'loads', model%loads%name, group, stage%loads, error)
-      call mark_names(own%motions, 'motions', model%motions%name, group, stage%begins, error)
-      call mark_names(own%add, 'add', names, group, stage%added, error)
-      call mark_names(own%drop, 'drop', names, group, stage%dropped, error)
-      call replace_names(group, own%change_joints, 'joint', model%joints%name, stage%joint, error)
-      call replace_names(group, own%change_materials, 'material', model%materials%name, &
+      call mark_names(input%remove, 'remove', model%block_names, group, stage%removed, error)
+      call mark_names(input%release, 'release', model%fixed_points%name, group, stage%released, &
+         error)
+      call mark_names(input%hold, 'hold', model%fixed_points%name, group, stage%holds, error)
+      call mark_names(input%loads, 'loads', model%loads%name, group, stage%loads, error)
+      call mark_names(input%motions, 'motions', model%motions%name, group, stage%begins, error)
+      call mark_names(input%add, 'add', names, group, stage%added, error)
+      call mark_names(input%drop, 'drop', names, group, stage%dropped, error)
+      call replace_names(group, input%change_joints, 'joint', model%joints%name, stage%joint, error)
+      call replace_names(group, input%change_materials, 'material', model%materials%name, &
          stage%material, error)
    end subroutine read_lists
 
    !> Set number and length of steps, and their integration.
-   subroutine set_stepping(stage, own, control, group, error)
+   subroutine set_stepping(stage, input, control, group, error)
       type(stage_type), intent(inout) :: stage  !< stage to complete
-      type(stage_values), intent(inout) :: own       !< values of the group
+      type(stage_values), intent(inout) :: input     !< values of the group
       type(control_type), intent(in) :: control      !< default settings
       type(group_type), intent(in) :: group          !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -195,15 +196,16 @@ contains
       if (allocated(error)) return
       if (stage%static) return
       settings = control
-      settings%time_step = value_or(own%time_step, control%time_step)
-      call count_steps(error, group, settings%time_step, own%duration, own%steps)
-      if (own%integration == '') own%integration = control%integration
-      if (given(group, 'integration') .or. is_set(own%theta)) call set_integration(group, &
-         trim(own%integration), value_or(own%theta, default_theta), unset, unset, settings, error)
+      settings%time_step = value_or(input%time_step, control%time_step)
+      call count_steps(error, group, settings%time_step, input%duration, input%steps)
+      if (input%integration == '') input%integration = control%integration
+      if (given(group, 'integration') .or. is_set(input%theta)) call set_integration(group, &
+         trim(input%integration), value_or(input%theta, default_theta), unset, unset, settings, &
+            error)
       if (allocated(error)) return
       stage%time_step = settings%time_step
-      stage%steps = int(own%steps, long)
-      stage%duration = value_or(own%duration, 0.0_wp)
+      stage%steps = int(input%steps, long)
+      stage%duration = value_or(input%duration, 0.0_wp)
       stage%integration = settings%integration
       stage%theta = settings%theta
    end subroutine set_stepping
@@ -244,13 +246,13 @@ contains
       integer, intent(in) :: s  !< stage just read
       type(group_type), intent(in) :: group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical :: gone(model%blocks%n)
+      logical :: removed_so_far(model%blocks%n)
       integer :: k
 
       if (allocated(error)) return
       if (model%stages(s)%static .and. any(model%stages(s)%begins)) call input_error(error, group, &
          'motions cannot begin with a static stage, which has no time')
-      gone = model%stages(s)%removed
+      removed_so_far = model%stages(s)%removed
       do k = 1, s - 1
          associate (before => model%stages(k), now => model%stages(s))
             call refuse_repeated(before%removed .and. now%removed, 'remove: block', &
@@ -261,10 +263,10 @@ contains
                'has begun in')
             call refuse_repeated(before%begins .and. now%begins, 'motions:', model%motions%name, &
                'has begun in')
-            gone = gone .or. before%removed
+            removed_so_far = removed_so_far .or. before%removed
          end associate
       end do
-      if (all(gone)) call input_error(error, group, 'remove: no block would be left')
+      if (all(removed_so_far)) call input_error(error, group, 'remove: no block would be left')
 
    contains
 

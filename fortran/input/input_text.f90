@@ -80,9 +80,9 @@ contains
       if (.not. present(spans)) call check_rules(group, g, .true., error)
    end subroutine parse_group
 
-   !> Trim the list to the given values without copying their contents.
+   !> Reduce the list to the given values; their contents are moved, not copied.
    pure subroutine trim_values(values, kept)
-      type(value_type), intent(inout) :: values(:)             !< of all variables
+      type(value_type), intent(inout) :: values(:)             !< values of all variables
       type(value_type), allocatable, intent(out) :: kept(:)    !< values that are given
       integer :: i, n
 
@@ -122,7 +122,8 @@ contains
       failure = unknown_variable(trim(input_groups(g)%name), name)
    end subroutine read_variable
 
-   !> Check a group by the rules of the schema on variables that need or exclude each other.
+   !> Check that a group satisfies the rules of the schema: variables that need or exclude each
+   !> other.
    pure subroutine check_rules(group, g, words, error)
       type(group_type), intent(in) :: group  !< group with its values
       integer, intent(in) :: g               !< position of the group in `input_groups`

@@ -46,7 +46,7 @@ contains
       type(variable_type), intent(in) :: variable      !< variable of the schema
       type(value_type), intent(inout) :: value         !< earlier value, if given
       integer, intent(out) :: last                     !< end of the last value
-      character(len=:), allocatable, intent(out) :: failure  !< what is wrong; blank: nothing
+      character(len=:), allocatable, intent(out) :: failure  !< text of the problem; blank: none
       type(part_type) :: part
       integer :: next, repeats
       logical :: is_due
@@ -54,7 +54,7 @@ contains
       call read_part(text, at, variable, part, failure)
       last = at - 1
       next = 0
-      is_due = .true.   ! a comma would mean an omitted value
+      is_due = .true.   ! a comma here means an omitted value
       do while (.not. allocated(failure))
          call skip_blank(text, at)
          if (text(at:at) == '/') exit
@@ -244,7 +244,7 @@ contains
    pure subroutine read_number(text, at, logical_wanted, number, fits)
       character(len=*), intent(in) :: text    !< text of the group
       integer, intent(inout) :: at            !< position of the value; on return, behind the value
-      logical, intent(in) :: logical_wanted   !< .true. or T, .false. or F
+      logical, intent(in) :: logical_wanted   !< read a logical value: .true. or T, .false. or F
       real(wp), intent(out) :: number         !< number; infinite if too large
       logical, intent(out) :: fits            !< .false. if it is not a number
       character(len=:), allocatable :: word
@@ -280,14 +280,14 @@ contains
       if (.not. fits) return
       read (word, *, iostat=status) number
       if (status /= 0 .and. scan(word, digits) > 0 .and. scan(word, '+-', back=.true.) < 2) &
-         number = huge(number)  ! beyond the range
+         number = huge(number)  ! the value is beyond the range
       fits = status == 0 .or. number > 0.0_wp
    end subroutine parse_unusual
 
    !> Store a number in positions of a list.
    pure subroutine put_number(value, places, number)
       type(value_type), intent(inout) :: value  !< receives the value
-      type(part_type), intent(in) :: places     !< to fill
+      type(part_type), intent(in) :: places     !< positions to fill
       real(wp), intent(in) :: number            !< its value
       integer :: last
 
@@ -303,7 +303,7 @@ contains
    !> Store a text in positions of a list.
    pure subroutine put_word(value, places, word)
       type(value_type), intent(inout) :: value  !< receives the value
-      type(part_type), intent(in) :: places     !< to fill
+      type(part_type), intent(in) :: places     !< positions to fill
       character(len=*), intent(in) :: word      !< the text
       type(word_type), allocatable :: longer(:)
       integer :: i, last

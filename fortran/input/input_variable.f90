@@ -28,7 +28,7 @@ module dda_input_variable
       character(len=128) :: allowed = ''  !< allowed words: "'one', 'another'"
       logical :: required = .false.
       character(len=16) :: usual = ''    !< default of a word
-      character(len=12) :: switch = ''   !< other variable that this one depends on, or blank
+      character(len=12) :: switch = ''   !< variable on which this variable depends, or blank
       character(len=128) :: belongs = '' !< values of `switch` for which the variable is used
    end type variable_type
 

@@ -39,7 +39,7 @@ contains
          end do
          call find_faces(blocks, model%welds)
          call set_welds(blocks, model%welds)
-         call find_loose_cell(blocks, model%welds, b, other)
+         call find_detached_cell(blocks, model%welds, b, other)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//' is not connected: no faces weld block '// &
             to_text(b)//' to block '//to_text(other)//'; give each part its own name')
@@ -53,26 +53,28 @@ contains
       end associate
    end subroutine weld_cells
 
-   !> Set the joints that replace faces when they break.
-   !> A face has the joint given for its two materials, or else the one of both materials' joints
-   !> that is weaker in tension.  Faces without a joint never break.
+   !> Set the joints that replace faces when they break.  A face has the joint given for its two
+   !> materials.  If none is given, it has the weaker joint, in tension, of both materials.  Faces
+   !> without a joint never break.
    subroutine set_fracture(model, groups, error)
       type(model_type), intent(inout) :: model   !< model with its welds
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer :: joint(size(model%materials)), own(size(model%materials)), i, m
+      integer :: joint(size(model%materials)), group_numbers(size(model%materials)), i, m
 
       joint = 0
-      own = positions(groups, 'material')
+      group_numbers = positions(groups, 'material')
       do m = 1, size(joint)
          if (model%materials(m)%fracture == '') cycle
-         call require_name(error, groups(own(m)), 'fracture', model%materials(m)%fracture, &
+         call require_name(error, groups(group_numbers(m)), 'fracture', &
+            model%materials(m)%fracture, &
             model%joints%name, 'joint', joint(m))
          if (allocated(error)) return
-         associate (becomes => model%joints(joint(m)))
-            if (becomes%law /= 'cohesive' .or. .not. becomes%normal_stiffness > 0.0_wp) &
-               call input_error(error, groups(own(m)), 'fracture = '//quoted(trim( &
-               becomes%name))//" must be a joint of law 'cohesive' with a "// &
+         associate (joint_after_break => model%joints(joint(m)))
+            if (joint_after_break%law /= 'cohesive' .or. &
+               .not. joint_after_break%normal_stiffness > 0.0_wp) &
+               call input_error(error, groups(group_numbers(m)), 'fracture = '//quoted(trim( &
+               joint_after_break%name))//" must be a joint of law 'cohesive' with a "// &
                'normal_stiffness_per_area')
          end associate
       end do
@@ -90,11 +92,11 @@ contains
       type(model_type), intent(inout) :: model   !< model with its welds
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer :: own(size(model%joints)), pair(2), i, j, k
+      integer :: group_numbers(size(model%joints)), pair(2), i, j, k
 
-      own = positions(groups, 'joint')
-      do j = 1, size(own)
-         associate (joint => model%joints(j), group => groups(own(j)))
+      group_numbers = positions(groups, 'joint')
+      do j = 1, size(group_numbers)
+         associate (joint => model%joints(j), group => groups(group_numbers(j)))
             if (size(joint%between) == 0) cycle
             if (size(joint%between) /= 2) call input_error(error, group, &
                'between needs two materials')
@@ -142,10 +144,11 @@ contains
    end subroutine number_bodies
 
    !> Find a cell without a connection by faces to the first cell of its body; 0 if none.
-   pure subroutine find_loose_cell(blocks, welds, loose, first_cell)
-      type(blocks_type), intent(in) :: blocks    !< with bodies
-      type(weld_type), intent(in) :: welds(:)    !< of all bodies
-      integer, intent(out) :: loose, first_cell  !< blocks
+   pure subroutine find_detached_cell(blocks, welds, detached_cell, first_cell)
+      type(blocks_type), intent(in) :: blocks    !< blocks with their bodies
+      type(weld_type), intent(in) :: welds(:)    !< welds of all bodies
+      !> detached cell, 0: none; first cell of its body
+      integer, intent(out) :: detached_cell, first_cell
       integer :: part(blocks%n), first(maxval(blocks%body)), i
 
       part = [(i, i=1, blocks%n)]
@@ -154,17 +157,18 @@ contains
       end do
       call name_parts(part)
       first = 0
-      do loose = 1, blocks%n
-         if (blocks%body(loose) == 0) cycle
-         if (first(blocks%body(loose)) == 0) first(blocks%body(loose)) = loose
-         first_cell = first(blocks%body(loose))
-         if (part(loose) /= part(first_cell)) return
+      do detached_cell = 1, blocks%n
+         if (blocks%body(detached_cell) == 0) cycle
+         if (first(blocks%body(detached_cell)) == 0) first(blocks%body(detached_cell)) &
+            = detached_cell
+         first_cell = first(blocks%body(detached_cell))
+         if (part(detached_cell) /= part(first_cell)) return
       end do
-      loose = 0
-   end subroutine find_loose_cell
+      detached_cell = 0
+   end subroutine find_detached_cell
 
-   !> Check that stages remove whole bodies.
-   !> Cells that remain would have open faces that are no sides.
+   !> Check that stages remove only whole bodies.
+   !> Otherwise remaining cells would have open faces without contacts.
    subroutine check_bodies(model, error)
       type(model_type), intent(in) :: model  !< model with its stages
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained

@@ -48,7 +48,8 @@ contains
          determinant = (1.0_wp + (1.0_wp - theta)*(1.0_wp - chi)*square)/d
          root = 0.5_wp*sqrt(cmplx(square*((theta - chi)**2*square - 4.0_wp), 0.0_wp, wp))/d
       end associate
-      ! The larger root is computed first; the other follows from the product, without cancellation.
+      ! The larger root is computed first; the other root follows from the product without
+      ! cancellation.
       roots(1) = half_trace + merge(root, -root, half_trace >= 0.0_wp)
       roots(2) = conjg(roots(1))
       if (real(root) > 0.0_wp) roots(2) = determinant/roots(1)

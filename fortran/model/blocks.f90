@@ -7,7 +7,7 @@
 !>
 !>     x = x0 + R(θ) (I + ε) ρ ,
 !>
-!> so that rotation is exact, a rotating block keeps its area, and no error accumulates.  The
+!> Rotation is therefore exact, a rotating block retains its area, and no error accumulates.  The
 !> unknowns d of a step (paper eq. 2) are increments of q, and the shape matrix T (eq. 4) is ∂x/∂q.
 !> In these axes the mass matrix M = ρ ∫ TᵀT and the elastic matrix of a block are constant.
 !>
@@ -22,7 +22,7 @@ module dda_blocks
    implicit none
    private
    public :: blocks_type, set_blocks, begin_motion, keep_first_state, update_geometry, is_convex
-   public :: mass_matrix, momentum_of, change_material, remove_block, place_of, offset_of, &
+   public :: mass_matrix, momentum_of, change_material, remove_block, position_of, offset_of, &
       shape_matrix, motion_of, reference_of, stress_of, set_damping, begin_memory, has_memory, &
       memory_strain, set_axes, smaller_side
 
@@ -30,7 +30,7 @@ module dda_blocks
    type :: blocks_type
       ! unsaved, the input: n, first, owner, next, previous, material, joint, reference, radius
       ! unsaved, the input: area, mass, inertia, stiffness, half_size, mixed, removed, damps
-      ! unsaved, the input: damping, body, inner, outline, rest_share, joined, joined_first
+      ! unsaved, the input: damping, body, inner, outline, interior_fraction, joined, joined_first
       ! unsaved, the input: whole_area
       integer :: n = 0
       ! Constants of the run
@@ -43,11 +43,12 @@ module dda_blocks
       logical, allocatable :: mixed(:)  !< [n] the edges of the block have different joints
       integer, allocatable :: body(:)              !< [n] body of a cell; 0: none
       logical, allocatable :: inner(:)  !< [vertices] the edge after the vertex is within a body
-      !> [2, vertices] edges of the body's outline at the vertex, also of other cells
+      !> [2, vertices] the two edges of the body's outline at the vertex, possibly of other cells
       integer, allocatable :: outline(:,:)
-      real(wp), allocatable :: rest_share(:)       !< [n] fraction of the area outside welded faces
+      !> [n] fraction of the area outside the triangles of faces
+      real(wp), allocatable :: interior_fraction(:)
       integer, allocatable :: joined_first(:)      !< [n+1] start of each cell in `joined`
-      integer, allocatable :: joined(:)  !< touching cells of the same body with larger numbers
+      integer, allocatable :: joined(:)  !< joined cells (same body, larger numbers) of each cell
       real(wp), allocatable :: reference(:,:)      !< [2, vertices] offset ρ from the centroid, m
       real(wp), allocatable :: radius(:)           !< [n] farthest vertex from the centroid, m
       real(wp), allocatable :: area(:)             !< [n] reference area, m²
@@ -123,7 +124,7 @@ contains
       allocate (blocks%body(n), source=0)
       allocate (blocks%inner(vertices), source=.false.)
       allocate (blocks%outline(2, vertices))
-      allocate (blocks%rest_share(n), source=1.0_wp)
+      allocate (blocks%interior_fraction(n), source=1.0_wp)
       allocate (blocks%joined(0))
       allocate (blocks%mixed(n), blocks%radius(n), blocks%area(n), blocks%mass(n), &
          blocks%inertia(4, n), blocks%stiffness(3, 3, n))
@@ -140,13 +141,14 @@ contains
          source=0.0_wp)
    end subroutine begin_motion
 
-   !> Deallocate data that the blocks of the run have.
-   !> The initial state and lists that stages change remain.
+   !> Deallocate data of the model's blocks that are also in the blocks of the run.
+   !> The initial state and the lists that stages change remain.
    pure subroutine keep_first_state(blocks)
       type(blocks_type), intent(inout) :: blocks  !< initial blocks, before `begin_motion`
 
       deallocate (blocks%owner, blocks%next, blocks%previous, blocks%mixed, blocks%inner, &
-         blocks%outline, blocks%rest_share, blocks%reference, blocks%radius, blocks%whole_area)
+         blocks%outline, blocks%interior_fraction, blocks%reference, blocks%radius, &
+            blocks%whole_area)
       deallocate (blocks%inertia, blocks%stiffness, blocks%removed, blocks%velocity, blocks%axes, &
          blocks%gradient, blocks%vertex, blocks%along, blocks%length)
    end subroutine keep_first_state
@@ -202,7 +204,7 @@ contains
 
    !> Set the constants and the initial state of block b.
    pure subroutine set_block(blocks, b, polygon, material, plane_strain)
-      type(blocks_type), intent(inout) :: blocks   !< allocated
+      type(blocks_type), intent(inout) :: blocks   !< blocks with allocated arrays
       integer, intent(in) :: b                     !< block to set
       real(wp), intent(in) :: polygon(:,:)         !< [2, any] counter-clockwise, m
       type(material_type), intent(in) :: material  !< material of the block
@@ -230,7 +232,7 @@ contains
       blocks%velocity(1:3, b) = material%initial_velocity
    end subroutine set_block
 
-   !> Give block b another material in its present state, without changing its stress.
+   !> Change the material of block b in its present state without a change of its stress.
    !> A new Maxwell body counts strains from the present strain.
    pure subroutine change_material(blocks, b, number, material, plane_strain)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
@@ -256,7 +258,7 @@ contains
          *second_moments(blocks%reference(:, blocks%first(b):blocks%first(b + 1) - 1))]
    end subroutine change_material
 
-   !> Remove block b from the model: nothing acts on it; position and inertia are kept.
+   !> Remove block b from the model: no force acts on it; its position and inertia are retained.
    pure subroutine remove_block(blocks, b)
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       integer, intent(in) :: b  !< number of the block
@@ -392,14 +394,14 @@ contains
    end function offset_of
 
    !> Present position, m, of the material point with reference offset ρ.
-   pure function place_of(blocks, b, reference) result(place)
+   pure function position_of(blocks, b, reference) result(place)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: reference(2)     !< offset ρ, m
       real(wp) :: place(2)
 
       place = blocks%position(1:2, b) + offset_of(blocks, b, reference)
-   end function place_of
+   end function position_of
 
    !> Reference offset ρ of the material point with present position `place`.
    pure function reference_of(blocks, b, place) result(reference)
@@ -466,7 +468,7 @@ contains
          blocks%position(4:6, b))/blocks%area(b)
       if (blocks%damps) local = local + matmul(blocks%stiffness(:, :, b), &
          memory_strain(blocks, b))/blocks%area(b)
-      if (present(of_faces)) local = blocks%rest_share(b)*local + of_faces
+      if (present(of_faces)) local = blocks%interior_fraction(b)*local + of_faces
       r = blocks%axes(:, :, b)
       tensor = reshape([local(1), local(3), local(3), local(2)], [2, 2])
       tensor = matmul(r, matmul(tensor, transpose(r)))

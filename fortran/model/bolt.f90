@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A bolt: a spring between two material points, with its own law.
+!> A bolt: one or two springs between material points, with an elastic–plastic law.
 !>
 !> A bolt with two anchors is one spring along the line between them; a cable passes more points
 !> between its ends, without friction.  A grouted bolt is a pair of springs, along and across its
@@ -11,7 +11,7 @@ module dda_bolt
    public :: bolt_type, axial, across, never, most_points
 
    integer, parameter :: axial = 1, across = 2  !< components of a bolt
-   integer, parameter :: most_points = 64  !< most points of a bolt, including its ends
+   integer, parameter :: most_points = 64  !< largest number of points of a bolt, with its ends
    real(wp), parameter :: never = 0.1_wp*huge(1.0_wp)  !< strength that is never reached
 
    !> One spring of a bolt (group &bolt).
@@ -19,7 +19,7 @@ module dda_bolt
       character(len=64) :: name = ''
       logical :: grouted = .false.  !< grouted at a joint; .false.: between two anchors
       logical :: compression = .false.              !< the bolt also resists compression
-      logical :: present = .true.                   !< part of the model; stages may change this
+      logical :: present = .true.                   !< the bolt is part of the model in this stage
       integer, allocatable :: block(:)              !< [points] block of each point
       real(wp), allocatable :: reference(:,:)       !< [2,points] offsets ρ from the centroids, m
       real(wp), allocatable :: place(:,:)           !< [2,points] initial positions, m

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Boundaries of a model: edges, half-spaces behind absorbing edges (dashpots at Gauss points), and
-!> incoming motions.
+!> Boundaries of a model: their edges, the half-spaces behind absorbing edges (dashpots at Gauss
+!> points), and incoming motions.
 module dda_boundary
    use dda_kinds, only: wp
    use dda_edge_piece, only: edge_piece_type
@@ -22,7 +22,7 @@ module dda_boundary
       type(point_type), allocatable :: point(:)     !< points whose mean motion is measured
       real(wp), allocatable :: weight(:)            !< [points] weights with sum 1
       integer :: motion(2) = 0                      !< incoming motions in x and y; 0: none
-      real(wp) :: factor = 0.5_wp                   !< ratio of the incoming wave to the motion
+      real(wp) :: factor = 0.5_wp  !< ratio of the incoming wave to the given motion
       integer :: field = 0  !< free field to which the motion belongs; 0: none
    end type boundary_motion_type
 

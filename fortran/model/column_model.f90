@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Model of the column of a free field: blocks of a model, with supports and motions from below and
-!> sides that are tied to each other.
+!> Model of a free-field column: blocks of a model with the supports and motions below them; the
+!> left and right sides of the column are tied to each other.
 !>
 !> Settings, materials, joints, motions and stages of the model are copied, but not loads, bolts and
 !> measured points; the motion of the column is measured at its upper end.
@@ -11,7 +11,7 @@ module dda_column_model
    use dda_model, only: model_type
    use dda_stage, only: stage_type
    use dda_settings, only: stop_settings_type
-   use dda_weld, only: set_welds, take_area, weld_type, welds_within
+   use dda_weld, only: set_welds, assign_triangles, weld_type, welds_within
    implicit none
    private
    public :: column_model, copy_blocks
@@ -22,7 +22,7 @@ contains
    type(model_type) function column_model(model, field) result(column)
       type(model_type), intent(in) :: model        !< complete model
       type(free_field_type), intent(in) :: field   !< free field of the model
-      logical :: kept(size(model%fixed_points))
+      logical :: has_point(size(model%fixed_points))
       integer :: number(model%blocks%n), i
 
       number = 0
@@ -40,10 +40,10 @@ contains
       column%block_names = model%block_names(field%block)
       column%body_names = model%body_names
       call copy_blocks(model, field%block, column%blocks, column%welds)
-      call take_area(column%blocks, field%weld)
+      call assign_triangles(column%blocks, field%weld)
       column%welds = [column%welds, field%weld]
-      kept = number(model%fixed_points%block) > 0
-      column%fixed_points = pack(model%fixed_points, kept)
+      has_point = number(model%fixed_points%block) > 0
+      column%fixed_points = pack(model%fixed_points, has_point)
       column%fixed_points%block = number(column%fixed_points%block)
       call add_dashpots(column, model%boundaries, number)
       column%ties = field%tie
@@ -54,7 +54,7 @@ contains
          column%boundary_motions(0))
       column%points = [field%top]
       column%points%block = number(field%top%block)
-      column%stages = [(column_stage(model%stages(i), field%block, kept), &
+      column%stages = [(column_stage(model%stages(i), field%block, has_point), &
          i=1, size(model%stages))]
    end function column_model
 
@@ -81,7 +81,7 @@ contains
          model%blocks%joint(vertex), model%materials, model%control%plane_strain)
       blocks%initial_stress = model%blocks%initial_stress(:, list)
       call set_damping(blocks, model%blocks%damping)
-      blocks%half_size = model%blocks%half_size  ! for search distances as in the model
+      blocks%half_size = model%blocks%half_size  ! same search distances as in the model
       blocks%body = model%blocks%body(list)
       welds = welds_within(model%welds, number, of_vertex)
       call set_welds(blocks, welds)
@@ -91,7 +91,7 @@ contains
    !> Copy the pairs of cells of the column that have no contacts.
    pure subroutine copy_joined_pairs(blocks, before, number)
       type(blocks_type), intent(inout) :: blocks  !< blocks of the column
-      type(blocks_type), intent(in) :: before     !< former blocks of the model
+      type(blocks_type), intent(in) :: before     !< blocks of the model
       integer, intent(in) :: number(:)  !< [blocks of the model] number in the column, or 0
       integer :: b, i
 
@@ -115,33 +115,33 @@ contains
       type(boundary_type), intent(in) :: boundaries(:)     !< boundaries of the model
       integer, intent(in) :: number(:)                     !< [blocks] number in the column, or 0
       type(boundary_type) :: own
-      logical, allocatable :: kept(:)
+      logical, allocatable :: has_point(:)
       integer :: i, k
 
       allocate (column%boundaries(0))
       do i = 1, size(boundaries)
          own = boundaries(i)
-         kept = number(own%piece%block) > 0
-         if (.not. any(kept)) cycle
-         own%point = pack(own%point, [(kept((k + 1)/2), k=1, 2*size(kept))])
+         has_point = number(own%piece%block) > 0
+         if (.not. any(has_point)) cycle
+         own%point = pack(own%point, [(has_point((k + 1)/2), k=1, 2*size(has_point))])
          own%point%block = number(own%point%block)
-         own%normal = own%normal(:, pack([(k, k=1, size(kept))], kept))
-         own%dashpot = own%dashpot(:, pack([(k, k=1, size(kept))], kept))
-         own%piece = pack(own%piece, kept)
+         own%normal = own%normal(:, pack([(k, k=1, size(has_point))], has_point))
+         own%dashpot = own%dashpot(:, pack([(k, k=1, size(has_point))], has_point))
+         own%piece = pack(own%piece, has_point)
          column%boundaries = [column%boundaries, own]
       end do
    end subroutine add_dashpots
 
-   !> Copy a stage without the objects that are not in the column.
-   pure type(stage_type) function column_stage(stage, block, kept) result(own)
+   !> Copy a stage; objects outside the column are omitted.
+   pure type(stage_type) function column_stage(stage, block, has_point) result(own)
       type(stage_type), intent(in) :: stage  !< stage of the model
       integer, intent(in) :: block(:)        !< [any] block of the column
-      logical, intent(in) :: kept(:)         !< [fixed points] .true. if the column has the point
+      logical, intent(in) :: has_point(:)    !< [fixed points] .true. if the column has the point
 
       own = stage
       own%removed = stage%removed(block)
-      own%released = pack(stage%released, kept)
-      own%holds = pack(stage%holds, kept)
+      own%released = pack(stage%released, has_point)
+      own%holds = pack(stage%holds, has_point)
       own%added = [logical ::]
       own%dropped = [logical ::]
       own%loads = [logical ::]

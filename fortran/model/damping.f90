@@ -38,16 +38,17 @@ module dda_damping
    integer, parameter :: most_mechanisms = 16
    real(wp), parameter :: automatic_band(2) = [0.1_wp, 50.0_wp]  !< automatic band, Hz
    integer, parameter :: least_mechanisms = 4     !< least number of mechanisms that is tried
-   real(wp), parameter :: wanted_misfit = 3.5e-4_wp  !< misfit for an automatic number of mechanisms
+   !> target misfit if the number of mechanisms is automatic
+   real(wp), parameter :: wanted_misfit = 3.5e-4_wp
    real(wp), parameter :: most_misfit = 0.05_wp   !< largest error of a fitted body
-   real(wp), parameter :: beyond = 3.0_wp  !< range of the ω_l beyond the ends of the band
+   real(wp), parameter :: beyond = 3.0_wp  !< factor by which the ω_l exceed the ends of the band
    integer, parameter :: samples = 12             !< frequencies of the fit per mechanism
 
    !> Damping of a material.
    type :: damping_type
       real(wp) :: ratio = 0.0_wp                !< ζ of the body
       real(wp) :: reference = 0.0_wp            !< frequency of the given modulus, Hz
-      real(wp) :: band(2) = 0.0_wp              !< range of ζ, Hz; 0: automatic
+      real(wp) :: band(2) = 0.0_wp              !< band in which ζ is fitted, Hz; 0: automatic
       integer :: n = 0                          !< number of mechanisms; 0 before the fit: automatic
       real(wp) :: omega(most_mechanisms) = 0.0_wp   !< ω_l, rad/s
       real(wp) :: weight(most_mechanisms) = 0.0_wp  !< Y_l
@@ -55,7 +56,7 @@ module dda_damping
       real(wp) :: misfit = 0.0_wp               !< largest relative error of ζ over the band
       real(wp) :: alpha = 0.0_wp                !< α of Rayleigh damping, 1/s
       real(wp) :: beta = 0.0_wp                 !< β of Rayleigh damping, s
-      !> `ratio` is the small-strain damping of a material law, which acts in steps
+      !> a material law, not the block, applies this damping in steps, as its small-strain damping
       logical :: by_law = .false.
    end type damping_type
 
@@ -159,7 +160,7 @@ contains
          fit_advice(damping, limit))
    end subroutine fit_body
 
-   !> Advice on a bad fit.
+   !> Text on what to do if the fit is inaccurate.
    pure function fit_advice(damping, limit) result(text)
       type(damping_type), intent(in) :: damping  !< fitted damping
       real(wp), intent(in) :: limit  !< largest ω_l, rad/s

@@ -19,7 +19,8 @@ module dda_edge_load
       character(len=64) :: name = ''
       integer :: kind = load_uniform
       logical :: present = .true.                    !< part of the model; stages may change this
-      logical :: follows = .true.  !< load acts on the moving edges; .false.: initial edges
+      !> the load acts on the moving edges; .false.: on the initial edges
+      logical :: follows = .true.
       type(edge_piece_type), allocatable :: piece(:) !< parts of edges on which the load acts
       real(wp), allocatable :: ends(:,:,:)           !< [2,2,pieces] initial ends of the pieces, m
       real(wp), allocatable :: at_ends(:,:)          !< [2,pieces] pressures of `load_line`, Pa
@@ -35,18 +36,19 @@ module dda_edge_load
 
 contains
 
-   !> Normal pressure (for water: factor), shear and level (for water: rise) at a time.
-   !> Values are linear between the times of a load, and constant beyond them.
+   !> Pressure, shear and water level of a load at a time; for &water: factor of the pressure,
+   !> shear, rise of the level.  Values are linear between the times of a load, and constant beyond
+   !> them.
    pure function values_at(load, time) result(values)
       type(edge_load_type), intent(in) :: load  !< load with its times
       real(wp), intent(in) :: time              !< time, s
       real(wp) :: values(3)                     !< pressure (Pa) or factor, shear (Pa), level (m)
-      real(wp) :: share
+      real(wp) :: fraction
       integer :: k, last
 
       call find_interval(load%time, min(max(time, load%time(1)), load%time(size(load%time))), k, &
-         last, share)
-      values = history_of(load, k) + share*(history_of(load, last) - history_of(load, k))
+         last, fraction)
+      values = history_of(load, k) + fraction*(history_of(load, last) - history_of(load, k))
    end function values_at
 
    !> Values of a load at one of its times.

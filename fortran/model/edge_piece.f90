@@ -20,14 +20,14 @@ module dda_edge_piece
 contains
 
    !> Reference offset ρ, m, at a fraction of the part: 0 at its first end, 1 at its last end.
-   pure function reference_at(blocks, piece, share) result(reference)
+   pure function reference_at(blocks, piece, fraction) result(reference)
       type(blocks_type), intent(in) :: blocks      !< blocks
       type(edge_piece_type), intent(in) :: piece   !< part of an edge
-      real(wp), intent(in) :: share                !< fraction, 0 … 1
+      real(wp), intent(in) :: fraction             !< fraction, 0 … 1
       real(wp) :: reference(2)
       real(wp) :: at
 
-      at = piece%from + share*(piece%to - piece%from)
+      at = piece%from + fraction*(piece%to - piece%from)
       associate (last => blocks%next(piece%edge))
          reference = (1.0_wp - at)*blocks%reference(:, piece%edge) + at*blocks%reference(:, last)
       end associate
@@ -41,7 +41,8 @@ contains
       piece_length = (piece%to - piece%from)*blocks%length(piece%edge)
    end function piece_length
 
-   !> Present outward normal of the part; rotated by +90° it points from the first to the last end.
+   !> Present outward normal of the part; rotation by +90° gives the direction from first to last
+   !> end.
    pure function piece_normal(blocks, piece) result(normal)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(edge_piece_type), intent(in) :: piece   !< part of an edge

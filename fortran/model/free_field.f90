@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Side of a model with a free field: a column of the blocks at this side, with both sides tied to
-!> each other, is the free field; dashpots absorb radiated waves.
+!> Side of a model with a free field.  The free field is the motion of a column of the blocks at
+!> this side, whose two sides are tied to each other.  Dashpots absorb radiated waves.
 module dda_free_field
    use dda_boundary, only: boundary_type
    use dda_support, only: point_type

@@ -21,7 +21,7 @@ module dda_material
 
    !> Joint material: name of its law, and parameters of laws (see `docs/joints.md`).
    type, extends(joint_values) :: joint_type
-      real(wp) :: normal_stiffness = 0.0_wp !< Pa/m; 0: stiffness of the contacts, N/m
+      real(wp) :: normal_stiffness = 0.0_wp !< Pa/m; 0: contact stiffness, N/m
       real(wp) :: shear_stiffness = 0.0_wp  !< Pa/m; 0: from the normal stiffness
    contains
       procedure :: is_plain

@@ -24,13 +24,13 @@ module dda_material_law
    !> Data of a point for its law.
    type :: strain_point_type
       real(wp) :: elasticity(3, 3) = 0.0_wp  !< D of small strains, Pa
-      real(wp) :: held(3) = 0.0_wp           !< σ₀, Pa
+      real(wp) :: start_stress(3) = 0.0_wp   !< σ₀, Pa
       logical :: plane_strain = .true.       !< plane strain; .false.: plane stress
       real(wp) :: length = 0.0_wp            !< root of the area, m
       real(wp) :: thickness = 0.0_wp         !< area over length for a face, else `length`, m
       real(wp) :: cap = huge(1.0_wp)         !< largest force of a jump, N/m
       real(wp) :: strength = 0.0_wp          !< strength of a broken face in tension, Pa
-      real(wp) :: bounding(3) = 0.0_wp       !< stresses in frozen bounds, Pa
+      real(wp) :: bounding(3) = 0.0_wp       !< stresses that set the frozen bounds, Pa
    end type strain_point_type
 
    !> A material law.
@@ -101,7 +101,7 @@ contains
       never_rests = .false.
    end function never_rests
 
-   !> Return the stresses to which a law freezes its bounds in a step; default: 0.
+   !> Return the stresses that set the frozen bounds of a law in a step; default: 0.
    pure function no_frozen_stress(self, point, state, strain, change, step) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point  !< data of the point
@@ -113,7 +113,7 @@ contains
       stress = 0.0_wp
    end function no_frozen_stress
 
-   !> Size of the plastic strain of a point; default: 0.
+   !> Magnitude of the plastic strain of a point; default: 0.
    pure real(wp) function no_plastic_strain(self, state)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)              !< [any] state of a point
@@ -139,8 +139,7 @@ contains
       no_cap = huge(1.0_wp)
    end function no_cap
 
-   !> Stress, Pa, due to the work of the mean stress on the change of area that tr ε neglects;
-   !> default: 0.
+   !> Stress, Pa, for the work of the mean stress on the area change that tr ε neglects; default: 0.
    pure function no_shape_stress(self, state) result(stress)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)              !< [any] state of the point

@@ -19,7 +19,7 @@ module dda_model
    implicit none
    private
    public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
-      force_noise, run_steps, run_duration, block_sources, is_held, &
+      force_noise, run_steps, run_duration, block_sources, &
       drift_velocity
 
    !> A file of blocks.
@@ -34,7 +34,7 @@ module dda_model
       character(len=:), allocatable :: file          !< file from which the model was read
       character(len=:), allocatable :: text          !< text of the input, for provenance
       character(len=:), allocatable :: values  !< all values of the input, see `resolved_values`
-      !> added to every position in the output, because the engine computes near zero
+      !> added to each position in the output; the engine computes relative to this origin
       real(wp) :: origin(2) = 0.0_wp
       type(control_type) :: control
       type(contact_settings_type) :: contact
@@ -76,21 +76,14 @@ contains
    end function half_size
 
    !> Least distance, m, at which contacts are listed.
-   !> It is 2.5 times the largest displacement per step, but at most a fraction of the smallest
-   !> block, because large models would list many open contacts.
+   !> It is 2.5 times the largest displacement per step.  It is at most a fraction of the smallest
+   !> block, because otherwise large models would list many open contacts.
    pure real(wp) function contact_distance(model)
       type(model_type), intent(in) :: model  !< complete model
 
       contact_distance = min(2.5_wp*max(model%control%max_displacement_ratio, &
          4.0e-4_wp)*half_size(model%blocks), 0.2_wp*minval(model%blocks%radius))
    end function contact_distance
-
-   !> .true. if a support fixes the boundary in static stages.
-   pure logical function is_held(model)  ! total
-      type(model_type), intent(in) :: model  !< model as read from the input
-
-      is_held = size(model%fixed_points) > 0 .or. size(model%boundaries) > 0
-   end function is_held
 
    !> Common velocity, m/s, along x and y of all supports and boundaries after their motions; zero
    !> if they have different velocities.
@@ -107,7 +100,7 @@ contains
          velocity(axis) = 0.0_wp
          do i = 1, size(model%fixed_points) + size(model%boundaries)
             if (i <= size(model%fixed_points)) then
-               if (.not. model%fixed_points(i)%held(axis)) cycle
+               if (.not. model%fixed_points(i)%fixed_along(axis)) cycle
                own = after(model%fixed_points(i)%motion(axis))
             else
                own = after(model%boundaries(i - size(model%fixed_points))%motion(axis))
@@ -120,7 +113,7 @@ contains
       end do
    end function drift_velocity
 
-   !> Number of steps of all stages, without repeated steps.
+   !> Number of steps of all stages; repeated steps count once.
    pure integer(long) function run_steps(model)
       type(model_type), intent(in) :: model  !< model as read from the input
 

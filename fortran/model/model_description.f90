@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Text on the elastic law of the blocks and on the motions, which no picture shows.
+!> Text on the properties that a picture does not show: elastic law of the blocks, and motions.
 module dda_model_description
    use dda_kinds, only: wp
    use dda_baseline, only: motion_curve_type

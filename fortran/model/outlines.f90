@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Collected polygons, single or generated, before they become blocks.
+!> Polygons of an input, single or generated, from which blocks are created.
 module dda_outlines
    use dda_growth, only: grow
    use dda_kinds, only: wp
@@ -9,9 +9,9 @@ module dda_outlines
    public :: outlines_type, add_outline, add_layers, add_drums, add_wall, set_cover, &
       most_blocks, most_vertices, outline_failure
 
-   real(wp), parameter :: most_blocks = 2.0e6_wp   !< most blocks of a group
-   integer, parameter :: most_vertices = 512       !< most vertices of a block
-   real(wp), parameter :: least_area = 1.0e-12_wp  !< least area over squared size
+   real(wp), parameter :: most_blocks = 2.0e6_wp   !< largest number of blocks of a group
+   integer, parameter :: most_vertices = 512       !< largest number of vertices of a block
+   real(wp), parameter :: least_area = 1.0e-12_wp  !< least area/squared size
 
    !> A growing list of polygons with their materials.
    type :: outlines_type
@@ -163,7 +163,8 @@ contains
       end do
    end subroutine add_wall
 
-   !> Set the stress of polygons from `first` on to the weight up to the highest of them.
+   !> Set the initial stress of polygons from `first` on: the weight of the ground up to the highest
+   !> of them.
    pure subroutine set_cover(outlines, first, overburden)
       type(outlines_type), intent(inout) :: outlines  !< list
       integer, intent(in) :: first                    !< number of the polygon

@@ -169,9 +169,9 @@ contains
 
    !> Depth of the overlap of two polygons, m: 0 if they are apart or only touch.
    !>
-   !> It is the depth of the deepest sample of one polygon inside the other.  Samples are the
-   !> centroid, the vertices, and the midpoints of the parts into which the other polygon cuts each
-   !> edge.
+   !> The result is the depth of the deepest sample of one polygon inside the other.  Samples are
+   !> its centroid, its vertices, and the midpoints of the parts into which the other polygon cuts
+   !> its edges.
    pure real(wp) function overlap_depth(first, second)
       real(wp), intent(in) :: first(:,:), second(:,:)  !< [2, any] counter-clockwise, m
 

@@ -27,7 +27,7 @@ module dda_settings
 
    !> Group &output.
    type, extends(output_values) :: output_settings_type
-      !> the input names the file; only a caller may name any path
+      !> the input names the file; only a caller may name a file in any folder
       logical :: named_by_input = .true.
    end type output_settings_type
 
@@ -36,7 +36,7 @@ module dda_settings
       integer :: surface = 0            !< upper measured point
       integer :: base = 0               !< lower measured point
       integer :: axis = 1               !< 1 x, 2 y
-      real(wp) :: lowest = 0.0_wp       !< Hz, lower limit of the peak search
+      real(wp) :: lowest = 0.0_wp       !< lower limit of the peak search, Hz
       real(wp) :: highest = 0.0_wp      !< Hz
       integer :: padding = 8            !< ratio of padded to original length
    end type amplification_type
@@ -54,7 +54,7 @@ module dda_settings
 
 contains
 
-   !> Set the output file from the command line or the caller.
+   !> Set the output file that the command line or the caller names.
    subroutine name_output(settings, file)
       type(output_settings_type), intent(inout) :: settings  !< settings of the input
       character(len=*), intent(in) :: file                   !< path of the output

@@ -18,13 +18,13 @@ module dda_stage
       character(len=16) :: integration = ''  !< integration of a dynamic stage
       real(wp) :: theta = 0.75_wp            !< θ of integration 'theta'
       real(wp) :: displacement = huge(1.0_wp) !< limit for a block in a static stage, m
-      logical :: zero_displacements = .false. !< measured displacements count from this stage
+      logical :: zero_displacements = .false. !< displacements are measured from this stage
       logical, allocatable :: removed(:)     !< [blocks] removed
       logical, allocatable :: released(:)    !< [fixed points] released
       logical, allocatable :: added(:)       !< [bolts, then edge loads] added by the stage
       logical, allocatable :: dropped(:)     !< [bolts, then edge loads] removed by the stage
-      logical, allocatable :: holds(:)       !< [fixed points] act from this stage on
-      logical, allocatable :: loads(:)       !< [loads] times count from this stage
+      logical, allocatable :: holds(:)       !< [fixed points] the point acts from this stage on
+      logical, allocatable :: loads(:)       !< [loads] times are measured from this stage
       logical, allocatable :: begins(:)      !< [motions] begin with this stage
       integer, allocatable :: joint(:)       !< [joints] replacement of each joint
       integer, allocatable :: material(:)    !< [materials] replacement of each material

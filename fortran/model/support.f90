@@ -15,9 +15,9 @@ module dda_support
       real(wp) :: place(2) = 0.0_wp                 !< initial position, m
       !> [2,2] unit vectors of the fixed directions, in columns: x and y, or normal and edge
       real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
-      logical :: held(2) = .true.                   !< fixed along each of these directions
+      logical :: fixed_along(2) = .true.            !< fixed along each of these directions
       real(wp) :: stiffness = 0.0_wp                !< N/m per metre of thickness; 0: rigid
-      !> not fixed along a direction before a later stage
+      !> the point becomes fixed along this direction in a later stage
       logical :: waiting(2) = .false.
       integer :: motion(2) = 0                      !< motion along each direction; 0: fixed
    end type fixed_point_type
@@ -28,7 +28,7 @@ module dda_support
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
       real(wp), allocatable :: time(:)              !< s, ascending
       real(wp), allocatable :: force(:,:)           !< [2, times] N per metre of thickness
-      real(wp) :: start = 0.0_wp                    !< time from which the times count, s
+      real(wp) :: start = 0.0_wp                    !< origin of the times, s
       character(len=64) :: name = ''
    end type load_type
 
@@ -55,14 +55,14 @@ contains
       type(load_type), intent(in) :: load  !< force history
       real(wp), intent(in) :: time  !< time, s
       real(wp) :: force(2)
-      real(wp) :: share, since
+      real(wp) :: fraction, since
       integer :: k, last
 
       force = 0.0_wp
       since = time - load%start
       if (since < load%time(1) .or. since > load%time(size(load%time))) return
-      call find_interval(load%time, since, k, last, share)
-      force = load%force(:, k) + share*(load%force(:, last) - load%force(:, k))
+      call find_interval(load%time, since, k, last, fraction)
+      force = load%force(:, k) + fraction*(load%force(:, last) - load%force(:, k))
    end function load_at
 
 end module dda_support

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Ties: springs of an unbreakable joint between two faces, at the ends of their overlap.  The
-!> second face may be shifted, as in a periodic model.  Cells of the same body are welded instead,
-!> so that the body continues.
+!> second face may be shifted, as in a periodic model.  Faces of the same body are welded instead,
+!> which continues the body.
 module dda_tie
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
@@ -11,7 +11,7 @@ module dda_tie
    private
    public :: tie_type, tie_faces
 
-   real(wp), parameter :: same = 1.0e-6_wp !< distance of coinciding corners over edge
+   real(wp), parameter :: same = 1.0e-6_wp !< distance/edge length of coinciding corners
 
    !> One end of an overlap, with a corner of at least one of the two faces.
    type :: tie_type

@@ -9,12 +9,12 @@ module dda_weld
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: weld_type, set_welds, new_weld, take_area, welds_within, is_shifted, is_whole
+   public :: weld_type, set_welds, new_weld, assign_triangles, welds_within, is_shifted, is_whole
    public :: weld_whole, weld_cracked, weld_open
 
    integer, parameter :: weld_whole = 0    !< intact face: springs connect its two cells
    integer, parameter :: weld_cracked = 1  !< face replaced by a joint, and closed
-   integer, parameter :: weld_open = 2     !< the edges of the face are sides of the body
+   integer, parameter :: weld_open = 2     !< face separated: its edges are sides of the body
 
    !> A welded face, from a to b in the order of the first cell, in the reference shapes.
    type :: weld_type
@@ -29,8 +29,8 @@ module dda_weld
       integer :: joint = 0               !< joint that replaces the face when it breaks; 0: never
       integer :: state = weld_whole
       !> [component,cell] initial stress of cells due to the break of the face, Pa m²
-      real(wp) :: left(3, 2) = 0.0_wp
-      real(wp) :: kept = 0.0_wp          !< remaining fraction of this stress
+      real(wp) :: break_stress(3, 2) = 0.0_wp
+      real(wp) :: break_fraction = 0.0_wp  !< remaining fraction of this stress
    end type weld_type
 
 contains
@@ -58,11 +58,12 @@ contains
       end do
    end function new_weld
 
-   !> Store the areas of cells that have the strain of the cell, and mark edges within bodies.
+   !> Set the fraction of each cell's area outside face triangles, and mark the edges within bodies.
    pure subroutine set_welds(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks of the input, with their bodies
       type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
-      real(wp), parameter :: covered = 1.0e-6_wp  !< largest free fraction of a covered edge
+      !> largest free fraction of an edge within a body
+      real(wp), parameter :: most_free = 1.0e-6_wp
       real(wp) :: free(size(blocks%owner))
       integer :: i
 
@@ -71,10 +72,10 @@ contains
          if (welds(i)%state == weld_open) cycle
          free(welds(i)%edge) = free(welds(i)%edge) - welds(i)%length
       end do
-      blocks%inner = free < covered*blocks%length
+      blocks%inner = free < most_free*blocks%length
       call find_outlines(blocks, pack(welds, welds%state /= weld_open))
-      blocks%rest_share = 1.0_wp
-      call take_area(blocks, welds)
+      blocks%interior_fraction = 1.0_wp
+      call assign_triangles(blocks, welds)
       call store_body_areas(blocks)
    end subroutine set_welds
 
@@ -93,23 +94,25 @@ contains
       end do
    end subroutine store_body_areas
 
-   !> Assign triangles to faces: they have the strain of the face instead of the cell.
-   pure subroutine take_area(blocks, welds)
+   !> Assign the triangles beside faces to the faces; they have the strain of the face, not of the
+   !> cell.
+   pure subroutine assign_triangles(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks at the start
       type(weld_type), intent(in) :: welds(:)     !< faces
-      real(wp), parameter :: nothing = 1.0e-9_wp  !< area of rounding errors over a cell
+      real(wp), parameter :: least_area = 1.0e-9_wp  !< area/cell area that counts as 0
       integer :: i, k
 
       do i = 1, size(welds)
          if (.not. is_whole(welds(i))) cycle
          do k = 1, 2
             associate (b => welds(i)%block(k))
-               blocks%rest_share(b) = blocks%rest_share(b) - welds(i)%area(k)/blocks%area(b)
+               blocks%interior_fraction(b) = blocks%interior_fraction(b) &
+                  - welds(i)%area(k)/blocks%area(b)
             end associate
          end do
       end do
-      where (blocks%rest_share < nothing) blocks%rest_share = 0.0_wp
-   end subroutine take_area
+      where (blocks%interior_fraction < least_area) blocks%interior_fraction = 0.0_wp
+   end subroutine assign_triangles
 
    !> .true. if the second cell of a face is an image at another position.
    elemental logical function is_shifted(weld)
@@ -118,7 +121,7 @@ contains
       is_shifted = any(abs(weld%shift) > 0.0_wp)
    end function is_shifted
 
-   !> .true. if the face has a strain.
+   !> .true. if the face is intact: springs connect its cells.
    elemental logical function is_whole(weld)  ! total
       type(weld_type), intent(in) :: weld  !< face
 
@@ -143,7 +146,7 @@ contains
    !> Find the edges of the outline at each vertex of a body.
    !> The search passes from cell to cell around the vertex.
    pure subroutine find_outlines(blocks, welds)
-      type(blocks_type), intent(inout) :: blocks  !< with inner edges
+      type(blocks_type), intent(inout) :: blocks  !< blocks with inner edges
       type(weld_type), intent(in) :: welds(:)     !< all faces
       integer, parameter :: most_cells = 64       !< largest number of cells around a vertex
       integer :: beyond(2, size(blocks%owner)), v, at, turn

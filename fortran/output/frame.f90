@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Frame of the output as a row of numbers: variables of blocks and contacts.
 !>
-!> A frame is written to the journal in parts, because its size exceeds 500 bytes per block.
+!> A frame is written to the journal in parts to save memory: it has over 500 bytes per block.
 module dda_frame
    use dda_kinds, only: wp
    use dda_broken_faces, only: edge_damage
@@ -16,7 +16,7 @@ module dda_frame
    private
    public :: append_frame
 
-   integer, parameter :: at_once = 512       !< columns or contacts per part
+   integer, parameter :: columns_per_part = 512  !< columns or contacts per part
 
 contains
 
@@ -77,18 +77,18 @@ contains
       end associate
    end subroutine append_variable
 
-   !> Append columns whose first two values are a position, to which the origin is added.
+   !> Append columns; the origin is added to their first two values, which are a position.
    subroutine append_positions(journal, columns, origin, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
       real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] values; first two: position, m
       real(wp), intent(in) :: origin(2)  !< origin of the positions, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: part(6*at_once)
+      real(wp) :: part(6*columns_per_part)
       integer :: rows, first, n, i, at
 
       rows = size(columns, 1)
-      do first = 1, size(columns, 2), at_once
-         n = min(at_once, size(columns, 2) - first + 1)
+      do first = 1, size(columns, 2), columns_per_part
+         n = min(columns_per_part, size(columns, 2) - first + 1)
          do i = 1, n
             at = rows*(i - 1)
             part(at + 1:at + rows) = columns(:, first + i - 1)
@@ -104,12 +104,12 @@ contains
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: variable  !< position of the variable in the schema
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: part(at_once)
+      real(wp) :: part(columns_per_part)
       integer :: first, n
 
       associate (contacts => simulation%contacts(simulation%now))
-         do first = 1, contacts%n, at_once
-            n = min(at_once, contacts%n - first + 1)
+         do first = 1, contacts%n, columns_per_part
+            n = min(columns_per_part, contacts%n - first + 1)
             call copy_column(contacts, simulation%laws, variable, first, part(:n))
             call append_numbers(journal, part, n, error)
          end do

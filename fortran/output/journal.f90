@@ -2,8 +2,8 @@
 !> Journal: an append-only file, FILE.journal, with the samples and frames of a run so far.
 !>
 !> It contains the data of the output as rows of numbers in the order of the steps.  A checkpoint
-!> has the length and checksum of the journal; a resumed run cuts the journal to this length and
-!> continues.  Only one run can open a journal at a time.
+!> stores the length and checksum of the journal; a resumed run truncates the journal to this length
+!> and continues.  Only one run can open a journal at a time.
 module dda_journal
    use, intrinsic :: iso_c_binding, only: c_f_pointer, c_loc
    use, intrinsic :: iso_fortran_env, only: int8
@@ -21,8 +21,8 @@ module dda_journal
    public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
    integer, parameter :: row_sample = 1, row_frame = 2  !< kinds of rows
-   integer, parameter :: word = storage_size(0.0_wp)/8  !< bytes of a number
-   integer(long), parameter :: piece = 1048576          !< bytes read at a time
+   integer, parameter :: bytes_of_number = storage_size(0.0_wp)/8  !< bytes of a number
+   integer(long), parameter :: bytes_per_read = 1048576  !< bytes per read
 
    !> Journal with its length, checksum, and numbers of rows.
    type :: journal_type
@@ -35,7 +35,7 @@ module dda_journal
       integer :: iterations = 0     !< most iterations of a step since the last sample
    end type journal_type
 
-   !> Journal that is being read, up to its known length.
+   !> Reader of a journal, up to its length in `journal_type`.
    type :: reader_type
       type(byte_file_type) :: file
       integer(long) :: left = 0     !< remaining bytes
@@ -51,7 +51,7 @@ contains
       name = output//'.journal'
    end function journal_name
 
-   !> Open the journal of an output; an error if it is open in another run.
+   !> Open the journal of an output; return an error if another run has opened it.
    subroutine open_journal(journal, output, error)
       type(journal_type), intent(out) :: journal  !< journal, open and locked
       character(len=*), intent(in) :: output  !< path of the output
@@ -66,8 +66,8 @@ contains
       if (.not. locked) call close_file(journal%file, error)
    end subroutine open_journal
 
-   !> Restore the journal from the open file if its name was removed during the run.
-   !> Another file with this name is an error.
+   !> If the journal was deleted during the run, restore it from the open file.
+   !> Return an error if another file has its name.
    subroutine keep_name(journal, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -108,10 +108,10 @@ contains
       integer(int8), allocatable :: part(:)
       integer(long) :: left, n
 
-      allocate (part(min(piece, bytes)))
+      allocate (part(min(bytes_per_read, bytes)))
       left = bytes
       do while (left > 0 .and. .not. allocated(error))
-         n = min(piece, left)
+         n = min(bytes_per_read, left)
          call read_bytes(from, part(:n), error)
          call write_bytes(to, part(:n), error)
          left = left - n
@@ -133,7 +133,7 @@ contains
       call serialise(archive, journal%iterations)
    end subroutine serialise_mark
 
-   !> Cut the journal back to its state at a checkpoint; an error if earlier bytes have changed.
+   !> Truncate the journal to its state at a checkpoint; return an error if earlier bytes changed.
    subroutine return_to_mark(journal, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -149,7 +149,7 @@ contains
       left = min(journal%bytes, on_disk)
       do while (left > 0 .and. .not. allocated(error))
          if (allocated(bytes)) deallocate (bytes)
-         allocate (bytes(min(left, piece)))
+         allocate (bytes(min(left, bytes_per_read)))
          call read_bytes(file, bytes, error)
          call add_bytes(checksum, bytes)
          left = left - size(bytes)
@@ -161,7 +161,7 @@ contains
       call cut_file(journal%file, journal%bytes, error)
    end subroutine return_to_mark
 
-   !> Append the header of a sample or a frame; the values must follow.
+   !> Append the header of a sample or a frame; the caller then appends the values.
    subroutine begin_row(journal, kind, contacts, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
       integer, intent(in) :: kind, contacts  !< `row_sample` or `row_frame`; number of contacts
@@ -185,7 +185,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), pointer, contiguous :: bytes(:)
 
-      call c_f_pointer(c_loc(numbers), bytes, [word*count])
+      call c_f_pointer(c_loc(numbers), bytes, [bytes_of_number*count])
       call write_bytes(journal%file, bytes, error)
       call add_bytes(journal%checksum, bytes)
       journal%bytes = journal%bytes + size(bytes)
@@ -225,7 +225,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), pointer, contiguous :: bytes(:)
 
-      call c_f_pointer(c_loc(numbers), bytes, [word*size(numbers)])
+      call c_f_pointer(c_loc(numbers), bytes, [bytes_of_number*size(numbers)])
       call read_bytes(reader%file, bytes, error)
       reader%left = reader%left - size(bytes)
    end subroutine read_numbers

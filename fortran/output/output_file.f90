@@ -13,11 +13,11 @@ module dda_output_file
    use dda_file_system, only: rename_file, remove_file, is_special
    use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
       row_sample
-   use dda_maxima, only: known
+   use dda_maxima, only: stored_value
    use dda_model, only: model_type, block_sources
    use dda_output_place, only: partial_name, writing_name
    use dda_output_schema
-   use dda_output_variables, only: families_of, is_in, lengths_of, numbers_of, place_in_sample, &
+   use dda_output_variables, only: families_of, is_in, lengths_of, numbers_of, offset_in_sample, &
       size_of_sample
    use dda_own_file, only: check_replaceable, netcdf_file
    use dda_netcdf_calls, only: dataset_type, path_of, checked, define_dimension, define_variable, &
@@ -37,14 +37,14 @@ module dda_output_file
    private
    public :: write_output, writing_memory, is_complete
 
-   integer, parameter :: buffered = 1024          !< samples written at once
-   integer(long), parameter :: overhead = 262144  !< size without data and texts, bytes
-   real(wp), parameter :: library_bytes = 5.0e6_wp  !< memory of netCDF and HDF5, measured
+   integer, parameter :: buffer_samples = 1024    !< samples written at once
+   integer(long), parameter :: overhead = 262144  !< file size without data and texts, bytes
+   real(wp), parameter :: library_bytes = 5.0e6_wp  !< measured memory of netCDF and HDF5, bytes
 
    !> Output file that is being written.
    type :: output_type
       type(dataset_type) :: dataset
-      logical :: has(number_of_families)          !< the model has a family of variables
+      logical :: has(number_of_families)          !< the model has this family of variables
       integer :: lengths(size(dimension_names))   !< lengths of dimensions
       integer :: samples = 0                      !< number of samples, written or buffered
       integer :: waiting = 0                      !< number of buffered samples
@@ -100,7 +100,7 @@ contains
    end function bytes_for
 
    !> Upper bound on the memory of `write_output`, bytes.
-   !> Included are two frames, samples, copies of parts of both, and texts.
+   !> The bound includes two frames, the samples, copies of parts of both, and texts.
    pure real(wp) function writing_memory(simulation) result(bytes)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, parameter :: word = storage_size(1.0_wp)/8  ! bytes of a number
@@ -110,7 +110,7 @@ contains
          frame = real(max(6*n, 2*contacts), wp) + 3*n + 3*2*size(simulation%blocks%owner) &
             + 3*contacts
       end associate
-      samples = 3*real(buffered, wp)*size_of_sample(simulation)
+      samples = 3*real(buffer_samples, wp)*size_of_sample(simulation)
       bytes = library_bytes + word*(frame + samples) + 4*len(simulation%model%text) &
          + 4*len(simulation%changes)
    end function writing_memory
@@ -191,7 +191,7 @@ contains
       if (variable%kind == is_text) call describe_variable(dataset, name, '_Encoding', 'utf-8')
    end subroutine define_output_variable
 
-   !> Write attributes: the data needed to repeat the run, and its outcome.
+   !> Write the attributes: all data needed to repeat the run, and the outcome.
    subroutine describe_run(dataset, simulation, complete)
       type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
@@ -228,8 +228,8 @@ contains
       type(run_verdict_type), intent(in) :: verdict  !< verdict on all frames
       integer :: i
 
-      if (verdict%happened == '') return
-      call describe(dataset, 'verdict', verdict%happened)
+      if (verdict%events == '') return
+      call describe(dataset, 'verdict', verdict%events)
       call describe(dataset, 'figures', figure_lines(verdict))
       call describe(dataset, 'doubts', doubt_lines(verdict))
       do i = 1, size(verdict%values)
@@ -250,7 +250,7 @@ contains
       end do
    end function records_text
 
-   !> .true. if the output is complete and was computed from this input and its records.
+   !> .true. if an output is complete and was computed from the input and records of the model.
    logical function is_complete(file, model)
       character(len=*), intent(in) :: file      !< path of the output
       type(model_type), intent(in) :: model  !< model as read from the input
@@ -320,21 +320,22 @@ contains
       type(dataset_type), intent(inout) :: dataset  !< open dataset; retains the first error
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, parameter :: n = number_of_maxima
-      real(wp) :: who(2, n, 2)
+      real(wp) :: owner_index(2, n, 2)
       integer :: i
 
       associate (maxima => simulation%maxima)
-         who = -1.0_wp
+         owner_index = -1.0_wp
          do i = 1, n
-            who(:, i, merge(2, 1, maxima_table(i)%of_points)) = maxima%largest(i)%who - 1
+            owner_index(:, i, merge(2, 1, &
+               maxima_table(i)%of_points)) = maxima%largest(i)%owners - 1
          end do
          call put_names(dataset, 'maximum', maxima_table%name)
          call put_names(dataset, 'maximum_unit', maxima_table%units)
-         call put(dataset, 'largest', known(maxima%largest), [1], [n])
+         call put(dataset, 'largest', stored_value(maxima%largest), [1], [n])
          call put(dataset, 'largest_time', maxima%largest%time, [1], [n])
-         call put(dataset, 'largest_block', pack(who(:, :, 1), .true.), [1, 1], [2, n])
-         call put(dataset, 'largest_point', pack(who(:, :, 2), .true.), [1, 1], [2, n])
-         call put(dataset, 'residual', known(maxima%last), [1], [n])
+         call put(dataset, 'largest_block', pack(owner_index(:, :, 1), .true.), [1, 1], [2, n])
+         call put(dataset, 'largest_point', pack(owner_index(:, :, 2), .true.), [1, 1], [2, n])
+         call put(dataset, 'residual', stored_value(maxima%last), [1], [n])
       end associate
    end subroutine put_maxima
 
@@ -413,7 +414,7 @@ contains
       end do
    end function removal_stage
 
-   !> Copy all rows of the journal to the file, in their order.
+   !> Copy all rows of the journal to the file.
    subroutine copy_rows(output, journal, simulation, error)
       type(output_type), intent(inout) :: output  !< file being written
       type(journal_type), intent(in) :: journal  !< journal of the run
@@ -422,13 +423,13 @@ contains
       type(reader_type) :: reader
       integer :: kind, contacts
 
-      allocate (output%sample(size_of_sample(simulation), buffered))
+      allocate (output%sample(size_of_sample(simulation), buffer_samples))
       call open_reader(reader, journal, error)
       do while (.not. (allocated(error) .or. allocated(output%dataset%error)))
          call read_row(reader, kind, contacts, error)
          if (allocated(error) .or. kind == 0) exit
          if (kind == row_sample) then
-            if (output%waiting == buffered) call put_samples(output, simulation)
+            if (output%waiting == buffer_samples) call put_samples(output, simulation)
             output%waiting = output%waiting + 1
             output%samples = output%samples + 1
             call read_numbers(reader, output%sample(:, output%waiting), error)
@@ -459,9 +460,9 @@ contains
             at = at + m
          end associate
       end do
-      associate (velocity => place_in_sample(simulation, out_velocity), &
-         acceleration => place_in_sample(simulation, out_acceleration), &
-         joints => place_in_sample(simulation, out_joint_slip), sample => output%sample)
+      associate (velocity => offset_in_sample(simulation, out_velocity), &
+         acceleration => offset_in_sample(simulation, out_acceleration), &
+         joints => offset_in_sample(simulation, out_joint_slip), sample => output%sample)
          call add_samples(output%verdict, sample(1, :n), sample(velocity + 1:acceleration, :n), &
             sample(acceleration + 1:2*acceleration - velocity, :n))
          call add_joint_samples(output%verdict, sample(joints + 1:joints &
@@ -469,7 +470,7 @@ contains
       end associate
    end subroutine put_samples
 
-   !> Write values of a variable in consecutive rows; rows are the slowest dimension.
+   !> Write values of a variable in consecutive rows (indices of the slowest dimension).
    subroutine put_row(output, variable, values, first, rows)
       type(output_type), intent(inout) :: output  !< file being written
       type(output_variable_type), intent(in) :: variable  !< variable of the schema

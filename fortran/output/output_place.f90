@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Checks before a run writes its output and accompanying files: it may replace only files of
-!> earlier runs, and no file that the run reads.
+!> Checks before a run writes its output and accompanying files: the run may replace only files of
+!> earlier runs, and no file that it reads.
 module dda_output_place
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: same_file, status_of, is_folder, folder_of
@@ -40,10 +40,11 @@ contains
       name = file//'.checkpoint'
    end function checkpoint_name
 
-   !> Return an error if an output cannot be written; nothing is written yet.
+   !> Return an error if the output cannot be written; this check writes nothing.
    subroutine check_target(model, resumes, error)
       type(model_type), intent(in) :: model  !< model with the path of its output
-      logical, intent(in) :: resumes  !< the run resumes from checkpoints, checked later
+      !> the run resumes from a checkpoint, whose files are checked later
+      logical, intent(in) :: resumes
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: folder
       integer :: i
@@ -87,7 +88,8 @@ contains
       end subroutine check_checkpoint
    end subroutine check_target
 
-   !> Check that a path to be written is free or contains a replaceable file that is not read.
+   !> Return an error if a path cannot be written: it exists and is not a replaceable output, or the
+   !> run reads it.
    subroutine check_name(name, kind, model, error)
       character(len=*), intent(in) :: name     !< path to be written
       type(own_kind_type), intent(in) :: kind  !< kind of the file
@@ -112,7 +114,7 @@ contains
 
       !> Return an error if the path to be written is a file that the run reads.
       subroutine refuse_read_file(file, words)
-         character(len=*), intent(in) :: file, words  !< path of the file; words that name it
+         character(len=*), intent(in) :: file, words  !< path of the file; its role in a message
 
          if (allocated(error)) return
          if (same_file(name, file)) call fail(error, error_file, 'the output '//name// &

@@ -9,7 +9,7 @@ module dda_output_variables
    use dda_simulation, only: simulation_type
    implicit none
    private
-   public :: families_of, lengths_of, numbers_of, place_in_sample, size_of_sample, is_in
+   public :: families_of, lengths_of, numbers_of, offset_in_sample, size_of_sample, is_in
 
 contains
 
@@ -42,7 +42,7 @@ contains
       end associate
    end function families_of
 
-   !> Lengths of the dimensions; samples, frames and contacts have the length 1, as in one row.
+   !> Lengths of the dimensions in one row, thus 1 for samples, frames and contacts.
    pure function lengths_of(simulation) result(lengths)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer :: lengths(size(dimension_names)), i
@@ -79,34 +79,34 @@ contains
       numbers_of = product(lengths(variable%dimensions(:count(variable%dimensions > 0))))
    end function numbers_of
 
-   !> .true. if a variable is written in each row of the kind `row`.
+   !> .true. if a variable is written in each row of a kind.
    elemental logical function is_in(variable, row, has)
       type(output_variable_type), intent(in) :: variable  !< variable of the schema
-      integer, intent(in) :: row                          !< each_time, each_frame, each_contact
+      integer, intent(in) :: row  !< kind: each_time, each_frame or each_contact
       logical, intent(in) :: has  !< the model has the family of the variable
 
       is_in = variable%row == row .and. has
    end function is_in
 
-   !> Number of values in a sample before a variable; after the last variable, size of a sample.
-   pure integer function place_in_sample(simulation, place) result(before)
+   !> Number of values in a sample before a variable; the index after the last gives the total.
+   pure integer function offset_in_sample(simulation, variable_index) result(before)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      integer, intent(in) :: place                     !< index of the variable in the schema
+      integer, intent(in) :: variable_index            !< index of the variable in the schema
       integer :: lengths(size(dimension_names)), i
 
       lengths = lengths_of(simulation)
       before = 0
-      do i = 1, place - 1
+      do i = 1, variable_index - 1
          if (output_variables(i)%row == each_time) before = before &
             + numbers_of(output_variables(i), lengths)
       end do
-   end function place_in_sample
+   end function offset_in_sample
 
    !> Number of values of a sample.
    pure integer function size_of_sample(simulation)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
 
-      size_of_sample = place_in_sample(simulation, size(output_variables) + 1)
+      size_of_sample = offset_in_sample(simulation, size(output_variables) + 1)
    end function size_of_sample
 
 end module dda_output_variables

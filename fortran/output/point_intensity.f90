@@ -16,8 +16,8 @@ module dda_point_intensity
    !> Shaking along one axis.
    type :: shaking_type
       real(wp) :: last = 0.0_wp         !< acceleration at the last sample, m/s²
-      real(wp) :: acceleration = 0.0_wp !< largest absolute value, m/s²
-      real(wp) :: squares = 0.0_wp      !< ∫a² dt, m²/s³
+      real(wp) :: acceleration = 0.0_wp !< peak acceleration, m/s²
+      real(wp) :: squares = 0.0_wp      !< ∫a² dt so far, m²/s³
       type(response_spectrum_type) :: spectrum
    end type shaking_type
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Resolved frequency: at lower frequencies, accelerations of measured points are motion of the
-!> ground, not ringing or impacts of contacts.  It is the frequency of the shortest wave that blocks
-!> or cells resolve, and at most a quarter of the sampling rate.
+!> Resolved frequency: below it, accelerations of measured points are ground motion; above it,
+!> ringing and impacts of contacts contaminate them.  It is the frequency of the shortest
+!> wave that blocks or cells resolve, and at most a quarter of the sampling rate.
 module dda_resolved_band
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, smaller_side
@@ -11,8 +11,8 @@ module dda_resolved_band
    private
    public :: resolved_frequency
 
-   real(wp), parameter :: least_wave = 8.0_wp      !< least wavelength over the side of a block
-   real(wp), parameter :: sampling_share = 0.25_wp !< fraction of the sampling rate
+   real(wp), parameter :: least_wave = 8.0_wp      !< resolved wavelength over the side of a block
+   real(wp), parameter :: sampling_fraction = 0.25_wp !< fraction of the sampling rate
 
 contains
 
@@ -20,16 +20,17 @@ contains
    pure real(wp) function resolved_frequency(model, blocks) result(frequency)
       type(model_type), intent(in) :: model    !< model of the run
       type(blocks_type), intent(in) :: blocks  !< blocks of the run
-      logical :: held(blocks%n)
+      logical :: on_rigid_support(blocks%n)
       real(wp) :: d(3, 3)
       integer :: b
 
-      held = .false.
-      held(pack(model%fixed_points%block, model%fixed_points%stiffness <= 0.0_wp)) = .true.
-      if (all(held)) held = .false.
-      frequency = sampling_share/sampling_interval(model)
+      on_rigid_support = .false.
+      on_rigid_support(pack(model%fixed_points%block, &
+         model%fixed_points%stiffness <= 0.0_wp)) = .true.
+      if (all(on_rigid_support)) on_rigid_support = .false.
+      frequency = sampling_fraction/sampling_interval(model)
       do b = 1, blocks%n
-         if (held(b)) cycle
+         if (on_rigid_support(b)) cycle
          d = blocks%area(b)*elasticity(model%materials(model%blocks%material(b)), &
             model%control%plane_strain)
          frequency = min(frequency, sqrt(d(3, 3)/model%blocks%mass(b))/ &

@@ -1,42 +1,43 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Verdict on a run: its events in words and numbers, from the largest values of the run and from
-!> the samples of measured points and joints.
+!> Verdict on a run: events, largest values and warnings, from the maxima of the run and from the
+!> samples of measured points and joints.
 module dda_run_verdict
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use dda_kinds, only: wp
-   use dda_base_motion, only: base_words, counts_from_motion
+   use dda_base_motion, only: base_words, has_reference_motion
    use dda_check_report, only: first_mode, ringing_topic
    use dda_diagnostics, only: audit_warning, doubt_state
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
    use dda_elements, only: body_energies
    use dda_energy, only: balance
-   use dda_equilibrium, only: farthest_moved
+   use dda_equilibrium, only: find_farthest_block
    use dda_output_schema
-   use dda_point_intensity, only: intensity_type, new_intensity, add_motion, &
-      arias_intensity
+   use dda_point_intensity, only: intensity_type, new_intensity, add_motion, arias_intensity
    use dda_resolved_band, only: resolved_frequency
    use dda_response_spectrum, only: low_passed_peak, spectral_acceleration
    use dda_rest_bound, only: is_at_rest
    use dda_running_maxima, only: least_movement
-   use dda_simulation, only: simulation_type, ending, comes_suddenly
+   use dda_simulation, only: simulation_type, ending, gravity_is_sudden
    use dda_text, only: counted, to_text, short_text, valid_text
-   use dda_verdict_lines, only: verdict_lines_type, tell, add_value, add_figure, value_text
+   use dda_verdict_lines, only: verdict_lines_type, add_sentence, add_value, add_figure, value_text
    implicit none
    private
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
       judge_movement, conclude
 
    real(wp), parameter :: rounding = 1.0e-9_wp   !< rounding error over the largest value
-   real(wp), parameter :: shown_beside = 0.01_wp !< least ratio of two values that are both shown
+   !> least ratio of the smaller to the larger value shown
+   real(wp), parameter :: least_shown = 0.01_wp
    character(len=1), parameter :: axes(2) = ['x', 'y']
-   real(wp), parameter :: much_above = 0.05_wp  !< least reported fraction of Arias intensity
+   !> least reported unresolved fraction of Arias intensity
+   real(wp), parameter :: least_excess = 0.05_wp
 
    !> Verdict that is being computed.
    type, extends(verdict_lines_type) :: run_verdict_type
       real(wp) :: frequency = 0.0_wp         !< frequency below which accelerations are reported, Hz
-      type(intensity_type), allocatable :: shaken(:)   !< [measured points]
+      type(intensity_type), allocatable :: intensity(:)  !< [measured points]
       real(wp), allocatable :: joints(:,:)  !< [measured joints, columns] values of the last sample
-      real(wp), allocatable :: joints_most(:,:)        !< [joints, columns] largest absolute value
+      real(wp), allocatable :: largest_joints(:,:)     !< [joints, columns] largest absolute value
    end type run_verdict_type
 
 contains
@@ -46,12 +47,12 @@ contains
       type(simulation_type), intent(in) :: simulation  !< run at its start
       integer, intent(in) :: points, joints            !< number of measured points, joints
 
-      verdict%happened = ''
+      verdict%events = ''
       verdict%frequency = resolved_frequency(simulation%model, simulation%blocks)
       allocate (verdict%values(0), verdict%figures(0), verdict%doubts(0))
-      allocate (verdict%shaken(points), source=new_intensity(verdict%frequency))
+      allocate (verdict%intensity(points), source=new_intensity(verdict%frequency))
       allocate (verdict%joints(joints, columns_of(in_measured_joints)), &
-         verdict%joints_most(joints, columns_of(in_measured_joints)), source=0.0_wp)
+         verdict%largest_joints(joints, columns_of(in_measured_joints)), source=0.0_wp)
    end function new_verdict
 
    !> Add samples in the order of the run.
@@ -63,9 +64,9 @@ contains
       real(wp), intent(in) :: acceleration(:,:)          !< [2 × points, samples] m/s²
       integer :: i, sample
 
-      do i = 1, size(verdict%shaken)
+      do i = 1, size(verdict%intensity)
          do sample = 1, size(time)
-            call add_motion(verdict%shaken(i), time(sample), velocity(2*i - 1:2*i, sample), &
+            call add_motion(verdict%intensity(i), time(sample), velocity(2*i - 1:2*i, sample), &
                acceleration(2*i - 1:2*i, sample))
          end do
       end do
@@ -82,7 +83,7 @@ contains
          do i = 1, size(verdict%joints, 2)
             verdict%joints(:, i) = values(n*(i - 1) + 1:n*i, sample)
          end do
-         verdict%joints_most = max(verdict%joints_most, abs(verdict%joints))
+         verdict%largest_joints = max(verdict%largest_joints, abs(verdict%joints))
       end do
    end subroutine add_joint_samples
 
@@ -90,14 +91,14 @@ contains
    subroutine conclude(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
-      logical :: told
+      logical :: with_table
       integer :: i
 
       call judge_movement(verdict, simulation)
-      told = size(simulation%model%motions) > 0
-      if (told) told = .not. is_without_movement(simulation)
-      do i = 1, size(verdict%shaken)
-         call judge_point(verdict, simulation, i, told)
+      with_table = size(simulation%model%motions) > 0
+      if (with_table) with_table = .not. is_without_movement(simulation)
+      do i = 1, size(verdict%intensity)
+         call judge_point(verdict, simulation, i, with_table)
       end do
       call judge_joints(verdict, simulation)
       call add_value(verdict, 'energy_balance_j_m', balance(simulation%energy))
@@ -122,31 +123,31 @@ contains
       call tabulate_maxima(verdict, simulation)
       call add_doubts(verdict%doubts, remaining_doubts(simulation))
       call doubt_state(simulation, verdict%doubts)
-      if (comes_suddenly(simulation%model)) call add_doubt(verdict%doubts, 'start', &
+      if (gravity_is_sudden(simulation%model)) call add_doubt(verdict%doubts, 'start', &
          'gravity acted suddenly from the first step; settle = .true. begins in static equilibrium')
       words = audit_warning(simulation)
       if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
    end subroutine judge_movement
 
    !> Warnings of the check before the run that are still relevant after the run.
-   !> Ringing and the first mode are not relevant without motion, nor is the first mode if many
-   !> joints have opened.
+   !> Without motion, ringing and the first mode are irrelevant.  If many contacts have slipped or
+   !> opened, the first mode is irrelevant.
    pure function remaining_doubts(simulation) result(remaining)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       type(doubt_type), allocatable :: remaining(:)
-      logical :: at_rest, loose, answered
+      logical :: at_rest, many_open, irrelevant
       integer :: i
 
       at_rest = is_without_movement(simulation)
       associate (moved => simulation%maxima%moved)
-         loose = 2*(moved(2) + moved(3)) > moved(1)
+         many_open = 2*(moved(2) + moved(3)) > moved(1)
       end associate
       allocate (remaining(0))
       do i = 1, size(simulation%doubts)
          associate (doubt => simulation%doubts(i))
-            answered = doubt%topic == first_mode .and. (at_rest .or. loose)
-            answered = answered .or. (doubt%topic == ringing_topic .and. at_rest)
-            if (.not. (answered .and. doubt%of_check)) call add_doubts(remaining, [doubt])
+            irrelevant = doubt%topic == first_mode .and. (at_rest .or. many_open)
+            irrelevant = irrelevant .or. (doubt%topic == ringing_topic .and. at_rest)
+            if (.not. (irrelevant .and. doubt%of_check)) call add_doubts(remaining, [doubt])
          end associate
       end do
    end function remaining_doubts
@@ -160,20 +161,21 @@ contains
 
       moved = simulation%maxima%moved
       if (is_without_movement(simulation)) then
-         call tell(verdict, 'The model is at rest')
+         call add_sentence(verdict, 'The model is at rest')
       else
          associate (largest => simulation%maxima%largest(of_displacement))
             base = ''
-            if (counts_from_motion(simulation%maxima%base, simulation%model)) base = ', '// &
+            if (has_reference_motion(simulation%maxima%base, simulation%model)) base = ', '// &
                base_words(simulation%maxima%base, simulation%model)
-            call tell(verdict, 'Blocks moved by up to '//value_text(largest%value, 'm')//base)
+            call add_sentence(verdict, 'Blocks moved by up to '//value_text(largest%value, 'm')// &
+               base)
          end associate
       end if
       if (moved(1) > 0) then
          if (all(moved(2:3) == 0)) then
-            call tell(verdict, 'no contact has slipped or opened at the end')
+            call add_sentence(verdict, 'no contact has slipped or opened at the end')
          else
-            call tell(verdict, to_text(moved(2))//' of '//to_text(moved(1))// &
+            call add_sentence(verdict, to_text(moved(2))//' of '//to_text(moved(1))// &
                ' contacts have slipped and '//to_text(moved(3))//' have opened at the end')
          end if
          call add_value(verdict, 'contacts_slipped', real(moved(2), wp))
@@ -181,14 +183,14 @@ contains
       end if
       associate (broken => simulation%counters%broken)
          if (broken > 0) then
-            call tell(verdict, counted(to_text(broken), 'bond has broken', &
+            call add_sentence(verdict, counted(to_text(broken), 'bond has broken', &
                'bonds have broken'))
             call add_value(verdict, 'bonds_broken', real(broken, wp))
          end if
       end associate
       call add_crushing_sentence(verdict, simulation)
       if (simulation%stop%reason /= '') then
-         call tell(verdict, ending(simulation))
+         call add_sentence(verdict, ending(simulation))
          call add_value(verdict, 'end_s', simulation%time)
       end if
    end subroutine add_movement_sentence
@@ -224,7 +226,8 @@ contains
       if (count(named) > most_named) names = names//' and '//to_text(count(named) - most_named)// &
          ' more'
       call add_value(verdict, 'crushed_m', most)
-      call tell(verdict, 'joints have crushed by up to '//value_text(most, 'm')//' at '//names(3:))
+      call add_sentence(verdict, 'joints have crushed by up to '//value_text(most, 'm')//' at '// &
+         names(3:))
    end subroutine add_crushing_sentence
 
    !> .true. if no movement exceeds rounding.
@@ -234,9 +237,9 @@ contains
       is_without_movement = is_at_rest(simulation, simulation%maxima%largest(of_displacement)%value)
    end function is_without_movement
 
-   !> Add the largest values that exceed rounding to the table.
-   !> Accelerations of blocks and velocities at the end are stored only as numbers, because ringing
-   !> and impacts dominate them.
+   !> Add the maxima that exceed rounding to the table.
+   !> Accelerations of blocks and velocities at the end are not in the table but stored as numbers,
+   !> because ringing and impacts dominate them.
    subroutine tabulate_maxima(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< figures are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
@@ -293,12 +296,12 @@ contains
          [0.0_wp, share], '1', 'of bodies, in the energy norm, from jumps at faces')
    end subroutine add_bodies
 
-   !> Add a maximum to the table.
+   !> Add maximum k to the table.
    subroutine add_maximum(verdict, simulation, k, ends)
       type(run_verdict_type), intent(inout) :: verdict   !< a figure is added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
-      logical, intent(in) :: ends                        !< add the value at the end, too
+      logical, intent(in) :: ends                        !< also add the value at the end
       character(len=32) :: keys(2)
       character(len=:), allocatable :: place
 
@@ -306,7 +309,7 @@ contains
          kind => maxima_table(k))
          keys = [character(len=32) :: 'largest_'//kind%number, '']
          if (ends .and. last%value > rounding*largest%value) keys(2) = 'residual_'//kind%number
-         place = owner_names(simulation, k, largest%who)//', '//short_text(largest%time)//' s'
+         place = owner_names(simulation, k, largest%owners)//', '//short_text(largest%time)//' s'
          call add_figure(verdict, output_words(kind%name), keys, [largest%value, last%value], &
             trim(kind%units), place)
       end associate
@@ -330,7 +333,7 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< a value and a figure are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'displacement_from_drawn_m'
-      real(wp) :: way
+      real(wp) :: distance
       real(wp), allocatable :: drawn(:,:)
       integer :: b
 
@@ -338,10 +341,10 @@ contains
       drawn = simulation%model%blocks%position
       drawn(1:2, :) = drawn(1:2, :) + spread(simulation%maxima%base%displacement, 2, &
          size(drawn, 2))
-      call farthest_moved(simulation%blocks, drawn, b, way)
-      call add_value(verdict, key, way)
+      call find_farthest_block(simulation%blocks, drawn, b, distance)
+      call add_value(verdict, key, distance)
       if (b > 0) call add_figure(verdict, 'since drawn', [character(len=len(key)) :: '', key], &
-         [0.0_wp, way], 'm', block_label(simulation, b)//', settling included')
+         [0.0_wp, distance], 'm', block_label(simulation, b)//', settling included')
    end subroutine add_distance_from_input
 
    !> Text with the names of the blocks or points of a value.
@@ -362,27 +365,27 @@ contains
    end function owner_names
 
    !> Add the intensity of shaking of a measured point.
-   !> Numbers are for all and for resolved frequencies; table lines are for resolved frequencies,
-   !> along the axis with the larger value.
-   subroutine judge_point(verdict, simulation, i, told)
+   !> Numbers are added for all frequencies and for resolved frequencies.  Table lines have resolved
+   !> frequencies only, along the axis with the larger value.
+   subroutine judge_point(verdict, simulation, i, with_table)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       integer, intent(in) :: i                           !< number of the point
-      logical, intent(in) :: told                        !< add table lines
+      logical, intent(in) :: with_table                  !< add table lines
       character(len=:), allocatable :: name
       real(wp) :: sa(2), period(2), low(2), above
 
-      associate (shaken => verdict%shaken(i))
-         if (.not. maxval(shaken%raw%acceleration) > 0.0_wp) return
+      associate (intensity => verdict%intensity(i))
+         if (.not. maxval(intensity%raw%acceleration) > 0.0_wp) return
          name = point_label(simulation%model%points(i)%name, i)
-         call add_unfiltered(verdict, shaken, name)
+         call add_unfiltered(verdict, intensity, name)
          call add_value(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
-         call spectral_acceleration(shaken%oscillators, shaken%low%spectrum, shaken%low%last, sa, &
-            period)
-         low = arias_intensity(shaken%low)
-         above = 1.0_wp - maxval(low)/arias_intensity(shaken%raw(maxloc(low, 1)))
-         call add_point('PGA', 'pga_resolved_m_s2', shaken%low%acceleration, 'm/s^2', '')
-         call add_point('PGV', 'pgv_m_s', shaken%velocity, 'm/s', '')
+         call spectral_acceleration(intensity%oscillators, intensity%low%spectrum, &
+            intensity%low%last, sa, period)
+         low = arias_intensity(intensity%low)
+         above = 1.0_wp - maxval(low)/arias_intensity(intensity%raw(maxloc(low, 1)))
+         call add_point('PGA', 'pga_resolved_m_s2', intensity%low%acceleration, 'm/s^2', '')
+         call add_point('PGV', 'pgv_m_s', intensity%velocity, 'm/s', '')
          call add_point('Arias intensity', 'arias_resolved_m_s', low, 'm/s', &
             high_frequency_text(above))
          call add_point('largest Sa, 5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
@@ -404,9 +407,9 @@ contains
          call add_value(verdict, key//'['//name//']', values(axis))
          call add_value(verdict, key//'_x['//name//']', values(1))
          call add_value(verdict, key//'_y['//name//']', values(2))
-         if (.not. told) return
+         if (.not. with_table) return
          place = name//', '//axes(axis)
-         if (values(3 - axis) > shown_beside*values(axis)) &
+         if (values(3 - axis) > least_shown*values(axis)) &
             place = place//' ('//axes(3 - axis)//' '//value_text(values(3 - axis), units)//')'
          if (index(key, 'resolved') > 0) place = place//', below '//short_text(verdict%frequency) &
             //' Hz'
@@ -416,19 +419,19 @@ contains
    end subroutine judge_point
 
    !> Add the results for all frequencies, along the axis with the larger value.
-   subroutine add_unfiltered(verdict, shaken, name)
+   subroutine add_unfiltered(verdict, intensity, name)
       type(run_verdict_type), intent(inout) :: verdict  !< values are added
-      type(intensity_type), intent(in) :: shaken        !< shaking of a point along both axes
+      type(intensity_type), intent(in) :: intensity     !< shaking of a point along both axes
       character(len=*), intent(in) :: name              !< name of the point
       real(wp) :: sa(2), period(2)
 
-      associate (raw => shaken%raw)
-         call spectral_acceleration(shaken%oscillators, raw%spectrum, raw%last, sa, period)
+      associate (raw => intensity%raw)
+         call spectral_acceleration(intensity%oscillators, raw%spectrum, raw%last, sa, period)
          call add_value(verdict, 'pga_m_s2['//name//']', maxval(raw%acceleration))
          call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
             maxval(low_passed_peak(raw%spectrum)))
          call add_value(verdict, 'arias_m_s['//name//']', maxval(arias_intensity(raw)))
-         if (.not. maxval(sa) > 0.0_wp) return  ! too long time steps for a spectrum
+         if (.not. maxval(sa) > 0.0_wp) return  ! the time steps are too long for a spectrum
          call add_value(verdict, 'sa_m_s2['//name//']', maxval(sa))
          call add_value(verdict, 'sa_period_s['//name//']', period(maxloc(sa, 1)))
       end associate
@@ -444,25 +447,26 @@ contains
 
       do i = 1, size(verdict%joints, 1)
          name = point_label(simulation%model%measured_joints(i)%name, i)
-         associate (last => verdict%joints(i, :), most => verdict%joints_most(i, :), &
+         associate (last => verdict%joints(i, :), most => verdict%largest_joints(i, :), &
             variables => output_variables(out_joint_slip:out_joint_slip + size(least) - 1))
             least = merge(least_movement(simulation), rounding*maxval(most, &
                variables%units /= 'm'), variables%units == 'm')
             do k = 1, size(last)
                call judge_joint(verdict, variables(k), name, [most(k), last(k)], least(k))
             end do
-            if (ieee_is_nan(last(1))) call tell(verdict, 'no contact is left at the joint '//name)
+            if (ieee_is_nan(last(1))) call add_sentence(verdict, &
+               'no contact is left at the joint '//name)
          end associate
       end do
    end subroutine judge_joints
 
-   !> Add a variable of a measured joint, except components of forces.
-   !> Added are the last value and, for lengths, the largest value.  Values below `least` are 0.
-   subroutine judge_joint(verdict, variable, joint, most_and_last, least)
+   !> Add the last value and, for a length, the largest value of a variable of a measured joint.
+   !> Values below `least` count as 0; components of the resultant force are omitted.
+   subroutine judge_joint(verdict, variable, joint, peak_and_last, least)
       type(run_verdict_type), intent(inout) :: verdict       !< figures and values are added
       type(output_variable_type), intent(in) :: variable     !< variable of the joint
       character(len=*), intent(in) :: joint                  !< name of the joint
-      real(wp), intent(in) :: most_and_last(2)  !< largest absolute value, last value; NaN: none
+      real(wp), intent(in) :: peak_and_last(2)  !< largest absolute value, last value; NaN: none
       real(wp), intent(in) :: least             !< least value above rounding errors
       character(len=160) :: key(2)
       real(wp) :: values(2)
@@ -472,8 +476,8 @@ contains
       key(2) = trim(variable%number)//'['//joint//']'
       key(1) = 'largest_'//key(2)
       if (variable%units /= 'm') key(1) = ''
-      if (ieee_is_nan(most_and_last(2))) key(2) = ''
-      values = merge(0.0_wp, most_and_last, abs(most_and_last) <= least)
+      if (ieee_is_nan(peak_and_last(2))) key(2) = ''
+      values = merge(0.0_wp, peak_and_last, abs(peak_and_last) <= least)
       do k = 1, 2
          if (key(k) /= '') call add_value(verdict, trim(key(k)), values(k))
       end do
@@ -487,11 +491,11 @@ contains
       character(len=:), allocatable :: text
 
       text = ''
-      if (share > much_above) text = '; '//to_text(nint(100*share))// &
+      if (share > least_excess) text = '; '//to_text(nint(100*share))// &
          ' % more at higher frequencies, due to ringing or impacts'
    end function high_frequency_text
 
-   !> Name of a measured point or joint without forbidden characters, or its number.
+   !> Name of a measured point or joint for an attribute, or its number if it has no name.
    pure function point_label(name, number) result(block_label)
       character(len=*), intent(in) :: name  !< name in the input
       integer, intent(in) :: number         !< number of the point or joint
@@ -501,7 +505,7 @@ contains
       if (block_label == '') block_label = to_text(number)
    end function point_label
 
-   !> Name of a block without forbidden characters, or 'block' and its number.
+   !> Name of a block for an attribute, or 'block' and its number if it has no name.
    pure function block_label(simulation, b) result(name)
       type(simulation_type), intent(in) :: simulation    !< a run and its state
       integer, intent(in) :: b                           !< number of the block
@@ -511,7 +515,7 @@ contains
       if (name == '') name = 'block '//to_text(b)
    end function block_label
 
-   !> Replace characters of a name that attributes or their lines cannot contain.
+   !> Replace the characters of a name that would end a line or field of an attribute.
    pure function attribute_name(name) result(text)
       character(len=*), intent(in) :: name  !< name in the input
       character(len=:), allocatable :: text

@@ -6,7 +6,7 @@ module dda_sample
    use dda_elements, only: bolt_states, channel_columns, flow_states, node_columns
    use dda_energy, only: energy_values
    use dda_joint_motion, only: measure_joint
-   use dda_maxima, only: known
+   use dda_maxima, only: stored_value
    use dda_measure, only: measure_point
    use dda_output_schema, only: columns_of, energy_terms, in_bolts, in_boundary_motions, &
       in_measured_joints, in_run, number_of_maxima
@@ -16,7 +16,7 @@ module dda_sample
    use dda_columns, only: column_of
    implicit none
    private
-   public :: take_sample
+   public :: collect_sample
 
    integer, parameter :: energies = columns_of(in_run)  !< number of values before the energies
    integer, parameter :: maxima = energies + size(energy_terms)  !< values before the maxima
@@ -26,7 +26,7 @@ module dda_sample
 contains
 
    !> Collect a sample, variable by variable, in the order of the schema.
-   subroutine take_sample(simulation, iterations, sample)
+   subroutine collect_sample(simulation, iterations, sample)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: iterations  !< most iterations of a step since the last sample
       real(wp), intent(out) :: sample(:)  !< [`size_of_sample`] values
@@ -37,7 +37,7 @@ contains
       sample(:energies) = [simulation%time, simulation%last_time_step, real(iterations, wp), &
          real(simulation%stage, wp)]
       sample(energies + 1:maxima) = energy_values(simulation%energy)
-      sample(maxima + 1:base) = known(simulation%maxima%largest)
+      sample(maxima + 1:base) = stored_value(simulation%maxima%largest)
       sample(base + 1:head) = simulation%maxima%base%displacement
       associate (points => simulation%model%points)
          do i = 1, size(points)
@@ -65,9 +65,9 @@ contains
       end associate
       if (allocated(simulation%model%flow)) call collect_flow(simulation, sample, at)
       if (size(through) == 0) return
-      call take_boundary_motions(simulation, through)
+      call collect_boundary_motions(simulation, through)
       sample(at + 1:) = pack(through, .true.)
-   end subroutine take_sample
+   end subroutine collect_sample
 
    !> Collect the values of water in joints.
    subroutine collect_flow(simulation, sample, at)
@@ -85,7 +85,7 @@ contains
    end subroutine collect_flow
 
    !> Collect the incoming and present motions of all boundaries.
-   subroutine take_boundary_motions(simulation, motions)
+   subroutine collect_boundary_motions(simulation, motions)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       !> [2,boundary motions,6] displacement, velocity, acceleration (m, s): incoming, then actual
       real(wp), intent(out) :: motions(:,:,:)
@@ -103,7 +103,7 @@ contains
             end do
          end associate
       end do
-   end subroutine take_boundary_motions
+   end subroutine collect_boundary_motions
 
    !> Find displacement, velocity and acceleration of the incoming motion.
    function incoming_motion(simulation, motion) result(wave)

@@ -1,23 +1,24 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Parts of a verdict (a sentence on the events, a table of results, warnings, named numbers), and
-!> their text for attributes of an output and for a screen.
+!> Parts of a verdict (sentence on the events, table of results, warnings, named numbers), formatted
+!> for the attributes of an output and for a screen.
 module dda_verdict_lines
    use dda_kinds, only: wp, pi
    use dda_doubts, only: doubt_type, doubt_text
    use dda_text, only: padded, screen_width, short_text, wrapped
    implicit none
    private
-   public :: verdict_lines_type, verdict_value_type, tell, add_value, add_figure, figure_lines, &
+   public :: verdict_lines_type, verdict_value_type, add_sentence, add_value, add_figure, &
+      figure_lines, &
       doubt_lines, screen_text, value_text, died_out, check_says_more, no_bars
 
    character(len=*), parameter :: check_says_more = 'what to change: sitedda check FILE.nml', &
       no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml computes them'
 
    integer, parameter :: columns(3) = [20, 34, 48]  !< positions of the table columns
-   !> ratio of final to largest value below which the final value counts as zero
+   !> final value/largest value below which the final value counts as zero
    real(wp), parameter :: died_out = 1.0e-5_wp
 
-   !> Named number of a verdict.
+   !> Number of a verdict with its name.
    type :: verdict_value_type
       character(len=:), allocatable :: name  !< name that ends with the unit
       real(wp) :: value = 0.0_wp
@@ -39,7 +40,7 @@ module dda_verdict_lines
 
    !> Contents of a verdict.
    type :: verdict_lines_type
-      character(len=:), allocatable :: happened        !< sentence on the events
+      character(len=:), allocatable :: events          !< sentence on the events
       type(doubt_type), allocatable :: doubts(:)
       type(figure_type), allocatable :: figures(:)
       type(verdict_value_type), allocatable :: values(:)
@@ -52,8 +53,8 @@ module dda_verdict_lines
       real(wp) :: from, scale
    end type unit_type
 
-   !> The first displayed unit whose `from` does not exceed the value is used.
-   type(unit_type), parameter :: readers(*) = [ &
+   !> displayed units; the first one whose `from` does not exceed the value is used
+   type(unit_type), parameter :: displayed_units(*) = [ &
       unit_type('m', 'm', 1.0_wp, 1.0_wp), unit_type('m', 'mm', 1.0e-3_wp, 1.0e3_wp), &
       unit_type('m', 'µm', 1.0e-6_wp, 1.0e6_wp), unit_type('m', 'nm', 0.0_wp, 1.0e9_wp), &
       unit_type('rad', '°', 0.0_wp, 180/pi), unit_type('1', '%', 0.0_wp, 100.0_wp), &
@@ -64,13 +65,13 @@ module dda_verdict_lines
 contains
 
    !> Append a text to the sentence on the events.
-   pure subroutine tell(lines, words)
+   pure subroutine add_sentence(lines, words)
       class(verdict_lines_type), intent(inout) :: lines  !< verdict that is being computed
       character(len=*), intent(in) :: words              !< main clause
 
-      if (lines%happened /= '') lines%happened = lines%happened//'; '
-      lines%happened = lines%happened//words
-   end subroutine tell
+      if (lines%events /= '') lines%events = lines%events//'; '
+      lines%events = lines%events//words
+   end subroutine add_sentence
 
    !> Add a number.
    pure subroutine add_value(lines, name, value)
@@ -92,13 +93,13 @@ contains
       character(len=:), allocatable :: shown
       real(wp) :: scale
 
-      call reader_unit(units, maxval(abs(value), keys /= ''), shown, scale)
+      call displayed_unit(units, maxval(abs(value), keys /= ''), shown, scale)
       lines%figures = [lines%figures, figure_type(name, [key_type(trim(keys(1))), &
          key_type(trim(keys(2)))], shown, place, scale*value)]
    end subroutine add_figure
 
    !> Find the displayed unit of a value, and its factor; a zero is displayed in the given unit.
-   pure subroutine reader_unit(units, value, shown, scale)
+   pure subroutine displayed_unit(units, value, shown, scale)
       character(len=*), intent(in) :: units  !< units as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
       character(len=:), allocatable, intent(out) :: shown  !< displayed unit
@@ -107,14 +108,14 @@ contains
 
       shown = units
       scale = 1.0_wp
-      do i = 1, size(readers)
-         if (readers(i)%units /= units .or. value < readers(i)%from) cycle
+      do i = 1, size(displayed_units)
+         if (displayed_units(i)%units /= units .or. value < displayed_units(i)%from) cycle
          if (.not. value > 0.0_wp .and. any(units == ['m  ', 'N/m'])) return
-         shown = trim(readers(i)%shown)
-         scale = readers(i)%scale
+         shown = trim(displayed_units(i)%shown)
+         scale = displayed_units(i)%scale
          return
       end do
-   end subroutine reader_unit
+   end subroutine displayed_unit
 
    !> Value and unit as displayed.
    pure function value_text(value, units) result(text)
@@ -123,7 +124,7 @@ contains
       character(len=:), allocatable :: text, shown
       real(wp) :: scale
 
-      call reader_unit(units, abs(value), shown, scale)
+      call displayed_unit(units, abs(value), shown, scale)
       text = short_text(scale*value)//' '//shown
    end function value_text
 
@@ -164,7 +165,7 @@ contains
       character(len=:), allocatable :: text
       integer :: i
 
-      text = wrapped(lines%happened//'.', 0, screen_width)//screen_doubts(lines%doubts, .true.)
+      text = wrapped(lines%events//'.', 0, screen_width)//screen_doubts(lines%doubts, .true.)
       if (size(lines%figures) > 0) text = text//new_line('a')// &
          padded(padded(padded('', columns(1))//'largest', columns(2))//'at the end', columns(3))// &
          'where, when'//new_line('a')

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Buffers of OpenBLAS.
 !>
-!> A thread that calls OpenBLAS needs a buffer.  OpenBLAS allocates it if no free buffer exists, and
-!> never releases it.  If the system refuses a buffer, OpenBLAS repeats the request endlessly.
-!> `allocate_buffers` therefore allocates all buffers at once, after a check that they fit.  Most of
-!> their pages are never written to: they count in limits on addresses, not in the used memory.
+!> A thread that calls OpenBLAS needs a buffer.  OpenBLAS allocates a buffer if none is free, and
+!> never releases it.  If the system refuses memory, OpenBLAS repeats the request endlessly.
+!> `allocate_buffers` therefore allocates all buffers at once, after a check that they fit.  Most
+!> pages of buffers are never written to, so buffers use address space but little memory.
 module dda_blas_buffers
    use, intrinsic :: iso_c_binding, only: c_int, c_null_ptr, c_ptr
    use dda_kinds, only: wp
@@ -14,7 +14,7 @@ module dda_blas_buffers
 
    !> bytes of one buffer (BUFFER_SIZE and a page of OpenBLAS on 64-bit processors)
    real(wp), parameter :: buffer_bytes = 135266304.0_wp
-   integer :: taken = 0  !< buffers that OpenBLAS has allocated
+   integer :: n_allocated = 0  !< buffers that OpenBLAS has allocated
 
    interface
       !> OpenBLAS: returns a free buffer, or a new one.
@@ -32,11 +32,11 @@ module dda_blas_buffers
 
 contains
 
-   !> Bytes of addresses for the buffers that simultaneous calls by a number of threads lack.
+   !> Address space for the buffers that are missing for simultaneous calls by some threads, bytes.
    real(wp) function missing_buffers(threads) result(bytes)  ! total
       integer, intent(in) :: threads  !< threads within a call at the same time
 
-      bytes = buffer_bytes*max(0, threads - taken)
+      bytes = buffer_bytes*max(0, threads - n_allocated)
    end function missing_buffers
 
    !> Let OpenBLAS allocate the buffers for a number of threads, which must fit.
@@ -45,7 +45,7 @@ contains
       type(c_ptr) :: buffer(threads)
       integer :: i
 
-      if (threads <= taken) return
+      if (threads <= n_allocated) return
       buffer = c_null_ptr
       do i = 1, threads
          buffer(i) = blas_memory_alloc(0_c_int)
@@ -53,7 +53,7 @@ contains
       do i = 1, threads
          call blas_memory_free(buffer(i))
       end do
-      taken = threads
+      n_allocated = threads
    end subroutine allocate_buffers
 
 end module dda_blas_buffers

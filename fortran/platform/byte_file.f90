@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> File of bytes, through the C library, which reports every failed write and can flush to the
-!> disk.
+!> File of bytes.  It uses the C library, which reports each failed write and can flush to the disk.
 module dda_byte_file
    use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_int, c_loc, c_long, &
       c_null_char, c_null_ptr, c_ptr, c_size_t
@@ -17,9 +16,9 @@ module dda_byte_file
    public :: write_bytes, read_bytes, cut_file, flush_stream, close_file, reserve_space, &
       flush_file, check_plain
 
-   !> Modes: read; write a new file that replaces an old one; append; overwrite an existing file
-   !> from its beginning, which reuses its blocks on the disk (`cut_file` removes the old rest).
-   !> Links are never followed for writing.
+   !> Modes of opening: read; write a new file that replaces an old one; append; overwrite an
+   !> existing file from its beginning, which reuses its disk blocks (`cut_file` removes the old
+   !> rest).  Links are never followed for writing.
    character(len=*), parameter :: to_read = 'rb', to_create = 'w+b', to_append = 'a+b', &
       to_overwrite = 'r+b'
    integer(c_int), parameter :: exclusive = 2_c_int, at_once = 4_c_int  !< LOCK_EX, LOCK_NB
@@ -178,7 +177,7 @@ contains
       else  ! x: only if the name does not exist, not even as a link
          file%stream = c_fopen(name//c_null_char, merge(mode, to_create, mode == to_append)//'x'// &
             c_null_char)
-         if (c_associated(file%stream)) found = status_of(name)  ! otherwise errno has the reason
+         if (c_associated(file%stream)) found = status_of(name)  ! else errno contains the reason
       end if
       if (.not. c_associated(file%stream)) then
          call system_failure(file, 'cannot be written', error)
@@ -220,7 +219,7 @@ contains
       end if
    end subroutine check_plain
 
-   !> Open an open file a second time, to read it from its beginning, whatever its name is now.
+   !> Open an open file again, to read it from its beginning; its name may have changed.
    subroutine open_again(file, other, error)
       type(byte_file_type), intent(out) :: file       !< opened file
       type(byte_file_type), intent(in) :: other       !< open file, flushed; not written meanwhile
@@ -287,7 +286,7 @@ contains
          call fail(error, error_file, file%name//': the file ends too early')
    end subroutine read_bytes
 
-   !> Cut a file that is open for writing to a length.
+   !> Truncate a file that is open for writing to a length.
    subroutine cut_file(file, bytes, error)
       type(byte_file_type), intent(in) :: file  !< open
       integer(long), intent(in) :: bytes  !< size

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> File of an archive that shows whether it is complete: mark and format version, the archive, its
-!> length, a checksum.
+!> File of an archive, with data that show whether the file is complete.  It contains a mark with
+!> the format version, the archive, its length, and a checksum.
 module dda_checked_file
    use, intrinsic :: iso_fortran_env, only: int8
    use dda_kinds, only: long
@@ -17,13 +17,13 @@ module dda_checked_file
    character(len=8), parameter :: mark = 'SITEDDA'//achar(26)
    integer(long), parameter :: format_version = 2
    integer, parameter :: head_bytes = 16, length_bytes = 8, sum_bytes = 8
-   integer(long), parameter :: chunk = 2_long**20  !< bytes that are read at a time for the checksum
+   integer(long), parameter :: chunk = 2_long**20  !< bytes per read for the checksum
 
    !> An open file, and the checksum of the written bytes.
    type, extends(archive_stream_type) :: checked_stream_type
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
-      type(error_type), allocatable :: error  !< first error; calls after it do nothing
+      type(error_type), allocatable :: error  !< first error; later calls have no effect
    contains
       procedure :: put => put_bytes
       procedure :: get => get_bytes

@@ -62,7 +62,7 @@ module dda_file_system
          import :: c_char, c_int, statx_type
          integer(c_int), value :: folder, flags, mask  !< descriptor or AT_FDCWD; AT_…; STATX_…
          character(kind=c_char), intent(in) :: path(*)  !< path that ends in NUL
-         type(statx_type), intent(out) :: found  !< filled if 0 is returned
+         type(statx_type), intent(out) :: found  !< status, valid if the function returns 0
       end function c_statx
    end interface
 

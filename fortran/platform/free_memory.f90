@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Memory that this process may still allocate; models that need more are rejected.
+!> Memory that this process can still allocate; models that need more are rejected.
 module dda_free_memory
    use, intrinsic :: iso_c_binding, only: c_int, c_long, c_size_t
    use, intrinsic :: iso_fortran_env, only: int8
@@ -20,14 +20,15 @@ module dda_free_memory
    character(len=*), parameter :: own_status = '/proc/self/status', groups = '/sys/fs/cgroup'
    integer, parameter :: longest_line = 1024
    real(wp), parameter :: step_bytes = 3000.0_wp  !< bytes per block and step, measured
-   real(wp), parameter :: worth_asking = 2.0_wp**23  !< bytes; smaller amounts are not checked
+   real(wp), parameter :: worth_asking = 2.0_wp**23  !< smallest amount that is checked, bytes
    character(len=*), parameter :: advice_on_factors = "try solver = 'jacobi', which has no factor"
    character(len=*), parameter :: advice_on_limits = 'raise the limit of the process (ulimit -v)'
 
-   real(wp), parameter :: call_bytes = 2.0_wp**22  !< bytes of a LAPACK call without its buffer
+   !> memory of a LAPACK call without its buffer, bytes
+   real(wp), parameter :: call_bytes = 2.0_wp**22
 
-   !> Memory reserved for operations that must not fail; it is deallocated while they run.  Pages of
-   !> the reserve are never written to.
+   !> Memory reserved for an operation that must not fail; it is deallocated before the operation.
+   !> Pages of the reserve are never written to.
    type :: reserve_type
       integer(int8), allocatable :: bytes(:)
    end type reserve_type
@@ -65,7 +66,7 @@ contains
          buffer_addresses_text()//'; '//advice)
    end subroutine require_memory
 
-   !> Text on the addresses for BLAS that a limit must leave besides the free memory.
+   !> Text on the address space for BLAS that a limit must permit in addition to the free memory.
    function buffer_addresses_text() result(words)
       character(len=:), allocatable :: words
 
@@ -74,9 +75,8 @@ contains
          short_text(missing_buffers(1)/giga)//' GB of addresses for BLAS'
    end function buffer_addresses_text
 
-   !> Return an error if a factor and the buffers of BLAS leave no memory for the steps.
-   !> Otherwise let BLAS allocate its buffers.
-   !> Unused pages left by reading and symbolic analysis are first returned to the system.
+   !> Return an error if a factor and the buffers of BLAS leave no memory for the steps; otherwise
+   !> let BLAS allocate its buffers.  Unused pages are returned to the system before the test.
    subroutine require_for_factor(bytes, blocks, threads, what, error)
       real(wp), intent(in) :: bytes         !< bytes of the factor
       integer, intent(in) :: blocks         !< blocks of the matrix
@@ -108,7 +108,7 @@ contains
       if (.not. allocated(error)) call allocate_buffers(1)
    end subroutine require_for_blas
 
-   !> Return an error if the system refuses a number of addresses, few of which will be used.
+   !> Return an error if the system refuses a reservation of address space, most of it never used.
    subroutine require_addresses(bytes, what, advice, error)
       real(wp), intent(in) :: bytes            !< bytes of addresses
       character(len=*), intent(in) :: what     !< user of the addresses, for the message
@@ -144,8 +144,8 @@ contains
          ' GB of memory, which the system refuses; '//advice_on_factors)
    end subroutine fail_allocation
 
-   !> Free bytes by the system, the limits of the process and its control groups; huge if unknown.
-   !> A limit on addresses must also leave space for a buffer of BLAS.
+   !> Free memory, bytes: the least value by the system, the limits of the process and its control
+   !> groups; huge if unknown.  A limit on addresses must also leave space for a buffer of BLAS.
    real(wp) function free_memory() result(bytes)
       bytes = min(kibi*number_after('/proc/meminfo', 'MemAvailable:', unknown), &
          free_in_groups(), free_addresses() - missing_buffers(1))

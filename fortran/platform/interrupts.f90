@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Requests to stop, by signals that the executable watches or by the host program of the engine.
 !>
-!> Long loops poll `stop_requested` and end with an error.  The present step is completed first, so
-!> that a checkpoint can be written, unless the step takes longer than `patience`.  The engine
-!> watches no signals unless `watch_interrupts` is called.
+!> Long loops poll `stop_requested` and end with an error.  The present step is completed before the
+!> end, so that a checkpoint can be written; it is abandoned if it takes longer than `patience`.
+!> The engine watches no signals unless `watch_interrupts` is called.
 module dda_interrupts
    use, intrinsic :: iso_c_binding, only: c_funloc, c_funptr, c_int, c_intptr_t
    !$ use omp_lib, only: omp_get_thread_num
@@ -11,14 +11,14 @@ module dda_interrupts
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: watch_interrupts, ask_host, request_stop, stop_requested, stop_heard, &
+   public :: watch_interrupts, register_host, request_stop, stop_requested, stop_was_requested, &
       stop_within_step, fail_if_stopped, fail_within_step
 
    !> SIGINT, SIGUSR1, SIGTERM, SIGXFSZ of Linux
    integer(c_int), parameter :: interrupt = 2_c_int, user = 10_c_int, terminate = 15_c_int, &
       file_size = 25_c_int
    integer(c_intptr_t), parameter :: ignored = 1_c_intptr_t   !< SIG_IGN
-   real(wp), parameter :: patience = 0.3_wp  !< processor time granted to the present step, s
+   real(wp), parameter :: patience = 0.3_wp  !< processor time after which a step is abandoned, s
    real(wp), parameter :: between = 0.05_wp  !< time between two calls of the host, s
 
    !> Messages to the working thread.
@@ -72,11 +72,11 @@ contains
    end subroutine record_signal
 
    !> Register the host function, which is polled from now on.
-   subroutine ask_host(question)
+   subroutine register_host(question)
       procedure(host_type) :: question  !< function of the host
 
       host => question
-   end subroutine ask_host
+   end subroutine register_host
 
    !> Request this thread to stop; 0 withdraws the request.
    subroutine request_stop(number)
@@ -85,9 +85,9 @@ contains
       request%signal = number
    end subroutine request_stop
 
-   !> .true. if a signal has arrived, or the host requests this thread to stop.
-   !> In a team only the thread that called the engine polls the host: this thread may hold a lock
-   !> of the host, for which the other threads would wait endlessly.
+   !> .true. if a signal has arrived, or the host requests this thread to stop.  In a team only the
+   !> thread that called the engine polls the host: it may own a lock of the host, for which other
+   !> threads would wait endlessly.
    logical function stop_requested()  ! total
       logical :: may_ask
 
@@ -100,9 +100,9 @@ contains
    end function stop_requested
 
    !> .true. if a stop has been requested, without a new call of the host.
-   logical function stop_heard()  ! total
-      stop_heard = last_signal /= 0 .or. request%signal /= 0 .or. request%host
-   end function stop_heard
+   logical function stop_was_requested()  ! total
+      stop_was_requested = last_signal /= 0 .or. request%signal /= 0 .or. request%host
+   end function stop_was_requested
 
    !> Poll the host, unless it was polled recently without a request.
    subroutine poll_host()
@@ -114,7 +114,8 @@ contains
       request%host = host() /= 0
    end subroutine poll_host
 
-   !> .true. if the present step must be abandoned; SIGUSR1, which batch systems send early, waits.
+   !> .true. if the present step must be abandoned.  SIGUSR1, which batch systems send some time
+   !> before the end of a job, does not abandon a step.
    logical function stop_within_step() result(now)
       real(wp) :: seconds
 

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Large pages for large arrays.  With small pages, reading hundreds of megabytes waits for the
-!> translation of addresses (TLB misses).
+!> Large memory pages for large arrays: with small pages, address translation (TLB misses) slows
+!> reads of hundreds of megabytes.
 module dda_large_pages
    use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_ptr, c_size_t
    use dda_kinds, only: long

@@ -15,7 +15,7 @@ module dda_netcdf_calls
       name_length, put_names
 
    integer, parameter :: name_length = 64     !< length of names in a file
-   integer, parameter :: names_at_once = 256  !< names in one write
+   integer, parameter :: names_at_once = 256  !< number of names per write
 
    !> An open file; after a failed call, later calls do nothing.
    type :: dataset_type
@@ -24,7 +24,7 @@ module dda_netcdf_calls
       type(error_type), allocatable :: error
    end type dataset_type
 
-   ! The netcdf module has no call for arrays of any shape, passed as a sequence.
+   ! The netcdf module has no call for an array of any shape passed as a contiguous sequence.
    interface
       integer function nf_put_vara_double(id, variable, start, count, values)
          import :: wp

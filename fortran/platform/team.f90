@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Number of threads that work together, adjusted to other programs on the processors.
 !>
-!> Threads that share the loops of a step wait for the slowest.  If another program alternates
-!> with one of them on a processor, each wait may last for a time slice of some milliseconds, and
-!> two threads take many times as long as one.  Linux counts the time for which a thread could run
-!> but had to wait for a processor.  If the team loses more processors by waiting than `bearable`,
-!> it is reduced to the mean number of processors that it had, and later enlarged again.  Results do
-!> not depend on the number of threads.
+!> Threads of a team wait for the slowest thread in each loop.  If another program uses the
+!> processor of one thread in turn, each wait may last a time slice of some milliseconds, and two
+!> threads may take many times as long as one.  Linux counts the time for which a runnable thread
+!> waited for a processor.  If the team loses more processors by waiting than `tolerated_loss`, it
+!> is reduced to the mean number of available processors, and later enlarged again.  Results do not
+!> depend on the number of threads.
 module dda_team
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    use dda_kinds, only: wp, long
@@ -16,7 +16,7 @@ module dda_team
    public :: begin_team, adjust_team, largest_team, team_words
 
    real(wp), parameter :: between = 0.3_wp  !< time between checks, many time slices, s
-   real(wp), parameter :: bearable = 0.25_wp      !< processors that may be lost to other programs
+   real(wp), parameter :: tolerated_loss = 0.25_wp  !< mean number of processors that may be lost
    real(wp), parameter :: first_pause = 5.0_wp    !< time until all threads are tried again, s
    real(wp), parameter :: longest_pause = 64.0_wp !< limit of the pause, s; failures double it
    character(len=*), parameter :: waits = '/proc/thread-self/schedstat'
@@ -26,10 +26,10 @@ module dda_team
       integer :: full = 1                   !< threads that the user allows
       integer :: now = 1
       integer(long) :: looked = 0           !< clock count of the last check
-      real(wp) :: waited = -1.0_wp  !< waiting time of all threads at that check, s; < 0: unknown
+      real(wp) :: waited = -1.0_wp  !< total waiting time at the last check, s; < 0: unknown
       real(wp) :: pause = first_pause       !< time until all threads are tried again, s
-      real(wp) :: small_for = 0.0_wp        !< time since the team was reduced, s
-      real(wp) :: small_in_all = 0.0_wp     !< time with fewer threads than allowed, s
+      real(wp) :: reduced_for = 0.0_wp      !< time since the team was reduced, s
+      real(wp) :: reduced_in_total = 0.0_wp  !< time with fewer threads than allowed, s
    end type team_type
 
    type(team_type) :: team
@@ -65,7 +65,7 @@ contains
       if (seconds < between) return
       before = team%waited
       team%looked = now
-      team%waited = waited_by_all()
+      team%waited = waiting_time()
       if (before >= 0.0_wp) call resize_team((team%waited - before)/seconds, seconds)
    end subroutine adjust_team
 
@@ -75,14 +75,14 @@ contains
       real(wp), intent(in) :: seconds  !< time since the last check, s
 
       if (team%now < team%full) then
-         team%small_for = team%small_for + seconds
-         team%small_in_all = team%small_in_all + seconds
+         team%reduced_for = team%reduced_for + seconds
+         team%reduced_in_total = team%reduced_in_total + seconds
       end if
-      if (lost > bearable .and. team%now > 1) then
-         if (team%now == team%full .and. team%small_in_all > 0.0_wp) &
+      if (lost > tolerated_loss .and. team%now > 1) then
+         if (team%now == team%full .and. team%reduced_in_total > 0.0_wp) &
             team%pause = min(2*team%pause, longest_pause)
-         call set_size(max(1, min(team%now - 1, int(team%now - lost + bearable))))
-      else if (team%now < team%full .and. team%small_for > team%pause) then
+         call set_size(max(1, min(team%now - 1, int(team%now - lost + tolerated_loss))))
+      else if (team%now < team%full .and. team%reduced_for > team%pause) then
          call set_size(team%full)
       else if (team%now == team%full) then
          team%pause = first_pause
@@ -94,25 +94,25 @@ contains
       integer, intent(in) :: threads  !< threads of the team
 
       team%now = threads
-      team%small_for = 0.0_wp
+      team%reduced_for = 0.0_wp
       team%looked = 0
       team%waited = -1.0_wp
       !$ call omp_set_num_threads(threads)
    end subroutine set_size
 
    !> Time for which the threads of the team have waited for processors since their start, s.
-   real(wp) function waited_by_all() result(total)
+   real(wp) function waiting_time() result(total)
       real(wp) :: each
 
       total = 0.0_wp
       !$omp parallel private(each) reduction(+: total)
-      each = waited_by_me()
+      each = thread_waiting_time()
       total = total + each
       !$omp end parallel
-   end function waited_by_all
+   end function waiting_time
 
    !> Time for which this thread has waited for a processor, s; 0 if unknown.
-   real(wp) function waited_by_me() result(seconds)
+   real(wp) function thread_waiting_time() result(seconds)
       real(wp), parameter :: nano = 1.0e-9_wp
       integer(long) :: counts(2)  ! time on a processor, time of waiting for a processor, ns
       integer :: unit, status
@@ -123,15 +123,15 @@ contains
       read (unit, *, iostat=status) counts
       close (unit)
       if (status == 0) seconds = nano*counts(2)
-   end function waited_by_me
+   end function thread_waiting_time
 
    !> Text on the time lost to other programs; blank if the team was never reduced.
    function team_words() result(words)
       character(len=:), allocatable :: words
 
       words = ''
-      if (team%small_in_all <= 0.0_wp) return
-      words = 'other programs used the processors: '//short_text(team%small_in_all)// &
+      if (team%reduced_in_total <= 0.0_wp) return
+      words = 'other programs used the processors: '//short_text(team%reduced_in_total)// &
          ' s with fewer than '//to_text(team%full)//' threads'
    end function team_words
 

@@ -27,7 +27,7 @@ contains
 
    !> Read a record, check it against its header, and convert it to SI units.
    subroutine read_record(record, file, format, quantity, unit, error, time_step, channel)
-      type(record_type), intent(out) :: record  !< as read
+      type(record_type), intent(out) :: record  !< record as read
       character(len=*), intent(in) :: file      !< path
       !> 'auto', 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       character(len=*), intent(in) :: format
@@ -72,7 +72,7 @@ contains
       if (allocated(reader%error)) error = reader%error
    end subroutine read_record
 
-   !> Check that the requested format, quantity, unit and time step exist and agree.
+   !> Check that the requested format, quantity, unit and time step are known and consistent.
    subroutine check_request(file, format, quantity, unit, given, step, error)
       character(len=*), intent(in) :: file, format, quantity, unit  !< values given by the caller
       type(unit_type), intent(in) :: given  !< unit that the caller names
@@ -126,7 +126,8 @@ contains
       end select
    end subroutine read_format
 
-   !> Set quantity, unit and time step from the header or the caller, which must not contradict.
+   !> Set quantity, unit and time step from the header or the caller.  If both give a value, the
+   !> values must agree.
    subroutine check_header(reader, record, wanted, unit, given, step)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       type(record_type), intent(inout) :: record  !< record; receives what the header lacks

@@ -20,7 +20,7 @@ module dda_record_at2
 
 contains
 
-   !> Read the one trace of a PEER file, in the unit of the file.
+   !> Read the trace of a PEER file, in the unit of the file.
    subroutine read_at2(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
@@ -55,7 +55,7 @@ contains
       if (at == 0) return
       if (quantity_in(title) /= '') record%quantity = quantity_in(title)
       name = adjustl(title(at + len(before_unit):))
-      ! A full stop, a comma or more words may follow ("G. FILTER POINTS: …").
+      ! A full stop, a comma or further words may follow the unit ("G. FILTER POINTS: …").
       unit = find_unit(name(:scan(name//' ', ' .,;') - 1))
       record%unit = trim(unit%name)
    end subroutine read_title
@@ -64,7 +64,7 @@ contains
    subroutine read_counts(reader, text, samples, time_step)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file, in lower case
-      integer(long), intent(out) :: samples  !< declared by the header
+      integer(long), intent(out) :: samples  !< number of samples by the header
       real(wp), intent(out) :: time_step  !< Δt, s
       real(wp) :: count
       integer :: position, first, second
@@ -87,7 +87,7 @@ contains
    subroutine read_named(reader, text, name, value)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text, name  !< line in lower case; name: 'npts' or 'dt'
-      real(wp), intent(out) :: value  !< as stated
+      real(wp), intent(out) :: value  !< value as stated
       character(len=:), allocatable :: rest
       integer :: at
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> COSMOS format (V1, V2: `.V1c`, `.V2c`) and its CSMIP forerunner (`.V2`).
+!> COSMOS format (V1, V2: `.V1c`, `.V2c`) and the older CSMIP format (`.V2`).
 !>
 !> Reference: COSMOS, *Strong Motion Data Format*, version 1.20 (2001).  A file is a sequence of
 !> parts, each of which begins with a line that counts its content: text, integers, reals, comments,
@@ -19,7 +19,7 @@ module dda_record_cosmos
    private
    public :: read_cosmos, csmip_section
 
-   !> in a line before samples in the style of CSMIP, in lower case
+   !> text in the line before samples of a CSMIP section, in lower case
    character(len=*), parameter :: csmip_section = 'data equally spaced at'
    integer, parameter :: step_at = 62, duration_at = 63      ! positions among the reals
    integer, parameter :: station_line = 5                    ! of the text header
@@ -42,7 +42,7 @@ contains
    subroutine read_cosmos(reader, record, quantity, channel)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
-      character(len=*), intent(in) :: quantity  !< quantity; blank: that of the first section
+      character(len=*), intent(in) :: quantity  !< quantity; blank: quantity of the first section
       !> number of the section among those with the quantity, from 1
       integer, intent(in) :: channel
       type(state_type) :: state
@@ -76,7 +76,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=*), intent(in) :: text, lowered  !< line of the file; the line in lower case
       type(record_type), intent(inout) :: record  !< record, filled from the file
-      type(state_type), intent(inout) :: state  !< of the reader
+      type(state_type), intent(inout) :: state  !< state of the reader
       type(sample_list_type) :: list
       integer(long) :: count
 
@@ -111,7 +111,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=*), intent(in) :: lowered  !< line of the file, in lower case
       type(record_type), intent(inout) :: record  !< record, filled from the file
-      type(state_type), intent(inout) :: state  !< of the reader
+      type(state_type), intent(inout) :: state  !< state of the reader
       character(len=*), parameter :: before_step = 'spaced at'
       character(len=:), allocatable :: quantity
       real(wp) :: count
@@ -130,7 +130,7 @@ contains
       if (at > 0) then
          call first_number(reader, lowered(at + len(before_step):), 'time step', record%time_step)
          record%unit = unit_word(text_after(lowered, ' in '))
-         ! The older style: `SEC.  (UNITS: CM/SEC/SEC)`.
+         ! CSMIP: `SEC.  (UNITS: CM/SEC/SEC)`.
          if (record%unit == '') record%unit = unit_word(text_after(lowered, 'units:'))
       end if
       call read_section(reader, count, record, state)
@@ -161,7 +161,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       real(wp), intent(in) :: count  !< count of samples, as announced
       type(record_type), intent(inout) :: record  !< record with its quantity, unit and time step
-      type(state_type), intent(in) :: state  !< of the reader
+      type(state_type), intent(in) :: state  !< state of the reader
       type(unit_type) :: unit
       type(sample_list_type) :: list
       integer(long) :: samples
@@ -182,14 +182,14 @@ contains
 
    !> Read time step and duration among the reals; unknown values are negative.
    pure subroutine read_header_reals(list, state)
-      type(sample_list_type), intent(in) :: list  !< of the header
-      type(state_type), intent(inout) :: state  !< of the reader
+      type(sample_list_type), intent(in) :: list  !< numbers of the header
+      type(state_type), intent(inout) :: state  !< state of the reader
       real(wp), parameter :: largest = 1.0e9_wp
 
       state%time_step = 0.0_wp
       state%duration = 0.0_wp
       if (list%count < duration_at) return
-      ! Milliseconds in the file; division makes 5 ms the same number as 0.005.
+      ! The file has milliseconds; division converts 5 ms to exactly the number 0.005.
       state%time_step = min(list%values(step_at), largest)/1000.0_wp
       state%duration = min(list%values(duration_at), largest)
    end subroutine read_header_reals

@@ -17,7 +17,7 @@ module dda_record_esm
 
 contains
 
-   !> Read the one trace of an ESM file, in the unit of the file.
+   !> Read the trace of an ESM file, in the unit of the file.
    subroutine read_esm(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file

@@ -19,7 +19,7 @@ module dda_record_format
 
 contains
 
-   !> Find the format of a file; it is an error if no line identifies the format.
+   !> Find the format of a file; return an error if no line identifies it.
    subroutine detect_format(reader, format)
       type(line_reader_type), intent(inout) :: reader  !< reader, rewound to the start of the file
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
@@ -36,7 +36,7 @@ contains
          if (.not. found) exit
          if (reader%line == 1) first = text
          format = identified_by(text, lower_case(text), first, reader%line)
-         if (format == '' .and. open) call look_for_columns(without_comment(text), heading, open, &
+         if (format == '' .and. open) call detect_columns(without_comment(text), heading, open, &
             format)
       end do
       call rewind_lines(reader)
@@ -48,7 +48,7 @@ contains
 
    !> Decide whether columns of numbers begin at this line, or after a line with their names.
    !> A line of other text excludes the format 'text'.
-   subroutine look_for_columns(text, heading, open, format)
+   subroutine detect_columns(text, heading, open, format)
       character(len=*), intent(in) :: text      !< line of the file, without comment
       integer, intent(inout) :: heading  !< number of columns named by an earlier line; 0: none
       logical, intent(inout) :: open            !< columns may still follow
@@ -60,7 +60,7 @@ contains
       open = numbers == 0 .and. heading == 0 .and. heading_columns(text) > 0
       if (numbers > 0 .and. (heading == 0 .or. heading == numbers)) format = 'text'
       heading = heading_columns(text)
-   end subroutine look_for_columns
+   end subroutine detect_columns
 
    !> Format identified by a line of a header; blank if none.
    pure function identified_by(text, lowered, first, line) result(format)
@@ -81,7 +81,7 @@ contains
       if (index(text, 'EVENT_NAME:') == 1) format = 'esm'
    end function identified_by
 
-   !> How many numbers a line has; 0 if the line contains anything else.
+   !> Count of numbers in a line; 0 if the line contains other text.
    pure integer function row_length(text) result(numbers)
       character(len=*), intent(in) :: text  !< line of the file, without comment
       real(wp) :: value

@@ -18,12 +18,12 @@ module dda_record_knet
 
    integer, parameter :: header_lines = 17
    integer, parameter :: name_columns = 18
-   ! limit of header values and of samples, in counts: keeps products far from overflow
+   ! limit of header values and samples (counts), so that products do not overflow
    real(wp), parameter :: largest = 1.0e12_wp
 
 contains
 
-   !> Read the one trace of a K-NET file, in gal.
+   !> Read the trace of a K-NET file, in gal.
    subroutine read_knet(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Samples and header numbers of a record file.
 !>
-!> Memory is allocated for what the file contains, never for what its header declares.
+!> Memory is allocated for the content of the file, not for the size that its header declares.
 module dda_record_samples
    use dda_growth, only: grow
    use dda_kinds, only: wp, long
@@ -39,7 +39,7 @@ contains
    !> Read the next line, which must exist.
    subroutine read_line(reader, text, what)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
-      character(len=:), allocatable, intent(out) :: text  !< without its line end
+      character(len=:), allocatable, intent(out) :: text  !< line without its end
       !> expected content of the line, for the message
       character(len=*), intent(in) :: what
       logical :: found
@@ -109,7 +109,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file
       logical, intent(in) :: commas  !< .true.: commas may separate numbers; .false.: fixed width
-      integer(long), intent(in) :: most  !< numbers that the list may have
+      integer(long), intent(in) :: most  !< largest number of values in the list
       character(len=*), intent(in) :: surplus  !< message if the line has more numbers
       type(sample_list_type), intent(inout) :: list  !< list to which values are added
       integer :: position, state
@@ -156,7 +156,7 @@ contains
 
       word = word_at(text, 1)
       last = verify(word//' ', '+-.0123456789EeDd') - 1
-      ! A unit may begin with an exponent's letter ('2e' of '2east'): drop letters without digits.
+      ! A unit may begin with the letter of an exponent ('2e' of '2east'): drop such letters.
       do while (last > 0)
          if (index('EeDd', word(last:last)) == 0) exit
          last = last - 1
@@ -187,7 +187,7 @@ contains
    end subroutine check_count
 
    !> Check that a declared duration fits the declared samples.
-   !> The tolerance covers rounding, and headers that count n or n − 1 steps.
+   !> The tolerance includes rounding and headers that count n or n − 1 steps.
    pure subroutine check_duration(reader, count, time_step, duration)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       integer(long), intent(in) :: count                   !< samples

@@ -24,7 +24,7 @@ module dda_record_smc
 
 contains
 
-   !> Read the one trace of an SMC file, in the unit of the file.
+   !> Read the trace of an SMC file, in the unit of the file.
    subroutine read_smc(reader, record)
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
@@ -90,7 +90,7 @@ contains
       call check_time_step(reader, time_step)
    end subroutine read_rate
 
-   !> Read header numbers; their lines must be as many as in the format, so that none is missing.
+   !> Read header numbers, and check that they fill the number of lines of the format.
    subroutine read_header(reader, expected, lines, what, list)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       integer(long), intent(in) :: expected  !< number declared by the header

@@ -19,7 +19,7 @@ module dda_record_text
    !> Columns read so far.
    type :: column_type
       integer :: columns = 0               ! 1 or 2, from the first line with numbers or names
-      logical :: begun = .false.           ! a line with numbers or names has been read
+      logical :: has_started = .false.     ! a line with numbers or names has been read
       real(wp) :: start = 0.0_wp           ! first time (s)
       real(wp) :: last = 0.0_wp            ! latest time (s)
       real(wp) :: step = 0.0_wp            ! first step (s)
@@ -59,9 +59,9 @@ contains
       type(column_type), intent(inout) :: column  !< columns read so far
 
       if (text == '') return
-      if (.not. column%begun) column%columns = heading_columns(text)
-      if (column%begun .or. column%columns == 0) call add_row(reader, text, column)
-      column%begun = .true.
+      if (.not. column%has_started) column%columns = heading_columns(text)
+      if (column%has_started .or. column%columns == 0) call add_row(reader, text, column)
+      column%has_started = .true.
    end subroutine read_line
 
    !> Number of columns that a line names; 0 if the line is not a heading.

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Lines of an untrusted text file.
 !>
-!> A folder, an image or a line of a gigabyte causes an error with file name and line number.
+!> Folders, images and endless lines cause an error with file name and line number.
 !> Line ends of any kind, a byte-order mark and a DOS end-of-file byte are interpreted.  The reader
 !> retains the first error, and returns no lines after it.
 module dda_text_lines
@@ -16,7 +16,7 @@ module dda_text_lines
    integer, parameter :: longest_line = 10000  !< characters; lines of records are shorter
    integer(long), parameter :: largest_file = 268435456_long !< bytes (256 MiB)
 
-   integer, parameter :: blank = 32  !< bytes below are control characters
+   integer, parameter :: blank = 32  !< lowest code that is not a control character
    character, parameter :: tab = achar(9), line_feed = achar(10), form_feed = achar(12), &
       carriage_return = achar(13), dos_end = achar(26)
    character(len=*), parameter :: byte_order_mark = char(239)//char(187)//char(191)

@@ -27,9 +27,9 @@ module dda_text_numbers
    !> A scanned number before its conversion: mantissa·10^power.
    type :: scan_type
       integer(long) :: mantissa = 0    ! leading digits as an integer
-      integer :: kept = 0              ! digits in the mantissa
-      integer :: dropped = 0           ! significant digits that did not fit
-      integer :: seen = 0              ! all digits
+      integer :: n_digits = 0          ! digits in the mantissa
+      integer :: n_dropped = 0         ! significant digits that did not fit
+      integer :: n_all = 0             ! all digits
       integer :: power = 0             ! power of ten of the mantissa
       logical :: negative = .false.
    end type scan_type
@@ -38,7 +38,7 @@ contains
 
    !> Read the number at or after `position` and move past it.
    !>
-   !> If no valid number is found, `position` is that of the faulty word.
+   !> If no valid number is found, `position` is the position of the invalid word.
    pure subroutine next_number(text, position, value, state, joined, commas)
       character(len=*), intent(in) :: text  !< text to scan
       integer, intent(inout) :: position             !< first character to scan
@@ -59,7 +59,7 @@ contains
       call scan_mantissa(text, at, scan)
       call scan_exponent(text, at, scan, complete)
       state = number_bad
-      if (.not. complete .or. scan%seen == 0 .or. at - position > longest_number) return
+      if (.not. complete .or. scan%n_all == 0 .or. at - position > longest_number) return
       if (.not. ends_number(text, at, joined, commas)) return
       call to_value(text(position:at - 1), scan, value, state)
       if (state /= number_found) return
@@ -128,13 +128,13 @@ contains
       integer, intent(in) :: digit  !< 0 … 9
       logical, intent(in) :: after_point  !< the digit is a decimal
 
-      scan%seen = scan%seen + 1
-      if (scan%kept < most_digits) then
+      scan%n_all = scan%n_all + 1
+      if (scan%n_digits < most_digits) then
          scan%mantissa = 10_long*scan%mantissa + int(digit, long)
-         if (scan%mantissa > 0) scan%kept = scan%kept + 1
+         if (scan%mantissa > 0) scan%n_digits = scan%n_digits + 1
          if (after_point) scan%power = scan%power - 1
       else
-         scan%dropped = scan%dropped + 1
+         scan%n_dropped = scan%n_dropped + 1
          if (.not. after_point) scan%power = scan%power + 1
       end if
    end subroutine append_digit
@@ -145,7 +145,7 @@ contains
       integer, intent(inout) :: at  !< position in the text
       type(scan_type), intent(inout) :: scan  !< number so far
       logical, intent(out) :: complete  !< the exponent has digits, or there is none
-      ! cap of the exponent: beyond any valid exponent, far from overflow
+      ! largest stored exponent: beyond any valid exponent, without overflow
       integer, parameter :: capped = 100000
       integer :: power
       logical :: negative
@@ -197,11 +197,11 @@ contains
 
       value = 0.0_wp
       state = number_found
-      if (scan%mantissa == 0 .or. scan%power + scan%kept < smallest_power) return
+      if (scan%mantissa == 0 .or. scan%power + scan%n_digits < smallest_power) return
       state = number_large
-      if (scan%power + scan%kept > largest_power) return
+      if (scan%power + scan%n_digits > largest_power) return
       state = number_found
-      if (scan%dropped == 0 .and. scan%mantissa < 2_long**53 &
+      if (scan%n_dropped == 0 .and. scan%mantissa < 2_long**53 &
          .and. abs(scan%power) <= exact_power) then
          ! Both factors are exact, so one operation rounds once (Clinger 1990, PLDI '90).
          value = real(scan%mantissa, wp)

@@ -19,12 +19,13 @@ module dda_peak_check
    public :: peak_warning
 
    real(wp), parameter :: most_difference = 0.02_wp   !< tolerance of amplitude and frequency
-   real(wp), parameter :: died_out = 1.0e-3_wp        !< final motion over its peak: limit
-   real(wp), parameter :: long_ringing = 100.0_wp     !< ringing that is named as a cause, steps
+   real(wp), parameter :: died_out = 1.0e-3_wp  !< final/peak motion above which a note is added
+   !> steps of ringing above which it is a likely cause
+   real(wp), parameter :: long_ringing = 100.0_wp
 
 contains
 
-   !> Warning about the peak of a run; blank if it is correct or cannot be compared.
+   !> Warning if the peak of a run is incorrect; blank if it is correct or cannot be compared.
    subroutine peak_warning(simulation, wanted, peak, text)
       type(simulation_type), intent(in) :: simulation   !< simulation at the end of the run
       type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
@@ -46,8 +47,8 @@ contains
       call transfer_peak(transfer, wanted%lowest, &
          min(wanted%highest, 0.499_wp/linear%time_step), exact)
       if (.not. exact%inside) return
-      if (abs(peak%found%amplitude/exact%amplitude - 1.0_wp) <= most_difference .and. &
-         abs(peak%found%frequency/exact%frequency - 1.0_wp) <= most_difference) return
+      if (abs(peak%spectral%amplitude/exact%amplitude - 1.0_wp) <= most_difference .and. &
+         abs(peak%spectral%frequency/exact%frequency - 1.0_wp) <= most_difference) return
       text = 'the exact peak of this linear model at this time step is '// &
          short_text(exact%amplitude)//' at '//short_text(exact%frequency)//' Hz: '// &
          likely_cause(linear, simulation, peak)
@@ -64,8 +65,9 @@ contains
       type(error_type), allocatable :: error
 
       text = ''
-      if (peak%left > died_out) text = text//'; at the end of the run the motion is still '// &
-         short_text(100*peak%left)//' % of its peak: try more steps'
+      if (peak%residual_ratio > died_out) text = text// &
+         '; at the end of the run the motion is still '// &
+         short_text(100*peak%residual_ratio)//' % of its peak: try more steps'
       if (simulation%model%output%history_interval > 1) text = text//'; history_interval = '// &
          to_text(simulation%model%output%history_interval)//' skips steps, so '// &
          'high frequencies alias: try history_interval = 1'

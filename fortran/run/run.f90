@@ -5,8 +5,8 @@
 !> checkpoints are written at intervals.  These files remain if a run ends before its duration;
 !> `resume_run` continues from them.
 !>
-!> A check of the model takes the time of about 100 steps and the memory of two models.  It is
-!> performed if the model is small, or if it is of medium size and the run is long.
+!> A check of the model takes the time of about 100 steps and the memory of two models.  A check is
+!> performed for small models, and for models of medium size if the run is long.
 module dda_run
    use dda_kinds, only: wp, long
    use dda_added_stages, only: has_more_stages, add_stages
@@ -17,7 +17,7 @@ module dda_run
    use dda_doubts, only: add_doubt, add_doubts
    use dda_errors, only: error_type, error_interrupted
    use dda_input, only: read_model
-   use dda_interrupts, only: stop_heard, stop_requested
+   use dda_interrupts, only: stop_was_requested, stop_requested
    use dda_frame, only: append_frame
    use dda_free_memory, only: reserve_type, make_reserve
    use dda_journal, only: journal_type, open_journal, keep_name, begin_row, append_numbers, &
@@ -28,8 +28,8 @@ module dda_run
    use dda_own_file, only: journal_file, netcdf_file, remove_own
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_output_variables, only: size_of_sample
-   use dda_sample, only: take_sample
-   use dda_running_maxima, only: count_step, count_rest, take_residuals
+   use dda_sample, only: collect_sample
+   use dda_running_maxima, only: count_step, count_stage, collect_residuals
    use dda_simulation, only: simulation_type, finished, stage_finished
    use dda_start, only: start
    use dda_output_times, only: aim_type, aim_at_output, reach_output, is_output_time
@@ -44,7 +44,7 @@ module dda_run
    use dda_model_notes, only: model_notes
    implicit none
    private
-   public :: run_type, begin_run, open_drawn, resume_run, change_run, continue_run, flush_run, &
+   public :: run_type, begin_run, prepare_run, resume_run, change_run, continue_run, flush_run, &
       save_run, end_run, is_done
 
    !> Simulation and the files that it writes.
@@ -58,7 +58,7 @@ module dda_run
       character(len=:), allocatable :: notice       !< position from which a resumed run continues
       integer(long) :: saved = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.                   !< files are open
-      logical :: waits = .false.                    !< the first stage has not begun
+      logical :: waits = .false.                    !< the first stage has not yet begun
       logical :: has_output = .false.               !< the run will write an output
       logical :: sound = .true.                     !< no step has failed
       logical :: was_complete = .false.  !< the output was complete before the run was resumed
@@ -67,9 +67,9 @@ module dda_run
    integer, parameter :: few_blocks = 200  !< largest model that is checked for every run
    integer, parameter :: many_blocks = 5000       !< largest model that is checked for long runs
    integer(long), parameter :: many_steps = 2500 !< steps of a long run: a check takes less than 5 %
-   !> Least limit of open–close iterations in the search for equilibrium; the number of steps of the
-   !> run, if larger.  Stable models need fewer; the search in a failing model costs at most its
-   !> run.
+   !> Limit of open–close iterations in the check's search for equilibrium; the limit is the number
+   !> of steps of the run if this is larger.  Stable models need fewer iterations; in an unstable
+   !> model the search costs at most as much as the run.
    integer(long), parameter :: least_budget = 200
 
 contains
@@ -81,13 +81,13 @@ contains
       logical, intent(in) :: writes  !< the run has an output
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
-      call open_drawn(run, model, writes, error)
+      call prepare_run(run, model, writes, error)
       if (.not. allocated(error)) call begin_stages(run, error)
    end subroutine begin_run
 
-   !> Set up the simulation of a model in its initial geometry.
-   !> The first stage begins in `continue_run`.
-   subroutine open_drawn(run, model, writes, error)
+   !> Create the simulation of a model in its initial geometry; `continue_run` begins the first
+   !> stage.
+   subroutine prepare_run(run, model, writes, error)
       type(run_type), intent(out) :: run  !< run and its files
       type(model_type), intent(in) :: model  !< model as read from the input
       logical, intent(in) :: writes  !< the run has an output
@@ -97,12 +97,12 @@ contains
       run%waits = .true.
       run%has_output = writes
       call start(run%simulation, model, error)
-      if (writes .and. .not. allocated(error)) call doubt_as_read(run%simulation, model)
-   end subroutine open_drawn
+      if (writes .and. .not. allocated(error)) call add_input_warnings(run%simulation, model)
+   end subroutine prepare_run
 
    !> Begin the first stages, open the files, and record the first state.
    subroutine begin_stages(run, error)
-      type(run_type), intent(inout) :: run  !< run as set up by `open_drawn`
+      type(run_type), intent(inout) :: run  !< run as set up by `prepare_run`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       run%waits = .false.
@@ -124,7 +124,7 @@ contains
       call begin_team
       call start(run%simulation, model, error)
       if (allocated(error)) return
-      call doubt_as_read(run%simulation, model)
+      call add_input_warnings(run%simulation, model)
       call open_files(run, .true., error)
       if (allocated(error)) return
       if (has_checkpoint(run%checkpoints)) then
@@ -143,7 +143,7 @@ contains
       if (allocated(error)) call close_files(run)
    end subroutine resume_run
 
-   !> Mark a run as complete, because its output is complete.
+   !> Mark a run as complete, because a complete output exists.
    subroutine skip_to_end(run)
       type(run_type), intent(inout) :: run  !< run and its files
 
@@ -195,7 +195,7 @@ contains
       type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      call doubt_as_begun(run%simulation)
+      call add_check_warnings(run%simulation)
       call remove_checkpoints(run%checkpoints)
       call cut_file(run%journal%file, 0_long, error)
       call record_sample(run, error)
@@ -220,7 +220,7 @@ contains
          between = stage_finished(run%simulation)
          if (between) then
             call begin_next_stage(run%simulation, error)
-            if (.not. allocated(error)) call count_rest(run%simulation)
+            if (.not. allocated(error)) call count_stage(run%simulation)
          else
             call aim_at_output(run%simulation, aim)
             call advance(run%simulation, error)
@@ -235,7 +235,7 @@ contains
             return
          end if
          if (.not. run%writes) then
-            if (stop_heard()) return
+            if (stop_was_requested()) return
             cycle
          else if (.not. between) then
             call record_step(run, error)
@@ -244,7 +244,7 @@ contains
             call record_sample(run, error)
             call append_frame(run%journal, run%simulation, error)
          end if
-         if (allocated(error) .or. stop_heard()) return
+         if (allocated(error) .or. stop_was_requested()) return
       end do
    end subroutine continue_run
 
@@ -296,7 +296,7 @@ contains
       type(run_type), intent(inout) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      call take_sample(run%simulation, run%journal%iterations, run%sample)
+      call collect_sample(run%simulation, run%journal%iterations, run%sample)
       call begin_row(run%journal, row_sample, 0, error)
       call append_numbers(run%journal, run%sample, size(run%sample), error)
    end subroutine record_sample
@@ -309,7 +309,7 @@ contains
       call keep_name(run%journal, error)
       if (allocated(error)) return
       call begin_task(run%publishing)
-      call take_residuals(run%simulation)
+      call collect_residuals(run%simulation)
       call write_in_reserve(run, .false., error)
       call end_task(run%publishing)
    end subroutine write_partial_output
@@ -337,7 +337,7 @@ contains
          run%simulation%model%output%file, 'use fewer blocks, or a machine with more', error)
    end subroutine reserve_for_output
 
-   !> Flush the buffer of the journal, because a forked process would copy the buffer.
+   !> Flush the buffer of the journal before a fork, because the new process would copy the buffer.
    subroutine flush_run(run, error)
       type(run_type), intent(in) :: run  !< run and its files
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -394,7 +394,7 @@ contains
 
       if (.not. run%writes) return
       call keep_name(run%journal, error)
-      call take_residuals(run%simulation)
+      call collect_residuals(run%simulation)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) &
          call write_in_reserve(run, .true., error)
       if (is_done(run) .and. run%sound .and. .not. allocated(error)) then
@@ -421,7 +421,7 @@ contains
    end subroutine remove_leftovers
 
    !> Add notes on probable mistakes in a model to the warnings of its run.
-   subroutine doubt_as_read(simulation, model)
+   subroutine add_input_warnings(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< run of the model
       type(model_type), intent(in) :: model               !< model as read from the input
       type(report_type), allocatable :: report
@@ -429,10 +429,10 @@ contains
       allocate (report)
       call add_notes(report, model_notes(model))
       call add_lines(simulation, report)
-   end subroutine doubt_as_read
+   end subroutine add_input_warnings
 
    !> Add lines of the check that are not ok to the warnings of a run that begins.
-   subroutine doubt_as_begun(simulation)
+   subroutine add_check_warnings(simulation)
       type(simulation_type), intent(inout) :: simulation  !< simulation whose first stage has begun
       type(report_type), allocatable :: report
       type(error_type), allocatable :: error
@@ -448,7 +448,7 @@ contains
       if (stop_requested()) return  ! the run reports the stop
       call add_lines(simulation, report)
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)
-   end subroutine doubt_as_begun
+   end subroutine add_check_warnings
 
    !> Add the short text of each line of the check that is not ok.
    !> Lines on bending are omitted, because the end of the run reports bending.

@@ -14,9 +14,9 @@ module dda_site_response
 
    !> Peak of an amplification in an output.
    type :: response_peak_type
-      type(spectral_peak_type) :: found     !< peak of the ratio of the spectra
+      type(spectral_peak_type) :: spectral  !< peak of the ratio of the spectra
       !> largest acceleration in the last 5 % of the surface history, over the peak of this history
-      real(wp) :: left = 0.0_wp
+      real(wp) :: residual_ratio = 0.0_wp
    end type response_peak_type
 
 contains
@@ -37,9 +37,9 @@ contains
       if (.not. allocated(error)) call amplification(surface, base, time_step, frequency, ratio, &
          error, wanted%padding)
       if (.not. allocated(error)) call find_peak(frequency, abs(ratio), wanted%lowest, &
-         wanted%highest, peak%found, error)
+         wanted%highest, peak%spectral, error)
       if (.not. allocated(error)) &
-         peak%left = &
+         peak%residual_ratio = &
          maxval(abs(surface(size(surface) - size(surface)/20:))) /max(maxval(abs(surface)), &
          tiny(1.0_wp))
    end subroutine amplification_peak
@@ -66,12 +66,12 @@ contains
       character(len=:), allocatable :: text
       character(len=16) :: amplitude, frequency
 
-      write (amplitude, '(f0.3)') peak%found%amplitude
-      write (frequency, '(f0.4)') peak%found%frequency
+      write (amplitude, '(f0.3)') peak%spectral%amplitude
+      write (frequency, '(f0.4)') peak%spectral%frequency
       text = 'amplification '//trim(model%points(wanted%surface)%name)//'/'// &
          trim(model%points(wanted%base)%name)//' ("within"): '//trim(amplitude)//' at '// &
-         trim(frequency)//' Hz (bin width '//to_text(peak%found%bin_width)//' Hz, '// &
-         merge('peak interpolated)', 'peak at a bin)    ', peak%found%interpolated)
+         trim(frequency)//' Hz (bin width '//to_text(peak%spectral%bin_width)//' Hz, '// &
+         merge('peak interpolated)', 'peak at a bin)    ', peak%spectral%interpolated)
    end function peak_text
 
 end module dda_site_response

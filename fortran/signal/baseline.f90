@@ -10,13 +10,13 @@
 !>
 !> By default the polynomial equals the velocity at the last sample, so that the corrected motion
 !> ends at rest, at its last displacement.  If a final velocity remains, the motion continues at
-!> this velocity: a stop within one time step would be an impact.  A final velocity up to 10⁻⁴ of
-!> the largest velocity counts as zero: samples rounded to five digits leave some 10⁻⁵ in the sum.
-!> To stop it takes an acceleration of at most 10⁻⁴ PGV/Δt for one step; if it continued, it would
-!> be an endless drift.  A displacement record ends at rest unless the motion is to continue.  The
-!> acceleration may still jump at both ends; a cosine taper of the record before the fit (an option)
-!> reduces these jumps.  The first sample of a velocity record is not changed: if this velocity is
-!> not zero and the record is not tapered, the motion starts with a jump.
+!> this velocity, because a stop within one time step would be an impact.  A final velocity up to
+!> 10⁻⁴ of the largest velocity counts as zero, because samples rounded to five digits leave about
+!> 10⁻⁵ in the sum.  The acceleration of this stop is at most 10⁻⁴ PGV/Δt in one step; without it,
+!> the motion would drift forever.  A displacement record ends at rest unless the motion is to
+!> continue.  The acceleration may still jump at both ends; a cosine taper of the record before the
+!> fit (an option) reduces these jumps.  The first sample of a velocity record is not changed: if
+!> this velocity is not zero and the record is not tapered, the motion starts with a jump.
 module dda_baseline
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use dda_kinds, only: wp
@@ -30,8 +30,8 @@ module dda_baseline
    public :: baseline_type, make_motion_curve
    public :: motion_curve_type, displacement_at, velocity_at, acceleration_at, step_acceleration
 
-   real(wp), parameter :: largest = 1.0e12_wp  ! limit of values and times: sums cannot overflow
-   real(wp), parameter :: still = 1.0e-4_wp  ! final over largest velocity that counts as zero
+   real(wp), parameter :: largest = 1.0e12_wp  ! limit of values and times against overflow
+   real(wp), parameter :: rest_ratio = 1.0e-4_wp  ! final/largest velocity that counts as zero
 
    !> Treatment of a record.
    type :: baseline_type
@@ -39,9 +39,9 @@ module dda_baseline
       logical :: at_rest = .true.   !< the corrected velocity is zero at the last sample (order > 0)
       !> fraction of the record under a cosine taper, half at each end, 0 … 1
       real(wp) :: taper = 0.0_wp
-      real(wp) :: scale = 1.0_wp    !< factor on the record
-      !> 'continue': continue at the final velocity, not fitted to zero; 'hold': hold the last
-      !> displacement; '': continue at the final velocity, if any
+      real(wp) :: scale = 1.0_wp    !< factor of the record
+      !> 'continue': the final velocity is not corrected and continues; 'hold': the last
+      !> displacement remains; '': a remaining final velocity continues
       character(len=8) :: after_end = ''
    end type baseline_type
 
@@ -77,7 +77,7 @@ contains
       real(wp) :: left
 
       left = curve%velocity(size(curve%velocity))
-      curve%ends_at_rest = .not. abs(left) > still*maxval(abs(curve%velocity))
+      curve%ends_at_rest = .not. abs(left) > rest_ratio*maxval(abs(curve%velocity))
       if (ends_at_rest(wanted) .and. wanted%order > 0) curve%ends_at_rest = .true.
       if (wanted%after_end == 'hold' .or. curve%ends_at_rest) return
       curve%velocity_after = left
@@ -271,7 +271,7 @@ contains
       real(wp), intent(in) :: values(:)          !< [samples]
       real(wp), intent(in) :: time_step          !< Δt, s
       type(baseline_type), intent(in) :: wanted  !< processing of the record
-      type(error_type), allocatable, intent(out) :: error  !< error: first invalid argument
+      type(error_type), allocatable, intent(out) :: error  !< message on the first invalid argument
 
       if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', &
          'displacement'])) then

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Interface to FFTW 3 (fftw.org, Fortran 2003 interface).
 module dda_fftw
-   ! The interface file needs most names of iso_c_binding, hence no `only`.
+   ! The included interface needs most names of iso_c_binding, so there is no `only`.
    use, intrinsic :: iso_c_binding
    use dda_kinds, only: wp
    implicit none
@@ -16,7 +16,7 @@ contains
    subroutine forward_transform(series, spectrum, planned)
       real(wp), intent(inout) :: series(:)                  !< [n] series, unchanged on return
       complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
-      !> .false.: FFTW could not make a plan (out of memory)
+      !> .false.: FFTW has no plan, because memory is lacking
       logical, intent(out) :: planned
       ! An estimated plan is the same in every run.  Without assumptions on the alignment of arrays,
       ! the order of summation is the same too: results are bit-identical.

@@ -12,8 +12,9 @@ module dda_low_pass
 
    integer, parameter :: sections = 2
    real(wp), parameter :: damping(sections) = cos([1, 3]*pi/8)
-   real(wp), parameter :: most_share = 0.45_wp   !< largest f as a fraction of the sampling rate
-   real(wp), parameter :: same_step = 1.0e-9_wp  !< relative difference: rounding of times
+   real(wp), parameter :: largest_ratio = 0.45_wp  !< largest f as a fraction of the sampling rate
+   !> relative difference of equal steps, due to rounding
+   real(wp), parameter :: same_step = 1.0e-9_wp
 
    !> Filter of one motion.
    type :: low_pass_type
@@ -44,7 +45,7 @@ contains
 
       if (abs(step - filter%step) > same_step*step) then
          filter%step = step
-         filter%factor = tan(pi*min(filter%frequency*step, most_share))
+         filter%factor = tan(pi*min(filter%frequency*step, largest_ratio))
       end if
       both = filter%passed(0) + acceleration
       filter%passed(0) = acceleration

@@ -23,7 +23,7 @@ module dda_motion_curve
       real(wp), allocatable :: displacement(:) !< displacement at the samples (m) [samples]
       real(wp), allocatable :: velocity(:)     !< velocity at the samples (m/s) [samples]
       real(wp), allocatable :: acceleration(:) !< acceleration at the samples (m/s²) [samples]
-      real(wp), allocatable :: higher(:,:)     !< factors of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
+      real(wp), allocatable :: higher(:,:)  !< coefficients of s³, s⁴, s⁵ (m/s³ …) [3, samples − 1]
       real(wp) :: velocity_after = 0.0_wp      !< velocity after the last sample (m/s)
       logical :: ends_at_rest = .true.         !< the final velocity is zero except for rounding
       !> velocity between the last two samples of a displacement that ends at rest (m/s)
@@ -85,8 +85,8 @@ contains
    end function acceleration_at
 
    !> Acceleration of a motion for a step, m/s².
-   !> It is the value at a time within the step; if the record ends within the step, the mean over
-   !> the step, so that the last acceleration counts for its part only.
+   !> It is the value at a time within the step.  If the record ends within the step, it is the mean
+   !> over the step.
    pure function step_acceleration(curve, from, to, time) result(acceleration)
       type(motion_curve_type), intent(in) :: curve  !< joined samples
       real(wp), intent(in) :: from, to              !< start and end of the step, s
@@ -235,7 +235,8 @@ contains
       end do
    end function first_derivatives
 
-   !> Second derivative at the samples, of the same orders; an end has the value of its neighbour.
+   !> Second derivative at the samples, with the orders of `first_derivatives`; an end sample has
+   !> the value of its neighbour.
    pure function second_derivatives(value, h) result(bend)
       real(wp), intent(in) :: value(:)         !< [samples]
       real(wp), intent(in) :: h                !< s

@@ -34,7 +34,7 @@ module dda_response_spectrum
    type :: oscillators_type
       real(wp) :: step = 0.0_wp                         !< step of the factors, s
       integer :: parts(0:periods) = 1                   !< parts into which a step is divided
-      real(wp) :: share(0:periods) = 1.0_wp             !< length of a part over the step
+      real(wp) :: part_length(0:periods) = 1.0_wp       !< length of a part/step
       integer :: last_divided = 0  !< last oscillator with more than one part
       real(wp), dimension(0:periods, 2) :: decay = 0.0_wp, before = 0.0_wp, after = 0.0_wp
       real(wp) :: weight(0:periods) = 0.0_wp            !< ω²/Im λ, 1/s
@@ -72,7 +72,7 @@ contains
    end function damping_of
 
    !> Continue the motion from one acceleration to another, linearly.
-   !> A step that resolves no period is skipped: its terms would be unbounded.
+   !> A step longer than `coarsest` resolves no period and is skipped; its terms would be unbounded.
    pure subroutine continue_motion(oscillators, spectrum, before, after, step)
       type(oscillators_type), intent(inout) :: oscillators  !< factors; set for a new step
       type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum of the motion so far
@@ -87,11 +87,11 @@ contains
       associate (s => spectrum, by => oscillators)
          do part = 1, by%parts(1)
             if (part == 2) last = by%last_divided
-            do while (by%parts(last) < part)  ! the number of parts decreases with the period
+            do while (by%parts(last) < part)  ! longer periods need fewer parts
                last = last - 1
             end do
             do i = 0, last
-               change = (after - before)*by%share(i)
+               change = (after - before)*by%part_length(i)
                one = before + (part - 1)*change
                other = before + part*change
                q(1) = by%decay(i, 1)*s%q(i, 1) - by%decay(i, 2)*s%q(i, 2) + by%before(i, 1)*one &
@@ -115,9 +115,9 @@ contains
       oscillators%step = step
       do i = 0, periods
          oscillators%parts(i) = ceiling(samples_per_period*step/period(i))
-         oscillators%share(i) = 1.0_wp/oscillators%parts(i)
+         oscillators%part_length(i) = 1.0_wp/oscillators%parts(i)
          call set_factors(eigenvalue_of(1.0_wp/period(i), damping_of(i)), &
-            step*oscillators%share(i), decay, before, after)
+            step*oscillators%part_length(i), decay, before, after)
          oscillators%decay(i, :) = parts_of(decay)
          oscillators%before(i, :) = parts_of(before)
          oscillators%after(i, :) = parts_of(after)

@@ -13,7 +13,7 @@ module dda_spectrum
 
    ! largest number of samples with padding; 3 GiB of work space
    integer(long), parameter :: longest_series = 134217728_long
-   ! limit of samples: keeps sums of products far from overflow
+   ! limit of samples, so that sums of products do not overflow
    real(wp), parameter :: largest_value = 1.0e100_wp
 
    !> The largest amplitude in a band of frequencies.
@@ -23,7 +23,7 @@ module dda_spectrum
       integer :: bin = 0                 !< index of the highest bin in the spectrum
       real(wp) :: bin_frequency = 0.0_wp !< frequency of the highest bin, Hz
       real(wp) :: bin_width = 0.0_wp     !< distance of bins, Hz
-      !> .false.: the highest bin is at an end of the band, with a higher neighbour or none
+      !> .false.: the highest bin is at an end of the band and its neighbour is higher or missing
       logical :: interpolated = .false.
    end type spectral_peak_type
 
@@ -37,7 +37,7 @@ contains
       real(wp), allocatable, intent(out) :: frequency(:)     !< 0 … 1/(2Δt) (Hz) [bins]
       complex(wp), allocatable, intent(out) :: spectrum(:)   !< S, unit of x times s [bins]
       type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
-      !> length including added zeros, over the length of the series, ≥ 1 (default 1)
+      !> length with added zeros/length of the series, ≥ 1 (default 1)
       integer, intent(in), optional :: padding
       !> fraction of the length under the cosine taper, 0 … 1 (default 0)
       real(wp), intent(in), optional :: taper

@@ -11,13 +11,14 @@
 !> and stores the rest of the work exactly; the stress is the derivative of a convex function of Δγ.
 !>
 !> The Maxwell body for small strains, σ = r Σ (Y_l e − ζ_l) with the mechanisms of `dda_damping`,
-!> receives the part Δe of Δγ that limits |σ₁| to its cap; its stress is the mean of both ends, too.
+!> receives the part Δe of Δγ that limits |σ₁| to its cap; its stress is also the mean of both ends.
 module dda_branch_law
    use dda_kinds, only: wp
    use dda_branches, only: branches_type
    implicit none
    private
-   public :: response_type, respond, respond_body, keep_branches, keep_body, stored_by_branches, &
+   public :: response_type, respond, respond_body, advance_branches, advance_body, &
+      stored_by_branches, &
       stored_by_body
 
    !> Response of a strain point to a change of its strain.
@@ -85,13 +86,13 @@ contains
    end subroutine add_recoverable
 
    !> Update e₁ of the slipping branches.
-   pure subroutine keep_branches(branches, change, elastic)
+   pure subroutine advance_branches(branches, change, elastic)
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: change               !< Δγ
       real(wp), intent(inout) :: elastic(:)        !< [n] e₀, becomes e₁
 
       elastic = clip(elastic + change, branches%strain)
-   end subroutine keep_branches
+   end subroutine advance_branches
 
    !> Energy stored by branches, J/m³ over G.
    pure real(wp) function stored_by_branches(branches, elastic, strain) result(energy)
@@ -112,18 +113,18 @@ contains
    end function stored_by_branches
 
    !> Compute the response of the small-strain body, and its part of the strain change.
-   pure subroutine respond_body(branches, memory, strain, change, time_step, response, taken)
+   pure subroutine respond_body(branches, memory, strain, change, time_step, response, body_change)
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ
       real(wp), intent(in) :: strain               !< e₀
       real(wp), intent(in) :: change               !< Δγ
       real(wp), intent(in) :: time_step            !< Δt, s
       type(response_type), intent(out) :: response     !< response of the body
-      real(wp), intent(out) :: taken               !< Δe
+      real(wp), intent(out) :: body_change         !< Δe
       real(wp) :: before, relaxing, stiffness, weight, h
       integer :: l
 
-      taken = change
+      body_change = change
       if (branches%body%n == 0) return
       associate (body => branches%body)
          before = 0.0_wp
@@ -140,18 +141,18 @@ contains
       response%end = clip(before + relaxing + stiffness*change, branches%body_cap)
       response%tangent = 0.5_wp*stiffness
       if (abs(before + relaxing + stiffness*change) >= branches%body_cap) then
-         taken = (response%end - before - relaxing)/stiffness
+         body_change = (response%end - before - relaxing)/stiffness
          response%tangent = 0.0_wp
       end if
       response%acting = 0.5_wp*(before + response%end)
-      response%loss = response%acting*(change - taken)
+      response%loss = response%acting*(change - body_change)
    end subroutine respond_body
 
    !> Advance the mechanisms of the body to the end of a step; return their loss, J/m³ over G.
-   pure subroutine keep_body(branches, strain, taken, time_step, memory, loss)
+   pure subroutine advance_body(branches, strain, body_change, time_step, memory, loss)
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: strain               !< e₀
-      real(wp), intent(in) :: taken                !< Δe
+      real(wp), intent(in) :: body_change          !< Δe
       real(wp), intent(in) :: time_step            !< Δt, s
       real(wp), intent(inout) :: memory(:)  !< [mechanisms] ζ at the start; on return at the end
       real(wp), intent(out) :: loss                !< J/m³ over G
@@ -162,13 +163,13 @@ contains
       associate (body => branches%body)
          do l = 1, body%n
             h = 0.5_wp*body%omega(l)*time_step
-            more = (2.0_wp*h*(body%weight(l)*strain - memory(l)) + h*body%weight(l)*taken) &
+            more = (2.0_wp*h*(body%weight(l)*strain - memory(l)) + h*body%weight(l)*body_change) &
                /(1.0_wp + h)
             loss = loss + body%unrelaxed*more**2/(body%weight(l)*body%omega(l)*time_step)
             memory(l) = memory(l) + more
          end do
       end associate
-   end subroutine keep_body
+   end subroutine advance_body
 
    !> Energy stored by the springs of the body, J/m³ over G.
    pure real(wp) function stored_by_body(branches, memory, strain) result(energy)

@@ -38,7 +38,7 @@ module dda_branches
    real(wp), parameter :: small_misfit = 2.0e-3_wp  !< misfit of D below which weights are constant
    integer, parameter :: most_fits = 8              !< largest number of fits with new weights
    real(wp), parameter :: least_weight = 0.05_wp  !< smallest factor of a weight, used at zero error
-   real(wp), parameter :: first_reduction = 0.998_wp !< G_s/G at which branches begin
+   real(wp), parameter :: first_reduction = 0.998_wp !< G_s/G at which the first branch yields
    real(wp), parameter :: body_reduction = 0.8_wp    !< G_s/G at which the body begins to slip
    real(wp), parameter :: least_strain = 1.0e-7_wp  !< smallest γ_j
    real(wp), parameter :: misfit_range(2) = [1.0e-5_wp, 1.0e-2_wp] !< strains of the misfits
@@ -91,7 +91,7 @@ contains
       call find_misfits(branches, curve, masing)
    end subroutine fit_branches
 
-   !> Set the viscoelastic body that has a given damping ratio and slips beyond a strain.
+   !> Set the Maxwell body with a given damping ratio; it slips beyond a given strain.
    subroutine set_body(branches, damping, limit, strain, error)
       type(branches_type), intent(inout) :: branches  !< receives the body
       type(damping_type), intent(in) :: damping  !< damping with ratio D_min, not fitted; 0: none
@@ -133,7 +133,7 @@ contains
       real(wp), intent(in) :: strain               !< above 0
 
       body_ratio = (1.0_wp - relaxed_modulus(branches%body)) &
-         *(branches%body_strain/max(strain, branches%body_strain))  ! does not overflow
+         *(branches%body_strain/max(strain, branches%body_strain))  ! ordered to prevent overflow
    end function body_ratio
 
    !> Damping ratio of closed loops between ± the strains.
@@ -208,7 +208,7 @@ contains
    end subroutine set_modulus_equations
 
    !> Fit g_j and F_j to secant moduli and damping ratios.
-   !> The last branch, whose limit no strain exceeds, has one unknown.
+   !> The last branch has only one unknown, because no strain of the curve exceeds its limit.
    subroutine fit_both(branches, curve)
       type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve           !< curve of the soil

@@ -22,7 +22,7 @@ module dda_hysteretic_law
    private
    public :: hysteretic_law_type, new_hysteretic_law
 
-   real(wp), parameter :: most_off = 0.3_wp  !< largest unreported misfit, percentage points
+   real(wp), parameter :: most_misfit = 0.3_wp  !< largest unreported misfit, percentage points
 
    !> Branches of a soil in the plane.
    type, extends(material_law_type) :: hysteretic_law_type
@@ -96,7 +96,7 @@ contains
    !> Compute the stress in a step, and its tangent.
    pure subroutine find_stress(self, point, state, strain, change, step, stress, tangent)
       class(hysteretic_law_type), intent(in) :: self     !< law
-      type(strain_point_type), intent(in) :: point       !< at its position
+      type(strain_point_type), intent(in) :: point       !< strain point of the law
       real(wp), intent(in) :: state(:)                   !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
       type(step_type), intent(in) :: step                !< the present step
@@ -126,7 +126,7 @@ contains
 
    !> Add the stress of all branches, over G.
    pure subroutine add_branches(branches, state, e, change, theta, acting, slope)
-      type(branches_type), intent(in) :: branches   !< fitted
+      type(branches_type), intent(in) :: branches   !< fitted branches
       real(wp), intent(in) :: state(:)              !< [any] state of the point
       real(wp), intent(in) :: e(2), change(2)       !< shear strains at the start, and their change
       real(wp), intent(in) :: theta                 !< θ
@@ -182,7 +182,7 @@ contains
    !> Find the state at the end of a step, and its losses.
    pure subroutine finish_step(self, point, state, strain, change, step, loss)
       class(hysteretic_law_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point    !< at its position
+      type(strain_point_type), intent(in) :: point    !< strain point of the law
       real(wp), intent(inout) :: state(:)  !< [any] state at the start; on return at the end
       real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
       type(step_type), intent(in) :: step             !< the present step
@@ -241,28 +241,28 @@ contains
       type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(inout) :: loss(losses)      !< J/m³
       type(body_type) :: body
-      real(wp) :: taken, more, stiffness(3)
+      real(wp) :: body_change, more, stiffness(3)
       integer :: l, i
 
       stiffness = [modulus(1), modulus(1), modulus(2)]
       body = body_of(branches, state, change, step%time_step)
       associate (law => branches%body, n => 2*branches%n)
          do i = 1, 3
-            taken = change(i) - (body%trial(i) - body%after(i))/body%stiffness
+            body_change = change(i) - (body%trial(i) - body%after(i))/body%stiffness
             loss(loss_plastic) = loss(loss_plastic) + stiffness(i)*0.5_wp*(body%before(i) &
-               + body%after(i))*(change(i) - taken)
+               + body%after(i))*(change(i) - body_change)
             loss(loss_scheme) = loss(loss_scheme) + stiffness(i)*(step%scheme%theta - 0.5_wp) &
                *(body%after(i) - body%before(i))*change(i)
             do l = 1, law%n
                associate (memory => state(n + 3*l + i))
                   more = relaxing(law, l, step%time_step, state(n + i), memory) &
-                     + following(law, l, step%time_step)*taken
+                     + following(law, l, step%time_step)*body_change
                   loss(loss_damping) = loss(loss_damping) + stiffness(i)*law%unrelaxed*more**2 &
                      /(law%weight(l)*law%omega(l)*step%time_step)
                   memory = memory + more
                end associate
             end do
-            state(n + i) = state(n + i) + taken
+            state(n + i) = state(n + i) + body_change
          end do
       end associate
    end subroutine finish_body
@@ -270,7 +270,7 @@ contains
    !> Stored energy ψ, J/m³.
    pure real(wp) function stored(self, point, state, strain)
       class(hysteretic_law_type), intent(in) :: self  !< law
-      type(strain_point_type), intent(in) :: point    !< at its position
+      type(strain_point_type), intent(in) :: point    !< strain point of the law
       real(wp), intent(in) :: state(:)                !< [any] state of the point
       real(wp), intent(in) :: strain(3)               !< ε
       real(wp) :: e(3), energy(3), modulus(2)
@@ -295,7 +295,7 @@ contains
       end associate
       modulus = shear_and_bulk(point)
       stored = modulus(1)*(energy(1) + energy(2)) + modulus(2)*energy(3) &
-         + dot_product(point%held, strain)
+         + dot_product(point%start_stress, strain)
    end function stored
 
    !> Secant modulus ratio G_s/G of the branches.
@@ -326,9 +326,10 @@ contains
       character(len=:), allocatable :: words
 
       words = ''
-      associate (off => 100*self%branches%misfit(2))
-         if (off > most_off) words = 'damping ratios are up to '//short_text(off)// &
-            ' percentage points off their curve, more than '//short_text(most_off)
+      associate (misfit_points => 100*self%branches%misfit(2))
+         if (misfit_points > most_misfit) words = 'damping ratios are up to '// &
+            short_text(misfit_points)// &
+            ' percentage points off their curve, more than '//short_text(most_misfit)
       end associate
    end function misfit_words
 

@@ -25,11 +25,11 @@ module dda_mohr_coulomb_solid
 
    integer, parameter :: plastic(3) = [1, 2, 3]  !< state variables: ε^p in the plane
    integer, parameter :: across = 4              !< state variable: ε^p out of the plane
-   integer, parameter :: strained = 5            !< κ
+   integer, parameter :: plastic_measure = 5     !< κ
    integer, parameter :: mean_stress = 6         !< ½(σx + σy) of the last step, Pa
    !> fraction of the radius of the largest Mohr circle: bound of the jumps of a yielding face;
    !> docs/material_laws.md has limit loads for other fractions
-   real(wp), parameter :: jump_share = 0.05_wp
+   real(wp), parameter :: jump_fraction = 0.05_wp
 
    !> Strengths of a solid.
    type, extends(material_law_type) :: mohr_coulomb_solid_type
@@ -108,7 +108,7 @@ contains
       integer :: i
 
       associate (d => point%elasticity, e => circle%elastic)
-         trial = point%held + matmul(d, strain - state(plastic))
+         trial = point%start_stress + matmul(d, strain - state(plastic))
          third = 0.0_wp
          e(1:2, 1:2) = d(1:2, 1:2)
          if (point%plane_strain) then
@@ -117,7 +117,8 @@ contains
                e(i, i) = d(1, 1)
             end do
             trial(1:2) = trial(1:2) - d(1, 2)*state(across)
-            third = self%beyond + poisson_ratio(d)*sum(point%held(1:2)) + d(1, 2)*sum(strain(1:2) &
+            third = self%beyond + poisson_ratio(d)*sum(point%start_stress(1:2)) + d(1, &
+               2)*sum(strain(1:2) &
                - state(1:2)) - d(1, 1)*state(across)
          end if
       end associate
@@ -125,7 +126,8 @@ contains
       circle%radius = hypot(0.5_wp*(trial(1) - trial(2)), trial(3))
       if (circle%radius > 0.0_wp) circle%direction = [0.5_wp*(trial(1) - trial(2)), trial(3)] &
          /circle%radius
-      circle%to = return_principal(strength_at(self, point, state(strained)), circle%elastic, &
+      circle%to = return_principal(strength_at(self, point, state(plastic_measure)), &
+         circle%elastic, &
          [mean + circle%radius, mean - circle%radius, third], point%bounding)
    end subroutine return_stress
 
@@ -183,7 +185,7 @@ contains
             tangent = step%scheme%theta*point%elasticity
             return
          end if
-         stress = plane_components(u, to%stress(1:2)) - point%held
+         stress = plane_components(u, to%stress(1:2)) - point%start_stress
          ! Strains conjugate to σ₁, to σ₂ and to shear between both.
          basis(:, 1) = plane_components(u, [1.0_wp, 0.0_wp])
          basis(:, 2) = plane_components(u, [0.0_wp, 1.0_wp])
@@ -218,7 +220,7 @@ contains
          end associate
          state(plastic) = state(plastic) + change - elastic
          state(across) = state(across) + flow(3)
-         state(strained) = state(strained) + maxval(flow) - min(0.0_wp, minval(flow))
+         state(plastic_measure) = state(plastic_measure) + maxval(flow) - min(0.0_wp, minval(flow))
       end if
       state(mean_stress) = 0.5_wp*(circle%to%stress(1) + circle%to%stress(2))
       loss(loss_scheme) = (step%scheme%theta - 0.5_wp)*double_energy(point, elastic, flow(3))
@@ -242,10 +244,10 @@ contains
       real(wp), intent(in) :: strain(3)                   !< ε
 
       associate (elastic => strain - state(plastic))
-         stored = dot_product(elastic, point%held) + 0.5_wp*double_energy(point, elastic, &
+         stored = dot_product(elastic, point%start_stress) + 0.5_wp*double_energy(point, elastic, &
             state(across))
          if (point%plane_strain) stored = stored - state(across)*(self%beyond &
-            + poisson_ratio(point%elasticity)*sum(point%held(1:2)))
+            + poisson_ratio(point%elasticity)*sum(point%start_stress(1:2)))
       end associate
    end function stored
 
@@ -254,7 +256,7 @@ contains
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       real(wp), intent(in) :: state(:)                    !< [any] state of a point
 
-      plastic_strain = state(strained)
+      plastic_strain = state(plastic_measure)
    end function plastic_strain
 
    !> .true., since the law limits stresses.
@@ -276,11 +278,11 @@ contains
       real(wp) :: largest
 
       call return_stress(self, point, state, strain, circle)
-      strength = strength_at(self, point, state(strained))
+      strength = strength_at(self, point, state(plastic_measure))
       associate (mean => 0.5_wp*(circle%to%stress(1) + circle%to%stress(2)))
          largest = min(strength%cohesion*cos(strength%friction) - mean*sin(strength%friction), &
             strength%tension - mean)
-         jump_cap = max(0.0_wp, jump_share*largest, largest - 0.5_wp*(circle%to%stress(1) &
+         jump_cap = max(0.0_wp, jump_fraction*largest, largest - 0.5_wp*(circle%to%stress(1) &
             - circle%to%stress(2)))
       end associate
    end function jump_cap

@@ -70,11 +70,11 @@ contains
    pure subroutine average_projection(e, change, cap, mean, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(out) :: mean(2), slope(2, 2)
-      real(wp), parameter :: nothing = 1.0e-13_wp   !< fraction of the cap: rounding
+      real(wp), parameter :: rounding = 1.0e-13_wp  !< fraction of the cap: rounding
       real(wp) :: length, along(2), foot(2), start, ends(2), half
 
       length = hypot(change(1), change(2))
-      if (length <= nothing*cap) then
+      if (length <= rounding*cap) then
          call return_to_cap(e + 0.5_wp*change, cap, mean, slope)
          slope = 0.5_wp*slope
          return

@@ -14,7 +14,7 @@
 module dda_shear_column
    use dda_kinds, only: wp
    use dda_branches, only: branches_type
-   use dda_branch_law, only: response_type, respond, respond_body, keep_branches, keep_body, &
+   use dda_branch_law, only: response_type, respond, respond_body, advance_branches, advance_body, &
       stored_by_branches, stored_by_body
    use dda_errors, only: error_type, error_convergence, fail
    use dda_text, only: to_text
@@ -92,7 +92,7 @@ contains
          call newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
       end do
       state%iterations = i
-      if (.not. all(abs(residual) <= tolerance*scale)) then  ! also not converged if NaN
+      if (.not. all(abs(residual) <= tolerance*scale)) then  ! .true. for NaN as well
          call fail(error, error_convergence, 'the column does not converge in '// &
             to_text(most_iterations)//' iterations')
          return
@@ -136,7 +136,7 @@ contains
       real(wp), intent(out) :: residual(:)           !< [nodes] Pa
       real(wp), intent(out) :: scale                 !< Pa
       type(response_type) :: soil, body
-      real(wp) :: change, taken
+      real(wp) :: change, body_change
       integer :: i, n
 
       n = size(stress)
@@ -145,7 +145,7 @@ contains
          associate (branches => column%branches(column%soil(i)))
             soil = respond(branches, state%elastic(:, i), state%strain(i), change)
             call respond_body(branches, state%memory(:, i), state%body_strain(i), change, &
-               time_step, body, taken)
+               time_step, body, body_change)
          end associate
          stress(i) = column%modulus(i)*(soil%acting + body%acting)
          tangent(i) = column%modulus(i)*(soil%tangent + body%tangent)
@@ -265,15 +265,16 @@ contains
       real(wp), intent(in) :: change      !< Δγ
       real(wp), intent(in) :: time_step   !< Δt, s
       type(response_type) :: soil, body
-      real(wp) :: loss, taken
+      real(wp) :: loss, body_change
 
       associate (branches => column%branches(column%soil(i)), g => column%modulus(i), &
          memory => state%memory(:, i), h => column%thickness(i))
          soil = respond(branches, state%elastic(:, i), state%strain(i), change)
-         call respond_body(branches, memory, state%body_strain(i), change, time_step, body, taken)
-         call keep_body(branches, state%body_strain(i), taken, time_step, memory, loss)
-         call keep_branches(branches, change, state%elastic(:branches%n, i))
-         state%body_strain(i) = state%body_strain(i) + taken
+         call respond_body(branches, memory, state%body_strain(i), change, time_step, body, &
+            body_change)
+         call advance_body(branches, state%body_strain(i), body_change, time_step, memory, loss)
+         call advance_branches(branches, change, state%elastic(:branches%n, i))
+         state%body_strain(i) = state%body_strain(i) + body_change
          state%strain(i) = state%strain(i) + change
          state%stress(i) = g*(soil%end + body%end)
          state%largest(:, i) = max(state%largest(:, i), abs([state%strain(i), state%stress(i)]))

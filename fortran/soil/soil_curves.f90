@@ -16,7 +16,7 @@ module dda_soil_curves
 
    integer, parameter :: samples = 91  !< number of strains in a table
    integer, parameter :: parts = 60    !< parts of an interval, in integrals of Masing's rules
-   integer, parameter :: below = 60    !< intervals before the table, in these integrals
+   integer, parameter :: below = 60    !< intervals below the table, in these integrals
    real(wp), parameter :: strains(2) = [1.0e-6_wp, 0.0316227766016837933_wp]
    real(wp), parameter :: atmosphere = 101325.0_wp  !< Pa
 
@@ -39,7 +39,7 @@ contains
 
    !> Curves of a soil; damping by Masing's rules if its formula has no damping.
    subroutine curve_of(soil, curve, error)
-      type(soil_type), intent(in) :: soil     !< as requested
+      type(soil_type), intent(in) :: soil     !< soil as described in the input
       type(curve_type), intent(out) :: curve  !< table of its curves
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: fine((below + samples - 1)*parts + 1), share
@@ -69,7 +69,7 @@ contains
 
    !> Modulus ratio G_s/G of a formula at strains.
    elemental real(wp) function modulus_reduction(soil, strain)
-      type(soil_type), intent(in) :: soil  !< as requested
+      type(soil_type), intent(in) :: soil  !< soil as described in the input
       real(wp), intent(in) :: strain       !< above 0
       real(wp) :: x
 
@@ -87,7 +87,7 @@ contains
 
    !> θ of GQ/H at a strain divided by γ_r.
    elemental real(wp) function gqh_theta(soil, x) result(theta)
-      type(soil_type), intent(in) :: soil  !< as requested
+      type(soil_type), intent(in) :: soil  !< soil as described in the input
       real(wp), intent(in) :: x            !< above 0
       real(wp) :: grown
 
@@ -115,7 +115,7 @@ contains
 
    !> Add Darendeli's curves; damping is constant where his polynomial would decrease.
    pure subroutine add_darendeli(soil, curve)
-      type(soil_type), intent(in) :: soil       !< as requested
+      type(soil_type), intent(in) :: soil       !< soil as described in the input
       type(curve_type), intent(inout) :: curve  !< curve; its strains are set
       real(wp), parameter :: a = 0.919_wp
       real(wp), parameter :: c(3) = [-1.1143_wp*a**2 + 1.8618_wp*a + 0.2523_wp, &

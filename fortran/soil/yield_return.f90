@@ -24,7 +24,7 @@ module dda_yield_return
    integer, parameter :: bounds = 8, pairs = 5
    !> σ_i, σ_j of the pairs that a trial stress with σ₁ ≥ σ₂ can reach
    integer, parameter :: major(pairs) = [1, 1, 3, 2, 3], minor(pairs) = [2, 3, 2, 3, 1]
-   real(wp), parameter :: rounding = 1.0e-13_wp   !< fraction of the trial stress
+   real(wp), parameter :: rounding = 1.0e-13_wp   !< rounding error/trial stress
    real(wp), parameter :: singular = 1.0e-10_wp   !< ratio of pivot to diagonal: parallel planes
 
    !> Strength parameters of a point.
@@ -48,11 +48,11 @@ contains
 
    !> Return a trial stress.
    pure type(return_type) function return_principal(strength, elastic, trial, frozen) result(to)
-      type(strength_type), intent(in) :: strength  !< of the point
+      type(strength_type), intent(in) :: strength  !< strength of the point
       real(wp), intent(in) :: elastic(3, 3)        !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)             !< σ₁ ≥ σ₂, σ₃, Pa
       real(wp), intent(in) :: frozen(3)            !< principal stresses with frozen means, Pa
-      real(wp) :: gradient(3, bounds), bound(bounds), off, least
+      real(wp) :: gradient(3, bounds), bound(bounds), violation, least
       type(return_type) :: other
       integer :: n
       integer, parameter :: every(bounds) = [(n, n=1, bounds)]
@@ -68,18 +68,18 @@ contains
             if (popcnt(set) /= n) cycle
             list(:n) = pack(every, btest(set, every - 1))
             if (any(bound(list(:n)) >= huge(1.0_wp))) cycle
-            call return_to_planes(elastic, trial, gradient, bound, list(:n), other, off)
-            if (off >= least) cycle
-            least = off
+            call return_to_planes(elastic, trial, gradient, bound, list(:n), other, violation)
+            if (violation >= least) cycle
+            least = violation
             to = other
-            if (off <= rounding*maxval(abs(trial))) return
+            if (violation <= rounding*maxval(abs(trial))) return
          end do
       end do
    end function return_principal
 
    !> Planes of strength: gradients and bounds.
    pure subroutine set_strength_planes(strength, frozen, gradient, bound)
-      type(strength_type), intent(in) :: strength  !< of the point
+      type(strength_type), intent(in) :: strength  !< strength of the point
       real(wp), intent(in) :: frozen(3)            !< principal stresses with frozen means, Pa
       real(wp), intent(out) :: gradient(3, bounds)
       real(wp), intent(out) :: bound(bounds)       !< Pa
@@ -103,19 +103,19 @@ contains
    end subroutine set_strength_planes
 
    !> Return a trial stress to the intersection of some planes.
-   !> Also find the largest violation of a bound, or the largest negative multiplier of a plane, Pa.
-   pure subroutine return_to_planes(elastic, trial, gradient, bound, list, to, off)
+   !> Also find the largest violation: of a bound, or of the condition that multipliers are ≥ 0, Pa.
+   pure subroutine return_to_planes(elastic, trial, gradient, bound, list, to, violation)
       real(wp), intent(in) :: elastic(3, 3)      !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)           !< Pa
       real(wp), intent(in) :: gradient(3, bounds)
       real(wp), intent(in) :: bound(bounds)      !< Pa
       integer, intent(in) :: list(:)             !< planes
       type(return_type), intent(out) :: to       !< returned stress
-      real(wp), intent(out) :: off               !< violation; huge if the planes do not intersect
+      real(wp), intent(out) :: violation         !< violation; huge if the planes do not intersect
       real(wp) :: n(3, 3), stiff(3, 3), matrix(3, 3), right(3, 4)
       logical :: meets
 
-      off = huge(1.0_wp)
+      violation = huge(1.0_wp)
       associate (k => size(list))
          n(:, :k) = gradient(:, list)
          stiff(:, :k) = matmul(elastic, n(:, :k))
@@ -124,11 +124,11 @@ contains
          right(:k, 2:4) = transpose(stiff(:, :k))
          call solve_small_system(matrix(:k, :k), right(:k, :), meets)
          if (.not. meets) return
-         off = -minval(right(:k, 1))*elastic(1, 1)
+         violation = -minval(right(:k, 1))*elastic(1, 1)
          to%yields = .true.
          to%flow = matmul(n(:, :k), right(:k, 1))
          to%stress = trial - matmul(stiff(:, :k), right(:k, 1))
-         off = max(off, maxval(matmul(to%stress, gradient) - bound))
+         violation = max(violation, maxval(matmul(to%stress, gradient) - bound))
          to%slope = elastic - matmul(stiff(:, :k), right(:k, 2:4))
       end associate
    end subroutine return_to_planes

@@ -2,12 +2,12 @@
 !> Checkpoints of a run: FILE.checkpoint and, as a second copy, FILE.checkpoint.previous.
 !>
 !> A checkpoint is written under a third name and then exchanged with the newest checkpoint, so that
-!> a complete checkpoint exists at every moment.  The file of the old checkpoint is overwritten by
-!> the next, since creating and removing files costs more than the write itself.  A checkpoint
+!> a complete checkpoint exists at every moment.  The next checkpoint overwrites the old
+!> file, because creation and removal of files cost more than the write.  A checkpoint
 !> contains checksums of input and records, version and build, which must match on resuming.  Every
-!> checkpoint outlives the process.  Only the failure of a machine makes flushing to the disk
-!> necessary; flushes are rate-limited.  A flushed checkpoint is kept as the previous checkpoint
-!> until a newer checkpoint has been flushed.
+!> checkpoint outlives the process.  Flushing to the disk protects against failures of the machine;
+!> flushes are rate-limited.  A flushed checkpoint remains as the previous checkpoint until a newer
+!> one has been flushed.
 module dda_checkpoint
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: long
@@ -138,13 +138,13 @@ contains
       if (allocated(error)) then
          call remove_spare(checkpoints)
       else
-         call rename_coming(checkpoints, to_disk, error)
+         call rename_written(checkpoints, to_disk, error)
       end if
       if (to_disk) call end_task(checkpoints%flushing)
    end subroutine save_checkpoint
 
    !> Give the new checkpoint the name of the newest.
-   subroutine rename_coming(checkpoints, on_disk, error)
+   subroutine rename_written(checkpoints, on_disk, error)
       type(checkpoints_type), intent(inout) :: checkpoints  !< checkpoints of the output
       logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -160,7 +160,7 @@ contains
       checkpoints%newest_on_disk = on_disk
       if (.not. done) call fail(error, error_file, checkpoints%coming//' cannot be renamed to '// &
          checkpoints%newest)
-   end subroutine rename_coming
+   end subroutine rename_written
 
    !> Set a started run to the state of the newest valid checkpoint.
    subroutine load_checkpoint(checkpoints, simulation, journal, model, notice, error)
@@ -168,7 +168,8 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< simulation, written or read
       type(journal_type), intent(inout) :: journal  !< journal of the run
       type(model_type), intent(in) :: model  !< model as read from the input
-      character(len=:), allocatable, intent(out) :: notice  !< message: which file was loaded, why
+      !> message on the loaded file and the reason
+      character(len=:), allocatable, intent(out) :: notice
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(error_type), allocatable :: reason
       logical :: unused

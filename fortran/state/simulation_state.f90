@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Changes of a run since its start, written to an archive or restored into a started run.
+!> State of a run, written to an archive or restored into a run that has just started.
 module dda_simulation_state
    use dda_archive, only: archive_type, fail_archive, serialise, serialise_label, &
       serialise_number, serialise_count, serialise_list, check_list
@@ -90,7 +90,7 @@ contains
       call serialise_number(archive, simulation%now, 1, size(simulation%contacts))
    end subroutine serialise_clock
 
-   !> Save or restore changes of the model by stages.
+   !> Save or restore the changes of the model due to stages.
    subroutine serialise_stage(archive, simulation)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< simulation and its state
@@ -155,8 +155,8 @@ contains
       associate (welds => simulation%model%welds)
          do i = 1, size(welds)
             call serialise_number(archive, welds(i)%state, weld_whole, weld_open)
-            call serialise(archive, welds(i)%left)
-            call serialise(archive, welds(i)%kept)
+            call serialise(archive, welds(i)%break_stress)
+            call serialise(archive, welds(i)%break_fraction)
          end do
       end associate
       if (archive%reading .and. .not. allocated(archive%failure)) call restore_faces(simulation)
@@ -194,8 +194,8 @@ contains
          call serialise(archive, counters%repeated)
          call serialise(archive, counters%too_far)
          call serialise(archive, counters%broken)
-         call serialise(archive, counters%unsettled)
-         call serialise(archive, counters%bounds_off)
+         call serialise(archive, counters%unconverged_damage)
+         call serialise(archive, counters%unconverged_bounds)
          call serialise(archive, counters%tables_off)
          call serialise(archive, counters%changes)
          call serialise(archive, counters%most_iterations)
@@ -234,7 +234,7 @@ contains
       call serialise(archive, iteration%residual)
       call serialise(archive, iteration%tolerance)
       call serialise(archive, iteration%short_steps)
-      call serialise_number(archive, iteration%worst, 0, contacts)
+      call serialise_number(archive, iteration%unconverged, 0, contacts)
       call serialise(archive, iteration%overshoots)
       call serialise(archive, iteration%shortened)
       call serialise(archive, iteration%retained)
@@ -294,7 +294,7 @@ contains
 
       call serialise_number(archive, base%kind, 0, base_kinds)
       call serialise_number(archive, base%point, 0, points)
-      call serialise(archive, base%share)
+      call serialise(archive, base%coefficient)
       call serialise(archive, base%zero)
       call serialise(archive, base%displacement)
       call serialise(archive, base%velocity)
@@ -309,10 +309,10 @@ contains
 
       call serialise_list(archive, first%vertex, 1, vertices)
       call serialise_list(archive, first%edge, 1, vertices)
-      call serialise(archive, first%share)
+      call serialise(archive, first%foot_fraction)
       call serialise(archive, first%gap)
       call serialise(archive, first%shortest)
-      call serialise(archive, first%found)
+      call serialise(archive, first%last_scan)
       call serialise(archive, first%path)
    end subroutine serialise_first
 
@@ -328,7 +328,7 @@ contains
             if (maxima_table(i)%of_points) most = size(simulation%model%points)
             call serialise(archive, largest%value)
             call serialise(archive, largest%time)
-            call serialise_list(archive, largest%who, 0, most)
+            call serialise_list(archive, largest%owners, 0, most)
          end associate
       end do
    end subroutine serialise_largest
@@ -351,7 +351,7 @@ contains
       call serialise(archive, solver%solves)
       call serialise(archive, solver%factors)
       call serialise(archive, solver%iterations)
-      call serialise(archive, solver%handed_over)
+      call serialise(archive, solver%repeated_directly)
       if (allocated(archive%failure)) return
       if (method == 'auto') return
       if (method /= solver%method) call set_method(solver, matrix, method)

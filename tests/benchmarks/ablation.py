@@ -70,8 +70,10 @@ REMEDIES = {
         "call predict(simulation%blocks, simulation%system%d, next_step(simulation))\n",
         "simulation%system%d = 0.0_wp\n",
     ),
-    "loose solves": Remedy(OPEN_CLOSE, "loose = 1.0e-2_wp", "loose = 0.0_wp"),
-    "slide forces solved in part": Remedy(OPEN_CLOSE, "share = 0.2_wp", "share = 0.0_wp"),
+    "loose solves": Remedy(OPEN_CLOSE, "loose_residual = 1.0e-2_wp", "loose_residual = 0.0_wp"),
+    "slide forces solved in part": Remedy(
+        OPEN_CLOSE, "friction_reduction = 0.2_wp", "friction_reduction = 0.0_wp"
+    ),
     "Anderson acceleration of slide forces": Remedy(
         DYNAMICS / "slide_forces.f90",
         "call accelerate(slides%memory, slides%force(:slides%n), slides%response(:slides%n))",
@@ -109,7 +111,7 @@ REMEDIES = {
         ALGEBRA / "cholesky" / "low_rank.f90", "done = changes%n <=", "done = changes%n == 0*"
     ),
     "kept factor": Remedy(
-        ALGEBRA / "solvers" / "lagged_solver.f90", "worth_a_factor = 8 ", "worth_a_factor = -1 "
+        ALGEBRA / "solvers" / "lagged_solver.f90", "factor_cost = 8 ", "factor_cost = -1 "
     ),
 }  # fmt: skip
 

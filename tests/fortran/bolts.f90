@@ -6,7 +6,7 @@
 !> energy budget, modes and transfer function.
 module bolts
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type, place_of, shape_matrix
+   use dda_blocks, only: blocks_type, position_of, shape_matrix
    use dda_element, only: element_type
    use dda_elements, only: register
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_damping, energy_support
@@ -66,8 +66,8 @@ contains
       type(bolt_type), intent(in) :: bolt
       type(blocks_type), intent(in) :: blocks
 
-      distance = dot_product(bolt%along, place_of(blocks, bolt%block(1), bolt%reference(:, 1)) &
-         - place_of(blocks, bolt%block(2), bolt%reference(:, 2)))
+      distance = dot_product(bolt%along, position_of(blocks, bolt%block(1), bolt%reference(:, 1)) &
+         - position_of(blocks, bolt%block(2), bolt%reference(:, 2)))
    end function distance
 
    !> Row of end `side`: displacement along the bolt.

@@ -306,7 +306,7 @@ contains
          call law%respond(point, state, strain, change, step, path(:, i), tangent)
          call law%finish(point, state, strain, change, step, loss)
          strain = strain + change
-         path(:, i) = path(:, i) + point%held
+         path(:, i) = path(:, i) + point%start_stress
          work = work + abs(dot_product(path(:, i), change))
          worst = max(worst, abs(dot_product(path(:, i), change) - sum(loss) &
             - law%stored(point, state, strain) + before))

@@ -92,10 +92,10 @@ contains
             what = 'check, modes'
       end if
       do i = 1, report%n
-         associate (found => report%line(i)%found)
+         associate (found => report%line(i)%finding)
             if (index(found, 'NaN') == 0 .and. index(found, 'Infinity') == 0 &
                .and. index(found, '**') == 0) cycle
-            what = 'check, '//report%line(i)%what//': '//found
+            what = 'check, '//report%line(i)%subject//': '//found
          end associate
       end do
    end function strange_line

@@ -2,7 +2,7 @@
 !> Anderson acceleration of affine fixed points, whose solution is known.
 module test_anderson
    use dda_kinds, only: wp
-   use dda_anderson, only: accelerate, anderson_type, forget
+   use dda_anderson, only: accelerate, anderson_type, discard_iterations
    use models, only: random_vector
    use testing, only: case, check, check_close
    implicit none
@@ -76,7 +76,7 @@ contains
       call check_close(x, solution, 'it stays', relative=1.0e-15_wp)
    end subroutine begun_at_the_solution
 
-   !> After `forget`, other sizes and other maps leave no trace.
+   !> After `discard_iterations`, other sizes and other maps leave no trace.
    subroutine used_again()
       type(anderson_type) :: used, new
       real(wp) :: x(2), y(2), long(30)
@@ -86,7 +86,7 @@ contains
       do i = 1, 9
          call accelerate(used, long, 0.5_wp*cos(long))
       end do
-      call forget(used)
+      call discard_iterations(used)
       x = 0.0_wp
       y = 0.0_wp
       do i = 1, 3

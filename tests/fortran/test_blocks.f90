@@ -3,7 +3,7 @@
 module test_blocks
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, is_convex, mass_matrix, momentum_of, motion_of, &
-      place_of, reference_of, shape_matrix, stress_of, update_geometry
+      position_of, reference_of, shape_matrix, stress_of, update_geometry
    use dda_material, only: elasticity, material_type
    use dda_polygon, only: area_of
    use models, only: fan, place_blocks, random, random_vector, rectangle, shifted, star
@@ -65,10 +65,10 @@ contains
             blocks%position(:, 1) = q
             blocks%position(k, 1) = q(k) + h
             call update_geometry(blocks)
-            ahead = place_of(blocks, 1, reference)
+            ahead = position_of(blocks, 1, reference)
             blocks%position(k, 1) = q(k) - h
             call update_geometry(blocks)
-            behind = place_of(blocks, 1, reference)
+            behind = position_of(blocks, 1, reference)
             expected(:, k) = (ahead - behind)/(2.0_wp*h)
          end do
          blocks%position(:, 1) = q
@@ -91,10 +91,10 @@ contains
          blocks%position(:, 1) = random_vector(6)*[3.0_wp, 3.0_wp, 9.0_wp, 0.1_wp, 0.1_wp, 0.2_wp]
          call update_geometry(blocks)
          place = random_vector(2)
-         call check_close(place_of(blocks, 1, reference_of(blocks, 1, place)), place, &
+         call check_close(position_of(blocks, 1, reference_of(blocks, 1, place)), place, &
             'there and back', absolute=1.0e-13_wp)
          do v = 1, 6
-            call check_close(place_of(blocks, 1, blocks%reference(:, v)), blocks%vertex(:, v), &
+            call check_close(position_of(blocks, 1, blocks%reference(:, v)), blocks%vertex(:, v), &
                'vertex', absolute=1.0e-14_wp)
          end do
          call check_close(blocks%radius(1), maxval(norm2(blocks%reference, 1)), 'radius', &

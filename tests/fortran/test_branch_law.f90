@@ -3,7 +3,7 @@
 module test_branch_law
    use dda_kinds, only: wp, pi
    use dda_branches, only: branches_type, curve_type, fit_branches, loop_damping, secant_ratio
-   use dda_branch_law, only: response_type, respond, respond_body, keep_branches, keep_body, &
+   use dda_branch_law, only: response_type, respond, respond_body, advance_branches, advance_body, &
       stored_by_branches, stored_by_body
    use dda_damping, only: damping_type
    use dda_text, only: to_text
@@ -166,8 +166,8 @@ contains
 
       soil = respond(branches, point%elastic, point%strain, change)
       call respond_body(branches, point%memory, point%body, change, time_step, body, taken)
-      call keep_body(branches, point%body, taken, time_step, point%memory, damped)
-      call keep_branches(branches, change, point%elastic(:branches%n))
+      call advance_body(branches, point%body, taken, time_step, point%memory, damped)
+      call advance_branches(branches, change, point%elastic(:branches%n))
       point%body = point%body + taken
       point%strain = point%strain + change
       point%stress = soil%acting + body%acting

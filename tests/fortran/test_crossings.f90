@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Crossings of joints: which corners lie across, and until when.
 module test_crossings
-   use dda_crossings, only: forget_parted, part_corners
+   use dda_crossings, only: release_separated, release_removed
    use dda_kinds, only: wp
    use dda_simulation, only: simulation_type
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, &
@@ -96,20 +96,21 @@ contains
    subroutine a_block_is_removed()
       call lattice(0.0_wp, 0.0_wp, 0.0_wp)
       associate (list => simulation%contacts(simulation%now))
-         call part_corners(simulation%detection%across, list, [.false., .false., .true., .false.])
+         call release_removed(simulation%detection%across, list, [.false., .false., .true., &
+            .false.])
       end associate
       call check(across() == 0, 'nothing across')
    end subroutine a_block_is_removed
 
    subroutine corners_move_apart()
       call lattice(0.0_wp, 0.0_wp, 0.0_wp)
-      call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
+      call release_separated(simulation%detection%across, simulation%blocks, 0.01_wp)
       call check(across() == 4, 'still across')
       associate (blocks => simulation%blocks)
          blocks%vertex(1, blocks%first(4):blocks%first(5) - 1) = 0.02_wp &
             + blocks%vertex(1, blocks%first(4):blocks%first(5) - 1)
       end associate
-      call forget_parted(simulation%detection%across, simulation%blocks, 0.01_wp)
+      call release_separated(simulation%detection%across, simulation%blocks, 0.01_wp)
       call check(across() == 2, 'one pair is left')
    end subroutine corners_move_apart
 

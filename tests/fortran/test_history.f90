@@ -204,7 +204,7 @@ contains
       integer :: c
 
       call prepare_history(history, vertices, 0.0_wp)
-      history%deepest = 3.0e-6_wp
+      history%max_penetration = 3.0e-6_wp
       call put(old, 1, 11, 0, 1, 4, up, distance(1))
       old%new_gap(1) = distance(1)
       old%offset(1) = 0.0_wp
@@ -378,20 +378,20 @@ contains
       contacts%with_damping = .true.
       contacts%with_laws = .true.
       contacts%with_net_slip = .true.
-      contacts%begins = [0.0_wp, 0.0_wp]
+      contacts%initial_memory = [0.0_wp, 0.0_wp]
       contacts%time_step = 2.0_wp
       call reserve(contacts, 6)
       contacts%n = 6
       call for_each_variable(contacts, marker)
       variables = marker%n
-      contacts%held_bound = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp]
-      contacts%fixed_motion = spread(contacts%held_bound, 1, 2)
+      contacts%frozen_bound = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp]
+      contacts%fixed_motion = spread(contacts%frozen_bound, 1, 2)
       call copy_contacts(contacts, list, own)
       marker = marker_type(expected=list)
       call for_each_variable(own, marker)
       call check(marker%n == variables .and. own%n == 3, 'all variables')
       call check(marker%equal, 'their values')
-      call check(all(own%held_bound == list) .and. all(own%fixed_motion(2, :) == list), &
+      call check(all(own%frozen_bound == list) .and. all(own%fixed_motion(2, :) == list), &
          'arrays of a step')
       call check(own%time_step == 2.0_wp, 'time step')
    end subroutine some_contacts_are_copied

@@ -247,7 +247,7 @@ contains
          '&amplification surface = ''top'' base = ''foot'' direction = ''y'' lowest = 1.0 '// &
          'highest = 9.0 padding = 4 /')
       associate (p => model%fixed_points(1))
-         call check(p%block == 1 .and. p%held(1) .and. .not. p%held(2), 'held in x')
+      call check(all(p%fixed_along .eqv. [.true., .false.]) .and. p%block == 1, 'block, fixed in x')
          call check_close(p%reference, [-0.25_wp, 0.0_wp], 'where', absolute=1.0e-15_wp)
       end associate
       call check_close(model%points(1)%reference, [0.5_wp, 0.5_wp], 'a corner', absolute=1.0e-15_wp)

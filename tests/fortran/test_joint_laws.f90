@@ -5,7 +5,7 @@ module test_joint_laws
    use dda_barton_bandis, only: closure_of_joint
    use dda_contact, only: contacts_type, reserve
    use dda_friction, only: accept_contacts, find_response, laws_type, set_laws
-   use dda_joint_contact, only: joint_state => state_of, keep_state
+   use dda_joint_contact, only: joint_state => state_of, store_state
    use dda_joint_law, only: joint_state_type, net_slip, response_type, slip_path, weakened
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
@@ -187,7 +187,7 @@ contains
       do way = -1, 1, 2
          state = state_of(0.0_wp, 0.0_wp)
          state%memory(net_slip:lifted) = [0.02_wp, 5.0e-3_wp]
-         state%way = real(way, wp)
+         state%slip_sign = real(way, wp)
          call check_close(slot%law%strength(state, 1.0e6_wp), 1.0e6_wp &
             *tan((30 + way*15)*pi/180), 'strength', 1.0e-12_wp)
          force = slot%law%sliding_force(state, 1.5e-3_wp, 4.0e-3_wp)
@@ -199,7 +199,7 @@ contains
             - state%memory(lifted)), 'normal force', 1.0e-12_wp)
          angle = 15*exp(-5.0e-6_wp*slot%law%strength(state, force)*slip/length)
          after%memory(net_slip) = 0.02_wp
-         after%way = 1.0_wp
+         after%slip_sign = 1.0_wp
          call check_close(slot%law%strength(after, 1.0_wp), tan((30 + angle)*pi/180), 'wear', &
             1.0e-12_wp)
       end do
@@ -243,13 +243,13 @@ contains
 
       contacts%with_laws = .true.
       contacts%with_net_slip = .true.
-      contacts%begins = laws%columns%initial
+      contacts%initial_memory = laws%columns%initial
       call reserve(contacts, 1)
       contacts%n = 1
       contacts%joint = 1
       contacts%bonded = .false.
       contacts%length = length
-      contacts%share = 1.0_wp
+      contacts%stiffness_fraction = 1.0_wp
       contacts%memory = 0.0_wp
       contacts%stretch = 0.0_wp
       contacts%normal_force = 0.0_wp
@@ -297,7 +297,7 @@ contains
          state = joint_state(contacts, second, 1)
          call check(all(state%memory(:4) == [1, 2, 3, 6]), 'a law with one')
          state%memory(4) = 7.0_wp
-         call keep_state(contacts, second, 1, state)
+         call store_state(contacts, second, 1, state)
       end associate
       call check(all(contacts%memory(:, 1) == [1, 2, 3, 4, 5, 7]), 'kept')
    end subroutine memory_of_two_laws

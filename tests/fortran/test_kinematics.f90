@@ -4,7 +4,7 @@
 module test_kinematics
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, update_geometry
-   use dda_kinematics, only: damp_velocity, farthest_move, integrate, kinetic_energy
+   use dda_kinematics, only: damp_velocity, largest_displacement, integrate, kinetic_energy
    use dda_scheme, only: scheme_type, step_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_simulation, only: simulation_type
@@ -197,7 +197,7 @@ contains
          before = blocks%vertex
          d = 10.0_wp**(-modulo(i, 6))*reshape(random_vector(24), [6, 4])
          d(4:6, :) = 0.01_wp*d(4:6, :)
-         bound = farthest_move(blocks, d)
+         bound = largest_displacement(blocks, d)
          call integrate(blocks, d, step_type(time_step=1.0_wp))
          if (maxval(norm2(blocks%vertex - before, 1)) > bound*(1.0_wp + 1.0e-3_wp)) &
             wrong = wrong + 1
@@ -205,7 +205,8 @@ contains
       call check(wrong == 0, 'no vertex moves farther')
       d = 0.0_wp
       d(1:2, 3) = [0.3_wp, -0.4_wp]
-      call check_close(farthest_move(blocks, d), 0.5_wp, 'a translation', relative=1.0e-15_wp)
+      call check_close(largest_displacement(blocks, d), 0.5_wp, 'a translation', &
+         relative=1.0e-15_wp)
    end subroutine moves
 
    !> ½ ρ ∫ |ẋ|² by quadrature.

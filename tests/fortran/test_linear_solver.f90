@@ -159,7 +159,7 @@ contains
       call prepare('lagged')
       call check_no_error(error, 'lagged')
       call check_solution(spread([real(wp) :: 1, 1, 1, 1, 1, 1], 2, n), 1.0e-8_wp)
-      call check(solver%handed_over == 1 .and. solver%method == 'direct', 'handed over')
+      call check(solver%repeated_directly == 1 .and. solver%method == 'direct', 'handed over')
    end subroutine beyond_single_precision
 
    !> A chain that is held so weakly that single precision loses a pivot: a larger diagonal in the
@@ -178,13 +178,14 @@ contains
          call renew_all(alone)
          call check_no_error(error, 'lagged')
          call check_solution(b, 1.0e-6_wp)
-         call check(solver%handed_over == merge(1, 0, i > 2), 'handed over at the third time')
+         call check(solver%repeated_directly == merge(1, 0, i > 2), 'handed over at the third time')
       end do
       call stiff_chain(n, 1.0e-10_wp, alone)
       call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
       call renew_all(alone)
-      call check(solver%handed_over == 1 .and. solver%method == 'direct', 'handed over at once')
+      call check(solver%repeated_directly == 1 .and. solver%method == 'direct', &
+         'handed over at once')
    end subroutine a_pivot_lost_to_single_precision
 
    !> A chain whose springs leave no freedom but that of the whole, and what holds each block alone.

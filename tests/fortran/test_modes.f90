@@ -2,7 +2,7 @@
 !> Lowest modes: the paper's models, free vibration in time stepping, models that are not held.
 module test_modes
    use dda_kinds, only: wp
-   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, linearise, &
+   use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, linearise, &
       set_penalty
    use dda_linear_terms, only: term_shear, term_support
    use dda_modes, only: modes_type, find_modes
@@ -82,7 +82,7 @@ contains
    subroutine free_vibration(text, count)
       character(len=*), intent(in) :: text
       integer, intent(in) :: count
-      type(energy_share_type) :: energy
+      type(energy_distribution_type) :: energy
       real(wp) :: omega, damping
       integer :: i
 
@@ -95,7 +95,7 @@ contains
          call check_close(omega, modes%omega(i)/(1.0_wp + modes%elongation(i))*sqrt(1.0_wp &
             + damping_term(damping)), 'frequency of mode '//to_text(i), relative=1.0e-3_wp)
          energy = energy_of(linear, modes%shape(:, :, i))
-         call check_close(damping, modes%damping(i)*(1.0_wp + energy%share(term_support)), &
+         call check_close(damping, modes%damping(i)*(1.0_wp + energy%fraction(term_support)), &
             'damping of mode '//to_text(i), relative=1.0e-2_wp)
       end do
    end subroutine free_vibration

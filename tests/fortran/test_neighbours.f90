@@ -150,7 +150,7 @@ contains
       integer :: n
 
       do n = 1, 9
-         call forget(near)
+         call discard_iterations(near)
          call make_lattice(n)
          call find_neighbours(near, blocks, 0.01_wp)
          call check(near%n_pairs == 2*n*(n - 1) + 2*(n - 1)**2, 'pairs')
@@ -158,11 +158,11 @@ contains
       end do
    end subroutine a_lattice
 
-   subroutine forget(near)
+   subroutine discard_iterations(near)
       type(neighbours_type), intent(out) :: near
 
       near%n_pairs = 0
-   end subroutine forget
+   end subroutine discard_iterations
 
    subroutine one_block()
       type(neighbours_type) :: near

@@ -4,7 +4,8 @@
 module test_omega_max
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, all_eigenvalues
-   use dda_linear_model, only: linear_model_type, energy_share_type, energy_of, set_penalty, &
+   use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
+      set_penalty, &
       strain_energy
    use dda_linear_terms, only: term_normal, term_support
    use dda_omega_max, only: omega_max_type, find_omega_max
@@ -40,7 +41,7 @@ contains
    subroutine bracketed(text, kind)
       character(len=*), intent(in) :: text
       integer, intent(in) :: kind  !< what governs; 0: not checked
-      type(energy_share_type) :: energy
+      type(energy_distribution_type) :: energy
 
       call linear_of(linear, text, 'closed')
       call find_omega_max(linear, result, error, tolerance=1.0e-10_wp)
@@ -54,7 +55,7 @@ contains
       call check(index(result%words, result%governs) > 0, 'named in words')
       energy = energy_of(linear, result%shape)
       call check_close(energy%total, result%omega**2, 'energy of the mode', relative=1.0e-8_wp)
-      call check_close(sum(energy%share), 1.0_wp, 'shares', relative=1.0e-12_wp)
+      call check_close(sum(energy%fraction), 1.0_wp, 'shares', relative=1.0e-12_wp)
    end subroutine bracketed
 
    real(wp) function dense_omega() result(omega)
@@ -110,15 +111,15 @@ contains
          call count_unresolved(linear, steps(i), unresolved, error)
          call check_no_error(error, 'count')
          associate (beyond => count(pairs%value > (4.0_wp/steps(i))**2))
-            call check(unresolved%least <= beyond .and. beyond <= unresolved%most, 'bounds')
-            call check(unresolved%exact .and. unresolved%least == beyond, 'exact by inertia')
+            call check(unresolved%at_least <= beyond .and. beyond <= unresolved%at_most, 'bounds')
+            call check(unresolved%exact .and. unresolved%at_least == beyond, 'exact by inertia')
          end associate
       end do
-      call check(unresolved%most == 0 .and. index(unresolved%words, 'all') == 1, &
+      call check(unresolved%at_most == 0 .and. index(unresolved%words, 'all') == 1, &
          'all below, in words')
       call linear_of(linear, layered_site(), 'closed')
       call count_unresolved(linear, 1.0e-3_wp, unresolved, error)
-      call check(unresolved%exact .and. unresolved%least == 66, 'layered site')
+      call check(unresolved%exact .and. unresolved%at_least == 66, 'layered site')
       call check(sum(unresolved%of_kind) == 66, 'kinds')
    end subroutine modes_beyond_4_time_step
 

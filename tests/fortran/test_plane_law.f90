@@ -53,7 +53,7 @@ contains
 
       point%elasticity = elasticity(material_type(young_modulus=2.0e8_wp, poisson_ratio=0.3_wp), &
          .true.)
-      point%held = [-1.0e5_wp, -2.0e5_wp, 3.0e4_wp]
+      point%start_stress = [-1.0e5_wp, -2.0e5_wp, 3.0e4_wp]
       do kind = 1, 2
          call make_law(kind == 2, law)
          call check(.not. allocated(error), 'the law is fitted')

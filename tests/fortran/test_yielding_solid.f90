@@ -33,7 +33,7 @@ contains
       point%plane_strain = plane_strain
       point%elasticity = elasticity(material_type(young_modulus=7.0e9_wp, poisson_ratio=0.21_wp), &
          plane_strain)
-      point%held = held
+      point%start_stress = held
       point%thickness = 0.1_wp
    end function point_in
 
@@ -64,7 +64,7 @@ contains
          call check(loss(loss_plastic) >= 0.0_wp, 'yielding loses')
          strain = strain + change
       end do
-      stress = stress + point%held
+      stress = stress + point%start_stress
    end function driven
 
    !> q_u = 2c tan(45° + φ/2) and σ₃ tan²(45° + φ/2) + q_u, for any dilation, in both states.

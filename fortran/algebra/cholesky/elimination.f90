@@ -15,7 +15,7 @@ module dda_elimination
    private
    public :: front_tree_type, tree_of_fronts, front_cost
 
-   !> most columns of a front: more columns save no time (measured with 100,000 blocks)
+   !> largest number of columns of a front: more save no time (measured with 100,000 blocks)
    integer, parameter :: most_columns = 128
 
    !> Fronts in postorder: children before parents, each subtree a contiguous range.
@@ -139,7 +139,7 @@ contains
          + 1.0_wp) + 0.5_wp*c*(u*(u + c) + c*c/3.0_wp)
    end function front_cost
 
-   !> Merge a child into cluster k: put its columns first, and make its children children of k.
+   !> Merge a child into cluster k: its columns come first, and its children become children of k.
    pure subroutine merge_child(clusters, child, k)
       type(clusters_type), intent(inout) :: clusters  !< clusters; changed by the merger
       integer, intent(in) :: child, k  !< clusters by their last columns

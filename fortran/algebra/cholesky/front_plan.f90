@@ -4,7 +4,7 @@
 !> A front is a dense matrix of 6×6 blocks: fully summed (pivot) columns, and the rows below with
 !> nonzeros.  The pivot columns are eliminated in a dense panel and become columns of the factor;
 !> the Schur complement is an update that is added to the parent front.  The symbolic factor
-!> contains the position of every panel, update and matrix block: factorisation then needs no
+!> contains the position of every panel, update and matrix block, so that factorisation needs no
 !> allocation.
 !>
 !> The columns of the factor are stored in the order in which a solve reads them
@@ -64,7 +64,7 @@ module dda_front_plan
       !> [rows] position of each row in the solve vector, see `set_solve_rows`
       integer, allocatable :: solve_row(:)
       integer, allocatable :: shared_row(:) !< [any] rows of root fronts that tasks add to
-      integer :: widest = 0                !< most block rows in a front
+      integer :: widest = 0                !< largest number of block rows in a front
    end type front_plan_type
 
 contains

@@ -20,7 +20,7 @@ module dda_low_rank
    use dda_front_plan, only: front_plan_type
    use dda_low_rank_columns, only: low_rank_columns_type, plan_columns, make_columns, &
       multiply_columns, project_vector, subtract_columns, vector_width, column_panels
-   use dda_rank_one, only: rank_one_type, most_changes, drift, add_change, forget_changes
+   use dda_rank_one, only: rank_one_type, most_changes, ignored_change, add_change, forget_changes
    implicit none
    private
    public :: low_rank_type, plan_low_rank, free_low_rank, update_low_rank, rebuild_low_rank, correct
@@ -96,7 +96,7 @@ contains
       do i = 1, min(terms%n, most_changes)
          if (any(terms%block(:, i) /= block)) cycle
          find_term = i
-         if (sum((terms%u(:, :, i) - u)**2) <= drift**2*sum(u**2)) return
+         if (sum((terms%u(:, :, i) - u)**2) <= ignored_change**2*sum(u**2)) return
       end do
       find_term = 0
    end function find_term
@@ -106,7 +106,7 @@ contains
       real(wp), intent(in) :: a, b  !< N/m
 
       total = a + b
-      if (abs(total) <= drift*max(abs(a), abs(b))) total = 0.0_wp
+      if (abs(total) <= ignored_change*max(abs(a), abs(b))) total = 0.0_wp
    end function added_stiffness
 
    !> Compute W, WᵀW and C, starting with the first panel that has new terms.

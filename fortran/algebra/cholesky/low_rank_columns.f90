@@ -2,8 +2,8 @@
 !> Columns of W = L⁻¹ U for a low-rank update of a Cholesky factor; each u has two nonzero blocks.
 !>
 !> A column is nonzero only along its elimination path, the fronts from its blocks to the root (a
-!> few hundredths of the factor).  Panels of one vector width are processed by one thread each, so
-!> that results depend neither on threads nor on the other columns of a panel.
+!> few hundredths of the factor).  Each panel, one vector width of columns, is processed by one
+!> thread, so that results depend neither on threads nor on the other columns of a panel.
 module dda_low_rank_columns
    use dda_kinds, only: wp, sp
    use dda_errors, only: error_type
@@ -21,14 +21,15 @@ module dda_low_rank_columns
 
    integer, parameter :: vector_width = 16                          !< columns in a panel
    integer, parameter :: column_panels = most_changes/vector_width  !< number of panels
-   !> most pivot columns per product, for which BLAS uses one thread
+   !> largest number of pivot columns per product for which BLAS uses only one thread
    integer, parameter :: pivots_together = 64
 
    !> The columns and their nonzero fronts.
    type :: low_rank_columns_type
       integer, allocatable :: permuted(:)       !< [n] permuted index of each block row
       integer, allocatable :: front_of(:)       !< [n] front that eliminates each block row
-      logical, allocatable :: touched(:,:)  !< [fronts, panels] W is not 0 in a front's pivot rows
+      !> [fronts, panels] W is not 0 in a front's pivot rows
+      logical, allocatable :: is_nonzero(:,:)
       integer, allocatable :: path(:,:)         !< [fronts, panels] touched fronts in postorder
       integer :: path_length(column_panels) = 0 !< number of touched fronts
       real(sp), allocatable :: w(:,:,:,:)       !< [width, 6, n, panels] W, in touched fronts
@@ -51,7 +52,7 @@ contains
          plan%sharing%is_shared), what, error)
       if (allocated(error)) return
       allocate (columns%permuted(plan%n), columns%front_of(plan%n))
-      allocate (columns%touched(plan%fronts, column_panels))
+      allocate (columns%is_nonzero(plan%fronts, column_panels))
       allocate (columns%path(plan%fronts, column_panels))
       allocate (columns%front_vector(vector_width, longest_front_vector(plan), column_panels))
       allocate (columns%w(vector_width, 6, plan%n, column_panels), stat=status)
@@ -91,20 +92,20 @@ contains
       integer, intent(in) :: panel  !< number of the panel
       integer :: i, side, front
 
-      columns%touched(:, panel) = .false.
+      columns%is_nonzero(:, panel) = .false.
       do i = vector_width*(panel - 1) + 1, min(vector_width*panel, terms%n)
          do side = 1, 2
             front = columns%front_of(terms%block(side, i))
             do while (front > 0)
-               if (columns%touched(front, panel)) exit
-               columns%touched(front, panel) = .true.
+               if (columns%is_nonzero(front, panel)) exit
+               columns%is_nonzero(front, panel) = .true.
                front = plan%parent(front)
             end do
          end do
       end do
       columns%path_length(panel) = 0
       do front = 1, plan%fronts
-         if (.not. columns%touched(front, panel)) cycle
+         if (.not. columns%is_nonzero(front, panel)) cycle
          columns%path_length(panel) = columns%path_length(panel) + 1
          columns%path(columns%path_length(panel), panel) = front
       end do
@@ -267,7 +268,7 @@ contains
       total = 0.0_wp
       do i = 1, columns%path_length(row)
          associate (front => columns%path(i, row))
-            if (.not. columns%touched(front, column)) cycle
+            if (.not. columns%is_nonzero(front, column)) cycle
             do pivot = plan%first(front), plan%first(front + 1) - 1, pivots_together
                count = min(pivots_together, plan%first(front + 1) - pivot)
                call sgemm('N', 'T', vector_width, vector_width, 6*count, 1.0_sp, &
@@ -280,31 +281,31 @@ contains
    end subroutine multiply_panels
 
    !> Compute Wᵀ y of several panels.
-   subroutine project_vector(columns, plan, used, y, share)
+   subroutine project_vector(columns, plan, used, y, projection)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: used  !< number of panels with columns
       real(sp), intent(in) :: y(6, plan%n)  !< vector in permuted order
-      real(wp), intent(out) :: share(vector_width, column_panels)  !< Wᵀ y
+      real(wp), intent(out) :: projection(vector_width, column_panels)  !< Wᵀ y
       integer :: panel
 
       !$omp parallel do schedule(dynamic, 1) if (plan%sharing%is_shared)
       do panel = 1, used
-         call multiply_transposed_panel(columns, plan, panel, y, share(:, panel))
+         call multiply_transposed_panel(columns, plan, panel, y, projection(:, panel))
       end do
    end subroutine project_vector
 
    !> Compute Wᵀ y of one panel.
-   pure subroutine multiply_transposed_panel(columns, plan, panel, y, share)
+   pure subroutine multiply_transposed_panel(columns, plan, panel, y, projection)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       integer, intent(in) :: panel  !< number of the panel
       real(sp), intent(in) :: y(6, plan%n)  !< vector in permuted order
-      real(wp), intent(out) :: share(vector_width)  !< Wᵀ y
+      real(wp), intent(out) :: projection(vector_width)  !< Wᵀ y
       real(sp) :: partial(vector_width)
       integer :: i, pivot, k
 
-      share = 0.0_wp
+      projection = 0.0_wp
       do i = 1, columns%path_length(panel)
          partial = 0.0_sp
          associate (front => columns%path(i, panel))
@@ -314,7 +315,7 @@ contains
                end do
             end do
          end associate
-         share = share + partial
+         projection = projection + partial
       end do
    end subroutine multiply_transposed_panel
 
@@ -343,11 +344,11 @@ contains
       real(sp) :: partial(vector_width, 6)
       integer :: panel, pivot, k
 
-      if (.not. any(columns%touched(front, :used))) return
+      if (.not. any(columns%is_nonzero(front, :used))) return
       do pivot = plan%first(front), plan%first(front + 1) - 1
          partial = 0.0_sp
          do panel = 1, used
-            if (.not. columns%touched(front, panel)) cycle
+            if (.not. columns%is_nonzero(front, panel)) cycle
             do k = 1, 6
                partial(:, k) = partial(:, k) + columns%w(:, k, pivot, panel)*real(x(:, panel), sp)
             end do

@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The order in which block rows are eliminated.
 !>
-!> The graph of blocks has the fill of the graph of scalars with a sixth of its vertices.  Minimum
-!> degree is the better order for small walls; nested dissection is better for large walls, and its
+!> The graph of blocks gives the fill of the graph of scalars, with a sixth of its vertices.
+!> Minimum degree is better for small walls.  Nested dissection is better for large walls, and its
 !> tree balances threads better.  All orders are deterministic.
 !>
 !> References: P. R. Amestoy, T. A. Davis, I. S. Duff, ACM TOMS 30 (2004) 381, algorithm 837 (AMD);
@@ -104,7 +104,8 @@ contains
       order = list(graph%n:1:-1)
    end subroutine bandwidth_order
 
-   !> Find a peripheral vertex of the component of v: one with many levels of few vertices.
+   !> Find a peripheral vertex of the component of v: a start vertex with many levels of few
+   !> vertices.
    pure integer function peripheral_vertex(graph, v)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: v  !< number of the vertex

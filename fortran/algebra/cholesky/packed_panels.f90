@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Packed panels, the storage of the factor: a few rows by six columns each, in the order of a
+!> Packed panels, the storage of the factor: eight rows by six columns each, in the order of a
 !> solve.
 !>
-!> Each pivot block column of a front has the inverse of its pivot block and the pivot rows below;
-!> the rows below the front follow, column by column.  Zeros fill up whole panels.  A solve
-!> then reads memory sequentially, at full bandwidth.
+!> First, each pivot block column of a front has the inverse of its pivot block and the pivot rows
+!> below it.  The rows below the front follow, column by column.  Zeros complete the last panels.  A
+!> solve then reads memory sequentially, at full bandwidth.
 module dda_packed_panels
    implicit none
    private

@@ -15,18 +15,18 @@ module dda_task_plan
    !> Fronts of tasks for single threads, and root fronts for all threads.
    type :: task_plan_type
       integer :: tasks = 0               !< number of tasks
-      !> [tasks+2] start of each task in `front`, the costliest task first; then start of the root
-      !> fronts, and end
+      !> [tasks+2] start of each task in `front`, the costliest task first; start of the root
+      !> fronts; end of the root fronts
       integer, allocatable :: start(:)
       integer, allocatable :: front(:)   !< [fronts] task by task, each in postorder
       logical, allocatable :: is_root_front(:)  !< [fronts]
-      logical :: is_shared = .false.     !< several threads save time
+      logical :: is_shared = .false.     !< use of several threads saves time
    end type task_plan_type
 
    !> least cost for which threads save time, in the unit of `front_cost` (about 10 ns)
    real(wp), parameter :: worth_sharing = 5.0e4_wp
    !> largest fraction of the total cost in one task
-   real(wp), parameter :: largest_share = 1.0_wp/12.0_wp
+   real(wp), parameter :: largest_task_fraction = 1.0_wp/12.0_wp
 
 contains
 
@@ -44,12 +44,12 @@ contains
       end do
       limit = huge(limit)
       plan%is_shared = sum(cost) >= worth_sharing
-      if (plan%is_shared) limit = largest_share*sum(cost)
+      if (plan%is_shared) limit = largest_task_fraction*sum(cost)
       plan%is_root_front = subtree > limit
       call bind_tasks(parent, subtree, limit, plan)
    end subroutine plan_tasks
 
-   !> Combine neighbouring subtrees below the root fronts into tasks, up to the limit of cost.
+   !> Combine neighbouring subtrees below the root fronts into tasks, up to a limit of their cost.
    pure subroutine bind_tasks(parent, subtree, limit, plan)
       integer, intent(in) :: parent(:)  !< [fronts] parents in postorder; 0 for a root
       real(wp), intent(in) :: subtree(:)  !< [fronts] cost of each subtree

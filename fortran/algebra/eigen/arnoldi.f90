@@ -16,7 +16,7 @@ module dda_arnoldi
 
    !> A symmetric linear operator.
    type, abstract :: operator_type
-      integer(long) :: products = 0  !< number of applications
+      integer(long) :: products = 0  !< number of products A x so far
    contains
       procedure(apply_operator), deferred :: apply
    end type operator_type
@@ -40,14 +40,14 @@ module dda_arnoldi
    end type iteration_type
 
    integer, parameter :: least_basis = 20
-   !> restarts × size allowed beyond 100 restarts (3,000 at most); static models need few
+   !> restarts × size permitted beyond 100 restarts, at most 3,000; static models need few
    real(wp), parameter :: affordable = 5.0e6_wp
 
 contains
 
    !> Compute the `count` algebraically largest eigenvalues, descending, with orthonormal vectors.
    subroutine largest_pairs(operator, n, count, tolerance, values, vectors, residuals, error, &
-      salt, most_restarts)
+      start_seed, most_restarts)
       class(operator_type), intent(inout) :: operator  !< operator; its products are counted
       integer, intent(in) :: n          !< size of the operator
       integer, intent(in) :: count      !< number of eigenvalues, 1 … n−1
@@ -56,8 +56,8 @@ contains
       real(wp), allocatable, intent(out) :: vectors(:,:) !< [n,count] vectors
       real(wp), allocatable, intent(out) :: residuals(:) !< [count] ‖Av − λv‖ / |λ|
       type(error_type), allocatable, intent(out) :: error !< error if not converged to the tolerance
-      integer, intent(in), optional :: salt           !< number that changes the start vector
-      integer, intent(in), optional :: most_restarts  !< most restarts, default 3000
+      integer, intent(in), optional :: start_seed     !< number that changes the start vector
+      integer, intent(in), optional :: most_restarts  !< largest number of restarts, default 3000
       type(iteration_type) :: iteration
 
       if (count < 1 .or. count >= n) then
@@ -68,7 +68,7 @@ contains
       call prepare_arpack(iteration, n, count, tolerance)
       iteration%iparam(3) = int(min(3000.0_wp, 100.0_wp + affordable/n))
       if (present(most_restarts)) iteration%iparam(3) = most_restarts
-      iteration%resid = pseudo_random_vector(n, salt)
+      iteration%resid = pseudo_random_vector(n, start_seed)
       call require_for_blas(error)
       if (.not. allocated(error)) call iterate_arpack(iteration, operator, error)
       if (allocated(error)) return
@@ -177,16 +177,16 @@ contains
    end subroutine check_pairs
 
    !> Return reproducible numbers between −1 and 1 by a linear congruence.
-   pure function pseudo_random_vector(n, salt) result(vector)
+   pure function pseudo_random_vector(n, start_seed) result(vector)
       integer, intent(in) :: n  !< length of the vector
-      integer, intent(in), optional :: salt  !< number that changes the sequence
+      integer, intent(in), optional :: start_seed  !< number that changes the sequence
       real(wp) :: vector(n)
       integer(long), parameter :: modulus = 2147483647_long, factor = 48271_long
       integer(long) :: seed
       integer :: i
 
       seed = 12345_long
-      if (present(salt)) seed = seed + 7919_long*int(abs(salt), long)
+      if (present(start_seed)) seed = seed + 7919_long*int(abs(start_seed), long)
       do i = 1, n
          seed = modulo(factor*seed, modulus)
          vector(i) = 2.0_wp*real(seed, wp)/real(modulus, wp) - 1.0_wp

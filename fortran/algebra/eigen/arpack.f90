@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Explicit interfaces of the ARPACK routines that are used.
 !>
-!> Both routines write to `tol`, which must be a variable, and have saved variables, so that they
-!> must not run in two threads at once.
+!> Both routines write to `tol`, which must be a variable.  They have saved variables and must not
+!> run in two threads at once.
 module dda_arpack
    use dda_kinds, only: wp
    implicit none

@@ -10,7 +10,7 @@ module dda_deflation
    use dda_mass_factor, only: mass_factor_type, multiply_transposed
    implicit none
    private
-   public :: null_space_type, deflation_type, prepare_deflation, keep_vector, project_out
+   public :: null_space_type, deflation_type, prepare_deflation, deflate_vector, project_out
 
    !> Null vectors of a stiffness matrix, mass-orthonormal, each on one group of block rows.
    type :: null_space_type
@@ -24,13 +24,13 @@ module dda_deflation
    !> Vectors to be projected out.
    type :: deflation_type
       type(null_space_type) :: known          !< `basis` in coordinates of the standard problem
-      integer :: kept = 0                     !< number of full vectors
+      integer :: n_vectors = 0                !< number of full vectors
       real(wp), allocatable :: vector(:,:)    !< [6n,any] full vectors
    end type deflation_type
 
 contains
 
-   !> Set the null space of a search, if there is one, and clear the found vectors.
+   !> Begin a deflation with the null space, if there is one, and without full vectors.
    pure subroutine prepare_deflation(deflation, mass, known)
       type(deflation_type), intent(out) :: deflation  !< deflation without full vectors
       type(mass_factor_type), intent(in) :: mass  !< factor of M
@@ -45,15 +45,15 @@ contains
       end do
    end subroutine prepare_deflation
 
-   !> Add a found vector to the vectors that are projected out.
-   pure subroutine keep_vector(deflation, vector)
+   !> Add an eigenvector found by a search to the vectors that are projected out.
+   pure subroutine deflate_vector(deflation, vector)
       type(deflation_type), intent(inout) :: deflation  !< deflation; receives the vector
       real(wp), intent(in) :: vector(:)  !< [6n] vector of length 1
 
-      call grow(deflation%vector, size(vector), deflation%kept + 1)
-      deflation%kept = deflation%kept + 1
-      deflation%vector(:, deflation%kept) = vector
-   end subroutine keep_vector
+      call grow(deflation%vector, size(vector), deflation%n_vectors + 1)
+      deflation%n_vectors = deflation%n_vectors + 1
+      deflation%vector(:, deflation%n_vectors) = vector
+   end subroutine deflate_vector
 
    !> Remove from y its components along all vectors.
    pure subroutine project_out(deflation, y)
@@ -62,7 +62,7 @@ contains
       integer :: i
 
       if (deflation%known%dimension > 0) call remove_null_components(deflation%known, y)
-      do i = 1, deflation%kept
+      do i = 1, deflation%n_vectors
          y = y - dot_product(deflation%vector(:, i), y)*deflation%vector(:, i)
       end do
    end subroutine project_out

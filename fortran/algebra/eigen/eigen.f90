@@ -10,7 +10,7 @@ module dda_eigen
    use dda_cholesky_double, only: factor_type, analyse, factorise, solve
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_deflation, only: deflation_type, null_space_type, prepare_deflation, project_out, &
-      keep_vector
+      deflate_vector
    use dda_dense_eigen, only: symmetric_eigen
    use dda_interrupts, only: fail_if_stopped
    use dda_errors, only: error_type, error_solver, fail
@@ -23,8 +23,8 @@ module dda_eigen
       suggested_tolerance, select_pairs
    public :: shifted_inverse_type, prepare_inverse
 
-   integer, parameter :: dense_blocks = 8          !< most blocks for LAPACK
-   integer, parameter :: most_dense_blocks = 300  !< most blocks for LAPACK if most modes are wanted
+   integer, parameter :: dense_blocks = 8          !< largest number of blocks for LAPACK
+   integer, parameter :: most_dense_blocks = 300  !< blocks for LAPACK if most modes are wanted
    real(wp), parameter :: low_tolerance = 1.0e-10_wp
 
    !> Eigenvalues with mass-normalised vectors.
@@ -57,7 +57,7 @@ module dda_eigen
 
 contains
 
-   !> Return an affordable tolerance for n blocks: the spectra of large models are dense.
+   !> Return a tolerance with affordable cost for n blocks; the spectra of large models are dense.
    pure real(wp) function suggested_tolerance(n) result(tolerance)
       integer, intent(in) :: n  !< number of blocks
 
@@ -158,7 +158,7 @@ contains
          call operator%apply(unit, a(:, i))
          call project_out(deflation, a(:, i))
       end do
-      ! Deflation makes the eigenvalues of the null space the lowest ones, which are then omitted.
+      ! After deflation, the null space has the lowest eigenvalues, which are then omitted.
       if (deflation%known%dimension > 0) call deflate_matrix(deflation, a)
       call symmetric_eigen(a, values, error)
       if (allocated(error)) return
@@ -187,8 +187,7 @@ contains
       end do
    end subroutine deflate_matrix
 
-   !> Factorise K − σM with the least |σ| that rounding allows.
-   !> K − σM is regular even if K is singular.
+   !> Factorise K − σM with the least |σ| for which rounding leaves it regular if K is singular.
    subroutine prepare_inverse(operator, stiffness, mass, error, known)
       type(shifted_inverse_type), intent(out) :: operator  !< operator that can be applied
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
@@ -240,26 +239,27 @@ contains
       !> [count] eigenvalues, [6n,count] vectors, [count] residuals
       real(wp), intent(inout) :: values(:), vectors(:,:), residuals(:)
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
-      real(wp), parameter :: larger = 1.0_wp + 1.0e-7_wp, glance = 1.0e-3_wp
+      real(wp), parameter :: larger = 1.0_wp + 1.0e-7_wp, coarse_tolerance = 1.0e-3_wp
       real(wp), allocatable :: new_value(:), new_vector(:,:), new_residual(:)
       integer :: i, n, count, at
 
       n = size(vectors, 1)
       count = size(values)
       do i = 1, count
-         call keep_vector(operator%deflation, vectors(:, i))
+         call deflate_vector(operator%deflation, vectors(:, i))
       end do
       do i = 1, count
-         ! A loose tolerance suffices to show that no larger eigenvalue remains.
-         call largest_pairs(operator, n, 1, glance, new_value, new_vector, new_residual, error, &
-            salt=i)
+         ! A coarse tolerance suffices to show that no larger eigenvalue remains.
+         call largest_pairs(operator, n, 1, coarse_tolerance, new_value, new_vector, &
+            new_residual, error, &
+            start_seed=i)
          if (allocated(error)) return
-         if (new_value(1)*(1.0_wp + 10*glance) < values(count)) return
+         if (new_value(1)*(1.0_wp + 10*coarse_tolerance) < values(count)) return
          call largest_pairs(operator, n, 1, low_tolerance, new_value, new_vector, new_residual, &
-            error, salt=i)
+            error, start_seed=i)
          if (allocated(error)) return
          if (new_value(1) <= larger*values(count)) return
-         call keep_vector(operator%deflation, new_vector(:, 1))
+         call deflate_vector(operator%deflation, new_vector(:, 1))
          at = findloc(values < new_value(1), .true., 1)
          values(at:) = [new_value(1), values(at:count - 1)]
          residuals(at:) = [new_residual(1), residuals(at:count - 1)]

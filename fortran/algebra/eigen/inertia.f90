@@ -13,7 +13,7 @@ module dda_inertia
    private
    public :: count_above
 
-   real(wp), parameter :: doubtful = 1.0e-11_wp  !< least certain pivot over the largest entry of S
+   real(wp), parameter :: least_pivot = 1.0e-11_wp  !< pivot/largest entry of S with a certain sign
 
 contains
 
@@ -50,7 +50,7 @@ contains
 
       count = 0
       certain = .true.
-      least = doubtful*maxval(abs(band))
+      least = least_pivot*maxval(abs(band))
       do j = 1, size(band, 2)
          pivot = band(1, j)
          if (abs(pivot) < least) then

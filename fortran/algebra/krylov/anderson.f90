@@ -8,11 +8,11 @@ module dda_anderson
    use dda_ordered_sums, only: pieces, first_of, last_of, most_pieces, parallel_from
    implicit none
    private
-   public :: anderson_type, forget, accelerate
+   public :: anderson_type, discard_iterations, accelerate
 
    integer, parameter :: depth = 10   !< number of stored differences
    integer, parameter :: long = 6*parallel_from  !< least number of unknowns to use threads
-   !> fraction of the diagonal added to the normal equations, because of rounding errors
+   !> regularisation: fraction of the diagonal added to it in the normal equations
    real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 
    !> Differences of the last iterations.
@@ -26,18 +26,18 @@ module dda_anderson
 contains
 
    !> Discard the stored iterations.
-   pure subroutine forget(memory)
+   pure subroutine discard_iterations(memory)
       type(anderson_type), intent(inout) :: memory  !< memory of the acceleration
 
       memory%count = 0
-   end subroutine forget
+   end subroutine discard_iterations
 
    !> Compute the next x from the present x and g(x).
    subroutine accelerate(memory, x, image)
       type(anderson_type), intent(inout) :: memory  !< memory; receives this iteration
       real(wp), intent(inout) :: x(:)  !< [n] present x; on return, next x
       real(wp), intent(in) :: image(:)  !< [n] g(x)
-      real(wp) :: share(depth), part(2*depth, most_pieces)
+      real(wp) :: coefficient(depth), part(2*depth, most_pieces)
       integer :: n, used, slot, p
 
       n = size(x)
@@ -48,18 +48,18 @@ contains
       memory%count = memory%count + 1
       if (n < long) then
          call store_change(memory, slot, used, x, image, 1, n, part(:, 1))
-         call solve_normal(memory, slot, used, part(:, 1), share)
-         call combine_iterates(memory, share(:used), x, 1, n)
+         call solve_normal(memory, slot, used, part(:, 1), coefficient)
+         call combine_iterates(memory, coefficient(:used), x, 1, n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
          call store_change(memory, slot, used, x, image, first_of(p, n), last_of(p, n), part(:, p))
       end do
-      call solve_normal(memory, slot, used, sum(part(:, :pieces(n)), 2), share)
+      call solve_normal(memory, slot, used, sum(part(:, :pieces(n)), 2), coefficient)
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
-         call combine_iterates(memory, share(:used), x, first_of(p, n), last_of(p, n))
+         call combine_iterates(memory, coefficient(:used), x, first_of(p, n), last_of(p, n))
       end do
    end subroutine accelerate
 
@@ -90,31 +90,31 @@ contains
    end subroutine store_change
 
    !> Find the coefficients y that minimise ‖residual − Σ y d_residual‖, by the normal equations.
-   pure subroutine solve_normal(memory, slot, used, products, share)
+   pure subroutine solve_normal(memory, slot, used, products, coefficient)
       type(anderson_type), intent(inout) :: memory  !< memory; receives the products
       integer, intent(in) :: slot, used             !< stored column; number of columns
       real(wp), intent(in) :: products(2*depth)  !< products from `store_change`
-      real(wp), intent(out) :: share(depth)
+      real(wp), intent(out) :: coefficient(depth)
 
       if (slot > 0) then
          memory%normal(:used, slot) = products(:used)
          memory%normal(slot, :used) = products(:used)
       end if
-      share = products(depth + 1:)
-      call solve_definite(memory%normal(:used, :used), share(:used))
+      coefficient = products(depth + 1:)
+      call solve_definite(memory%normal(:used, :used), coefficient(:used))
    end subroutine solve_normal
 
    !> Compute the unknowns first … last of the next x.
-   pure subroutine combine_iterates(memory, share, x, first, last)
+   pure subroutine combine_iterates(memory, coefficient, x, first, last)
       type(anderson_type), intent(in) :: memory  !< memory with this iteration
-      real(wp), intent(in) :: share(:)           !< coefficients of the differences
+      real(wp), intent(in) :: coefficient(:)     !< coefficients of the differences
       real(wp), intent(inout) :: x(:)            !< [n] next iterate
       integer, intent(in) :: first, last         !< first and last index
       integer :: j
 
       x(first:last) = memory%image(first:last)
-      do j = 1, size(share)
-         x(first:last) = x(first:last) - share(j)*memory%d_image(first:last, j)
+      do j = 1, size(coefficient)
+         x(first:last) = x(first:last) - coefficient(j)*memory%d_image(first:last, j)
       end do
    end subroutine combine_iterates
 

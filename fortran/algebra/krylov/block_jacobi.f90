@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The inverse diagonal blocks, as preconditioner for small p Δt²/m and for SOR.
+!> The inverse diagonal blocks: preconditioner for small p Δt²/m (p: penalty), and for SOR.
 module dda_block_jacobi
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply_block
@@ -68,12 +68,12 @@ contains
    end subroutine apply_rows
 
    !> Return a bound on conjugate-gradient iterations for a relative accuracy ε: ½ √κ ln(2/ε).
-   real(wp) function most_iterations(matrix, alone, accuracy) result(bound)
+   real(wp) function most_iterations(matrix, own_terms, accuracy) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      real(wp), intent(in) :: alone(compact_size, matrix%n)  !< A, see `most_condition`
+      real(wp), intent(in) :: own_terms(compact_size, matrix%n)  !< A, see `most_condition`
       real(wp), intent(in) :: accuracy               !< ε of the error in the energy norm
 
-      bound = 0.5_wp*sqrt(most_condition(matrix, alone))*log(2.0_wp/accuracy)
+      bound = 0.5_wp*sqrt(most_condition(matrix, own_terms))*log(2.0_wp/accuracy)
    end function most_iterations
 
    !> Return an upper bound on the condition number κ of D⁻¹K̂.
@@ -86,20 +86,20 @@ contains
    !>
    !> The bound may be too small if A includes diagonal parts of coupling terms, or if a term
    !> couples m > 2 blocks (the factor 2 is then m).
-   real(wp) function most_condition(matrix, alone) result(bound)
+   real(wp) function most_condition(matrix, own_terms) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> A, the terms that act on one block only, see dda_compact_block
-      real(wp), intent(in) :: alone(compact_size, matrix%n)
-      real(wp) :: block(6, 6), inverse(6, 6), worst
+      real(wp), intent(in) :: own_terms(compact_size, matrix%n)
+      real(wp) :: block(6, 6), inverse(6, 6), worst_condition
       integer :: i
 
-      worst = 1.0_wp
+      worst_condition = 1.0_wp
       do i = 1, matrix%n
-         call expand(alone(:, i), block)
+         call expand(own_terms(:, i), block)
          call invert_matrix(block, inverse)
-         worst = max(worst, sum(inverse*matrix%diagonal(:, :, i)))
+         worst_condition = max(worst_condition, sum(inverse*matrix%diagonal(:, :, i)))
       end do
-      bound = 2.0_wp*worst
+      bound = 2.0_wp*worst_condition
    end function most_condition
 
 end module dda_block_jacobi

@@ -13,8 +13,9 @@ module dda_conjugate_gradients
    private
    public :: preconditioner_type, workspace_type, make_workspace, iterate_to_solution
 
-   integer, parameter :: trusted = 10  !< iterations for which the updated residual is accurate
-   real(wp), parameter :: drift = 10.0_wp          !< accepted ratio of true to updated residual
+   !> iterations for which the updated residual is accurate
+   integer, parameter :: trusted_iterations = 10
+   real(wp), parameter :: accepted_drift = 10.0_wp  !< accepted ratio of true to updated residual
 
    !> An approximate inverse of the matrix.
    type, abstract :: preconditioner_type
@@ -55,7 +56,8 @@ contains
 
    !> Solve K x = b from the given x, until ‖r‖ ≤ tolerance·size or ‖r‖ ≤ reduction·‖first r‖.
    !>
-   !> After many iterations the true residual is computed, because the updated residual may differ.
+   !> After `trusted_iterations`, the residual is recomputed, because the updated residual may
+   !> differ.
    subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
       work, iterations, residual, enough)
       type(block_matrix_type), intent(in) :: matrix  !< K
@@ -87,7 +89,7 @@ contains
          residual = sqrt(inner_product(n, work%r, work%r))
          if (iterations == 0) wanted = max(wanted, reduction*residual)
          if (residual <= wanted .or. iterations == most .or. .not. residual <= huge(1.0_wp)) exit
-         if (is_given_up(n)) exit
+         if (is_stop_requested(n)) exit
          call preconditioner%apply(n, work%r, work%z)
          old_slope = slope
          slope = inner_product(n, work%r, work%z)
@@ -98,22 +100,22 @@ contains
          call add_multiple(n, -alpha, work%z, work%r)
          iterations = iterations + 1
       end do
-      if (iterations > trusted) then
+      if (iterations > trusted_iterations) then
          call find_residual(matrix, b, x, work)
          residual = sqrt(inner_product(n, work%r, work%r))
-         wanted = drift*wanted
+         wanted = accepted_drift*wanted
       end if
       enough = residual <= wanted .and. residual <= huge(1.0_wp)
       residual = residual/size
    end subroutine iterate_to_solution
 
-   !> .true. if a stop is requested (tested only in large systems).
-   logical function is_given_up(n)
+   !> .true. if a stop is requested; always .false. in small systems.
+   logical function is_stop_requested(n)
       integer, intent(in) :: n  !< number of block rows
 
-      is_given_up = n >= parallel_from
-      if (is_given_up) is_given_up = stop_within_step()
-   end function is_given_up
+      is_stop_requested = n >= parallel_from
+      if (is_stop_requested) is_stop_requested = stop_within_step()
+   end function is_stop_requested
 
    !> Compute r = b − K x.
    subroutine find_residual(matrix, b, x, work)

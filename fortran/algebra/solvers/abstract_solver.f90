@@ -20,7 +20,7 @@ module dda_abstract_solver
    !> Requested and reached convergence of a solve.
    type :: convergence_type
       real(wp) :: scale = 0.0_wp                 !< reference value of residuals
-      real(wp) :: reduction = 0.0_wp          !< sufficient fraction of the first residual, or 0
+      real(wp) :: reduction = 0.0_wp          !< required residual/first residual, or 0
       real(wp) :: residual = 0.0_wp              !< reached ‖r‖/scale
       logical :: enough = .false.                !< the iteration has reached the tolerance
    end type convergence_type

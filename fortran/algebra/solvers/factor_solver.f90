@@ -20,16 +20,17 @@ module dda_factor_solver
    private
    public :: factor_solver_type
 
-   !> most steps of refinement with an earlier factor, before a new one is computed; the factor of
-   !> the matrix itself usually needs one step, more if springs are very stiff
+   !> largest number of refinement steps with an earlier factor; then a new factor is computed.
+   !> With the factor of the present matrix, one step usually suffices, more if springs are very
+   !> stiff
    integer, parameter :: most_rounds = 4
 
-   real(wp), parameter :: drift = 2.0_wp   !< allowed growth of the contraction factor
+   real(wp), parameter :: accepted_growth = 2.0_wp  !< allowed growth of the contraction factor
 
    !> A factor and its accuracy.
    type, extends(linear_solver_type) :: factor_solver_type
       type(factor_type) :: sparse         !< factor of this or an earlier matrix
-      logical :: kept = .false.           !< the factor is reused while no spring changes
+      logical :: reusable = .false.       !< the factor is reused while no spring changes
       logical :: exact = .false.          !< the factor belongs to the present matrix
       real(wp) :: contraction = 1.0_wp    !< ratio of successive corrections with an earlier factor
       real(wp) :: last_correction = 0.0_wp  !< length of the last correction
@@ -58,7 +59,7 @@ contains
 
       call make_workspace(self%work, matrix%n)
       call analyse_sparse(self%sparse, matrix)
-      self%kept = .false.
+      self%reusable = .false.
    end subroutine analyse
 
    !> Factorise the new values, unless the earlier factor is accurate enough.
@@ -69,7 +70,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
       self%exact = .false.
-      if (self%kept .and. changes%n == 0) return
+      if (self%reusable .and. changes%n == 0) return
       call make_factor(self, matrix, error)
    end subroutine renew
 
@@ -82,7 +83,7 @@ contains
       call factorise(self%sparse, matrix, error)
       self%factors = 1
       self%exact = .not. allocated(error)
-      self%kept = self%exact
+      self%reusable = self%exact
       self%contraction = 1.0_wp
    end subroutine make_factor
 
@@ -97,8 +98,8 @@ contains
 
       convergence%enough = .false.
       if (.not. self%exact) then
-         if (self%kept) call refine_assembled(self, matrix, b, x, convergence)
-         if (self%kept) return
+         if (self%reusable) call refine_assembled(self, matrix, b, x, convergence)
+         if (self%reusable) return
          call make_factor(self, matrix, error)
          if (allocated(error)) return
       end if
@@ -125,7 +126,7 @@ contains
       call refine(self, equations, x, convergence)
    end subroutine refine_assembled
 
-   !> Refine x with the factor of an earlier matrix; discard a factor that is not accurate enough.
+   !> Refine x with the factor of an earlier matrix; discard the factor if it is too inaccurate.
    subroutine reuse_factor(self, equations, x, convergence, done)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
@@ -134,11 +135,11 @@ contains
       logical, intent(out) :: done  !< .false.: x is not the solution
 
       self%exact = .false.
-      if (self%kept) then
+      if (self%reusable) then
          call equations%residual(x, self%work%r)
          call refine(self, equations, x, convergence)
       end if
-      done = self%kept
+      done = self%reusable
    end subroutine reuse_factor
 
    !> Compute the residual of equations with an assembled matrix.
@@ -169,8 +170,9 @@ contains
                /max(convergence%scale, tiny(1.0_wp))
             if (self%exact .and. convergence%residual <= accuracy) return
             if (self%exact) cycle
-            self%kept = is_accurate_enough(self, x, round) .and. convergence%residual <= accuracy
-            if (self%kept) return
+            self%reusable = is_accurate_enough(self, x, round) .and. &
+               convergence%residual <= accuracy
+            if (self%reusable) return
          end do
       end associate
    end subroutine refine
@@ -187,7 +189,7 @@ contains
 
       length = sqrt(inner_product(size(x, 2), self%work%z, self%work%z))
       if (round == 1) then
-         self%contraction = min(1.0_wp, drift*self%contraction)
+         self%contraction = min(1.0_wp, accepted_growth*self%contraction)
       else
          self%contraction = min(1.0_wp, length/max(self%last_correction, tiny(1.0_wp)))
       end if
@@ -204,8 +206,8 @@ contains
       logical, allocatable :: coupled(:)
 
       call serialise_label(archive, 'factor')
-      call archive_values(archive, self%kept)
-      if (.not. self%kept .or. allocated(archive%failure)) return
+      call archive_values(archive, self%reusable)
+      if (.not. self%reusable .or. allocated(archive%failure)) return
       call archive_values(archive, self%contraction)
       coupled = self%sparse%coupled
       call archive_values(archive, coupled)

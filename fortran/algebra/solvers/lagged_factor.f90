@@ -22,7 +22,7 @@ module dda_lagged_factor
       type(factor_type) :: factor
       type(low_rank_type) :: low                 !< update for the changed terms
       logical :: factorised = .false.            !< a factor exists for this pattern
-      integer :: extra_iterations = 0            !< additional iterations over those of a new factor
+      integer :: extra_iterations = 0            !< iterations in excess of a new factor, summed
    contains
       procedure :: apply
    end type lagged_factor_type

@@ -22,7 +22,7 @@ module dda_lagged_solver
 
    integer, parameter :: most_iterations = 60
    integer, parameter :: usual_iterations = 4  !< iterations with a new factor
-   integer, parameter :: worth_a_factor = 8    !< additional iterations at the cost of a new factor
+   integer, parameter :: factor_cost = 8       !< extra iterations with the cost of a new factor
 
    !> A factor of this or an earlier matrix.
    type, extends(linear_solver_type) :: lagged_solver_type
@@ -55,7 +55,7 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       logical :: good
 
-      good = self%lagged%factorised .and. self%lagged%extra_iterations <= worth_a_factor
+      good = self%lagged%factorised .and. self%lagged%extra_iterations <= factor_cost
       if (good .and. changes%n > 0) &
          call update_low_rank(self%lagged%low, self%lagged%factor, changes, good)
       if (good) return

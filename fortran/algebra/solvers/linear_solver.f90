@@ -28,16 +28,16 @@ module dda_linear_solver
    public :: solver_type, choose_solver, analyse, set_method, renew, weigh_loads, &
       record_rigid_terms, solve, solve_change, reuse_factor, work_done, solver_names, is_solver_name
 
-   integer, parameter :: small = 60               !< most blocks for which `auto` is `direct`
+   integer, parameter :: direct_up_to = 60        !< number of blocks up to which `auto` is `direct`
    !> largest number of Jacobi iterations that cost no more than a solve with a lagged factor
-   integer, parameter :: few = 30
+   integer, parameter :: few_jacobi_iterations = 30
    real(wp), parameter :: acceptable = 1.0e-9_wp  !< ‖r‖/scale above which a solve has failed
    real(wp), parameter :: rounding = 1.0e-14_wp   !< attainable ‖r‖/‖b‖
-   !> condition number above which rounding in single precision may make a pivot negative; in double
+   !> condition number above which a pivot may become negative in single precision; in double
    !> precision six digits remain
    real(wp), parameter :: well_conditioned = 1.0e10_wp
-   !> most factors with a larger diagonal for one pattern: loose solves with such a factor omit soft
-   !> modes, which is acceptable in a few steps, but not in a whole stage
+   !> largest number of factors with a larger diagonal for one pattern: solves at a coarse tolerance
+   !> with such a factor omit soft modes, which is acceptable only in a few steps
    integer, parameter :: most_shifted = 2
    !> largest ‖r‖/‖|K| |x|‖ for which x is exact for a matrix within rounding errors of K
    real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
@@ -49,15 +49,15 @@ module dda_linear_solver
       character(len=6) :: name = 'auto'           !< name in the input
       character(len=6) :: method = ''  !< method in use; 'auto' until the first values are set
       class(linear_solver_type), allocatable :: active
-      real(wp) :: loads = 0.0_wp                  !< least reference value of residuals
-      logical :: rigid = .false.                  !< b has terms that only make blocks rigid
+      real(wp) :: loads = 0.0_wp  !< norm of the loads; residuals are relative to at least this
+      logical :: rigid = .false.  !< b includes very stiff terms that make blocks rigid
       integer :: last_iterations = 0              !< iterations of the last solve
       integer :: shifted = 0  !< number of factors with a larger diagonal, for this pattern
       logical :: exact = .true.                   !< the last solve had full accuracy
       integer(long) :: solves = 0                 !< number of solved systems
       integer(long) :: factors = 0                !< number of factors
       integer(long) :: iterations = 0             !< iterations of all solves
-      integer(long) :: handed_over = 0            !< solves that the direct solver repeated
+      integer(long) :: repeated_directly = 0      !< solves that the direct solver repeated
    end type solver_type
 
 contains
@@ -85,7 +85,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< matrix; its values are not read
 
       solver%shifted = 0
-      if (solver%name == 'auto' .and. matrix%n > small) then
+      if (solver%name == 'auto' .and. matrix%n > direct_up_to) then
          solver%method = 'auto'
       else
          call set_method(solver, matrix, merge('direct', solver%name, solver%name == 'auto'))
@@ -107,21 +107,21 @@ contains
    end subroutine set_method
 
    !> Set new values of a matrix with the analysed pattern.
-   subroutine renew(solver, matrix, alone, changes, error)
+   subroutine renew(solver, matrix, own_terms, changes, error)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> part of each diagonal block from terms of that block alone, for the bound `most_iterations`
-      real(wp), intent(in) :: alone(compact_size, matrix%n)
+      real(wp), intent(in) :: own_terms(compact_size, matrix%n)
       type(rank_one_type), intent(in) :: changes  !< changes of the values since the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
-      if (solver%name == 'auto') call choose_jacobi_or_lagged(solver, matrix, alone)
+      if (solver%name == 'auto') call choose_jacobi_or_lagged(solver, matrix, own_terms)
       call solver%active%renew(matrix, changes, error)
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
       if (any(error%kind == [error_memory, error_interrupted])) return
       if (solver%shifted < most_shifted) then
-         if (most_condition(matrix, alone) <= well_conditioned) then
+         if (most_condition(matrix, own_terms) <= well_conditioned) then
             call solver%active%renew_shifted(matrix, error)
             call count_factors(solver)
             solver%shifted = solver%shifted + 1
@@ -131,17 +131,18 @@ contains
    end subroutine renew
 
    !> Choose `jacobi` or `lagged`: first by the guaranteed bound, later by the last iteration count.
-   subroutine choose_jacobi_or_lagged(solver, matrix, alone)
+   subroutine choose_jacobi_or_lagged(solver, matrix, own_terms)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      real(wp), intent(in) :: alone(compact_size, matrix%n)  !< see `renew`
+      real(wp), intent(in) :: own_terms(compact_size, matrix%n)  !< see `renew`
       character(len=6) :: method
 
       method = solver%method
       if (solver%method == 'auto') then
          method = 'lagged'
-         if (0.5_wp*most_iterations(matrix, alone, accuracy) <= 2*few) method = 'jacobi'
-      else if (solver%method == 'jacobi' .and. solver%last_iterations > few) then
+         if (0.5_wp*most_iterations(matrix, own_terms, accuracy) <= 2*few_jacobi_iterations) &
+            method = 'jacobi'
+      else if (solver%method == 'jacobi' .and. solver%last_iterations > few_jacobi_iterations) then
          method = 'lagged'
       end if
       if (method /= solver%method) call set_method(solver, matrix, method)
@@ -153,7 +154,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
 
-      solver%handed_over = solver%handed_over + 1
+      solver%repeated_directly = solver%repeated_directly + 1
       call set_method(solver, matrix, 'direct')
       call solver%active%renew(matrix, rank_one_type(), error)
       call count_factors(solver)
@@ -192,7 +193,7 @@ contains
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
-      !> sufficient fraction of the first residual; else full accuracy
+      !> required residual/first residual; if absent, full accuracy
       real(wp), intent(in), optional :: reduction
       type(convergence_type) :: convergence
 
@@ -240,9 +241,9 @@ contains
       solver%exact = .true.
    end subroutine reuse_factor
 
-   !> Update x after a change of b that is small or needs little accuracy.
-   !> One preconditioner application suffices if it did in the last solve with this matrix; else a
-   !> solve is required.
+   !> Update x after a small change of b, or with low accuracy.
+   !> If one preconditioner application sufficed in the last solve with this matrix, it is used
+   !> again; else the system is solved.
    subroutine solve_change(solver, matrix, b, change, x, error, reduction)
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< matrix of the last `renew` and solve
@@ -250,7 +251,7 @@ contains
       real(wp), intent(in) :: change(6, matrix%n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< last solution; on return the new solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
-      real(wp), intent(in) :: reduction  !< sufficient fraction of the first residual
+      real(wp), intent(in) :: reduction  !< required residual/first residual
       logical :: done
 
       call solver%active%correct(matrix%n, change, x, done)
@@ -282,7 +283,7 @@ contains
       text = trim(solver%method)//', '//counted(to_text(solver%solves), 'system', 'systems')// &
          ' solved, '//counted(to_text(solver%factors), 'factor', 'factors')//', '// &
          counted(to_text(solver%iterations), 'iteration', 'iterations')//', '// &
-         counted(to_text(solver%handed_over), 'solve', 'solves')//' repeated by the '// &
+         counted(to_text(solver%repeated_directly), 'solve', 'solves')//' repeated by the '// &
          'direct solver'
    end function work_done
 

@@ -10,7 +10,7 @@ module dda_solver_table
    private
    public :: solver_names, is_solver_name, make_solver
 
-   !> `auto` chooses among the others.
+   !> names of the solvers; `auto` chooses among the others
    character(len=*), parameter :: solver_names(5) = [character(len=6) :: 'auto', 'direct', &
       'lagged', 'jacobi', 'sor']
 

@@ -12,12 +12,12 @@ module dda_sor_solver
    public :: sor_solver_type
 
    integer, parameter :: sweeps_between = 10    !< sweeps between two tests of the residual
-   integer, parameter :: patience = 1000        !< sweeps in which `progress` is required
-   real(wp), parameter :: progress = 0.1_wp     !< reduction of the residual
+   integer, parameter :: stall_sweeps = 1000    !< sweeps in which `stall_reduction` is required
+   real(wp), parameter :: stall_reduction = 0.1_wp  !< reduction of the residual
    real(wp), parameter :: omega = 1.5_wp        !< relaxation factor of the original DDA
    real(wp), parameter :: diverged = 1.0e30_wp  !< residual at which the iteration diverges
 
-   !> Inverse diagonal blocks, as of `jacobi`, with another iteration.
+   !> Inverse diagonal blocks of the matrix, used in SOR sweeps.
    type, extends(jacobi_solver_type) :: sor_solver_type
    contains
       procedure :: solve
@@ -52,9 +52,9 @@ contains
                   convergence%reduction*convergence%residual)
                convergence%enough = convergence%residual <= enough
                if (convergence%enough) return
-               if (modulo(self%iterations, patience) == 0) then
+               if (modulo(self%iterations, stall_sweeps) == 0) then
                   if (.not. convergence%residual < wanted) return
-                  wanted = progress*convergence%residual
+                  wanted = stall_reduction*convergence%residual
                end if
             end if
             call sweep(matrix, self%diagonal, b, x)

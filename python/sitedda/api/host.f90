@@ -5,7 +5,7 @@ module api_host
    use api_failure, only: error
    use dda_energy, only: energy_terms
    use dda_input_boundaries, only: boundary_kinds
-   use dda_interrupts, only: ask_host, request_stop
+   use dda_interrupts, only: register_host, request_stop
    use dda_output_schema, only: contact_columns, is_whole, maxima_table, output_variables
    use dda_stopwatch, only: phase_names
    use dda_text, only: joined, screen_width, wrapped
@@ -61,7 +61,7 @@ contains
    !> From here on a signal whose handler in Python raises an exception, as Ctrl-C does, ends what
    !> the engine is at; the exception is raised when the call returns.
    subroutine hear_python()
-      call ask_host(has_exception)
+      call register_host(has_exception)
    end subroutine hear_python
 
    !> Whether a handler of a signal has raised an exception: 1 yes.

@@ -16,7 +16,7 @@ module api_runs
    use dda_model, only: model_type
    use dda_model_notes, only: model_notes
    use dda_process, only: process_id
-   use dda_run, only: run_type, begin_run, open_drawn, resume_run, change_run, continue_run, &
+   use dda_run, only: run_type, begin_run, prepare_run, resume_run, change_run, continue_run, &
       flush_run, save_run, end_run, is_done
    use dda_settings, only: name_output
    use dda_start, only: set_rates
@@ -52,7 +52,7 @@ contains
          if (writes == 2) then
             call resume_run(slots(handle)%run, model, error)
          else if (drawn == 1) then
-            call open_drawn(slots(handle)%run, model, writes == 1, error)
+            call prepare_run(slots(handle)%run, model, writes == 1, error)
          else
             call begin_run(slots(handle)%run, model, writes == 1, error)
          end if

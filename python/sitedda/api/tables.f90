@@ -10,13 +10,13 @@ module api_tables
       node_columns, plastic_strain, prepare_elements, stress_error
    use dda_energy, only: energy_values
    use dda_errors, only: error_type, error_input, fail
-   use dda_maxima, only: known
+   use dda_maxima, only: stored_value
    use dda_measure, only: measure_point
    use dda_model_description, only: model_description
    use dda_output_schema, only: maxima_table, number_of_maxima
    use dda_peak_check, only: peak_warning
    use dda_run, only: run_type, is_done
-   use dda_running_maxima, only: take_residuals
+   use dda_running_maxima, only: collect_residuals
    use dda_simulation, only: simulation_type, end_of_run, next_step, summary, ending
    use dda_site_response, only: response_peak_type, amplification_peak
    use dda_stopwatch, only: seconds_of
@@ -166,7 +166,7 @@ contains
          case ('counts')
             table = as_row(real([simulation%step, simulation%counters%iterations, &
                simulation%counters%searches, solver%solves, solver%factors, solver%iterations, &
-               solver%handed_over, simulation%counters%broken], c_double))
+               solver%repeated_directly, simulation%counters%broken], c_double))
          case ('phases')
             simulation%system%watch%running = .true.
             table = as_row(seconds_of(simulation%system%watch))
@@ -193,14 +193,14 @@ contains
       if (run%was_complete) call fail(error, error_input, 'the output is complete: read its maxima')
       if (allocated(error)) return
       allocate (table(7, number_of_maxima), source=-1.0_c_double)
-      call take_residuals(run%simulation)
+      call collect_residuals(run%simulation)
       associate (found => run%simulation%maxima)
-         table(1, :) = known(found%largest)
+         table(1, :) = stored_value(found%largest)
          table(2, :) = found%largest%time
-         table(3, :) = known(found%last)
+         table(3, :) = stored_value(found%last)
          do i = 1, number_of_maxima
-            if (maxima_table(i)%of_points) table(6:7, i) = found%largest(i)%who - 1
-            if (.not. maxima_table(i)%of_points) table(4:5, i) = found%largest(i)%who - 1
+            if (maxima_table(i)%of_points) table(6:7, i) = found%largest(i)%owners - 1
+            if (.not. maxima_table(i)%of_points) table(4:5, i) = found%largest(i)%owners - 1
          end do
       end associate
    end subroutine take_maxima
