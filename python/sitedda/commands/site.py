@@ -104,9 +104,9 @@ def _compute_profile(options: argparse.Namespace) -> int:
             found = analyses(profile.column(), curves, motion, kind=kind)
         else:
             found = profile.column().response(motion, kind=kind)
+        print(found)
     except ValueError as trouble:
         raise InputError(f"{path}: {trouble}") from trouble
-    print(found)
     if options.output is None:  # otherwise the output names the picture of the response
         _save_figure(profile.plot(), picture, path)
     _save_figure(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
