@@ -214,6 +214,30 @@ def test_the_picture_is_of_the_kind_of_the_run(root):
             assert shown(scene).kind == kind, name
 
 
+SMALL_TOWER = """&control time_step = 1e-4, gravity = 0, -9.81 /
+&material density = 2000, young_modulus = 5e8, poisson_ratio = 0.2 /
+&joint friction_angle = 30 /
+&layers name = 'table', left = -0.1, bottom = -0.02, width = 0.2, thickness = 0.02 /
+&drums width = 0.02, height = 0.01, count = 2 /
+&motion name = 'shake', time_step = 5e-3, quantity = 'acceleration', drift_order = 0,
+    values = 0, 1, -1, 0, 0, 0 /
+&fixed_point x = -0.09, y = -0.01, motion_x = 'shake' /
+&fixed_point x = 0.09, y = -0.01, motion_x = 'shake' /
+&measured_point name = 'top', x = 0, y = 0.02 /
+&stage name = 'rest', kind = 'static' /
+&stage name = 'again', kind = 'static' /
+&stage name = 'shake', steps = 200 /
+"""
+
+
+def test_two_static_stages_and_high_frequencies_have_a_picture(tmp_path):
+    """Both static stages end at time 0; spectra reach a quarter of the sampling rate."""
+    (tmp_path / "tower.nml").write_text(SMALL_TOWER)
+    run = sitedda.run(tmp_path / "tower.nml", output=False)
+    labels = [axes.get_ylabel() for axes in run_picture(run.history).axes]
+    assert "Sa, 5% damping, below 2500 Hz (m/s²)" in labels
+
+
 def test_spectra_of_a_shake_are_those_of_its_figures(run, root):
     """Only below the frequency that blocks resolve, without impacts of contacts."""
     wall = sitedda.run(root / "inputs/wall.nml", duration=1.6, output=False)
