@@ -143,16 +143,11 @@ def _discrete_transfer(source: Path, changes: dict, found):
 
 def _write_picture(result: Run, source: Path, changes: dict) -> Path:
     """Draw the picture of a run to a file beside the output; return the file."""
-    from ..facade.purpose import shown
-    from ..facade.site_chart import site_chart
+    from ..facade.plot import run_picture, shown
+    from ..report.style import save_picture
 
     what = shown(result.history)
     found = what.of if what.kind == "site" else None
     discrete = _discrete_transfer(source, changes, found) if found else None
     picture = result.output.with_suffix(".png")
-    if chart := site_chart(what, discrete):
-        return chart.save(picture, [source])
-    from ..facade.plot import run_picture
-    from ..report.style import save_picture
-
     return save_picture(run_picture(what, discrete), picture, [source], dpi=130)

@@ -21,8 +21,8 @@ from ..output.verdict import (
     main_axis,
     run_scheme,
 )
-from ..report.chart import Panel
 from ..report.colors import BLUE, COLORS, FAINT, GREY, INK, ORANGE
+from ..report.layout import legend_above
 from ..report.words import folded, plain
 from ..site.column import damped_amplification
 from ..site.twin import layered_soils
@@ -40,7 +40,6 @@ _LETTER = 0.02  # width of a letter of the name of a stage over the width of a p
 _SHORT = 0.04  # smallest width of a named stage over the width of a panel
 _TALL = 1.8  # inches, largest length of a vertical text in a panel
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz; damping is reported here if there is no amplification peak
-_DEPTHS = 10  # largest number of depths of the drawn column
 _SAMPLES = 1500  # largest number of drawn samples of energies
 
 
@@ -102,17 +101,7 @@ def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float 
     if resolved:
         limit = f"{float(f'{resolved:.3g}'):g} Hz"  # 2500 Hz, not 2.5e+03 Hz
         axes.set_ylabel(f"Sa, {SPECTRUM_DAMPING:.0%} damping, below {limit} (m/s²)")
-    _add_legend(axes, 3)
-
-
-def _add_legend(axes: Axes | Panel, columns: int) -> None:
-    """Draw the legend above a panel."""
-    if isinstance(axes, Panel):
-        axes.add_legend(columns)
-    else:
-        from ..report.layout import legend_above
-
-        legend_above(axes, columns)
+    legend_above(axes, 3)
 
 
 def spectrum_axes(axes: Axes) -> None:
@@ -136,7 +125,7 @@ def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
     end = float(history.time[-1])
     kind = "absolute displacement" if scene.origin == "absolute" else "displacement"
     axes.set(xlabel="time (s)", ylabel=f"{kind} ({unit})", xlim=(0, end or 1.0))
-    _add_legend(axes, 3)
+    legend_above(axes, 3)
 
 
 def draw_profile(axes: Axes, found) -> None:
@@ -148,8 +137,7 @@ def draw_profile(axes: Axes, found) -> None:
     found : Beside
     """
     column = found.response.column
-    tops = ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
-    ends = ends[np.unique(np.linspace(0, len(ends) - 1, _DEPTHS).round().astype(int))]
+    ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
     theory = abs(found.response.acceleration(ends)).max(axis=1)
     depth, peak = found.points
     axes.plot(theory, ends, color=ORANGE, ls="--", label="1-D column")
@@ -159,15 +147,11 @@ def draw_profile(axes: Axes, found) -> None:
              ylim=(column.depth, 0))  # fmt: skip
     waves = axes.twiny()
     speeds = [layer.shear_velocity for layer in column.layers]
-    waves.stairs(speeds, tops, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
+    waves.stairs(speeds, ends, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
     waves.set_xlabel("shear-wave velocity (m/s), grey", color=GREY, fontsize=9)
     waves.set_xlim(0, 1.25 * max(speeds))
     waves.tick_params(labelcolor=GREY, labelsize=8)
-    if isinstance(axes, Panel):
-        axes.add_legend(2, 0.55)
-    else:
-        place = {"loc": "upper left", "bbox_to_anchor": (0.0, -0.2), "ncols": 2}
-        axes.legend(frameon=False, fontsize=8.5, **place)
+    axes.legend(frameon=False, fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, -0.2), ncols=2)
 
 
 def draw_budget(axes: Axes, found: Budget) -> None:
@@ -181,7 +165,7 @@ def draw_budget(axes: Axes, found: Budget) -> None:
     end = float(time[-1]) or 1.0
     axes.set(ylabel=f"energy ({unit})", xlim=(0, end), ylim=(0, None))
     axes.tick_params(labelbottom=False)
-    _add_legend(axes, 3)
+    legend_above(axes, 3)
     rest = axes.inset_axes((0.0, -_RESIDUAL - 0.06, 1.0, _RESIDUAL))
     most = float(abs(found.residual).max(initial=0.0))
     size, unit = in_unit(most, "J/m")
@@ -230,7 +214,7 @@ def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
         xlim=(result.frequency[0], result.frequency[-1]),
         ylim=(0, None),
     )
-    _add_legend(axes, 2)
+    legend_above(axes, 2)
 
 
 def curves_of(scene: Scene) -> list[tuple]:
