@@ -80,9 +80,8 @@ def test_pint_reads_every_unit(write_input):
     file = write_input([*tower(steps=5), ("bolt", bolt)])
     history = sitedda.run(file).history
     assert "bolt_force" in history
-    response = sitedda.Column([sitedda.Layer(9.0, density=2e3, shear_velocity=2e2)]).response(
-        history.acceleration[:, 0, 0], 1e-3
-    )
+    layer = sitedda.Layer(9.0, density=2e3, shear_velocity=2e2, damping=0.05)
+    response = sitedda.Column([layer]).response(history.acceleration[:, 0, 0], 1e-3)
     levels = [Records([Record("a", np.ones(9), 0.01)], [1.0], measure=m, period=0.5)
               for m in ("scale", "pga", "pgv", "sa", "arias")]  # fmt: skip
     texts = [about["units"] for one in levels for *_, about in one.coordinates.values() if about]
