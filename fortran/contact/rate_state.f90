@@ -113,7 +113,8 @@ contains
       type(strength_type), allocatable :: strengths(:)
 
       strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
-         strength_type('direct_effect', joint%direct_effect/factor), &
+         strength_type('direct_effect', joint%direct_effect/factor)]
+      if (joint%evolution_effect > 0.0_wp) strengths = [strengths, &
          strength_type('evolution_effect', joint%evolution_effect/factor)]
    end function reduced_strengths
 

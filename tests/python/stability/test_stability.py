@@ -291,3 +291,13 @@ def test_a_boundary_without_a_symbol_is_drawn_with_its_kind(monkeypatch, tmp_pat
     monkeypatch.delitem(SIGNS, "roller")
     axes = sitedda.draw(model.write(tmp_path / "m.nml"))
     assert "roller" in [text.get_text() for text in axes.figure.findobj(Text)]
+
+
+def test_rate_without_age_has_a_factor_of_safety():
+    """A rate_state joint without evolution_effect needs no state_distance in a trial either."""
+    divided = reduced_group(
+        "&joint name = 'j', law = 'rate_state', friction_angle = 35, direct_effect = 0.01, "
+        "threshold_velocity = 1e-6 /",
+        2.0,
+    )
+    assert divided.keys() == {"friction_angle", "direct_effect"}
