@@ -89,25 +89,37 @@ def picture_name(text: str) -> Path:
 
 
 def positive(name: str, value: ArrayLike) -> NDArray:
-    """Return values as floats; raise ValueError unless all are finite and positive."""
+    """Return values as floats; raise InputError unless all are finite and positive."""
     import numpy as np
 
-    values = np.asarray(value, dtype=float)
+    values = floats(name, value)
     good = np.isfinite(values) & (values > 0)
     if not np.all(good):
-        raise ValueError(f"{name} must be finite and positive, got {first_of(values, ~good):g}")
+        raise InputError(f"{name} must be finite and positive, got {first_of(values, ~good):g}")
     return values
 
 
 def not_negative(name: str, value: ArrayLike) -> NDArray:
-    """Return values as floats; raise ValueError unless all are finite and not negative."""
+    """Return values as floats; raise InputError unless all are finite and not negative."""
     import numpy as np
 
-    values = np.asarray(value, dtype=float)
+    values = floats(name, value)
     good = np.isfinite(values) & (values >= 0)
     if not np.all(good):
-        raise ValueError(f"{name} must be finite and not negative, got {first_of(values, ~good):g}")
+        raise InputError(f"{name} must be finite and not negative, got {first_of(values, ~good):g}")
     return values
+
+
+def floats(name: str, value: ArrayLike) -> NDArray:
+    """Return values as floats; raise InputError unless all are real numbers."""
+    import numpy as np
+
+    try:
+        if np.iscomplexobj(value):
+            raise TypeError
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must contain real numbers, got {str(value)[:60]!r}") from None
 
 
 def first_of(values: NDArray, chosen: NDArray) -> float:

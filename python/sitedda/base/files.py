@@ -17,6 +17,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import InterruptedRun, OutputError
+from .reading import file_path
 
 _HEAD = 1 << 24  # number of first bytes that identify the kind of a file
 _XML = rb"\s*+(?><\?xml[^>]*>\s*)?+(?><!--.*?-->\s*)*+"
@@ -58,7 +59,7 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
     OutputError
         If the file cannot be written; the message names the reason.
     """
-    file = Path(file)
+    file = file_path(file)
     try:
         found = os.lstat(file)
     except FileNotFoundError:

@@ -9,6 +9,14 @@ from pathlib import Path
 from .errors import InputError, OutputError
 
 
+def file_path(file) -> Path:
+    """Return a file name as a path; raise InputError if the argument is no file name."""
+    try:
+        return Path(file)
+    except TypeError:
+        raise InputError(f"{file!r} is not a file name") from None
+
+
 def check_readable(file) -> int:
     """Return the size of a regular file (bytes); reject pipes and devices, which may be endless.
 
@@ -19,8 +27,9 @@ def check_readable(file) -> int:
     OutputError
         If the path does not lead to a regular file.
     """
+    path = file_path(file)
     try:
-        found = os.stat(file)
+        found = os.stat(path)
     except FileNotFoundError as trouble:
         raise InputError(f"{file}: there is no such file") from trouble
     except (OSError, ValueError) as trouble:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..base.files import OWN_INPUT, OWN_RECORD, check_target, write
+from ..base.reading import file_path
 from ..input.groups import (
     checked,
     group_text,
@@ -80,7 +81,7 @@ class Group:
         return self
 
     def __getattr__(self, name: str):
-        if name.startswith("__") or name not in variables()[self._name]:
+        if name.startswith("_") or name not in variables()[self._name]:
             hint = nearest(name, variables()[self._name])
             raise AttributeError(f"group &{self._name} has no variable {name!r}{hint}")
         return self._values.get(name)
@@ -90,6 +91,10 @@ class Group:
             hint = nearest(name, variables()[self._name])
             raise AttributeError(f"group &{self._name} has no variable {name!r}{hint}")
         self(**{name: value})
+
+    def __reduce__(self):
+        """Return the values that `copy` and `pickle` restore."""
+        return Group._of_checked_values, (self._name, self._values, self._place)
 
     def __dir__(self):
         """Return the names of attributes and variables."""
@@ -113,6 +118,15 @@ class Group:
     def as_dict(self) -> dict:
         """Return the variables that are set, and their values."""
         return dict(self._values)
+
+
+def _restored_model(kind: type["Model"], folder: Path, once: dict, groups: list) -> "Model":
+    """Return the model that `Model.__reduce__` took apart."""
+    model = kind()
+    model.folder = folder
+    model._once.update(once)
+    model.groups.extend(groups)
+    return model
 
 
 class Model(Groups):
@@ -238,7 +252,7 @@ class Model(Groups):
         """Remove a group."""
         at = [i for i, one in enumerate(self.groups) if one is group]
         if not at:
-            raise ValueError("this group is not in the model")
+            raise InputError("this group is not in the model")
         del self.groups[at[0]]
 
     def clear(self, kind: str) -> None:
@@ -283,6 +297,10 @@ class Model(Groups):
             for i, (one, name) in enumerate(zip(polygons, names, strict=True), 1)
         ]
 
+    def __reduce__(self):
+        """Return the values that `copy` and `pickle` restore."""
+        return _restored_model, (type(self), self.folder, self._once, self.groups)
+
     def __repr__(self) -> str:
         """Return title and numbers of groups in one line."""
         counts = ", ".join(f"{count} {kind}" for kind, count in self.counts.items())
@@ -301,7 +319,7 @@ class Model(Groups):
     @classmethod
     def read(cls, file) -> "Model":
         """Return the model of a namelist file."""
-        return cls.from_namelist(read_input(Path(file)), file)
+        return cls.from_namelist(read_input(file_path(file)), file)
 
     @classmethod
     def from_namelist(cls, text: str, file="model.nml") -> "Model":

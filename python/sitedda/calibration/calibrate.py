@@ -14,6 +14,7 @@ from ..base.arguments import COUNT, NOT_NEGATIVE, positive
 from ..base.errors import InputError
 from ..base.numbers import number
 from ..engine.checking import Modes, matrices, modes
+from ..input.changes import merged
 from .family import family_of
 from .measured import BAND, Observations, measured_modes, shapes_of
 from .posterior import Posterior
@@ -161,7 +162,7 @@ def calibrate(
     samples = int(COUNT.check("samples", samples))
     prior = _check_priors(unknowns)
     seen = measured_modes(measured)
-    changes = dict(changes or {}) | more
+    changes = merged(changes, more)
     mean, deviation = np.log(prior).mean(1), np.ptp(np.log(prior), axis=1) / (2 * BAND)
     centre = dict(zip(unknowns, np.exp(mean).tolist(), strict=True))
     *_, points = matrices(model, contacts, changes | centre)

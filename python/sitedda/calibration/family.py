@@ -18,6 +18,7 @@ from scipy import linalg, sparse
 
 from ..base.errors import InputError
 from ..engine.checking import matrices
+from ..input.changes import merged
 
 _DENSE = 900  # largest number of coordinates for which LAPACK computes all modes
 _NO_STIFFNESS = 1e-12  # ω² below this fraction of the largest entry: rigid motions and mechanisms
@@ -124,7 +125,7 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
     InputError
         If an unknown changes no stiffness, changes masses, or K is not linear in it.
     """
-    at = dict(changes or {}) | dict(unknowns)
+    at = merged(changes, unknowns)
     base, mass, points, _ = matrices(model, contacts, at)
     steps = []
     for name, value in unknowns.items():

@@ -6,6 +6,7 @@ import numpy as np
 from ..drawing.modes import REACH, draw_modes
 from ..engine.checking import matrices
 from ..engine.simulation import Simulation
+from ..input.changes import merged
 from ..output.scene import Scene
 from ..report.style import RED
 from .calibrate import Calibration
@@ -26,7 +27,7 @@ def draw_calibration(model, found: Calibration, changes=None, contacts: str = "a
     best = found.unknowns.best.to_dict()
     number = found.fit.number.to_numpy()
     order = np.argsort(number)
-    with Simulation(model, changes=dict(changes or {}) | best) as simulation:
+    with Simulation(model, changes=merged(changes, best)) as simulation:
         figure = draw_modes(
             simulation, int(number.max()), contacts, number[order] - 1,
             [found.mode_words()[j] for j in order],

@@ -59,7 +59,7 @@ def write_movie(
 
     Raises
     ------
-    ValueError
+    InputError
         If a number is out of range.
     InputError
         If there is no second frame, or the file has another ending.

@@ -15,6 +15,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
 from ..base.arguments import ANY
+from ..base.errors import InputError
 from ..base.numbers import in_unit, number, shown
 from ..output.scene import Scene
 from ..report.layout import Head, Keys, folded, plain
@@ -129,7 +130,7 @@ def draw(
 
     Raises
     ------
-    ValueError
+    InputError
         If `color`, `contacts` or `arrows` is unknown, or `deformation` is not a number.
     InputError
         If the stage does not exist.
@@ -173,7 +174,7 @@ class BlockPicture:
                                    ("arrows", arrows, (None, *ARROWS))):  # fmt: skip
             if value not in known:
                 words = ", ".join(filter(None, known))
-                raise ValueError(f"{name} must be one of {words}, not {value!r}")
+                raise InputError(f"{name} must be one of {words}, not {value!r}")
         self.since = scene.frame_at(None, since) if since else 0
         self.rounding = rounding(scene)
         self.alone = axes is None

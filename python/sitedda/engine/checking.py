@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..base.arguments import COUNT, not_negative
 from ..base.core import api
+from ..base.errors import InputError
 from ..base.numbers import number
+from ..input.changes import merged
 from .scheme import finite_or_inf
 from .simulation import Simulation
 
@@ -199,13 +202,13 @@ def _round_numbers(text: str) -> str:
 @contextmanager
 def _open_model(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
     """Yield an open simulation, or one that is opened with changes and closed afterwards."""
-    changes = dict(changes or {}) | more
+    changes = merged(changes, more)
     if not isinstance(model, Simulation):
         with Simulation(model, changes=changes) as simulation:
             yield simulation
         return
     if changes:
-        raise ValueError("changes require an input file; an open simulation cannot be changed here")
+        raise InputError("changes require an input file; an open simulation cannot be changed here")
     with model._lock:  # all results must belong to the same state
         yield model
 
@@ -243,6 +246,7 @@ def modes(
     changes, **more
         Variables to change in the input, see `Simulation`.
     """
+    count = COUNT.check("count", count)
     with _open_model(model, changes, more) as simulation:
         blocks = len(simulation.coordinates)
         found, values, shapes, words = simulation._call_engine(
@@ -328,13 +332,15 @@ def transfer(
     -------
     ndarray of complex, shape (n,)
     """
-    frequencies = np.ascontiguousarray(np.atleast_1d(frequencies), dtype=float)
+    frequencies = np.ascontiguousarray(np.atleast_1d(not_negative("frequencies", frequencies)))
+    if direction not in ("x", "y"):
+        raise InputError(f"direction = {direction!r} must be 'x' or 'y'")
     axis = ("x", "y").index(direction) + 1
     with _open_model(model, changes, more) as simulation:
         names = simulation.point_names
         for name in (surface, base):
             if name is not None and name not in names:
-                raise ValueError(f"{name!r} is not a measured point; the points are {names}")
+                raise InputError(f"{name!r} is not a measured point; the points are {names}")
         points = [0 if name is None else names.index(name) + 1 for name in (surface, base)]
         return simulation._call_engine(
             "transfer_of", contacts, points, axis, frequencies, int(damped)

@@ -82,7 +82,7 @@ class ConstantRatio(MaterialDamping):
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is out of range.
     InputError
         If no body can be fitted to the ratio.

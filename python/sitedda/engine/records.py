@@ -12,7 +12,7 @@ import numpy as np
 
 from ..base.core import api, checked
 from ..base.errors import InputError, MissingLibrary
-from ..base.reading import check_readable
+from ..base.reading import check_readable, file_path
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -67,7 +67,7 @@ def read_record(
     if format == "obspy":
         return _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel)
     request = (
-        os.fsencode(file),
+        os.fsencode(file_path(file)),
         format.encode(),
         quantity.encode(),
         unit.encode(),

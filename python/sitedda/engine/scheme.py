@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import first_of, not_negative, positive
 from ..base.core import api, checked
+from ..base.errors import InputError
 
 __all__ = [
     "Scheme",
@@ -116,7 +117,7 @@ class Scheme:
         if isinstance(integration, Scheme):
             return integration
         if not 0.5 <= float(theta) <= 1.0:
-            raise ValueError(f"theta must be in 0.5 ... 1, got {theta:g}")
+            raise InputError(f"theta must be in 0.5 ... 1, got {theta:g}")
         return cls(*map(float, checked(api.scheme_numbers, integration, float(theta))))
 
     def vibration(self, frequency: ArrayLike, time_step: float) -> Vibration:
@@ -181,7 +182,7 @@ def scheme_damping(
 
     Raises
     ------
-    ValueError
+    InputError
         If a frequency reaches the Nyquist frequency or an argument is out of range.
     """
     scheme = Scheme.named(integration, theta)
@@ -209,7 +210,7 @@ def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float
 
     Raises
     ------
-    ValueError
+    InputError
         If a frequency reaches the Nyquist frequency or an argument is out of range.
     """
     values = _check_frequencies(frequency, time_step)
@@ -241,12 +242,12 @@ def time_step_for_damping(
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is not finite and positive, or the member has no damping.
     """
     scheme = Scheme.named(integration, theta)
     if scheme.theta + scheme.chi <= 1.0:
-        raise ValueError(
+        raise InputError(
             f"integration {integration!r} with theta {scheme.theta:g} has no damping at any"
             " time step; choose a larger theta, or 'dda'"
         )
@@ -274,7 +275,7 @@ def theta_for_damping(
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is out of range, or no θ gives the required damping at this time step.
     """
     _check_frequencies(frequency, time_step)
@@ -282,7 +283,7 @@ def theta_for_damping(
     if np.any(theta > 1.0):
         wanted, at = (np.broadcast_to(a, theta.shape)[theta > 1.0][0] for a in (damping, frequency))
         least = float(time_step_for_damping(wanted, at, "backward_euler"))
-        raise ValueError(
+        raise InputError(
             f"damping {wanted:g} at {at:g} Hz needs a time_step of at least {least:g} s,"
             f" got {float(time_step):g}"
         )
@@ -306,7 +307,7 @@ def _check_frequencies(frequency: ArrayLike, time_step: float) -> NDArray[np.flo
     step = float(positive("time_step", time_step))
     beyond = values * step >= 0.5
     if np.any(beyond):
-        raise ValueError(
+        raise InputError(
             f"frequency must be below the Nyquist frequency {0.5 / step:g} Hz of"
             f" time_step {step:g} s, got {first_of(values, beyond):g}"
         )

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import positive
 from ..base.core import api
+from ..base.errors import InputError
 
 __all__ = [
     "Decrement",
@@ -105,21 +106,21 @@ def log_decrement(
 
     Raises
     ------
-    ValueError
+    InputError
         If arguments differ in length or are not finite, or there are too few crests.
     """
     step, values = _check_equidistant(time, x)
     if not 0 < floor < 1:
-        raise ValueError(f"floor must be in 0 ... 1, got {floor!r}")
+        raise InputError(f"floor must be in 0 ... 1, got {floor!r}")
     if cycles is not None and (cycles != int(cycles) or cycles < 1):
-        raise ValueError(f"cycles must be a whole number >= 1, got {cycles!r}")
+        raise InputError(f"cycles must be a whole number >= 1, got {cycles!r}")
     swing = np.ptp(values)
     crest_at, crest = _find_crests(values, floor * swing)
     if offset is None:
         trough_at, trough = _find_crests(-values, floor * swing)
         offset = _fit_offset(crest_at, crest, trough_at, -trough)
     elif not np.isfinite(offset):
-        raise ValueError(f"offset must be finite, got {offset!r}")
+        raise InputError(f"offset must be finite, got {offset!r}")
     at, height = _select_crests(crest_at, crest - offset, cycles)
     return _make_decrement(np.asarray(time, dtype=float)[0] + step * at, height, float(offset))
 
@@ -153,14 +154,14 @@ def _fit_offset(
     opposite = is_crest[1:] != is_crest[:-1]
     now, following = extrema[:-1][opposite], extrema[1:][opposite]
     if now.size < 2 or np.ptp(now) == 0:
-        raise ValueError(
+        raise InputError(
             f"x has {extrema.size} extrema, but at least three are needed to compute its offset;"
             " give offset, a longer record or a lower floor"
         )
     middle = now.mean()
     slope = np.sum((now - middle) * (following - following.mean())) / np.sum((now - middle) ** 2)
     if not slope < 0:
-        raise ValueError("x does not oscillate about a constant; give offset or a higher floor")
+        raise InputError("x does not oscillate about a constant; give offset or a higher floor")
     return float((following.mean() - slope * middle) / (1 - slope))
 
 
@@ -174,7 +175,7 @@ def _select_crests(
     found = int(below[0]) if below.size else height.size
     wanted = found if cycles is None else int(cycles) + 1
     if found < max(wanted, 2):
-        raise ValueError(
+        raise InputError(
             f"x has {found} decaying crests, but {max(wanted, 2)} are needed;"
             " give a longer record, fewer cycles or a lower floor"
         )
@@ -238,7 +239,7 @@ def smooth_konno_ohmachi(
 
     Raises
     ------
-    ValueError
+    InputError
         If arguments differ in length or are not finite, or a window contains no sample.
 
     References
@@ -249,15 +250,15 @@ def smooth_konno_ohmachi(
     frequencies = _check_vector("frequency", frequency)
     amplitudes = _check_vector("spectrum", np.abs(np.asarray(spectrum)))
     if amplitudes.size != frequencies.size:
-        raise ValueError(
+        raise InputError(
             f"spectrum must have the length of frequency, {frequencies.size}, got {amplitudes.size}"
         )
     if frequencies.size == 0 or frequencies[0] < 0 or np.any(np.diff(frequencies) <= 0):
-        raise ValueError("frequency must contain increasing values >= 0")
+        raise InputError("frequency must contain increasing values >= 0")
     width = float(positive("bandwidth", bandwidth))
     targets = frequencies if centres is None else _check_vector("centres", centres)
     if np.any(targets < 0):
-        raise ValueError(f"centres must not be negative, got {targets.min():g} Hz")
+        raise InputError(f"centres must not be negative, got {targets.min():g} Hz")
     above = frequencies > 0
     place, amplitude = np.log10(frequencies[above]), amplitudes[above]
     smoothed = np.full(targets.size, amplitudes[0])
@@ -267,7 +268,7 @@ def smooth_konno_ohmachi(
         weight *= weight
         total = weight.sum(axis=1)
         if np.any(empty := total <= _LEAST_WINDOW):
-            raise ValueError(
+            raise InputError(
                 f"the window at the centre {targets[some][empty][0]:g} Hz with bandwidth {width:g} "
                 "contains no sample; use other centres or a smaller bandwidth"
             )
@@ -351,7 +352,7 @@ def response_spectrum(
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is not finite or out of range.
 
     References
@@ -361,28 +362,28 @@ def response_spectrum(
     """
     ground = _check_vector("acceleration", acceleration)
     if ground.size < 2:
-        raise ValueError(f"acceleration must contain at least two samples, got {ground.size}")
+        raise InputError(f"acceleration must contain at least two samples, got {ground.size}")
     step = float(positive("time_step", time_step))
     naturals = _natural_hz(periods, frequencies)
     if not np.all(naturals * step <= _FASTEST):
-        raise ValueError(
+        raise InputError(
             f"periods must be at least {step / _FASTEST:g} s, got {1 / naturals.max():g} s"
         )
     if not 0 <= damping < 1:
-        raise ValueError(f"damping must be in 0 <= damping < 1, got {damping!r}")
+        raise InputError(f"damping must be in 0 <= damping < 1, got {damping!r}")
     return ResponseSpectrum(naturals, *api.oscillator_peaks_of(ground, step, naturals, damping))
 
 
 def _natural_hz(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDArray[np.float64]:
     """Return natural frequencies (Hz) from either periods (s) or frequencies (Hz)."""
     if (periods is None) == (frequencies is None):
-        raise ValueError("give either periods or frequencies, not both")
+        raise InputError("give either periods or frequencies, not both")
     name, unit, given = (
         ("periods", "s", periods) if frequencies is None else ("frequencies", "Hz", frequencies)
     )
     values = _check_vector(name, given)
     if not np.all(values > 0):
-        raise ValueError(f"{name} must be positive, got {values.min():g} {unit}")
+        raise InputError(f"{name} must be positive, got {values.min():g} {unit}")
     return values if frequencies is not None else 1 / values
 
 
@@ -409,7 +410,7 @@ def spectral_acceleration(
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is not finite or out of range.
     """
     longest = 1 / _natural_hz(periods, None).min()
@@ -499,7 +500,7 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is not finite or out of range, or the band contains no peak.
     """
     from scipy.signal.windows import hann
@@ -507,7 +508,7 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     values = _check_vector("x", x)
     step = float(positive("dt", dt))
     if values.size < 8:
-        raise ValueError(f"x must contain at least 8 samples, got {values.size}")
+        raise InputError(f"x must contain at least 8 samples, got {values.size}")
     low, high = _check_band(band, 0.5 / step)
     windowed = (values - values.mean()) * hann(values.size, sym=False)
     length = _PADDING * values.size
@@ -517,7 +518,7 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     summit = summit[(summit >= low * length * step) & (summit <= high * length * step)]
     floor = 1e-12 * np.abs(values).sum()  # smaller peaks are rounding errors
     if summit.size == 0 or size[summit].max() <= floor:
-        raise ValueError(f"the spectrum of x has no peak in the band {low:g} ... {high:g} Hz")
+        raise InputError(f"the spectrum of x has no peak in the band {low:g} ... {high:g} Hz")
     best = summit[np.argmax(size[summit])]
     left, middle, right = np.log(np.maximum(size[best - 1 : best + 2], np.finfo(float).tiny))
     shift = 0.5 * (left - right) / (left - 2 * middle + right)
@@ -530,15 +531,15 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
 
 
 def _check_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """Return an argument as a vector of finite real numbers; raise ValueError if it is none."""
+    """Return an argument as a vector of finite real numbers; raise InputError if it is none."""
     if np.iscomplexobj(value):
-        raise ValueError(f"{name} must be real, got complex values")
+        raise InputError(f"{name} must be real, got complex values")
     values = np.asarray(value, dtype=float)
     if values.ndim != 1:
-        raise ValueError(f"{name} must be one-dimensional, got shape {values.shape}")
+        raise InputError(f"{name} must be one-dimensional, got shape {values.shape}")
     if not np.all(np.isfinite(values)):
         bad = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise ValueError(f"{name} must be finite, got {values[bad]} at index {bad}")
+        raise InputError(f"{name} must be finite, got {values[bad]} at index {bad}")
     return values
 
 
@@ -546,18 +547,18 @@ def _check_band(band: tuple[float, float] | None, nyquist: float) -> tuple[float
     """Return both ends of a frequency band (Hz), by default 0 and the Nyquist frequency."""
     edges = np.asarray((0.0, nyquist) if band is None else band, dtype=float)
     if edges.shape != (2,) or not 0 <= edges[0] < edges[1] <= nyquist * (1 + 1e-12):
-        raise ValueError(f"band must be 0 <= low < high <= {nyquist:g} Hz, got {band!r}")
+        raise InputError(f"band must be 0 <= low < high <= {nyquist:g} Hz, got {band!r}")
     return float(edges[0]), float(edges[1])
 
 
 def _check_equidistant(time: ArrayLike, x: ArrayLike) -> tuple[float, NDArray[np.float64]]:
-    """Return sampling interval (s) and values of a history; raise ValueError if it is uneven."""
+    """Return sampling interval (s) and values of a history; raise InputError if it is uneven."""
     times, values = _check_vector("time", time), _check_vector("x", x)
     if times.size != values.size or times.size < 3:
-        raise ValueError(
+        raise InputError(
             f"time and x must have the same length >= 3, got {times.size} and {values.size}"
         )
     step = (times[-1] - times[0]) / (times.size - 1)
     if step <= 0 or np.any(np.abs(np.diff(times) - step) > 1e-3 * step):
-        raise ValueError("time must be equidistant and increasing")
+        raise InputError("time must be equidistant and increasing")
     return float(step), values

@@ -7,19 +7,19 @@ import time
 import weakref
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
-from operator import index
 from pathlib import Path
 
 import numpy as np
 
-from ..base.arguments import Range
+from ..base.arguments import Range, floats
 from ..base.arrays import parts_of
 from ..base.core import FILES, api, checked, engine_names
 from ..base.errors import InputError, OutputError, SiteddaError
 from ..base.numbers import counted
+from ..base.reading import file_path
 from ..base.stop import Stop, program_handles_interrupt
 from ..input.added_stage import PresentStage, with_stage
-from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words
+from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words, merged
 from ..input.groups import checked as checked_value
 from ..input.groups import group_text
 from ..input.input_text import cited, find_groups
@@ -81,12 +81,12 @@ class Simulation:
         **more,
     ):
         if resume and output is None:
-            raise ValueError("only a run with an output file can be resumed")
-        changes = dict(changes or {}) | more
+            raise InputError("only a run with an output file can be resumed")
+        changes = merged(changes, more)
         named = dict(flat_changes(changes)).get("output.file")
         if output is True and isinstance(named, str | os.PathLike):
             output = named  # callers may name any path; inputs may not
-        target = b"" if output in (None, True) else os.fsencode(output)
+        target = b"" if output in (None, True) else os.fsencode(file_path(output))
         self._writes = output is not None
         self._lock = threading.RLock()  # locked while the engine works on this simulation
         put = getattr(file, "put", blocks_text)
@@ -123,6 +123,10 @@ class Simulation:
         now = f"{self.time:g} of {self.duration:g} s"
         return f"<sitedda.Simulation {self.title!r}: {blocks}, {now}>"
 
+    def __reduce__(self):
+        """Reject `pickle` and `copy`: the state of a run is in the engine."""
+        raise InputError("a Simulation cannot be pickled or copied; pickle its Model, or a Run")
+
     def close(self) -> None:
         """Free the simulation; an incomplete output remains as FILE.partial, with a checkpoint."""
         with self._lock, self._output_lock():
@@ -139,12 +143,12 @@ class Simulation:
 
         Raises
         ------
-        ValueError
-            If `steps` is negative.
+        InputError
+            If `steps` is negative or no whole number.
         ConvergenceError
             If a step does not converge; the message names step, contact and blocks.
         """
-        steps = Range(0, 2**31 - 1, whole=True).check("steps", index(steps))
+        steps = Range(0, 2**31 - 1, whole=True).check("steps", steps)
         with self._lock, self._output_lock():
             done = self._call_engine("advance_run", steps)
         self.done = bool(done)
@@ -176,7 +180,7 @@ class Simulation:
         The same changes at the same steps give bit-identical results.  Checkpoints contain the
         changes, and the output lists them in its attribute ``changes``.
         """
-        changes = dict(changes or {}) | more
+        changes = merged(changes, more)
         with self._lock:
             text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
             self._change_input(text, words := in_words(changes), f"change({words})")
@@ -400,7 +404,7 @@ class Simulation:
 
     @gravity.setter
     def gravity(self, values) -> None:
-        self.change(gravity=tuple(map(float, values)))
+        self.change(gravity=tuple(floats("gravity", values).ravel()))
 
     @property
     def normal_stiffness(self) -> float:
@@ -473,12 +477,10 @@ class Simulation:
 
     @rates.setter
     def rates(self, values) -> None:
-        if np.iscomplexobj(values):
-            raise TypeError("rates must be real numbers")
-        values = np.asarray(values, dtype=float)
+        values = floats("rates", values)
         n = len(self.rates)
         if values.shape != (n, 6):
-            raise ValueError(f"rates must have shape ({n}, 6), not {values.shape}")
+            raise InputError(f"rates must have shape ({n}, 6), not {values.shape}")
         self._call_engine("set_block_states", values.T)
 
     @property

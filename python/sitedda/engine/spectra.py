@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.core import api, checked
+from ..base.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,10 @@ class Peak:
 
 
 def _check_series(name: str, values) -> np.ndarray:
-    """Return values as a one-dimensional array; raise ValueError for other shapes."""
+    """Return values as a one-dimensional array; raise InputError for other shapes."""
     series = np.ascontiguousarray(values, dtype=float)
     if series.ndim != 1:
-        raise ValueError(f"{name} must be one-dimensional, not of shape {series.shape}")
+        raise InputError(f"{name} must be one-dimensional, not of shape {series.shape}")
     return series
 
 
@@ -60,7 +61,7 @@ def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is out of range or a sample is not finite.
     """
     series = _check_series("series", series)
@@ -90,7 +91,7 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
     """
     surface, base = _check_series("surface", surface), _check_series("base", base)
     if surface.shape != base.shape:
-        raise ValueError(f"surface and base differ in length: {surface.size} and {base.size}")
+        raise InputError(f"surface and base differ in length: {surface.size} and {base.size}")
     bins = int(padding) * surface.size // 2 + 1
     return checked(api.spectrum_of, surface, base, time_step, padding, taper, bins)
 
@@ -100,7 +101,7 @@ def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
 
     Raises
     ------
-    ValueError
+    InputError
         If no bin lies in the band.
     """
     bins = _check_series("frequency", frequency), _check_series("amplitude", amplitude)

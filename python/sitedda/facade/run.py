@@ -13,7 +13,7 @@ from ..base.stop import SIGNALS, Stop
 from ..drawing.ended_run import EndedRun
 from ..engine import simulation
 from ..engine.simulation import run_to_end
-from ..input.changes import flat_changes
+from ..input.changes import flat_changes, merged
 from ..input.input_text import find_groups
 from ..input.schema import GROUPS
 from ..input.source import InputOfRun, opened_input
@@ -142,7 +142,7 @@ def run(
         The run; it is incomplete if it was stopped with Ctrl-C.  Its output file is then
         FILE.partial, and `resume` continues it.
     """
-    changes = dict(changes or {}) | more
+    changes = merged(changes, more)
     if output is None and (
         "output.file" in dict(flat_changes(changes)) or _input_names_output(file)
     ):
@@ -191,7 +191,7 @@ def resume(
     CheckpointError
         If no checkpoint is usable: each is damaged, or from another input, version or build.
     """
-    return _run_or_resume(file, output, progress, dict(changes or {}) | more, resume=True)
+    return _run_or_resume(file, output, progress, merged(changes, more), resume=True)
 
 
 def _run_or_resume(

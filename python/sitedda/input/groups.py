@@ -32,6 +32,14 @@ def variables() -> dict[str, dict[str, str]]:
     }
 
 
+@cache
+def _sizes() -> dict[str, dict[str, int]]:
+    """Return the largest length of each variable of each group; 0 for scalars."""
+    return {
+        name: {v.name: int(v.size or 0) for v in group.variables} for name, group in GROUPS.items()
+    }
+
+
 def _variable_kind(variable: Variable) -> str:
     """Return the kind of the values of a variable, see `_KINDS`."""
     if not variable.size or variable.kind == "points":
@@ -70,11 +78,21 @@ def checked(group: str, name: str, value):
     """Check and convert a value of a variable; arrays are copied and made read-only."""
     kind = known_variable(group, name)
     try:
-        return _CONVERT[kind](value)
+        new = _CONVERT[kind](value)
+        if isinstance(new, np.ndarray) and (group, name) != ("motion", "values"):
+            _check_length(new, _sizes()[group][name])
+        return new
     except InputError as error:
         raise InputError(f"&{group}: {name}: {error}") from None
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"&{group}: {name} = {value!r} is not a {_WORDS[kind]}") from None
+
+
+def _check_length(values: np.ndarray, most: int) -> None:
+    """Raise an error if a list is longer than the engine can read."""
+    if len(values) > most:
+        what = "values" if values.ndim == 1 else "points"
+        raise InputError(f"{len(values)} {what} are given, but at most {most} are possible")
 
 
 def _as_text(value) -> str:
@@ -84,6 +102,10 @@ def _as_text(value) -> str:
     value = str(value)
     if "\0" in value or "\n" in value:
         raise InputError("a text must be one line")
+    try:
+        value.encode("utf-8", "surrogateescape")
+    except UnicodeEncodeError as trouble:
+        raise InputError(f"character {trouble.start + 1} of {value!r} is not valid") from None
     return value
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..base.errors import InputError
-from ..base.reading import read_bounded
+from ..base.reading import file_path, read_bounded
 from .groups import group_text, is_made
 from .schema import GROUPS
 
@@ -64,7 +64,8 @@ def opened_input(source) -> Iterator[tuple[Path, str]]:
         with source.opened() as opened:
             yield opened
     else:
-        yield Path(source), read_input(Path(source))
+        file = file_path(source)
+        yield file, read_input(file)
 
 
 @dataclass(frozen=True)

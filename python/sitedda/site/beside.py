@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.errors import InputError
 from ..engine.scheme import Scheme
 from ..engine.spectra import find_peak
 from ..input.input_text import input_values
@@ -132,7 +133,7 @@ def beside(
 
     Raises
     ------
-    ValueError
+    InputError
         If the model is not layered, points are missing or the steps are not equal.
     """
     found = amplifications(history)
@@ -141,12 +142,12 @@ def beside(
     names = [str(name) for name in history.point.values] if "point" in history.coords else []
     for role, name in (("surface", surface), ("base", base)):
         if name not in names:
-            raise ValueError(
+            raise InputError(
                 f"no measured point {name!r} for the {role}: name it by --{role}; there are "
                 + (", ".join(names) or "none")
             )
     if any(one.get("base_motion_x") for one in input_values(history.attrs).get("control", [])):
-        raise ValueError(
+        raise InputError(
             "with base_motion_x, the coordinates move with the base, so the base point does not "
             "move: set motion_x of the fixed points instead"
         )
@@ -182,7 +183,7 @@ def _compute_columns(
     """Return the columns under the motion of the base, and a description of their damping."""
     if any(soils):
         if damping is not None:
-            raise ValueError(
+            raise InputError(
                 "a column of yielding soil has the damping of its curves: omit --damping"
             )
         three = analyses(column, soils, ground, step, kind="within")

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import not_negative, positive
 from ..base.core import api, checked
+from ..base.errors import InputError
 from .curves import STRAINS, SoilCurves, curves_of
 from .layers import one_of
 
@@ -76,7 +77,7 @@ class Branches:
         """
         one_of("damping_curve", damping_curve, DAMPING_CURVES)
         if not 2 <= int(branches) <= 200:
-            raise ValueError(f"branches must be in 2 … 200, got {branches!r}")
+            raise InputError(f"branches must be in 2 … 200, got {branches!r}")
         if least_damping is None:
             least_damping = float(curves.damping[0]) if damping_curve == "target" else 0.0
         ratio = float(not_negative("least_damping", least_damping))

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import first_of, not_negative
+from ..base.errors import InputError
 from ..engine.scheme import Scheme
 from ..engine.spectra import Peak
 from .layers import (
@@ -58,7 +59,7 @@ class Column:
 
     Raises
     ------
-    ValueError
+    InputError
         If there is no layer, or an item, the base or the convention is of another kind.
 
     Examples
@@ -76,16 +77,16 @@ class Column:
     def __post_init__(self) -> None:
         layers = tuple(self.layers)
         if not layers:
-            raise ValueError("layers must contain at least one Layer, got none")
+            raise InputError("layers must contain at least one Layer, got none")
         for number, layer in enumerate(layers, start=1):
             if not isinstance(layer, Layer):
-                raise ValueError(
+                raise InputError(
                     f"layers must contain Layer objects, got {layer!r} as item {number}"
                 )
         if isinstance(self.base, Layer) or not (
             isinstance(self.base, HalfSpace) or self.base == "rigid"
         ):
-            raise ValueError(f"base must be 'rigid' or a HalfSpace, got {self.base!r}")
+            raise InputError(f"base must be 'rigid' or a HalfSpace, got {self.base!r}")
         one_of("convention", self.convention, CONVENTIONS)
         object.__setattr__(self, "layers", layers)
 
@@ -262,7 +263,7 @@ class Column:
         ratio = upgoing[at] * (1 + reflections[at])
         unbounded = ~np.isfinite(ratio)
         if np.any(unbounded):
-            raise ValueError(
+            raise InputError(
                 "frequencies include a resonance of the undamped column, with an infinite ratio, at"
                 f" {first_of(abs(waves.omega), unbounded) / (2 * np.pi):g} Hz"
             )
@@ -275,7 +276,7 @@ class Column:
         bottom = interfaces[-1] if bottom is None else bottom
         lower = _move_to_interface("bottom", bottom, interfaces)
         if upper > lower:
-            raise ValueError(f"top must not lie below bottom, got {upper:g} m and {lower:g} m")
+            raise InputError(f"top must not lie below bottom, got {upper:g} m and {lower:g} m")
         return upper, lower
 
     def cut_at(self, depths: ArrayLike) -> tuple[list[HalfSpace | None], NDArray[np.float64]]:
@@ -378,19 +379,19 @@ def refined_peak(
 
     Raises
     ------
-    ValueError
+    InputError
         If the band is invalid, contains no interior maximum, or the maximum is unbounded.
     """
     low, high = _checked_band(band)
     if not 2 <= points <= _MOST_POINTS:
-        raise ValueError(f"points must be in 2 ... {_MOST_POINTS}, got {points}")
+        raise InputError(f"points must be in 2 ... {_MOST_POINTS}, got {points}")
     grid = np.linspace(low, high, points + 1)
     size = np.abs(np.asarray(transfer(grid)))
     if not np.all(np.isfinite(size)):
-        raise ValueError(f"transfer is not finite at {first_of(grid, ~np.isfinite(size)):g} Hz")
+        raise InputError(f"transfer is not finite at {first_of(grid, ~np.isfinite(size)):g} Hz")
     summits = 1 + np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]))
     if summits.size == 0:
-        raise ValueError(f"band {low:g} ... {high:g} Hz contains no peak of the transfer function")
+        raise InputError(f"band {low:g} ... {high:g} Hz contains no peak of the transfer function")
     peaks = (_refine_peak(transfer, grid[i - 1], grid[i + 1]) for i in summits)
     return max(peaks, key=lambda peak: peak.amplitude)
 
@@ -406,14 +407,14 @@ def _refine_peak(transfer: Callable, low: float, high: float) -> Peak:
     )
     amplitude = 1 / np.sqrt(found.fun)
     if amplitude > _UNBOUNDED:
-        raise ValueError(f"the peak near {found.x:g} Hz is unbounded: the column has no damping")
+        raise InputError(f"the peak near {found.x:g} Hz is unbounded: the column has no damping")
     return Peak(float(found.x), float(amplitude))
 
 
 def _checked_band(band: tuple[float, float]) -> tuple[float, float]:
     edges = np.asarray(band, dtype=float)
     if edges.shape != (2,) or not np.all(np.isfinite(edges)) or not 0 <= edges[0] < edges[1]:
-        raise ValueError(f"band must be two frequencies 0 <= low < high, got {band!r}")
+        raise InputError(f"band must be two frequencies 0 <= low < high, got {band!r}")
     return float(edges[0]), float(edges[1])
 
 
@@ -422,6 +423,6 @@ def _move_to_interface(name: str, depth: float, interfaces: NDArray[np.float64])
     tolerance = 1e-9 * bottom
     value = float(depth)
     if not -tolerance <= value <= bottom + tolerance:
-        raise ValueError(f"{name} must be a depth in 0 ... {bottom:g} m, got {value:g}")
+        raise InputError(f"{name} must be a depth in 0 ... {bottom:g} m, got {value:g}")
     nearest = interfaces[np.argmin(np.abs(interfaces - value))]
     return float(nearest) if abs(nearest - value) <= tolerance else value

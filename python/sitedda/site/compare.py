@@ -105,7 +105,7 @@ def analyses(
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is out of range.
     ConvergenceError
         If an iteration or a step does not converge.

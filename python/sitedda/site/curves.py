@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import first_of, positive
+from ..base.errors import InputError
 
 ATMOSPHERE = 101325.0  # Pa
 STRAINS = np.logspace(-6, -1.5, 91)  # strains at which formulas are tabulated
@@ -42,17 +43,17 @@ class SoilCurves:
         arrays = [np.array(values, dtype=float) for values in given]
         strain, reduction, damping = arrays
         if strain.ndim != 1 or strain.size < 2 or any(a.shape != strain.shape for a in arrays):
-            raise ValueError("strain, reduction and damping must have equal lengths of at least 2")
+            raise InputError("strain, reduction and damping must have equal lengths of at least 2")
         if not (np.all(strain > 0) and np.all(np.diff(strain) > 0) and np.all(np.isfinite(strain))):
-            raise ValueError("strain must be positive and increasing")
+            raise InputError("strain must be positive and increasing")
         good = (reduction > 0) & (reduction <= 1)
         if not np.all(good):
-            raise ValueError(
+            raise InputError(
                 f"reduction must be in 0 < G/Gmax <= 1, got {first_of(reduction, ~good)}"
             )
         good = (damping >= 0) & (damping < 1)
         if not np.all(good):
-            raise ValueError(f"damping must be a fraction in 0 … 1, got {first_of(damping, ~good)}")
+            raise InputError(f"damping must be a fraction in 0 … 1, got {first_of(damping, ~good)}")
         for name, values in zip(("strain", "reduction", "damping"), arrays, strict=True):
             object.__setattr__(self, name, values)
 
@@ -111,7 +112,7 @@ def hyperbolic(
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is out of range.
     """
     reference = float(positive("reference_strain", reference_strain))
@@ -135,7 +136,7 @@ def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilC
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is out of range.
 
     References
@@ -146,7 +147,7 @@ def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilC
     reference = float(positive("reference_strain", reference_strain))
     factor, exponent = float(positive("beta", beta)), float(positive("power", power))
     if exponent > 1:
-        raise ValueError(f"power must be in 0 < s <= 1, got {exponent:g}: stress would decrease")
+        raise InputError(f"power must be in 0 < s <= 1, got {exponent:g}: stress would decrease")
     return _masing_curves(lambda strain: 1 / (1 + factor * (strain / reference) ** exponent), "MKZ")
 
 
@@ -165,7 +166,7 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is out of range, or θ above 1 at a strain.
 
     References
@@ -177,14 +178,14 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
     reference = float(positive("reference_strain", reference_strain))
     fit = np.array(theta, dtype=float)
     if fit.shape != (5,) or not np.all(np.isfinite(fit)):
-        raise ValueError(f"theta must be five finite numbers, got {theta!r}")
+        raise InputError(f"theta must be five finite numbers, got {theta!r}")
 
     def reduction(strain):
         x = strain / reference
         grown = fit[3] * x ** fit[4]
         share = fit[0] + fit[1] * grown / (fit[2] ** fit[4] + grown)
         if not np.all(share <= 1):
-            raise ValueError(
+            raise InputError(
                 f"theta gives θ = {np.max(share):g} at a strain of "
                 f"{100 * first_of(strain, ~(share <= 1)):.3g} %: θ must not exceed 1"
             )
@@ -212,7 +213,7 @@ def strength_corrected(
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is out of range, or the strength is reached at strains below 0.01 %.
 
     References
@@ -225,7 +226,7 @@ def strength_corrected(
         positive("shear_modulus", shear_modulus)
     )
     if not 1e-4 <= reference <= 0.1:
-        raise ValueError(
+        raise InputError(
             f"a strength of {strength / 1e3:.4g} kPa is {100 * reference:.3g} % of the shear "
             "modulus; it must be 0.01 to 10 %"
         )
@@ -280,7 +281,7 @@ def darendeli(
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is out of range.
 
     References
@@ -293,7 +294,7 @@ def darendeli(
     ratio = float(positive("over_consolidation", over_consolidation))
     plasticity = float(plasticity_index)
     if not 0 <= plasticity <= 300:
-        raise ValueError(f"plasticity_index must be in 0 … 300 per cent, got {plasticity:g}")
+        raise InputError(f"plasticity_index must be in 0 … 300 per cent, got {plasticity:g}")
     log_frequency = np.log(float(positive("frequency", frequency)))
     log_cycles = np.log(float(positive("cycles", cycles)))
     power = 0.919

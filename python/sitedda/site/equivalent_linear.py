@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.errors import ConvergenceError
+from ..base.errors import ConvergenceError, InputError
 from .column import Column
 from .curves import SoilCurves
 from .layers import convention_words, largest_damping
@@ -117,18 +117,18 @@ def equivalent_linear(
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is out of range, or a damping ratio at the end is larger than the convention
         of the column allows.
     ConvergenceError
         If the iteration does not converge.
     """
     if len(curves) != len(column.layers):
-        raise ValueError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
+        raise InputError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
     if not 0 < strain_ratio <= 1:
-        raise ValueError(f"strain_ratio must be in 0 < ratio <= 1, got {strain_ratio!r}")
+        raise InputError(f"strain_ratio must be in 0 < ratio <= 1, got {strain_ratio!r}")
     if not 0 < tolerance < 1:
-        raise ValueError(f"tolerance must be in 0 < tolerance < 1, got {tolerance!r}")
+        raise InputError(f"tolerance must be in 0 < tolerance < 1, got {tolerance!r}")
     ground = Motion.of(motion, time_step)
 
     place = {"bottom": bottom, "kind": kind}
@@ -193,7 +193,7 @@ def _check_damping(column: Column, damping, strain) -> None:
     largest = largest_damping(column.convention)
     for number, (ratio, at) in enumerate(zip(damping, strain, strict=True), start=1):
         if ratio > largest:
-            raise ValueError(
+            raise InputError(
                 f"layer {number} has a damping ratio of {ratio:.4g} at its strain of "
                 f"{100 * at:.4g} %; convention '{column.convention}' permits {largest:g}: try "
                 "Column(convention='shake91'), or curves for large strains"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base.errors import InputError
 from ..engine.signals import arias_growth, running_integral
 from .motion import Motion
 
@@ -55,7 +56,7 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
 
     Raises
     ------
-    ValueError
+    InputError
         If the motion is invalid, or all samples are 0.
 
     References
@@ -66,7 +67,7 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     ground = Motion.of(motion, time_step)
     series, step = ground.acceleration, ground.time_step
     if not np.any(series):
-        raise ValueError("the motion has no acceleration: every sample is 0")
+        raise InputError("the motion has no acceleration: every sample is 0")
     arias = arias_growth(series, step)
     growth = arias / arias[-1]
     times = step * np.arange(series.size)

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import first_of, not_negative, positive
+from ..base.errors import InputError
 from ..engine.damping import MaterialDamping
 from ..engine.scheme import Scheme
 
@@ -87,14 +88,14 @@ def complex_modulus(
 
     Raises
     ------
-    ValueError
+    InputError
         If the convention is unknown or the damping ratio lies outside its range.
     """
     factor, largest, _ = CONVENTIONS[one_of("convention", convention, CONVENTIONS)]
     ratio = np.asarray(damping, dtype=float)
     inside = (ratio >= 0) & (ratio <= largest) & np.isfinite(ratio)
     if not np.all(inside):
-        raise ValueError(
+        raise InputError(
             f"damping must be in 0 ... {largest:g} for convention '{convention}',"
             f" got {first_of(ratio, ~inside):g}{_wider_conventions(convention, ratio[~inside])}"
         )
@@ -138,7 +139,7 @@ def undamped_amplification(
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is not finite or out of range.
     """
     return 1 / np.abs(np.cos(_phase(frequency, thickness, shear_velocity)))
@@ -194,7 +195,7 @@ class HalfSpace:
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is not finite and positive, or modulus and velocity are missing or disagree.
     """
 
@@ -213,7 +214,7 @@ class HalfSpace:
             modulus = float(positive("shear_modulus", modulus))
             implied = float(np.sqrt(modulus / density))
             if velocity is not None and not np.isclose(velocity, implied, rtol=1e-9, atol=0):
-                raise ValueError(
+                raise InputError(
                     "shear_velocity must be left out or agree with shear_modulus, got "
                     f"{velocity:g} m/s; the modulus implies {implied:g} m/s"
                 )
@@ -221,7 +222,7 @@ class HalfSpace:
         elif velocity is not None:
             modulus = density * velocity**2
         else:
-            raise ValueError("shear_modulus or shear_velocity must be given, got neither")
+            raise InputError("shear_modulus or shear_velocity must be given, got neither")
         damping = self.damping
         if not (callable(damping) or isinstance(damping, MaterialDamping)):
             damping = float(not_negative("damping", damping))
@@ -244,7 +245,7 @@ class HalfSpace:
             return np.full(values.shape, self.damping)
         ratio = not_negative("damping", self.damping(values))
         if ratio.shape not in ((), values.shape):
-            raise ValueError(
+            raise InputError(
                 f"damping must return one ratio per frequency, shape {values.shape},"
                 f" got shape {ratio.shape}"
             )
@@ -266,7 +267,7 @@ class Layer(HalfSpace):
 
     Raises
     ------
-    ValueError
+    InputError
         As in :class:`HalfSpace`, or if the thickness is not finite and positive.
     """
 
@@ -370,5 +371,5 @@ def recursion(
 def one_of(name: str, value: str, known: Collection[str]) -> str:
     """Return the value; raise an error if it is not in the list."""
     if not isinstance(value, str) or value not in known:
-        raise ValueError(f"{name} must be one of {', '.join(known)}, got {value!r}")
+        raise InputError(f"{name} must be one of {', '.join(known)}, got {value!r}")
     return value

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import positive
+from ..base.errors import InputError
 from ..engine.signals import fast_length
 
 _MOST_ZEROS = 31  # largest number of zeros over samples
@@ -45,18 +46,18 @@ class Motion:
             return motion
         if hasattr(motion, "acceleration"):
             if time_step is not None:
-                raise ValueError("omit time_step: the record states its time step")
+                raise InputError("omit time_step: the record states its time step")
             series = np.asarray(motion.acceleration.values, dtype=float)
             time_step = equal_step(motion.time.values)
         else:
             if time_step is None:
-                raise ValueError("an array of accelerations needs time_step")
+                raise InputError("an array of accelerations needs time_step")
             series = np.array(motion, dtype=float)
         if series.ndim != 1 or series.size < 2:
-            raise ValueError(f"a motion needs a row of 2 or more samples, not shape {series.shape}")
+            raise InputError(f"a motion needs a row of 2 or more samples, not shape {series.shape}")
         if not np.all(np.isfinite(series)):
             where = int(np.flatnonzero(~np.isfinite(series))[0])
-            raise ValueError(f"sample {where} of the motion is {series[where]}")
+            raise InputError(f"sample {where} of the motion is {series[where]}")
         step = float(positive("time_step", time_step))
         return cls(series, step, fast_length(2 * series.size))
 
@@ -87,10 +88,10 @@ class Motion:
 
 
 def equal_step(times) -> float:
-    """Return the step between times (s); raise ValueError if the steps differ."""
+    """Return the step between times (s); raise InputError if the steps differ."""
     step = float((times[-1] - times[0]) / (times.size - 1)) if times.size > 1 else 0.0
     if np.any(np.abs(np.diff(times) - step) > 1e-6 * step):
-        raise ValueError(
+        raise InputError(
             "the samples of the motion are not at equal time steps: resample a record, or run "
             "without adaptive control"
         )

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import positive
 from ..base.core import api, checked
+from ..base.errors import InputError
 from ..engine.damping import ConstantRatio
 from ..engine.signals import fast_length, low_pass, running_integral
 from .branches import Branches
@@ -137,7 +138,7 @@ class NonlinearResponse(SiteResponse):
     def _cell_indices(self, depth: ArrayLike) -> NDArray[np.int64]:
         at, nodes = np.asarray(depth, dtype=float), self.histories.interfaces
         if not np.all((at >= 0) & (at <= self.column.depth * (1 + 1e-9))):
-            raise ValueError(f"depth must be in 0 … {self.column.depth:g} m, got {depth!r}")
+            raise InputError(f"depth must be in 0 … {self.column.depth:g} m, got {depth!r}")
         return np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
 
     def profile(self) -> xr.Dataset:
@@ -322,13 +323,13 @@ def nonlinear(
 
     Raises
     ------
-    ValueError
+    InputError
         If an argument is out of range, or a linear layer's damping is no ratio.
     ConvergenceError
         If a step does not converge.
     """
     if len(curves) != len(column.layers):
-        raise ValueError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
+        raise InputError(f"curves: give {len(column.layers)}, one per layer, not {len(curves)}")
     one_of("kind", kind, KINDS)
     highest = float(positive("highest_frequency", highest_frequency))
     ground = Motion.of(motion, time_step)
@@ -379,7 +380,7 @@ def _run_column(
     every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * motion.time_step)))
     ground, samples = motion.acceleration, motion.acceleration.size
     if max(sum(cells), every) * samples > _MOST_VALUES:
-        raise ValueError(
+        raise InputError(
             f"{sum(cells)} cells, {samples} samples and {every} steps for each are more than "
             f"{_MOST_VALUES} values: lower highest_frequency, or shorten the motion"
         )
@@ -427,7 +428,7 @@ def _layer_ratio(i: int, column: Column) -> float:
     if isinstance(own, ConstantRatio):
         own = own.ratio
     if not isinstance(own, float):
-        raise ValueError(
+        raise InputError(
             f"the damping of layer {i + 1} depends on frequency: the nonlinear analysis needs a "
             "constant damping ratio"
         )

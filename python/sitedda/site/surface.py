@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.errors import InputError
 from ..engine.signals import fast_length, running_integral, smooth_konno_ohmachi
 from ..engine.spectra import fourier_spectrum
 from ..input.input_text import input_values
@@ -118,7 +119,7 @@ def surface(
 
     Raises
     ------
-    ValueError
+    InputError
         If nothing comes in through a boundary, no two points are on the surface, the band is
         empty, or the steps are not equal.
     """
@@ -126,13 +127,13 @@ def surface(
     scene = Scene.of(history)
     names = _points_on_surface(scene, history)
     if len(names) < 2:
-        raise ValueError(
+        raise InputError(
             f"{len(names)} measured points are on the surface; at least two are needed"
         )
     step = equal_step(history.time.values)
     least, most = 1.0 / (step * felt.size), 0.5 / step
     if not least <= lowest < highest <= most:
-        raise ValueError(
+        raise InputError(
             f"the band from {lowest:g} to {highest:g} Hz does not lie between {least:.4g} Hz, one "
             f"period in the run, and {most:.4g} Hz, half of the sampling frequency"
         )
@@ -140,7 +141,7 @@ def surface(
     series = [history.acceleration.sel(point=name, axis=axis).values for name in names]
     below = _smooth(felt, step, frequency)
     if not np.all(below > 0):
-        raise ValueError(f"the {words} has no motion along {axis}")
+        raise InputError(f"the {words} has no motion along {axis}")
     ratios = np.array([_peak_motion(one, step) / _peak_motion(felt, step) for one in series])
     place = np.array([history.point_place.sel(point=name).values for name in names])
     columns = [None] * len(names)
@@ -200,7 +201,7 @@ def _reference_motion(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float6
             name = str(boundary.boundary.values)
             felt = boundary.incoming_acceleration.sel(axis=axis).values
             return factor * felt, words.format(name)
-    raise ValueError(
+    raise InputError(
         "no wave enters the model from outside: add free-field sides, or a boundary of "
         "kind = 'compliant' with a motion"
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.errors import OutputError
+from ..base.errors import InputError, OutputError
 from ..engine.damping import damping_of
 from ..input.input_text import input_values
 from .branches import Branches
@@ -30,7 +30,7 @@ def layered_soils(
 
     Raises
     ------
-    ValueError
+    InputError
         If the blocks are not rectangles stacked on each other.
     """
     boxes = _block_boxes(history)
@@ -47,7 +47,7 @@ def layered_soils(
     stack = stack[np.argsort(-boxes[stack, 1])]
     tops, bottoms = boxes[stack, 3], boxes[stack, 1]
     if not stack.size or np.any(abs(np.append(tops[1:], bottom) - bottoms) > 1e-6 * size):
-        raise ValueError("the blocks between base and surface are not stacked on each other")
+        raise InputError("the blocks between base and surface are not stacked on each other")
     materials = input_values(history.attrs).get("material", [])
     number = history.block_material.values.astype(int)
     if np.any(number[stack] >= len(materials)):
@@ -113,7 +113,7 @@ def _block_boxes(history: xr.Dataset) -> np.ndarray:
         low, high = polygon.min(0), polygon.max(0)
         corners = np.minimum(abs(polygon - low), abs(polygon - high))
         if len(polygon) != 4 or np.any(corners > _RECTANGLE_TOLERANCE * (high - low).max()):
-            raise ValueError("a block is not an upright rectangle, so the model is not layered")
+            raise InputError("a block is not an upright rectangle, so the model is not layered")
         boxes.append([*low, *high])
     return np.array(boxes)
 
@@ -122,5 +122,5 @@ def _block_containing(boxes: np.ndarray, place: np.ndarray) -> int:
     inside = np.all((boxes[:, :2] - 1e-9 <= place) & (place <= boxes[:, 2:] + 1e-9), axis=1)
     if not inside.any():
         x, y = place
-        raise ValueError(f"no block lies at the measured point ({x:g}, {y:g}) m")
+        raise InputError(f"no block lies at the measured point ({x:g}, {y:g}) m")
     return int(np.flatnonzero(inside)[0])

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..base.arguments import NOT_NEGATIVE, POSITIVE, TOLERANCE
+from ..base.errors import InputError
 from ..build.cutting.rings import Rings
 from ..build.model import Model
 from ..engine.simulation import Simulation
@@ -157,7 +158,7 @@ class Safety:
     def draw(self, axes=None):
         """Draw the mechanism; return matplotlib axes."""
         if self.mechanism is None:
-            raise ValueError("there is no mechanism: the model stands without strength")
+            raise InputError("there is no mechanism: the model stands without strength")
         found = f"Factor of safety {self.factor:.4g}" if self.low else "Fails at any strength"
         return self.mechanism.draw(axes, found)
 

@@ -61,7 +61,7 @@ class Movement:
 
 def move_supports(
     source,
-    blocks: Sequence[str],
+    blocks: str | Sequence[str],
     displacement=(0.0, 0.0),
     *,
     rotation: float = 0.0,
@@ -75,7 +75,7 @@ def move_supports(
     source : path or Model
         Input; it must reach equilibrium under its weight.  Its static stages are computed first;
         motions are ignored.
-    blocks : sequence of str
+    blocks : str or sequence of str
         Names of the blocks whose &fixed_point groups move.
     displacement : (float, float)
         Displacement at the end, m.
@@ -102,6 +102,7 @@ def move_supports(
         stiffness, pull = first.normal_stiffness, float(np.linalg.norm(first.gravity))
     density = [float(group["density"]) for group in scene.groups["material"]]
     mass = np.array(density)[scene.material] * scene.areas()
+    blocks = [blocks] if isinstance(blocks, str) else list(blocks)
     if unknown := [name for name in blocks if name not in names]:
         raise InputError(f"blocks: {unknown[0]!r} is not the name of a block")
     moved = [names.index(name) for name in blocks]

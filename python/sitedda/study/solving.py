@@ -16,7 +16,7 @@ import numpy as np
 
 from ..base.arguments import FINITE, TOLERANCE
 from ..base.errors import InputError, NoRootError
-from ..input.changes import changed_input
+from ..input.changes import changed_input, merged
 from ..input.source import InputOfRun
 from .quantities import check_names, quantities_of
 from .tasks import task_of
@@ -155,7 +155,7 @@ def solve_for(
         If an argument is invalid.
     """
     TOLERANCE.check("tolerance", tolerance)
-    changes = dict(changes or {}) | more
+    changes = merged(changes, more)
     if not isinstance(parameter, str):
         from .solving_systems import solve_system
 

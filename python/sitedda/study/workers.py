@@ -130,10 +130,10 @@ def _serialise_task(*task) -> bytes:
     try:
         data = pickle.dumps(task)
     except (pickle.PicklingError, AttributeError, TypeError) as trouble:
-        raise ValueError(f"the task cannot be sent to a process: {trouble}; define functions in "
+        raise InputError(f"the task cannot be sent to a process: {trouble}; define functions in "
                          "a module, or pip install cloudpickle") from trouble  # fmt: skip
     if b"__main__" in data:
-        raise ValueError(
+        raise InputError(
             "a function that is defined in the main program or a notebook requires cloudpickle: "
             "pip install cloudpickle, or define the function in a module"
         )

@@ -7,9 +7,11 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from ...base.arguments import Range
 from ...base.errors import SiteddaError
 from ...base.stop import Stop
 from ...engine.simulation import Simulation
+from ...input.changes import merged
 from ...output.verdict_lines import Doubt
 from .bars import bar_of_steps, penalty_error
 from .figures import OPEN, Accuracy, Figure, figure_of, is_count, is_figure
@@ -76,7 +78,8 @@ def accuracy(
     """
     from ..api import study
 
-    changes = dict(changes or {}) | more
+    changes = merged(changes, more)
+    ensemble = int(Range(0, 10**6, whole=True).check("ensemble", ensemble))
     facts = facts_of(model, changes)
     if results == "figures" and not ensemble and facts.is_bonded:
         if found := _try_linear_run(model, changes, facts):
