@@ -7,39 +7,40 @@ the times, would take half the time of the steps of a run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import cached_property, partial
+from collections.abc import Mapping
 from types import EllipsisType
+from typing import Any
 
 import numpy as np
 
 
 class NamedArray:
-    """Array with named dimensions, see `xarray.DataArray`; it is read on first use."""
+    """Array with named dimensions, see `xarray.DataArray`."""
 
-    def __init__(
-        self,
-        dims: tuple[str, ...],
-        read: Callable[[], np.ndarray],
-        labels: Mapping[str, list[str]],
-    ):
-        self.dims, self._read, self._labels = dims, read, labels
+    def __init__(self, dims: tuple[str, ...], values, labels: Mapping[str, list[str]]):
+        self.dims = dims
+        self.values = np.asarray(values)
+        self._labels = labels
 
-    @cached_property
-    def values(self) -> np.ndarray:
-        """Return the values."""
-        return np.asarray(self._read())
+    @property
+    def dtype(self) -> np.dtype:
+        """Return the type of the values."""
+        return self.values.dtype
+
+    @property
+    def nbytes(self) -> int:
+        """Return the number of bytes of the values."""
+        return self.values.nbytes
 
     def __getitem__(self, which: int | slice | EllipsisType) -> NamedArray:
         found = self.values[which]
-        dims = self.dims[self.values.ndim - np.ndim(found) :]
-        return NamedArray(dims, lambda: found, self._labels)
+        return NamedArray(self.dims[self.values.ndim - np.ndim(found) :], found, self._labels)
 
     def isel(self, **places: int) -> NamedArray:
         """Select values by the index along each given dimension that exists."""
         where = tuple(places.get(name, slice(None)) for name in self.dims)
         rest = tuple(name for name in self.dims if name not in places)
-        return NamedArray(rest, lambda: self.values[where], self._labels)
+        return NamedArray(rest, self.values[where], self._labels)
 
     def sel(self, **labels: str) -> NamedArray:
         """Select values by the label along each given dimension."""
@@ -58,14 +59,18 @@ class NamedArray:
 class NamedArrays:
     """Variables with attributes in memory, see `xarray.Dataset`."""
 
-    def __init__(
-        self,
-        variables: Mapping[str, NamedArray],
-        sizes: Mapping[str, int],
-        labels: Mapping[str, list[str]],
-        attrs: Mapping,
-    ):
-        self.variables, self.sizes, self._labels, self.attrs = variables, sizes, labels, attrs
+    def __init__(self, variables: Mapping[str, tuple[tuple[str, ...], Any]], attrs, source: str):
+        self._labels = {name: values.tolist() for name, (dims, values) in variables.items()
+                        if dims == (name,) and values.dtype.kind == "U"}  # fmt: skip
+        self.variables = {n: NamedArray(*one, self._labels) for n, one in variables.items()}
+        self.attrs = attrs
+        self.encoding = {"source": source}
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Return the length of each dimension."""
+        return {name: length for one in self.variables.values()
+                for name, length in zip(one.dims, one.values.shape, strict=True)}  # fmt: skip
 
     @property
     def coords(self) -> list[str]:
@@ -86,8 +91,8 @@ class NamedArrays:
     def isel(self, **places: int) -> NamedArrays:
         """Select all variables by the index along each given dimension."""
         found = {name: one.isel(**places) for name, one in self.variables.items()}
-        sizes = {name: size for name, size in self.sizes.items() if name not in places}
-        return NamedArrays(found, sizes, self._labels, self.attrs)
+        taken = {name: (one.dims, one.values) for name, one in found.items()}
+        return NamedArrays(taken, self.attrs, self.encoding["source"])
 
     def sel(self, **labels: str) -> NamedArrays:
         """Select all variables by the label along each given dimension."""
@@ -103,27 +108,16 @@ def _find_labels(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> d
 
 
 def read_netcdf(file) -> NamedArrays:
-    """Open a netCDF file; variables are read on first use, characters are converted to texts."""
+    """Read a whole netCDF file; arrays of characters are converted to texts."""
     import netCDF4
 
-    data = netCDF4.Dataset(file)
-    data.set_auto_maskandscale(False)
-    data.set_auto_chartostring(False)
-    labels: dict[str, list[str]] = {}
-    found = {}
-    for name, one in data.variables.items():
-        text = one.dtype == "S1" and one.ndim > 0
-        dims = one.dimensions[:-1] if text else one.dimensions
-        found[name] = NamedArray(dims, partial(_read_variable, one, text), labels)
-        if text and dims == (name,):
-            labels[name] = found[name].values.tolist()
-    sizes = {name: len(one) for name, one in data.dimensions.items()}
-    return NamedArrays(found, sizes, labels, {n: data.getncattr(n) for n in data.ncattrs()})
-
-
-def _read_variable(variable, text: bool) -> np.ndarray:
-    """Return the values of a variable of a netCDF file; the last dimension of a text is letters."""
-    import netCDF4
-
-    values = variable[...]
-    return netCDF4.chartostring(values, encoding="utf-8") if text else values
+    with netCDF4.Dataset(file) as data:
+        data.set_auto_maskandscale(False)
+        data.set_auto_chartostring(False)
+        variables = {}
+        for name, one in data.variables.items():
+            dims, values = one.dimensions, one[...]
+            if one.dtype == "S1" and dims:
+                dims, values = dims[:-1], netCDF4.chartostring(values, encoding="utf-8")
+            variables[name] = dims, np.asarray(values)
+        return NamedArrays(variables, {n: data.getncattr(n) for n in data.ncattrs()}, str(file))

@@ -58,9 +58,12 @@ def open_output(file) -> xr.Dataset:
 
 
 def read_output(file) -> NamedArrays:
-    """Open an output that this process has written, for verdict and picture; it is not checked."""
+    """Read an output into memory for verdict and pictures; errors as in `open_output`."""
+    check_readable(file)
     with _errors_as_damage(_unreadable_error(file)):
-        return read_netcdf(file)
+        data = read_netcdf(file)
+    _check_run(data)
+    return data
 
 
 def _unreadable_error(file) -> Callable[[str], OutputError]:
