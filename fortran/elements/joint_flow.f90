@@ -126,7 +126,7 @@ contains
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
 
       self%network%flows = stage_flow_state(self) /= flow_undrained
-      self%packs = .not. self%network%flows
+      self%packs = .not. (self%network%flows .or. self%frozen)  ! statics read the list
       call set_groups(self%network, self%group)
       if (stage_flow_state(self) /= flow_steady) call set_springs(self%network, &
          self%conductance, self%fixed .or. self%vented, self%group)
@@ -149,6 +149,7 @@ contains
       call update_network(self%network, blocks)
       self%step = step
       self%rounds = 0
+      self%table_off = .false.
       self%vented = self%empty > 0.0_wp
       call set_boundaries(self, merge(self%time, end_time(step), self%frozen))
       call set_assumed_terms(self)
