@@ -59,6 +59,9 @@ def measured_modes(source) -> pd.DataFrame:
             raise InputError(f"the measured modes are not a table: {trouble}") from None
         table.index = [one if isinstance(one, str) else f"mode {i}"
                        for i, one in enumerate(table.index, 1)]  # fmt: skip
+    if not table.columns.is_unique:
+        name = table.columns[table.columns.duplicated()][0]
+        raise InputError(f"{where}column {name!r} is repeated")
     shapes = [name for name in table if name not in _COLUMNS]
     for name in shapes:
         if str(name)[-2:] not in (".x", ".y"):

@@ -58,6 +58,16 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
         if lacking := sorted(set(channels) - set(found)):
             raise InputError(f"{where} has no channel {lacking[0]!r}: it has {list(found)}")
         found = found[list(channels)].rename(columns=channels)
+    try:
+        found = found.set_axis(found.index.astype(float)).astype(float)
+    except (TypeError, ValueError) as trouble:
+        raise InputError(f"{where} is not a table of numbers by time (s): {trouble}") from None
+    if found.shape[0] < 2 or found.shape[1] < 1:
+        raise InputError(f"{where} has {found.shape[0]} samples of {found.shape[1]} channels: give "
+                         "at least two samples of a channel")  # fmt: skip
+    if not found.columns.is_unique:
+        raise InputError(f"{where}: channel {found.columns[found.columns.duplicated()][0]!r} is "
+                         "repeated")  # fmt: skip
     if not np.all(np.isfinite(found)):
         at, channel = np.argwhere(~np.isfinite(found.to_numpy()))[0]
         raise InputError(f"{where}: sample {at + 1} of {found.columns[channel]} is not a number")
@@ -73,7 +83,10 @@ def _read_obspy(file, channels: Mapping[str, str]) -> pd.DataFrame:
         raise MissingLibrary(f"{file} needs the library: pip install obspy") from None
     stream = obspy.read(str(file)).merge(fill_value="interpolate")
     start = max(trace.stats.starttime for trace in stream)
-    stream.trim(start, min(trace.stats.endtime for trace in stream))
+    end = min(trace.stats.endtime for trace in stream)
+    if not start < end:
+        raise InputError(f"{file}: the traces have no time in common: give the file of one period")
+    stream.trim(start, end)
     found, steps = {}, set()
     for trace in stream:
         station, code = trace.stats.station, trace.stats.channel
@@ -226,7 +239,7 @@ def _time_step(record: pd.DataFrame, where="the record") -> float:
     """Return the step of equidistant times, s."""
     time = record.index.to_numpy()
     steps = np.diff(time)
-    step = float(np.median(steps)) if len(steps) else 0.0
+    step = float(np.median(steps))
     if not step > 0 or np.any(wrong := abs(steps - step) > 1e-3 * step):
         at = int(np.argmax(wrong)) + 1 if step > 0 else 0
         raise InputError(f"{where}: samples are not at equal time steps: see sample {at + 1}, time "

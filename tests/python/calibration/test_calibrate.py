@@ -303,6 +303,10 @@ def test_refuses_tables(tmp_path, text, words):
         ({"frequency": [20.0, 70.0], "deviation": [0.1]}, "not a table"),
         ({"frequency": ["f"], "deviation": [0.1]}, "mode 1: frequency = f"),
         ([3.0, 4.0], "column 0 is not known"),
+        (
+            pd.DataFrame([[20.0, 1.0, 2.0]], columns=["frequency", "deviation", "deviation"]),
+            "column 'deviation' is repeated",
+        ),
     ],
 )
 def test_refuses_tables_of_python(table, words):

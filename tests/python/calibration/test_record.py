@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 import sitedda
-from sitedda.calibration import horizontal_over_vertical, identify, read_ambient
+from sitedda.calibration import horizontal_over_vertical, identify, measured_modes, read_ambient
 from sitedda.command import main
 from sitedda.errors import InputError
 
@@ -49,6 +49,8 @@ def test_modes_of_a_record(ambient):
     pytest.importorskip("pyoma2")
     folder, model, _ = ambient
     found = identify(folder / "record.csv", (4.0, 20.0))
+    found.to_csv(folder / "modes.csv", index=False)
+    assert np.allclose(measured_modes(folder / "modes.csv")[list(found)], found, rtol=1e-12)
     own = sitedda.modes(model, 2)
     frequency = own.frequency / (1 + own.elongation)  # as the steps have it
     assert len(found) == 2
@@ -104,6 +106,18 @@ def test_traces_of_another_program_are_the_record(ambient, miniseed):
         read_ambient(miniseed, {"p9.HHE": "top.x"})
 
 
+def test_refuses_traces_without_common_time(tmp_path):
+    obspy = pytest.importorskip("obspy")
+    stream = obspy.Stream()
+    for axis, start in (("E", 0.0), ("Z", 100.0)):
+        header = {"station": "p", "channel": f"HH{axis}", "delta": 0.01}
+        stream += obspy.Trace(np.arange(500.0), header)
+        stream[-1].stats.starttime += start
+    stream.write(file := tmp_path / "apart.mseed")
+    with pytest.raises(InputError, match="apart.mseed: the traces have no time in common"):
+        read_ambient(file)
+
+
 def test_h_over_v_of_noise():
     """The spectral ratio of two noises, one of them through an oscillator, is its transfer."""
     from scipy.signal import lfilter
@@ -144,3 +158,19 @@ def test_refuses_records(tmp_path, text, words):
     (tmp_path / "record.csv").write_text(text)
     with pytest.raises(InputError, match=words):
         read_ambient(tmp_path / "record.csv")
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        (pd.DataFrame(), "the record has 0 samples of 0 channels"),
+        (pd.DataFrame({"a.x": [1.0]}), "the record has 1 samples"),
+        (pd.DataFrame(index=[0.0, 1.0]), "the record has 2 samples of 0 channels"),
+        (pd.DataFrame({"a.x": [1.0, 2.0]}, pd.date_range("2026", periods=2)), "by time .s.: "),
+        (pd.DataFrame({"a.x": ["1", "b"]}), "the record is not a table of numbers .*'b'"),
+        (pd.DataFrame(np.eye(2), columns=["a.x", "a.x"]), "channel 'a.x' is repeated"),
+    ],
+)
+def test_refuses_tables(table, words):
+    with pytest.raises(InputError, match=words):
+        read_ambient(table)
