@@ -121,7 +121,7 @@ _MODULES = (
     "cutting", "drawing", "masonry", "pictures", "plot", "response", "scene", "signals", "site",
     "study",
 )  # fmt: skip
-_get = importer(
+_get, _names = importer(
     __name__,
     {
         "base.errors": "AuditWarning CheckError CheckpointError ConvergenceError InputError "
@@ -150,7 +150,7 @@ find_short_paths()
 
 def __dir__() -> list[str]:
     """Return the public names."""
-    return sorted([*__all__, *_MODULES, "__version__", "__doc__", "__name__", "__path__"])
+    return sorted([*_names(), "__version__"])
 
 
 def __getattr__(name: str):

@@ -76,6 +76,14 @@ def test_nothing_accidental_is_in_the_package():
         sitedda.simulate  # noqa: B018
 
 
+@pytest.mark.parametrize("name", ["site", "report", "build.cutting"])
+def test_names_of_packages_are_listed_before_their_import(name):
+    code = f"import sitedda.{name} as p; print(*set(p.__all__) - set(dir(p)))"
+    assert python(code).strip() == ""
+    code = f"import sitedda.{name} as p; print(all(getattr(p, n) is not None for n in dir(p)))"
+    assert python(code).strip() == "True"
+
+
 def test_commands_of_the_evidence_name_their_package():
     code = "import sys, importlib.metadata as m; m.entry_points = lambda **_: ()\n{}"
     code = code.format("from sitedda.command import main; print(main(['paper', 'layers']))")

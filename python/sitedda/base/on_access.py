@@ -6,8 +6,10 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 
 
-def importer(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
-    """Return the function ``__getattr__`` of a package.
+def importer(
+    package: str, homes: Mapping[str, str]
+) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
+    """Return the functions ``__getattr__`` and ``__dir__`` of a package that has ``__all__``.
 
     Parameters
     ----------
@@ -28,4 +30,10 @@ def importer(package: str, homes: Mapping[str, str]) -> Callable[[str], object]:
         setattr(sys.modules[package], name, value)
         return value
 
-    return get
+    def names() -> list[str]:
+        members = vars(sys.modules[package])
+        modules = [module for module, its in homes.items() if not its]
+        special = [name for name in members if name.startswith("__")]
+        return sorted({*members["__all__"], *modules, *special})
+
+    return get, names

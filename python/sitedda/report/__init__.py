@@ -26,7 +26,7 @@ __all__ = [
     "write_html",
     "write_markdown",
 ]
-__getattr__ = importer(
+__getattr__, __dir__ = importer(
     __name__,
     {
         "html": "to_html write_html",

@@ -43,7 +43,7 @@ __all__ = ["TORO", "AmplificationTable", "Analyses", "Beside", "Branches", "Colu
            "nonlinear", "randomized", "read_flatfile", "read_profile", "read_suite", "resampled",
            "rotated_spectra", "scale_to", "site_term", "strength_corrected", "suite",
            "surface"]  # fmt: skip
-__getattr__ = importer(
+__getattr__, __dir__ = importer(
     __name__,
     {
         "amplification": "AmplificationTable amplification_table",

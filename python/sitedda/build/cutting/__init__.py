@@ -34,6 +34,6 @@ __all__ = [
 ]
 
 # The modules that need shapely are imported on access.
-__getattr__ = importer(
+__getattr__, __dir__ = importer(
     __name__, {"blocks": "Blocks cut main_joints", "small_blocks": "Sliver slivers"}
 )
