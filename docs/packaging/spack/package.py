@@ -28,5 +28,5 @@ class PySitedda(PythonPackage):
     depends_on("metis@5:")
     for library in ("numpy@2:", "scipy@1.11:", "xarray", "pandas", "netcdf4", "matplotlib"):
         depends_on(f"py-{library}", type=("build", "run"))
-    for library in ("pillow", "shapely@2:", "tqdm"):
+    for library in ("pillow@10.1:", "shapely@2:", "tqdm"):
         depends_on(f"py-{library}", type=("build", "run"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure and wrap the texts of figures, without matplotlib."""
+"""Measure and wrap the texts of figures, in the font that matplotlib provides."""
 
 from functools import lru_cache
 from importlib.util import find_spec
