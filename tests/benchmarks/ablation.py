@@ -90,7 +90,7 @@ REMEDIES = {
         OPEN_CLOSE, "iteration%overshoots >= most_overshoots", "n < 0 .and. n >= 4"
     ),
     "outer iteration for friction bounds": Remedy(
-        OPEN_CLOSE, "by_bounds = laws%convex", "by_bounds = most < 0 .and. laws%convex"
+        OPEN_CLOSE, "by_bounds = iteration%rounds > 0", "by_bounds = .false."
     ),
     "diverging friction sticks": Remedy(
         OPEN_CLOSE, "if (diverged > 0) then", "if (diverged > huge(1) - 1) then"
