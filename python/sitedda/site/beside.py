@@ -87,7 +87,7 @@ class Beside:
     @property
     def yields(self) -> bool:
         """Return whether the soil of the column yields."""
-        return len(self.columns) > 1
+        return "nonlinear" in self.columns
 
     def __str__(self) -> str:
         step = self.response.motion.time_step
@@ -198,6 +198,7 @@ def _compute_columns(
     else:
         fixed = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
         response = fixed.response(ground, step, kind="within")
+        response.check_bounded()
         words = f"damping ratio {100 * damping:g} % at all frequencies, " + convention_words(
             fixed.convention
         )

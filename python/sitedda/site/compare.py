@@ -28,22 +28,24 @@ class Analyses:
     def responses(self) -> dict[str, SiteResponse]:
         """Return the responses by the names of their analyses.
 
-        The unbounded response of a linear column without damping is omitted.
+        The unbounded response of a column without damping is omitted.
         """
-        found = {
-            "linear": self.linear,
-            "equivalent-linear": self.fitted.response,
-            "nonlinear": self.nonlinear,
-        }
-        if self.unbounded:
-            del found["linear"]
-        return found
+        found = {name: one for name, one in self._columns.items() if not one.unbounded}
+        return found | {"nonlinear": self.nonlinear}
+
+    @property
+    def _columns(self) -> dict[str, ColumnResponse]:
+        """Return the responses in the frequency domain, bounded or not."""
+        return {"linear": self.linear, "equivalent-linear": self.fitted.response}
 
     @property
     def unbounded(self) -> str:
-        """Return why the linear response is unbounded; '' if it is bounded."""
-        words = self.linear.unbounded
-        return f"the linear column is omitted: {words}" if words else ""
+        """Return which responses are unbounded, and why; '' if none is."""
+        return "\n".join(
+            f"the {name} column is omitted: {one.unbounded}"
+            for name, one in self._columns.items()
+            if one.unbounded
+        )
 
     def __str__(self) -> str:
         profiles = [one.profile() for one in self.responses.values()]
@@ -52,7 +54,8 @@ class Analyses:
             ("largest shear strain", [100 * float(one.strain.max()) for one in profiles], "%"),
             ("largest shear stress", [float(one.stress.max()) / 1e3 for one in profiles], "kPa"),
         ])  # fmt: skip
-        warnings = list(filter(None, [self.unbounded, self.fitted.doubt]))
+        doubt = "" if self.fitted.response.unbounded else self.fitted.doubt
+        warnings = list(filter(None, [self.unbounded, doubt]))
         return "\n".join([self.nonlinear.words, *lines, *warnings, "", str(self.nonlinear)])
 
     def plot(self):

@@ -151,7 +151,7 @@ def _iterate_properties(
     for iteration in range(1, most_iterations + 1):
         fitted = _updated_column(column, curves, reduction, damping)
         response = fitted.response(ground, **place)
-        strain = strain_ratio * np.abs(response.strain(column.middles)).max(axis=-1)
+        strain = strain_ratio * np.abs(response.trial_strain(column.middles)).max(axis=-1)
         wanted = _strain_properties(column, curves, strain)
         change = max(
             float(np.max(np.abs(new - old) / np.maximum(new, 1e-12)))

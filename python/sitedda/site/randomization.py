@@ -104,8 +104,9 @@ def randomized(
         Correlation of G/G_max and damping ratio, such as −0.5, with the standard deviations of
         Darendeli (2001) and one pair of deviates a row; None: curves are not varied.  They stay
         within G/G_max 0.05 … 1 and damping ratios of 0.1 … 15 %, and the stress never falls.
-    Deviates are normal, truncated at this number of standard deviations, and then rescaled to the
-    standard deviation of the model.
+    clip : float
+        Deviates are normal, truncated at this number of standard deviations, and then
+        rescaled to the standard deviation of the model.
     water_table, pressure_at_rest : float
         See `Profile.curves`.
 

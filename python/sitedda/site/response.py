@@ -136,14 +136,30 @@ class ColumnResponse(SiteResponse):
     def unbounded(self) -> str:
         """Return why free vibration never decays; '' if it does."""
         absorbed = self.kind == "outcrop" and isinstance(self.column.base, HalfSpace)
-        if self.scheme or absorbed or any(la.damping_at([1.0])[0] for la in self.column.layers):
+        if self.scheme or absorbed:
             return ""
+        if any(layer.damping_at(self._frequencies).any() for layer in self.column.layers):
+            return ""
+        within = isinstance(self.column.base, HalfSpace)
+        place = "above a within motion" if within else "on a rigid base"
         return (
-            "without damping on a rigid base its resonance is infinite; give its soils a damping "
+            f"without damping {place} its resonance is infinite; give its soils a damping "
             "ratio at small strains"
         )
 
+    def check_bounded(self) -> None:
+        """Raise a ValueError if free vibration never decays."""
+        if self.unbounded:
+            raise ValueError(f"the motion of the column is unbounded: {self.unbounded}")
+
     def _integrate_motion(
+        self, ratio, order: int, depth: ArrayLike, first: complex = 0.0
+    ) -> NDArray[np.float64]:
+        """Return the histories of `_integrate_any` if the motion is bounded."""
+        self.check_bounded()
+        return self._integrate_any(ratio, order, depth, first)
+
+    def _integrate_any(
         self, ratio, order: int, depth: ArrayLike, first: complex = 0.0
     ) -> NDArray[np.float64]:
         """Return histories of the motion × `ratio`/(iω)^order; `first` is the value at 0 Hz."""
@@ -162,8 +178,6 @@ class ColumnResponse(SiteResponse):
 
     def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth or depths (m), m/s², shape (..., samples)."""
-        if self.unbounded:
-            raise ValueError(f"the motion of the column is unbounded: {self.unbounded}")
         ratio = self._displacement_ratio(self._frequencies, depth)
         return self._integrate_motion(ratio, 0, depth, self.motion.spectrum[0])
 
@@ -175,6 +189,10 @@ class ColumnResponse(SiteResponse):
     def strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain at a depth or depths (m), dimensionless, shape (..., samples)."""
         return self._integrate_motion(self._strain_ratio(depth)[0], 2, depth)
+
+    def trial_strain(self, depth: ArrayLike) -> NDArray[np.float64]:
+        """Shear strain as `strain`, of a column without damping too: a trial of an iteration."""
+        return self._integrate_any(self._strain_ratio(depth)[0], 2, depth)
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear stress at a depth or depths (m), Pa, shape (..., samples)."""

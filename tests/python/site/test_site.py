@@ -15,6 +15,7 @@ from sitedda import Column, HalfSpace, InputError, Layer
 from sitedda.signals import spectral_acceleration
 from sitedda.site import (
     SoilCurves,
+    analyses,
     beside,
     darendeli,
     equivalent_linear,
@@ -84,11 +85,46 @@ def test_endless_free_vibration_is_reported():
         Column([replace(soil, damping=1e-5)]).response(ricker(), STEP).acceleration()
     with pytest.raises(ValueError, match="unbounded: without damping on a rigid base"):
         Column([soil]).response(ricker(), STEP).acceleration()
-    with pytest.raises(ValueError, match="is unbounded"):
+    with pytest.raises(ValueError, match="unbounded: without damping above a within motion"):
         Column([soil], ROCK).response(ricker(), STEP, kind="within").acceleration()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         Column([soil], ROCK).response(ricker(), STEP)
+
+
+@pytest.mark.parametrize("quantity", ["velocity", "displacement", "strain", "stress"])
+def test_no_quantity_of_an_unbounded_motion_is_returned(quantity):
+    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
+    response = Column([soil]).response(ricker(), STEP)
+    with pytest.raises(ValueError, match="motion of the column is unbounded"):
+        getattr(response, quantity)(15.0)
+
+
+@pytest.mark.filterwarnings("ignore:more than 1 % of the free vibration")
+def test_damping_at_frequencies_other_than_1_hz_bounds_the_motion():
+    """The natural frequencies, 2 Hz and above, are damped; 1 Hz is not."""
+
+    def ratio(frequency):
+        return np.where(np.asarray(frequency) > 1.5, 0.05, 0.0)
+
+    soil = Layer(30.0, density=1800.0, shear_velocity=240.0, damping=ratio)
+    damped = Column([replace(soil, damping=0.05)]).response(ricker(), STEP)
+    found = Column([soil]).response(ricker(), STEP)
+    assert found.unbounded == ""
+    wanted = damped.acceleration()
+    assert found.acceleration() == pytest.approx(wanted, abs=0.05 * np.abs(wanted).max())
+
+
+def test_analyses_omit_each_unbounded_column():
+    """Linear soil without damping on a rigid base: only the nonlinear analysis has a result."""
+    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
+    found = analyses(Column([soil]), [None], ricker(), STEP)
+    assert list(found.responses) == ["nonlinear"]
+    text = str(found)
+    for name in ("linear", "equivalent-linear"):
+        assert f"the {name} column is omitted: without damping on a rigid base" in text
+    assert "% strain" not in text
+    found.plot()
 
 
 @pytest.mark.parametrize("depth", [0.0, 3.7, 12.0, 20.0])
@@ -330,6 +366,11 @@ def test_blocks_and_column_in_one_picture(root, tmp_path, python_program):
         assert float(blocks) == pytest.approx(float(column), rel=0.05), name
     damped = python_program("site", "layered_site.nc", "--damping", "0.05", folder=tmp_path)
     assert damped.returncode == 0 and "damping ratio 5 %" in damped.stdout
+    endless = python_program("site", "layered_site.nc", "--damping", "0", folder=tmp_path)
+    assert endless.returncode == 1 and "motion of the column is unbounded" in endless.stderr
+    assert "Traceback" not in endless.stderr
+    with pytest.raises(ValueError, match="motion of the column is unbounded"):
+        beside(sitedda.open_output(tmp_path / "layered_site.nc"), damping=0.0)
     wrong = python_program("site", "layered_site.nc", "--base", "nowhere", folder=tmp_path)
     assert wrong.returncode == 1 and "--base" in wrong.stderr and "surface" in wrong.stderr
 
