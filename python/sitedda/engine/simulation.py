@@ -149,7 +149,7 @@ class Simulation:
             If a step does not converge; the message names step, contact and blocks.
         """
         if isinstance(steps, str):  # `Range` also reads the texts of command lines
-            raise InputError(f"steps = {steps!r} must be a whole number")
+            raise InputError(f"steps = {steps} must be a whole number")
         steps = Range(0, 2**31 - 1, whole=True).check("steps", steps)
         with self._lock, self._output_lock():
             done = self._call_engine("advance_run", steps)
