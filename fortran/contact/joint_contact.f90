@@ -172,9 +172,9 @@ contains
       if (.not. slip_lifts(contacts, law, c)) return
       normal_force = max(0.0_wp, contacts%normal_force(c))
       difference = abs(normal_force - max(0.0_wp, response%normal_force))
-      if (response%state == contact_open .and. .not. normal_force > 0.0_wp) return
       state = sliding_state(contacts, law, c, response%past_centre, at(2))
-      bound = law%strength(state, normal_force)
+      if (response%state /= contact_open .or. normal_force > 0.0_wp) &
+         bound = law%strength(state, normal_force)
       lifting = law%lifting_share(state, max(0.0_wp, abs(at(2)) - bound/law%shear_spring(state)))
       bound = bound - lifting*law%rise(state, 0.0_wp)*normal_force
    end subroutine joint_bound
