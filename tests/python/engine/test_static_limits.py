@@ -221,20 +221,23 @@ def test_a_shaken_structure_runs_to_its_end_at_a_fixed_time_step(build, joint):
         assert abs(run.energies["balance"]) < 1e-9 * run.energies["kinetic"]
 
 
-def test_dilation_ends_within_steps_of_a_shaken_wall():
-    """In some contacts of a step, slip lifts only up to 2 mm."""
+@pytest.mark.parametrize(("cohesion", "time_step", "steps"), [(0.0, 20e-3, 10), (2e3, 8e-3, 20)])
+def test_dilation_ends_within_steps_of_a_shaken_wall(cohesion, time_step, steps):
+    """In some contacts of a step, slip lifts only up to 2 mm; open contacts have no cohesion."""
     joint = {"law": "mohr_coulomb", "friction_angle": 30.0, "dilation_angle": 15.0,
-             "dilation_slip": 2e-3, "shear_stiffness_per_area": 8e9}  # fmt: skip
-    with sitedda.Simulation(shaken(wall, joint, 20e-3)) as run:
-        for _ in range(10):
+             "dilation_slip": 2e-3, "cohesion": cohesion,
+             "shear_stiffness_per_area": 8e9}  # fmt: skip
+    with sitedda.Simulation(shaken(wall, joint, time_step)) as run:
+        for _ in range(steps):
             run.advance(1)
             found = {name: np.asarray(values) for name, values in run.contacts.items()}
             lift = np.tan(np.radians(15.0)) * np.minimum(found["slip_path"], 2e-3)
             normal = 2e10 * found["length"] * np.maximum(lift - found["gap"], 0.0)
-            bound = np.tan(np.radians(30.0)) * normal
+            bound = np.tan(np.radians(30.0)) * normal + cohesion * found["length"]
             allowed = 1e-6 * normal.max()
             assert np.abs(found["normal_force"] - normal).max() < allowed
             assert (np.abs(found["shear_force"]) <= bound + allowed).all()
+            assert (found["shear_force"][found["normal_force"] == 0.0] == 0.0).all()
         assert (found["slip_path"] > 2e-3).any()
 
 
