@@ -164,3 +164,20 @@ def test_a_water_table_through_nodes_is_found(seed):
     run = sitedda.run(sitedda.Model.from_namelist(text))
     assert run.complete
     assert "water table" not in run.summary + run.history.attrs["doubts"]
+
+
+@pytest.mark.parametrize("state", ["steady", "undrained"])
+def test_a_block_without_support_falls_also_beside_a_wet_joint(state):
+    model = sitedda.Model("fall", time_step=1e-3, gravity=(0, -9.81))
+    model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
+    model.joint("joint", friction_angle=35.0, normal_stiffness_per_area=1e10,
+                shear_stiffness_per_area=1e10)  # fmt: skip
+    model.block([(-2, -1), (6, -1), (6, 0), (-2, 0)], name="base")
+    model.block([(0, 0), (4, 0), (4, 2), (0, 2)], name="dam")
+    model.block([(10, 0), (11, 0), (11, 1), (10, 1)], name="loose")
+    model.fixed_point(-1.5, -0.5)
+    model.fixed_point(5.5, -0.5)
+    model.flow(aperture=1e-3, channel_length=1.0, state_at_rest=state)
+    model.stage("rest", kind="static")
+    with pytest.raises(sitedda.ConvergenceError, match="block 3 'loose' falls"):
+        sitedda.run(model, output=False)
