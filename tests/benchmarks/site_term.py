@@ -5,7 +5,7 @@
         [--runs 20] [--size 10] [--folder FOLDER]
 
 A large plain sample of plane runs, which --folder keeps, is the population of profiles.  Each
-repetition draws --runs of them and knows all columns, so the mean of the large sample is exact.
+repetition draws --runs of them by their columns, so the mean of the large sample is exact.
 Its error as an estimate for all profiles is printed too.  --size is the size of cells, m.
 """
 
@@ -20,7 +20,7 @@ import sitedda
 from sitedda import Column, HalfSpace, Layer
 from sitedda.signals import smooth_konno_ohmachi
 from sitedda.site import site_term
-from sitedda.site.site_terms import term_of
+from sitedda.site.site_terms import draw_samples, term_of
 from sitedda.study import study
 
 HEAD = """&run title = '{name}' /
@@ -133,10 +133,11 @@ def compare(name: str, folder: Path, options) -> None:
     mean = plane.mean(axis=0)
     error = 1.96 * plane.std(axis=0, ddof=1) / np.sqrt(len(plane))
     generator, tables = np.random.default_rng(1), []
+    known = np.tile(columns, (COPIES, 1, 1))
     for _ in range(options.repeats):
-        drawn = generator.integers(options.large, size=options.runs)
-        known = np.concatenate([columns[drawn], *[columns] * COPIES])
-        tables.append(term_of(plane[drawn], known, points, PERIODS).table)
+        drawn = draw_samples(known, options.runs, generator)
+        found = plane[drawn % options.large]
+        tables.append(term_of(found, known, drawn, points, PERIODS).table)
     off = np.abs([np.log(one["median"].values) - mean for one in tables])
     half = np.array([one.sampling.values for one in tables])
     saving = np.median([one.saving.values for one in tables], axis=0)

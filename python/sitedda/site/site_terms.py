@@ -17,7 +17,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _FEWEST = 20  # least number of plane runs, to which nine slopes are fitted
-_WORTH = 1.2  # least saving of runs over plain sampling
+_TERMS = 12  # largest number of controls
+_PRODUCT = 0.5  # size of a product of components, over the product of their sizes
+_WORTH = 1.2  # least saving of runs by columns
+_HEADS = {"point": "point", "period": "period (s)", "median": "median AF", "sampling": "± %",
+          "total": "total ± %", "sigma_ln": "σ_ln", "sigma_error": "±", "aggravation": "2-D/1-D",
+          "aggravation_sampling": "± %", "saving": "saving"}  # fmt: skip
 _RICHARDSON = 4 / 3  # error of second order over the change by half the cells or steps
 
 
@@ -32,29 +37,21 @@ class SiteTerm:
         that of the columns); ``sampling``, ``sigma_error`` and ``aggravation_sampling``, half of
         their confidence intervals (of the medians in ln); ``total``, which adds the errors of
         ``discretisation``; ``saving``, the runs that plain sampling needs for the same interval
-        over the runs made (1: plain sampling was used).
+        over the runs made.
     """
 
     table: xr.Dataset
 
     def __str__(self) -> str:
-        table, lines = self.table, []
-        lines.append(f"{table.attrs['runs']} plane runs, {table.attrs['columns']} columns, "
-                     f"intervals of {100 * table.attrs['level']:g} %")  # fmt: skip
-        lines.append(f"{'point':12s}{'period (s)':>11}{'median AF':>11}{'± %':>6}{'total ± %':>11}"
-                     f"{'σ_ln':>8}{'±':>7}{'2-D/1-D':>9}{'± %':>6}{'saving':>8}")  # fmt: skip
-        for row in self._rows.to_dict("records"):
-            lines.append(
-                f"{row['point']!s:12s}{row['period']:11.4g}{row['median']:11.4g}"
-                f"{100 * row['sampling']:6.1f}{100 * row['total']:11.1f}"
-                f"{row['sigma_ln']:8.3f}{row['sigma_error']:7.3f}"
-                f"{row['aggravation']:9.3f}{100 * row['aggravation_sampling']:6.1f}"
-                f"{row['saving']:8.1f}"
-            )
-        useless = int((table.saving == 1).sum())
+        table, rows = self.table, self._rows
+        rows[["sampling", "total", "aggravation_sampling"]] *= 100
+        lines = [f"{table.attrs['runs']} plane runs, {table.attrs['columns']} columns, "
+                 f"intervals of {100 * table.attrs['level']:g} %",
+                 rows[list(_HEADS)].to_string(index=False, header=list(_HEADS.values()),
+                                              float_format="{:.4g}".format)]  # fmt: skip
+        useless = int((table.saving < _WORTH).sum())
         if useless:
-            lines.append(f"columns save no runs for {useless} of {table.saving.size} results: "
-                         "plain sampling was used")  # fmt: skip
+            lines.append(f"columns save no runs for {useless} of {table.saving.size} results")
         return "\n".join(lines)
 
     def to_csv(self, file) -> Path:
@@ -85,11 +82,16 @@ def site_term(
 ) -> SiteTerm:
     """Estimate amplification over random profiles from few plane runs and many columns.
 
-    ln AF of the plane runs is regressed on ln AF of their columns at this and the neighbouring
-    periods, and on its squares and products; the mean of the regression over all columns is the
-    estimate
-    (control variates: Peherstorfer, Willcox and Gunzburger 2016).  Where that needs more than
-    1/1.2 of the runs of plain sampling, plain sampling is used.
+    1. Controls b are up to 12 principal components of ln AF of the columns at all points and
+       periods, and products of components, made orthonormal over all columns.
+    2. Samples of the plane runs are drawn with probabilities p = (1 + (1 + |b|²)/(1 + terms))/2
+       over the number of columns, so that profiles with unusual columns are not missed
+       (Cohen and Migliorati 2017).
+    3. ln AF of the plane runs is regressed on the controls with weights 1/p.  The controls have
+       the mean 0, so the estimate is the intercept (control variates: Peherstorfer, Willcox and
+       Gunzburger 2016).  Its variance is that of the jackknife (HC3: MacKinnon and White 1985),
+       which includes the error of the slopes.
+    4. If this saves less than 1/6 of the runs, the weighted mean of the plane runs is used.
 
     Parameters
     ----------
@@ -100,7 +102,7 @@ def site_term(
     points, periods : sequence
         Names, and s.
     runs, columns : int
-        Numbers of samples; plane runs use the first samples of the columns.
+        Numbers of samples; plane runs use some of the samples of the columns.
     finer : mapping of callable, optional
         Plane models with half the time step, half the cells, …, by names of these errors.
     finer_runs : int
@@ -121,6 +123,9 @@ def site_term(
     ----------
     Peherstorfer, B., Willcox, K. & Gunzburger, M. (2016). Optimal model management for
     multifidelity Monte Carlo estimation. SIAM Journal on Scientific Computing 38(5), A3163-A3194.
+
+    Cohen, A. & Migliorati, G. (2017). Optimal weighted least-squares methods. SMAI Journal of
+    Computational Mathematics 3, 181-203.
     """
     if not _FEWEST <= runs <= columns:
         raise InputError(f"runs = {runs}, columns = {columns}: give {_FEWEST} runs or more, and at "
@@ -128,97 +133,118 @@ def site_term(
     if not 0 < level < 1:
         raise InputError(f"level = {level:g}: give a confidence between 0 and 1")
     shape = (len(points), len(np.atleast_1d(periods)))
-    found = _log_amplification(plane, runs, shape, folder, workers)
     control = np.log([np.asarray(column(i), dtype=float).reshape(shape) for i in range(columns)])
-    errors = {}
+    samples = draw_samples(control, runs, np.random.default_rng(1))
+    found = _log_amplification(plane, samples, shape, folder, workers)
+    changes = {}
     for name, model in (finer or {}).items():
         at = None if folder is None else Path(folder) / name.replace(" ", "_")
-        change = _log_amplification(model, finer_runs, shape, at, workers) - found[:finer_runs]
-        errors[name] = _RICHARDSON * np.abs(change.mean(axis=0))
-    return term_of(found, control, points, periods, errors, level)
+        changes[name] = (_log_amplification(model, samples[:finer_runs], shape, at, workers)
+                         - found[:finer_runs])  # fmt: skip
+    return term_of(found, control, samples, points, periods, changes, level)
+
+
+def draw_samples(control: NDArray, runs: int, generator: np.random.Generator) -> NDArray[np.int_]:
+    """Draw the samples of plane runs by ln AF of columns, shape (columns, points, periods)."""
+    chance = _chances(_controls(control, runs))
+    return generator.choice(len(chance), size=runs, p=chance)
 
 
 def term_of(
-    found: NDArray[np.float64], control: NDArray[np.float64], points, periods,
-    errors: Mapping[str, NDArray[np.float64]] | None = None, level: float = 0.95,
+    found: NDArray[np.float64], control: NDArray[np.float64], samples: NDArray[np.int_], points,
+    periods, changes: Mapping[str, NDArray[np.float64]] | None = None, level: float = 0.95,
 ) -> SiteTerm:  # fmt: skip
     """Return the term of ln AF of plane runs and columns, shape (samples, points, periods).
 
-    The first columns are those of the plane runs; `errors` of ln AF have shape (points, periods).
+    The plane runs are those of `samples` of the columns; `changes` are those of ln AF of the first
+    runs by finer models.
     """
     import xarray as xr
 
-    shape, errors = found.shape[1:], errors or {}
-    rows = [
-        _estimate(found[:, i, j], control[:, i, max(j - 1, 0) : j + 2], min(j, 1), level)
-        for i, j in np.ndindex(shape)
-    ]
+    shape, changes = found.shape[1:], changes or {}
+    terms = _controls(control, len(found))
+    weights = 1 / _chances(terms)[samples] / len(control)
+    flat, own = found.reshape(len(found), -1), control.reshape(len(control), -1)
+    by_columns, plain = (
+        _estimate(flat, basis, samples, weights, own, level) for basis in (terms, terms[:, :0])
+    )
+    useful = plain["sampling"] ** 2 > _WORTH * by_columns["sampling"] ** 2
     dims = ("point", "period")
-    data: dict = {name: (dims, np.reshape([row[name] for row in rows], shape)) for name in rows[0]}
-    parts = np.array([*errors.values()]).reshape(len(errors), *shape)
+    data: dict = {name: (dims, np.where(useful, one, plain[name]).reshape(shape))
+                  for name, one in by_columns.items()}  # fmt: skip
+    parts = np.array([
+        _RICHARDSON * np.abs(np.average(one, axis=0, weights=weights[: len(one)]))
+        for one in changes.values()
+    ]).reshape(-1, *shape)  # fmt: skip
     data["discretisation"] = (("error", *dims), parts)
     data["total"] = (dims, data["sampling"][1] + parts.sum(axis=0))
-    at = {"point": list(points), "period": np.atleast_1d(periods), "error": list(errors)}
+    at = {"point": list(points), "period": np.atleast_1d(periods), "error": list(changes)}
     sizes = {"runs": len(found), "columns": len(control), "level": level}
     return SiteTerm(xr.Dataset(data, at, sizes))
 
 
-def _log_amplification(model, count: int, shape, folder, workers) -> NDArray[np.float64]:
-    """Return ln AF of the first samples, shape (count, points, periods)."""
+def _log_amplification(model, samples, shape, folder, workers) -> NDArray[np.float64]:
+    """Return ln AF of samples, which may repeat, shape (samples, points, periods)."""
     from ..study.api import study
 
-    done = study(model, {"sample": range(count)}, folder=folder, workers=workers)
+    distinct, back = np.unique(samples, return_inverse=True)
+    done = study(model, {"sample": distinct.tolist()}, folder=folder, workers=workers)
     if (done.status != "complete").any():
         words = next(one for one in done.message.values if one)
         raise InputError(f"a plane run fails: {words}")
-    return np.log(done["value"].values.reshape(count, *shape))
+    return np.log(done["value"].values.reshape(-1, *shape))[back]
 
 
-def _estimate(found, control, own: int, level: float) -> dict[str, float]:
-    """Mean and σ of a row of plane runs, by the columns at its period and those beside it."""
-    from scipy.special import stdtrit
+def _controls(control, runs: int) -> NDArray[np.float64]:
+    """Return the controls of all columns, orthonormal and with mean 0, shape (columns, terms)."""
+    flat = control.reshape(len(control), -1)
+    parts, size = _orthonormal(flat / np.maximum(flat.std(axis=0), 1e-12))
+    parts, size = parts[:, :_TERMS], size[:_TERMS] / size[:1]
+    first, second = np.triu_indices(size.size)
+    terms = np.hstack([parts, parts[:, first] * parts[:, second]])
+    order = np.argsort(-np.append(size, _PRODUCT * size[first] * size[second]), kind="stable")
+    return _orthonormal(terms[:, order[: min(_TERMS, runs // 2 - 1)]])[0]
 
-    number, spread = found.size, control.std(axis=0)
-    scaled = (control - control.mean(axis=0)) / np.maximum(spread, 1e-12)
-    first, second = np.triu_indices(spread.size)
-    basis = np.hstack([scaled, scaled[:, first] * scaled[:, second]])
-    basis -= basis.mean(axis=0)
-    here, free = basis[:number], number - basis.shape[1] - 1
-    away = here.mean(axis=0)
-    moments = (here - away).T @ (here - away)
-    inverse = np.linalg.pinv(moments, rcond=1e-8, hermitian=True)
-    slope = inverse @ (here - away).T @ found
-    rest = found - found.mean() - (here - away) @ slope
-    scatter = float(rest @ rest) / free
-    every = basis.T @ basis / len(basis)
-    explained = float(slope @ every @ slope)
-    weight = 1 / number - (here - away) @ inverse @ away
-    leverage = 1 / number + np.einsum("ij,jk,ik->i", here - away, inverse, here - away)
-    # also the variance by HC3 (MacKinnon and White 1985), since the relation may not be quadratic
-    sampled = max(scatter * float(weight @ weight),
-                  float(np.sum((weight * rest / np.maximum(1 - leverage, 1e-3)) ** 2)))  # fmt: skip
-    plain = float(found.var(ddof=1))
-    side = [float(stdtrit(one, (1 + level) / 2)) for one in (free, number - 1)]
-    half = side[0] * np.sqrt(sampled + explained / len(basis))
-    needed = side[1] ** 2 * plain / half**2  # number of runs that plain sampling would need
-    mean, below = float(found.mean() - away @ slope), float(control[:, own].mean())
-    slope[own] -= spread[own]
-    beside = float(slope @ every @ slope) / len(basis)
-    slope[own] += spread[own]
+
+def _orthonormal(values) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return principal components with mean 0 and variance 1, and their sizes."""
+    parts, size, _ = np.linalg.svd(values - values.mean(axis=0), full_matrices=False)
+    good = size > 1e-8 * size.max(initial=1e-12)
+    return np.sqrt(len(values)) * parts[:, good], size[good]
+
+
+def _chances(terms) -> NDArray[np.float64]:
+    """Return the probability of each sample: half by its leverage, half equal."""
+    leverage = (1 + np.sum(terms**2, axis=1)) / (1 + terms.shape[1])
+    return (1 + leverage) / (2 * len(terms))
+
+
+def _estimate(found, terms, samples, weights, control, level: float) -> dict[str, NDArray]:
+    """Return means and σ of plane runs, a column each result, by controls `terms`."""
+    from scipy.special import ndtri, stdtrit
+
+    number, many = found.shape[0], len(terms)
+    design = np.column_stack([np.ones(number), terms[samples]])
+    factors = np.linalg.pinv(design.T @ (weights[:, None] * design)) @ (weights * design.T)
+    mean, slope = (factors @ found)[0], (factors @ found)[1:]
+    rest = found - design @ (factors @ found)
+    alone = rest / np.maximum(1 - np.sum(design.T * factors, axis=0), 1e-3)[:, None]
+    sampled = factors[0] ** 2 @ alone**2
+    explained, scatter = np.sum(slope**2, axis=0), weights @ (rest * alone) / weights.sum()
+    quantile = float(stdtrit(number - design.shape[1], (1 + level) / 2))
+    half = quantile * np.sqrt(sampled + explained / many)
+    share = weights[:, None] / weights.sum()
+    plain = np.sum(share * (found - np.sum(share * found, axis=0)) ** 2, axis=0)
     sigma = np.sqrt(explained + scatter)
-    bent = every @ slope
-    wide = 2 * scatter**2 / free + 4 * scatter * float(bent @ inverse @ bent)
-    wide += 2 * explained**2 / len(basis)
-    if needed < _WORTH * number:
-        half, sigma, mean = side[1] * np.sqrt(plain / number), np.sqrt(plain), found.mean()
-        wide, sampled, beside = 2 * plain**2 / (number - 1), plain / number, 0.0
-        needed, side[0] = number, side[1]
+    off = 2 * (factors[1:].T @ slope) * alone + share * (rest * alone - scatter)  # of σ²
+    wide = np.sum(off**2, axis=0) + 2 * explained**2 / many
+    beside = np.var(terms @ slope - control, axis=0) / many
     return {
-        "median": float(np.exp(mean)),
-        "sampling": float(half),
-        "sigma_ln": float(sigma),
-        "sigma_error": float(side[0] * np.sqrt(wide) / (2 * sigma)),
-        "aggravation": float(np.exp(mean - below)),
-        "aggravation_sampling": float(side[0] * np.sqrt(sampled + beside)),
-        "saving": float(needed / number),
+        "median": np.exp(mean),
+        "sampling": half,
+        "sigma_ln": sigma,
+        "sigma_error": quantile * np.sqrt(wide) / (2 * sigma),
+        "aggravation": np.exp(mean - control.mean(axis=0)),
+        "aggravation_sampling": quantile * np.sqrt(sampled + beside),
+        "saving": ndtri((1 + level) / 2) ** 2 * plain / half**2 / number,
     }

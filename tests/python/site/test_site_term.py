@@ -6,7 +6,7 @@ import pytest
 
 from sitedda import InputError
 from sitedda.site import site_term
-from sitedda.site.site_terms import _estimate
+from sitedda.site.site_terms import draw_samples, term_of
 
 
 def draw(sample):
@@ -36,26 +36,26 @@ def failing(sample):
     raise ValueError(f"sample {sample} is no good")
 
 
-@pytest.mark.parametrize(("noise", "least", "most"), [(0.05, 20, 500), (3.0, 1, 1.3)])
+@pytest.mark.parametrize(("noise", "least", "most"), [(0.05, 20, 500), (3.0, 0.7, 1.2)])
 def test_intervals_have_their_nominal_coverage(noise, least, most):
     """y = 0.2 + 1.1 x + 0.3 x² + noise with x normal, σ 0.3; 300 repetitions of 40 runs."""
     generator, right, saving = np.random.default_rng(1), [], []
     mean = 0.2 + 0.3 * 0.09
     sigma = np.sqrt((1.1 * 0.3) ** 2 + 2 * (0.3 * 0.09) ** 2 + (0.3 * noise) ** 2)
     for _ in range(300):
-        control = 0.3 * generator.standard_normal((2000, 2))
-        control[:, 0] = 0.8 * control[:, 1] + 0.6 * control[:, 0]
-        x = control[:40, 1]
-        found = _estimate(
-            0.2 + 1.1 * x + 0.3 * x**2 + 0.3 * noise * generator.standard_normal(40),
-            control, 1, 0.95,
-        )  # fmt: skip
+        control = 0.3 * generator.standard_normal((2000, 1, 2))
+        control[:, 0, 0] = 0.8 * control[:, 0, 1] + 0.6 * control[:, 0, 0]
+        samples = draw_samples(control, 40, generator)
+        x, away = control[samples, :, 1:], 0.3 * noise * generator.standard_normal((40, 1, 1))
+        result = np.tile(0.2 + 1.1 * x + 0.3 * x**2 + away, 2)
+        table = term_of(result, control, samples, ["top"], [0.5, 1.0]).table.drop_dims("error")
+        found = table.isel(point=0, period=1)
         right.append([
             abs(np.log(found["median"]) - mean) <= found["sampling"],
             abs(found["sigma_ln"] - sigma) <= found["sigma_error"],
             abs(np.log(found["aggravation"]) - mean) <= found["aggravation_sampling"],
         ])  # fmt: skip
-        saving.append(found["saving"])
+        saving.append(found.saving)
     assert np.all(np.abs(np.mean(right, axis=0) - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 300))
     assert least <= np.median(saving) <= most
 
@@ -64,16 +64,14 @@ def test_a_term_reports_results_without_saving(tmp_path):
     found = site_term(plane, columns, ["near", "far"], [0.2, 1.0], runs=40, columns=2000,
                       finer={"mesh": finer}, finer_runs=2, workers=1)  # fmt: skip
     table = found.table
-    assert (table.saving.sel(point="near") > 10).all() and (
-        table.saving.sel(point="far") == 1
-    ).all()
+    assert (table.saving.sel(point="near") > 10).all()
+    assert (table.saving.sel(point="far") < 1.2).all()
     assert (np.abs(np.log(table["median"].sel(point="near")) - 0.2) < 0.03).all()
     np.testing.assert_allclose(table.discretisation.sel(error="mesh"), np.log(1.01) * 4 / 3)
     np.testing.assert_allclose(table.total - table.sampling, np.log(1.01) * 4 / 3)
-    logs = np.log([plane(i) for i in range(40)])[:, 1, 0]
-    far = table.sel(point="far").isel(period=0)
-    assert float(far["median"]) == pytest.approx(np.exp(logs.mean()))
-    assert float(far.sampling) == pytest.approx(2.0227 * logs.std(ddof=1) / np.sqrt(40), rel=1e-4)
+    far = table.sel(point="far")
+    assert (np.abs(np.log(far["median"])) < 1.5 * far.sampling).all()  # the exact mean is 0
+    assert far.sampling.values == pytest.approx(2.02 * 0.5 / np.sqrt(40), rel=0.4)  # plain sampling
     assert "columns save no runs for 2 of 4 results" in str(found)
     lines = found.to_csv(tmp_path / "term.csv").read_text().splitlines()
     assert lines[0].startswith("point,period,median,") and len(lines) == 5
@@ -82,5 +80,5 @@ def test_a_term_reports_results_without_saving(tmp_path):
 def test_errors_of_terms_are_reported():
     with pytest.raises(InputError, match="runs = 10, columns = 100: give 20"):
         site_term(plane, columns, ["a", "b"], [0.2, 1.0], runs=10, columns=100)
-    with pytest.raises(InputError, match="sample 0 is no good"):
+    with pytest.raises(InputError, match=r"sample \d+ is no good"):
         site_term(failing, columns, ["a", "b"], [0.2, 1.0], runs=20, columns=20, workers=1)
