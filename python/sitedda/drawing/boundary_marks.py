@@ -51,18 +51,18 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
     scene : Scene
     frame : int
     """
-    shown = {}
+    handles = {}
     for boundary in scene.boundaries(frame):
         kind = boundary["kind"]
-        words, color, sign = SIGNS.get(kind, (kind, HELD, [[[0.0, 0.0], [0.0, 1.0]]]))
+        label, color, sign = SIGNS.get(kind, (kind, HELD, [[[0.0, 0.0], [0.0, 1.0]]]))
         edges = np.stack([boundary["start"], boundary["end"]], axis=1)
         edges = edges[np.any(edges[:, 0] != edges[:, 1], axis=1)]
         if not len(edges):  # a stage has removed the blocks of the boundary
             continue
         if boundary["moved"]:
-            held = color == HELD
-            words += ", moved" if held else ", incoming wave"
-            color = MOVED if held else color
+            is_support = color == HELD
+            label += ", moved" if is_support else ", incoming wave"
+            color = MOVED if is_support else color
         look = {"colors": color, "capstyle": "round", "zorder": 5}
         axes.add_collection(LineCollection(edges, linewidths=2.2, **look))
         axes.add_collection(
@@ -70,8 +70,8 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
         )
         marker = Path.make_compound_path(*(Path(np.multiply(line, [1, -1])) for line in sign))
         look = {"marker": marker, "ms": 12, "mfc": "none", "lw": 2.2}
-        shown[words] = Line2D([], [], color=color, label=words, **look)
-    return list(shown.values())
+        handles[label] = Line2D([], [], color=color, label=label, **look)
+    return list(handles.values())
 
 
 def _sign_lines(sign, edges, size: float) -> list[np.ndarray]:
@@ -80,11 +80,11 @@ def _sign_lines(sign, edges, size: float) -> list[np.ndarray]:
     edges = edges[np.argsort(middle[:, np.argmax(np.ptp(middle, axis=0))], kind="stable")]
     begin, along = edges[:, 0], edges[:, 1] - edges[:, 0]
     length = np.linalg.norm(along, axis=1)
-    last = np.cumsum(length)
-    count = max(1, round(last[-1] / (_SPACING * size)))
-    at = (np.arange(count) + 0.5) / count * last[-1]
-    edge = np.searchsorted(last, at)
+    edge_ends = np.cumsum(length)
+    count = max(1, round(edge_ends[-1] / (_SPACING * size)))
+    distances = (np.arange(count) + 0.5) / count * edge_ends[-1]
+    edge = np.searchsorted(edge_ends, distances)
     along = along[edge] / length[edge, None]
-    place = begin[edge] + (at - last[edge] + length[edge])[:, None] * along
+    origins = begin[edge] + (distances - edge_ends[edge] + length[edge])[:, None] * along
     axes = _DEPTH * size * np.stack([along, along[:, ::-1] * [1, -1]], axis=1)
-    return [place[i] + np.asarray(line) @ axes[i] for i in range(count) for line in sign]
+    return [origins[i] + np.asarray(line) @ axes[i] for i in range(count) for line in sign]

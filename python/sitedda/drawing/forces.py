@@ -19,8 +19,8 @@ _CHAIN_KEYS = (1.0, 0.5, 0.2)  # forces in the legend as fractions of the force 
 
 def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndarray]:
     """Return contact forces between neighbours: positions (m) and forces (N/m), each (k, 2)."""
-    places, force, _, _ = resultants(scene, frame, vertices)
-    return places, force
+    positions, force, _, _ = resultants(scene, frame, vertices)
+    return positions, force
 
 
 def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
@@ -36,16 +36,16 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
     a, b = scene.owner[contacts["vertex"]], scene.owner[contacts["edge"]]
     sign = np.where(a < b, 1.0, -1.0)
     pair = np.minimum(a, b) * scene.blocks + np.maximum(a, b)
-    pair, which = np.unique(pair, return_inverse=True)
+    pair, pair_index = np.unique(pair, return_inverse=True)
     k = len(pair)
-    weight = np.bincount(which, abs(push), k)
-    total = np.column_stack([np.bincount(which, sign * f, k) for f in force.T])
-    where = scene.touching(vertices, contacts) if len(push) else np.zeros((0, 2))
-    centre = np.column_stack([np.bincount(which, abs(push) * x, k) for x in where.T])
-    good = weight > 0
+    weight = np.bincount(pair_index, abs(push), k)
+    total = np.column_stack([np.bincount(pair_index, sign * f, k) for f in force.T])
+    positions = scene.touching(vertices, contacts) if len(push) else np.zeros((0, 2))
+    centre = np.column_stack([np.bincount(pair_index, abs(push) * x, k) for x in positions.T])
+    loaded = weight > 0
     blocks = np.column_stack([pair // scene.blocks, pair % scene.blocks])
-    presses = np.bincount(which, push, k) > 0
-    return centre[good] / weight[good, None], total[good], blocks[good], presses[good]
+    presses = np.bincount(pair_index, push, k) > 0
+    return centre[loaded] / weight[loaded, None], total[loaded], blocks[loaded], presses[loaded]
 
 
 def force_scale(scene: Scene, frames) -> float:
@@ -60,60 +60,64 @@ def arrow_length(scene: Scene) -> float:
     return min(0.8 * float(np.sqrt(np.median(scene.areas()))), _LONGEST * scene.size)
 
 
-def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, most: float) -> list:
+def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, scale: float) -> list:
     """Draw two opposed arrows at the contact force of each pair of neighbours; return artists."""
-    places, force = force_lines(scene, frame, vertices)
+    points, force = force_lines(scene, frame, vertices)
     size = np.linalg.norm(force, axis=1)
-    seen = size > _LEAST * most
-    if not most > 0 or not seen.any():
+    visible = size > _LEAST * scale
+    if not scale > 0 or not visible.any():
         return []
-    shown = np.minimum(1.0, most / size[seen])[:, None] * force[seen] / most
-    arrows = arrow_length(scene) * shown
-    return [_draw_quiver(axes, places[seen], sign * arrows, "tip", FORCE) for sign in (1.0, -1.0)]
-
-
-def _draw_quiver(axes: Axes, places, arrows, pivot: str, color: str):
-    """Draw arrows (k, 2), m, of equal width at positions (k, 2), m; return the artist."""
-    look = {"edgecolor": PAPER, "linewidth": 0.4, "width": 2.2 / 72, "units": "inches"}
-    look |= {"headwidth": 3.4, "headlength": 3.6, "headaxislength": 3.4, "minlength": 0.6}
-    return axes.quiver(*places.T, *arrows.T, angles="xy", scale_units="xy", scale=1.0,
-                       pivot=pivot, color=color, zorder=4, **look)  # fmt: skip
-
-
-def scale_arrow(length: float, most: float, unit: str, words: str) -> tuple[float, str]:
-    """Return length (m) and label of an arrow for a round value; `length` represents `most`."""
-    size, name = in_unit(most, unit)
-    power = 10.0 ** np.floor(np.log10(most / size))
-    value = max(step * power for step in (1, 2, 5) if step * power <= most / size * (1 + 1e-9))
-    return length * value * size / most, f"{words}: {value:g} {name}"
-
-
-def draw_chains(axes: Axes, scene: Scene, frame: int, factor: float, vertices, most: float) -> list:
-    """Draw lines from centroid to centroid through contacts, wider for larger forces."""
-    places, force, blocks, presses = resultants(scene, frame, vertices)
-    size = np.linalg.norm(force, axis=1)
-    seen = size > _LEAST * most
-    if not most > 0 or not seen.any():
-        return []
-    centre = scene.coordinates(frame)[:, :2] + (factor - 1) * scene.displacement(frame)
-    first, second = centre[blocks[seen]].transpose(1, 0, 2)
-    lines = np.stack([first, places[seen], second], axis=1)
-    width = _WIDEST * np.clip(size[seen] / most, 0.04, 1.0)
-    colors = np.where(presses[seen], INK, FORCE)
-    look = {"capstyle": "round", "joinstyle": "round", "zorder": 4}
+    relative = np.minimum(1.0, scale / size[visible])[:, None] * force[visible] / scale
+    arrows = arrow_length(scene) * relative
     return [
-        axes.add_collection(LineCollection(lines, colors=c, linewidths=width + more, **look))
-        for c, more in ((PAPER, 1.2), (colors, 0.0))
+        _draw_quiver(axes, points[visible], sign * arrows, "tip", FORCE) for sign in (1.0, -1.0)
     ]
 
 
-def chain_key(most: float) -> list:
-    """Return legend handles of the line widths that represent forces."""
-    words = [shown(share * most, "N/m") for share in _CHAIN_KEYS]
-    words[0] = f"contact force, compression {words[0]}"
+def _draw_quiver(axes: Axes, positions, arrows, pivot: str, color: str):
+    """Draw arrows (k, 2), m, of equal width at positions (k, 2), m; return the artist."""
+    look = {"edgecolor": PAPER, "linewidth": 0.4, "width": 2.2 / 72, "units": "inches"}
+    look |= {"headwidth": 3.4, "headlength": 3.6, "headaxislength": 3.4, "minlength": 0.6}
+    return axes.quiver(*positions.T, *arrows.T, angles="xy", scale_units="xy", scale=1.0,
+                       pivot=pivot, color=color, zorder=4, **look)  # fmt: skip
+
+
+def scale_arrow(length: float, scale: float, unit: str, label: str) -> tuple[float, str]:
+    """Return length (m) and label of an arrow for a round value; `length` represents `scale`."""
+    size, name = in_unit(scale, unit)
+    power = 10.0 ** np.floor(np.log10(scale / size))
+    value = max(step * power for step in (1, 2, 5) if step * power <= scale / size * (1 + 1e-9))
+    return length * value * size / scale, f"{label}: {value:g} {name}"
+
+
+def draw_chains(
+    axes: Axes, scene: Scene, frame: int, factor: float, vertices, scale: float
+) -> list:
+    """Draw lines from centroid to centroid through contacts, wider for larger forces."""
+    points, force, blocks, presses = resultants(scene, frame, vertices)
+    size = np.linalg.norm(force, axis=1)
+    visible = size > _LEAST * scale
+    if not scale > 0 or not visible.any():
+        return []
+    centre = scene.coordinates(frame)[:, :2] + (factor - 1) * scene.displacement(frame)
+    start, end = centre[blocks[visible]].transpose(1, 0, 2)
+    lines = np.stack([start, points[visible], end], axis=1)
+    width = _WIDEST * np.clip(size[visible] / scale, 0.04, 1.0)
+    colors = np.where(presses[visible], INK, FORCE)
+    look = {"capstyle": "round", "joinstyle": "round", "zorder": 4}
     return [
-        *(Line2D([], [], color=INK, lw=_WIDEST * share, solid_capstyle="round", label=label)
-          for share, label in zip(_CHAIN_KEYS, words, strict=True)),
+        axes.add_collection(LineCollection(lines, colors=c, linewidths=width + margin, **look))
+        for c, margin in ((PAPER, 1.2), (colors, 0.0))
+    ]
+
+
+def chain_key(scale: float) -> list:
+    """Return legend handles of the line widths that represent forces."""
+    labels = [shown(fraction * scale, "N/m") for fraction in _CHAIN_KEYS]
+    labels[0] = f"contact force, compression {labels[0]}"
+    return [
+        *(Line2D([], [], color=INK, lw=_WIDEST * fraction, solid_capstyle="round", label=label)
+          for fraction, label in zip(_CHAIN_KEYS, labels, strict=True)),
         Line2D([], [], color=FORCE, lw=2.0, label="tension"),
     ]  # fmt: skip
 
@@ -125,15 +129,15 @@ def movement_scale(scene: Scene, name: str, frames, since: int = 0) -> float:
 
 
 def draw_movement(axes: Axes, scene: Scene, name: str, frame: int, since: int, factor: float,
-                  most: float) -> list:  # fmt: skip
+                  scale: float) -> list:  # fmt: skip
     """Draw displacements or velocities of the centroids as arrows; return the artists."""
-    moved = scene.displacement(frame)
-    arrows = scene.rates(frame)[:, :2] if name == "velocity" else moved - scene.displacement(since)
+    motion = scene.displacement(frame)
+    arrows = scene.rates(frame)[:, :2] if name == "velocity" else motion - scene.displacement(since)
     size = np.linalg.norm(arrows, axis=1)
-    seen = (size > 0.02 * most) & ~scene.removed(frame)
-    if not most > 0 or not seen.any():
+    visible = (size > 0.02 * scale) & ~scene.removed(frame)
+    if not scale > 0 or not visible.any():
         return []
-    places = scene.coordinates(frame)[:, :2] + (factor - 1) * moved
-    shown = np.minimum(1.0, most / size[seen])[:, None] * arrows[seen] / most
+    points = scene.coordinates(frame)[:, :2] + (factor - 1) * motion
+    relative = np.minimum(1.0, scale / size[visible])[:, None] * arrows[visible] / scale
     length = _LONGEST * scene.size
-    return [_draw_quiver(axes, places[seen], length * shown, "tail", BLUE)]
+    return [_draw_quiver(axes, points[visible], length * relative, "tail", BLUE)]

@@ -20,9 +20,9 @@ _LEAST_LENGTH = 0.02  # smallest length of a joint with half-arrows over the siz
 def joint_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:
     """Return the ends of interfaces in a frame, shape (k, 2, 2), m; they move with first blocks."""
     faces, ends = scene.interfaces, []
-    for places in (faces.start, faces.end):
-        now = scene.carried(faces.first, places, frame)
-        ends.append(now + (factor - 1.0) * (now - places - scene.base[frame]))
+    for reference in (faces.start, faces.end):
+        position = scene.carried(faces.first, reference, frame)
+        ends.append(position + (factor - 1.0) * (position - reference - scene.base[frame]))
     return np.stack(ends, axis=1)
 
 
@@ -31,40 +31,40 @@ def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: floa
     """Draw joints that have slipped or opened, the largest movement on top; return artists."""
     movement = scene.joint_movement(frame)[list(MOVEMENTS).index(name)]
     placed = scale.share(movement)
-    seen = np.flatnonzero(placed > _LEAST)
-    if not scale.high > 0 or len(seen) == 0:
+    visible = np.flatnonzero(placed > _LEAST)
+    if not scale.high > 0 or len(visible) == 0:
         return []
-    seen = seen[np.argsort(movement[seen])]
-    lines = joint_lines(scene, frame, factor)[seen]
-    share = placed[seen]
-    width = _THIN + (_WIDE - _THIN) * share
+    visible = visible[np.argsort(movement[visible])]
+    lines = joint_lines(scene, frame, factor)[visible]
+    fraction = placed[visible]
+    width = _THIN + (_WIDE - _THIN) * fraction
     look = {"capstyle": "butt", "zorder": 3}
-    halo = LineCollection(lines, colors=PAPER, linewidths=width + _HALO * share, **look)
-    drawn = LineCollection(lines, linewidths=width, cmap=JOINT_MAP, norm=Normalize(0.0, 1.0),
-                           array=share, **look)  # fmt: skip
-    senses = _draw_slip_arrows(axes, scene, frame, lines, seen, placed) if name == "slip" else []
-    return [axes.add_collection(halo), axes.add_collection(drawn), *senses]
+    halo = LineCollection(lines, colors=PAPER, linewidths=width + _HALO * fraction, **look)
+    coloured = LineCollection(lines, linewidths=width, cmap=JOINT_MAP, norm=Normalize(0.0, 1.0),
+                           array=fraction, **look)  # fmt: skip
+    senses = _draw_slip_arrows(axes, scene, frame, lines, visible, placed) if name == "slip" else []
+    return [axes.add_collection(halo), axes.add_collection(coloured), *senses]
 
 
-def _draw_slip_arrows(axes: Axes, scene: Scene, frame: int, lines, seen, share) -> list:
+def _draw_slip_arrows(axes: Axes, scene: Scene, frame: int, lines, visible, fraction) -> list:
     """Draw half-arrows on both sides of the joints with the largest slip; return artists."""
     along = lines[:, 1] - lines[:, 0]
     length = np.linalg.norm(along, axis=1)
-    chosen = (share[seen] > _LEAST_SENSE) & (length > _LEAST_LENGTH * scene.size)
-    chosen = np.flatnonzero(chosen)[-_SENSES:]
-    if len(chosen) == 0:
+    selected = (fraction[visible] > _LEAST_SENSE) & (length > _LEAST_LENGTH * scene.size)
+    selected = np.flatnonzero(selected)[-_SENSES:]
+    if len(selected) == 0:
         return []
-    unit = along[chosen] / length[chosen, None]
-    across = np.column_stack([unit[:, 1], -unit[:, 0]])  # normal into the second block
-    reach = np.minimum(0.3 * length[chosen], 0.03 * scene.size)[:, None]
+    unit = along[selected] / length[selected, None]
+    normal = np.column_stack([unit[:, 1], -unit[:, 0]])  # normal into the second block
+    reach = np.minimum(0.3 * length[selected], 0.03 * scene.size)[:, None]
     # Slip of the second block relative to the first, positive along the edge of the first.
-    sense = scene.joint_sense(frame)[seen[chosen], None]
-    middle, barbs = lines[chosen].mean(axis=1), []
+    sense = scene.joint_sense(frame)[visible[selected], None]
+    middle, barbs = lines[selected].mean(axis=1), []
     for side in (1.0, -1.0):
-        place = middle + side * 0.35 * reach * across
-        tip = place + side * sense * reach * unit
-        barb = tip - side * 0.4 * reach * (sense * unit - 0.6 * across)
-        barbs.append(np.stack([place - side * sense * reach * unit, tip, barb], axis=1))
+        centre = middle + side * 0.35 * reach * normal
+        tip = centre + side * sense * reach * unit
+        barb = tip - side * 0.4 * reach * (sense * unit - 0.6 * normal)
+        barbs.append(np.stack([centre - side * sense * reach * unit, tip, barb], axis=1))
     barbs = np.concatenate(barbs)
     look = {"capstyle": "round", "joinstyle": "round", "zorder": 5}
     return [axes.add_collection(LineCollection(barbs, colors=c, linewidths=w, **look))

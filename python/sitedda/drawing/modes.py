@@ -40,20 +40,20 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
     """
     count = int(_COUNT.check("count", count))
     if isinstance(source, Simulation):
-        model, found = Scene.of(source), modes(source, count, contacts)
+        model, result = Scene.of(source), modes(source, count, contacts)
     else:
         with Simulation(source) as simulation:
-            model, found = Scene.of(simulation), modes(simulation, count, contacts)
+            model, result = Scene.of(simulation), modes(simulation, count, contacts)
     waves = np.cos(2 * np.pi * np.arange(1, _FRAMES + 1) / _FRAMES)
-    moved = [np.zeros((1, model.blocks, 6))]
-    for shape in found.shapes:
+    displacements = [np.zeros((1, model.blocks, 6))]
+    for shape in result.shapes:
         largest = np.linalg.norm(shape[:, :2], axis=1).max() or 1.0
-        moved.append(REACH * model.size / largest * waves[:, None, None] * shape)
-    q = model.coordinates(0) + np.concatenate(moved)
-    return _make_scene(model, q, found), found
+        displacements.append(REACH * model.size / largest * waves[:, None, None] * shape)
+    q = model.coordinates(0) + np.concatenate(displacements)
+    return _make_scene(model, q, result), result
 
 
-def _make_scene(model: Scene, q: np.ndarray, found: Modes) -> Scene:
+def _make_scene(model: Scene, q: np.ndarray, result: Modes) -> Scene:
     """Return a scene of a model with given block coordinates, shape (frames, blocks, 6)."""
     keep = [n for n in ("block", "block_material", "edge_joint", "block_body", "edge_welded",
                         "vertex_block") if n in model.data]  # fmt: skip
@@ -61,37 +61,37 @@ def _make_scene(model: Scene, q: np.ndarray, found: Modes) -> Scene:
     none = {f"contact_{n}": ("contact", np.zeros(0, dtype=int)) for n in
             ("frame", "vertex", "edge", "state", "bonded", "gap", "normal_force",
              "shear_force")}  # fmt: skip
-    still = (("frame", "block", "component"), np.zeros((frames, model.blocks, 3)))
+    zeros = (("frame", "block", "component"), np.zeros((frames, model.blocks, 3)))
     data = xr.Dataset(
         {name: model.data[name] for name in keep}
         | {
             "vertices": (("frame", "vertex", "axis"), np.tile(model.vertices(0), (frames, 1, 1))),
             "block_coordinates": (("frame", "block", "coordinate"), q),
             "block_rates": (("frame", "block", "coordinate"), np.zeros_like(q)),
-            "block_stress": still,
+            "block_stress": zeros,
             "frame_time": ("frame", np.arange(frames) / _FRAMES),
             "frame_stage": ("frame", 1 + np.maximum(np.arange(frames) - 1, 0) // _FRAMES),
         }
         | none,
-        attrs=model.data.attrs | {"stages": "\n".join(mode_words(found)), "loops": 1},
+        attrs=model.data.attrs | {"stages": "\n".join(mode_words(result)), "loops": 1},
     )
     scene = Scene(data)
-    places = [scene.carried(scene.owner, model.vertices(0), frame) for frame in range(frames)]
-    data["vertices"] = ("frame", "vertex", "axis"), np.stack(places)
+    vertices = [scene.carried(scene.owner, model.vertices(0), frame) for frame in range(frames)]
+    data["vertices"] = ("frame", "vertex", "axis"), np.stack(vertices)
     scene = Scene(data)
     scene.title = f"Modes of {model.title or 'a model'}"
     return scene
 
 
-def mode_words(found: Modes) -> list[str]:
+def mode_words(result: Modes) -> list[str]:
     """Return number, frequency, damping and larger effective mass of each mode as text."""
-    words = []
-    for i, (frequency, damping) in enumerate(zip(found.frequency, found.damping, strict=True)):
-        axis = int(np.argmax(found.effective_mass[i]))
-        share = 100 * found.effective_mass[i, axis]
-        words.append(f"mode {i + 1}: {frequency:.4g} Hz, damping {100 * damping:.2g} %, "
-                     f"{share:.2g} % of the mass along {'xy'[axis]}")  # fmt: skip
-    return words
+    texts = []
+    for i, (frequency, damping) in enumerate(zip(result.frequency, result.damping, strict=True)):
+        axis = int(np.argmax(result.effective_mass[i]))
+        percentage = 100 * result.effective_mass[i, axis]
+        texts.append(f"mode {i + 1}: {frequency:.4g} Hz, damping {100 * damping:.2g} %, "
+                     f"{percentage:.2g} % of the mass along {'xy'[axis]}")  # fmt: skip
+    return texts
 
 
 def draw_modes(
@@ -108,9 +108,9 @@ def draw_modes(
     words : sequence of str, optional
         Title and description of each mode, separated by a comma (`mode_words`).
     """
-    scene, found = mode_scene(source, count, contacts)
-    only = range(len(found.frequency)) if only is None else only
-    words = words or [mode_words(found)[i] for i in only]
+    scene, result = mode_scene(source, count, contacts)
+    only = range(len(result.frequency)) if only is None else only
+    words = words or [mode_words(result)[i] for i in only]
     low, high = view_box(scene)
     columns = min(len(words), 3)
     rows = -(-len(words) // columns)
@@ -122,8 +122,8 @@ def draw_modes(
         picture = BlockPicture(scene, "displacement", axes=axes, legend=False)
         picture.show((i + 1) * _FRAMES)
         picture.head.note.remove()
-        title, _, more = line.partition(", ")
-        Head(axes, title, [more.replace(", ", "\n")])
+        title, _, details = line.partition(", ")
+        Head(axes, title, [details.replace(", ", "\n")])
     for axes in panels[len(words) :]:
         axes.set_visible(False)
     return dress(figure)

@@ -85,17 +85,17 @@ def write_movie(
         disable=not progress,
         unit="picture",
     )
-    with written(file, "a movie", reads) as beside:
+    with written(file, "a movie", reads) as temporary:
         if kind == ".gif":
-            _write_gif(beside, pictures, fps)
+            _write_gif(temporary, pictures, fps)
         else:
-            _write_mp4(beside, pictures, fps, program)
+            _write_mp4(temporary, pictures, fps, program)
     return file
 
 
-def chosen_frames(scene: Scene, most: int) -> list[int]:
+def chosen_frames(scene: Scene, count: int) -> list[int]:
     """Return the frames nearest to evenly spaced times, up to a maximum number."""
-    times = np.linspace(scene.time[0], scene.time[-1], max(2, min(most, 4 * scene.frames)))
+    times = np.linspace(scene.time[0], scene.time[-1], max(2, min(count, 4 * scene.frames)))
     middle = 0.5 * (scene.time[1:] + scene.time[:-1])
     return np.searchsorted(middle, times).tolist()
 
@@ -103,38 +103,38 @@ def chosen_frames(scene: Scene, most: int) -> list[int]:
 def _draw_frames(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.ndarray]:
     """Yield pictures, shape (height, width, 3), 8 bits; a repeated frame is drawn once."""
     look = look | {"color": look.get("color") or "displacement", "frames": frames}
-    shown = BlockPicture(scene, **look)
-    shown.show(frames[0])  # the layout reserves space for the keys
-    figure = shown.axes.figure
+    drawing = BlockPicture(scene, **look)
+    drawing.show(frames[0])  # the layout reserves space for the keys
+    figure = drawing.axes.figure
     canvas = FigureCanvasAgg(figure)
     width, height = figure.get_size_inches()
     # The codec needs even numbers of pixels.
     dpi = _WIDTH / width
     figure.set_size_inches(_WIDTH / dpi, 2 * round(0.5 * height * dpi) / dpi)
     figure.set_dpi(dpi)
-    last, picture = None, None
+    drawn_frame, picture = None, None
     for frame in frames:
-        if frame != last:
-            shown.show(frame)
+        if frame != drawn_frame:
+            drawing.show(frame)
             dress(figure, scheme)
             canvas.draw()
             figure.set_layout_engine("none")  # all frames have the layout of the first frame
-            picture, last = np.array(canvas.buffer_rgba())[..., :3].copy(), frame
+            picture, drawn_frame = np.array(canvas.buffer_rgba())[..., :3].copy(), frame
         yield picture
 
 
 def _write_gif(file: Path, pictures, fps: float) -> None:
     """Write a GIF with a palette per picture; merge equal successive pictures."""
-    images, durations, last = [], [], None
+    images, durations, previous = [], [], None
     for picture in pictures:
-        if picture is last:
+        if picture is previous:
             durations[-1] += 1000 / fps
             continue
-        last = picture
+        previous = picture
         images.append(Image.fromarray(picture).quantize(_HUES))
         durations.append(1000 / fps)
-    more = {"append_images": images[1:], "duration": [round(d) for d in durations]}
-    images[0].save(file, save_all=True, loop=0, optimize=True, **more)
+    options = {"append_images": images[1:], "duration": [round(d) for d in durations]}
+    images[0].save(file, save_all=True, loop=0, optimize=True, **options)
 
 
 def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
@@ -153,8 +153,8 @@ def _write_mp4(file: Path, pictures, fps: float, program: str) -> None:
         message = process.stderr.read().decode("utf-8", "replace").strip()
         if status := process.wait():
             ends = f"ends by signal {-status}" if status < 0 else f"ends with status {status}"
-            last = "".join(message.splitlines()[-1:])
-            raise OSError(f"ffmpeg {ends}" + (f": {last}" if last else ""))
+            last_line = "".join(message.splitlines()[-1:])
+            raise OSError(f"ffmpeg {ends}" + (f": {last_line}" if last_line else ""))
     finally:
         if process and process.poll() is None:  # ffmpeg is running after an error or a signal
             process.kill()
@@ -181,9 +181,9 @@ def ffmpeg() -> str:
     OutputError
         If both are missing.
     """
-    found = shutil.which("ffmpeg")
-    if found:
-        return found
+    program = shutil.which("ffmpeg")
+    if program:
+        return program
     try:
         return importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
     except (ImportError, RuntimeError) as trouble:
@@ -206,7 +206,7 @@ def animate(source, fps: float = 25.0, seconds: float = 10.0, absolute: bool = F
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
     scene = Scene.of(source, absolute)
     frames = chosen_frames(scene, round(fps * seconds))
-    shown = BlockPicture(scene, **look, frames=frames)
-    FigureCanvasAgg(shown.axes.figure)
-    shown.show(frames[0])
-    return FuncAnimation(shown.axes.figure, shown.show, frames, interval=1000 / fps)
+    drawing = BlockPicture(scene, **look, frames=frames)
+    FigureCanvasAgg(drawing.axes.figure)
+    drawing.show(frames[0])
+    return FuncAnimation(drawing.axes.figure, drawing.show, frames, interval=1000 / fps)

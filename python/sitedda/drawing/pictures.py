@@ -169,12 +169,12 @@ class BlockPicture:
         self.deformation = ANY.check("deformation", deformation)
         self.color = color or ("material" if scene.before else "displacement")
         self.contacts, self.arrows = contacts, arrows
-        for name, value, known in (("color", self.color, COLORINGS),
+        for name, value, choices in (("color", self.color, COLORINGS),
                                    ("contacts", contacts, (None, *CONTACTS)),
                                    ("arrows", arrows, (None, *ARROWS))):  # fmt: skip
-            if value not in known:
-                words = ", ".join(filter(None, known))
-                raise InputError(f"{name} must be one of {words}, not {value!r}")
+            if value not in choices:
+                listing = ", ".join(filter(None, choices))
+                raise InputError(f"{name} must be one of {listing}, not {value!r}")
         self.since = scene.frame_at(None, since) if since else 0
         self.rounding = rounding(scene)
         self.alone = axes is None
@@ -227,24 +227,24 @@ class BlockPicture:
         if scene.before or self.color == "material":
             handles += draw_boundaries(axes, scene, frame) + _draw_supports(axes, scene)
         handles += _bolt_legend(scene, frame) + key_of_flow(scene, frame) + _draw_water(axes, scene)
-        seen = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
+        positions = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
         if scene.before or self.color == "material":
-            seen += [tail for tail, _, _ in load_arrows(scene)]
-        _set_view(axes, scene, np.vstack([vertices, *seen]))
-        self.head = Head(axes, self.title, [self._text_with_notes(one) for one in frames])
+            positions += [tail for tail, _, _ in load_arrows(scene)]
+        _set_view(axes, scene, np.vstack([vertices, *positions]))
+        self.head = Head(axes, self.title, [self._text_with_notes(number) for number in frames])
         if self.legend:
             self._stack_keys(handles)
         if self.alone:
-            wide, tall = axes.figure.get_size_inches()
-            axes.figure.set_size_inches(wide, max(tall, self.keys.down + _AROUND))
+            width, height = axes.figure.get_size_inches()
+            axes.figure.set_size_inches(width, max(height, self.keys.down + _AROUND))
         dress(axes.figure)
 
     def _stack_keys(self, handles: list) -> None:
         """Place colour bars, arrow lengths and symbols below each other, beside the axes."""
-        for drawn, label, unit, span in self.bars:
-            self.keys.bar(drawn, f"{label} ({unit})", _scale_ticks(span))
-        for length, words in self.lengths:
-            self.keys.length(length, words)
+        for artist, label, unit, span in self.bars:
+            self.keys.bar(artist, f"{label} ({unit})", _scale_ticks(span))
+        for length, text in self.lengths:
+            self.keys.length(length, text)
         if handles:
             self.keys.legend(handles)
 
@@ -255,29 +255,29 @@ class BlockPicture:
         if scene.welded.any():  # faces within bodies are thin; body outlines are drawn over them
             look = {"edgecolors": EDGE, "linewidths": 0.3 * edge}
         outlines = _present_polygons(scene, frame, vertices)
-        drawn = self.blocks = PolyCollection(outlines, joinstyle="round", zorder=2, **look)
-        self.axes.add_collection(drawn, autolim=False)
+        polygons = self.blocks = PolyCollection(outlines, joinstyle="round", zorder=2, **look)
+        self.axes.add_collection(polygons, autolim=False)
         if self.color == "material":
-            drawn.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
+            polygons.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
             return [
                 Patch(fc=STONES[m % len(STONES)], ec=EDGE, lw=0.7,
                       label=scene.material_names[m])
                 for m in np.unique(scene.material)
             ]  # fmt: skip
         kind = QUANTITIES[self.color]
-        self.limits = found = limits_of(scene, self.color, frames, self.since)
-        if found.most <= self.rounding[kind.unit]:
+        self.limits = extremes = limits_of(scene, self.color, frames, self.since)
+        if extremes.most <= self.rounding[kind.unit]:
             floor = shown(self.rounding[kind.unit], kind.unit, 2)
             self.rests.append(f"at rest: {kind.label.partition(',')[0]} below {floor}")
             self.limits = Limits(0.0, 0.0, 0.0)
-            drawn.set_facecolor(RESTING)
+            polygons.set_facecolor(RESTING)
             return []
-        self.size, unit = in_unit(found.most, kind.unit)
-        span = found.over(self.size)
-        drawn.set_array(quantity(scene, self.color, frame, self.since) / self.size)
-        drawn.set_cmap(SIGNED if kind.signed else MAGNITUDE)
-        drawn.set_norm(_scale_norm(span))
-        self.bars.append((drawn, kind.label, unit, span))
+        self.size, unit = in_unit(extremes.most, kind.unit)
+        span = extremes.over(self.size)
+        polygons.set_array(quantity(scene, self.color, frame, self.since) / self.size)
+        polygons.set_cmap(SIGNED if kind.signed else MAGNITUDE)
+        polygons.set_norm(_scale_norm(span))
+        self.bars.append((polygons, kind.label, unit, span))
         return []
 
     def _prepare_marks(self, frames: list[int]) -> list:
@@ -320,18 +320,18 @@ class BlockPicture:
 
     def _draw_marks(self, frame: int, vertices) -> list:
         """Draw contact forces, joint movements and arrows of a frame; return the artists."""
-        axes, scene, found = self.axes, self.scene, []
+        axes, scene, artists = self.axes, self.scene, []
         if self.contacts == "force":
-            found = draw_forces(axes, scene, frame, vertices, self.force)
+            artists = draw_forces(axes, scene, frame, vertices, self.force)
         elif self.contacts == "chain":
-            found = draw_chains(axes, scene, frame, self.deformation, vertices, self.force)
+            artists = draw_chains(axes, scene, frame, self.deformation, vertices, self.force)
         elif self.contacts:
-            found = draw_movements(axes, scene, self.contacts, frame, self.deformation,
+            artists = draw_movements(axes, scene, self.contacts, frame, self.deformation,
                                    self.movement)  # fmt: skip
         if self.arrows:
-            found += draw_movement(axes, scene, self.arrows, frame, self.since, self.deformation,
+            artists += draw_movement(axes, scene, self.arrows, frame, self.since, self.deformation,
                                    self.arrow)  # fmt: skip
-        return found
+        return artists
 
     def _text_with_notes(self, frame: int) -> str:
         """Return the text above a frame, with notes on rounding errors and the largest value."""
@@ -358,28 +358,28 @@ def _scale_norm(span: Limits) -> Normalize:
     """Return the matplotlib norm that maps values to positions on a colour scale, 0 … 1."""
     if span.usual == span.most:
         return Normalize(span.low, span.high)
-    values, places = span.nodes
-    both = (lambda v: np.interp(v, values, places), lambda p: np.interp(p, places, values))
-    return FuncNorm(both, span.low, span.high)
+    values, marks = span.nodes
+    functions = (lambda v: np.interp(v, values, marks), lambda p: np.interp(p, marks, values))
+    return FuncNorm(functions, span.low, span.high)
 
 
 def _scale_ticks(span: Limits):
     """Return the tick locator of a colour scale: round values if linear, else ends of its parts."""
     if span.usual == span.most:
         return MaxNLocator(5, min_n_ticks=3)
-    values, places = span.nodes
+    values, marks = span.nodes
     half = 0.5 * span.usual * np.sign([span.low, span.high])
     ends, inner = values[[0, -1]], [*values[1:-1], *half]
-    apart = [one for one in inner if abs(span.share(one) - places[[0, -1]]).min() >= _APART]
-    return FixedLocator([*ends, *apart])
+    ticks = [tick for tick in inner if abs(span.share(tick) - marks[[0, -1]]).min() >= _APART]
+    return FixedLocator([*ends, *ticks])
 
 
 def deformed(scene: Scene, frame: int, factor: float) -> np.ndarray:
     """Return positions of the vertices with scaled displacements, shape (vertices, 2), m."""
-    now = scene.vertices(frame)
+    positions = scene.vertices(frame)
     if factor == 1.0 or frame == 0:
-        return now
-    return now + (factor - 1.0) * (now - scene.vertices(0) - scene.base[frame])
+        return positions
+    return positions + (factor - 1.0) * (positions - scene.vertices(0) - scene.base[frame])
 
 
 def _make_figure(scene: Scene) -> Figure:
@@ -398,12 +398,12 @@ def _line_width(scene: Scene) -> float:
 
 def _draw_body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
     """Draw outlines of bodies and damage of faces and joints in a frame; return the artists."""
-    width, found = _line_width(scene), []
+    width, artists = _line_width(scene), []
     if scene.welded.any():
-        shown = ~scene.welded & ~scene.removed(frame)[scene.owner]
-        sides = np.stack([vertices[shown], vertices[scene.next_vertex[shown]]], axis=1)
+        visible = ~scene.welded & ~scene.removed(frame)[scene.owner]
+        sides = np.stack([vertices[visible], vertices[scene.next_vertex[visible]]], axis=1)
         lines = LineCollection(sides, colors=EDGE, linewidths=width, capstyle="round", zorder=2.1)
-        found.append(axes.add_collection(lines, autolim=False))
+        artists.append(axes.add_collection(lines, autolim=False))
     damage = np.where(scene.removed(frame)[scene.owner], 0.0, scene.edge_damage(frame))
     broken = damage > 0
     if broken.any():
@@ -411,14 +411,14 @@ def _draw_body_outlines(axes: Axes, scene: Scene, frame: int, vertices) -> list:
         cracks = LineCollection(
             edges, colors=FORCE, linewidths=width * (0.5 + 1.5 * damage[broken]), zorder=2.2
         )
-        found.append(axes.add_collection(cracks, autolim=False))
-    return found
+        artists.append(axes.add_collection(cracks, autolim=False))
+    return artists
 
 
 def _present_polygons(scene: Scene, frame: int, vertices) -> list[np.ndarray]:
     """Return the polygons of all blocks; polygons of removed blocks are NaN."""
-    gone = scene.removed(frame)[scene.owner]
-    return scene.split(np.where(gone[:, None], np.nan, vertices) if gone.any() else vertices)
+    removed = scene.removed(frame)[scene.owner]
+    return scene.split(np.where(removed[:, None], np.nan, vertices) if removed.any() else vertices)
 
 
 def _draw_joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
@@ -426,9 +426,9 @@ def _draw_joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
     faces = scene.interfaces
     if len(faces) == 0 or len(scene.joint_names) < 2:
         return []
-    stays = ~(scene.removed(frame)[faces.first] | scene.removed(frame)[faces.second])
-    kinds = scene.interface_joints[stays]
-    lines = joint_lines(scene, frame, factor)[stays]
+    present = ~(scene.removed(frame)[faces.first] | scene.removed(frame)[faces.second])
+    kinds = scene.interface_joints[present]
+    lines = joint_lines(scene, frame, factor)[present]
     colors = [JOINTS[k % len(JOINTS)] for k in kinds]
     axes.add_collection(LineCollection(lines, colors=colors, linewidths=1.7, zorder=3))
     return [
@@ -440,16 +440,16 @@ def _draw_joints(axes: Axes, scene: Scene, frame: int, factor: float) -> list:
 def _draw_bolts(axes: Axes, scene: Scene, frame: int) -> list:
     """Draw bolts, wider for larger forces and dotted if broken; return the artists."""
     bolts = scene.bolts(frame)
-    most = max((abs(one["force"]) for one in bolts if np.isfinite(one["force"])), default=0.0)
-    drawn = []
-    for one in bolts:
-        share = abs(one["force"]) / most if most and np.isfinite(one["force"]) else 0.4
-        style = ":" if one["state"] == BROKEN else "-"
-        for color, more, dash in ((PAPER, 1.6, "-"), (BOLT, 0.0, style)):
-            look = {"color": color, "lw": 0.9 + 2.6 * share + more, "ls": dash, "zorder": 6}
+    peak = max((abs(bolt["force"]) for bolt in bolts if np.isfinite(bolt["force"])), default=0.0)
+    artists = []
+    for bolt in bolts:
+        ratio = abs(bolt["force"]) / peak if peak and np.isfinite(bolt["force"]) else 0.4
+        style = ":" if bolt["state"] == BROKEN else "-"
+        for color, margin, dash in ((PAPER, 1.6, "-"), (BOLT, 0.0, style)):
+            look = {"color": color, "lw": 0.9 + 2.6 * ratio + margin, "ls": dash, "zorder": 6}
             look |= {"solid_capstyle": "round", "solid_joinstyle": "round"}
-            drawn += axes.plot(*one["places"].T, marker="o", ms=3.0, **look)
-    return drawn
+            artists += axes.plot(*bolt["places"].T, marker="o", ms=3.0, **look)
+    return artists
 
 
 def _bolt_legend(scene: Scene, frame: int) -> list:
@@ -457,7 +457,7 @@ def _bolt_legend(scene: Scene, frame: int) -> list:
     bolts = scene.bolts(frame)
     if not bolts:
         return []
-    forces = [abs(one["force"]) for one in bolts if np.isfinite(one["force"])]
+    forces = [abs(bolt["force"]) for bolt in bolts if np.isfinite(bolt["force"])]
     label = "bolt"
     if forces:
         label = f"bolt, largest force\n{shown(max(forces), 'N/m')}"
@@ -467,8 +467,8 @@ def _bolt_legend(scene: Scene, frame: int) -> list:
 def _draw_supports(axes: Axes, scene: Scene) -> list:
     """Draw supports, loads, measured points and slivers; return handles for the legend."""
     handles = []
-    for moved, color, label in ((False, INK, "fixed point"), (True, BLUE, "moved point")):
-        places = [(s["x"], s["y"]) for s in scene.supports() if s["moved"] == moved]
+    for is_moved, color, label in ((False, INK, "fixed point"), (True, BLUE, "moved point")):
+        places = [(s["x"], s["y"]) for s in scene.supports() if s["moved"] == is_moved]
         if places:
             (line,) = axes.plot(
                 *zip(*places, strict=True), "^", color=color, mec=PAPER, mew=0.8, ms=8.5, zorder=6
@@ -539,10 +539,10 @@ def view_box(scene: Scene, vertices=None) -> tuple[np.ndarray, np.ndarray]:
     margin = 0.04 * scene.size
     if vertices is not None:
         reach = 0.5 * scene.size
-        near = np.all((vertices > low - reach) & (vertices < high + reach), axis=1)
-        if near.any():
-            low = np.minimum(low, vertices[near].min(0))
-            high = np.maximum(high, vertices[near].max(0))
+        within = np.all((vertices > low - reach) & (vertices < high + reach), axis=1)
+        if within.any():
+            low = np.minimum(low, vertices[within].min(0))
+            high = np.maximum(high, vertices[within].max(0))
     return low - margin, high + margin
 
 
@@ -562,16 +562,16 @@ def _picture_text(scene: Scene, frame: int, deformation: float) -> str:
         parts.insert(0, f"t = {scene.time[frame]:.4g} s")
     if deformation != 1.0:
         parts.append(f"displacements × {deformation:g}")
-    gone = int(scene.removed(frame).sum())
-    if gone:
-        parts.append(f"{gone} removed")
+    removed = int(scene.removed(frame).sum())
+    if removed:
+        parts.append(f"{removed} removed")
     lost = scene.lost(frame)
     if len(lost):
         parts.append(f"{len(lost)} out of view: {_shorten_list([scene.names[b] for b in lost], 3)}")
     return ", ".join(parts)
 
 
-def _shorten_list(names: list[str], most: int) -> str:
-    """Return up to `most` names, and the number of the others, as text."""
-    more = len(names) - most
-    return ", ".join(names[:most]) + (f" and {more} more" if more > 0 else "")
+def _shorten_list(names: list[str], count: int) -> str:
+    """Return up to `count` names, and the number of the others, as text."""
+    remainder = len(names) - count
+    return ", ".join(names[:count]) + (f" and {remainder} more" if remainder > 0 else "")

@@ -31,21 +31,21 @@ class PointNames(Artist):
     axes : matplotlib.axes.Axes
     names : sequence of str
         Names in the notation of matplotlib.
-    places : array_like, shape (points, 2)
+    positions : array_like, shape (points, 2)
         Positions of the points, m.
     marked : array_like, shape (k, 2)
         Positions of marks that no name may cover, m.
     """
 
-    def __init__(self, axes: Axes, names, places, marked):
+    def __init__(self, axes: Axes, names, positions, marked):
         super().__init__()
         self.marked = np.asarray(marked, dtype=float)
         look = {"textcoords": "offset points", "fontsize": 8.5, "color": POINT, "zorder": 8}
         look["path_effects"] = [withStroke(linewidth=2.5, foreground=PAPER)]
         look["arrowprops"] = {"arrowstyle": "-", "color": POINT, "lw": 0.7, "shrinkA": 0,
                               "shrinkB": 0, "relpos": (0.5, 0.5)}  # fmt: skip
-        self.names = [axes.annotate(name, place, xytext=_SIDES[0][:2], **look)
-                      for name, place in zip(names, places, strict=True)]  # fmt: skip
+        self.names = [axes.annotate(name, position, xytext=_SIDES[0][:2], **look)
+                      for name, position in zip(names, positions, strict=True)]  # fmt: skip
         for name in self.names:
             name.set_in_layout(False)
         self.set(zorder=0, in_layout=False)  # drawn first, because it places the names
@@ -55,7 +55,7 @@ class PointNames(Artist):
         """Place each name at its first free position within the axes; hide it if none is free."""
         reach = _RADIUS * renderer.points_to_pixels(1.0)
         marks = self.axes.transData.transform(self.marked)
-        taken = [Bbox([at - reach, at + reach]) for at in marks]
+        occupied = [Bbox([mark - reach, mark + reach]) for mark in marks]
         for name in self.names:
             name.set_visible(True)
             for ring, (x, y, ha, va) in product(_RINGS, _SIDES):
@@ -64,9 +64,9 @@ class PointNames(Artist):
                 name.arrow_patch.set_visible(ring > 1.0)
                 name.update_positions(renderer)
                 box = Text.get_window_extent(name, renderer)
-                inside = self.axes.bbox.contains(*box.min) and self.axes.bbox.contains(*box.max)
-                if inside and not any(map(box.overlaps, taken)):
-                    taken.append(box)
+                fits = self.axes.bbox.contains(*box.min) and self.axes.bbox.contains(*box.max)
+                if fits and not any(map(box.overlaps, occupied)):
+                    occupied.append(box)
                     break
             else:
                 name.set_visible(False)

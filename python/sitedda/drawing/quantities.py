@@ -61,16 +61,16 @@ ARROWS = ("displacement", "velocity")
 def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
     """Return a quantity of the blocks, shape (blocks,); displacements are since another frame."""
     if name.startswith("displacement"):
-        moved = scene.displacement(frame) - scene.displacement(since)
+        displacement = scene.displacement(frame) - scene.displacement(since)
         axis = {"x": 0, "y": 1}.get(name[-1] if "_" in name else "")
-        return np.linalg.norm(moved, axis=1) if axis is None else moved[:, axis]
+        return np.linalg.norm(displacement, axis=1) if axis is None else displacement[:, axis]
     if name == "velocity":
         return np.linalg.norm(scene.rates(frame)[:, :2], axis=1)
     if name == "rotation":
         return np.degrees(scene.coordinates(frame)[:, 2] - scene.coordinates(since)[:, 2])
     if name in OWN_QUANTITIES:
-        shares = ("plastic_strain", "damage")
-        return scene.own_quantity(name, frame) * (100.0 if name in shares else 1.0)
+        fractions = ("plastic_strain", "damage")
+        return scene.own_quantity(name, frame) * (100.0 if name in fractions else 1.0)
     largest, smallest = principal_stresses(scene.stress(frame))
     return -smallest if name == "compression" else largest
 
@@ -102,15 +102,15 @@ class Limits:
     @property
     def nodes(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the values between which the scale is linear, and their positions, 0 … 1."""
-        inner = (one for one in (-self.usual, 0.0, self.usual) if self.low < one < self.high)
+        inner = (value for value in (-self.usual, 0.0, self.usual) if self.low < value < self.high)
         values = np.array([self.low, *inner, self.high])
         sizes = abs(values)
-        beyond = (sizes - self.usual) / ((self.most - self.usual) or 1.0)
+        excess = (sizes - self.usual) / ((self.most - self.usual) or 1.0)
         linear = sizes / (self.usual or 1.0)
         if self.most > self.usual:
-            linear = np.where(sizes > self.usual, _USUAL + (1 - _USUAL) * beyond, _USUAL * linear)
-        places = np.sign(values) * linear
-        return values, (places - places[0]) / (np.ptp(places) or 1.0)
+            linear = np.where(sizes > self.usual, _USUAL + (1 - _USUAL) * excess, _USUAL * linear)
+        positions = np.sign(values) * linear
+        return values, (positions - positions[0]) / (np.ptp(positions) or 1.0)
 
     def share(self, values) -> np.ndarray:
         """Return the positions of values on the scale, 0 … 1."""
@@ -132,40 +132,40 @@ def limits(values, weights, signed: bool = False) -> Limits:
     """
     values = np.atleast_2d(values)
     sizes = np.broadcast_to(weights, values.shape)
-    known = np.isfinite(values)
-    if not known.any():
+    finite = np.isfinite(values)
+    if not finite.any():
         return Limits(0.0, 0.0, 0.0)
-    flat = values[known]
+    flat = values[finite]
     low, high = min(float(flat.min()), 0.0), max(float(flat.max()), 0.0)
-    taken = [(abs(flat), sizes[known]), (abs(values[-1][known[-1]]), sizes[-1][known[-1]])]
-    usual = max(_usual_limit(x, w) for x, w in taken if x.size)
+    samples = [(abs(flat), sizes[finite]), (abs(values[-1][finite[-1]]), sizes[-1][finite[-1]])]
+    usual = max(_usual_limit(x, w) for x, w in samples if x.size)
     if signed:
         high = max(-low, high)
         low = -high
-    most = max(-low, high)
-    return Limits(low, high, usual if most > _FAR * usual > 0 else most)
+    peak = max(-low, high)
+    return Limits(low, high, usual if peak > _FAR * usual > 0 else peak)
 
 
 def _usual_limit(values, weights) -> float:
     """Return the value that a fraction `_SHARE` of the weights exceeds; at least 0."""
     order = np.argsort(-values)
-    beyond = np.cumsum(weights[order])
-    at = int(np.searchsorted(beyond, _SHARE * beyond[-1], side="right"))
-    return max(float(values[order[min(at, len(order) - 1)]]), 0.0)
+    sums = np.cumsum(weights[order])
+    index = int(np.searchsorted(sums, _SHARE * sums[-1], side="right"))
+    return max(float(values[order[min(index, len(order) - 1)]]), 0.0)
 
 
 def limits_of(scene: Scene, name: str, frames: Sequence[int], since: int = 0) -> Limits:
     """Return the limits of a quantity of the blocks over frames."""
     values = np.stack([quantity(scene, name, frame, since) for frame in frames])
-    gone = np.stack([scene.removed(frame) for frame in frames])
-    values = np.where(gone, np.nan, values)
+    removed = np.stack([scene.removed(frame) for frame in frames])
+    values = np.where(removed, np.nan, values)
     return limits(values, scene.areas(), QUANTITIES[name].signed)
 
 
 def movement_limits(scene: Scene, name: str, frames: Sequence[int]) -> Limits:
     """Return the limits of slip or opening of the joints over frames."""
-    which = list(MOVEMENTS).index(name)
-    values = np.stack([np.maximum(scene.joint_movement(f)[which], 0.0) for f in frames])
+    index = list(MOVEMENTS).index(name)
+    values = np.stack([np.maximum(scene.joint_movement(f)[index], 0.0) for f in frames])
     faces = scene.interfaces
     return limits(values, np.linalg.norm(faces.end - faces.start, axis=1))
 
@@ -176,28 +176,28 @@ def rounding(scene: Scene) -> dict[str, float]:
     Without a motion, the error of positions is 1e-9 of the size of the model; with a motion, it is
     1e-9 of the largest displacement or 100 times the machine precision, whichever is larger.
     """
-    said = str(scene.data.attrs.get("verdict", ""))
-    share = _STILL
-    if scene.groups.get("motion") and "at rest" not in said and scene.size > 0:
-        moved = float(scene.data.attrs.get("largest_displacement_m", 0.0))
-        share = max(_ROUNDING, _STILL * moved / scene.size)
+    conclusion = str(scene.data.attrs.get("verdict", ""))
+    fraction = _STILL
+    if scene.groups.get("motion") and "at rest" not in conclusion and scene.size > 0:
+        peak = float(scene.data.attrs.get("largest_displacement_m", 0.0))
+        fraction = max(_ROUNDING, _STILL * peak / scene.size)
     weight = 0.0
     if "block_density" in scene.data:
         weight = _GRAVITY * float(np.max(scene.data["block_density"].values)) * scene.size
     return {
-        "m": share * scene.size,
-        "m/s": share * np.sqrt(_GRAVITY * scene.size),
-        "m/s²": share * _GRAVITY,
-        "°": np.degrees(share),
-        "%": 100.0 * share,
+        "m": fraction * scene.size,
+        "m/s": fraction * np.sqrt(_GRAVITY * scene.size),
+        "m/s²": fraction * _GRAVITY,
+        "°": np.degrees(fraction),
+        "%": 100.0 * fraction,
         "Pa": _STILL * weight,
         "N/m": _STILL * weight * scene.size,
     }
 
 
-def some_of(frames: Sequence[int], most: int = 40) -> list[int]:
-    """Return at most `most` evenly spaced frames, including the first and the last."""
+def some_of(frames: Sequence[int], count: int = 40) -> list[int]:
+    """Return at most `count` evenly spaced frames, including the first and the last."""
     frames = sorted(set(frames))
-    if len(frames) <= most:
+    if len(frames) <= count:
         return frames
-    return [frames[i] for i in np.linspace(0, len(frames) - 1, most).round().astype(int)]
+    return [frames[i] for i in np.linspace(0, len(frames) - 1, count).round().astype(int)]

@@ -16,11 +16,11 @@ _LEAST = 0.02  # smallest drawn stress as fraction of the largest stress
 def largest_stress(scene: Scene, frames) -> float:
     """Return the largest absolute principal stress in cells of bodies over frames, Pa."""
     cells = scene.body > 0
-    most = 0.0
+    peak = 0.0
     for frame in frames:
-        for one in principal_stresses(scene.stress(frame)[cells]):
-            most = max(most, float(abs(one[np.isfinite(one)]).max(initial=0.0)))
-    return most
+        for component in principal_stresses(scene.stress(frame)[cells]):
+            peak = max(peak, float(abs(component[np.isfinite(component)]).max(initial=0.0)))
+    return peak
 
 
 def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: float) -> list:
@@ -45,14 +45,14 @@ def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: flo
         return []
     stress = scene.stress(frame)[cells]
     along = 0.5 * np.arctan2(2 * stress[:, 2], stress[:, 0] - stress[:, 1])
-    place = scene.coordinates(frame)[cells, :2] + (factor - 1) * scene.displacement(frame)[cells]
+    centre = scene.coordinates(frame)[cells, :2] + (factor - 1) * scene.displacement(frame)[cells]
     size = 0.5 * _REACH * np.sqrt(scene.areas(frame)[cells])
     lines, colors = [], []
     for values, angle in zip(principal_stresses(stress), (along, along + np.pi / 2), strict=True):
-        seen = abs(values) > _LEAST * scale
+        visible = abs(values) > _LEAST * scale
         arm = (size * abs(values) / scale)[:, None] * np.stack([np.cos(angle), np.sin(angle)], 1)
-        lines.append(np.stack([place - arm, place + arm], axis=1)[seen])
-        colors += [TENSION if value > 0 else COMPRESSION for value in values[seen]]
+        lines.append(np.stack([centre - arm, centre + arm], axis=1)[visible])
+        colors += [TENSION if value > 0 else COMPRESSION for value in values[visible]]
     lines = np.concatenate(lines)
     return [axes.add_collection(LineCollection(lines, colors=colors, linewidths=0.9, zorder=4))]
 

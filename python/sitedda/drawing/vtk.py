@@ -50,7 +50,7 @@ class PolyData:
             f'compressor="vtkZLibDataCompressor">\n<PolyData>\n{body}</PolyData>\n'
             '<AppendedData encoding="raw">\n_'
         )
-        with written(file, "a file of ParaView", sync=False) as beside, beside.open("wb") as stream:
+        with written(file, "a file of ParaView", sync=False) as draft, draft.open("wb") as stream:
             stream.write(head.encode("utf-8"))
             stream.writelines(appended)
             stream.write(b"\n</AppendedData>\n</VTKFile>\n")
@@ -92,8 +92,8 @@ def _array_xml(name: str, values, appended: list[bytes]) -> str:
 def _compress_blocks(data: bytes) -> bytes:
     """Return data in deflated blocks, after a header with the number and sizes of blocks."""
     blocks = [zlib.compress(data[i : i + _BLOCK], 6) for i in range(0, len(data), _BLOCK)]
-    last = len(data) % _BLOCK
-    head = np.array([len(blocks), _BLOCK, last, *map(len, blocks)], dtype="<u8")
+    remainder = len(data) % _BLOCK
+    head = np.array([len(blocks), _BLOCK, remainder, *map(len, blocks)], dtype="<u8")
     return head.tobytes() + b"".join(blocks)
 
 
@@ -115,8 +115,8 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
     """Return the blocks of a frame as polygons with their data."""
     count = len(scene.owner)
     data = PolyData(scene.vertices(frame), "Polys", np.arange(count), scene.first[1:])
-    stress, now = scene.stress(frame), scene.coordinates(frame)
-    moved = scene.displacement(frame)
+    stress, coordinates = scene.stress(frame), scene.coordinates(frame)
+    displacement = scene.displacement(frame)
     largest, smallest = principal_stresses(stress)
     moved_vertices = scene.vertices(frame) - scene.vertices(0)
     data.places = {"displacement (m)": _to_3d(moved_vertices)}
@@ -124,22 +124,22 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
         "block": np.arange(scene.blocks, dtype="<i4"),
         "material": scene.material.astype("<i4"),
         "removed": scene.removed(frame).astype("<i4"),
-        "displacement of the centroid (m)": _to_3d(moved),
-        "rotation (degree)": np.degrees(now[:, 2] - scene.coordinates(0)[:, 2]),
+        "displacement of the centroid (m)": _to_3d(displacement),
+        "rotation (degree)": np.degrees(coordinates[:, 2] - scene.coordinates(0)[:, 2]),
         "velocity (m/s)": _to_3d(scene.rates(frame)[:, :2]),
         "largest principal stress (Pa)": largest,
         "smallest principal stress (Pa)": smallest,
     }
     for k, axes in enumerate(("xx", "yy", "xy")):  # scalars: ParaView shows vectors by magnitude
         data.cells[f"stress {axes} (Pa)"] = stress[:, k]
-        data.cells[f"strain {'gamma ' * (k == 2)}{axes}"] = now[:, 3 + k]
-    words = {
+        data.cells[f"strain {'gamma ' * (k == 2)}{axes}"] = coordinates[:, 3 + k]
+    labels = {
         "stress_error": "error of stress (Pa)",
         "plastic_strain": "largest plastic strain",
         "damage": "largest damage of faces and joints",
     }
     for name in scene.own_quantities:
-        data.cells[words[name]] = scene.own_quantity(name, frame)
+        data.cells[labels[name]] = scene.own_quantity(name, frame)
     data.field = {"block names": scene.names, "material names": scene.material_names}
     return data
 
@@ -147,15 +147,15 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
 def contacts_of(scene: Scene, frame: int) -> PolyData:
     """Return the contacts of a frame as lines along their forces; open contacts are points."""
     contacts = scene.contacts(frame)
-    places, normal = scene.contact_points(frame, contacts)
+    positions, normal = scene.contact_points(frame, contacts)
     along = np.column_stack([-normal[:, 1], normal[:, 0]])
     force = contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * along
     size = np.linalg.norm(force, axis=1).max(initial=0.0) or 1.0
     length = float(np.sqrt(np.median(scene.areas())))
     half = 0.5 * length * force / size
-    k = len(places)
+    k = len(positions)
     points = np.empty((2 * k, 2))
-    points[0::2], points[1::2] = places - half, places + half
+    points[0::2], points[1::2] = positions - half, positions + half
     data = PolyData(points, "Lines", np.arange(2 * k), 2 * np.arange(1, k + 1))
     data.cells = {
         "force (N/m)": _to_3d(force),
@@ -176,7 +176,7 @@ def joints_of(scene: Scene, frame: int) -> PolyData:
     """Return the interfaces between blocks as lines that move with the first block, with data."""
     faces = scene.interfaces
     slip, opening = scene.joint_movement(frame)
-    ends = [scene.carried(faces.first, places, frame) for places in (faces.start, faces.end)]
+    ends = [scene.carried(faces.first, positions, frame) for positions in (faces.start, faces.end)]
     k = len(faces)
     points = np.stack(ends, axis=1).reshape(-1, 2)
     data = PolyData(points, "Lines", np.arange(2 * k), 2 * np.arange(1, k + 1))
@@ -200,14 +200,14 @@ def _to_3d(vectors: np.ndarray) -> np.ndarray:
 def bolts_of(scene: Scene, frame: int) -> PolyData:
     """Return the bolts of a frame as lines through their points, with data."""
     bolts = scene.bolts(frame)
-    points = np.vstack([np.empty((0, 2)), *(one["places"] for one in bolts)])
-    ends = np.cumsum([len(one["places"]) for one in bolts], dtype=int)
+    points = np.vstack([np.empty((0, 2)), *(bolt["places"] for bolt in bolts)])
+    ends = np.cumsum([len(bolt["places"]) for bolt in bolts], dtype=int)
     data = PolyData(points, "Lines", np.arange(len(points)), ends)
     data.cells = {
-        "force (N/m)": np.array([one["force"] for one in bolts], dtype="<f8"),
-        "state": np.array([one["state"] for one in bolts], dtype="<i4"),
+        "force (N/m)": np.array([bolt["force"] for bolt in bolts], dtype="<f8"),
+        "state": np.array([bolt["state"] for bolt in bolts], dtype="<i4"),
     }
-    data.field = {"bolt names": [one["name"] for one in bolts]}
+    data.field = {"bolt names": [bolt["name"] for bolt in bolts]}
     return data
 
 
@@ -232,11 +232,11 @@ def write_vtk(source, folder) -> Path:
     kinds = {"blocks": blocks_of, "contacts": contacts_of, "joints": joints_of}
     if scene.bolt_routes():
         kinds["bolts"] = bolts_of
-    for name, made in kinds.items():
+    for name, convert in kinds.items():
         entries = []
         for frame in range(scene.frames):
             file = f"{name}_{frame:0{digits}d}.vtp"
-            made(scene, frame).write(folder / file)
+            convert(scene, frame).write(folder / file)
             time = float(scene.time[frame])
             entries.append(f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>\n')
         _write_collection(folder / f"{name}.pvd", scene.title, entries)
@@ -262,9 +262,9 @@ def _history_table(scene: Scene) -> str:
 
 def _write_collection(file: Path, title: str, entries: list[str]) -> None:
     """Write a .pvd file, whose entries name the files of the frames with their times."""
-    words = escape(_remove_illegal_characters(title)).replace("--", "- -")
+    comment = escape(_remove_illegal_characters(title)).replace("--", "- -")
     text = (
-        f'<?xml version="1.0"?>\n<!-- {words} -->\n<VTKFile type="Collection" version="0.1" '
+        f'<?xml version="1.0"?>\n<!-- {comment} -->\n<VTKFile type="Collection" version="0.1" '
         f'byte_order="LittleEndian">\n<Collection>\n{"".join(entries)}</Collection>\n</VTKFile>\n'
     )
     write(file, text, "a file of ParaView")

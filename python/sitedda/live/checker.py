@@ -55,10 +55,10 @@ class Checker:
             if process is not self._process:
                 return
         try:
-            found = json.loads(reply)
+            findings = json.loads(reply)
         except ValueError:
-            found = {"error": f"the check ended with status {process.returncode}"}
-        self._tell({"kind": "check", "version": version, "state": "done"} | found)
+            findings = {"error": f"the check ended with status {process.returncode}"}
+        self._tell({"kind": "check", "version": version, "state": "done"} | findings)
 
     def stop(self) -> None:
         """End the running check."""

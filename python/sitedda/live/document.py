@@ -68,8 +68,8 @@ class Document:
         InputError
             If the group or variable does not exist, or the value has another type.
         """
-        which = "" if group in single_groups() else f"[{number}]"
-        path = f"{group}{which}.{variable}"
+        index = "" if group in single_groups() else f"[{number}]"
+        path = f"{group}{index}.{variable}"
         text, _ = with_changes(self.text, [(path, value)], self.file)
         find_groups(text, self.file, ("block",))  # rejects a value of another type
         self._replace_text(text, path)
@@ -79,31 +79,33 @@ class Document:
         kind = GROUPS.get(group)
         if kind is None:
             raise InputError(f"there is no group &{group}")
-        found = self.found()
-        same = [one for one in found if one.name == group]
-        if same and not kind.repeats:
+        groups = self.found()
+        peers = [item for item in groups if item.name == group]
+        if peers and not kind.repeats:
             raise InputError(f"&{group} exists already")
-        line = _refer_to_existing(EXAMPLES.get(group) or kind.example or f"&{group} /", kind, found)
-        at = same[-1].end if same else self._insertion_point(kind, found)
-        line = _make_angle_unique(_make_name_unique(line, same), same)
-        self._replace_text(f"{self.text[:at]}\n{line}{self.text[at:]}", "")
+        line = _refer_to_existing(
+            EXAMPLES.get(group) or kind.example or f"&{group} /", kind, groups
+        )
+        start = peers[-1].end if peers else self._insertion_point(kind, groups)
+        line = _make_angle_unique(_make_name_unique(line, peers), peers)
+        self._replace_text(f"{self.text[:start]}\n{line}{self.text[start:]}", "")
 
-    def _insertion_point(self, kind, found: list[Found]) -> int:
+    def _insertion_point(self, kind, groups: list[Found]) -> int:
         """Return the position after the last group that precedes this kind in the schema."""
         order = list(GROUPS)
-        before = [one for one in found if one.name in order[: order.index(kind.name)]]
-        return max((one.end for one in before), default=len(self.text.rstrip()))
+        predecessors = [item for item in groups if item.name in order[: order.index(kind.name)]]
+        return max((item.end for item in predecessors), default=len(self.text.rstrip()))
 
     def take_out(self, group: str, number: int) -> None:
         """Remove a group, and its lines if they contain nothing else."""
-        same = [one for one in self.found() if one.name == group]
-        if not 0 < number <= len(same):
+        peers = [item for item in self.found() if item.name == group]
+        if not 0 < number <= len(peers):
             raise InputError(f"there is no &{group} number {number}")
-        start, end = same[number - 1].start, same[number - 1].end
+        start, end = peers[number - 1].start, peers[number - 1].end
         line = self.text.rfind("\n", 0, start) + 1
-        rest = re.compile(r"[ \t]*\n").match(self.text, end)
-        if not self.text[line:start].strip() and rest:
-            start, end = line, rest.end()
+        blank = re.compile(r"[ \t]*\n").match(self.text, end)
+        if not self.text[line:start].strip() and blank:
+            start, end = line, blank.end()
         self._replace_text(self.text[:start] + self.text[end:], "")
 
     def undo(self) -> None:
@@ -122,18 +124,18 @@ class Document:
             self.version += 1
             self._last = None
 
-    def _replace_text(self, text: str, what: str) -> None:
-        """Replace the text; successive edits of one variable `what` are undone together."""
+    def _replace_text(self, text: str, edited: str) -> None:
+        """Replace the text; successive edits of one variable `edited` are undone together."""
         if len(text) > MOST_TEXT:
             raise InputError(f"the text has more than {MOST_TEXT:,} characters")
         if "\0" in text:
             raise InputError("the text contains a zero byte")
         if text == self.text:
             return
-        if not what or what != self._last:
+        if not edited or edited != self._last:
             self._past = [*self._past[1 - _VERSIONS :], self.text]
         self._future.clear()
-        self._last = what or None
+        self._last = edited or None
         self.text = text
         self.version += 1
 
@@ -149,7 +151,7 @@ class Document:
 
     def described(self) -> dict:
         """Return text and groups as values for JSON; without groups if the text is invalid."""
-        plain = {
+        values = {
             "version": self.version,
             "file": self.file.name,
             "text": self.text,
@@ -157,24 +159,26 @@ class Document:
             "redo": bool(self._future),
         }
         try:
-            return plain | {"groups": _groups_as_values(self.found())}
+            return values | {"groups": _groups_as_values(self.found())}
         except InputError:
-            return plain
+            return values
 
 
-def _groups_as_values(found: list[Found]) -> list[dict]:
+def _groups_as_values(groups: list[Found]) -> list[dict]:
     """Return at most `_SHOWN` groups of each kind, and the number of further groups, for JSON."""
     counts: dict[str, int] = {}
-    plain = []
-    for one in found:
-        number = counts[one.name] = counts.get(one.name, 0) + 1
+    result = []
+    for item in groups:
+        number = counts[item.name] = counts.get(item.name, 0) + 1
         if number <= _SHOWN:
-            values = {name: _format_value(value) for name, value in one.values.items()}
-            plain.append({"name": one.name, "number": number, "line": one.line, "values": values})
+            values = {name: _format_value(value) for name, value in item.values.items()}
+            result.append(
+                {"name": item.name, "number": number, "line": item.line, "values": values}
+            )
     for name, count in counts.items():
         if count > _SHOWN:
-            plain.append({"name": name, "number": 0, "more": count - _SHOWN, "values": {}})
-    return plain
+            result.append({"name": name, "number": 0, "more": count - _SHOWN, "values": {}})
+    return result
 
 
 def _format_value(value) -> str | None:
@@ -194,24 +198,24 @@ def _format_value(value) -> str | None:
     return str(value)
 
 
-def _refer_to_existing(example: str, kind, found: list[Found]) -> str:
+def _refer_to_existing(example: str, kind, groups: list[Found]) -> str:
     """Make an example refer to existing groups; return its line."""
-    for one in kind.variables:
-        match = _REFERS.match(one.values)
+    for variable in kind.variables:
+        match = _REFERS.match(variable.values)
         if match is None:
             continue
-        names = [g.values.get("name") for g in found if g.name == match[1]]
-        used = re.search(rf",? {one.name} = '([^']*)'", example)
-        if used is None or used[1] in names:
+        names = [g.values.get("name") for g in groups if g.name == match[1]]
+        earlier = re.search(rf",? {variable.name} = '([^']*)'", example)
+        if earlier is None or earlier[1] in names:
             continue
-        new = used[0].replace(used[1], names[0]) if names and names[0] else ""
-        example = example.replace(used[0], new).replace(f"&{kind.name},", f"&{kind.name}")
+        text = earlier[0].replace(earlier[1], names[0]) if names and names[0] else ""
+        example = example.replace(earlier[0], text).replace(f"&{kind.name},", f"&{kind.name}")
     return example
 
 
-def _make_name_unique(example: str, same: list[Found]) -> str:
-    """Number the name in an example if a group `same` has this name; return its line."""
-    names = {one.values.get("name") for one in same}
+def _make_name_unique(example: str, peers: list[Found]) -> str:
+    """Number the name in an example if one of `peers` has this name; return its line."""
+    names = {group.values.get("name") for group in peers}
     match = re.search(r"name = '([^']*)'", example)
     if match is None or match[1] not in names:
         return example
@@ -219,14 +223,14 @@ def _make_name_unique(example: str, same: list[Found]) -> str:
     return example.replace(match[0], f"name = '{match[1]}_{number}'", 1)
 
 
-def _make_angle_unique(example: str, same: list[Found]) -> str:
+def _make_angle_unique(example: str, peers: list[Found]) -> str:
     """Rotate the joint set of an example by multiples of 60° to a new angle; return its line."""
     match = re.search(r"\bangle = ([-\d.]+)", example)
     if match is None:
         return example
-    taken = [float(one.values["angle"]) % 180 for one in same if "angle" in one.values]
-    free = (float(match[1]) + turn for turn in range(0, 180, _TURN))
-    angle = next((a for a in free if a % 180 not in taken), float(match[1]))
+    angles = [float(group.values["angle"]) % 180 for group in peers if "angle" in group.values]
+    candidates = (float(match[1]) + rotation for rotation in range(0, 180, _TURN))
+    angle = next((a for a in candidates if a % 180 not in angles), float(match[1]))
     return example.replace(match[0], f"angle = {angle:g}", 1)
 
 
@@ -236,13 +240,13 @@ def place_of_trouble(message: str, text: str, file) -> dict:
     if match is None:
         return {}
     name, line = match[1], int(match[2])
-    place = {"group": name, "line": line}
+    location = {"group": name, "line": line}
     try:
-        same = [one for one in find_groups(text, file) if one.name == name]
+        peers = [item for item in find_groups(text, file) if item.name == name]
     except InputError:
-        return place
-    number = next((i for i, one in enumerate(same, 1) if one.line == line), 0)
-    known = [one.name for one in GROUPS[name].variables] if name in GROUPS else []
-    words = re.findall(r"\w+", message[match.end() :])
-    variable = next((word for word in words if word in known), "")
-    return place | {"number": number, "variable": variable}
+        return location
+    number = next((i for i, item in enumerate(peers, 1) if item.line == line), 0)
+    variables = [item.name for item in GROUPS[name].variables] if name in GROUPS else []
+    terms = re.findall(r"\w+", message[match.end() :])
+    variable = next((term for term in terms if term in variables), "")
+    return location | {"number": number, "variable": variable}

@@ -43,7 +43,7 @@ class Drawing:
     start: np.ndarray
 
 
-def draw_model(text: str, file: Path, **more) -> Drawing:
+def draw_model(text: str, file: Path, **extra) -> Drawing:
     """Draw the model of an input.
 
     Parameters
@@ -60,9 +60,9 @@ def draw_model(text: str, file: Path, **more) -> Drawing:
         If the input is invalid; the message names group, line and value.
     """
     with TemporaryDirectory(prefix="sitedda") as folder:
-        put = partial(_blocks_text, Path(folder) / "blocks.nc")
-        with Simulation(InputOfRun(file, text, put), drawn=True) as simulation:
-            return draw_simulation(simulation, **more)
+        write_blocks = partial(_blocks_text, Path(folder) / "blocks.nc")
+        with Simulation(InputOfRun(file, text, write_blocks), drawn=True) as simulation:
+            return draw_simulation(simulation, **extra)
 
 
 def _blocks_text(file: Path, blocks: Sequence[dict]) -> str:
@@ -73,8 +73,8 @@ def _blocks_text(file: Path, blocks: Sequence[dict]) -> str:
     return blocks_text(blocks)
 
 
-def draw_simulation(simulation: Simulation, **more) -> Drawing:
-    """Draw the present state of a simulation, and add `more` values to the head of the message."""
+def draw_simulation(simulation: Simulation, **extra) -> Drawing:
+    """Draw the present state of a simulation, and add `extra` values to the head of the message."""
     scene = Scene.of(simulation)
     notes = f"{simulation.notes}\n{simulation.block_notes()}".split("\n")
     notes = [note for note in notes if note.strip()]
@@ -87,7 +87,7 @@ def draw_simulation(simulation: Simulation, **more) -> Drawing:
         "points": simulation.point_names,
         "notes": notes,
     }
-    return Drawing(packed(head | more, streams), notes, simulation.coordinates)
+    return Drawing(packed(head | extra, streams), notes, simulation.coordinates)
 
 
 def packed(head: dict, streams: dict[str, bytes]) -> bytes:
@@ -95,11 +95,11 @@ def packed(head: dict, streams: dict[str, bytes]) -> bytes:
 
     The head contains the offset of each stream from the end of the head, and its length, in bytes.
     """
-    places, at = {}, 0
+    ranges, offset = {}, 0
     for name, data in streams.items():
-        places[name] = [at, len(data)]
-        at += -(-len(data) // _ALIGNED) * _ALIGNED
-    text = json.dumps(head | {"streams": places}, allow_nan=False).encode()
+        ranges[name] = [offset, len(data)]
+        offset += -(-len(data) // _ALIGNED) * _ALIGNED
+    text = json.dumps(head | {"streams": ranges}, allow_nan=False).encode()
     text += b" " * (-(4 + len(text)) % _ALIGNED)
     parts = [len(text).to_bytes(4, "little"), text]
     for data in streams.values():
@@ -115,48 +115,48 @@ def marks(scene: Scene) -> dict:
     low, high = scene.box
     x0, y0 = 0.5 * (low + high)
 
-    def placed(one: dict) -> dict:
-        return one | {"x": one["x"] - x0, "y": one["y"] - y0}
+    def placed(item: dict) -> dict:
+        return item | {"x": item["x"] - x0, "y": item["y"] - y0}
 
     lines = [np.reshape(g["surface"], (-1, 2)) for g in scene.groups.get("water", [])
              if np.size(g.get("surface", ()))]  # fmt: skip
     return {
-        "supports": [placed(one) for one in scene.supports()],
+        "supports": [placed(entry) for entry in scene.supports()],
         "boundaries": [
             {
-                "kind": one["kind"],
-                "moved": one["moved"],
-                "edges": np.hstack([one["start"], one["end"]]).round(6).ravel().tolist(),
+                "kind": entry["kind"],
+                "moved": entry["moved"],
+                "edges": np.hstack([entry["start"], entry["end"]]).round(6).ravel().tolist(),
             }
-            for one in scene.boundaries(0)
+            for entry in scene.boundaries(0)
         ],  # fmt: skip
-        "loads": [placed({name: float(v) for name, v in one.items()}) for one in scene.loads()],
-        "points": [placed(one) for one in scene.points()],
+        "loads": [placed({name: float(v) for name, v in entry.items()}) for entry in scene.loads()],
+        "points": [placed(entry) for entry in scene.points()],
         "water": [(line - (x0, y0)).ravel().tolist() for line in lines],
         "slivers": scene.slivers().tolist(),
         "origin": [float(x0), float(y0)],
     }
 
 
-def card(text: str, file: Path, most: int = 4000) -> dict:
+def card(text: str, file: Path, limit: int = 4000) -> dict:
     """Return the outlines of blocks in thousandths of the size of the model, for a thumbnail.
 
     Parameters
     ----------
     text, file
         The input and its file.
-    most : int
+    limit : int
         Largest number of blocks in the thumbnail; of more blocks, every second, third … is drawn.
     """
     with Simulation(InputOfRun(file, text), drawn=True) as simulation:
         polygons, materials = simulation.polygons, simulation.block_materials
         title = simulation.title
-    places = np.concatenate(polygons)
-    low, size = places.min(0), float(np.ptp(places, axis=0).max()) or 1.0
-    step = -(-len(polygons) // most)
+    points = np.concatenate(polygons)
+    low, size = points.min(0), float(np.ptp(points, axis=0).max()) or 1.0
+    step = -(-len(polygons) // limit)
     outlines = [
         [int(material), *np.rint(1000 * (polygon - low) / size).astype(int).ravel().tolist()]
         for polygon, material in zip(polygons[::step], materials[::step], strict=True)
     ]
-    box = np.ceil(1000 * np.ptp(places, axis=0) / size).astype(int).tolist()
+    box = np.ceil(1000 * np.ptp(points, axis=0) / size).astype(int).tolist()
     return {"title": title, "box": box, "blocks": outlines}

@@ -57,11 +57,11 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
 
 def _contact_streams(simulation: Simulation) -> dict[str, bytes]:
     """Return ``pairs`` and ``forces`` of the closed contacts; nothing if there are too many."""
-    closed = simulation.closed_contacts
-    if len(closed) > _CONTACTS:
+    points = simulation.closed_contacts
+    if len(points) > _CONTACTS:
         return {}
-    closed[:, 2] = np.rint(100 * closed[:, 2])
-    pairs, forces = closed[:, :3].astype("<i4", order="C"), closed[:, 3:].astype("<f4", order="C")
+    points[:, 2] = np.rint(100 * points[:, 2])
+    pairs, forces = points[:, :3].astype("<i4", order="C"), points[:, 3:].astype("<f4", order="C")
     return {"pairs": pairs.tobytes(), "forces": forces.tobytes()}
 
 
@@ -79,14 +79,14 @@ class Frames:
         self._count += 1
         if (self._count - 1) % self._every:
             return
-        kept = self._kept
-        kept.append(message)
+        messages = self._kept
+        messages.append(message)
         self._size += len(message)
-        if self._size > _BYTES and len(kept) > 2:
-            kept = kept[::2]
+        if self._size > _BYTES and len(messages) > 2:
+            messages = messages[::2]
             self._every *= 2
-            self._size = sum(map(len, kept))
-        self._kept = kept
+            self._size = sum(map(len, messages))
+        self._kept = messages
 
     def __iter__(self):
         return iter(self._kept)

@@ -72,11 +72,11 @@ class Guard:
             f"<body><p><a href='{target}'>sitedda live</a></p></body></html>\n"
         )
         file = private_folder(folder) / "enter.html"
-        before = os.umask(0o077)
+        old_mask = os.umask(0o077)
         try:
             write(file, page, "a page")
         finally:
-            os.umask(before)
+            os.umask(old_mask)
         file.chmod(0o600)
         return file
 

@@ -60,10 +60,10 @@ class Journal:
     def kept(self, name: str) -> dict | None:
         """Return the stored value of a name; None if it is missing or damaged."""
         try:
-            found = json.loads((self.folder / f"{name}.json").read_bytes())
+            value = json.loads((self.folder / f"{name}.json").read_bytes())
         except (OSError, ValueError):
             return None
-        return found if isinstance(found, dict) else None
+        return value if isinstance(value, dict) else None
 
     @property
     def output(self) -> Path:

@@ -27,7 +27,7 @@ def _is_text_or_none(value) -> bool:
 
 def _is_dict_of_texts(value) -> bool:
     return isinstance(value, dict) and 0 < len(value) <= _FEW and all(
-        _is_short_text(name) and _is_short_text(one) for name, one in value.items()
+        _is_short_text(name) and _is_short_text(text) for name, text in value.items()
     )  # fmt: skip
 
 
@@ -78,18 +78,18 @@ def read_message(data: str | bytes) -> tuple[str, dict]:
     if len(data) > MOST:
         raise InputError(f"a message can have at most {MOST:,} characters")
     try:
-        found = json.loads(data)
+        fields_given = json.loads(data)
     except (ValueError, RecursionError):
         raise InputError("the message is not JSON") from None
-    if not isinstance(found, dict) or not isinstance(found.get("do"), str):
+    if not isinstance(fields_given, dict) or not isinstance(fields_given.get("do"), str):
         raise InputError("a message must be an object with the command 'do'")
-    command = found.pop("do")
+    command = fields_given.pop("do")
     fields = COMMANDS.get(command)
     if fields is None:
         raise InputError(f"there is no command {command[:40]!r}")
-    if found.keys() != fields.keys():
+    if fields_given.keys() != fields.keys():
         raise InputError(f"{command} has the fields {', '.join(fields) or 'none'}")
-    for name, good in fields.items():
-        if not good(found[name]):
+    for name, is_valid in fields.items():
+        if not is_valid(fields_given[name]):
             raise InputError(f"{command}: the field {name} has an invalid value")
-    return command, found
+    return command, fields_given

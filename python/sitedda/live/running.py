@@ -207,9 +207,9 @@ class LiveRun:
     def _repeat_actions(self) -> None:
         """Repeat the actions that followed the checkpoint from which the run continues."""
         simulation = self._simulation
-        present = _input_key(simulation)
-        known = [i for i, one in enumerate(self.actions, 1) if one["mark"] == present]
-        for action in self.actions[max(known, default=0) :]:
+        current_key = _input_key(simulation)
+        matches = [i for i, old in enumerate(self.actions, 1) if old["mark"] == current_key]
+        for action in self.actions[max(matches, default=0) :]:
             if simulation.steps < action["step"]:
                 simulation.advance(action["step"] - simulation.steps)
             self._execute_action(action)
@@ -242,22 +242,22 @@ class LiveRun:
 
     def _advance_run(self) -> None:
         """Compute steps for about `_PIECE` seconds; then report and store if this is due."""
-        begun = time.perf_counter()
+        start = time.perf_counter()
         self._report_if_failed(lambda: self._close_if_ended(self._advance_steps(self._chunk)))
-        took = time.perf_counter() - begun
+        took = time.perf_counter() - start
         if took < 0.5 * _PIECE:
             self._chunk = min(2 * self._chunk, _TO_THE_END)
         elif took > _PIECE:
             self._chunk = max(1, self._chunk // 2)
-        now = time.perf_counter()
+        time_now = time.perf_counter()
         if self.status != "running":
             return
         wait = _FRAME if self._watched() else _UNWATCHED
-        if now - self._shown > wait and time.thread_time() - self._used > self._cost / _SHARE:
+        if time_now - self._shown > wait and time.thread_time() - self._used > self._cost / _SHARE:
             self._send_frame()
-        if now - self._last_report > _STATUS:
+        if time_now - self._last_report > _STATUS:
             self._send_progress()
-        if now - self._saved > _CHECKPOINT:
+        if time_now - self._saved > _CHECKPOINT:
             self._write_checkpoint()
 
     def _report_if_failed(self, work: Callable) -> None:
@@ -299,11 +299,11 @@ class LiveRun:
     def namelist(self) -> str:
         """Return the input with the added stages."""
         text = self.text
-        for one in self.actions:
-            if one["do"] == "stage":
-                name, kind, values = _stage_values(one)
-                present = PresentStage(**one["stage"])
-                text = with_stage(text, present, self.file, name, kind, values)
+        for action in self.actions:
+            if action["do"] == "stage":
+                name, kind, values = _stage_values(action)
+                stage = PresentStage(**action["stage"])
+                text = with_stage(text, stage, self.file, name, kind, values)
         return text
 
     def _execute_action(self, action: dict) -> None:
@@ -327,19 +327,19 @@ class LiveRun:
 
     def _send_progress(self) -> None:
         """Send time, steps and the estimated remaining time (s) to the page."""
-        simulation, now = self._simulation, time.perf_counter()
-        self._last_report = now
+        simulation, clock = self._simulation, time.perf_counter()
+        self._last_report = clock
         if simulation is not None and simulation.is_open:
-            self._pace = [*self._pace[-40:], (now, simulation.time)]
+            self._pace = [*self._pace[-40:], (clock, simulation.time)]
             (t0, s0), (t1, s1) = self._pace[0], self._pace[-1]
-            left = (simulation.duration - s1) * (t1 - t0) / (s1 - s0) if s1 > s0 else None
+            remaining = (simulation.duration - s1) * (t1 - t0) / (s1 - s0) if s1 > s0 else None
             self.words |= {
                 "time": simulation.time,
                 "duration": simulation.duration,
                 "step": simulation.steps,
                 "iterations": simulation.iterations,
                 "time_step": simulation.time_step,
-                "left": left,
+                "left": remaining,
                 "summary": simulation.summary,
             }
         self._tell(self.described())
@@ -353,48 +353,48 @@ class LiveRun:
 
     def _write_checkpoint(self) -> None:
         """Write a checkpoint; wait at least 100 times its duration until the next one."""
-        begun = time.perf_counter()
+        start = time.perf_counter()
         self._simulation.checkpoint()
-        took = time.perf_counter() - begun
-        self._saved = begun + max(0.0, 100.0 * took - _CHECKPOINT)
+        took = time.perf_counter() - start
+        self._saved = start + max(0.0, 100.0 * took - _CHECKPOINT)
 
     # --- ends ---------------------------------------------------------------------------------
 
-    def _close_output(self, status: str, **more) -> None:
-        """Close the output; report its verdict, `more` values and the status."""
+    def _close_output(self, status: str, **extra) -> None:
+        """Close the output; report its verdict, `extra` values and the status."""
         simulation = self._simulation
         self._send_progress()
-        found = {"doubts": [], "lines": [], "audit": simulation.warning} | more
-        where = simulation.finish()
-        self.result = where if where.exists() else where.with_name(f"{where.name}.partial")
+        message = {"doubts": [], "lines": [], "audit": simulation.warning} | extra
+        output = simulation.finish()
+        self.result = output if output.exists() else output.with_name(f"{output.name}.partial")
         try:
-            found |= _read_verdict(self.result)
-            found["doubts"] = [w for w in (simulation.warning, *simulation.peak_warnings) if w]
+            message |= _read_verdict(self.result)
+            message["doubts"] = [w for w in (simulation.warning, *simulation.peak_warnings) if w]
         except SiteddaError as error:
-            found["doubts"].append(str(error))
-        self.words |= {"verdict": found, "ending": simulation.ending}
+            message["doubts"].append(str(error))
+        self.words |= {"verdict": message, "ending": simulation.ending}
         self._set_status(status)
 
     def _report_failure(self, error: BaseException) -> None:
         """Close the output, and report an error and the blocks that its message names."""
-        words = str(error) or type(error).__name__
-        found: dict = {"failure": words, "blocks": self._named_blocks(words)}
+        text = str(error) or type(error).__name__
+        message: dict = {"failure": text, "blocks": self._named_blocks(text)}
         try:
             if self._simulation is not None and self._simulation.steps > 0:
                 self._send_frame()
-                self._close_output("failed", **found)
+                self._close_output("failed", **message)
                 return
-        except SiteddaError as other:
-            found["failure"] += f"; {other}"
-        self.words |= {"verdict": {"lines": [], "doubts": []} | found}
+        except SiteddaError as second_error:
+            message["failure"] += f"; {second_error}"
+        self.words |= {"verdict": {"lines": [], "doubts": []} | message}
         self._set_status("failed")
 
-    def _named_blocks(self, words: str) -> list[int]:
+    def _named_blocks(self, message: str) -> list[int]:
         """Return the indices of the blocks that a message names."""
         if self._simulation is None or not self._simulation.is_open:
             return []
-        found = dict.fromkeys(int(number) - 1 for number in re.findall(r"\bblock (\d+)", words))
-        return [one for one in found if one < len(self._start)]
+        indices = dict.fromkeys(int(number) - 1 for number in re.findall(r"\bblock (\d+)", message))
+        return [index for index in indices if index < len(self._start)]
 
     def _close_simulation(self) -> None:
         try:

@@ -14,7 +14,7 @@ ENDINGS = {"namelist": ".nml", "script": ".py", "report": ".html", "movie": ".mp
 _MARK = "! written by sitedda\n"
 
 
-def place(folder: Path, name: str, what: str) -> Path:
+def place(folder: Path, name: str, kind: str) -> Path:
     """Return the path of a file to save in a folder; add the ending of its kind.
 
     Raises
@@ -22,13 +22,13 @@ def place(folder: Path, name: str, what: str) -> Path:
     InputError
         If the file would be outside the folder, also because of a symbolic link.
     """
-    if what not in ENDINGS:
-        raise InputError(f"{what!r} cannot be saved; use one of {', '.join(ENDINGS)}")
+    if kind not in ENDINGS:
+        raise InputError(f"{kind!r} cannot be saved; use one of {', '.join(ENDINGS)}")
     plain_text("name", name)
     if not name.strip() or not is_below(folder, name):
         raise InputError(f"{name!r} is not the name of a file in {folder}")
     file = folder / name
-    file = file if file.suffix == ENDINGS[what] else file.with_name(file.name + ENDINGS[what])
+    file = file if file.suffix == ENDINGS[kind] else file.with_name(file.name + ENDINGS[kind])
     if not file.parent.resolve().is_relative_to(folder.resolve()):
         raise InputError(f"{name!r} is outside of {folder}; choose a name in this folder")
     return file
@@ -48,10 +48,10 @@ def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) ->
     actions : list of dict
         Actions of the run; comments list the actions that no stage can express.
     """
-    missing = changes_outside_stages(actions)
-    words = "".join(f"! only in the script: {one}\n" for one in missing)
+    changes = changes_outside_stages(actions)
+    comments = "".join(f"! only in the script: {change}\n" for change in changes)
     text = text if text.startswith(_MARK) else _MARK + text
-    text = text.replace(_MARK, _MARK + words, 1)
+    text = text.replace(_MARK, _MARK + comments, 1)
     copies = [] if source.parent.resolve() == target.parent.resolve() else _named_files(
         text, source, target.parent
     )  # fmt: skip
@@ -63,18 +63,18 @@ def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) ->
 
 def _named_files(text: str, source: Path, folder: Path) -> list[tuple[Path, bytes]]:
     """Return the content of each file that groups name, and its path below another folder."""
-    found = {}
-    for one in find_groups(text, source, ("block",)):
-        name = one.values.get("file", "")
-        if one.name == "output" or not name or os.path.isabs(name):
+    contents = {}
+    for group in find_groups(text, source, ("block",)):
+        name = group.values.get("file", "")
+        if group.name == "output" or not name or os.path.isabs(name):
             continue
         if not is_below(source.parent, name):
             raise InputError(
-                f"&{one.name} refers to {name}, which is outside of {source.parent} and therefore "
+                f"&{group.name} refers to {name}, outside of {source.parent} and therefore "
                 "not copied; move it into this folder, or give an absolute path"
             )
-        found[folder / name] = (source.parent / name).read_bytes()
-    return list(found.items())
+        contents[folder / name] = (source.parent / name).read_bytes()
+    return list(contents.items())
 
 
 def save_script(
@@ -104,6 +104,6 @@ def save_movie(output: Path, target: Path) -> Path:
 
 def save_output(output: Path, target: Path) -> Path:
     """Copy the output of a run."""
-    with written(target, "a netCDF file") as beside:
-        shutil.copyfile(output, beside)
+    with written(target, "a netCDF file") as temporary:
+        shutil.copyfile(output, temporary)
     return target

@@ -31,16 +31,16 @@ def written_script(
         Number of steps after which the run was stopped; None if it is complete.
     """
     title = title.replace("\\", "\\\\").replace('"', "'")
-    lines, now = [], 0
+    lines, step = [], 0
     for action in actions:
-        if action["step"] > now:
-            lines.append(f"run.advance({action['step'] - now})  # to t = {action['time']:.6g} s")
-            now = action["step"]
+        if action["step"] > step:
+            lines.append(f"run.advance({action['step'] - step})  # to t = {action['time']:.6g} s")
+            step = action["step"]
         lines.append(_python_call(action))
     if steps is None:
         lines.append("while not run.advance(1000):\n        pass")
-    elif steps > now:
-        lines.append(f"run.advance({steps - now})")
+    elif steps > step:
+        lines.append(f"run.advance({steps - step})")
     lines.append("run.finish()")
     body = "".join(f"    {line}\n" for line in lines)
     title = f"Repeat the run {title} with its changes and stages."
@@ -57,13 +57,13 @@ def _python_call(action: dict) -> str:
 
 def literal(typed: str) -> str:
     """Convert a value of the input to Python code: number, tuple, logical value or text."""
-    words = typed.strip()
-    if words.lower() in (".true.", ".false."):
-        return str(words.lower() == ".true.")
-    numbers = [_number_literal(one) for one in words.split(",")]
-    if all(one is not None for one in numbers):
+    text = typed.strip()
+    if text.lower() in (".true.", ".false."):
+        return str(text.lower() == ".true.")
+    numbers = [_number_literal(number) for number in text.split(",")]
+    if all(number is not None for number in numbers):
         return numbers[0] if len(numbers) == 1 else f"({', '.join(numbers)})"
-    return repr(words)
+    return repr(text)
 
 
 def _number_literal(text: str) -> str | None:
@@ -77,7 +77,7 @@ def _number_literal(text: str) -> str | None:
 def changes_outside_stages(actions: list[dict]) -> list[str]:
     """Describe the changes that no &stage can express."""
     return [
-        f"at t = {one['time']:.6g} s: {', '.join(f'{k} = {v}' for k, v in one['changes'].items())}"
-        for one in actions
-        if one["do"] == "change"
+        f"at t = {act['time']:.6g} s: {', '.join(f'{k} = {v}' for k, v in act['changes'].items())}"
+        for act in actions
+        if act["do"] == "change"
     ]

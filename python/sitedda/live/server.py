@@ -109,8 +109,8 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
 
     def prepare(self) -> None:
         super().prepare()
-        known = self.server.guard.knows_origin(self.request.headers.get("Origin"))
-        if not self._finished and not known:
+        is_allowed = self.server.guard.knows_origin(self.request.headers.get("Origin"))
+        if not self._finished and not is_allowed:
             self.set_status(403)
             self.finish("Only pages of this server may connect.")
 
@@ -139,10 +139,10 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
     def _admit_or_close(self, message) -> None:
         """Admit the page if its first message contains the token; otherwise close the socket."""
         try:
-            found = json.loads(message) if isinstance(message, str) and len(message) < 400 else None
+            reply = json.loads(message) if isinstance(message, str) and len(message) < 400 else None
         except (ValueError, RecursionError):
-            found = None
-        token = found.get("token") if isinstance(found, dict) else None
+            reply = None
+        token = reply.get("token") if isinstance(reply, dict) else None
         if not self.server.guard.admits(token):
             self.close(4401, "wrong token")
             return
@@ -164,15 +164,15 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
             return
         data = message if binary else json.dumps(message)
         try:
-            written = self.write_message(data, binary=binary)
+            future = self.write_message(data, binary=binary)
         except WebSocketClosedError:
             return
         self.waiting += len(data)
-        written.add_done_callback(lambda done: self._subtract_sent(len(data), done))
+        future.add_done_callback(lambda ended: self._subtract_sent(len(data), ended))
 
-    def _subtract_sent(self, size: int, done: asyncio.Future) -> None:
+    def _subtract_sent(self, size: int, future: asyncio.Future) -> None:
         self.waiting -= size
-        done.exception()  # ignores the error of a page that has been closed
+        future.exception()  # ignores the error of a page that has been closed
 
 
 class LiveServer:
@@ -209,10 +209,10 @@ class LiveServer:
 
     def _open_last_sockets(self, host: str) -> list[socket.socket]:
         """Return sockets at the port of the last server of the folder, or at a free port."""
-        last = (self.journal.kept("port") or {}).get("port")
-        if isinstance(last, int) and 0 < last < 65536:
+        port = (self.journal.kept("port") or {}).get("port")
+        if isinstance(port, int) and 0 < port < 65536:
             with suppress(OutputError):
-                return _open_sockets(host, last)
+                return _open_sockets(host, port)
         return _open_sockets(host, 0)
 
     def tell(self, message: dict | bytes) -> None:
@@ -224,15 +224,15 @@ class LiveServer:
                 pass
 
     def _send_to_pages(self, message: dict | bytes) -> None:
-        for one in list(self.sockets):
-            one.send(message)
+        for page in list(self.sockets):
+            page.send(message)
 
     def welcome(self, page: _PageSocket) -> None:
         """Send the state of the session to a new page, which then receives all messages."""
 
         def greet() -> None:
-            known = {"kind": "schema", "groups": schema(), "changeable": BETWEEN_STEPS}
-            messages = [known, *self.session.welcome()]
+            first_message = {"kind": "schema", "groups": schema(), "changeable": BETWEEN_STEPS}
+            messages = [first_message, *self.session.welcome()]
             self._loop.call_soon_threadsafe(enter, messages)
 
         def enter(messages: list) -> None:
@@ -258,8 +258,8 @@ class LiveServer:
 
         self._worker.submit(work)
 
-    async def serve(self, ready: Callable[[LiveServer], None] = lambda _: None) -> None:
-        """Serve pages until SIGINT or SIGTERM; call `ready` once the server accepts requests."""
+    async def serve(self, on_ready: Callable[[LiveServer], None] = lambda _: None) -> None:
+        """Serve pages until SIGINT or SIGTERM; call `on_ready` once the server accepts requests."""
         self._loop = asyncio.get_running_loop()
         application = Application(
             [("/socket", _PageSocket, {"server": self}), (".*", _FileHandler, {"server": self})],
@@ -269,12 +269,12 @@ class LiveServer:
         )
         server = HTTPServer(application, max_body_size=1000, max_header_size=16_384)
         server.add_sockets(self._listening)
-        over = asyncio.Event()
+        stopped = asyncio.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
-            self._loop.add_signal_handler(number, over.set)
+            self._loop.add_signal_handler(number, stopped.set)
         try:
-            ready(self)
-            await over.wait()
+            on_ready(self)
+            await stopped.wait()
         finally:
             server.stop()
             for page in list(self.sockets):
@@ -310,10 +310,10 @@ def _open_sockets(host: str, port: int) -> list[socket.socket]:
     try:
         return bind_sockets(port, host)
     except (OSError, OverflowError, UnicodeError) as trouble:
-        words = getattr(trouble, "strerror", None) or trouble
+        reason = getattr(trouble, "strerror", None) or trouble
         if isinstance(trouble, UnicodeError):
-            words = "this host name is invalid"
-        raise OutputError(f"the server cannot use {host!r}, port {port}: {words}") from trouble
+            reason = "this host name is invalid"
+        raise OutputError(f"the server cannot use {host!r}, port {port}: {reason}") from trouble
 
 
 def run_server(
@@ -369,10 +369,10 @@ def _print_address(server: LiveServer, entrance: Path) -> None:
     print(f"sitedda live: {server.guard.address}, working folder {server.session.folder}")
     print(f"to enter, open {entrance}", flush=True)
     if os.environ.get("SSH_CONNECTION"):
-        here = os.environ["SSH_CONNECTION"].split()[2]
+        host = os.environ["SSH_CONNECTION"].split()[2]
         print(
             f"from another machine: ssh -N -L {server.port}:127.0.0.1:{server.port} "
-            f"{os.environ.get('USER', 'USER')}@{here}\nthen open {server.guard.address} there "
+            f"{os.environ.get('USER', 'USER')}@{host}\nthen open {server.guard.address} there "
             f"and enter the token (the text after # in {entrance})"
         )
     if not server.guard.address.startswith(f"http://{LOOPBACK}"):

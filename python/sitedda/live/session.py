@@ -80,8 +80,8 @@ class Session:
         else:
             messages += [self.run.drawn] if self.run.drawn else []
             messages += [*self.run.frames, self.run.described()]
-        lasting = ("good", "trouble", "check")
-        return messages + [m for kind, m in self._last_messages.items() if kind in lasting]
+        persistent = ("good", "trouble", "check")
+        return messages + [m for kind, m in self._last_messages.items() if kind in persistent]
 
     def _start_message(self) -> dict:
         """Return the message with the content of the start page."""
@@ -90,7 +90,7 @@ class Session:
             "kind": "start",
             "screen": "start" if self.document is None else "model",
             "folder": str(self.folder),
-            "examples": {name: words for name, (words, _) in self.shipped.examples.items()},
+            "examples": {name: summary for name, (summary, _) in self.shipped.examples.items()},
             "files": files,
             "records": sorted(self.shipped.records),
             "endings": ENDINGS,
@@ -105,10 +105,10 @@ class Session:
         """Send small pictures of the examples to all pages."""
         for name, (_, file) in self.shipped.examples.items():
             try:
-                found = card(file.read_text(encoding="utf-8"), file)
+                outlines = card(file.read_text(encoding="utf-8"), file)
             except SiteddaError:
                 continue
-            self._cards[name] = {"kind": "card", "name": name} | found
+            self._cards[name] = {"kind": "card", "name": name} | outlines
             self.tell(self._cards[name])
             if self._closing:
                 return
@@ -189,8 +189,8 @@ class Session:
         try:
             self._editable_document().set(group, number, variable, value)
         except InputError as error:
-            place = {"group": group, "number": number, "variable": variable}
-            self._publish({"kind": "trouble", "message": str(error)} | place)
+            field = {"group": group, "number": number, "variable": variable}
+            self._publish({"kind": "trouble", "message": str(error)} | field)
             return
         self._save_edit()
 
@@ -233,23 +233,23 @@ class Session:
 
     def _draw_repeatedly(self) -> None:
         """Draw the latest version after each edit, until the session ends."""
-        done = 0
+        drawn_version = 0
         while not self._closing:
             with self._work:
-                while not self._closing and self._wanted == done:
+                while not self._closing and self._wanted == drawn_version:
                     self._work.wait()
-                document, done = self.document, self._wanted
+                document, drawn_version = self.document, self._wanted
             if document is not None and self.run is None and not self._closing:
                 self._draw_version(document, document.version, document.text)
 
     def _draw_version(self, document: Document, version: int, text: str) -> None:
         """Draw a version, and send the drawing if no other document or run has started."""
-        begun = time.perf_counter()
+        start = time.perf_counter()
         try:
             drawing = draw_model(text, document.file, version=version)
         except SiteddaError as error:
-            found = {"kind": "trouble", "message": str(error), "version": version}
-            self._publish(found | place_of_trouble(str(error), text, document.file))
+            trouble = {"kind": "trouble", "message": str(error), "version": version}
+            self._publish(trouble | place_of_trouble(str(error), text, document.file))
             return
         except Exception as error:
             traceback.print_exc()
@@ -260,7 +260,7 @@ class Session:
         self._last_messages.pop("trouble", None)
         self._drawn = drawing.message
         self.tell(drawing.message)
-        took = time.perf_counter() - begun
+        took = time.perf_counter() - start
         self._publish({"kind": "good", "version": version, "seconds": took})
 
     def _publish(self, message: dict) -> None:
@@ -283,9 +283,9 @@ class Session:
         """Start a run; if actions are given, continue the stored run that had them."""
         text, file = document.text, document.file
 
-        def keep(done: list[dict]) -> None:
-            kept = {"file": str(file), "text": text, "actions": done}
-            self.journal.keep("run", kept)
+        def keep(actions: list[dict]) -> None:
+            state = {"file": str(file), "text": text, "actions": actions}
+            self.journal.keep("run", state)
 
         keep(actions or [])
         self.run = LiveRun(text, file, self.journal.output, self.tell, self._watched, keep, actions)
@@ -313,11 +313,11 @@ class Session:
 
     def recover(self) -> bool:
         """Continue the session of the last server of this folder; return whether there is one."""
-        kept, run = self.journal.kept("model"), self.journal.kept("run")
-        if kept is None:
+        model, run = self.journal.kept("model"), self.journal.kept("run")
+        if model is None:
             return False
         try:
-            self.document = Document(str(kept["text"]), str(kept["file"]))
+            self.document = Document(str(model["text"]), str(model["file"]))
             if run is not None:
                 actions = list(run["actions"])
                 self.document.text = str(run["text"])
@@ -344,31 +344,31 @@ class Session:
             target=self._save_and_report, args=(what, target), name="save", daemon=True
         ).start()
 
-    def _save_and_report(self, what: str, target: Path) -> None:
+    def _save_and_report(self, kind: str, target: Path) -> None:
         """Write a file and send its name, or the error, to the page."""
         with self._saver:
             try:
-                files = self._write_files(what, target)
+                files = self._write_files(kind, target)
             except Exception as error:  # the page must receive a response to any failure
                 message = str(error) or type(error).__name__
-                self.tell({"kind": "refused", "message": message, "what": what})
+                self.tell({"kind": "refused", "message": message, "what": kind})
                 return
         names = [str(file.relative_to(self.folder)) for file in files]
-        self.tell({"kind": "saved", "what": what, "files": names, "folder": str(self.folder)})
+        self.tell({"kind": "saved", "what": kind, "files": names, "folder": str(self.folder)})
 
-    def _write_files(self, what: str, target: Path) -> list[Path]:
+    def _write_files(self, kind: str, target: Path) -> list[Path]:
         """Write a file of a kind, and the files that it needs; return their paths."""
         run, document = self.run, self.document
-        if what == "namelist":
+        if kind == "namelist":
             text = document.text if run is None else run.namelist
             actions = [] if run is None else run.actions
             return save_namelist(text, document.file, target, actions)
-        if what == "script":
+        if kind == "script":
             model = target.with_name(f"{target.stem}_input.nml")
             files = save_namelist(document.text, document.file, model, [])
             actions, steps = ([], None) if run is None else (run.actions, run.steps_to_repeat)
             return [save_script(model, target, target.stem, actions, steps), *files]
-        save = {"report": save_report, "movie": save_movie, "output": save_output}[what]
+        save = {"report": save_report, "movie": save_movie, "output": save_output}[kind]
         return [save(run.result, target)]
 
     def close(self) -> None:

@@ -34,9 +34,9 @@ class LiveWidget(anywidget.AnyWidget):
     def __init__(self, file=None):
         """Start a server and send its address to the frames of this widget."""
         super().__init__()
-        words = [] if file is None else [str(file)]
+        arguments = [] if file is None else [str(file)]
         server = subprocess.Popen(
-            [sys.executable, "-m", "sitedda", "live", "--notebook", *words],
+            [sys.executable, "-m", "sitedda", "live", "--notebook", *arguments],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         )  # fmt: skip
         self._end = weakref.finalize(self, server.terminate)

@@ -40,9 +40,9 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
         Quantity of the initial colours, see `pictures.draw`.
     """
     scene = Scene.of(source)
-    found = encoded(scene, budget - _REST)
-    encode_histories(found, scene)
-    meta = found.meta | {
+    encoding = encoded(scene, budget - _REST)
+    encode_histories(encoding, scene)
+    meta = encoding.meta | {
         "color": color or ("material" if scene.frames < 2 else "displacement"),
         "stones": list(STONES),
         "resting": RESTING,
@@ -66,22 +66,22 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
             "joint": _color_stops(JOINT_MAP),
         },
     }
-    return View(meta | _find_scales(scene), found.streams)
+    return View(meta | _find_scales(scene), encoding.streams)
 
 
 def _find_scales(scene: Scene) -> dict:
     """Return quantities, limits over all frames, rounding errors and the force scale."""
     frames = some_of(range(scene.frames)) if not scene.before else []
-    absent = set(OWN_QUANTITIES) - set(scene.own_quantities)
-    shown = [one for one in QUANTITIES.values() if one.name not in absent]
-    found = {}
+    unavailable = set(OWN_QUANTITIES) - set(scene.own_quantities)
+    available = [item for item in QUANTITIES.values() if item.name not in unavailable]
+    spans = {}
     if frames:
-        found = {one.name: asdict(limits_of(scene, one.name, frames)) for one in shown}
-        found |= {name: asdict(movement_limits(scene, name, frames)) for name in MOVEMENTS}
+        spans = {item.name: asdict(limits_of(scene, item.name, frames)) for item in available}
+        spans |= {name: asdict(movement_limits(scene, name, frames)) for name in MOVEMENTS}
     return {
-        "quantities": [asdict(one) for one in shown],
-        "movements": [asdict(one) for one in MOVEMENTS.values()],
-        "ranges": found,
+        "quantities": [asdict(item) for item in available],
+        "movements": [asdict(item) for item in MOVEMENTS.values()],
+        "ranges": spans,
         "floors": rounding(scene),
         "force": force_scale(scene, frames) if frames else 0.0,
     }
@@ -106,10 +106,10 @@ def check_alike(one: Scene, other: Scene) -> None:
     """
     if one.names != other.names:
         pairs = zip(one.names, other.names, strict=False)
-        apart = next((pair for pair in pairs if pair[0] != pair[1]), None)
-        words = f"{apart[0]!r} is not {apart[1]!r}" if apart else "one has more"
+        mismatch = next((pair for pair in pairs if pair[0] != pair[1]), None)
+        reason = f"{mismatch[0]!r} is not {mismatch[1]!r}" if mismatch else "one has more"
         raise InputError(f"runs of {one.blocks} and {other.blocks} blocks have no difference: "
-                         f"{words}; show them side by side")  # fmt: skip
+                         f"{reason}; show them side by side")  # fmt: skip
     if one.frames != other.frames or not np.allclose(one.time, other.time, rtol=1e-9):
         raise InputError(f"runs have no difference if times differ: {one.frames} frames up to "
                          f"{one.time[-1]:g} s, {other.frames} frames up to {other.time[-1]:g} s; "
@@ -160,17 +160,17 @@ def view_page(
     """
     scene = Scene.of(source, absolute)
     page = Page(scene.title or "Blocks")
-    shown = view(scene, budget if other is None else budget // 2, color)
+    first = view(scene, budget if other is None else budget // 2, color)
     if other is None:
-        page.add("Blocks", shown, *below)
+        page.add("Blocks", first, *below)
     else:
         second = Scene.of(other, absolute)
         if difference:
             check_alike(scene, second)
-        beside = view(second, budget // 2, color)
-        shown.meta["pair"] = "difference" if difference else "beside"
-        shown.meta["name"], beside.meta["name"] = names_of(scene, second)
-        page.add("Two runs", shown, beside)
+        partner = view(second, budget // 2, color)
+        first.meta["pair"] = "difference" if difference else "beside"
+        first.meta["name"], partner.meta["name"] = names_of(scene, second)
+        page.add("Two runs", first, partner)
     page.provenance = provenance(
         input=str(scene.data.attrs.get("input_file", "")),
         computed_by=str(scene.data.attrs.get("source", "")),

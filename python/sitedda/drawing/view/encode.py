@@ -112,17 +112,17 @@ def encode(scene: Scene, budget: int) -> Encoded:
     """
     result = Encoded()
     _add_model(result, scene)
-    left = budget - result.size
-    lean = _estimate_size(scene, lean=False) * scene.frames > 0.7 * left
+    room = budget - result.size
+    lean = _estimate_size(scene, lean=False) * scene.frames > 0.7 * room
     cost = _estimate_size(scene, lean)
-    kept = scene.frames if cost * scene.frames < left else max(2, int(0.95 * left / cost))
+    count = scene.frames if cost * scene.frames < room else max(2, int(0.95 * room / cost))
     while True:
-        frames = np.unique(np.linspace(0, scene.frames - 1, kept).round().astype(int))
+        frames = np.unique(np.linspace(0, scene.frames - 1, count).round().astype(int))
         streams = Encoded()
         _add_channels(streams, motion_channels(scene, frames, lean), "channels")
-        if streams.size <= left or kept <= 2:
+        if streams.size <= room or count <= 2:
             break
-        kept = max(2, int(0.93 * kept * left / streams.size))
+        count = max(2, int(0.93 * count * room / streams.size))
     result.meta |= streams.meta
     result.streams |= streams.streams
     result.meta |= {
@@ -146,16 +146,16 @@ def _stage_frames(scene: Scene, frames: np.ndarray) -> list[list]:
     if "frame_stage" not in scene.data or len(names) < 2:
         return []
     number = scene.data["frame_stage"].values[frames].astype(int)
-    last = {int(n): i for i, n in enumerate(number) if 0 < n <= len(names)}
-    return [[names[n - 1], i] for n, i in last.items()]
+    end_frames = {int(n): i for i, n in enumerate(number) if 0 < n <= len(names)}
+    return [[names[n - 1], i] for n, i in end_frames.items()]
 
 
 def _find_removals(scene: Scene, frames: np.ndarray) -> list[list[int]]:
     """Return each removed block and the index of the first frame without it."""
     if not scene.removed(scene.frames - 1).any():
         return []
-    gone = np.stack([scene.removed(f) for f in frames])
-    return [[int(b), int(np.argmax(gone[:, b]))] for b in np.flatnonzero(gone.any(axis=0))]
+    removed = np.stack([scene.removed(f) for f in frames])
+    return [[int(b), int(np.argmax(removed[:, b]))] for b in np.flatnonzero(removed.any(axis=0))]
 
 
 def _add_model(result: Encoded, scene: Scene) -> None:
@@ -186,8 +186,8 @@ def _add_model(result: Encoded, scene: Scene) -> None:
 def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channel]:
     """Return displacements, rotations, strains, speeds and stresses of blocks as channels."""
     start = scene.coordinates(0)
-    moved = np.stack([scene.coordinates(f) for f in frames]) - start
-    _stop_lost_blocks(moved, scene)
+    change = np.stack([scene.coordinates(f) for f in frames]) - start
+    _stop_lost_blocks(change, scene)
     offsets = scene.offsets(scene.owner, scene.vertices(0))
     reach = float(np.sqrt((offsets**2).sum(axis=1).max()))
     quanta = (POSITION, ROTATION / reach, STRAIN / reach)
@@ -195,11 +195,11 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
     channels = []
     for k, name in enumerate(names):
         quantum = quanta[0 if k < 2 else 1 if k == 2 else 2] * scene.size
-        largest = float(abs(moved[..., k]).max())
+        largest = float(abs(change[..., k]).max())
         steps = _LEAST_STEPS if lean and k < 3 else 0 if lean else _FINE
         if steps and largest:
             quantum = min(quantum, largest / steps)
-        channels.append(Channel(name, moved[..., k], quantum))
+        channels.append(Channel(name, change[..., k], quantum))
     speed = np.stack([np.hypot(*scene.rates(f)[:, :2].T) for f in frames])
     stress = np.stack([scene.stress(f) for f in frames])
     if lean:
@@ -213,38 +213,38 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
     return channels + [Channel.rooted(name, values, steps) for name, values in colors.items()]
 
 
-def _stop_lost_blocks(moved: np.ndarray, scene: Scene) -> None:
+def _stop_lost_blocks(change: np.ndarray, scene: Scene) -> None:
     """Fix each lost block at its last position within reach of the first view."""
     low, high = scene.box
     reach = 2.0 * scene.size
     centre = scene.coordinates(0)[:, :2] - 0.5 * (low + high)
-    away = np.any(abs(moved[..., :2] + centre) > reach, axis=2)
-    for block in np.flatnonzero(away.any(axis=0)):
-        first = int(np.argmax(away[:, block]))
-        moved[first:, block] = moved[max(first - 1, 0), block]
+    outside = np.any(abs(change[..., :2] + centre) > reach, axis=2)
+    for block in np.flatnonzero(outside.any(axis=0)):
+        loss = int(np.argmax(outside[:, block]))
+        change[loss:, block] = change[max(loss - 1, 0), block]
 
 
 def _add_channels(result: Encoded, channels: list[Channel], key: str) -> None:
     """Add the streams of channels, and their description under a key."""
     described = []
     for channel in channels:
-        whole = channel.whole
-        data, width = planes(np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])))
+        integers = channel.whole
+        data, width = planes(np.diff(integers, axis=0, prepend=np.zeros_like(integers[:1])))
         result.put(channel.name, zlib.compress(data, _LEVEL))
-        wide = bool(abs(whole).max(initial=0) > np.iinfo(np.int16).max)
-        one = {"name": channel.name, "quantum": channel.quantum, "root": channel.root}
-        described.append(one | {"bytes": width, "wide": wide})
+        needs_32_bits = bool(abs(integers).max(initial=0) > np.iinfo(np.int16).max)
+        description = {"name": channel.name, "quantum": channel.quantum, "root": channel.root}
+        described.append(description | {"bytes": width, "wide": needs_32_bits})
     result.meta[key] = described
 
 
 def _estimate_size(scene: Scene, lean: bool) -> float:
     """Estimate the characters per frame from consecutive frames in the middle of the run."""
-    first = max(0, (scene.frames - _SAMPLE) // 2)
-    frames = np.arange(first, min(scene.frames, first + _SAMPLE))
+    begin = max(0, (scene.frames - _SAMPLE) // 2)
+    frames = np.arange(begin, min(scene.frames, begin + _SAMPLE))
     total = 0
     for channel in motion_channels(scene, frames, lean):
-        whole = channel.whole
-        steps = np.diff(whole, axis=0) if len(frames) > 1 else whole
+        integers = channel.whole
+        steps = np.diff(integers, axis=0) if len(frames) > 1 else integers
         total += len(zlib.compress(planes(steps)[0], _LEVEL))
     return 4 / 3 * total / max(1, len(frames) - 1)
 
@@ -254,80 +254,82 @@ def _add_bolts_and_water(result: Encoded, scene: Scene, frames: np.ndarray) -> N
     bolts = scene.bolt_routes()
     water = [(np.repeat(block, 2), ends) for block, ends in zip(*scene.water_lines, strict=True)]
     result.meta["lines"] = {}
-    for kind, routes, read in (
+    for kind, routes, reader in (
         ("bolts", [route[1:] for route in bolts], partial(_bolt_forces, scene, bolts)),
         ("water", water, partial(_water_pressures, scene)),
     ):
         if not routes:
             continue
         result.meta["lines"][kind] = [
-            {"blocks": blocks.tolist(), "offsets": scene.offsets(blocks, places).ravel().tolist()}
-            for blocks, places in routes
+            {"blocks": blocks.tolist(), "offsets": scene.offsets(blocks, points).ravel().tolist()}
+            for blocks, points in routes
         ]
-        size, state = np.stack([read(frame) for frame in frames]).swapaxes(0, 1)
+        size, state = np.stack([reader(frame) for frame in frames]).swapaxes(0, 1)
         of_size = Channel.rooted(f"{kind}_size", size, _FINE)
         _add_channels(result, [of_size, Channel(f"{kind}_state", state, 1.0)], f"{kind}_channels")
 
 
 def _bolt_forces(scene: Scene, routes: list, frame: int) -> np.ndarray:
     """Return forces (N/m) and states of the bolts, shape (2, bolts)."""
-    found = {one["name"]: one for one in scene.bolts(frame)}
-    absent = {"force": 0.0, "state": 0}
-    bolts = [found.get(name, absent) for name, _, _ in routes]
+    bolts_by_name = {bolt["name"]: bolt for bolt in scene.bolts(frame)}
+    no_bolt = {"force": 0.0, "state": 0}
+    bolts = [bolts_by_name.get(name, no_bolt) for name, _, _ in routes]
     return np.array([[np.nan_to_num(b["force"]) for b in bolts], [b["state"] for b in bolts]])
 
 
 def _water_pressures(scene: Scene, frame: int) -> np.ndarray:
     """Return pressures (Pa) and states of water channels, shape (2, channels)."""
-    pressure, full, _ = scene.water(frame)
-    return np.array([np.clip(pressure, 0, None), np.where(full, 1, NOT_FULL)])
+    pressure, saturated, _ = scene.water(frame)
+    return np.array([np.clip(pressure, 0, None), np.where(saturated, 1, NOT_FULL)])
 
 
-def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, room: int) -> None:
-    """Add the forces of all contacts that close in a frame; none if they exceed `room` characters.
+def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, budget: int) -> None:
+    """Add forces of contacts that close in a frame; none if they exceed `budget` characters.
 
     A contact is a vertex, an edge, and the position of the contact point in hundredths of the edge
     that begins at the vertex.
     """
-    found = [scene.contacts(f) for f in frames]
+    frame_contacts = [scene.contacts(f) for f in frames]
     vertices = len(scene.owner)
-    keys, which = [], []
-    for contacts in found:
-        closed = contacts["normal_force"] > 0
-        pair = contacts["vertex"][closed].astype(np.int64) * vertices + contacts["edge"][closed]
-        place = contacts["place"][closed] if "place" in contacts else np.zeros(len(pair))
-        keys.append(_PLACES * pair + np.rint((_PLACES - 1) * place).astype(np.int64))
-        which.append(closed)
+    keys, masks = [], []
+    for contacts in frame_contacts:
+        mask = contacts["normal_force"] > 0
+        pair = contacts["vertex"][mask].astype(np.int64) * vertices + contacts["edge"][mask]
+        position = contacts["place"][mask] if "place" in contacts else np.zeros(len(pair))
+        keys.append(_PLACES * pair + np.rint((_PLACES - 1) * position).astype(np.int64))
+        masks.append(mask)
     pairs = np.unique(np.concatenate(keys)) if keys else np.zeros(0, dtype=np.int64)
     result.meta["pairs"] = 0
     if len(pairs) == 0:
         return
     # Each pair and frame needs two bytes before deflation; the factor 3 is an optimistic ratio of
     # deflation.
-    if len(pairs) * len(frames) > 3 * room:
+    if len(pairs) * len(frames) > 3 * budget:
         result.meta["no_forces"] = "contact forces would not fit into the file"
         return
     normal = np.zeros((len(frames), len(pairs)), dtype=np.float32)
     shear = np.zeros_like(normal)
-    for i, (contacts, key, closed) in enumerate(zip(found, keys, which, strict=True)):
-        at = np.searchsorted(pairs, key)
-        normal[i, at] = contacts["normal_force"][closed]
-        shear[i, at] = contacts["shear_force"][closed]
+    for i, (contacts, key, mask) in enumerate(zip(frame_contacts, keys, masks, strict=True)):
+        columns = np.searchsorted(pairs, key)
+        normal[i, columns] = contacts["normal_force"][mask]
+        shear[i, columns] = contacts["shear_force"][mask]
     largest = float(normal.max())
     streams = Encoded()
     parts = (("normal", normal), ("shear", shear))
     forces = [Channel.rooted(name, values, _COARSE) for name, values in parts]
     _add_channels(streams, forces, "force_channels")
-    pair, place = np.divmod(pairs, _PLACES)
-    streams.put_array("pairs", np.column_stack([pair // vertices, pair % vertices, place]), "<i4")
-    if streams.size > room:
+    pair, position = np.divmod(pairs, _PLACES)
+    streams.put_array(
+        "pairs", np.column_stack([pair // vertices, pair % vertices, position]), "<i4"
+    )
+    if streams.size > budget:
         result.meta["no_forces"] = "contact forces would not fit into the file"
         return
     result.meta |= streams.meta | {"pairs": len(pairs), "largest_force": largest}
     result.streams |= streams.streams
 
 
-def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
+def encode_histories(result: Encoded, scene: Scene, count: int = 1500) -> None:
     """Add the charts of histories: displacements and accelerations of points, energies."""
     data = scene.data
     if scene.before or data.sizes.get("time", 0) < 3:
@@ -346,8 +348,8 @@ def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
                  for i, point in moving for axis in (0, 1)}  # fmt: skip
         lines = {label: y for label, y in lines.items() if np.any(abs(y) > floors[unit])}
         lines = dict(list(lines.items())[:_MOST_LINES])
-        words = f", {scene.origin}" if scene.origin and name == "displacement" else ""
-        charts.append((f"{name} of the measured points{words}", unit, lines))
+        suffix = f", {scene.origin}" if scene.origin and name == "displacement" else ""
+        charts.append((f"{name} of the measured points{suffix}", unit, lines))
     energies = budget(data)
     parts = energies.parts if energies.given.any() else {}
     charts.append(("energies, stacked", "J/m", parts))
@@ -360,20 +362,20 @@ def encode_histories(result: Encoded, scene: Scene, most: int = 1500) -> None:
         described, stacked = [], title.endswith("stacked")
         for label, values in lines.items():
             stream = f"line{len(result.streams)}"
-            at = thinned(np.sum(list(lines.values()), axis=0) if stacked else values, most)
-            result.put_array(stream, np.concatenate([time[at], values[at]]), "<f4")
-            described.append({"label": label, "stream": stream, "samples": len(at)})
+            samples = thinned(np.sum(list(lines.values()), axis=0) if stacked else values, count)
+            result.put_array(stream, np.concatenate([time[samples], values[samples]]), "<f4")
+            described.append({"label": label, "stream": stream, "samples": len(samples)})
         chart = {"title": title, "unit": unit, "lines": described, "stacked": stacked}
         result.meta["charts"].append(chart)
 
 
-def thinned(values: np.ndarray, most: int) -> np.ndarray:
+def thinned(values: np.ndarray, count: int) -> np.ndarray:
     """Return the indices of first, smallest and largest sample in most/3 bins, and the last."""
     n = len(values)
-    if n <= most:
+    if n <= count:
         return np.arange(n)
-    edges = np.linspace(0, n, most // 3 + 1).astype(int)
-    at = {0, n - 1}
+    edges = np.linspace(0, n, count // 3 + 1).astype(int)
+    indices = {0, n - 1}
     for a, b in zip(edges[:-1], edges[1:], strict=True):
-        at |= {int(a), a + int(np.argmin(values[a:b])), a + int(np.argmax(values[a:b]))}
-    return np.array(sorted(at))
+        indices |= {int(a), a + int(np.argmin(values[a:b])), a + int(np.argmax(values[a:b]))}
+    return np.array(sorted(indices))
