@@ -36,10 +36,10 @@ def kinds() -> dict[str, Any]:
     from .meshing import settings
 
     return {
-        one.group: one
+        item.group: item
         for module in (geometry, masonry, settings, wall, layered, ground)
-        for one in vars(module).values()
-        if isinstance(one, type) and issubclass(one, Values) and one.group
+        for item in vars(module).values()
+        if isinstance(item, type) and issubclass(item, Values) and item.group
     }
 
 
@@ -57,17 +57,17 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     pieces: list[dict] = []
     groups = [*groups, *_expand_groups(built, pieces, groups, folder)]
     names = _names_by_kind(groups)
-    made = [group for group in groups if is_made(group[0])]
-    for _, values, place in made:
-        _check_names(names, values, place)
+    composed = [group for group in groups if is_made(group[0])]
+    for _, values, source in composed:
+        _check_names(names, values, source)
     parts: dict[str, list] = defaultdict(list)
-    meshes, first, places = [], "", {}
-    for name, values, place in made:
+    meshes, first_source, sources = [], "", {}
+    for name, values, source in composed:
         if _expands_to_groups(name):
             continue
-        with located(place):
+        with located(source):
             if name == "mesh":
-                meshes.append((_make_object("mesh", values), place))
+                meshes.append((_make_object("mesh", values), source))
             elif name == "polygons":
                 pieces += _import_blocks(values, folder)
             elif hasattr(kinds()[name], "blocks"):
@@ -75,10 +75,10 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
                     _block_values(vars(stone)) for stone in _make_object(name, values).blocks()
                 ]
             else:
-                own = _read_objects(name, values, folder)
-                parts[name] += own
-                places |= {id(part): place for part in own}
-                first = first or place
+                objects = _read_objects(name, values, folder)
+                parts[name] += objects
+                sources |= {id(part): source for part in objects}
+                first_source = first_source or source
     cut = None
     if meshes:
         from .meshing.meshed import refuse_far_too_many
@@ -88,7 +88,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
         try:
             cut = _cut_regions(built, parts, next(iter(names["joint"]), ""), bool(meshes))
         except InputError as error:
-            with located(places.get(id(error.cause), first)):
+            with located(sources.get(id(error.cause), first_source)):
                 raise
     built.blocks += pieces
     built.messages += doubtful_sizes(groups)
@@ -104,23 +104,23 @@ def _expands_to_groups(name: str) -> bool:
 
 def _expand_groups(built: Built, pieces: list[dict], groups, folder) -> list[tuple[str, dict, str]]:
     """Return the groups that composed groups expand to; append their blocks to `pieces`."""
-    found: list[tuple[str, dict, str]] = []
-    every = [(name, values) for name, values, _ in groups]
-    for name, values, place in groups:
+    result: list[tuple[str, dict, str]] = []
+    pairs = [(name, values) for name, values, _ in groups]
+    for name, values, source in groups:
         if not _expands_to_groups(name):
             continue
-        with located(place):
-            made, notes = _make_object(name, values).groups(folder, every)
-            made = [
-                (kind, {n: checked(kind, n, v) for n, v in one.items() if is_given(v)})
-                for kind, one in made
+        with located(source):
+            parts, notes = _make_object(name, values).groups(folder, pairs)
+            parts = [
+                (kind, {n: checked(kind, n, v) for n, v in content.items() if is_given(v)})
+                for kind, content in parts
             ]
-        pieces += [dict(one) for kind, one in made if kind == "block"]
-        others = [(kind, one) for kind, one in made if kind != "block"]
-        built.groups += [(kind, one) for kind, one in others if not is_made(kind)]
+        pieces += [dict(content) for kind, content in parts if kind == "block"]
+        joints = [(kind, content) for kind, content in parts if kind != "block"]
+        built.groups += [(kind, content) for kind, content in joints if not is_made(kind)]
         built.messages += notes
-        found += [(kind, one, place) for kind, one in others]
-    return found
+        result += [(kind, content, source) for kind, content in joints]
+    return result
 
 
 def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
@@ -133,17 +133,17 @@ def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
         for piece, region, holes in zip(pieces, cut.regions, cut.holes, strict=False):
             piece.region, piece.holes = region, holes
     pieces += [Piece(groups[i][1]) for i in typed]
-    cells, taken, messages = mesh_blocks(pieces, meshes, _materials_by_name(groups), located)
-    ring = next((p for i, p in enumerate(pieces) if p.holes and i not in taken), None)
+    cells, meshed, messages = mesh_blocks(pieces, meshes, _materials_by_name(groups), located)
+    ring = next((p for i, p in enumerate(pieces) if p.holes and i not in meshed), None)
     if ring is not None:
         raise InputError(
             f"block {ring.name!r} is a ring around the hole or region with a corner at "
             f"({ring.holes[0][0][0, 0]:.6g}, {ring.holes[0][0][0, 1]:.6g}); cut it by a joint, or "
             "mesh it"
         )
-    count, gone = len(built.blocks), set(taken)
-    built.meshed = [typed[i - count] for i in taken if i >= count]
-    built.blocks = [one for i, one in enumerate(built.blocks) if i not in gone] + cells
+    count, removed = len(built.blocks), set(meshed)
+    built.meshed = [typed[i - count] for i in meshed if i >= count]
+    built.blocks = [item for i, item in enumerate(built.blocks) if i not in removed] + cells
     built.messages += messages
 
 
@@ -161,22 +161,22 @@ def _names_by_kind(groups) -> dict[str, list[str]]:
     return names
 
 
-def _check_names(names: dict[str, list[str]], values: dict, place: str) -> None:
+def _check_names(names: dict[str, list[str]], values: dict, source: str) -> None:
     """Raise InputError if a group refers to a material, joint or region that does not exist."""
     for variable, name in values.items():
         kind = variable.removeprefix("core_")
         if kind in _NAMED and name and name not in names[kind]:
             hint = nearest(name, names[kind])
-            raise InputError(f"{place}: {variable} = {name!r} is not the name of a &{kind}{hint}")
+            raise InputError(f"{source}: {variable} = {name!r} is not the name of a &{kind}{hint}")
 
 
 @contextmanager
-def located(place: str) -> Iterator[None]:
+def located(source: str) -> Iterator[None]:
     """Add a position in the input to an InputError within the context."""
     try:
         yield
     except InputError as error:
-        raise InputError(f"{place}: {error}" if place else str(error)) from None
+        raise InputError(f"{source}: {error}" if source else str(error)) from None
 
 
 def _make_object(name: str, values: dict):
@@ -199,9 +199,9 @@ def _read_objects(name: str, values: dict, folder) -> list:
     """Return the object of a group, or one object per line of its file."""
     points, values = kinds()[name].from_file, dict(values)
     if not points or "file" not in values:
-        for given in ("layer", "scale"):
-            if points and given in values:
-                raise InputError(f"{given} needs a file")
+        for option in ("layer", "scale"):
+            if points and option in values:
+                raise InputError(f"{option} needs a file")
         return [_make_object(name, values)]
     if points in values:
         raise InputError(f"give either {points} or file")
@@ -225,14 +225,14 @@ def _import_blocks(values: dict, folder) -> list[dict]:
     if "file" not in values:
         raise InputError("file is missing")
     stem = values.get("name", "block")
-    more = {key: values[key] for key in ("material", "joint") if key in values}
+    options = {key: values[key] for key in ("material", "joint") if key in values}
     outlines = read_outlines(
         Path(folder) / values["file"], values.get("layer"), values.get("scale"), closed=True
     )
     return [
         {
             "name": outline.name or f"{stem}_{i}",
-            **more,
+            **options,
             "vertices": outline_of(f"polygon {i}", outline.points),
         }
         for i, outline in enumerate(outlines, 1)
@@ -249,8 +249,8 @@ def _cut_regions(built: Built, parts: dict[str, list], first_joint: str, rings: 
     if len(parts["cutting"]) > 1:
         raise InputError("&cutting may appear only once")
     if not parts["region"]:
-        given = next(name for name, found in parts.items() if found)
-        raise InputError(f"&{given} needs a &region")
+        kind = next(name for name, objects in parts.items() if objects)
+        raise InputError(f"&{kind} needs a &region")
     blocks = cut(
         parts["region"],
         parts["joint_line"] + parts["joint_set"] + parts["voronoi"],
@@ -304,7 +304,7 @@ def block_writer(
     return put
 
 
-def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built]:
+def built_text(text: str, file, write_blocks: Callable = blocks_text) -> tuple[str, Built]:
     """Convert the groups of joints and masonry of a namelist text into blocks.
 
     These groups remain as comments; the numbers of all other lines do not change.
@@ -314,45 +314,45 @@ def built_text(text: str, file, put: Callable = blocks_text) -> tuple[str, Built
     text : str
     file : path
         File of the text, for messages and relative file names.
-    put : callable
+    write_blocks : callable
         Converts the blocks into text.
     """
     typed = () if _MESH.search(text) else ("block",)  # only a mesh needs the existing blocks
-    every = find_groups(text, file, typed)
-    if not any(is_made(one.name) for one in every):
+    all_groups = find_groups(text, file, typed)
+    if not any(is_made(group.name) for group in all_groups):
         return text, Built()
-    wanted = [
-        one
-        for one in every
-        if is_made(one.name) or one.name in _NAMED or (one.name == "block" and not typed)
+    relevant = [
+        group
+        for group in all_groups
+        if is_made(group.name) or group.name in _NAMED or (group.name == "block" and not typed)
     ]
-    read = [(one.name, read_values(one, file), one.place(file)) for one in wanted]
-    built = build_blocks(read, Path(file).parent)
-    meshed = {id(wanted[i]) for i in built.meshed}
-    found = [one for one in every if is_made(one.name) or id(one) in meshed]
+    typed_values = [(group.name, read_values(group, file), group.place(file)) for group in relevant]
+    built = build_blocks(typed_values, Path(file).parent)
+    meshed = {id(relevant[i]) for i in built.meshed}
+    replaced = [group for group in all_groups if is_made(group.name) or id(group) in meshed]
     head = f"! {len(built.blocks)} blocks, made from the groups in the comments above.\n"
-    body = _comment_out(text, found)
+    body = _comment_out(text, replaced)
     end = "" if body.endswith("\n") else "\n"
-    others = "".join(group_text(kind, values) for kind, values in built.groups)
-    return f"{body}{end}\n{head}{others}{put(built.blocks)}", built
+    rest_text = "".join(group_text(kind, values) for kind, values in built.groups)
+    return f"{body}{end}\n{head}{rest_text}{write_blocks(built.blocks)}", built
 
 
-def _comment_out(text: str, found: Sequence[Found]) -> str:
+def _comment_out(text: str, groups: Sequence[Found]) -> str:
     """Replace groups by comments, or by blanks if they share a line with other groups."""
-    parts, at = [], 0
-    for one in found:
-        line = text.rfind("\n", 0, one.start) + 1
-        rest = text[one.end :].split("\n", 1)[0].strip()
-        alone = not text[max(line, at) : one.start].strip() and (not rest or rest[0] == "!")
-        group = text[one.start : one.end]
-        parts.append(text[at : one.start])
+    parts, start = [], 0
+    for item in groups:
+        line = text.rfind("\n", 0, item.start) + 1
+        tail = text[item.end :].split("\n", 1)[0].strip()
+        single = not text[max(line, start) : item.start].strip() and (not tail or tail[0] == "!")
+        group = text[item.start : item.end]
+        parts.append(text[start : item.start])
         parts.append(
             "! " + group.replace("\n", "\n! ")
-            if alone and line >= at
+            if single and line >= start
             else re.sub(r"[^\n]", " ", group)
         )
-        at = one.end
-    return "".join(parts) + text[at:]
+        start = item.end
+    return "".join(parts) + text[start:]
 
 
 def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path, Built]:

@@ -56,24 +56,24 @@ class Ground(schema.GroundValues):
             All groups of the input.
         """
         joints = [("joint", dict(friction_angle=_ANGLE, cohesion=_STRENGTH, name=name,
-                                 tensile_strength=_STRENGTH, **more))
-                  for name, more in self._side_joints(others).items()]  # fmt: skip
-        found = joints + self._ground_bodies() + base_and_sides(self)
+                                 tensile_strength=_STRENGTH, **variables))
+                  for name, variables in self._side_joints(others).items()]  # fmt: skip
+        result = joints + self._ground_bodies() + base_and_sides(self)
         if self.outline is not None:
             values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name} tie",
                       "material": self.core_material or self.material}  # fmt: skip
-            found.append(("region", values))
-        return found, []
+            result.append(("region", values))
+        return result, []
 
     def _side_joints(self, others) -> dict[str, dict]:
         """Return the variables of the joints at the core and at the sides, by joint name."""
         ties: dict[str, dict] = {f"{self.name} side": {}}
         if self.outline is None:
             return ties
-        if any("restitution" in one for kind, one in others if kind == "joint"):
+        if any("restitution" in item for kind, item in others if kind == "joint"):
             # Restitution requires the stiffness of &contact, not a stiffness per area.
             return ties | {f"{self.name} tie": {}}
-        materials = {one.get("name", ""): one for kind, one in others if kind == "material"}
+        materials = {item.get("name", ""): item for kind, item in others if kind == "material"}
         stiffness = 0.0
         for name in (self.material, self.core_material or self.material):
             name = name or next(iter(materials), "")
@@ -86,21 +86,21 @@ class Ground(schema.GroundValues):
 
     def _ground_bodies(self) -> list[tuple[str, dict]]:
         """Return the blocks of the ground, and the meshes that divide them into cells."""
-        found: list[tuple[str, dict]] = []
+        result: list[tuple[str, dict]] = []
         bodies = shapely.get_parts(self._ground_polygon()).tolist()
         for i, body in enumerate(bodies, 1):
             name = self.name if len(bodies) == 1 else f"{self.name}_{i}"
             pieces = _split_at_hole(body)
             names = [f"{name}_{k}" for k in range(1, len(pieces) + 1)]
-            for piece, one in zip(pieces, names, strict=True):
-                found.append(("block", self._ground_block(one, piece)))
-            fine: dict = {}
+            for piece, label in zip(pieces, names, strict=True):
+                result.append(("block", self._ground_block(label, piece)))
+            refinement: dict = {}
             if self.fine_size is not None and self.outline is not None:
-                fine = {"fine_size": self.fine_size,
+                refinement = {"fine_size": self.fine_size,
                         "fine_along": shapely.get_coordinates(self.outline.exterior)}  # fmt: skip
-            found.append(("mesh", dict(blocks=", ".join(names), body=name, size=self.size,
-                                       frequency=self.frequency, **fine)))  # fmt: skip
-        return found
+            result.append(("mesh", dict(blocks=", ".join(names), body=name, size=self.size,
+                                       frequency=self.frequency, **refinement)))  # fmt: skip
+        return result
 
     def _ground_polygon(self):
         """Return the polygon of the ground below the surface, without the core."""
@@ -108,7 +108,7 @@ class Ground(schema.GroundValues):
         if len(self.surface):
             x, y = self.surface.T
             inner = (x > self.left) & (x < self.right)
-            upper = [(at, np.interp(at, x, y)) for at in ends.values()]
+            upper = [(x_end, np.interp(x_end, x, y)) for x_end in ends.values()]
             upper[1:1] = list(self.surface[inner])
         else:
             chain = _upper_side(self.outline)
@@ -129,28 +129,28 @@ class Ground(schema.GroundValues):
         values = {"vertices": corners, "name": name, "joint": side, "material": self.material}
         if self.outline is not None:
             middle = shapely.points(0.5 * (corners + np.roll(corners, -1, axis=0)))
-            near = 1e-9 * shapely.length(self.outline.exterior)
-            at_core = shapely.dwithin(middle, self.outline, near).tolist()
-            values["edge_joints"] = tuple(tie if one else side for one in at_core)
+            tolerance = 1e-9 * shapely.length(self.outline.exterior)
+            at_core = shapely.dwithin(middle, self.outline, tolerance).tolist()
+            values["edge_joints"] = tuple(tie if is_core else side for is_core in at_core)
         return values
 
 
 def base_and_sides(ground, **base) -> list[tuple[str, dict]]:
     """Return the boundaries below and beside ground; `base`: variables of the lower boundary."""
-    moved = {"motion_x": ground.motion_x, "motion_y": ground.motion_y}
-    found: list[tuple[str, dict]] = []
+    motion = {"motion_x": ground.motion_x, "motion_y": ground.motion_y}
+    result: list[tuple[str, dict]] = []
     if ground.base != "none":
         values = {"name": f"{ground.name}_base", "kind": ground.base, "side": "bottom"}
-        found.append(("boundary", values | base | moved))
-    elif any(moved.values()):
+        result.append(("boundary", values | base | motion))
+    elif any(motion.values()):
         raise InputError("base = 'none' has no motion: omit motion_x and motion_y, or give a base")
     if ground.sides == "tied":
-        found.append(("boundary", {"kind": "tied"}))
+        result.append(("boundary", {"kind": "tied"}))
     elif ground.sides != "none":
         direction = "y" if ground.sides == "roller" else ""
-        found += [("boundary", {"kind": ground.sides, "side": side, "direction": direction})
+        result += [("boundary", {"kind": ground.sides, "side": side, "direction": direction})
                   for side in ("left", "right")]  # fmt: skip
-    return found
+    return result
 
 
 def _p_wave_modulus(name: str, material: dict) -> float:
@@ -171,11 +171,11 @@ def _upper_side(outline) -> np.ndarray:
     corners = shapely.get_coordinates(outline.exterior)[:-1]
     x, y = corners.T
     size = float(np.ptp(corners, axis=0).max())
-    left, right = (
+    first, last = (
         int(np.flatnonzero(abs(x - end) <= 1e-9 * size)[np.argmax(y[abs(x - end) <= 1e-9 * size])])
         for end in (x.min(), x.max())
     )
-    return np.roll(corners, -right, axis=0)[: (left - right) % len(corners) + 1][::-1]
+    return np.roll(corners, -last, axis=0)[: (first - last) % len(corners) + 1][::-1]
 
 
 def _split_at_hole(polygon) -> list:

@@ -89,36 +89,36 @@ def read_outlines(
     readers |= {".wkt": _read_wkt, ".csv": _read_csv, ".txt": _read_csv}
     reader = readers.get(file.suffix.lower())
     if reader is None:
-        known = ", ".join(readers)
-        raise InputError(f"{file}: the name must end in one of {known}")
+        endings = ", ".join(readers)
+        raise InputError(f"{file}: the name must end in one of {endings}")
     if scale is not None and not 0 < scale <= 1e6:
         raise InputError(f"scale = {scale:g} must be a positive number")
     if (size := check_readable(file)) > MOST_BYTES:
         raise InputError(f"{file} has {size} bytes, more than {MOST_BYTES}")
     try:
-        found = list(_check_lines(file, reader(file, scale)))
+        outlines = list(_check_lines(file, reader(file, scale)))
     except OSError as trouble:
         raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
     except RecursionError:
         raise InputError(f"{file}: nested too deeply") from None
     if layer is not None:
-        layers = sorted({one.layer for one in found})
-        found = [one for one in found if one.layer == layer]
-        if not found:
+        layers = sorted({outline.layer for outline in outlines})
+        outlines = [outline for outline in outlines if outline.layer == layer]
+        if not outlines:
             names = ", ".join(map(repr, filter(None, layers[:12]))) or "none"
             raise InputError(f"{file}: nothing lies on layer {layer!r}; its layers: {names}")
     if closed is not None:
-        found = [one for one in found if one.closed == closed]
-    if not found:
+        outlines = [outline for outline in outlines if outline.closed == closed]
+    if not outlines:
         kind = {None: "lines", True: "closed lines", False: "open lines"}[closed]
         raise InputError(f"{file} contains no {kind}")
-    return found
+    return outlines
 
 
 def _check_lines(file: Path, lines) -> Iterator[Outline]:
     """Yield lines with checked points; omit the repeated last point of closed lines."""
     total = 0
-    for count, (points, closed, name, layer) in enumerate(lines, 1):
+    for count, (points, is_closed, name, layer) in enumerate(lines, 1):
         total += len(points)
         if count > MOST_LINES or total > MOST_POINTS:
             raise InputError(
@@ -130,10 +130,10 @@ def _check_lines(file: Path, lines) -> Iterator[Outline]:
                 f"{file}: line {count} {name} has a point that lies beyond {_FARTHEST:g} m or is "
                 "not a number"
             )
-        same = len(points) > 3 and (points[0] == points[-1]).all()
-        points = points[:-1] if same else points
+        is_repeated = len(points) > 3 and (points[0] == points[-1]).all()
+        points = points[:-1] if is_repeated else points
         if len(points) >= 2:
-            yield Outline(points, bool(closed or same), name[:64], layer)
+            yield Outline(points, bool(is_closed or is_repeated), name[:64], layer)
 
 
 # --- Formats -------------------------------------------------------------------------------------
@@ -161,7 +161,7 @@ def _read_csv(file: Path, scale):
     heads = [cell.lower() for cell in rows[0]]
     if "x" in heads and "y" in heads:
         x, y, rows, start = heads.index("x"), heads.index("y"), rows[1:], 2
-        name = next((heads.index(word) for word in ("name", "block") if word in heads), None)
+        name = next((heads.index(key) for key in ("name", "block") if key in heads), None)
     else:
         x, y, start, name = (0, 1, 1, None) if len(rows[0]) < 3 else (1, 2, 1, 0)
     lines: list[tuple[str, list]] = []
@@ -190,8 +190,8 @@ def _read_wkt(file: Path, scale):
         try:
             shape = shapely.from_wkt(line)
         except (shapely.errors.ShapelyError, UnicodeError) as trouble:
-            words = str(trouble).splitlines()[0][:100]
-            raise InputError(f"{file}, line {number}: {words}") from None
+            reason = str(trouble).splitlines()[0][:100]
+            raise InputError(f"{file}, line {number}: {reason}") from None
         yield from _shape_lines(file, shape, scale or 1.0, "", "")
 
 
@@ -204,16 +204,16 @@ def _nesting_depth(text: str, opening: str) -> int:
     return deepest
 
 
-def _shape_lines(where, shape, scale: float, name: str, layer: str, depth: int = 0):
+def _shape_lines(source, shape, scale: float, name: str, layer: str, depth: int = 0):
     """Yield the lines of a shapely geometry, with their closure, name and layer."""
     if depth > DEEPEST:
-        raise InputError(f"{where}: nested too deeply")
+        raise InputError(f"{source}: nested too deeply")
     if hasattr(shape, "geoms"):
         for part in shape.geoms:
-            yield from _shape_lines(where, part, scale, name, layer, depth + 1)
+            yield from _shape_lines(source, part, scale, name, layer, depth + 1)
     elif shape.geom_type == "Polygon" and not shape.is_empty:
         if len(shape.interiors):
-            raise InputError(f"{where}: polygon {name!r} has holes; give each hole as a polygon")
+            raise InputError(f"{source}: polygon {name!r} has holes; give each hole as a polygon")
         yield shapely.get_coordinates(shape.exterior) * scale, True, name, layer
     elif shape.geom_type in ("LineString", "LinearRing"):
         yield shapely.get_coordinates(shape) * scale, False, name, layer
@@ -232,22 +232,22 @@ def _read_geojson(file: Path, scale):
     if not isinstance(features, list):
         raise InputError(f"{file} is not GeoJSON: it contains no features")
     for number, feature in enumerate(features, 1):
-        where = f"{file}, feature {number}"
+        source = f"{file}, feature {number}"
         if not isinstance(feature, dict):
-            raise InputError(f"{where} is not an object")
+            raise InputError(f"{source} is not an object")
         geometry = feature.get("geometry", feature)
-        given = feature.get("properties")
-        given = given if isinstance(given, dict) else {}
-        name, layer = (str(given.get(key) or "") for key in ("name", "layer"))
+        properties = feature.get("properties")
+        properties = properties if isinstance(properties, dict) else {}
+        name, layer = (str(properties.get(key) or "") for key in ("name", "layer"))
         if geometry is None:
             continue
         try:
-            found = shapely.geometry.shape(geometry)
+            shape = shapely.geometry.shape(geometry)
         except shapely.errors.GeometryTypeError:
-            raise InputError(f"{where}: the type {geometry['type']!r} is not known") from None
+            raise InputError(f"{source}: the type {geometry['type']!r} is not known") from None
         except Exception:  # shapely raises many kinds of exceptions for a broken geometry
-            raise InputError(f"{where}: its coordinates are not pairs of numbers") from None
-        yield from _shape_lines(where, found, scale or 1.0, name, layer)
+            raise InputError(f"{source}: its coordinates are not pairs of numbers") from None
+        yield from _shape_lines(source, shape, scale or 1.0, name, layer)
 
 
 def _read_dxf(file: Path, scale):
@@ -263,13 +263,13 @@ def _read_dxf(file: Path, scale):
     except OSError as trouble:
         raise InputError(f"{file} is not a DXF file: {trouble}") from None
     except Exception as trouble:  # a third-party parser may raise any exception
-        words = (str(trouble).splitlines() or [type(trouble).__name__])[0][:100]
-        raise InputError(f"{file} cannot be read as DXF: {words}") from None
+        reason = (str(trouble).splitlines() or [type(trouble).__name__])[0][:100]
+        raise InputError(f"{file} cannot be read as DXF: {reason}") from None
     unit = scale or _UNITS.get(drawing.units, 1.0)
     budget = [MOST_LINES]
     for entity in drawing.modelspace():
-        for points, closed, layer in _entity_lines(file, entity, budget, 0):
-            yield np.asarray(points) * unit, closed, "", layer
+        for points, is_closed, layer in _entity_lines(file, entity, budget, 0):
+            yield np.asarray(points) * unit, is_closed, "", layer
 
 
 def _entity_lines(file: Path, entity, budget: list[int], depth: int):
@@ -285,19 +285,19 @@ def _entity_lines(file: Path, entity, budget: list[int], depth: int):
             rows = max(1, entity.dxf.row_count) * max(1, entity.dxf.column_count)
             if rows > budget[0]:
                 raise InputError(f"{file}: a block is inserted {rows} times, above the limit")
-            for one in entity.multi_insert() if rows > 1 else [entity]:
-                for part in one.virtual_entities():
+            for instance in entity.multi_insert() if rows > 1 else [entity]:
+                for part in instance.virtual_entities():
                     yield from _entity_lines(file, part, budget, depth + 1)
         elif kind in ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"):
-            way = path.make_path(entity)
-            size = path.bbox([way]).size.magnitude
+            curve = path.make_path(entity)
+            size = path.bbox([curve]).size.magnitude
             if not size <= 1e6 * _FARTHEST:  # in units of the file; also rejects NaN
                 raise InputError(f"{file}: an entity {kind} has no finite size")
-            beside = _SAGITTA * max(size, 1e-9)
-            points = [(p.x, p.y) for p in islice(way.flattening(beside), MOST_OF_CURVE + 1)]
+            sagitta = _SAGITTA * max(size, 1e-9)
+            points = [(p.x, p.y) for p in islice(curve.flattening(sagitta), MOST_OF_CURVE + 1)]
             if len(points) > MOST_OF_CURVE:
                 raise InputError(f"{file} contains a curve of more than {MOST_OF_CURVE} points")
-            yield points, way.is_closed, entity.dxf.get("layer", "")
+            yield points, curve.is_closed, entity.dxf.get("layer", "")
     except InputError:
         raise
     except Exception as trouble:  # a broken entity may raise any exception

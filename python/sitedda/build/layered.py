@@ -45,8 +45,8 @@ class LayeredGround(schema.ProfileValues):
         if sum(cells) * self.columns > _MOST:
             raise InputError(f"{sum(cells) * self.columns} blocks exceed the limit of {_MOST}; "
                              "lower highest_frequency")  # fmt: skip
-        found = self._make_materials(profile) + self._make_joints(profile, cells)
-        found += self._make_blocks(profile, cells) + self._make_boundaries(profile)
+        result = self._make_materials(profile) + self._make_joints(profile, cells)
+        result += self._make_blocks(profile, cells) + self._make_boundaries(profile)
         notes = []
         if rigid:
             notes = [f"{self.file} ends without a half-space, so the base is rigid and "
@@ -55,7 +55,7 @@ class LayeredGround(schema.ProfileValues):
         if self.law == "linear" and any(layer.curve for layer in profile.layers):
             notes += [f"the curves of {self.file} have no effect, because the blocks are linear; "
                       "to use the curves, give law = 'hysteretic'"]  # fmt: skip
-        return found + (self._measured_points(profile) if self.points else []), notes
+        return result + (self._measured_points(profile) if self.points else []), notes
 
     def _check_profile(self, profile: SoilProfile) -> None:
         """Set the default kind of base; reject a missing half-space or missing velocities."""
@@ -64,9 +64,9 @@ class LayeredGround(schema.ProfileValues):
         if self.base == "compliant" and profile.half_space is None:
             raise InputError(f"base = 'compliant' needs a half-space, but {self.file} ends with a "
                              "layer: add a last row without thickness")  # fmt: skip
-        for one in (*profile.layers, *filter(None, [profile.half_space])):
-            if math.isnan(one.pressure_velocity):
-                raise InputError(f"{self.file}, row {one.row}: blocks need pressure_velocity or "
+        for layer in (*profile.layers, *filter(None, [profile.half_space])):
+            if math.isnan(layer.pressure_velocity):
+                raise InputError(f"{self.file}, row {layer.row}: blocks need pressure_velocity or "
                                  "poisson_ratio")  # fmt: skip
 
     def _count_block_rows(self, layer: Ground) -> int:
@@ -82,13 +82,14 @@ class LayeredGround(schema.ProfileValues):
         """Return the materials of the layers from the surface, then the material of the base."""
         ground = (*profile.layers, self._base_ground(profile))
         laws = [*self._yield_laws(profile), {}]
-        found = []
-        for name, one, law in zip(self._material_names(profile), ground, laws, strict=True):
-            values = {"name": name, "density": one.density, "shear_velocity": one.shear_velocity,
-                      "pressure_velocity": one.pressure_velocity}  # fmt: skip
-            damping = {"damping_ratio": one.damping} if one.damping else {}
-            found.append(("material", values | damping | law))
-        return found
+        result = []
+        for name, layer, law in zip(self._material_names(profile), ground, laws, strict=True):
+            values = {"name": name, "density": layer.density,
+                      "shear_velocity": layer.shear_velocity,
+                      "pressure_velocity": layer.pressure_velocity}  # fmt: skip
+            damping = {"damping_ratio": layer.damping} if layer.damping else {}
+            result.append(("material", values | damping | law))
+        return result
 
     def _yield_laws(self, profile: SoilProfile) -> list[dict]:
         """Return the yield-law variables of each layer; empty for a linear layer."""
@@ -96,11 +97,11 @@ class LayeredGround(schema.ProfileValues):
             return [{} for _ in profile.layers]
         table = math.inf if self.water_table is None else self.water_table
         stresses = profile.mean_stresses(table, self.pressure_at_rest)
-        found = [_hysteretic_law(layer, stress, profile.file)
+        laws = [_hysteretic_law(layer, stress, profile.file)
                  for layer, stress in zip(profile.layers, stresses, strict=True)]  # fmt: skip
-        if not any(found):
+        if not any(laws):
             raise InputError(f"law = 'hysteretic': no layer of {self.file} has a curve")
-        return found
+        return laws
 
     def _material_names(self, profile: SoilProfile) -> list[str]:
         """Return the names of the materials: layers from the surface, then the base."""
@@ -108,13 +109,13 @@ class LayeredGround(schema.ProfileValues):
 
     def _make_joints(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
         """Return the joints: welds between layers, and the vertical joint between columns."""
-        stiff = max(one.density * one.pressure_velocity**2 * count / one.thickness
-                    for one, count in zip(profile.layers, cells, strict=True))  # fmt: skip
-        whole = {"friction_angle": _ANGLE, "cohesion": _STRENGTH, "tensile_strength": _STRENGTH}
+        stiff = max(layer.density * layer.pressure_velocity**2 * count / layer.thickness
+                    for layer, count in zip(profile.layers, cells, strict=True))  # fmt: skip
+        strength = {"friction_angle": _ANGLE, "cohesion": _STRENGTH, "tensile_strength": _STRENGTH}
         return [
-            ("joint", {"name": f"{self.name}_weld", **whole,
+            ("joint", {"name": f"{self.name}_weld", **strength,
                        "normal_stiffness_per_area": _STIFF * stiff}),
-            ("joint", {"name": f"{self.name}_side", **whole}),
+            ("joint", {"name": f"{self.name}_side", **strength}),
         ]  # fmt: skip
 
     def _make_blocks(self, profile: SoilProfile, cells: list[int]) -> list[tuple[str, dict]]:
@@ -124,19 +125,19 @@ class LayeredGround(schema.ProfileValues):
                                                                  strict=True)]  # fmt: skip
         self.width = self.width or max(thick) * self.columns
         sides = np.linspace(self.left, self.left + self.width, self.columns + 1)
-        floor, found = self.top - profile.depth, []
+        floor, blocks = self.top - profile.depth, []
         if self.base != "none":
-            below = self._base_ground(profile)
-            height = below.shear_velocity / self.highest_frequency / _CELLS
+            ground = self._base_ground(profile)
+            height = ground.shear_velocity / self.highest_frequency / _CELLS
             height = min(height, 0.25 * profile.depth)
-            found += self._block_row(f"{self.name}_base", names[-1], sides, floor - height, floor)
+            blocks += self._block_row(f"{self.name}_base", names[-1], sides, floor - height, floor)
         number = 1
         for i in range(len(cells) - 1, -1, -1):
             ends = self.top - np.linspace(profile.tops[i + 1], profile.tops[i], cells[i] + 1)
             for low, high in zip(ends, ends[1:], strict=False):
-                found += self._block_row(f"{self.name}_{number}", names[i], sides, low, high)
+                blocks += self._block_row(f"{self.name}_{number}", names[i], sides, low, high)
                 number += 1
-        return found
+        return blocks
 
     def _block_row(self, name: str, material: str, sides, low: float, high: float):
         """Yield a row of adjacent blocks with the same name."""
@@ -148,10 +149,10 @@ class LayeredGround(schema.ProfileValues):
 
     def _make_boundaries(self, profile: SoilProfile) -> list[tuple[str, dict]]:
         """Return the boundaries at the base and at the sides."""
-        below, base = self._base_ground(profile), {}
+        ground, base = self._base_ground(profile), {}
         if self.base == "compliant":
-            base = {"density": below.density, "shear_velocity": below.shear_velocity,
-                    "pressure_velocity": below.pressure_velocity}  # fmt: skip
+            base = {"density": ground.density, "shear_velocity": ground.shear_velocity,
+                    "pressure_velocity": ground.pressure_velocity}  # fmt: skip
         elif self.base == "fixed":
             base = {"blocks": f"{self.name}_base"}
         return base_and_sides(self, **base)
@@ -160,13 +161,13 @@ class LayeredGround(schema.ProfileValues):
         """Return measured points in the middle of the first column of blocks."""
         x = self.left + 0.5 * self.width / self.columns
         rows = self._top_rows(profile)
-        found = [("surface", self.top, rows[0])]
-        found += [(f"depth_{depth:.6g}", self.top - depth, row)
+        levels = [("surface", self.top, rows[0])]
+        levels += [(f"depth_{depth:.6g}", self.top - depth, row)
                   for depth, row in zip(profile.tops[1:-1], rows[1:], strict=False)]  # fmt: skip
         if self.base != "none":
-            found.append(("base", self.top - profile.depth, f"{self.name}_base"))
+            levels.append(("base", self.top - profile.depth, f"{self.name}_base"))
         return [("measured_point", {"name": name, "x": x, "y": y, "block": block})
-                for name, y, block in found]  # fmt: skip
+                for name, y, block in levels]  # fmt: skip
 
     def _top_rows(self, profile: SoilProfile) -> list[str]:
         """Return the name of the uppermost row of blocks of each layer."""
@@ -176,21 +177,21 @@ class LayeredGround(schema.ProfileValues):
 
 def _hysteretic_law(layer: Ground, stress: float, file: Path) -> dict:
     """Return the &material variables for the curve of a layer at a mean stress (Pa)."""
-    where = f"{file}, row {layer.row}"
-    name, numbers = parse_curve(layer.curve, where)
+    source = f"{file}, row {layer.row}"
+    name, numbers = parse_curve(layer.curve, source)
     if not name:
         return {}
     if name not in _CURVES:
         strain, reduction, damping = read_curve_table(file.parent / name)
         table = {"strains": strain, "reductions": reduction, "dampings": damping}
         return {"law": "hysteretic", "curve": "table"} | table
-    least, variables = _CURVES[name]
-    if not least <= len(numbers) <= len(variables):
-        required = f"; required: the first {least}" if least else ""
-        raise InputError(f"{where}: curve = {layer.curve!r}: give after {name}: "
+    minimum, variables = _CURVES[name]
+    if not minimum <= len(numbers) <= len(variables):
+        required = f"; required: the first {minimum}" if minimum else ""
+        raise InputError(f"{source}: curve = {layer.curve!r}: give after {name}: "
                          f"{', '.join(variables)}{required}")  # fmt: skip
-    own = {"mean_stress": stress} if name == "darendeli" else {}
-    given = dict(zip(variables, numbers, strict=False))
+    stress_values = {"mean_stress": stress} if name == "darendeli" else {}
+    parameters = dict(zip(variables, numbers, strict=False))
     if name == "gqh":
-        given = {"reference_strain": numbers[0], "curve_fit": numbers[1:]}
-    return {"law": "hysteretic", "curve": name} | own | given
+        parameters = {"reference_strain": numbers[0], "curve_fit": numbers[1:]}
+    return {"law": "hysteretic", "curve": name} | stress_values | parameters

@@ -17,15 +17,15 @@ def doubtful_sizes(groups: Sequence[tuple[str, dict, str]]) -> list[str]:
     outlines = [np.reshape(values["outline"], (-1, 2)) for kind, values, _ in groups
                 if kind == "region" and len(values.get("outline", ()))]  # fmt: skip
     width = float(np.hypot(*np.ptp(np.concatenate(outlines), axis=0))) if outlines else np.inf
-    found = []
-    for kind, values, place in groups:
+    sentences = []
+    for kind, values, source in groups:
         size, fine, spacing = (values.get(name) for name in ("size", "fine_size", "spacing"))
         if kind in ("mesh", "ground") and size and fine and fine > size:
-            words = f"fine_size = {fine:g} m is above size = {size:g} m: no cells are refined"
+            sentence = f"fine_size = {fine:g} m is above size = {size:g} m: no cells are refined"
         elif kind == "joint_set" and spacing and spacing > width:
-            words = (f"spacing = {spacing:g} m is more than {width:.4g} m, the size of the "
+            sentence = (f"spacing = {spacing:g} m is more than {width:.4g} m, the size of the "
                      "regions, so few joints cut the regions; is spacing in mm?")  # fmt: skip
         else:
             continue
-        found.append(f"{place}: {words}".removeprefix(": "))
-    return found
+        sentences.append(f"{source}: {sentence}".removeprefix(": "))
+    return sentences

@@ -56,21 +56,21 @@ def _lay_courses(left, right, bottom, height, courses, stones) -> Iterator[tuple
         half a stone, unless a course is one stone.
     """
     for k in range(courses):
-        shares = np.arange(stones + 1) / stones
+        ratios = np.arange(stones + 1) / stones
         if k % 2 and stones > 1:
-            shares = np.concatenate([[0.0], (np.arange(stones) + 0.5) / stones, [1.0]])
+            ratios = np.concatenate([[0.0], (np.arange(stones) + 0.5) / stones, [1.0]])
         low, high = k / courses, (k + 1) / courses
-        foot = np.interp(shares, [0, 1], [np.interp(low, [0, 1], side) for side in (left, right)])
-        head = np.interp(shares, [0, 1], [np.interp(high, [0, 1], side) for side in (left, right)])
+        foot = np.interp(ratios, [0, 1], [np.interp(low, [0, 1], side) for side in (left, right)])
+        head = np.interp(ratios, [0, 1], [np.interp(high, [0, 1], side) for side in (left, right)])
         y, top = bottom + low * height, bottom + high * height
-        for i in range(len(shares) - 1):
+        for i in range(len(ratios) - 1):
             corners = [(foot[i], y), (foot[i + 1], y), (head[i + 1], top), (head[i], top)]
             yield k, np.array(corners, dtype=float)
 
 
 def _number_stones(name: str, polygons, material: str, joint: str) -> list[Stone]:
     """Return stones with these polygons, named NAME_1, NAME_2 and so on."""
-    return [Stone(f"{name}_{i}", one, material, joint) for i, one in enumerate(polygons, 1)]
+    return [Stone(f"{name}_{i}", polygon, material, joint) for i, polygon in enumerate(polygons, 1)]
 
 
 class Arch(schema.ArchValues):
@@ -125,18 +125,18 @@ class Arch(schema.ArchValues):
             np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]])
             for i in range(self.voussoirs)
         ]
-        found = _number_stones(self.name, polygons, self.material, self.joint)
+        stones = _number_stones(self.name, polygons, self.material, self.joint)
         if self.abutment:
             for side, i in (("left", -1), ("right", 0)):
                 block = self._build_abutment(inner[i], outer[i])
-                found.append(Stone(f"{self.name}_{side}", block, self.material, self.joint))
-        return found
+                stones.append(Stone(f"{self.name}_{side}", block, self.material, self.joint))
+        return stones
 
     def _build_abutment(self, inner, outer) -> np.ndarray:
         """Return the corners of the abutment under the springing joint from inner to outer, m."""
         bottom = min(inner[1], outer[1]) - self.abutment
-        beyond = outer[0] + np.copysign(self.abutment, outer[0] - inner[0])
-        corners = [inner, (inner[0], bottom), (beyond, bottom), (beyond, outer[1]), outer]
+        outer_face = outer[0] + np.copysign(self.abutment, outer[0] - inner[0])
+        corners = [inner, (inner[0], bottom), (outer_face, bottom), (outer_face, outer[1]), outer]
         return np.array(corners if outer[0] > inner[0] else corners[::-1])
 
 
@@ -152,8 +152,8 @@ class Pier(schema.PierValues):
         """Return the stones course by course from below."""
         half = 0.5 * np.array([self.width, self.top_width])
         faces = (self.centre - half, self.centre + half)
-        laid = _lay_courses(*faces, self.bottom, self.height, self.courses, self.stones)
-        return _number_stones(self.name, (stone for _, stone in laid), self.material, self.joint)
+        courses = _lay_courses(*faces, self.bottom, self.height, self.courses, self.stones)
+        return _number_stones(self.name, (stone for _, stone in courses), self.material, self.joint)
 
 
 class Lintel(schema.LintelValues):
@@ -180,33 +180,33 @@ class Colonnade(schema.ColonnadeValues):
 
     def blocks(self) -> list[Stone]:
         """Return the stones of the columns, from below, then the beams, from the left."""
-        found = []
+        stones = []
         top = self.bottom + self.height
         half = 0.5 * np.array([self.width, self.top_width])
         for c in range(self.columns):
             axis, name = self.left + c * self.spacing, f"{self.name}{c + 1}"
             faces = (axis - half, axis + half)
-            laid = _lay_courses(*faces, self.bottom, self.height, self.drums, 1)
-            found += _number_stones(name, (drum for _, drum in laid), self.material, self.joint)
+            courses = _lay_courses(*faces, self.bottom, self.height, self.drums, 1)
+            stones += _number_stones(name, (drum for _, drum in courses), self.material, self.joint)
             if self.capital_height:
-                wide = 0.5 * self.capital_width
-                block = rectangle(axis - wide, top, axis + wide, top + self.capital_height)
-                found.append(Stone(f"{name}_capital", block, self.material, self.joint))
+                reach = 0.5 * self.capital_width
+                block = rectangle(axis - reach, top, axis + reach, top + self.capital_height)
+                stones.append(Stone(f"{name}_capital", block, self.material, self.joint))
         if self.beam_height:
-            found += _number_stones(
+            stones += _number_stones(
                 f"{self.name}_beam", self._build_beams(), self.material, self.joint
             )
-        return found
+        return stones
 
     def _build_beams(self) -> Iterator[np.ndarray]:
         """Yield the corners of the beams between columns, from the left, m."""
         low = self.bottom + self.height + self.capital_height
-        over = 0.5 * (self.capital_width or self.top_width)
+        reach = 0.5 * (self.capital_width or self.top_width)
         for i in range(max(1, self.columns - 1)):
             first, last = i == 0, i >= self.columns - 2
-            left = self.left + i * self.spacing - (over if first else 0.0)
+            left = self.left + i * self.spacing - (reach if first else 0.0)
             right = self.left + min(i + 1, self.columns - 1) * self.spacing
-            yield rectangle(left, low, right + (over if last else 0.0), low + self.beam_height)
+            yield rectangle(left, low, right + (reach if last else 0.0), low + self.beam_height)
 
 
 class RetainingWall(schema.RetainingWallValues):
@@ -222,8 +222,8 @@ class RetainingWall(schema.RetainingWallValues):
         faces = (self.left, right - self.top_width), (right, right)
         if self.face == "right":
             faces = (self.left, self.left), (right, self.left + self.top_width)
-        laid = _lay_courses(*faces, self.bottom, self.height, self.courses, self.stones)
-        return _number_stones(self.name, (stone for _, stone in laid), self.material, self.joint)
+        courses = _lay_courses(*faces, self.bottom, self.height, self.courses, self.stones)
+        return _number_stones(self.name, (stone for _, stone in courses), self.material, self.joint)
 
 
 class MultiLeafWall(schema.MultiLeafWallValues):
@@ -239,12 +239,12 @@ class MultiLeafWall(schema.MultiLeafWallValues):
         step = self.height / self.courses
         core_material = self.core_material or self.material
         core_joint = self.core_joint or self.joint
-        found, numbers = [], {}
+        stones, numbers = [], {}
 
         def add(kind: str, polygon, material: str, joint: str) -> None:
             numbers[kind] = numbers.get(kind, 0) + 1
             name = f"{self.name}_{kind}_{numbers[kind]}"
-            found.append(Stone(name, polygon, material, joint))
+            stones.append(Stone(name, polygon, material, joint))
 
         for k in range(self.courses):
             low, high = self.bottom + k * step, self.bottom + (k + 1) * step
@@ -253,7 +253,7 @@ class MultiLeafWall(schema.MultiLeafWallValues):
                 continue
             add("left", rectangle(x[0], low, x[1], high), self.material, self.joint)
             faces = (x[1], x[1]), (x[2], x[2])
-            for _, one in _lay_courses(*faces, low, step, self.core_courses, self.core_stones):
-                add("core", one, core_material, core_joint)
+            for _, stone in _lay_courses(*faces, low, step, self.core_courses, self.core_stones):
+                add("core", stone, core_material, core_joint)
             add("right", rectangle(x[2], low, x[3], high), self.material, self.joint)
-        return found
+        return stones

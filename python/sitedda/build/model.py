@@ -49,16 +49,16 @@ class Group:
 
     __slots__ = ("_name", "_values", "_place")
 
-    def __init__(self, name: str, values: dict | None = None, place: str = ""):
+    def __init__(self, name: str, values: dict | None = None, source: str = ""):
         object.__setattr__(self, "_name", known_group(name))
         object.__setattr__(self, "_values", {})
-        object.__setattr__(self, "_place", place)
+        object.__setattr__(self, "_place", source)
         self(**(values or {}))
 
     @classmethod
-    def _of_checked_values(cls, name: str, values: dict, place: str = "") -> "Group":
+    def _of_checked_values(cls, name: str, values: dict, source: str = "") -> "Group":
         """Return a group with values that have been checked before."""
-        group = cls(name, None, place)
+        group = cls(name, None, source)
         group._values.update(values)
         return group
 
@@ -66,11 +66,11 @@ class Group:
         """Set several variables; return the group."""
         if self._name == "control" and None not in map(values.get, ("duration", "steps")):
             raise InputError("give either duration or steps")
-        new = {
+        changes = {
             name: None if value is None else checked(self._name, name, value)
             for name, value in values.items()
         }
-        for name, value in new.items():
+        for name, value in changes.items():
             known_variable(self._name, name)
             if name in ("duration", "steps") and value is not None:
                 self._values.pop("steps" if name == "duration" else "duration", None)
@@ -105,8 +105,8 @@ class Group:
         if not isinstance(other, Group):
             return NotImplemented
         mine, theirs = self._values, other._values
-        same = self._name == other._name and mine.keys() == theirs.keys()
-        return same and all(np.array_equal(mine[name], theirs[name]) for name in mine)
+        is_equal = self._name == other._name and mine.keys() == theirs.keys()
+        return is_equal and all(np.array_equal(mine[name], theirs[name]) for name in mine)
 
     __hash__ = None
 
@@ -120,11 +120,11 @@ class Group:
         return dict(self._values)
 
 
-def _restored_model(kind: type["Model"], folder: Path, once: dict, groups: list) -> "Model":
+def _restored_model(kind: type["Model"], folder: Path, singles: dict, groups: list) -> "Model":
     """Return the model that `Model.__reduce__` took apart."""
     model = kind()
     model.folder = folder
-    model._once.update(once)
+    model._once.update(singles)
     model.groups.extend(groups)
     return model
 
@@ -163,13 +163,13 @@ class Model(Groups):
     folder: Path  # folder to which relative file names refer
 
     def __init__(self, title: str | None = None, **control):
-        once = {name: Group(name) for name in single_groups()}
+        groups = {name: Group(name) for name in single_groups()}
         object.__setattr__(self, "groups", [])
         object.__setattr__(self, "folder", Path())
-        object.__setattr__(self, "_once", once)
+        object.__setattr__(self, "_once", groups)
         if title is not None:
             self.title = title
-        once["control"](**control)
+        groups["control"](**control)
 
     @property
     def title(self) -> str:
@@ -209,10 +209,10 @@ class Model(Groups):
         if kind in single_groups():
             raise InputError(f"&{kind} occurs only once; set its variables by model.{kind}(…)")
         if kind in _UNIQUE and any(
-            one._values.get("name") == name for one in self.groups if one._name == kind
+            member._values.get("name") == name for member in self.groups if member._name == kind
         ):
-            where = f"{group._place}: " if group._place else f"&{kind}: "
-            raise InputError(f"{where}name = {name!r} is used twice")
+            source = f"{group._place}: " if group._place else f"&{kind}: "
+            raise InputError(f"{source}name = {name!r} is used twice")
         self.groups.append(group)
         return group
 
@@ -224,8 +224,8 @@ class Model(Groups):
         if name in ("folder", "title"):
             super().__setattr__(name, value)
             return
-        known = [one for group in single_groups() for one in variables()[group]]
-        hint = f"; set it in a group, as model.control.{name}" if name in known else ""
+        names = [variable for group in single_groups() for variable in variables()[group]]
+        hint = f"; set it in a group, as model.control.{name}" if name in names else ""
         raise AttributeError(f"a model has no attribute {name!r} to set{hint}")
 
     def of_kind(self, kind: str) -> list[Group]:
@@ -238,22 +238,22 @@ class Model(Groups):
         known_group(kind)
         if kind in single_groups():
             return self._once[kind]
-        found = self.of_kind(kind)
+        groups = self.of_kind(kind)
         if not dot:
-            return found
-        named = {group._values.get("name"): group for group in reversed(found)}
-        if name not in named:
+            return groups
+        by_name = {group._values.get("name"): group for group in reversed(groups)}
+        if name not in by_name:
             raise KeyError(
-                f"there is no &{kind} named {name!r}{nearest(name, filter(None, named))}"
+                f"there is no &{kind} named {name!r}{nearest(name, filter(None, by_name))}"
             )
-        return named[name]
+        return by_name[name]
 
     def remove(self, group: Group) -> None:
         """Remove a group."""
-        at = [i for i, one in enumerate(self.groups) if one is group]
-        if not at:
+        indices = [i for i, item in enumerate(self.groups) if item is group]
+        if not indices:
             raise InputError("this group is not in the model")
-        del self.groups[at[0]]
+        del self.groups[indices[0]]
 
     def clear(self, kind: str) -> None:
         """Remove all groups of a kind; a group that occurs once loses its variables."""
@@ -268,7 +268,7 @@ class Model(Groups):
         for name, group in self._once.items():
             model._once[name](**group._values)
         model.groups.extend(
-            Group._of_checked_values(one._name, one._values, one._place) for one in self.groups
+            Group._of_checked_values(item._name, item._values, item._place) for item in self.groups
         )
         return model
 
@@ -293,8 +293,8 @@ class Model(Groups):
         polygons = list(polygons)
         names = [None] * len(polygons) if names is None else list(names)
         return [
-            self.add("block", outline_of(f"polygon {i}", one), name=name, **values)
-            for i, (one, name) in enumerate(zip(polygons, names, strict=True), 1)
+            self.add("block", outline_of(f"polygon {i}", polygon), name=name, **values)
+            for i, (polygon, name) in enumerate(zip(polygons, names, strict=True), 1)
         ]
 
     def __reduce__(self):
@@ -333,19 +333,19 @@ class Model(Groups):
         """
         model = cls()
         model.folder = Path(file).parent
-        seen = set()
-        for found in find_groups(text, file):
-            values, place = read_values(found, file), found.place(file)
-            if found.name not in single_groups():
-                model._add_group(Group._of_checked_values(found.name, values, place))
-            elif found.name in seen:
-                raise InputError(f"{place}: this group may appear only once")
+        names = set()
+        for group in find_groups(text, file):
+            values, source = read_values(group, file), group.place(file)
+            if group.name not in single_groups():
+                model._add_group(Group._of_checked_values(group.name, values, source))
+            elif group.name in names:
+                raise InputError(f"{source}: this group may appear only once")
             else:
                 try:
-                    model._once[found.name](**values)
+                    model._once[group.name](**values)
                 except InputError as error:
-                    raise InputError(f"{place}: {error}") from None
-            seen.add(found.name)
+                    raise InputError(f"{source}: {error}") from None
+            names.add(group.name)
         return model
 
     def to_namelist(self) -> str:
@@ -358,13 +358,13 @@ class Model(Groups):
                 )
         return self._to_text()
 
-    def _to_text(self, moved: dict | None = None, put=blocks_text) -> str:
-        """Return all groups as text; `moved` replaces variables by group, `put` writes blocks."""
-        groups = [one for one in self._once.values() if one._values] + self.groups
-        moved, parts = moved or {}, []
-        for kind, same in groupby(groups, key=lambda group: group._name):
-            values = [moved.get(id(group), group._values) for group in same]
-            parts += [put(values)] if kind == "block" else [group_text(kind, v) for v in values]
+    def _to_text(self, changed: dict | None = None, write=blocks_text) -> str:
+        """Return groups as text; `changed` replaces variables by group, `write` writes blocks."""
+        groups = [single for single in self._once.values() if single._values] + self.groups
+        changed, parts = changed or {}, []
+        for kind, members in groupby(groups, key=lambda group: group._name):
+            values = [changed.get(id(group), group._values) for group in members]
+            parts += [write(values)] if kind == "block" else [group_text(kind, v) for v in values]
         return "".join(parts)
 
     def write(self, file, block_file: bool | None = None) -> Path:
@@ -382,8 +382,8 @@ class Model(Groups):
             blocks or more).
         """
         file = check_target(file, OWN_INPUT)
-        moved = self._renamed_files(file.parent, f"{file.stem}.")
-        text = self._to_text(moved, block_writer(file, block_file, self._named_files()))
+        changed = self._renamed_files(file.parent, f"{file.stem}.")
+        text = self._to_text(changed, block_writer(file, block_file, self._named_files()))
         return write(file, f"! written by sitedda\n{text}", OWN_INPUT)
 
     def _named_files(self) -> list[Path]:
@@ -396,7 +396,7 @@ class Model(Groups):
 
         The keys are identities of groups.  Long motions are written to files, with this prefix.
         """
-        found = {}
+        result = {}
         for group in [*self["motion"], *self["blocks"]]:
             values = dict(group._values)
             if len(values.get("values", ())) > _LONGEST:
@@ -410,22 +410,26 @@ class Model(Groups):
                 values["file"] = os.path.relpath(self.folder / values["file"], folder)
             else:
                 continue
-            found[id(group)] = values
-        return found
+            result[id(group)] = values
+        return result
 
     # --- Use -------------------------------------------------------------------------------------
 
     def build(self) -> "Model":
         """Return a model with blocks in place of joints, regions and masonry."""
-        given = [group for group in (*self.groups, self._once["cutting"]) if group._values]
-        parts = [(group._name, group._values, group._place or f"&{group._name}") for group in given]
+        source = [group for group in (*self.groups, self._once["cutting"]) if group._values]
+        parts = [
+            (group._name, group._values, group._place or f"&{group._name}") for group in source
+        ]
         built = build_blocks(parts, self.folder)
         model = self.copy()
         model.clear("cutting")
-        gone = {id(given[i]) for i in built.meshed}
-        kept = [one for one in self.groups if not is_made(one._name) and id(one) not in gone]
+        meshed = {id(source[i]) for i in built.meshed}
+        groups = [
+            item for item in self.groups if not is_made(item._name) and id(item) not in meshed
+        ]
         model.groups[:] = [
-            Group._of_checked_values(one._name, one._values, one._place) for one in kept
+            Group._of_checked_values(item._name, item._values, item._place) for item in groups
         ]
         model.groups.extend(Group._of_checked_values(kind, values) for kind, values in built.groups)
         model.groups.extend(Group._of_checked_values("block", block) for block in built.blocks)
@@ -435,29 +439,29 @@ class Model(Groups):
     def opened(self) -> Iterator[tuple[Path, str]]:
         """Yield a file name and a text that can be run within the context."""
         with tempfile.TemporaryDirectory() as folder:
-            moved = self._renamed_files(Path(folder), "motion.")
-            for values in moved.values():
+            changed = self._renamed_files(Path(folder), "motion.")
+            for values in changed.values():
                 values["file"] = str((Path(folder) / values["file"]).resolve())
             file = self.folder / "model.nml"
             try:
-                yield file, self._to_text(moved)
+                yield file, self._to_text(changed)
             except InputError as error:
                 error.args = (self._cite_source(str(error), file),)
                 raise
 
     def _cite_source(self, message: str, file: Path) -> str:
         """Return a message that names the call or line of the user instead of generated text."""
-        groups = [one for one in self._once.values() if one._values] + self.groups
+        groups = [member for member in self._once.values() if member._values] + self.groups
 
         def place(kind: str, line: int) -> str:
             if line > len(groups):  # each group is one line; generated groups follow
                 return f"a &{kind} generated from another group"
             group = groups[line - 1]
-            same = [one for one in groups if one._name == group._name]
-            number = next(i for i, one in enumerate(same, 1) if one is group)
+            peers = [item for item in groups if item._name == group._name]
+            number = next(i for i, item in enumerate(peers, 1) if item is group)
             name = repr(group.name) if group._values.get("name") else f"number {number}"
-            called = "" if group._name in single_groups() else f"(…), {name}"
-            return group._place or f"Model.{group._name}{called}"
+            label = "" if group._name in single_groups() else f"(…), {name}"
+            return group._place or f"Model.{group._name}{label}"
 
         message = cited(message, file, place)
         return re.sub(rf"^{re.escape(str(file))}(?=[:,])", "Model", message)

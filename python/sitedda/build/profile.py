@@ -125,11 +125,11 @@ class SoilProfile:
 
         The half-space, or else the last layer, continues below the file.
         """
-        left, time = float(depth), 0.0
+        remainder, time = float(depth), 0.0
         for layer in self.layers:
-            taken = min(layer.thickness, left)
-            time, left = time + taken / layer.shear_velocity, left - taken
-        return depth / (time + left / (self.half_space or self.layers[-1]).shear_velocity)
+            thickness = min(layer.thickness, remainder)
+            time, remainder = time + thickness / layer.shear_velocity, remainder - thickness
+        return depth / (time + remainder / (self.half_space or self.layers[-1]).shear_velocity)
 
     def mean_stresses(
         self, water_table: float = math.inf, pressure_at_rest: float = 0.5
@@ -143,13 +143,13 @@ class SoilProfile:
         pressure_at_rest : float
             Coefficient K₀.
         """
-        found, above = [], 0.0
+        stresses, overburden = [], 0.0
         for layer, top in zip(self.layers, self.tops, strict=False):
             half, weight = 0.5 * layer.thickness, layer.density * GRAVITY
             water = 1e3 * GRAVITY * max(0.0, float(top) + half - water_table)
-            found.append((above + half * weight - water) * (1 + 2 * pressure_at_rest) / 3)
-            above += layer.thickness * weight
-        return found
+            stresses.append((overburden + half * weight - water) * (1 + 2 * pressure_at_rest) / 3)
+            overburden += layer.thickness * weight
+        return stresses
 
     def strengths(
         self, water_table: float = math.inf, pressure_at_rest: float = 0.5
@@ -162,29 +162,29 @@ class SoilProfile:
             See `mean_stresses`.
         """
         means = self.mean_stresses(water_table, pressure_at_rest)
-        found = []
-        for one, mean in zip(self.layers, means, strict=True):
+        values = []
+        for layer, mean in zip(self.layers, means, strict=True):
             vertical = mean * 3 / (1 + 2 * pressure_at_rest)
-            parts = [one.shear_strength, vertical * math.tan(math.radians(one.friction_angle))]
-            found.append(math.nan if all(map(math.isnan, parts))
+            parts = [layer.shear_strength, vertical * math.tan(math.radians(layer.friction_angle))]
+            values.append(math.nan if all(map(math.isnan, parts))
                          else float(np.nansum(parts)))  # fmt: skip
-        return found
+        return values
 
     def __str__(self) -> str:
         """Return the layers as a table, and V_s30."""
         head = f"{'depth (m)':>15}{'V_s (m/s)':>11}{'V_p (m/s)':>11}{'ρ (kg/m³)':>11}{'D (%)':>8}"
         rows = [head + "  curve"]
         tops = self.tops
-        for i, one in enumerate((*self.layers, *filter(None, [self.half_space]))):
-            to = f"{tops[i + 1]:.4g}" if i < len(self.layers) else "∞"
-            fast = "" if math.isnan(one.pressure_velocity) else f"{one.pressure_velocity:.5g}"
-            numbers = f"{one.shear_velocity:11.5g}{fast:>11}{one.density:11.5g}"
-            where = f"{tops[i]:.4g} – {to}"
-            rows.append(f"{where:>15}{numbers}{100 * one.damping:8.3g}  {one.curve}".rstrip())
+        for i, layer in enumerate((*self.layers, *filter(None, [self.half_space]))):
+            bottom = f"{tops[i + 1]:.4g}" if i < len(self.layers) else "∞"
+            fast = "" if math.isnan(layer.pressure_velocity) else f"{layer.pressure_velocity:.5g}"
+            numbers = f"{layer.shear_velocity:11.5g}{fast:>11}{layer.density:11.5g}"
+            depths = f"{tops[i]:.4g} – {bottom}"
+            rows.append(f"{depths:>15}{numbers}{100 * layer.damping:8.3g}  {layer.curve}".rstrip())
         deep = ""
         if self.depth < 30:
-            below = "the half-space" if self.half_space else "the last layer"
-            deep = f", if {below} continues below {self.depth:g} m"
+            base_name = "the half-space" if self.half_space else "the last layer"
+            deep = f", if {base_name} continues below {self.depth:g} m"
         return "\n".join([*rows, f"V_s30 = {self.mean_velocity():.4g} m/s{deep}"])
 
 
@@ -225,22 +225,23 @@ def read_soil_profile(file, fill: str = "") -> SoilProfile:
         if names.count(name) > 1:
             raise InputError(f"{file}, row {number}: there are two columns {name}")
     table = [
-        {"row": at, **{n: _read_cell(file, at, n, unit, cell)
+        {"row": line, **{n: _read_cell(file, line, n, unit, cell)
                        for (n, unit), cell in zip(columns, cells, strict=False)}}
-        for at, cells in rows[1:]
+        for line, cells in rows[1:]
     ]  # fmt: skip
     if not table:
         raise InputError(f"{file} has a header but no layers")
     thickness = _thicknesses(file, names, table)
-    shown = {name: head for (name, _), head in zip(columns, heads, strict=True)}
-    _fill_gaps(file, table, thickness, shown, fill)
+    heads_by_name = {name: head for (name, _), head in zip(columns, heads, strict=True)}
+    _fill_gaps(file, table, thickness, heads_by_name, fill)
     ground = [
-        _make_ground(file, one, thick, shown) for one, thick in zip(table, thickness, strict=True)
+        _make_ground(file, values, thick, heads_by_name)
+        for values, thick in zip(table, thickness, strict=True)
     ]
-    below = ground.pop() if math.isinf(ground[-1].thickness) else None
+    half_space = ground.pop() if math.isinf(ground[-1].thickness) else None
     if not ground:
         raise InputError(f"{file} has no layer above its half-space")
-    return SoilProfile(tuple(ground), below, file)
+    return SoilProfile(tuple(ground), half_space, file)
 
 
 def read_rows(file: Path) -> list[tuple[int, list[str]]]:
@@ -260,33 +261,33 @@ def read_rows(file: Path) -> list[tuple[int, list[str]]]:
         raise InputError(f"{file} is empty")
     if len(lines) > _MOST:
         raise InputError(f"{file} has more than {_MOST} rows")
-    mark, found = max(",;\t", key=lines[0][1].count), []
+    mark, result = max(",;\t", key=lines[0][1].count), []
     for number, line in lines:
         try:
             cells = next(csv.reader([line], delimiter=mark, skipinitialspace=True))
         except csv.Error as trouble:
             raise InputError(f"{file}, row {number}: {trouble}") from None
-        found.append((number, [cell.strip() for cell in cells]))
-    return found
+        result.append((number, [cell.strip() for cell in cells]))
+    return result
 
 
 def _column_unit(head: str, file: Path, row: int) -> tuple[str, float | None]:
     """Return name and factor to SI of a column from its heading; None for texts."""
-    words, unit = _HEAD.fullmatch(head).groups() if _HEAD.fullmatch(head) else (head, None)
-    word = " ".join(words.lower().replace("_", " ").split())
-    known = {name.replace("_", " "): there for name, there in _WORDS.items()}
-    if word not in known:
-        raise InputError(f"{file}, row {row}: column {words!r} is unknown; the columns are "
+    heading, unit = _HEAD.fullmatch(head).groups() if _HEAD.fullmatch(head) else (head, None)
+    column = " ".join(heading.lower().replace("_", " ").split())
+    names = {name.replace("_", " "): column_name for name, column_name in _WORDS.items()}
+    if column not in names:
+        raise InputError(f"{file}, row {row}: column {heading!r} is unknown; the columns are "
                          f"{', '.join(_COLUMNS)}")  # fmt: skip
-    units = _COLUMNS[known[word]][0]
+    units = _COLUMNS[names[column]][0]
     if units is None:
-        return known[word], None
-    given = (unit or "").lower().replace("³", "3").replace("^", "").replace(" ", "")
-    if given not in units:
-        listed = ", ".join(one for one in units if one)
-        what = f"the unit {unit!r} is not known" if unit else "the unit is missing"
-        raise InputError(f"{file}, row {row}: {words}: {what}; use {words} ({listed})")
-    return known[word], units[given]
+        return names[column], None
+    written_unit = (unit or "").lower().replace("³", "3").replace("^", "").replace(" ", "")
+    if written_unit not in units:
+        listed = ", ".join(accepted for accepted in units if accepted)
+        fault = f"the unit {unit!r} is not known" if unit else "the unit is missing"
+        raise InputError(f"{file}, row {row}: {heading}: {fault}; use {heading} ({listed})")
+    return names[column], units[written_unit]
 
 
 def _read_cell(file: Path, row: int, name: str, unit: float | None, cell: str):
@@ -308,109 +309,109 @@ def _read_cell(file: Path, row: int, name: str, unit: float | None, cell: str):
 
 def _thicknesses(file: Path, names: list[str], table: list[dict]) -> list[float]:
     """Return the thickness of each row, m; infinite for a half-space."""
-    given = [name for name in ("thickness", "top", "bottom", "depth") if name in names]
-    if len(given) != 1:
+    variables = [name for name in ("thickness", "top", "bottom", "depth") if name in names]
+    if len(variables) != 1:
         raise InputError(f"{file}: give one column of depth, top, bottom or thickness, not "
-                         f"{' and '.join(given) or 'none'}")  # fmt: skip
-    name, values = given[0], [one.get(given[0], math.nan) for one in table]
+                         f"{' and '.join(variables) or 'none'}")  # fmt: skip
+    name, values = variables[0], [row.get(variables[0], math.nan) for row in table]
     tops = name == "top" or (name == "depth" and values[0] == 0)
-    missing = [i for i, value in enumerate(values) if math.isnan(value)]
-    if missing and (tops or missing != [len(values) - 1]):
-        raise InputError(f"{file}, row {table[missing[0]]['row']}: {name} is missing")
+    gaps = [i for i, value in enumerate(values) if math.isnan(value)]
+    if gaps and (tops or gaps != [len(values) - 1]):
+        raise InputError(f"{file}, row {table[gaps[0]]['row']}: {name} is missing")
     if name == "thickness":
-        if not missing and values[-1] == 0:
-            missing, values[-1] = [len(values) - 1], math.nan
-        found = values
+        if not gaps and values[-1] == 0:
+            gaps, values[-1] = [len(values) - 1], math.nan
+        result = values
     elif tops:
         if values[0] != 0:
             raise InputError(f"{file}, row {table[0]['row']}: the first top must be 0")
-        found = [*np.diff(values), math.nan]
+        result = [*np.diff(values), math.nan]
     else:
-        found = np.diff([0.0, *values]).tolist()
-    for one, value in zip(table, found, strict=True):
+        result = np.diff([0.0, *values]).tolist()
+    for row, value in zip(table, result, strict=True):
         if not math.isnan(value) and not 0 < value <= 1e5:
-            raise InputError(f"{file}, row {one['row']}: the layer would be {value:g} m thick; "
+            raise InputError(f"{file}, row {row['row']}: the layer would be {value:g} m thick; "
                              "depths must increase, and thicknesses must be positive")  # fmt: skip
-    return [math.inf if math.isnan(value) else float(value) for value in found]
+    return [math.inf if math.isnan(value) else float(value) for value in result]
 
 
-def _fill_gaps(file: Path, table: list[dict], thickness, shown: dict[str, str], fill: str) -> None:
+def _fill_gaps(file: Path, table: list[dict], thickness, heads: dict[str, str], fill: str) -> None:
     """Fill the gaps of a table by the rule `fill`, see `read_soil_profile`."""
     if fill not in _FILLS:
         raise InputError(f"fill = {fill!r}: use {', '.join(map(repr, _FILLS))}")
     thick = np.where(np.isinf(thickness), 0.0, thickness)
     middle = np.cumsum(thick) - thick / 2
     for name in _FILLED if fill else ():
-        values = np.array([one.get(name, math.nan) for one in table])
-        known = np.flatnonzero(~np.isnan(values))
-        if not known.size:
+        values = np.array([row.get(name, math.nan) for row in table])
+        defined = np.flatnonzero(~np.isnan(values))
+        if not defined.size:
             continue
         for i in np.flatnonzero(np.isnan(values)):
-            before, after = known[known < i], known[known > i]
-            if not before.size or (fill == "interpolate" and not after.size):
-                side = "below" if before.size else "above"
-                raise InputError(f"{file}, row {table[i]['row']}: the gap of {shown[name]} cannot "
+            upper, lower = defined[defined < i], defined[defined > i]
+            if not upper.size or (fill == "interpolate" and not lower.size):
+                side = "below" if upper.size else "above"
+                raise InputError(f"{file}, row {table[i]['row']}: the gap of {heads[name]} cannot "
                                  f"be filled, because no row {side} has a value")  # fmt: skip
-            between = float(np.interp(middle[i], middle[known], values[known]))
-            table[i][name] = between if fill == "interpolate" else float(values[before[-1]])
+            interpolated = float(np.interp(middle[i], middle[defined], values[defined]))
+            table[i][name] = interpolated if fill == "interpolate" else float(values[upper[-1]])
 
 
-def _make_ground(file: Path, values: dict, thickness: float, shown: dict[str, str]) -> Ground:
-    """Return the layer in a row of a file; `shown` contains the headings of the columns."""
-    where = f"{file}, row {values['row']}"
-    for name, most in (("shear_velocity", 1e5), ("density", 1e5)):
-        if not 0 < values.get(name, math.nan) <= most:
-            got, head = values.get(name, math.nan), shown.get(name, name)
-            if math.isnan(got) and name in shown:
-                raise InputError(f"{where}: {head} has a gap; give a number, or fill = 'above' or "
+def _make_ground(file: Path, values: dict, thickness: float, heads: dict[str, str]) -> Ground:
+    """Return the layer in a row of a file; `heads` contains the headings of the columns."""
+    source = f"{file}, row {values['row']}"
+    for name, limit in (("shear_velocity", 1e5), ("density", 1e5)):
+        if not 0 < values.get(name, math.nan) <= limit:
+            number, head = values.get(name, math.nan), heads.get(name, name)
+            if math.isnan(number) and name in heads:
+                raise InputError(f"{source}: {head} has a gap; give a number, or fill = 'above' or "
                                  "'interpolate'")  # fmt: skip
-            raise InputError(f"{where}: {head} is {'missing' if math.isnan(got) else f'{got:g}'}; "
-                             "it must be positive")  # fmt: skip
+            fault = "missing" if math.isnan(number) else f"{number:g}"
+            raise InputError(f"{source}: {head} is {fault}; it must be positive")
     damping = values.get("damping", 0.0)
     damping = 0.0 if math.isnan(damping) else damping
     if not 0 <= damping < 0.5:
-        raise InputError(f"{where}: damping = {damping:g} must be a fraction from 0 to 0.5")
+        raise InputError(f"{source}: damping = {damping:g} must be a fraction from 0 to 0.5")
     slow = values["shear_velocity"]
     fast = values.get("pressure_velocity", math.nan)
     poisson = values.get("poisson_ratio", math.nan)
     if math.isnan(fast) and not math.isnan(poisson):
         if not 0 <= poisson < 0.5:
-            raise InputError(f"{where}: poisson_ratio = {poisson:g} must lie from 0 to below 0.5")
+            raise InputError(f"{source}: poisson_ratio = {poisson:g} must lie from 0 to below 0.5")
         fast = slow * math.sqrt((2 - 2 * poisson) / (1 - 2 * poisson))
     if fast <= slow * math.sqrt(4 / 3):
-        raise InputError(f"{where}: pressure_velocity = {fast:g} must be above √(4/3) times "
+        raise InputError(f"{source}: pressure_velocity = {fast:g} must be above √(4/3) times "
                          f"the shear velocity {slow:g}")  # fmt: skip
     strength = values.get("shear_strength", math.nan)
     friction = values.get("friction_angle", math.nan)
     if strength <= 0 or friction < 0 or friction >= 60:
-        raise InputError(f"{where}: shear_strength must be above 0 and friction_angle from 0 to 60 "
-                         f"degrees, got {strength:g} Pa and {friction:g}")  # fmt: skip
+        raise InputError(f"{source}: shear_strength must be above 0 and friction_angle from 0 to 60"
+                         f" degrees, got {strength:g} Pa and {friction:g}")  # fmt: skip
     curve = values.get("curve", "")
-    parse_curve(curve, where)
+    parse_curve(curve, source)
     return Ground(thickness, slow, fast, values["density"], damping,
                   "" if curve == "linear" else curve, values.get("name", ""),
                   values["row"], strength, friction)  # fmt: skip
 
 
-def parse_curve(text: str, where: str) -> tuple[str, list[float]]:
+def parse_curve(text: str, source: str) -> tuple[str, list[float]]:
     """Return name and parameters of a curve; for a file of a curve, only its name.
 
     Parameters
     ----------
     text : str
-    where : str
+    source : str
         File and row, for messages.
     """
     if not text or text.lower().endswith((".csv", ".txt")):
         return text, []
-    found = _CURVE.fullmatch(text)
-    if not found or found[1].lower() not in _FORMULAS:
-        raise InputError(f"{where}: curve = {text!r}: use {', '.join(_FORMULAS)} followed "
+    match = _CURVE.fullmatch(text)
+    if not match or match[1].lower() not in _FORMULAS:
+        raise InputError(f"{source}: curve = {text!r}: use {', '.join(_FORMULAS)} followed "
                          "by numbers, or the name of a CSV file")  # fmt: skip
     try:
-        return found[1].lower(), [float(one) for one in re.split(r"[,; ]+", found[2]) if one]
+        return match[1].lower(), [float(item) for item in re.split(r"[,; ]+", match[2]) if item]
     except ValueError:
-        raise InputError(f"{where}: curve = {text!r} contains an unreadable number") from None
+        raise InputError(f"{source}: curve = {text!r} contains an unreadable number") from None
 
 
 def read_curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

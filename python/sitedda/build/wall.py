@@ -49,9 +49,9 @@ class Opening(schema.OpeningValues):
         values["rise"] = 0.25 * self.width if self.rise is None else self.rise
         values["material"] = self.material or wall.material
         values["joint"] = self.joint or wall.joint
-        found = Opening(**values)
-        found.check(wall)
-        return found
+        opening = Opening(**values)
+        opening.check(wall)
+        return opening
 
     def check(self, wall: MasonryWall) -> None:
         """Raise InputError if the opening is not within the wall, or its arch is too high."""
@@ -61,8 +61,8 @@ class Opening(schema.OpeningValues):
             raise InputError(f"rise = {self.rise:g} must be less than the height of the opening")
         left, bottom, right, top = self.box
         slack = _SAME * (wall.width + wall.height)
-        inside = left >= wall.left - slack and right <= wall.left + wall.width + slack
-        if not (inside and bottom >= wall.bottom - slack
+        is_within = left >= wall.left - slack and right <= wall.left + wall.width + slack
+        if not (is_within and bottom >= wall.bottom - slack
                 and top <= wall.bottom + wall.height + slack):  # fmt: skip
             raise InputError(f"the opening with its head, x = {left:g} to {right:g} m and y = "
                              f"{bottom:g} to {top:g} m, is not within the wall")  # fmt: skip
@@ -80,16 +80,16 @@ class Opening(schema.OpeningValues):
     @property
     def box(self) -> tuple[float, float, float, float]:
         """Return left, bottom, right and top of the opening with its head, m."""
-        beyond = 0.0 if self.head == "none" else self.bearing
-        return self.left - beyond, self.bottom, self.left + self.width + beyond, self.top
+        bearing = 0.0 if self.head == "none" else self.bearing
+        return self.left - bearing, self.bottom, self.left + self.width + bearing, self.top
 
     def gaps(self) -> list[tuple[float, float, float, float]]:
         """Return the rectangles without courses: left, bottom, right, top, m."""
         right = self.left + self.width
-        found = [(self.left, self.bottom, right, self.springing)]
+        boxes = [(self.left, self.bottom, right, self.springing)]
         if self.head != "none":
-            found.append((self.left - self.bearing, self.springing, right + self.bearing, self.top))
-        return found
+            boxes.append((self.left - self.bearing, self.springing, right + self.bearing, self.top))
+        return boxes
 
     def blocks(self) -> list[tuple[str, np.ndarray]]:
         """Return names and corners (m) of the lintel, or of voussoirs and springers."""
@@ -101,24 +101,24 @@ class Opening(schema.OpeningValues):
         half, centre = 0.5 * self.width, self.left + 0.5 * self.width
         radius = (half**2 + self.rise**2) / (2 * self.rise)
         middle = np.array([centre, self.springing + self.rise - radius])
-        first = math.atan2(self.springing - middle[1], half)
-        angle = np.linspace(first, math.pi - first, self.voussoirs + 1)
+        springing_angle = math.atan2(self.springing - middle[1], half)
+        angle = np.linspace(springing_angle, math.pi - springing_angle, self.voussoirs + 1)
         rays = np.column_stack([np.cos(angle), np.sin(angle)])
-        ends, whole = middle + radius * rays, rectangle(*box)
-        found = []
+        ends, outline = middle + radius * rays, rectangle(*box)
+        result = []
         for i in range(self.voussoirs):
-            stone = _left_part(whole, middle, rays[i])
+            stone = _left_part(outline, middle, rays[i])
             stone = _left_part(stone, middle, -rays[i + 1])
-            found.append(
+            result.append(
                 (f"{self.name}_{i + 1}", _left_part(stone, ends[i + 1], ends[i] - ends[i + 1]))
             )
         for side, ray, end in (("right", rays[0], ends[0]), ("left", -rays[-1], ends[-1])):
-            stone = _left_part(whole, middle, -ray)
+            stone = _left_part(outline, middle, -ray)
             sign = 1.0 if side == "right" else -1.0
             stone = _left_part(stone, end, np.array([0.0, -sign]))
-            if len(stone) > 2 and np.divide(*Rings.of([stone, whole]).areas()) > 1e-6:
-                found.append((f"{self.name}_{side}", stone))
-        return found
+            if len(stone) > 2 and np.divide(*Rings.of([stone, outline]).areas()) > 1e-6:
+                result.append((f"{self.name}_{side}", stone))
+        return result
 
 
 class MasonryWall(schema.MasonryWallValues):
@@ -141,17 +141,19 @@ class MasonryWall(schema.MasonryWallValues):
         others : sequence of (str, dict)
             All groups of the input, including the openings of the wall.
         """
-        own = [values for kind, values in others
+        own_values = [values for kind, values in others
                if kind == "opening" and values.get("wall", Opening.wall) == self.name]  # fmt: skip
-        openings = [self._make_opening(values) for values in own]
+        openings = [self._make_opening(values) for values in own_values]
         _require_apart(openings)
         stones = [(f"{self.name}_{i}", corners, self.material, self.joint)
                   for i, corners in enumerate(self._stone_corners(openings), 1)]  # fmt: skip
-        for one in openings:
-            stones += [(name, corners, one.material, one.joint) for name, corners in one.blocks()]
+        for item in openings:
+            stones += [
+                (name, corners, item.material, item.joint) for name, corners in item.blocks()
+            ]
         names = ("name", "vertices", "material", "joint")
-        found = [("block", dict(zip(names, stone, strict=True))) for stone in stones]
-        return found + self._tie_rods(stones), []
+        result = [("block", dict(zip(names, stone, strict=True))) for stone in stones]
+        return result + self._tie_rods(stones), []
 
     def _make_opening(self, values: dict) -> Opening:
         """Return an opening that fits the wall; an error names the opening."""
@@ -164,37 +166,40 @@ class MasonryWall(schema.MasonryWallValues):
         """Return the levels between courses, m."""
         fixed = [self.bottom, self.bottom + self.height]
         fixed += [
-            level for one in openings for _, low, _, high in one.gaps() for level in (low, high)
+            level
+            for opening in openings
+            for _, low, _, high in opening.gaps()
+            for level in (low, high)
         ]
         fixed = _distinct_levels(fixed, _SAME * (self.width + self.height))
         course, levels = self.height / self.courses, [fixed[0]]
         for part, (low, high) in enumerate(pairwise(fixed)):
             count = max(1, round((high - low) / course))
-            share = np.arange(1, count) / count
+            fractions = np.arange(1, count) / count
             if self.bond == "rubble":
                 heights = 1 + self.variation * (2 * uniform(self.seed, (_HEIGHT, part), count) - 1)
-                share = np.cumsum(heights)[:-1] / heights.sum()
-            levels += [*(low + share * (high - low)), high]
+                fractions = np.cumsum(heights)[:-1] / heights.sum()
+            levels += [*(low + fractions * (high - low)), high]
         return np.array(levels)
 
     def _stone_corners(self, openings: list[Opening]) -> Iterator[np.ndarray]:
         """Yield the corners of the stones, course by course, m."""
-        gaps = [gap for one in openings for gap in one.gaps()]
-        below: list[float] = []
+        gaps = [gap for opening in openings for gap in opening.gaps()]
+        joints_below: list[float] = []
         for number, (low, high) in enumerate(pairwise(self._course_levels(openings))):
             middle = 0.5 * (low + high)
             cut = sorted((a, b) for a, y0, b, y1 in gaps if y0 < middle < y1)
-            joints, at, laid = self._head_joints(number, below), self.left, []
+            joints, start, stones = self._head_joints(number, joints_below), self.left, []
             for left, right in [*cut, (self.left + self.width,) * 2]:
-                laid += self._stones_between(at, left, joints)
-                at = max(at, right)
-            below = [right for _, right in laid]
-            yield from (rectangle(a, low, b, high) for a, b in laid)
+                stones += self._stones_between(start, left, joints)
+                start = max(start, right)
+            joints_below = [right for _, right in stones]
+            yield from (rectangle(a, low, b, high) for a, b in stones)
 
-    def _head_joints(self, course: int, below: list[float]) -> np.ndarray:
+    def _head_joints(self, course: int, joints_below: list[float]) -> np.ndarray:
         """Return the positions of the head joints of a course without openings, m."""
-        share, shift = _BONDS[self.bond]
-        length = self.stone * share
+        fraction, shift = _BONDS[self.bond]
+        length = self.stone * fraction
         count = math.ceil(self.width / length) + 2
         if self.bond != "rubble":
             return (
@@ -203,13 +208,13 @@ class MasonryWall(schema.MasonryWallValues):
         lengths = length * (1 + self.variation * (2 * uniform(self.seed, (_LENGTH, course),
                                                               2 * count) - 1))  # fmt: skip
         joints = self.left - 0.5 * (course % 2) * length + np.cumsum(lengths)
-        if below:  # head joints keep a distance from those of the course below
-            places = np.array(below)
-            near = places[np.argmin(abs(joints[:, None] - places), axis=1)]
-            away = joints - near
-            least = _OVERLAP * self.stone
-            close = abs(away) < least
-            joints = np.where(close, near + np.where(away < 0, -least, least), joints)
+        if joints_below:  # head joints keep a distance from those of the course below
+            positions = np.array(joints_below)
+            nearest = positions[np.argmin(abs(joints[:, None] - positions), axis=1)]
+            distance = joints - nearest
+            overlap = _OVERLAP * self.stone
+            close = abs(distance) < overlap
+            joints = np.where(close, nearest + np.where(distance < 0, -overlap, overlap), joints)
         return np.unique(joints)
 
     def _stones_between(
@@ -218,63 +223,63 @@ class MasonryWall(schema.MasonryWallValues):
         """Return left and right ends (m) of stones that fill a part of a course, none too short."""
         if right - left <= _SAME * self.width:
             return []
-        least, ends = _LEAST * self.stone * _BONDS[self.bond][0], [left]
-        for place in joints:
-            if place - ends[-1] >= least and right - place >= least:
-                ends.append(float(place))
+        minimum, ends = _LEAST * self.stone * _BONDS[self.bond][0], [left]
+        for joint in joints:
+            if joint - ends[-1] >= minimum and right - joint >= minimum:
+                ends.append(float(joint))
         return list(pairwise([*ends, right]))
 
     def _tie_rods(self, stones: list[tuple]) -> list[tuple[str, dict]]:
         """Return a tie rod per level, between the outermost stones at this level, as bolts."""
-        found = []
+        bolts = []
         for number, level in enumerate(() if self.ties is None else self.ties, 1):
-            across = [(corners, name) for name, corners, *_ in stones
+            candidates = [(corners, name) for name, corners, *_ in stones
                       if corners[:, 1].min() < level < corners[:, 1].max()]  # fmt: skip
-            if not across:
+            if not candidates:
                 raise InputError(f"ties: {level:g} m is not within a course")
-            ends = [min(across, key=lambda one: one[0][:, 0].min())[0],
-                    max(across, key=lambda one: one[0][:, 0].max())[0]]  # fmt: skip
-            places = [one[:, 0].mean() for one in ends]
-            values = {"name": f"{self.name}_tie_{number}", "from": (places[0], level),
-                      "to": (places[1], level), "axial_stiffness": self.tie_stiffness,
+            ends = [min(candidates, key=lambda item: item[0][:, 0].min())[0],
+                    max(candidates, key=lambda item: item[0][:, 0].max())[0]]  # fmt: skip
+            middles = [item[:, 0].mean() for item in ends]
+            values = {"name": f"{self.name}_tie_{number}", "from": (middles[0], level),
+                      "to": (middles[1], level), "axial_stiffness": self.tie_stiffness,
                       "yield_force": self.tie_yield}  # fmt: skip
-            found.append(("bolt", values))
-        return found
+            bolts.append(("bolt", values))
+        return bolts
 
 
 def _require_apart(openings: list[Opening]) -> None:
     """Raise InputError if two openings, including their heads, overlap."""
-    for i, one in enumerate(openings):
-        for other in openings[:i]:
-            for a, b, c, d in one.gaps():
-                for e, f, g, h in other.gaps():
+    for i, first in enumerate(openings):
+        for second in openings[:i]:
+            for a, b, c, d in first.gaps():
+                for e, f, g, h in second.gaps():
                     if a < g - _SAME and e < c - _SAME and b < h - _SAME and f < d - _SAME:
-                        raise InputError(f"openings {other.name!r} and {one.name!r}, with their "
+                        raise InputError(f"openings {second.name!r} and {first.name!r}, with their "
                                          "heads, overlap")  # fmt: skip
 
 
-def _left_part(polygon: np.ndarray, place: np.ndarray, along: np.ndarray) -> np.ndarray:
+def _left_part(polygon: np.ndarray, point: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Return the part of a convex polygon (m) to the left of a line, shape (n, 2)."""
     if len(polygon) == 0:
         return polygon
-    away = polygon - place
-    side = along[0] * away[:, 1] - along[1] * away[:, 0]
+    offset = polygon - point
+    side = along[0] * offset[:, 1] - along[1] * offset[:, 0]
     side[abs(side) < _SAME * np.linalg.norm(along) * np.ptp(polygon, axis=0).max()] = 0.0
-    found = []
+    corners = []
     for i in range(len(polygon)):
         j = (i + 1) % len(polygon)
         if side[i] >= 0:
-            found.append(polygon[i])
+            corners.append(polygon[i])
         if side[i] * side[j] < 0:
-            share = side[i] / (side[i] - side[j])
-            found.append(polygon[i] + share * (polygon[j] - polygon[i]))
-    return np.array(found).reshape(-1, 2)
+            fraction = side[i] / (side[i] - side[j])
+            corners.append(polygon[i] + fraction * (polygon[j] - polygon[i]))
+    return np.array(corners).reshape(-1, 2)
 
 
-def _distinct_levels(levels: list[float], least: float) -> list[float]:
-    """Return sorted levels; of levels that differ by `least` or less, only the first."""
-    found: list[float] = []
+def _distinct_levels(levels: list[float], tolerance: float) -> list[float]:
+    """Return sorted levels; of levels that differ by `tolerance` or less, only the first."""
+    result: list[float] = []
     for level in sorted(levels):
-        if not found or level - found[-1] > least:
-            found.append(level)
-    return found
+        if not result or level - result[-1] > tolerance:
+            result.append(level)
+    return result

@@ -94,15 +94,15 @@ class Blocks:
 def main_joints(polygons: Sequence, edge_joints: Sequence[Sequence[str]]) -> list[str]:
     """Return the joint with the greatest length on each outline; blank if no edge has a joint."""
     lengths = Rings.of(polygons).edge_lengths().tolist() if len(polygons) else []
-    found, at = [], 0
+    result, start = [], 0
     for names in edge_joints:
         total: dict[str, float] = {}
-        for name, length in zip(names, lengths[at : at + len(names)], strict=True):
+        for name, length in zip(names, lengths[start : start + len(names)], strict=True):
             if name:
                 total[name] = total.get(name, 0.0) + length
-        at += len(names)
-        found.append(max(sorted(total), key=total.__getitem__) if total else "")
-    return found
+        start += len(names)
+        result.append(max(sorted(total), key=total.__getitem__) if total else "")
+    return result
 
 
 def cut(
@@ -183,18 +183,18 @@ class _Cut:
 
     def _check_overlap(self) -> None:
         """Raise InputError if two regions overlap."""
-        one, other = shapely.STRtree(self.outlines).query(self.outlines, predicate="intersects")
-        for i, k in zip(one.tolist(), other.tolist(), strict=True):
+        first, second = shapely.STRtree(self.outlines).query(self.outlines, predicate="intersects")
+        for i, k in zip(first.tolist(), second.tolist(), strict=True):
             common = shapely.intersection(self.outlines[i], self.outlines[k]).area if i < k else 0
             if common > self.tolerance * self.size:
                 names = f"{self.regions[i].name!r} and {self.regions[k].name!r}"
                 raise InputError(f"the regions {names} overlap by {common:g} m²")
 
-    def _check_inside(self, things, polygons, kind: str) -> None:
+    def _check_inside(self, items, polygons, kind: str) -> None:
         """Raise InputError for a hole or excavation that overlaps no region."""
-        for thing, polygon in zip(things, polygons, strict=True):
-            if not any(shapely.intersection(polygon, one).area > 0 for one in self.outlines):
-                raise InputError(f"the {kind} {thing.name!r} lies outside all regions")
+        for item, polygon in zip(items, polygons, strict=True):
+            if not any(shapely.intersection(polygon, ring).area > 0 for ring in self.outlines):
+                raise InputError(f"the {kind} {item.name!r} lies outside all regions")
 
     def _gather_segments(self, joints, surfaces, holes, excavations) -> None:
         """Collect the segments of all cuts with their labels; check their expected number first."""
@@ -229,11 +229,11 @@ class _Cut:
     def _clip_cutter(self, cutter, reach: float) -> np.ndarray:
         """Return the segments of a joint or surface in its regions; errors name this joint."""
         try:
-            more = (
+            options = (
                 {"corner": self._lower_left_corner(cutter)} if isinstance(cutter, JointSet) else {}
             )
             return self._clip_to_regions(
-                cutter.segments(self.centre, reach, **more) - self.centre, cutter
+                cutter.segments(self.centre, reach, **options) - self.centre, cutter
             )
         except InputError as error:
             error.cause = cutter
@@ -246,12 +246,12 @@ class _Cut:
 
     def _clip_to_regions(self, segments, cutter) -> np.ndarray:
         """Clip segments to all regions, or to the region of a joint set."""
-        domain, wanted = self.domain, getattr(cutter, "region", "")
-        if wanted:
+        domain, target = self.domain, getattr(cutter, "region", "")
+        if target:
             names = [region.name for region in self.regions]
-            if wanted not in names:
-                raise InputError(f"region = {wanted!r} is none of the regions {', '.join(names)}")
-            domain = shapely.intersection(domain, self.outlines[names.index(wanted)])
+            if target not in names:
+                raise InputError(f"region = {target!r} is none of the regions {', '.join(names)}")
+            domain = shapely.intersection(domain, self.outlines[names.index(target)])
             shapely.prepare(domain)
         if not len(segments):
             return segments
@@ -263,8 +263,8 @@ class _Cut:
         parts = parts[shapely.get_type_id(parts) == 1]
         parts = parts[shapely.length(parts) > 0]
         ends, owner = shapely.get_coordinates(parts, return_index=True)
-        inside = owner[1:] == owner[:-1]
-        return np.stack([ends[:-1][inside], ends[1:][inside]], axis=1)
+        mask = owner[1:] == owner[:-1]
+        return np.stack([ends[:-1][mask], ends[1:][mask]], axis=1)
 
     def _check_block_count(self) -> None:
         """Raise InputError if the estimated number of blocks exceeds the limit or the memory.
@@ -276,23 +276,23 @@ class _Cut:
         along = joints[:, 1] - joints[:, 0]
         bins = 90
         angle = np.mod(np.arctan2(along[:, 1], along[:, 0]), np.pi)
-        which = np.minimum((angle * bins / np.pi).astype(int), bins - 1)
-        length = np.bincount(which, np.hypot(*along.T), bins)
-        turn = np.arange(bins) * np.pi / bins
-        sine = abs(np.sin(turn[:, None] - turn))
+        bin_index = np.minimum((angle * bins / np.pi).astype(int), bins - 1)
+        length = np.bincount(bin_index, np.hypot(*along.T), bins)
+        directions = np.arange(bins) * np.pi / bins
+        sine = abs(np.sin(directions[:, None] - directions))
         crossings = 0.5 * float(length @ sine @ length) / self.domain.area
         expected = crossings + len(joints) + len(self.regions)
-        most = self.settings.most_blocks
-        if crossings > _MARGIN * most:
+        limit = self.settings.most_blocks
+        if crossings > _MARGIN * limit:
             raise InputError(
                 f"the joints would form about {crossings:.2g} blocks, one per crossing, more than "
-                f"most_blocks = {most}; choose larger spacings, or a smaller region"
+                f"most_blocks = {limit}; choose larger spacings, or a smaller region"
             )
-        free = _free_memory()
-        if expected * _BYTES > free:
+        memory = _free_memory()
+        if expected * _BYTES > memory:
             raise InputError(
                 f"cutting about {expected:.2g} blocks needs {expected * _BYTES / 1e9:.2g} GB of "
-                f"memory, but only {free / 1e9:.2g} GB are free"
+                f"memory, but only {memory / 1e9:.2g} GB are free"
             )
 
     def blocks(self, rings: bool = False) -> Blocks:
@@ -317,35 +317,35 @@ class _Cut:
         kinds, keys = self._find_kinds(polygons)
         self._check_area(shapely.area(polygons[kinds >= 0]))
         mean = self.domain.area / max(1, int((kinds >= 0).sum()))
-        least = self.settings.least_area
-        least = _SLIVER_AREA * mean if least is None else least
-        cycles, merged = faces.cycles, 0
+        limit = self.settings.least_area
+        limit = _SLIVER_AREA * mean if limit is None else limit
+        cycles, count = faces.cycles, 0
         if self.settings.slivers == "merge":
-            cycles, merged = merge_slivers(network, faces, kinds, least, self.settings.least_angle)
+            cycles, count = merge_slivers(network, faces, kinds, limit, self.settings.least_angle)
         keep = [i for i, cycle in enumerate(cycles) if cycle and kinds[i] >= 0]
         inner = [inner.get(i, []) for i in keep]
-        found = self._order_blocks(
+        result = self._order_blocks(
             network, [cycles[i] for i in keep], [keys[kinds[i]] for i in keep], inner
         )
-        found.area, found.dead_ends, found.loops = self.domain.area, dead, len(loops)
-        found.merged = merged
-        self._judge_slivers(found, mean, least)
-        found.messages = self.messages
-        return found
+        result.area, result.dead_ends, result.loops = self.domain.area, dead, len(loops)
+        result.merged = count
+        self._judge_slivers(result, mean, limit)
+        result.messages = self.messages
+        return result
 
     def _merge_short_edges(self, network: Network, faces):
         """Return network and faces after close corners have been merged, if this is requested."""
-        least = self.settings.least_edge
-        if least is None:
-            least = _SLIVER_EDGE * np.sqrt(self.domain.area / max(1, len(faces.cycles)))
-        if self.settings.slivers != "merge" or least <= self.tolerance:
+        limit = self.settings.least_edge
+        if limit is None:
+            limit = _SLIVER_EDGE * np.sqrt(self.domain.area / max(1, len(faces.cycles)))
+        if self.settings.slivers != "merge" or limit <= self.tolerance:
             return network, faces
-        before = network.moved
-        network, least = merge_close_nodes(network, least)
+        old_count = network.moved
+        network, limit = merge_close_nodes(network, limit)
         network, _, _ = without_dead_ends(network)
-        if network.moved > before:
-            what = counted(network.moved - before, "corner", "corners")
-            self.messages.append(f"{what} merged with others at a distance below {least:.3g} m")
+        if network.moved > old_count:
+            corners = counted(network.moved - old_count, "corner", "corners")
+            self.messages.append(f"{corners} merged with others at a distance below {limit:.3g} m")
         return network, trace_faces(network)
 
     def _report_loops(self, loops) -> None:
@@ -356,10 +356,10 @@ class _Cut:
                 f"example at {self._format_points(loops)}"
             )
 
-    def _format_points(self, places) -> str:
+    def _format_points(self, points) -> str:
         """Return the first positions as text, for messages."""
-        shown = [f"({x:.6g}, {y:.6g})" for x, y in np.array(places[:_NAMED]) + self.centre]
-        return ", ".join(shown) + (" …" if len(places) > _NAMED else "")
+        texts = [f"({x:.6g}, {y:.6g})" for x, y in np.array(points[:_NAMED]) + self.centre]
+        return ", ".join(texts) + (" …" if len(points) > _NAMED else "")
 
     def _find_kinds(self, polygons):
         """Return the key of each face (−1: outside), and the keys: region, excavation, surface."""
@@ -367,12 +367,12 @@ class _Cut:
         region = _find_containing(points, self.outlines)
         region[_find_containing(points, self.holes) >= 0] = -1
         pit = _find_containing(points, self.pits)
-        places = shapely.get_coordinates(points) + self.centre
-        above = np.array([surface.is_above(places) for surface in self.surfaces], dtype=bool)
+        positions = shapely.get_coordinates(points) + self.centre
+        is_above = np.array([surface.is_above(positions) for surface in self.surfaces], dtype=bool)
         layer = np.full(len(polygons), -1)
         for i, surface in enumerate(self.surfaces):
             if surface.material:
-                layer[above[i]] = i
+                layer[is_above[i]] = i
         keys, kinds = np.unique(np.column_stack([region, pit, layer]), axis=0, return_inverse=True)
         return np.where(region >= 0, kinds.ravel(), -1), keys
 
@@ -382,20 +382,20 @@ class _Cut:
         ends = network.edges.T
         graph = coo_array((np.ones(ends.shape[1]), ends), shape=(count, count))
         _, part = connected_components(graph, directed=False)
-        parts, first = np.unique(part[network.edges[:, 0]], return_index=True)
+        parts, first_edge = np.unique(part[network.edges[:, 0]], return_index=True)
         if len(parts) < 2:
             return {}
-        nodes = network.edges[first, 0]
+        nodes = network.edges[first_edge, 0]
         tree = shapely.STRtree(polygons)
         node, face = tree.query(shapely.points(network.nodes[nodes]), predicate="within")
-        found: dict[int, list[np.ndarray]] = {}
+        result: dict[int, list[np.ndarray]] = {}
         for n in np.unique(node):
             around = face[node == n]
             f = int(around[faces.areas[around].argmin()])
-            place = self._point_inside(network, faces.cycles[f])
-            if shapely.contains_xy(self.domain, *place):
-                found.setdefault(f, []).append(_outer_cycle(network, faces, part == parts[n]))
-        return found
+            point = self._point_inside(network, faces.cycles[f])
+            if shapely.contains_xy(self.domain, *point):
+                result.setdefault(f, []).append(_outer_cycle(network, faces, part == parts[n]))
+        return result
 
     def _reject_rings(self, network: Network, inner) -> None:
         """Raise InputError for a block that surrounds a hole or other blocks."""
@@ -418,12 +418,12 @@ class _Cut:
 
     def _check_area(self, areas) -> None:
         """Raise InputError if the blocks do not fill the regions."""
-        lost = abs(float(areas.sum()) - self.domain.area)
-        if lost > 1e-9 * self.domain.area:
+        difference = abs(float(areas.sum()) - self.domain.area)
+        if difference > 1e-9 * self.domain.area:
             raise InputError(
-                f"the area of the blocks differs by {lost:g} m² from the area of the regions, "
-                f"{self.domain.area:g} m²: outlines lie closer to each other than the tolerance; "
-                "let these outlines share corners"
+                f"the area of the blocks differs by {difference:g} m² from the area of the "
+                f"regions, {self.domain.area:g} m²: outlines lie closer to each other than the "
+                "tolerance; let these outlines share corners"
             )
 
     def _order_blocks(self, network: Network, cycles, keys, inner) -> Blocks:
@@ -431,9 +431,9 @@ class _Cut:
         edges = np.concatenate([np.array(cycle) for cycle in cycles])
         rings = Rings(network.nodes[network.starts[edges]], list(map(len, cycles)))
         labels = network.labels[edges >> 1]
-        rings, turned, labels, order = rings.in_order(labels, self.size, self.rounding)
+        rings, corners, labels, order = rings.in_order(labels, self.size, self.rounding)
         self._check_corners(rings)
-        polygons = parts_of(rings.corners[turned] + self.centre, rings.first)
+        polygons = parts_of(rings.corners[corners] + self.centre, rings.first)
         joints = np.array(self.joint_names, dtype=object)[labels].tolist()
         blocks, numbers = Blocks(), Counter()
         for i in order.tolist():
@@ -456,11 +456,11 @@ class _Cut:
     def _check_corners(self, rings: Rings) -> None:
         """Raise InputError for a block with too many corners."""
         count = np.diff(rings.first)
-        most = int(count.argmax())
-        if count[most] > MOST_CORNERS:
+        worst = int(count.argmax())
+        if count[worst] > MOST_CORNERS:
             raise InputError(
-                f"the block at {self._format_points(rings.corners[rings.first[most]][None])} has "
-                f"{count[most]} corners, more than {MOST_CORNERS}; draw its outline with fewer "
+                f"the block at {self._format_points(rings.corners[rings.first[worst]][None])} has "
+                f"{count[worst]} corners, more than {MOST_CORNERS}; draw its outline with fewer "
                 "points, or cut the block"
             )
 
@@ -470,8 +470,8 @@ class _Cut:
         if least_edge is None:
             least_edge = _SLIVER_EDGE * np.sqrt(mean)
         if blocks.merged:
-            what = counted(blocks.merged, "sliver was", "slivers were")
-            self.messages.append(f"{what} merged with the block that shares the longest edge")
+            count = counted(blocks.merged, "sliver was", "slivers were")
+            self.messages.append(f"{count} merged with the block that shares the longest edge")
         blocks.slivers = slivers(
             blocks.polygons,
             blocks.names,
@@ -479,10 +479,10 @@ class _Cut:
             least_edge=least_edge,
             least_angle=self.settings.least_angle,
         )
-        words = in_words(blocks.slivers)
-        if words and self.settings.slivers == "refuse":
-            raise InputError(f"{words}; merge them (slivers = 'merge') or move the joints")
-        self.messages += [words] if words else []
+        text = in_words(blocks.slivers)
+        if text and self.settings.slivers == "refuse":
+            raise InputError(f"{text}; merge them (slivers = 'merge') or move the joints")
+        self.messages += [text] if text else []
 
 
 def _polygon_sides(polygon: shapely.Polygon) -> np.ndarray:
@@ -494,21 +494,21 @@ def _polygon_sides(polygon: shapely.Polygon) -> np.ndarray:
 def _outer_cycle(network: Network, faces, nodes) -> np.ndarray:
     """Return the half-edges around a part of the network, clockwise; `nodes` selects the part."""
     start = network.starts
-    outside = np.flatnonzero((faces.face < 0) & nodes[start])
-    following = dict(zip(start[outside].tolist(), outside.tolist(), strict=True))
-    cycle = [outside[0]]
-    while (after := following[int(start[cycle[-1] ^ 1])]) != cycle[0]:
-        cycle.append(after)
+    outer = np.flatnonzero((faces.face < 0) & nodes[start])
+    following = dict(zip(start[outer].tolist(), outer.tolist(), strict=True))
+    cycle = [outer[0]]
+    while (successor := following[int(start[cycle[-1] ^ 1])]) != cycle[0]:
+        cycle.append(successor)
     return np.array(cycle)
 
 
 def _find_containing(points, polygons) -> np.ndarray:
     """Return the index of the polygon that contains each point; −1: none."""
-    found = np.full(len(points), -1)
+    result = np.full(len(points), -1)
     if polygons:
         point, polygon = shapely.STRtree(polygons).query(points, predicate="within")
-        found[point] = polygon
-    return found
+        result[point] = polygon
+    return result
 
 
 def _face_polygons(network: Network, cycles) -> np.ndarray:
@@ -518,8 +518,8 @@ def _face_polygons(network: Network, cycles) -> np.ndarray:
         return np.array([], dtype=object)
     start = network.starts
     owner = np.repeat(np.arange(len(cycles)), lengths)
-    places = network.nodes[start[np.concatenate(cycles)]]
-    return shapely.polygons(shapely.linearrings(places, indices=owner))
+    corners = network.nodes[start[np.concatenate(cycles)]]
+    return shapely.polygons(shapely.linearrings(corners, indices=owner))
 
 
 def _free_memory() -> float:

@@ -27,8 +27,8 @@ def uniform(seed: int, stream: tuple[int, ...], count: int) -> np.ndarray:
         of the counter.  A longer draw from a stream begins with the numbers of a shorter draw.
     count : int
     """
-    kind, *place = stream
-    counter = np.array([0, *place, 0, 0, 0][:4], dtype=np.uint64)
+    kind, *index = stream
+    counter = np.array([0, *index, 0, 0, 0][:4], dtype=np.uint64)
     raw = np.random.Philox(key=np.array([seed, kind], np.uint64), counter=counter).random_raw(count)
     return ((raw >> np.uint64(12)).astype(float) + 0.5) * 2.0**-52
 

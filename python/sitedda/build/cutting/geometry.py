@@ -87,20 +87,20 @@ class Surface(schema.SurfaceValues):
     def _check_values(self) -> None:
         """Raise InputError unless x increases from point to point."""
         if (np.diff(self.points[:, 0]) <= 0).any():
-            at = int(np.flatnonzero(np.diff(self.points[:, 0]) <= 0)[0]) + 2
-            raise InputError(f"points: x must increase from point to point; point {at} does not")
+            k = int(np.flatnonzero(np.diff(self.points[:, 0]) <= 0)[0]) + 2
+            raise InputError(f"points: x must increase from point to point; point {k} does not")
 
     def segments(self, centre, radius: float) -> np.ndarray:
         """Return the segments across a circle (m), shape (n, 2, 2)."""
         left, right = centre[0] - radius, centre[0] + radius
         x, y = self.points.T
-        before = [[left, y[0]]] if left < x[0] else []
-        after = [[right, y[-1]]] if right > x[-1] else []
-        return _segments_between(np.vstack([*before, self.points, *after]))
+        head = [[left, y[0]]] if left < x[0] else []
+        tail = [[right, y[-1]]] if right > x[-1] else []
+        return _segments_between(np.vstack([*head, self.points, *tail]))
 
-    def is_above(self, places) -> np.ndarray:
+    def is_above(self, positions) -> np.ndarray:
         """Return whether the surface lies above positions, shape (n, 2), m."""
-        return np.interp(places[:, 0], *self.points.T) > places[:, 1]
+        return np.interp(positions[:, 0], *self.points.T) > positions[:, 1]
 
 
 class JointLine(schema.JointLineValues):
@@ -154,23 +154,25 @@ class JointSet(schema.JointSetValues):
         """
         origin = np.asarray(corner if self.origin is None else self.origin)
         angle = np.radians(self.angle)
-        along, across = np.array([np.cos(angle), np.sin(angle)]), [-np.sin(angle), np.cos(angle)]
+        along, normal = np.array([np.cos(angle), np.sin(angle)]), [-np.sin(angle), np.cos(angle)]
         middle = centre - origin
-        s0, p0 = along @ middle, across @ middle
-        turn = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3) * self.angle_deviation
-        reach = radius / np.cos(np.radians(min(turn, 75.0)))  # few joints are turned by over 75°
-        found = []
+        s0, p0 = along @ middle, normal @ middle
+        tilt = {"constant": 0, "uniform": 1}.get(self.angle_distribution, 3) * self.angle_deviation
+        reach = radius / np.cos(np.radians(min(tilt, 75.0)))  # few joints are turned by over 75°
+        lines = []
         if np.hypot(*middle) > 1e6 * self.spacing:
             raise InputError("origin is over a million spacings from the regions; move it")
         for side in (1, -1):
-            places = self._draw_offsets(side, max(side * p0 + reach, 0.0))
-            turns = np.radians(self._draw_angles((3 + (side < 0),), len(places)))
-            for k in np.flatnonzero(abs(side * places - p0) <= reach):
-                ends, turn = np.array([[s0 - 2 * reach, s0 + 2 * reach]]), turns[k : k + 1]
+            offsets = self._draw_offsets(side, max(side * p0 + reach, 0.0))
+            angles = np.radians(self._draw_angles((3 + (side < 0),), len(offsets)))
+            for k in np.flatnonzero(abs(side * offsets - p0) <= reach):
+                ends, tilt = np.array([[s0 - 2 * reach, s0 + 2 * reach]]), angles[k : k + 1]
                 if self.trace_length:
-                    ends, turn = self._draw_traces(side, k, s0 - reach, s0 + reach)
-                found.append(_segments_on_line(origin, ends, side * places[k], turn, along, across))
-        return np.concatenate(found) if found else np.zeros((0, 2, 2))
+                    ends, tilt = self._draw_traces(side, k, s0 - reach, s0 + reach)
+                lines.append(
+                    _segments_on_line(origin, ends, side * offsets[k], tilt, along, normal)
+                )
+        return np.concatenate(lines) if lines else np.zeros((0, 2, 2))
 
     def _draw_angles(self, stream, count: int) -> np.ndarray:
         """Return random deviations of joints from the mean angle, degrees, shape (count,)."""
@@ -188,12 +190,12 @@ class JointSet(schema.JointSetValues):
         """
         count = int(end / self.spacing * 1.2) + 16
         while True:
-            share = uniform(self.seed, (1 + (side < 0),), count)
-            steps = draw_lengths(share, *self._distribution_arguments("spacing"))
-            places = np.cumsum(steps)
-            if places[-1] > end:
-                places = places[: np.searchsorted(places, end) + 1]
-                return np.append(0.0, places) if side > 0 else places
+            numbers = uniform(self.seed, (1 + (side < 0),), count)
+            steps = draw_lengths(numbers, *self._distribution_arguments("spacing"))
+            offsets = np.cumsum(steps)
+            if offsets[-1] > end:
+                offsets = offsets[: np.searchsorted(offsets, end) + 1]
+                return np.append(0.0, offsets) if side > 0 else offsets
             count *= 2
 
     def _draw_traces(self, side: int, k: int, start: float, stop: float):
@@ -202,19 +204,19 @@ class JointSet(schema.JointSetValues):
         constant = self.trace_length_distribution == self.bridge_distribution == "constant"
         index = k if side > 0 else k + 1
         shift = self.stagger * side * index * period
-        place = (int(side < 0), int(index))
+        key = (int(side < 0), int(index))
         if not constant:
-            shift += period * (uniform(self.seed, (7, *place), 1)[0] - 0.5)
-        ends, turns = [], []
-        for way in (0, 1):
-            pairs = self._draw_trace_ends((*place, way), max(stop - shift, shift - start, period))
-            pairs = shift + pairs if way == 0 else shift - pairs[:, ::-1]
+            shift += period * (uniform(self.seed, (7, *key), 1)[0] - 0.5)
+        ends, angles = [], []
+        for half in (0, 1):
+            pairs = self._draw_trace_ends((*key, half), max(stop - shift, shift - start, period))
+            pairs = shift + pairs if half == 0 else shift - pairs[:, ::-1]
             keep = (pairs[:, 1] > start) & (pairs[:, 0] < stop)
             ends.append(pairs[keep])
-            turns.append(np.radians(self._draw_angles((8, *place, way), len(pairs)))[keep])
-        return np.concatenate(ends), np.concatenate(turns)
+            angles.append(np.radians(self._draw_angles((8, *key, half), len(pairs)))[keep])
+        return np.concatenate(ends), np.concatenate(angles)
 
-    def _draw_trace_ends(self, place, end: float) -> np.ndarray:
+    def _draw_trace_ends(self, stream, end: float) -> np.ndarray:
         """Return random starts and ends of traces in one direction, (n, 2), m, to beyond `end`.
 
         The first direction begins with a trace, the second with a bridge.
@@ -222,29 +224,29 @@ class JointSet(schema.JointSetValues):
         count = int(end / (self.trace_length + self.bridge) * 1.2) + 8
         while True:
             lengths = draw_lengths(
-                uniform(self.seed, (5, *place), count),
+                uniform(self.seed, (5, *stream), count),
                 *self._distribution_arguments("trace_length"),
             )
             gaps = np.zeros(count)
             if self.bridge:
                 gaps = draw_lengths(
-                    uniform(self.seed, (6, *place), count), *self._distribution_arguments("bridge")
+                    uniform(self.seed, (6, *stream), count), *self._distribution_arguments("bridge")
                 )
             finish = np.cumsum(lengths + gaps)
             if finish[-1] > end:
                 return np.column_stack(
                     [finish - lengths - gaps, finish - gaps]
-                    if place[2] == 0
+                    if stream[2] == 0
                     else [finish - lengths, finish]
                 )
             count *= 2
 
 
-def _segments_on_line(origin, ends, p: float, turns, along, across) -> np.ndarray:
+def _segments_on_line(origin, ends, p: float, angles, along, normal) -> np.ndarray:
     """Return segments on a line at a distance p (m) from the origin, turned about their middles."""
     middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
-    foot = origin + middle[:, None] * along + p * np.asarray(across)
-    arm = np.outer(np.cos(turns), along) + np.outer(np.sin(turns), across)
+    foot = origin + middle[:, None] * along + p * np.asarray(normal)
+    arm = np.outer(np.cos(angles), along) + np.outer(np.sin(angles), normal)
     arm *= half[:, None]
     return np.stack([foot - arm, foot + arm], axis=1)
 
@@ -262,14 +264,14 @@ class Voronoi(schema.VoronoiValues):
 
         half = radius + 3 * self.size
         count = max(4, round((2 * half / self.size) ** 2))
-        share = uniform(self.seed, (9,), 2 * count).reshape(-1, 2)
-        points = half * (2 * share - 1)
+        numbers = uniform(self.seed, (9,), 2 * count).reshape(-1, 2)
+        points = half * (2 * numbers - 1)
         for _ in range(self.iterations):
             points = _centroids(Diagram(_mirror(points, half, 6 * self.size)), count)
         diagram = Diagram(_mirror(points, half, 6 * self.size))
         sides = np.array(diagram.ridge_vertices)
-        near = (diagram.ridge_points < count).any(axis=1) & (sides >= 0).all(axis=1)
-        return diagram.vertices[sides[near]] + centre
+        bounded = (diagram.ridge_points < count).any(axis=1) & (sides >= 0).all(axis=1)
+        return diagram.vertices[sides[bounded]] + centre
 
 
 def _mirror(points, half: float, band: float) -> np.ndarray:
@@ -292,17 +294,17 @@ def _centroids(diagram, count: int) -> np.ndarray:
     area, moment = np.zeros(count), np.zeros((count, 2))
     bounded = (sides >= 0).all(axis=1)
     ends = diagram.vertices[sides[bounded]]
-    for which in (0, 1):
-        owner = diagram.ridge_points[bounded, which]
-        inside = owner < count
-        own, a, b = owner[inside], ends[inside, 0], ends[inside, 1]
-        p = points[own]
+    for side in (0, 1):
+        owner = diagram.ridge_points[bounded, side]
+        mask = owner < count
+        index, a, b = owner[mask], ends[mask, 0], ends[mask, 1]
+        p = points[index]
         size = 0.5 * abs(
             (a[:, 0] - p[:, 0]) * (b[:, 1] - p[:, 1]) - (a[:, 1] - p[:, 1]) * (b[:, 0] - p[:, 0])
         )
-        area += np.bincount(own, size, count)
+        area += np.bincount(index, size, count)
         third = (a + b + p) / 3
-        moment += np.column_stack([np.bincount(own, size * xy, count) for xy in third.T])
+        moment += np.column_stack([np.bincount(index, size * xy, count) for xy in third.T])
     return np.where(area[:, None] > 0, moment / np.maximum(area, 1e-300)[:, None], points[:count])
 
 

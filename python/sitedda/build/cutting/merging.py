@@ -52,26 +52,26 @@ def merge_smallest(
     `merge` merges a face into a neighbour and returns this neighbour, or None.  It updates the
     cycles, which are empty for merged faces, and the areas.
     """
-    waiting = [(area, i) for i, area in enumerate(areas) if is_small(i)]
-    heapq.heapify(waiting)
-    merged = 0
-    while waiting:
-        area, i = heapq.heappop(waiting)
-        if not cycles[i] or area != areas[i] or (into := merge(i)) is None:
+    heap = [(area, i) for i, area in enumerate(areas) if is_small(i)]
+    heapq.heapify(heap)
+    count = 0
+    while heap:
+        area, i = heapq.heappop(heap)
+        if not cycles[i] or area != areas[i] or (target := merge(i)) is None:
             continue
-        merged += 1
-        if is_small(into):
-            heapq.heappush(waiting, (areas[into], into))
-    return merged
+        count += 1
+        if is_small(target):
+            heapq.heappush(heap, (areas[target], target))
+    return count
 
 
 def rest_of_cycle(cycle: list[int], common: list[bool]) -> list[int] | None:
     """Return a cycle without its edges that are `common`; None unless these form one chain."""
-    begins = [k for k in range(len(cycle)) if common[k - 1] and not common[k]]
-    if len(begins) != 1:
+    starts = [k for k in range(len(cycle)) if common[k - 1] and not common[k]]
+    if len(starts) != 1:
         return None
-    turned = cycle[begins[0] :] + cycle[: begins[0]]
-    return turned[: len(cycle) - sum(common)]
+    rotated = cycle[starts[0] :] + cycle[: starts[0]]
+    return rotated[: len(cycle) - sum(common)]
 
 
 class _Merging:
@@ -96,26 +96,26 @@ class _Merging:
         """Merge a face into a neighbour and return this neighbour; None if that is impossible."""
         common: dict[int, float] = {}
         for h in self.cycles[i]:
-            other = self.face[h ^ 1]
-            if other >= 0 and other != i and self.kinds[other] == self.kinds[i]:
-                common[other] = common.get(other, 0.0) + self.length[h >> 1]
-        for other in sorted(common, key=lambda face: (-common[face], face)):
-            cycle = self._cycle_around_both(i, other)
+            neighbour = self.face[h ^ 1]
+            if neighbour >= 0 and neighbour != i and self.kinds[neighbour] == self.kinds[i]:
+                common[neighbour] = common.get(neighbour, 0.0) + self.length[h >> 1]
+        for neighbour in sorted(common, key=lambda face: (-common[face], face)):
+            cycle = self._cycle_around_both(i, neighbour)
             if cycle is not None:
                 for h in cycle:
-                    self.face[h] = other
-                self.cycles[other], self.cycles[i] = cycle, []
-                self.areas[other] += self.areas[i]
-                return other
+                    self.face[h] = neighbour
+                self.cycles[neighbour], self.cycles[i] = cycle, []
+                self.areas[neighbour] += self.areas[i]
+                return neighbour
         return None
 
-    def _cycle_around_both(self, i: int, other: int) -> list[int] | None:
+    def _cycle_around_both(self, i: int, neighbour: int) -> list[int] | None:
         """Return the cycle around two faces; None if it is not one simple polygon."""
-        rest, more = (
+        first, second = (
             rest_of_cycle(self.cycles[a], [self.face[h ^ 1] == b for h in self.cycles[a]])
-            for a, b in ((i, other), (other, i))
+            for a, b in ((i, neighbour), (neighbour, i))
         )
-        if rest is None or more is None:
+        if first is None or second is None:
             return None
-        nodes = [self.start[h] for h in rest + more]
-        return rest + more if len(set(nodes)) == len(nodes) else None
+        nodes = [self.start[h] for h in first + second]
+        return first + second if len(set(nodes)) == len(nodes) else None

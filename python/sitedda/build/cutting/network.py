@@ -98,10 +98,10 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
     network = _merge_nodes(network, tolerance, rigid)
     for _ in range(_PASSES):
         events = _find_splits(network, tolerance, rigid)
-        before = len(network.nodes)
+        count = len(network.nodes)
         network = _split_edges(network, *events)
         network = _merge_nodes(network, tolerance, rigid)
-        if not len(events[0]) and len(network.nodes) == before:
+        if not len(events[0]) and len(network.nodes) == count:
             return network
     raise InputError(
         f"corners within {tolerance:g} m of each other cannot be merged, because other "
@@ -127,11 +127,9 @@ def _sort_segments(segments, labels, outline) -> Network:
 
     The result then does not depend on the order of the input.
     """
-    first, second = segments[:, 0], segments[:, 1]
-    turn = (first[:, 0] > second[:, 0]) | (
-        (first[:, 0] == second[:, 0]) & (first[:, 1] > second[:, 1])
-    )
-    segments = np.where(turn[:, None, None], segments[:, ::-1], segments)
+    start, end = segments[:, 0], segments[:, 1]
+    reverse = (start[:, 0] > end[:, 0]) | ((start[:, 0] == end[:, 0]) & (start[:, 1] > end[:, 1]))
+    segments = np.where(reverse[:, None, None], segments[:, ::-1], segments)
     flat = segments.reshape(-1, 4)
     order = np.lexsort((*flat.T[::-1], labels, ~outline))
     segments, labels, outline = segments[order], labels[order], outline[order]
@@ -147,11 +145,11 @@ def _overlapping_pairs(network: Network, tolerance: float):
     low, high = ends.min(axis=1) - tolerance, ends.max(axis=1) + tolerance
     boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     tree = shapely.STRtree(boxes)
-    at, portion, total = 0, 256, 0
-    while at < len(boxes):
-        one, other = tree.query(boxes[at : at + portion])
-        one = one + at
-        at += portion
+    start, portion, total = 0, 256, 0
+    while start < len(boxes):
+        one, other = tree.query(boxes[start : start + portion])
+        one = one + start
+        start += portion
         keep = one < other
         total += len(one)
         if total > MOST_CANDIDATES:
@@ -174,53 +172,53 @@ def _find_splits(network: Network, tolerance: float, rigid: bool):
 
     Returns
     -------
-    edge, share, node : ndarray
+    edge, fraction, node : ndarray
         Edge, fraction of its length, and node; indices above those of the network are new nodes.
-    places : ndarray, shape (new, 2)
+    positions : ndarray, shape (new, 2)
     kinds : ndarray, shape (new,)
-    moved, targets : ndarray
+    shifted, targets : ndarray
         Free ends that touch an edge, and their positions on it; ends on outlines come last.
     """
-    edge, share, node, places, kinds, moved, targets, on_outline = ([] for _ in range(8))
+    edge, fraction, node, positions, kinds, shifted, targets, on_outline = ([] for _ in range(8))
     fresh = len(network.nodes)
-    for one, other in _overlapping_pairs(network, tolerance):
-        touched = np.zeros(len(one), dtype=bool)
-        for this, that in ((one, other), (other, one)):
+    for first, second in _overlapping_pairs(network, tolerance):
+        touched = np.zeros(len(first), dtype=bool)
+        for edges_a, edges_b in ((first, second), (second, first)):
             for side in (0, 1):
-                ends = network.edges[that, side]
-                hit, along, where = _find_touching(network, this, ends, _BESIDE * tolerance)
+                ends = network.edges[edges_b, side]
+                hits, along, points = _find_touching(network, edges_a, ends, _BESIDE * tolerance)
                 if rigid:
-                    stiff = network.outline[this[hit]] & (network.kinds[ends[hit]] <= BOUNDARY)
-                    hit, along, where = hit[~stiff], along[~stiff], where[~stiff]
-                touched[hit] = True
-                edge.append(this[hit])
-                share.append(along)
-                end = ends[hit]
+                    stiff = network.outline[edges_a[hits]] & (network.kinds[ends[hits]] <= BOUNDARY)
+                    hits, along, points = hits[~stiff], along[~stiff], points[~stiff]
+                touched[hits] = True
+                edge.append(edges_a[hits])
+                fraction.append(along)
+                end = ends[hits]
                 node.append(end)
-                limit = np.where(network.outline[this[hit]], CROSSING, END)
-                free = network.kinds[end] >= limit
-                moved.append(end[free])
-                targets.append(where[free])
-                on_outline.append(network.outline[this[hit]][free])
-        hit, along, across, where = _find_crossings(network, one, other, ~touched)
-        new = fresh + np.arange(len(hit))
-        fresh += len(hit)
-        edge += [one[hit], other[hit]]
-        share += [along, across]
-        node += [new, new]
-        places.append(where)
-        outlines = network.outline[one[hit]].astype(int) + network.outline[other[hit]]
+                limit = np.where(network.outline[edges_a[hits]], CROSSING, END)
+                movable = network.kinds[end] >= limit
+                shifted.append(end[movable])
+                targets.append(points[movable])
+                on_outline.append(network.outline[edges_a[hits]][movable])
+        hits, along, fraction_b, points = _find_crossings(network, first, second, ~touched)
+        node_index = fresh + np.arange(len(hits))
+        fresh += len(hits)
+        edge += [first[hits], second[hits]]
+        fraction += [along, fraction_b]
+        node += [node_index, node_index]
+        positions.append(points)
+        outlines = network.outline[first[hits]].astype(int) + network.outline[second[hits]]
         kinds.append(CROSSING - outlines)
     join = np.concatenate
     if not edge:
         none = np.zeros(0, dtype=int)
         return none, np.zeros(0), none, np.zeros((0, 2)), none, none, np.zeros((0, 2))
-    last = np.argsort(join(on_outline), kind="stable")
-    moved, targets = join(moved)[last], join(targets)[last]
-    split = np.array([join(edge), join(node)]), join(share)
+    order = np.argsort(join(on_outline), kind="stable")
+    shifted, targets = join(shifted)[order], join(targets)[order]
+    split = np.array([join(edge), join(node)]), join(fraction)
     keep = _keep_last_outline(network, *split[0]) if rigid else slice(None)
-    (edge, node), share = split[0][:, keep], split[1][keep]
-    return edge, share, node, join(places), join(kinds), moved, targets
+    (edge, node), fraction = split[0][:, keep], split[1][keep]
+    return edge, fraction, node, join(positions), join(kinds), shifted, targets
 
 
 def _keep_last_outline(network: Network, edge, node) -> np.ndarray:
@@ -240,61 +238,61 @@ def _keep_last_outline(network: Network, edge, node) -> np.ndarray:
 def _find_touching(network, edge, node, tolerance):
     """Return which nodes touch an edge between its ends, at which fractions and positions."""
     a, b = network.nodes[network.edges[edge]].swapaxes(0, 1)
-    along, to = b - a, network.nodes[node] - a
+    along, offset = b - a, network.nodes[node] - a
     squared = (along**2).sum(axis=1)
-    share = (to * along).sum(axis=1) / squared
-    away = abs(_cross_product(along, to)) / np.sqrt(squared)
+    fraction = (offset * along).sum(axis=1) / squared
+    distance = abs(_cross_product(along, offset)) / np.sqrt(squared)
     foreign = (network.edges[edge] != node[:, None]).all(axis=1)
-    hit = np.flatnonzero(foreign & (share > 0) & (share < 1) & (away <= tolerance))
-    return hit, share[hit], a[hit] + share[hit, None] * along[hit]
+    hits = np.flatnonzero(foreign & (fraction > 0) & (fraction < 1) & (distance <= tolerance))
+    return hits, fraction[hits], a[hits] + fraction[hits, None] * along[hits]
 
 
-def _find_crossings(network, one, other, wanted):
+def _find_crossings(network, one, other, mask):
     """Return which pairs of edges cross between their ends, at which fractions and positions."""
     foreign = (network.edges[one][:, :, None] != network.edges[other][:, None, :]).all(axis=(1, 2))
-    pairs = np.flatnonzero(wanted & foreign)
+    pairs = np.flatnonzero(mask & foreign)
     a, b = network.nodes[network.edges[one[pairs]]].swapaxes(0, 1)
     c, d = network.nodes[network.edges[other[pairs]]].swapaxes(0, 1)
-    r, s, between = b - a, d - c, c - a
+    r, s, offset = b - a, d - c, c - a
     sine = _cross_product(r, s)
     parallel = sine == 0
     sine = np.where(parallel, 1.0, sine)
-    t, u = _cross_product(between, s) / sine, _cross_product(between, r) / sine
-    apart = ~(_is_collinear(r, c - a, network) & _is_collinear(r, d - a, network))
-    apart &= ~(_is_collinear(s, a - c, network) & _is_collinear(s, b - c, network))
-    hit = np.flatnonzero(~parallel & apart & (t > 0) & (t < 1) & (u > 0) & (u < 1))
-    return pairs[hit], t[hit], u[hit], a[hit] + t[hit, None] * r[hit]
+    t, u = _cross_product(offset, s) / sine, _cross_product(offset, r) / sine
+    crosses = ~(_is_collinear(r, c - a, network) & _is_collinear(r, d - a, network))
+    crosses &= ~(_is_collinear(s, a - c, network) & _is_collinear(s, b - c, network))
+    hits = np.flatnonzero(~parallel & crosses & (t > 0) & (t < 1) & (u > 0) & (u < 1))
+    return pairs[hits], t[hits], u[hits], a[hits] + t[hits, None] * r[hits]
 
 
-def _is_collinear(along, to, network) -> np.ndarray:
+def _is_collinear(along, arm, network) -> np.ndarray:
     """Return whether positions lie on the lines of edges within rounding errors.
 
     Edges on the same side of an outline are parallel only within rounding errors; the position of
     their crossing is therefore undefined.
     """
     rounding = _ROUNDING * abs(network.nodes).max()
-    return abs(_cross_product(along, to)) <= rounding * (np.hypot(*along.T) + np.hypot(*to.T))
+    return abs(_cross_product(along, arm)) <= rounding * (np.hypot(*along.T) + np.hypot(*arm.T))
 
 
-def _split_edges(network, edge, share, node, places, kinds, moved, targets) -> Network:
+def _split_edges(network, edge, fraction, node, positions, kinds, shifted, targets) -> Network:
     """Return a network with edges that are split at nodes, see `_find_splits`."""
-    nodes = np.concatenate([network.nodes, places])
+    nodes = np.concatenate([network.nodes, positions])
     kinds = np.concatenate([network.kinds, kinds]).astype(int)
     # If a free end touches an outline and a joint, it is moved onto the outline.
-    nodes[moved] = targets
+    nodes[shifted] = targets
     on_outline = np.zeros(len(kinds), dtype=bool)
     on_outline[node[network.outline[edge]]] = True
     kinds = np.where(on_outline, np.minimum(kinds, BOUNDARY), np.minimum(kinds, END))
     kinds[node] = np.minimum(kinds[node], CROSSING)
     count = np.arange(len(network.edges))
     edge = np.concatenate([count, edge, count])
-    share = np.concatenate([np.full(len(count), -1.0), share, np.full(len(count), 2.0)])
+    fraction = np.concatenate([np.full(len(count), -1.0), fraction, np.full(len(count), 2.0)])
     node = np.concatenate([network.edges[:, 0], node, network.edges[:, 1]])
-    order = np.lexsort((node, share, edge))
+    order = np.lexsort((node, fraction, edge))
     edge, node = edge[order], node[order]
-    inside = edge[1:] == edge[:-1]
-    edges = np.column_stack([node[:-1], node[1:]])[inside]
-    source = edge[:-1][inside]
+    same_edge = edge[1:] == edge[:-1]
+    edges = np.column_stack([node[:-1], node[1:]])[same_edge]
+    source = edge[:-1][same_edge]
     return Network(
         nodes, kinds, edges, network.labels[source], network.outline[source], network.moved
     )
@@ -309,26 +307,26 @@ def _merge_nodes(network: Network, tolerance: float, rigid: bool) -> Network:
     links = coo_array((np.ones(len(pairs)), pairs.T.reshape(2, -1)), shape=(count, count))
     groups, group = connected_components(links, directed=False)
     nodes, kinds = network.nodes, network.kinds
-    best = np.full(groups, END)
-    np.minimum.at(best, group, kinds)
-    leads = kinds == best[group]
+    lowest_kind = np.full(groups, END)
+    np.minimum.at(lowest_kind, group, kinds)
+    leads = kinds == lowest_kind[group]
     weight = np.bincount(group, leads, groups)
-    places = np.column_stack([np.bincount(group, leads * xy, groups) / weight for xy in nodes.T])
+    positions = np.column_stack([np.bincount(group, leads * xy, groups) / weight for xy in nodes.T])
     # The position of a node that is not merged does not change at all.
-    first = np.full(groups, count)
-    np.minimum.at(first, group, np.where(leads, np.arange(count), count))
-    alone = weight == 1
-    places[alone] = nodes[first[alone]]
+    leader = np.full(groups, count)
+    np.minimum.at(leader, group, np.where(leads, np.arange(count), count))
+    single = weight == 1
+    positions[single] = nodes[leader[single]]
     edges = np.sort(group[network.edges], axis=1)
     keep = edges[:, 0] != edges[:, 1]
-    key, where = np.unique(edges[keep] @ np.array([groups, 1]), return_inverse=True)
+    key, index = np.unique(edges[keep] @ np.array([groups, 1]), return_inverse=True)
     labels = np.full(len(key), np.iinfo(np.int64).max)
-    np.minimum.at(labels, where, network.labels[keep])
+    np.minimum.at(labels, index, network.labels[keep])
     outline = np.zeros(len(key), dtype=bool)
-    np.logical_or.at(outline, where, network.outline[keep])
+    np.logical_or.at(outline, index, network.outline[keep])
     edges = np.column_stack(np.divmod(key, groups))
-    moved = network.moved + int((nodes != places[group]).any(axis=1).sum())
-    return Network(places, best, edges, labels, outline, moved)
+    count_moved = network.moved + int((nodes != positions[group]).any(axis=1).sum())
+    return Network(positions, lowest_kind, edges, labels, outline, count_moved)
 
 
 def _mergeable_pairs(network: Network, pairs) -> np.ndarray:
@@ -341,20 +339,20 @@ def _mergeable_pairs(network: Network, pairs) -> np.ndarray:
     kinds = np.minimum(network.kinds, CROSSING)
     count = np.array([len(network.nodes), 1])
     sides = np.sort(network.edges[network.outline], axis=1) @ count
-    beside = np.isin(np.sort(pairs, axis=1) @ count, sides)
-    kept, taken = [], np.zeros(len(kinds), dtype=bool)
+    on_sides = np.isin(np.sort(pairs, axis=1) @ count, sides)
+    chosen, paired = [], np.zeros(len(kinds), dtype=bool)
     for kind in (BOUNDARY, CROSSING):
-        allowed = beside if kind == BOUNDARY else np.ones(len(pairs), dtype=bool)
-        down = allowed & (kinds[pairs].max(axis=1) == kind) & (kinds[pairs].min(axis=1) < kind)
-        upper = np.where(kinds[pairs[down, 0]] == kind, pairs[down, 0], pairs[down, 1])
-        away = np.linalg.norm(np.diff(network.nodes[pairs[down]], axis=1)[:, 0], axis=1)
-        order = np.lexsort((away, upper))
+        valid = on_sides if kind == BOUNDARY else np.ones(len(pairs), dtype=bool)
+        mixed = valid & (kinds[pairs].max(axis=1) == kind) & (kinds[pairs].min(axis=1) < kind)
+        upper = np.where(kinds[pairs[mixed, 0]] == kind, pairs[mixed, 0], pairs[mixed, 1])
+        distance = np.linalg.norm(np.diff(network.nodes[pairs[mixed]], axis=1)[:, 0], axis=1)
+        order = np.lexsort((distance, upper))
         partnered, nearest = np.unique(upper[order], return_index=True)
-        kept.append(pairs[down][order[nearest]])
-        taken[partnered] = True
-        same = allowed & (kinds[pairs] == kind).all(axis=1) & ~taken[pairs].any(axis=1)
-        kept.append(pairs[same])
-    return np.concatenate(kept)
+        chosen.append(pairs[mixed][order[nearest]])
+        paired[partnered] = True
+        equal = valid & (kinds[pairs] == kind).all(axis=1) & ~paired[pairs].any(axis=1)
+        chosen.append(pairs[equal])
+    return np.concatenate(chosen)
 
 
 def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]:
@@ -369,16 +367,16 @@ def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]
         A position (m) on each removed loop of joints; such a loop lies inside a block and touches
         the outline of the block at one point at most.
     """
-    rest = _remove_dangling_edges(network)
-    dead = len(network.edges) - len(rest.edges)
-    parts = _biconnected_parts(len(rest.nodes), rest.edges)
-    anchored = np.unique(parts[rest.outline])
+    pruned = _remove_dangling_edges(network)
+    dead = len(network.edges) - len(pruned.edges)
+    parts = _biconnected_parts(len(pruned.nodes), pruned.edges)
+    anchored = np.unique(parts[pruned.outline])
     keep = np.isin(parts, anchored)
     sizes = np.bincount(parts, minlength=parts.max(initial=0) + 1)
     loose = ~keep & (sizes[parts] > 1)
-    _, first = np.unique(parts[loose], return_index=True)
-    places = [rest.nodes[rest.edges[loose][i, 0]] for i in first]
-    return rest.subset(keep), dead + int((~keep & ~loose).sum()), places
+    _, first_edge = np.unique(parts[loose], return_index=True)
+    positions = [pruned.nodes[pruned.edges[loose][i, 0]] for i in first_edge]
+    return pruned.subset(keep), dead + int((~keep & ~loose).sum()), positions
 
 
 def _remove_dangling_edges(network: Network) -> Network:
@@ -395,26 +393,26 @@ def _biconnected_parts(nodes: int, edges) -> np.ndarray:
     """Return the biconnected component of each edge (Hopcroft & Tarjan 1973), shape (edges,)."""
     ends = edges.ravel()
     order = np.argsort(ends, kind="stable")
-    first = np.searchsorted(ends[order], np.arange(nodes + 1)).tolist()
+    begin = np.searchsorted(ends[order], np.arange(nodes + 1)).tolist()
     around = (order // 2).tolist()
-    there = edges[order // 2, 1 - order % 2].tolist()
+    neighbour = edges[order // 2, 1 - order % 2].tolist()
     part = [-1] * len(edges)
     depth, low = [0] * nodes, [0] * nodes
-    at = first[:-1]
+    cursor = begin[:-1]
     parts = clock = 0
     for root in np.unique(ends).tolist():
         if depth[root]:
             continue
         clock += 1
         depth[root] = low[root] = clock
-        path, pending, came = [root], [], [-1]
+        path, pending, entered = [root], [], [-1]
         while path:
             v = path[-1]
-            i = at[v]
-            if i < first[v + 1]:
-                at[v] = i + 1
-                e, w = around[i], there[i]
-                if e == came[-1] or depth[w] > depth[v]:
+            i = cursor[v]
+            if i < begin[v + 1]:
+                cursor[v] = i + 1
+                e, w = around[i], neighbour[i]
+                if e == entered[-1] or depth[w] > depth[v]:
                     continue
                 pending.append(e)
                 if depth[w]:
@@ -423,19 +421,19 @@ def _biconnected_parts(nodes: int, edges) -> np.ndarray:
                     clock += 1
                     depth[w] = low[w] = clock
                     path.append(w)
-                    came.append(e)
+                    entered.append(e)
                 continue
             path.pop()
-            e = came.pop()
+            e = entered.pop()
             if not path:
                 continue
             u = path[-1]
             low[u] = min(low[u], low[v])
             if low[v] >= depth[u]:
                 while True:
-                    last = pending.pop()
-                    part[last] = parts
-                    if last == e:
+                    edge = pending.pop()
+                    part[edge] = parts
+                    if edge == e:
                         break
                 parts += 1
     return np.array(part, dtype=int)
@@ -470,29 +468,29 @@ def trace_faces(network: Network) -> Faces:
     along = network.nodes[start[twin]] - network.nodes[start]
     angle = np.arctan2(along[:, 1], along[:, 0])
     order = np.lexsort((angle, start))
-    place = np.empty(count, dtype=int)
-    place[order] = np.arange(count)
-    first = np.searchsorted(start[order], start)
-    last = np.searchsorted(start[order], start, side="right") - 1
+    rank = np.empty(count, dtype=int)
+    rank[order] = np.arange(count)
+    begin = np.searchsorted(start[order], start)
+    end = np.searchsorted(start[order], start, side="right") - 1
     # After a half-edge, a face continues with the edge that is next to its twin, clockwise.
-    before = np.where(place == first, last, place - 1)
-    following = order[before][twin].tolist()
+    previous = np.where(rank == begin, end, rank - 1)
+    following = order[previous][twin].tolist()
     x, y = network.nodes[start].T.tolist()
-    seen, cycles, areas = [False] * count, [], []
+    visited, cycles, areas = [False] * count, [], []
     for h in range(count):
-        if seen[h]:
+        if visited[h]:
             continue
-        cycle, twice = [], 0.0
+        cycle, double_area = [], 0.0
         x0, y0 = x[h], y[h]
-        while not seen[h]:
-            seen[h] = True
+        while not visited[h]:
+            visited[h] = True
             cycle.append(h)
-            after = following[h]
-            twice += (x[h] - x0) * (y[after] - y0) - (y[h] - y0) * (x[after] - x0)
-            h = after
-        if twice > 0:
+            successor = following[h]
+            double_area += (x[h] - x0) * (y[successor] - y0) - (y[h] - y0) * (x[successor] - x0)
+            h = successor
+        if double_area > 0:
             cycles.append(cycle)
-            areas.append(0.5 * twice)
+            areas.append(0.5 * double_area)
     face = np.full(count, -1)
     lengths = [len(cycle) for cycle in cycles]
     if cycles:

@@ -49,9 +49,9 @@ class Rings:
 
     def _relative_corners(self):
         """Return corners relative to the first of their polygon, next corners, cross products."""
-        here = self.corners - self.corners[self.first[:-1]][self.owner]
-        after = here[self.after]
-        return here, after, here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]
+        corners = self.corners - self.corners[self.first[:-1]][self.owner]
+        following = corners[self.after]
+        return corners, following, corners[:, 0] * following[:, 1] - corners[:, 1] * following[:, 0]
 
     def areas(self) -> np.ndarray:
         """Return the area of each polygon, m²."""
@@ -59,9 +59,9 @@ class Rings:
 
     def centroids(self) -> np.ndarray:
         """Return the centroids, shape (polygons, 2), m."""
-        here, after, cross = self._relative_corners()
+        corners, following, cross = self._relative_corners()
         moments = np.column_stack(
-            [self._sum_per_polygon(cross * (here + after)[:, k]) for k in (0, 1)]
+            [self._sum_per_polygon(cross * (corners + following)[:, k]) for k in (0, 1)]
         )
         return self.corners[self.first[:-1]] + moments / (3 * self._sum_per_polygon(cross)[:, None])
 
@@ -75,18 +75,18 @@ class Rings:
 
     def sharpest_corners(self) -> np.ndarray:
         """Return the angle of the sharpest corner of each polygon, degrees."""
-        after = self.corners[self.after] - self.corners
-        before = after[self._before]
-        sine = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-        inner = np.pi - np.arctan2(sine, (before * after).sum(axis=1))
+        leaving = self.corners[self.after] - self.corners
+        arriving = leaving[self._before]
+        sine = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+        inner = np.pi - np.arctan2(sine, (arriving * leaving).sum(axis=1))
         return np.degrees(np.minimum.reduceat(inner, self.first[:-1]))
 
-    def straight(self, near: float) -> np.ndarray:
+    def straight(self, distance: float) -> np.ndarray:
         """Return which corners lie within a distance (m) of the line between their neighbours."""
         chord = self.corners[self.after] - self.corners[self._before]
         arm = self.corners - self.corners[self._before]
-        away = abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
-        return away <= near * np.hypot(*chord.T)
+        offset = abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
+        return offset <= distance * np.hypot(*chord.T)
 
     def in_order(self, labels, size: float, rounding: float):
         """Return polygons in an order that does not depend on the order of the input.
@@ -96,19 +96,19 @@ class Rings:
         """
         keep = ~self.straight(max(_STRAIGHT * size, rounding)) | (labels != labels[self._before])
         rings = Rings(self.corners[keep], np.add.reduceat(keep, self.first[:-1], dtype=int))
-        turned = rings.from_lowest(max(_LEVEL * size, rounding))
+        order_of_corners = rings.from_lowest(max(_LEVEL * size, rounding))
         order = np.lexsort(np.round(rings.centroids() / (_ORDER * size)).T)
-        return rings, turned, labels[keep][turned], order
+        return rings, order_of_corners, labels[keep][order_of_corners], order
 
-    def from_lowest(self, near: float) -> np.ndarray:
+    def from_lowest(self, distance: float) -> np.ndarray:
         """Return an order of corners in which each polygon begins with its lowest, leftmost corner.
 
-        Corners whose heights differ by less than about `near` (m) are equally low.
+        Corners whose heights differ by less than about `distance` (m) are equally low.
         """
         owner = self.owner
-        x, y = np.round(self.corners / near).T
+        x, y = np.round(self.corners / distance).T
         lowest = np.lexsort((x, y, owner))[self.first[:-1]]
         length = np.diff(self.first)[owner]
         shift = (lowest - self.first[:-1])[owner]
-        place = np.arange(len(owner)) - self.first[:-1][owner]
-        return self.first[:-1][owner] + (place + shift) % length
+        rank = np.arange(len(owner)) - self.first[:-1][owner]
+        return self.first[:-1][owner] + (rank + shift) % length

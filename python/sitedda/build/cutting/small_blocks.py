@@ -41,13 +41,13 @@ class Sliver:
         return f"{name} at ({self.place[0]:.6g}, {self.place[1]:.6g}): {self.reason}"
 
 
-def in_words(found: Sequence) -> str:
+def in_words(slivers: Sequence) -> str:
     """Return the number of slivers and the descriptions of the first; blank if there are none."""
-    if not found:
+    if not slivers:
         return ""
-    more = " …" if len(found) > _NAMED else ""
-    head = counted(len(found), "block is a sliver", "blocks are slivers")
-    return f"{head}: {'; '.join(map(str, found[:_NAMED]))}{more}"
+    dots = " …" if len(slivers) > _NAMED else ""
+    head = counted(len(slivers), "block is a sliver", "blocks are slivers")
+    return f"{head}: {'; '.join(map(str, slivers[:_NAMED]))}{dots}"
 
 
 def slivers(
@@ -79,15 +79,15 @@ def slivers(
     usual = float(np.median(area))
     least_area = _AREA * usual if least_area is None else least_area
     least_edge = _EDGE * np.sqrt(usual) if least_edge is None else least_edge
-    found = []
+    result = []
     for i in np.flatnonzero((area < least_area) | (edge < least_edge) | (angle < least_angle)):
-        words = []
+        reasons = []
         if area[i] < least_area:
-            words.append(f"area {area[i]:.3g} m² is below {least_area:.3g} m²")
+            reasons.append(f"area {area[i]:.3g} m² is below {least_area:.3g} m²")
         if edge[i] < least_edge:
-            words.append(f"an edge of {edge[i]:.3g} m is below {least_edge:.3g} m")
+            reasons.append(f"an edge of {edge[i]:.3g} m is below {least_edge:.3g} m")
         if angle[i] < least_angle:
-            words.append(f"a corner of {angle[i]:.3g}° is below {least_angle:.3g}°")
-        place = tuple(np.mean(polygons[i], axis=0).tolist())
-        found.append(Sliver(int(i), names[i] if names else "", place, ", ".join(words)))
-    return found
+            reasons.append(f"a corner of {angle[i]:.3g}° is below {least_angle:.3g}°")
+        centre = tuple(np.mean(polygons[i], axis=0).tolist())
+        result.append(Sliver(int(i), names[i] if names else "", centre, ", ".join(reasons)))
+    return result

@@ -136,9 +136,9 @@ class _Body:
         shapely.prepare(self.shapes)
         self.domain = shapely.union_all(shapely.buffer(self.shapes, self.tolerance))
         shapely.prepare(self.domain)
-        near = shapely.transform(list(fine), lambda xy: xy - self.centre)
+        shapes = shapely.transform(list(fine), lambda xy: xy - self.centre)
         self.fine = bool(fine)
-        sizes = Sizes(self.shapes, [part.size for part in parts], list(near), fine_size)
+        sizes = Sizes(self.shapes, [part.size for part in parts], list(shapes), fine_size)
         for ring in (ring - self.centre for part in parts for ring, _ in part.holes):
             sizes.bound(shapely.Polygon(ring), _HOLE * float(np.ptp(ring, axis=0).min()))
         self.sizes = sizes
@@ -152,8 +152,8 @@ class _Body:
         kinds = self._find_parts(network, cycles)
         ends = network.edges[network.outline].tolist()
         labels = dict(zip(map(tuple, ends), network.labels[network.outline].tolist(), strict=True))
-        inside = [i for i, kind in enumerate(kinds) if kind >= 0]
-        cells = Cells(network.nodes, [cycles[i] for i in inside], kinds[inside].tolist(), labels)
+        indices = [i for i, kind in enumerate(kinds) if kind >= 0]
+        cells = Cells(network.nodes, [cycles[i] for i in indices], kinds[indices].tolist(), labels)
         cells.make_convex(self.sizes.at)
         cells.merge_small(self.sizes.at)
         self._check_area(cells)
@@ -193,9 +193,9 @@ class _Body:
         nodes, edges, labels, outline, kinds, count = [], [], [], [], [], 0
         joints = [names for part in self.parts for _, names in part.rings]
         for ring, names in zip(self.rings, joints, strict=True):
-            at = count + np.arange(len(ring))
+            nodes_of_ring = count + np.arange(len(ring))
             nodes.append(ring)
-            edges.append(np.column_stack([at, np.roll(at, -1)]))
+            edges.append(np.column_stack([nodes_of_ring, np.roll(nodes_of_ring, -1)]))
             labels.append([number[name] for name in names])
             outline.append(np.full(len(ring), True))
             kinds.append(np.full(len(ring), CORNER))
@@ -210,8 +210,8 @@ class _Body:
             outline.append(np.full(len(inner.edges), False))
             kinds.append(np.full(len(inner.nodes), CROSSING))
             count += len(inner.nodes)
-        joined = map(np.concatenate, (nodes, kinds, edges, labels, outline))
-        network = split_network(_drop_unused_nodes(Network(*joined)), self.tolerance)
+        arrays = map(np.concatenate, (nodes, kinds, edges, labels, outline))
+        network = split_network(_drop_unused_nodes(Network(*arrays)), self.tolerance)
         network, _, _ = without_dead_ends(self._clipped_network(network))
         network, _ = merge_close_nodes(network, _CLOSE * self.sizes.smallest)
         return without_dead_ends(self._clipped_network(network))[0]
@@ -219,84 +219,84 @@ class _Body:
     def _clipped_network(self, network: Network) -> Network:
         """Return a network without the edges outside the body."""
         ends = network.nodes[network.edges]
-        inside = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
-        return network.subset(inside | network.outline)
+        mask = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
+        return network.subset(mask | network.outline)
 
     def _find_parts(self, network: Network, cycles) -> np.ndarray:
         """Return the index of the part that contains each face; −1: none."""
         owner = np.repeat(np.arange(len(cycles)), list(map(len, cycles)))
         corners = network.nodes[np.concatenate(cycles)]
         faces = shapely.polygons(shapely.linearrings(corners, indices=owner))
-        places = shapely.point_on_surface(faces)
+        points = shapely.point_on_surface(faces)
         kinds = np.full(len(cycles), -1)
         for i, shape in enumerate(self.shapes):
-            kinds[shapely.contains(shape, places)] = i
+            kinds[shapely.contains(shape, points)] = i
         return kinds
 
     # --- Cells -----------------------------------------------------------------------------------
 
     def _check_area(self, cells: Cells) -> None:
         """Raise InputError if the cells do not fill the body."""
-        found = sum(cells.area(cycle) for cycle in cells.cycles if cycle)
-        wanted = float(shapely.area(self.shapes).sum())
-        if abs(found - wanted) > 1e-9 * wanted:
+        area = sum(cells.area(cycle) for cycle in cells.cycles if cycle)
+        body_area = float(shapely.area(self.shapes).sum())
+        if abs(area - body_area) > 1e-9 * body_area:
             raise InputError(
-                f"the area of the cells exceeds the area of the body, {wanted:g} m², by "
-                f"{found - wanted:g} m²: sides of the outline are closer to each other than the "
+                f"the area of the cells exceeds the area of the body, {body_area:g} m², by "
+                f"{area - body_area:g} m²: sides of the outline are closer to each other than the "
                 "size of a cell; choose smaller cells"
             )
 
     def _ordered_cells(self, cells: Cells) -> Cut:
         """Return the cells with corners, edge joints and parts, in a canonical order."""
-        kept = [i for i, cycle in enumerate(cells.cycles) if cycle]
-        cycles = [cells.cycles[i] for i in kept]
-        self._check_connected(cells, kept)
+        indices = [i for i, cycle in enumerate(cells.cycles) if cycle]
+        cycles = [cells.cycles[i] for i in indices]
+        self._check_connected(cells, indices)
         nodes = np.concatenate(cycles)
-        after = np.concatenate([cycle[1:] + cycle[:1] for cycle in cycles])
+        following = np.concatenate([cycle[1:] + cycle[:1] for cycle in cycles])
         inner = len(self.names)
         labels = np.array(
             [
                 inner if (label := cells.label(a, b)) is None else label
-                for a, b in zip(nodes.tolist(), after.tolist(), strict=True)
+                for a, b in zip(nodes.tolist(), following.tolist(), strict=True)
             ]
         )
         rings = Rings(np.array(cells.nodes)[nodes], list(map(len, cycles)))
-        rings, turned, labels, order = rings.in_order(labels, self.size, self.rounding)
+        rings, corners, labels, order = rings.in_order(labels, self.size, self.rounding)
         short, long = self._unusual_faces(rings)
-        polygons = parts_of(self._original_positions(rings.corners[turned]), rings.first)
+        polygons = parts_of(self._original_positions(rings.corners[corners]), rings.first)
         joints = np.array([*self.names, ""], dtype=object)[labels].tolist()
         return Cut(
             [polygons[i] for i in order],
             [joints[rings.first[i] : rings.first[i + 1]] for i in order],
-            np.array([cells.kinds[kept[i]] for i in order]),
+            np.array([cells.kinds[indices[i]] for i in order]),
             short,
             long,
         )
 
-    def _original_positions(self, places) -> np.ndarray:
+    def _original_positions(self, positions) -> np.ndarray:
         """Return positions relative to (0, 0); corners of outlines are exactly as in the input."""
-        given = np.concatenate([ring for part in self.parts for ring, _ in part.rings])
-        away, which = cKDTree(given - self.centre).query(places)
-        found = places + self.centre
-        same = away <= self.tolerance
-        found[same] = given[which[same]]
-        return found
+        corners = np.concatenate([ring for part in self.parts for ring, _ in part.rings])
+        distance, nearest = cKDTree(corners - self.centre).query(positions)
+        result = positions + self.centre
+        mask = distance <= self.tolerance
+        result[mask] = corners[nearest[mask]]
+        return result
 
-    def _check_connected(self, cells: Cells, kept) -> None:
+    def _check_connected(self, cells: Cells, indices) -> None:
         """Raise InputError if a body consists of unconnected pieces."""
-        place = {i: k for k, i in enumerate(kept)}
+        rank = {i: k for k, i in enumerate(indices)}
         links = np.array(
             [
-                (place[i], place[cells.owner[b, a]])
+                (rank[i], rank[cells.owner[b, a]])
                 for (a, b), i in cells.owner.items()
                 if (b, a) in cells.owner
             ]
         ).reshape(-1, 2)
-        graph = coo_array((np.ones(len(links)), links.T), shape=(len(kept),) * 2)
-        pieces, _ = connected_components(graph, directed=False)
-        if pieces > 1:
+        graph = coo_array((np.ones(len(links)), links.T), shape=(len(indices),) * 2)
+        count, _ = connected_components(graph, directed=False)
+        if count > 1:
             raise InputError(
-                f"the body has {pieces} parts without a common edge; give each part its own name"
+                f"the body has {count} parts without a common edge; give each part its own name"
             )
 
     def _unusual_faces(self, rings: Rings) -> tuple[np.ndarray, np.ndarray]:
@@ -304,8 +304,8 @@ class _Body:
         length = rings.edge_lengths()
         middle = 0.5 * (rings.corners + rings.corners[rings.after])
         local = self.sizes.at(middle)
-        places = middle + self.centre
-        return places[length < _SHORTEST * local], places[length > _LONGEST * local]
+        positions = middle + self.centre
+        return positions[length < _SHORTEST * local], positions[length > _LONGEST * local]
 
 
 def _normalised_part(part: Part) -> Part:
@@ -315,27 +315,27 @@ def _normalised_part(part: Part) -> Part:
         ring, joints = np.asarray(ring, dtype=float), list(joints)
         if shapely.is_ccw(shapely.linearrings(ring)) != (k == 0):
             ring, joints = ring[::-1], joints[-2::-1] + joints[-1:]
-        first = int(np.lexsort(ring.T)[0])
-        rings.append((np.roll(ring, -first, axis=0), joints[first:] + joints[:first]))
-    return Part(*rings[0], part.size, sorted(rings[1:], key=lambda one: tuple(one[0][0])))
+        lowest = int(np.lexsort(ring.T)[0])
+        rings.append((np.roll(ring, -lowest, axis=0), joints[lowest:] + joints[:lowest]))
+    return Part(*rings[0], part.size, sorted(rings[1:], key=lambda item: tuple(item[0][0])))
 
 
 def _clip_graph(graph: Graph, shape) -> Graph:
     """Return a graph whose edges are clipped to a shape."""
     lines = shapely.linestrings(graph.nodes[graph.edges])
-    whole = shapely.contains_properly(shape, lines)
-    cut = shapely.intersection(lines[~whole], shape)
+    interior = shapely.contains_properly(shape, lines)
+    cut = shapely.intersection(lines[~interior], shape)
     cut = shapely.get_parts(shapely.get_parts(cut))
     cut = cut[(shapely.get_type_id(cut) == 1) & (shapely.length(cut) > 0)]
     ends, owner = shapely.get_coordinates(cut, return_index=True)
-    first = np.flatnonzero(owner[1:] == owner[:-1])
-    edges = np.column_stack([first, first + 1]) + len(graph.nodes)
+    starts = np.flatnonzero(owner[1:] == owner[:-1])
+    edges = np.column_stack([starts, starts + 1]) + len(graph.nodes)
     nodes = np.concatenate([graph.nodes, ends])
-    return Graph(nodes, np.concatenate([graph.edges[whole], edges]), graph.local)
+    return Graph(nodes, np.concatenate([graph.edges[interior], edges]), graph.local)
 
 
 def _drop_unused_nodes(network: Network) -> Network:
     """Return a network without the nodes that have no edge."""
-    used, where = np.unique(network.edges, return_inverse=True)
-    edges = np.sort(where.reshape(-1, 2), axis=1)
-    return Network(network.nodes[used], network.kinds[used], edges, network.labels, network.outline)
+    ids, index = np.unique(network.edges, return_inverse=True)
+    edges = np.sort(index.reshape(-1, 2), axis=1)
+    return Network(network.nodes[ids], network.kinds[ids], edges, network.labels, network.outline)

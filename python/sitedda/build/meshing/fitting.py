@@ -27,35 +27,35 @@ def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph
     nodes = graph.nodes.copy()
     corners = np.concatenate(rings)
     sharp = np.concatenate([_turning_angles(ring) for ring in rings]) > _SHARP
-    away, node = cKDTree(nodes).query(corners)
+    distance, node = cKDTree(nodes).query(corners)
     reach = np.where(sharp, corner_share, line_share) * graph.local[node]
-    level = np.round(away / (_LEVEL * graph.local[node]))
+    level = np.round(distance / (_LEVEL * graph.local[node]))
     order = np.lexsort((level, ~sharp, node))
-    order = order[(away <= reach)[order]]
-    _, first = np.unique(node[order], return_index=True)
-    taken = order[first]
-    nodes[node[taken]] = corners[taken]
-    free = np.ones(len(nodes), dtype=bool)
-    free[node[taken]] = False
+    order = order[(distance <= reach)[order]]
+    _, firsts = np.unique(node[order], return_index=True)
+    nearest = order[firsts]
+    nodes[node[nearest]] = corners[nearest]
+    is_free = np.ones(len(nodes), dtype=bool)
+    is_free[node[nearest]] = False
     sides = shapely.linestrings(
         np.concatenate([np.stack([ring, np.roll(ring, -1, axis=0)], axis=1) for ring in rings])
     )
-    rest = np.flatnonzero(free)
-    points = shapely.points(nodes[rest])
+    loose = np.flatnonzero(is_free)
+    points = shapely.points(nodes[loose])
     tree = shapely.STRtree(sides)
-    near, side = tree.query(points, predicate="dwithin", distance=line_share * graph.local[rest])
-    gap = shapely.distance(points[near], sides[side])
-    order = np.lexsort((side, np.round(gap / (_LEVEL * graph.local[rest[near]])), near))
-    _, first = np.unique(near[order], return_index=True)
-    near, side = near[order][first], side[order][first]
-    along = shapely.line_locate_point(sides[side], points[near])
+    hits, side = tree.query(points, predicate="dwithin", distance=line_share * graph.local[loose])
+    gap = shapely.distance(points[hits], sides[side])
+    order = np.lexsort((side, np.round(gap / (_LEVEL * graph.local[loose[hits]])), hits))
+    _, firsts = np.unique(hits[order], return_index=True)
+    hits, side = hits[order][firsts], side[order][firsts]
+    along = shapely.line_locate_point(sides[side], points[hits])
     foot = shapely.line_interpolate_point(sides[side], along)
-    nodes[rest[near]] = shapely.get_coordinates(foot)
+    nodes[loose[hits]] = shapely.get_coordinates(foot)
     return Graph(nodes, graph.edges, graph.local)
 
 
 def _turning_angles(ring) -> np.ndarray:
     """Return the turning angle of an outline at each corner, rad, shape (corners,)."""
-    after, before = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
-    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    return abs(np.arctan2(cross, (before * after).sum(axis=1)))
+    leaving, arriving = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
+    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    return abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))

@@ -53,7 +53,7 @@ def counted(lengths: np.ndarray, size: float) -> np.ndarray:
     return counts.astype(int)
 
 
-def _quadtree_squares(low, high, sizes: Sizes, turn, shape):
+def _quadtree_squares(low, high, sizes: Sizes, rotation, shape):
     """Return the squares of a quadtree over a box, and the unit of their corners and sides (m).
 
     A square is divided by four until it has the target size at its middle.  Sizes grow so slowly
@@ -68,50 +68,50 @@ def _quadtree_squares(low, high, sizes: Sizes, turn, shape):
     depth = max(0, int(np.ceil(np.log2(sizes.largest / sizes.smallest)))) + 1
     unit = (high - low) / count / 2**depth
     corner = np.stack(np.meshgrid(*map(np.arange, count), indexing="ij"), -1).reshape(-1, 2)
-    corner, side, found = corner * 2**depth, 2**depth, []
+    corner, side, leaves = corner * 2**depth, 2**depth, []
     while len(corner):
-        middle = (low + (corner + side / 2) * unit) @ turn
+        middle = (low + (corner + side / 2) * unit) @ rotation
         boxes = shapely.points(middle)
-        near = shapely.dwithin(boxes, shape, side * np.hypot(*unit))
-        corner, middle = corner[near], middle[near]
+        mask = shapely.dwithin(boxes, shape, side * np.hypot(*unit))
+        corner, middle = corner[mask], middle[mask]
         split = (side * unit.max() > _SPLIT * sizes.at(middle)) & (side > 1)
-        found.append(np.column_stack([corner[~split], np.full((~split).sum(), side)]))
+        leaves.append(np.column_stack([corner[~split], np.full((~split).sum(), side)]))
         side //= 2
         steps = side * np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
         corner = (corner[split][:, None] + steps).reshape(-1, 2)
         if 4 * len(corner) > MOST_CELLS:
             raise InputError(f"there would be more than {MOST_CELLS} cells; choose larger cells")
-    return np.concatenate(found), unit
+    return np.concatenate(leaves), unit
 
 
 def squares(shape, sizes: Sizes, angle: float) -> Graph:
     """Return a graph of squares over a shape, with sides at an angle (rad) to the axes."""
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    own = shapely.get_coordinates(shape) @ turn.T
-    low, high = own.min(axis=0), own.max(axis=0)
-    leaves, unit = _quadtree_squares(low, high, sizes, turn, shape)
+    rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    rotated = shapely.get_coordinates(shape) @ rotation.T
+    low, high = rotated.min(axis=0), rotated.max(axis=0)
+    leaves, unit = _quadtree_squares(low, high, sizes, rotation, shape)
     around = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
     corners = leaves[:, None, :2] + leaves[:, None, 2:] * around
     keys = corners @ np.array([2**32, 1])
-    nodes, where = np.unique(keys, return_inverse=True)
-    where = where.reshape(keys.shape)
+    nodes, index = np.unique(keys, return_inverse=True)
+    index = index.reshape(keys.shape)
     local = np.full(len(nodes), np.inf)
-    np.minimum.at(local, where, (leaves[:, 2:] * unit.max()) + np.zeros((1, 4)))
+    np.minimum.at(local, index, (leaves[:, 2:] * unit.max()) + np.zeros((1, 4)))
     # A side next to smaller squares becomes two edges.
-    after = np.roll(where, -1, axis=1)
+    following = np.roll(index, -1, axis=1)
     middle = ((corners + np.roll(corners, -1, axis=1)) // 2) @ np.array([2**32, 1])
-    at = np.minimum(np.searchsorted(nodes, middle), len(nodes) - 1)
-    halved = (nodes[at] == middle) & (leaves[:, 2:] > 1)
+    position = np.minimum(np.searchsorted(nodes, middle), len(nodes) - 1)
+    halved = (nodes[position] == middle) & (leaves[:, 2:] > 1)
     edges = np.concatenate(
         [
-            np.column_stack([where[~halved], after[~halved]]),
-            np.column_stack([where[halved], at[halved]]),
-            np.column_stack([at[halved], after[halved]]),
+            np.column_stack([index[~halved], following[~halved]]),
+            np.column_stack([index[halved], position[halved]]),
+            np.column_stack([position[halved], following[halved]]),
         ]
     )
-    places = np.column_stack(np.divmod(nodes, 2**32))
+    grid = np.column_stack(np.divmod(nodes, 2**32))
     edges = np.unique(np.sort(edges, axis=1), axis=0)
-    return Graph((low + places * unit) @ turn, edges, local)
+    return Graph((low + grid * unit) @ rotation, edges, local)
 
 
 # --- Polygons ------------------------------------------------------------------------------------
@@ -121,10 +121,10 @@ def polygons(shape, sizes: Sizes, seed: int) -> Graph:
     """Return a graph of polygons over a shape: a Voronoi diagram with relaxed seeds."""
     low, high = np.reshape(shape.bounds, (2, 2))
     leaves, unit = _quadtree_squares(low, high, sizes, np.eye(2), shape)
-    share = uniform(seed, (11,), 2 * len(leaves)).reshape(-1, 2) - 0.5
-    seeds = low + (leaves[:, :2] + leaves[:, 2:] * (0.5 + 2 * _JITTER * share)) * unit
-    inside = shapely.contains_xy(shape, *seeds.T)
-    seeds = seeds[inside] if inside.any() else shape.representative_point().coords[:]
+    jitter = uniform(seed, (11,), 2 * len(leaves)).reshape(-1, 2) - 0.5
+    seeds = low + (leaves[:, :2] + leaves[:, 2:] * (0.5 + 2 * _JITTER * jitter)) * unit
+    mask = shapely.contains_xy(shape, *seeds.T)
+    seeds = seeds[mask] if mask.any() else shape.representative_point().coords[:]
     shapely.prepare(shape)
     seeds = np.array(seeds, dtype=float)
     for _ in range(_RELAXATIONS if len(seeds) > 1 else 0):
@@ -138,8 +138,8 @@ def polygons(shape, sizes: Sizes, seed: int) -> Graph:
 def _voronoi_diagram(seeds, shape) -> Voronoi:
     """Return the Voronoi diagram of seeds and of four distant seeds, which bound it."""
     x, y = np.reshape(shape.bounds, (2, 2)).mean(axis=0)
-    far = 20 * shapely.length(shapely.envelope(shape))
-    frame = [[x - far, y], [x + far, y], [x, y - far], [x, y + far]]
+    distance = 20 * shapely.length(shapely.envelope(shape))
+    frame = [[x - distance, y], [x + distance, y], [x, y - distance], [x, y + distance]]
     return Voronoi(np.concatenate([seeds, frame]))
 
 
@@ -152,36 +152,36 @@ def _relax_seeds(seeds, shape, sizes: Sizes) -> np.ndarray:
     cells = shapely.convex_hull(shapely.multipoints(corners, indices=owner))
     crossing = ~shapely.contains_properly(shape, cells)
     cells[crossing] = shapely.intersection(cells[crossing], shape)
-    moved = shapely.get_coordinates(shapely.centroid(cells))
+    centres = shapely.get_coordinates(shapely.centroid(cells))
     # A clipped cell may have two parts and its centroid outside both; its seed is not moved.
-    whole = (shapely.get_type_id(cells) == 3) & shapely.contains_xy(shape, *moved.T)
-    moved[~whole] = seeds[~whole]
+    valid = (shapely.get_type_id(cells) == 3) & shapely.contains_xy(shape, *centres.T)
+    centres[~valid] = seeds[~valid]
     if sizes.smallest < sizes.largest:  # move seeds towards smaller cells
-        middle = sizes.at(moved)
+        middle = sizes.at(centres)
         step = 0.1 * middle
         slope = np.column_stack(
             [
-                sizes.at(moved + step[:, None] * axis) - sizes.at(moved - step[:, None] * axis)
+                sizes.at(centres + step[:, None] * axis) - sizes.at(centres - step[:, None] * axis)
                 for axis in np.eye(2)
             ]
         ) / (2 * step[:, None])
-        pulled = moved - slope * middle[:, None] / 6
-        inside = shapely.contains_xy(shape, *pulled.T)
-        moved[inside] = pulled[inside]
-    return moved
+        shifted = centres - slope * middle[:, None] / 6
+        mask = shapely.contains_xy(shape, *shifted.T)
+        centres[mask] = shifted[mask]
+    return centres
 
 
 def _without_short_sides(vertices, sides, sizes: Sizes) -> Graph:
     """Return a graph in which the ends of short sides are merged."""
-    used, where = np.unique(sides, return_inverse=True)
-    nodes, sides = vertices[used], where.reshape(-1, 2)
+    nodes_used, index = np.unique(sides, return_inverse=True)
+    nodes, sides = vertices[nodes_used], index.reshape(-1, 2)
     local = sizes.at(nodes)
     length = np.hypot(*(nodes[sides[:, 1]] - nodes[sides[:, 0]]).T)
     short = sides[length < _SHORT * local[sides].min(axis=1)]
     links = coo_array((np.ones(len(short)), short.T), shape=(len(nodes),) * 2)
     groups, group = connected_components(links, directed=False)
     weight = np.bincount(group, minlength=groups)
-    places = np.column_stack([np.bincount(group, xy, groups) / weight for xy in nodes.T])
+    positions = np.column_stack([np.bincount(group, xy, groups) / weight for xy in nodes.T])
     edges = np.sort(group[sides], axis=1)
     edges = np.unique(edges[edges[:, 0] != edges[:, 1]], axis=0)
-    return Graph(places, edges, sizes.at(places))
+    return Graph(positions, edges, sizes.at(positions))

@@ -67,33 +67,33 @@ def mesh_blocks(
     -------
     blocks : list of dict
         Variables of the &block groups of the cells.
-    taken : list of int
+    sources : list of int
         Indices of the pieces that have been meshed.
     messages : list of str
     """
-    blocks, taken, messages = [], {}, []
+    blocks, sources, messages = [], {}, []
     _check_estimate(pieces, meshes, materials, placed)
     bodies: dict[str, str] = {}
-    for mesh, place in meshes:
-        with placed(place):
+    for mesh, source in meshes:
+        with placed(source):
             for body, members in _bodies_of_mesh(mesh, pieces):
-                again = [pieces[i].name for i in members if i in taken]
-                if again or body in bodies:
-                    where = taken[members[0]] if again else bodies[body]
-                    raise InputError(f"{(again or [body])[0]!r} is already meshed by {where}")
-                bodies[body] = place
-                taken |= dict.fromkeys(members, place)
+                repeated = [pieces[i].name for i in members if i in sources]
+                if repeated or body in bodies:
+                    earlier = sources[members[0]] if repeated else bodies[body]
+                    raise InputError(f"{(repeated or [body])[0]!r} is already meshed by {earlier}")
+                bodies[body] = source
+                sources |= dict.fromkeys(members, source)
                 cut = _cut_body(mesh, [pieces[i] for i in members], materials)
                 blocks += _cell_values(body, cut, [pieces[i].values for i in members])
                 messages += _unusual_notes(body, cut)
-    return blocks, sorted(taken), messages
+    return blocks, sorted(sources), messages
 
 
 def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
     """Raise InputError for outlines without area and for too many cells, from an estimate."""
     expected = 0.0
-    for mesh, place in meshes:
-        with placed(place):
+    for mesh, source in meshes:
+        with placed(source):
             for _, members in _bodies_of_mesh(mesh, pieces):
                 for i in members:
                     values = pieces[i].values
@@ -103,19 +103,19 @@ def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
             if expected > MOST_CELLS:
                 raise _too_many_error(size, expected)
     if expected > _MANY:
-        words = f"about {expected:.2g} cells take minutes to generate; choose a larger cell size"
-        warnings.warn(words, CostWarning, stacklevel=2)
+        text = f"about {expected:.2g} cells take minutes to generate; choose a larger cell size"
+        warnings.warn(text, CostWarning, stacklevel=2)
 
 
 def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> None:
     """Raise InputError for far too many cells before regions are cut, when holes are unknown."""
-    for mesh, place in meshes:
+    for mesh, source in meshes:
         if not mesh.regions:
             continue
-        with placed(place):
+        with placed(source):
             sizes = (mesh.size_of(name, values) for name, values in materials.items())
             size = max(sizes, default=np.inf)
-            meshed = (one.outline for one in regions if is_listed(one.name, mesh.regions))
+            meshed = (region.outline for region in regions if is_listed(region.name, mesh.regions))
             cells = sum(shapely.Polygon(outline).area for outline in meshed) / size / size
             if cells > _FAR * MOST_CELLS:
                 raise _too_many_error(size, cells)
@@ -142,30 +142,30 @@ def _outline_area(values: dict) -> float:
 
 def _bodies_of_mesh(mesh: Mesh, pieces: Sequence[Piece]) -> Iterator[tuple[str, list[int]]]:
     """Yield the name of each body of a mesh and the indices of its pieces."""
-    what = "regions" if mesh.regions else "blocks"
+    kind = "regions" if mesh.regions else "blocks"
     patterns = mesh.regions or mesh.blocks
-    for one in filter(None, map(str.strip, patterns.split(","))):
-        if not any(is_listed(_mesh_key(piece, what), one) for piece in pieces):
-            known = sorted({_mesh_key(piece, what) for piece in pieces} - {""})
+    for pattern in filter(None, map(str.strip, patterns.split(","))):
+        if not any(is_listed(_mesh_key(piece, kind), pattern) for piece in pieces):
+            names = sorted({_mesh_key(piece, kind) for piece in pieces} - {""})
             raise InputError(
-                f"{what} = {one!r} matches none of the {what}"
-                + (f" {', '.join(known[:12])}" if known else ": there are none")
-                + (" …" if len(known) > 12 else "")
+                f"{kind} = {pattern!r} matches none of the {kind}"
+                + (f" {', '.join(names[:12])}" if names else ": there are none")
+                + (" …" if len(names) > 12 else "")
                 + "; blocks of &layers, &drums, &wall and &blocks cannot be meshed"
             )
-    members = [i for i, piece in enumerate(pieces) if is_listed(_mesh_key(piece, what), patterns)]
+    members = [i for i, piece in enumerate(pieces) if is_listed(_mesh_key(piece, kind), patterns)]
     if mesh.body:
         yield _check_name(mesh.body), members
         return
     for i in members:
         if not pieces[i].name:
-            raise InputError(f"{what} = {patterns!r} matches a block that lacks a name; name it")
+            raise InputError(f"{kind} = {patterns!r} matches a block that lacks a name; name it")
         yield _check_name(pieces[i].name), [i]
 
 
-def _mesh_key(piece: Piece, what: str) -> str:
+def _mesh_key(piece: Piece, kind: str) -> str:
     """Return the name by which &mesh selects a piece: its region or its block."""
-    return piece.region if what == "regions" else piece.name
+    return piece.region if kind == "regions" else piece.name
 
 
 def _check_name(name: str) -> str:
@@ -184,7 +184,7 @@ def _cut_body(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -
         outline = np.reshape(values["vertices"], (-1, 2))
         joints = list(values.get("edge_joints", ()))
         joint = values.get("joint", "")
-        joints = [one or joint for one in joints] + [joint] * (len(outline) - len(joints))
+        joints = [name or joint for name in joints] + [joint] * (len(outline) - len(joints))
         size = mesh.size_of(material, materials.get(material, {}))
         parts.append(Part(outline, joints, size, piece.holes))
     fine = list(shapely.points(mesh.fine_at))
@@ -205,17 +205,17 @@ def _cell_values(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
         block |= {k: v for k in ("material", "joint") if (v := values[part].get(k))}
         block["vertices"] = polygon
         joint = block.get("joint", "")
-        if any(one not in ("", joint) for one in joints):
-            block["edge_joints"] = tuple(one or joint for one in joints)
+        if any(edge_joint not in ("", joint) for edge_joint in joints):
+            block["edge_joints"] = tuple(edge_joint or joint for edge_joint in joints)
         yield block
 
 
 def _unusual_notes(body: str, cut: Cut) -> Iterator[str]:
     """Yield notes on sides of cells that are much shorter or longer than the local size."""
-    for places, words in ((cut.short, "shorter than 0.05"), (cut.long, "longer than 1.6")):
-        if len(places):
-            shown = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in places[:_NAMED])
+    for points, size_text in ((cut.short, "shorter than 0.05"), (cut.long, "longer than 1.6")):
+        if len(points):
+            examples = ", ".join(f"({x:.6g}, {y:.6g})" for x, y in points[:_NAMED])
             yield (
-                f"body {body!r}: {len(places)} sides of cells are {words} times the local cell "
-                f"size, for example at {shown}{' …' if len(places) > _NAMED else ''}"
+                f"body {body!r}: {len(points)} sides of cells are {size_text} times the local cell "
+                f"size, for example at {examples}{' …' if len(points) > _NAMED else ''}"
             )

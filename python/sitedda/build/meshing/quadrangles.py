@@ -16,16 +16,16 @@ def divided(shape, size: float) -> Graph | None:
     if len(shape.interiors):
         return None
     ring = shapely.get_coordinates(shape.exterior)[:-1]
-    after, before = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
-    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    lengths = np.hypot(*before.T) * np.hypot(*after.T)
+    leaving, arriving = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
+    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    lengths = np.hypot(*arriving.T) * np.hypot(*leaving.T)
     turning = abs(cross) > _STRAIGHT * lengths
     if turning.sum() != 4:
         return None
     corners = ring[turning]
     with np.errstate(over="ignore"):  # a size near zero is refused below
-        first = int(np.lexsort(np.round(corners / size, 6).T)[0])
-    corners = np.roll(corners, -first, axis=0)
+        lowest = int(np.lexsort(np.round(corners / size, 6).T)[0])
+    corners = np.roll(corners, -lowest, axis=0)
     sides = np.roll(corners, -1, axis=0) - corners
     length = np.hypot(*sides.T)
     sine = [
@@ -37,7 +37,7 @@ def divided(shape, size: float) -> Graph | None:
         return None
     counts = counted(np.maximum(length[:2], length[2:]), size)
     u, v = (np.linspace(0.0, 1.0, count + 1) for count in counts)
-    u, v = (way.ravel()[:, None] for way in np.meshgrid(u, v, indexing="ij"))
+    u, v = (grid.ravel()[:, None] for grid in np.meshgrid(u, v, indexing="ij"))
     a, b, c, d = corners
     nodes = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)
     number = np.arange(len(nodes)).reshape(counts + 1)

@@ -38,4 +38,4 @@ class Mesh(schema.MeshValues):
 def is_listed(name: str, patterns: str) -> bool:
     """Return whether a name matches one of the patterns 'one, two, all_*'."""
     entries = filter(None, map(str.strip, patterns.split(",")))
-    return any(name.startswith(one[:-1]) if one.endswith("*") else name == one for one in entries)
+    return any(name.startswith(key[:-1]) if key.endswith("*") else name == key for key in entries)

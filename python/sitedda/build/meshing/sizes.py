@@ -35,7 +35,7 @@ class Sizes:
         self._near = [
             (part, size) for part, size in zip(parts, sizes, strict=True) if size < self.largest
         ]
-        self._near += [(one, fine_size) for one in fine]
+        self._near += [(shape, fine_size) for shape in fine]
 
     @property
     def varies(self) -> bool:
@@ -48,11 +48,11 @@ class Sizes:
             self._near.append((shape, size))
             self.smallest = min(self.smallest, size)
 
-    def at(self, places) -> np.ndarray:
+    def at(self, positions) -> np.ndarray:
         """Return the target size (m), shape (n,), at positions, shape (n, 2)."""
-        found = np.full(len(places), self.largest)
-        points = shapely.points(places) if self._near else None
+        result = np.full(len(positions), self.largest)
+        points = shapely.points(positions) if self._near else None
         for shape, size in self._near:
             shapely.prepare(shape)
-            found = np.minimum(found, size + _GROWTH * shapely.distance(points, shape))
-        return found
+            result = np.minimum(result, size + _GROWTH * shapely.distance(points, shape))
+        return result
