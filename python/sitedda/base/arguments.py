@@ -39,16 +39,16 @@ class Range:
             number = float(value)
         except (TypeError, ValueError, OverflowError):
             number = float("nan")
-        good = self.low < number if self.above else self.low <= number
-        if not good or not number <= self.high or (self.whole and number != int(number)):
+        in_range = self.low < number if self.above else self.low <= number
+        if not in_range or not number <= self.high or (self.whole and number != int(number)):
             raise InputError(f"{name} = {value} must be {self}")
         return int(number) if self.whole else number
 
     def __str__(self) -> str:
         """Return the range in words, for messages."""
-        what = "a whole number" if self.whole else "a number"
-        least = f"above {self.low:g}" if self.above else f"from {self.low:g}"
-        return f"{what} {least} to {self.high:g}"
+        kind = "a whole number" if self.whole else "a number"
+        lowest = f"above {self.low:g}" if self.above else f"from {self.low:g}"
+        return f"{kind} {lowest} to {self.high:g}"
 
     def __call__(self, text: str) -> float | int:
         """Convert the text of a command-line option to a number in the range, for `argparse`."""
@@ -82,9 +82,9 @@ def file_name(text: str) -> Path:
 def picture_name(text: str) -> Path:
     """Return the picture name given as an option; reject an unknown file format."""
     name = file_name(text)
-    known = ("png", "pdf", "svg", "svgz", "jpg", "jpeg", "tif", "tiff", "webp", "eps", "ps")
-    if name.suffix[1:].lower() not in known:
-        raise argparse.ArgumentTypeError(f"{text!r} must end in one of .{', .'.join(known)}")
+    formats = ("png", "pdf", "svg", "svgz", "jpg", "jpeg", "tif", "tiff", "webp", "eps", "ps")
+    if name.suffix[1:].lower() not in formats:
+        raise argparse.ArgumentTypeError(f"{text!r} must end in one of .{', .'.join(formats)}")
     return name
 
 
@@ -93,9 +93,9 @@ def positive(name: str, value: ArrayLike) -> NDArray:
     import numpy as np
 
     values = floats(name, value)
-    good = np.isfinite(values) & (values > 0)
-    if not np.all(good):
-        raise InputError(f"{name} must be finite and positive, got {first_of(values, ~good):g}")
+    valid = np.isfinite(values) & (values > 0)
+    if not np.all(valid):
+        raise InputError(f"{name} must be finite and positive, got {first_of(values, ~valid):g}")
     return values
 
 
@@ -104,9 +104,9 @@ def not_negative(name: str, value: ArrayLike) -> NDArray:
     import numpy as np
 
     values = floats(name, value)
-    good = np.isfinite(values) & (values >= 0)
-    if not np.all(good):
-        raise InputError(f"{name} must be finite and not negative, got {first_of(values, ~good):g}")
+    fits = np.isfinite(values) & (values >= 0)
+    if not np.all(fits):
+        raise InputError(f"{name} must be finite and not negative, got {first_of(values, ~fits):g}")
     return values
 
 

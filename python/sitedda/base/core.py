@@ -78,9 +78,9 @@ def printing_rules() -> tuple[float, int, str, str]:
     A final value below the first number times the largest value is printed as 0. The others are the
     characters per line, and the hints on the commands `check` and `accuracy`.
     """
-    fraction, width, words = api.printing_rules()
-    more, bars = words.decode().strip().splitlines()
-    return float(fraction), int(width), more, bars
+    fraction, width, texts = api.printing_rules()
+    more_text, bars = texts.decode().strip().splitlines()
+    return float(fraction), int(width), more_text, bars
 
 
 def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
@@ -94,10 +94,10 @@ def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
     width : int
         Characters per line, including the indent; 0: the width of a screen.
     """
-    plain = " ".join(words.split()).encode()
-    enough = len(plain) + plain.count(b" ") * indent + 1
-    found = api.wrapped_text(plain, indent, width or printing_rules()[1], enough)
-    return bytes(found.astype("u1")).rstrip(b"\0").decode().removesuffix("\n")
+    data = " ".join(words.split()).encode()
+    size = len(data) + data.count(b" ") * indent + 1
+    codes = api.wrapped_text(data, indent, width or printing_rules()[1], size)
+    return bytes(codes.astype("u1")).rstrip(b"\0").decode().removesuffix("\n")
 
 
 def reduced_group(text: str, factor: float) -> dict[str, float]:

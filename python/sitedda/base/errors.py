@@ -90,8 +90,8 @@ class NoRootError(SiteddaError, ArithmeticError):
 
     kind = 1
 
-    def __init__(self, words: str, mode: str, bracket=(float("nan"),) * 2, trials=()):
-        super().__init__(words)
+    def __init__(self, message: str, mode: str, bracket=(float("nan"),) * 2, trials=()):
+        super().__init__(message)
         self.mode, self.bracket, self.trials = mode, bracket, trials
 
     def __reduce__(self):

@@ -61,28 +61,28 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
     """
     file = file_path(file)
     try:
-        found = os.lstat(file)
+        status = os.lstat(file)
     except FileNotFoundError:
         if file.parent.is_dir():
             return file
         raise OutputError(f"{file}: the folder {file.parent} does not exist") from None
     except (OSError, ValueError) as trouble:
-        words = getattr(trouble, "strerror", None) or trouble
-        raise OutputError(f"{file} cannot be written: {words}") from None
-    if stat.S_ISDIR(found.st_mode):
+        reason = getattr(trouble, "strerror", None) or trouble
+        raise OutputError(f"{file} cannot be written: {reason}") from None
+    if stat.S_ISDIR(status.st_mode):
         raise OutputError(f"{file} is a folder, not a file name")
-    if stat.S_ISLNK(found.st_mode):
+    if stat.S_ISLNK(status.st_mode):
         raise OutputError(f"{file} is a link and is not followed; name another file")
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         raise OutputError(f"{file} is not a regular file and is not replaced; name another")
-    if not found.st_mode & stat.S_IWUSR:
+    if not status.st_mode & stat.S_IWUSR:
         raise OutputError(f"{file} is write-protected and is not replaced; make it writable, or "
                           "name another file")  # fmt: skip
-    for other in reads:
-        if is_same(file, other):
-            raise OutputError(f"{file} would replace {other}, which this command reads; "
+    for source in reads:
+        if is_same(file, source):
+            raise OutputError(f"{file} would replace {source}, which this command reads; "
                               "name another file")  # fmt: skip
-    if kind and found.st_size and not _may_replace(file, kind):
+    if kind and status.st_size and not _may_replace(file, kind):
         raise OutputError(f"{file} exists and is not {kind}, so it is not replaced; move it away, "
                           "or name another file")  # fmt: skip
     return file
@@ -123,29 +123,29 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
         If the file cannot be written; the temporary file is then removed, also after a signal.
     """
     file = check_target(file, kind, reads)
-    beside = None
+    draft = None
     try:
         with _signals_as_exceptions(file):
             try:
                 handle, name = tempfile.mkstemp(prefix=".new-", suffix=file.suffix, dir=file.parent)
-                beside = Path(name)
+                draft = Path(name)
                 os.fchmod(handle, 0o666 & ~_process_umask())
                 os.close(handle)
-                yield beside
+                yield draft
                 if sync:
-                    with beside.open("rb") as stream:
+                    with draft.open("rb") as stream:
                         os.fsync(stream.fileno())
                 check_target(file, kind, reads)
-                beside.replace(file)
-                beside = None
+                draft.replace(file)
+                draft = None
             finally:
-                if beside:
-                    beside.unlink(missing_ok=True)
+                if draft:
+                    draft.unlink(missing_ok=True)
     except OutputError:
         raise
     except OSError as trouble:
-        words = trouble.strerror or trouble
-        raise OutputError(f"{file} cannot be written: {words}") from trouble
+        reason = trouble.strerror or trouble
+        raise OutputError(f"{file} cannot be written: {reason}") from trouble
 
 
 def write(file, data: bytes | str, kind: str, reads: Iterable = (), sync: bool = True) -> Path:
@@ -153,7 +153,7 @@ def write(file, data: bytes | str, kind: str, reads: Iterable = (), sync: bool =
     data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
     if kind and _contains_exactly(Path(file), data):
         return Path(file)
-    with written(file, kind, reads, sync) as beside, beside.open("wb") as stream:
+    with written(file, kind, reads, sync) as draft, draft.open("wb") as stream:
         stream.write(data)
     return Path(file)
 
@@ -185,8 +185,8 @@ def is_below(folder: Path, name) -> bool:
         return False
     if not os.path.isabs(name):
         return True
-    here = Path(os.path.abspath(folder))
-    return Path(name).is_relative_to(here) or Path(name).is_relative_to(here.resolve())
+    parent = Path(os.path.abspath(folder))
+    return Path(name).is_relative_to(parent) or Path(name).is_relative_to(parent.resolve())
 
 
 def plain_text(what: str, text: str) -> str:
@@ -219,14 +219,14 @@ def _signals_as_exceptions(file: Path) -> Iterator[None]:
     def end(number, _) -> None:
         raise InterruptedRun(f"interrupted by {signal.Signals(number).name}; {file} is not written")
 
-    before = {}
+    handlers = {}
     if threading.current_thread() is threading.main_thread():
         for number in (signal.SIGTERM, signal.SIGHUP):
             if signal.getsignal(number) is signal.SIG_DFL:
-                before[number] = signal.signal(number, end)
+                handlers[number] = signal.signal(number, end)
     try:
         yield
     finally:
-        for number, handler in before.items():
+        for number, handler in handlers.items():
             with suppress(ValueError):
                 signal.signal(number, handler)

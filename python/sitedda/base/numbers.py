@@ -60,14 +60,14 @@ def titled(name: str) -> tuple[str, str]:
     name : str
         As in verdicts and studies, with the point or joint in brackets.
     """
-    words, _, place = name.partition("[")
-    axis = next((one for one in "xy" if words.endswith(f"_{one}")), "")
-    words = words.removesuffix(f"_{axis}") if axis else words
-    end = next((one for one in _ENDINGS if words.endswith(one)), "")
-    words = words.removesuffix(end).replace("_", " ")
-    first, blank, more = words.partition(" ")
-    words = _SHORT.get(first, first) + blank + more
-    return ", ".join(filter(None, (words, place.removesuffix("]"), axis))), _ENDINGS.get(end, "")
+    text, _, label = name.partition("[")
+    axis = next((axis_name for axis_name in "xy" if text.endswith(f"_{axis_name}")), "")
+    text = text.removesuffix(f"_{axis}") if axis else text
+    end = next((axis_name for axis_name in _ENDINGS if text.endswith(axis_name)), "")
+    text = text.removesuffix(end).replace("_", " ")
+    head, blank, tail = text.partition(" ")
+    text = _SHORT.get(head, head) + blank + tail
+    return ", ".join(filter(None, (text, label.removesuffix("]"), axis))), _ENDINGS.get(end, "")
 
 
 def labelled(name: str, unit: str = "") -> str:
@@ -80,9 +80,9 @@ def labelled(name: str, unit: str = "") -> str:
     unit : str
         Replaces the unit in the name.
     """
-    words, own = titled(name)
-    unit = unit.replace("^2", "²") or own
-    return f"{words} ({unit})" if unit not in ("", "1") else words
+    title, own_unit = titled(name)
+    unit = unit.replace("^2", "²") or own_unit
+    return f"{title} ({unit})" if unit not in ("", "1") else title
 
 
 def counted(count: int, one: str, many: str) -> str:
@@ -124,12 +124,12 @@ def with_bar(value: float, bar: float) -> str:
         return f"{number(value)} (no error bar)"
     if bar == 0:
         return f"{number(value, 6)} ± 0"
-    last = math.floor(math.log10(bar)) - 1
+    place = math.floor(math.log10(bar)) - 1
     power = math.floor(math.log10(max(abs(value), bar)))
     if -4 <= power < 6:
-        digits = max(-last, 0)
-        return f"{round(value, -last):.{digits}f} ± {round(bar, -last):.{digits}f}"
-    scale, digits = 10.0**power, max(power - last, 0)
+        digits = max(-place, 0)
+        return f"{round(value, -place):.{digits}f} ± {round(bar, -place):.{digits}f}"
+    scale, digits = 10.0**power, max(power - place, 0)
     return f"({value / scale:.{digits}f} ± {bar / scale:.{digits}f})e{power}"
 
 

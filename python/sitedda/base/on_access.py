@@ -18,11 +18,11 @@ def importer(
     homes : mapping of str to str
         Names of each module, separated by blanks; a module without names is a name itself.
     """
-    places = {name: module for module, names in homes.items() for name in names.split()}
+    module_of = {name: module for module, names in homes.items() for name in names.split()}
 
     def get(name: str) -> object:
-        if name in places:
-            value = getattr(import_module(f".{places[name]}", package), name)
+        if name in module_of:
+            value = getattr(import_module(f".{module_of[name]}", package), name)
         elif homes.get(name) == "":
             value = import_module(f".{name}", package)
         else:

@@ -29,31 +29,31 @@ def check_readable(file) -> int:
     """
     path = file_path(file)
     try:
-        found = os.stat(path)
+        status = os.stat(path)
     except FileNotFoundError as trouble:
         raise InputError(f"{file}: there is no such file") from trouble
     except (OSError, ValueError) as trouble:
         raise _unreadable_error(file, trouble) from trouble
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         raise OutputError(f"{file} cannot be read: it is not a regular file")
-    return found.st_size
+    return status.st_size
 
 
-def read_bounded(file, most: int) -> bytes:
+def read_bounded(file, limit: int) -> bytes:
     """Read the bytes of a regular file; raise an error if it is larger than the maximum."""
     size = check_readable(file)
     try:
         with Path(file).open("rb") as stream:
             # Reading up to `most` would allocate that much memory before any byte is read.
-            data = stream.read(size + 1) if size <= most else b""
+            data = stream.read(size + 1) if size <= limit else b""
     except OSError as trouble:
         raise _unreadable_error(file, trouble) from trouble
-    if max(size, len(data)) > most:
-        raise InputError(f"{file} is larger than {most} bytes: it is {size} bytes long")
+    if max(size, len(data)) > limit:
+        raise InputError(f"{file} is larger than {limit} bytes: it is {size} bytes long")
     return data
 
 
-def read_numbers(file, most: int) -> tuple[list[str], list[tuple[int, list[float]]]]:
+def read_numbers(file, limit: int) -> tuple[list[str], list[tuple[int, list[float]]]]:
     """Return the column names of a CSV file, and line number and values (or NaN) of each row.
 
     Lines that begin with # are comments.
@@ -63,34 +63,34 @@ def read_numbers(file, most: int) -> tuple[list[str], list[tuple[int, list[float
     InputError
         If there are no rows, a heading is repeated, or a row does not have a number for each.
     """
-    lines = read_bounded(file, most).decode("utf-8-sig", "replace").splitlines()
+    lines = read_bounded(file, limit).decode("utf-8-sig", "replace").splitlines()
     rows = [(i, [cell.strip(' \t"') for cell in line.split(",")])
             for i, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]  # fmt: skip
     if len(rows) < 2 or not all(rows[0][1]):
         raise InputError(f"{file}: give a heading with the name of each column, and rows of "
                          "numbers")  # fmt: skip
-    (first, names), *rest = rows
+    (start, names), *others = rows
     if "\0" in lines[0] or (len(names) == 1 and re.search(r"[;\t]", names[0])):
-        raise InputError(f"{file}, line {first}: {lines[first - 1]!r} has no commas: write a table "
+        raise InputError(f"{file}, line {start}: {lines[start - 1]!r} has no commas: write a table "
                          "in UTF-8, with commas between columns and decimal points")  # fmt: skip
     if repeated := [name for name in names if names.count(name) > 1]:
-        raise InputError(f"{file}, line {first}: heading {repeated[0]!r} is repeated")
-    found = []
-    for line, cells in rest:
+        raise InputError(f"{file}, line {start}: heading {repeated[0]!r} is repeated")
+    table = []
+    for line, cells in others:
         if len(cells) != len(names):
             raise InputError(f"{file}, line {line}: {len(cells)} values under {len(names)} "
                              "headings; give one value per heading")  # fmt: skip
-        found.append((line, [_number_in(f"{file}, line {line}: {name}", cell)
+        table.append((line, [_number_in(f"{file}, line {line}: {name}", cell)
                              for name, cell in zip(names, cells, strict=True)]))  # fmt: skip
-    return names, found
+    return names, table
 
 
-def _number_in(where: str, cell: str) -> float:
+def _number_in(label: str, cell: str) -> float:
     """Return the number in a cell of a table; NaN if the cell is empty."""
     try:
         return float(cell or "nan")
     except ValueError:
-        raise InputError(f"{where} = {cell!r} is not a number") from None
+        raise InputError(f"{label} = {cell!r} is not a number") from None
 
 
 def _unreadable_error(file, trouble: Exception) -> OutputError:

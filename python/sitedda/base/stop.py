@@ -126,22 +126,22 @@ def _is_importing(frame) -> bool:
 
 def _install_handler(signals, handler, program: bool = True) -> dict:
     """Replace default and program handlers of signals; return the replaced handlers by signal."""
-    before = {}
+    previous = {}
     for number in signals:
-        found = signal.getsignal(number)
-        if (program and _is_program_handler(found)) or found in (
+        current = signal.getsignal(number)
+        if (program and _is_program_handler(current)) or current in (
             signal.SIG_DFL,
             signal.default_int_handler,
         ):
             try:
-                before[number] = signal.signal(number, handler)
+                previous[number] = signal.signal(number, handler)
             except ValueError:  # only the main thread receives signals
                 break
-    return before
+    return previous
 
 
-def _restore_signal_handlers(before: dict) -> None:
-    for number, handler in before.items():
+def _restore_signal_handlers(previous: dict) -> None:
+    for number, handler in previous.items():
         signal.signal(number, handler)
 
 

@@ -17,14 +17,14 @@ def json_schema() -> dict:
     """
     groups = {}
     for group in GROUPS.values():
-        one = {
+        entry = {
             "description": group.meaning,
             "type": "object",
             "properties": {v.name: _describe_variable(v) for v in group.variables},
             "required": [v.name for v in group.variables if v.default == "required" and not v.when],
             "additionalProperties": False,
         }
-        groups[group.name] = {"type": "array", "items": one} if group.repeats else one
+        groups[group.name] = {"type": "array", "items": entry} if group.repeats else entry
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "Input of sitedda",
@@ -36,30 +36,30 @@ def json_schema() -> dict:
 
 def _describe_variable(variable: Variable) -> dict:
     """Return the JSON schema of a variable."""
-    one: dict = {"type": _TYPES.get(variable.kind, "string")}
+    schema: dict = {"type": _TYPES.get(variable.kind, "string")}
     if variable.kind == "points":
-        one = {"type": "number"}
+        schema = {"type": "number"}
     if variable.kind == "word":
-        one["enum"] = [word.strip("'") for word in re.findall(r"'[^']*'", variable.values)]
-    if one["type"] in ("number", "integer"):
-        one |= (
+        schema["enum"] = [value.strip("'") for value in re.findall(r"'[^']*'", variable.values)]
+    if schema["type"] in ("number", "integer"):
+        schema |= (
             _value_limits(variable.values) if variable.size == 0 or variable.kind == "real" else {}
         )
     if variable.size:
-        most = variable.size * (2 if variable.kind == "points" else 1)
-        one = {"anyOf": [one, {"type": "array", "items": one, "maxItems": most}]}
-    one["description"] = variable.meaning
+        size = variable.size * (2 if variable.kind == "points" else 1)
+        schema = {"anyOf": [schema, {"type": "array", "items": schema, "maxItems": size}]}
+    schema["description"] = variable.meaning
     for name, text in (("unit", variable.unit), ("default", variable.default)):
-        one |= {f"x-{name}": text} if text else {}
-    return one
+        schema |= {f"x-{name}": text} if text else {}
+    return schema
 
 
 def _value_limits(values: str) -> dict:
     """Return the limits of a number in JSON schema, from their words in the input schema."""
-    if found := _RANGE.fullmatch(values):
-        return {"minimum": float(found[1]), "maximum": float(found[2])}
-    if found := re.fullmatch(rf"(above|at least) ({_NUMBER})", values):
-        return {"exclusiveMinimum" if found[1] == "above" else "minimum": float(found[2])}
+    if match := _RANGE.fullmatch(values):
+        return {"minimum": float(match[1]), "maximum": float(match[2])}
+    if match := re.fullmatch(rf"(above|at least) ({_NUMBER})", values):
+        return {"exclusiveMinimum" if match[1] == "above" else "minimum": float(match[2])}
     return {}
 
 

@@ -56,16 +56,16 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
     line, column : int
         From 0.
     """
-    at = _context_at(text, _text_offset(text, line, column))
-    if at.comment:
+    spot = _context_at(text, _text_offset(text, line, column))
+    if spot.comment:
         return []
-    if at.variable is not None:
-        return [Offer(word if not at.text else word.strip("'"), "value", at.variable.meaning)
-                for word in _listable_values(at.variable)]  # fmt: skip
-    if at.group is None:
+    if spot.variable is not None:
+        return [Offer(value if not spot.text else value.strip("'"), "value", spot.variable.meaning)
+                for value in _listable_values(spot.variable)]  # fmt: skip
+    if spot.group is None:
         return [Offer(f"&{g.name}", "group", g.meaning) for g in GROUPS.values()]
-    return [Offer(v.name, "variable", _variable_summary(v)) for v in at.group.variables
-            if v.name not in at.given]  # fmt: skip
+    return [Offer(v.name, "variable", _variable_summary(v)) for v in spot.group.variables
+            if v.name not in spot.given]  # fmt: skip
 
 
 def hover(text: str, line: int, column: int) -> str:
@@ -79,17 +79,17 @@ def hover(text: str, line: int, column: int) -> str:
         From 0.
     """
     row = text.split("\n")[line] if line < text.count("\n") + 1 else ""
-    found = next((m for m in _NAME.finditer(row) if m.start() <= column <= m.end()), None)
-    if found is None:
+    match = next((m for m in _NAME.finditer(row) if m.start() <= column <= m.end()), None)
+    if match is None:
         return ""
-    start = _text_offset(text, line, found.start())
-    word, at = found[0].lower(), _context_at(text, start)
-    if row[found.start() - 1 : found.start()] == "&" and word in GROUPS:
-        group = GROUPS[word]
-        return f"**&{word}**: {group.meaning}\n\n```\n{group.example}\n```"
-    if at.group is None or at.comment or at.text:
+    start = _text_offset(text, line, match.start())
+    name, context = match[0].lower(), _context_at(text, start)
+    if row[match.start() - 1 : match.start()] == "&" and name in GROUPS:
+        group = GROUPS[name]
+        return f"**&{name}**: {group.meaning}\n\n```\n{group.example}\n```"
+    if context.group is None or context.comment or context.text:
         return ""
-    variable = next((v for v in at.group.variables if v.name == word), None)
+    variable = next((v for v in context.group.variables if v.name == name), None)
     return "" if variable is None else f"**{variable.name}**: {_variable_summary(variable)}"
 
 
@@ -113,17 +113,17 @@ def problems(text: str, file) -> list[Problem]:
 def _locate_problem(text: str, message: str, file) -> Problem:
     """Return a message with its position: the variable, else the group, else the first line."""
     rows = text.split("\n")
-    place = re.search(_PLACE.format(file=re.escape(str(file))), message)
-    if place is None:
+    match = re.search(_PLACE.format(file=re.escape(str(file))), message)
+    if match is None:
         return Problem(0, 0, len(rows[0]), message)
-    known = variables().get(place[1].lower(), {})
-    named = [word for word in _NAME.findall(message[place.end() :]) if word in known]
-    first = min(int(place[2]), len(rows)) - 1
-    for word in named[:1]:
-        for number in range(first, len(rows)):
-            if found := re.search(rf"(?i)\b{word}\b(?=[\s(\d:,)]*=)", rows[number].split("!")[0]):
-                return Problem(number, found.start(), found.end(), message)
-    return Problem(first, 0, len(rows[first]), message)
+    names = variables().get(match[1].lower(), {})
+    mentioned = [name for name in _NAME.findall(message[match.end() :]) if name in names]
+    start = min(int(match[2]), len(rows)) - 1
+    for name in mentioned[:1]:
+        for number in range(start, len(rows)):
+            if hit := re.search(rf"(?i)\b{name}\b(?=[\s(\d:,)]*=)", rows[number].split("!")[0]):
+                return Problem(number, hit.start(), hit.end(), message)
+    return Problem(start, 0, len(rows[start]), message)
 
 
 def _text_offset(text: str, line: int, column: int) -> int:
@@ -134,26 +134,26 @@ def _text_offset(text: str, line: int, column: int) -> int:
 
 def _context_at(text: str, offset: int) -> _Position:
     """Return group and variable at an index of a text, from the tokens before this index."""
-    group, variable, given, last = None, None, set(), ""
+    group, variable, used, previous = None, None, set(), ""
     for token in _TOKEN.finditer(text):
         if token.start() >= offset:
             break
-        word, inside = token[0], token.end() >= offset
-        if word[0] == "!" and inside:
+        item, near = token[0], token.end() >= offset
+        if item[0] == "!" and near:
             return _Position(comment=True)
-        if word[0] in "'\"" and inside and (token.end() > offset or word[-1:] != word[0]):
-            return _Position(group, variable, frozenset(given), text=True)
-        if word[0] == "&" and not inside:
-            group, variable, given = GROUPS.get(word[1:].lower()), None, set()
-        elif word == "/":
+        if item[0] in "'\"" and near and (token.end() > offset or item[-1:] != item[0]):
+            return _Position(group, variable, frozenset(used), text=True)
+        if item[0] == "&" and not near:
+            group, variable, used = GROUPS.get(item[1:].lower()), None, set()
+        elif item == "/":
             group, variable = None, None
-        elif word == "=" and group is not None:
-            variable = next((v for v in group.variables if v.name == last), None)
-            given.add(last)
-        if _NAME.fullmatch(word):
-            last = word.lower()
-            variable = variable if inside and variable is not None else None
-    return _Position(group, variable, frozenset(given))
+        elif item == "=" and group is not None:
+            variable = next((v for v in group.variables if v.name == previous), None)
+            used.add(previous)
+        if _NAME.fullmatch(item):
+            previous = item.lower()
+            variable = variable if near and variable is not None else None
+    return _Position(group, variable, frozenset(used))
 
 
 def _listable_values(variable: Variable) -> list[str]:

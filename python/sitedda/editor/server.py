@@ -27,7 +27,7 @@ def language_server() -> LanguageServer:
     def publish(uri: str) -> None:
         text = server.workspace.get_text_document(uri).source
         server.text_document_publish_diagnostics(
-            types.PublishDiagnosticsParams(uri, [_make_diagnostic(one) for one in
+            types.PublishDiagnosticsParams(uri, [_make_diagnostic(problem) for problem in
                                                  problems(text, to_fs_path(uri) or "input.nml")])
         )  # fmt: skip
 
@@ -42,15 +42,19 @@ def language_server() -> LanguageServer:
     )
     def complete(params: types.CompletionParams) -> list[types.CompletionItem]:
         text = server.workspace.get_text_document(params.text_document.uri).source
-        found = offers(text, params.position.line, params.position.character)
-        return [types.CompletionItem(one.word, kind=_KINDS[one.kind], detail=one.meaning)
-                for one in found]  # fmt: skip
+        results = offers(text, params.position.line, params.position.character)
+        return [types.CompletionItem(offer.word, kind=_KINDS[offer.kind], detail=offer.meaning)
+                for offer in results]  # fmt: skip
 
     @server.feature(types.TEXT_DOCUMENT_HOVER)
     def describe(params: types.HoverParams) -> types.Hover | None:
         text = server.workspace.get_text_document(params.text_document.uri).source
-        words = hover(text, params.position.line, params.position.character)
-        return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, words)) if words else None
+        markdown = hover(text, params.position.line, params.position.character)
+        return (
+            types.Hover(types.MarkupContent(types.MarkupKind.Markdown, markdown))
+            if markdown
+            else None
+        )
 
     return server
 

@@ -102,8 +102,8 @@ def study(
             for number, output in (outputs or {}).items():
                 take_output(case_folder(plan.folder, plan.keys[number]), output)
             run(plan, executor, workers, memory, time_limit, keep, retry, show)
-            found = collect(plan.folder, table)
-            return found.load() if folder is None and table is None else found
+            dataset = collect(plan.folder, table)
+            return dataset.load() if folder is None and table is None else dataset
 
 
 def run(plan: Plan, executor=None, workers=None, memory=None, time_limit=np.inf, keep=True,

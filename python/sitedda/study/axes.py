@@ -32,7 +32,7 @@ class Axis(Protocol):
     dims: dict[str, int]
     coordinates: dict[str, tuple]
 
-    def changes(self, place: tuple[int, ...]) -> dict:
+    def changes(self, index: tuple[int, ...]) -> dict:
         """Return the changes at an index along the dimensions: value of each variable."""
         ...
 
@@ -77,16 +77,16 @@ class Points:
         if self.number and self.name not in self.coordinates:
             self.coordinates[self.name] = ((self.name,), np.arange(self.dims[self.name]), {})
 
-    def changes(self, place: tuple[int, ...]) -> dict:
+    def changes(self, index: tuple[int, ...]) -> dict:
         """Return the changes at an index: value of each variable."""
-        return {path: values[place[0]] for path, values in self.values.items()}
+        return {path: values[index[0]] for path, values in self.values.items()}
 
 
 def checked_name(name: str) -> str:
     """Return the name of a dimension; raise InputError if it is invalid or reserved."""
     if not _NAME.fullmatch(name) or name in RESERVED:
-        why = "the table uses this name" if name in RESERVED else "use only letters, digits and _"
-        raise InputError(f"{name!r} cannot name a parameter: {why}")
+        text = "the table uses this name" if name in RESERVED else "use only letters, digits and _"
+        raise InputError(f"{name!r} cannot name a parameter: {text}")
     return name
 
 
@@ -111,9 +111,9 @@ def short_names(paths) -> dict[str, str]:
 
 def _short_name(path: str, take: int | None) -> str:
     """Return the last `take` words of the path of a variable as a name; None: all words."""
-    words = re.findall(r"\w+", path.replace("*", "all"))
-    words = words if take is None else words[-take:]
-    name = "_".join(words) or "parameter"
+    parts = re.findall(r"\w+", path.replace("*", "all"))
+    parts = parts if take is None else parts[-take:]
+    name = "_".join(parts) or "parameter"
     return f"p_{name}" if not name[0].isalpha() or name in RESERVED else name
 
 
@@ -129,7 +129,7 @@ def axes_of(parameters) -> list[Axis]:
         return _check_distinct([parameters])
     if isinstance(parameters, Mapping):
         return _check_distinct(_axes_of_mapping(parameters))
-    return _check_distinct([axis for one in parameters for axis in axes_of(one)])
+    return _check_distinct([axis for item in parameters for axis in axes_of(item)])
 
 
 def _axes_of_mapping(parameters: Mapping) -> list[Axis]:
@@ -140,10 +140,10 @@ def _axes_of_mapping(parameters: Mapping) -> list[Axis]:
         if isinstance(values, Axis):
             axes.append(values)
             continue
-        changed, name = path, names[path]
+        variable, name = path, names[path]
         if isinstance(values, tuple) and len(values) == 2 and isinstance(values[0], str):
-            name, (changed, values) = path, values
-        axes.append(Points(name, {changed: _listed(path, values)}, {changed: name}, number=False))
+            name, (variable, values) = path, values
+        axes.append(Points(name, {variable: _listed(path, values)}, {variable: name}, number=False))
     return axes
 
 
@@ -156,12 +156,12 @@ def _listed(path: str, values) -> list:
 
 def _check_distinct(axes: list[Axis]) -> list[Axis]:
     """Return the axes; raise an error if two dimensions or coordinates have the same name."""
-    for what in ("dims", "coordinates"):
-        names = Counter(name for axis in axes for name in getattr(axis, what))
-        twice = [name for name, count in names.items() if count > 1]
-        if twice:
-            raise InputError(f"two parameters are called {twice[0]!r}; rename one, as in "
-                             f"{{'{twice[0]}_2': ('group.variable', [...])}}")  # fmt: skip
+    for kind in ("dims", "coordinates"):
+        names = Counter(name for axis in axes for name in getattr(axis, kind))
+        repeated = [name for name, count in names.items() if count > 1]
+        if repeated:
+            raise InputError(f"two parameters are called {repeated[0]!r}; rename one, as in "
+                             f"{{'{repeated[0]}_2': ('group.variable', [...])}}")  # fmt: skip
     return axes
 
 

@@ -73,7 +73,7 @@ class Work:
     @property
     def requested(self) -> list[list[str]]:
         """Return the labels and names of the quantities."""
-        return [[one.label, one.name] for one in self.quantities]
+        return [[item.label, item.name] for item in self.quantities]
 
     def check(self, file: Path) -> None:
         """Check before a run that the output will contain the quantities."""
@@ -86,10 +86,10 @@ class Work:
 
     def fail(self, folder: Path, message: str, kind: str) -> dict:
         """Write the failure of a case, and the settings on which it depends."""
-        more: dict = {"limits": self.limits} if kind in _LIMITED else {}
+        settings: dict = {"limits": self.limits} if kind in _LIMITED else {}
         if (folder / WORDS).exists():  # the run is complete, but the extraction of a result failed
-            more["asked"] = self.requested
-        return write_result(folder, "failed", message, kind=kind, **more)
+            settings["asked"] = self.requested
+        return write_result(folder, "failed", message, kind=kind, **settings)
 
 
 def check_first(work: Work, keys: Sequence[str]) -> None:
@@ -138,22 +138,22 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
     with locked(folder, wait) as mine:
         if not mine:
             return {"status": "busy", "message": ""}
-        found = finished(work, folder)
-        if found is None:
-            found = _obtain_result(work, folder)
-    return {"status": found["status"], "message": found["message"]}
+        result = finished(work, folder)
+        if result is None:
+            result = _obtain_result(work, folder)
+    return {"status": result["status"], "message": result["message"]}
 
 
 def finished(work: Work, folder: Path) -> dict | None:
     """Return the result of a case if it was obtained with the present settings."""
-    found = read_result(folder)
-    if found is None:
+    result = read_result(folder)
+    if result is None:
         return None
-    failed = found["status"] == "failed"
-    if failed and (work.again or (work.start and found.get("limits", work.limits) != work.limits)):
+    fails = result["status"] == "failed"
+    if fails and (work.again or (work.start and result.get("limits", work.limits) != work.limits)):
         return None
-    same = found.get("asked", work.requested if failed else None) == work.requested
-    return found if same else None
+    is_same = result.get("asked", work.requested if fails else None) == work.requested
+    return result if is_same else None
 
 
 def take_output(folder: Path, output: Path) -> None:
@@ -165,9 +165,9 @@ def take_output(folder: Path, output: Path) -> None:
 
 def _obtain_result(work: Work, folder: Path) -> dict:
     """Execute a case and write its result or failure; return status and message."""
-    begun = time.time()
+    start = time.time()
     try:
-        numbers, arrays, more = _compute_results(work, folder)
+        numbers, arrays, extra = _compute_results(work, folder)
     except (InterruptedRun, KeyboardInterrupt):
         return {"status": "interrupted", "message": ""}
     except Missing:
@@ -175,25 +175,25 @@ def _obtain_result(work: Work, folder: Path) -> dict:
     except OutputError as error:  # the disk has failed, not the case, which can be repeated
         return {"status": "unfinished", "message": str(error)}
     except SiteddaError as error:
-        words = str(error).replace(f"{folder}/", "")
-        return work.fail(folder, words, KINDS.get(error.kind, "input"))
+        text = str(error).replace(f"{folder}/", "")
+        return work.fail(folder, text, KINDS.get(error.kind, "input"))
     except Exception as error:  # an error of the user's function fails only this case
         if lacks_memory(error):
             return work.fail(folder, "not enough memory", "memory")
-        words = f"{type(error).__name__}: {error}"
-        return work.fail(folder, words, "function")
-    kept = {f"{k}|{d}": np.asarray(c) for k, a in arrays.items() for d, c in a.coordinates.items()}
-    kept |= {name: array.values for name, array in arrays.items()}
+        text = f"{type(error).__name__}: {error}"
+        return work.fail(folder, text, "function")
+    data = {f"{k}|{d}": np.asarray(c) for k, a in arrays.items() for d, c in a.coordinates.items()}
+    data |= {name: array.values for name, array in arrays.items()}
     return write_result(
         folder,
         "complete",
         asked=work.requested,
         numbers=numbers,
-        arrays=kept,
+        arrays=data,
         shapes={k: {"dims": a.dims, "shape": a.values.shape, "units": a.units}
                 for k, a in arrays.items()},
-        seconds=round(time.time() - begun, 3),
-        **more,
+        seconds=round(time.time() - start, 3),
+        **extra,
     )  # fmt: skip
 
 
@@ -233,8 +233,8 @@ def run_input(folder: Path, time_limit: float = np.inf) -> str:
         If the run fails, or exceeds the time limit.
     """
     if (folder / OUTPUT).exists():
-        if (words := warnings_of(folder)) is not None:
-            return words
+        if (texts := warnings_of(folder)) is not None:
+            return texts
         remove_output(folder)  # the process was killed before it wrote the warnings
     try:
         return _run_to_end(folder, time_limit)
@@ -247,10 +247,10 @@ def _run_to_end(folder: Path, time_limit: float) -> str:
     """Run or resume the input of a case to its end; write and return its warnings."""
     from ..engine.simulation import Simulation, run_to_end
 
-    begun = time.monotonic()
+    start = time.monotonic()
 
     def look(simulation) -> None:
-        if time.monotonic() - begun > time_limit:
+        if time.monotonic() - start > time_limit:
             raise TimeLimit(f"stopped at t = {simulation.time:g} s of {simulation.duration:g} s: "
                             f"the time limit of {time_limit:g} s is exceeded")  # fmt: skip
 
@@ -262,8 +262,8 @@ def _run_to_end(folder: Path, time_limit: float) -> str:
         simulation.finish()
         if not complete:
             raise InterruptedRun("interrupted")
-        words = filter(None, [simulation.warning, *simulation.peak_warnings])
-        write_whole(folder / WORDS, "\n".join(words))
+        texts = filter(None, [simulation.warning, *simulation.peak_warnings])
+        write_whole(folder / WORDS, "\n".join(texts))
     return warnings_of(folder)
 
 
@@ -277,8 +277,8 @@ def _raise_stored_failure(folder: Path, again: bool) -> None:
     if again:
         file.unlink(missing_ok=True)
     elif file.exists():
-        words = refuse_links(folder, file).read_text("utf-8", "replace").strip()
-        raise SiteddaError(words.removeprefix("sitedda-native: ") or "it failed without a message")
+        text = refuse_links(folder, file).read_text("utf-8", "replace").strip()
+        raise SiteddaError(text.removeprefix("sitedda-native: ") or "it failed without a message")
 
 
 class TimeLimit(SiteddaError):

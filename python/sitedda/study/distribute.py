@@ -43,13 +43,13 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
     todo = [key for key in distinct if finished(work, case_folder(work.study, key)) is None]
     check_first(work, todo)
     loop = _CaseLoop(executor, work, todo)
-    done, failed = len(distinct) - len(todo), 0
+    complete, failures = len(distinct) - len(todo), 0
     if progress:
-        progress(done, failed)
+        progress(complete, failures)
     for status in loop.results():
-        done, failed = done + 1, failed + (status == "failed")
+        complete, failures = complete + 1, failures + (status == "failed")
         if progress:
-            progress(done, failed)
+            progress(complete, failures)
 
 
 def workers_of(executor) -> int | None:
@@ -92,7 +92,7 @@ class _CaseLoop:
     def _status_or_retry(self, key: str, future) -> str | None:
         """Return the status of a submitted case; None if it will be submitted again."""
         try:
-            found = future.result()
+            result = future.result()
         except TaskTooLong:
             return self._record_failure(
                 key, f"the time limit of {self.work.time_limit:g} s is exceeded", "time"
@@ -105,14 +105,14 @@ class _CaseLoop:
             if not isinstance(trouble, WorkerDied) and type(trouble).__name__ != "KilledWorker":
                 raise
             return self._resubmit_or_fail(key, trouble)
-        if found["status"] == "busy":
+        if result["status"] == "busy":
             self.busy.append(key)
             return None
-        if found["status"] == "interrupted":
+        if result["status"] == "interrupted":
             raise InterruptedRun("interrupted; call again to continue")
-        if found["status"] == "unfinished":
-            raise OutputError(f"case {key}: {found['message']}")
-        return found["status"]
+        if result["status"] == "unfinished":
+            raise OutputError(f"case {key}: {result['message']}")
+        return result["status"]
 
     def _resubmit_or_fail(self, key: str, trouble: Exception) -> str | None:
         """Resubmit a case whose worker has died; after `_DEATHS` deaths return 'failed'."""

@@ -42,11 +42,11 @@ class Ida:
     @property
     def capacity_fractiles(self) -> np.ndarray:
         """Return the 16, 50 and 84 % fractiles of the capacities; inf if beyond all levels."""
-        known = np.sort(self.capacity[~np.isnan(self.capacity)])
-        if not known.size:
+        finite = np.sort(self.capacity[~np.isnan(self.capacity)])
+        if not finite.size:
             return np.full(3, np.nan)
-        place = np.clip(np.ceil(np.array(FRACTILES) * known.size) - 1, 0, None).astype(int)
-        return known[place]
+        ranks = np.clip(np.ceil(np.array(FRACTILES) * finite.size) - 1, 0, None).astype(int)
+        return finite[ranks]
 
     def picture(self):
         """Draw the intensity (ordinate) over the response (abscissa); return the figure."""
@@ -56,8 +56,8 @@ class Ida:
         for i, row in enumerate(self.response):
             axes.plot(row, self.intensity, "-", color=GREY, lw=0.9, alpha=0.7, marker=".", ms=3,
                       label="records" if i == 0 else None)  # fmt: skip
-        for share, row, style in zip(FRACTILES, self.fractiles, ("--", "-", "--"), strict=True):
-            label = {0.5: "median", 0.16: "16 and 84 %"}.get(share)
+        for level, row, style in zip(FRACTILES, self.fractiles, ("--", "-", "--"), strict=True):
+            label = {0.5: "median", 0.16: "16 and 84 %"}.get(level)
             axes.plot(row, self.intensity, style, color=BLUE, lw=2.2, label=label)
         if self.threshold is not None:
             axes.axvline(self.threshold, color=RED, lw=1, label=f"threshold {self.threshold:g}")
@@ -88,9 +88,9 @@ def ida(table, quantity: str, intensity: str, record: str = "record", threshold=
     level = np.asarray(table[intensity].values, dtype=float)
     order = np.argsort(level)
     response, level = response[:, order], level[order]
-    counted = np.isfinite(response).any(axis=0)
+    columns = np.isfinite(response).any(axis=0)
     fractiles = np.full((3, level.size), np.nan)
-    fractiles[:, counted] = np.nanquantile(response[:, counted], FRACTILES, axis=0)
+    fractiles[:, columns] = np.nanquantile(response[:, columns], FRACTILES, axis=0)
     capacity = [_capacity_intensity(row, level, threshold) for row in response]
     labels = (label_of(table, quantity), label_of(table, intensity))
     names = [str(name) for name in table[record].values]
@@ -101,12 +101,12 @@ def _capacity_intensity(row: np.ndarray, level: np.ndarray, threshold: float | N
     """Return the capacity (see `Ida`) for a record from its responses at the levels."""
     if threshold is None:
         return np.nan
-    above = np.flatnonzero(row > threshold)
-    if not above.size:
+    failures = np.flatnonzero(row > threshold)
+    if not failures.size:
         return np.nan if np.any(np.isnan(row)) else np.inf
-    first = above[0]
+    first = failures[0]
     if np.any(np.isnan(row[:first])):
         return np.nan
     low, high = (row[first - 1], row[first]) if first else (0.0, row[first])
-    below = level[first - 1] if first else 0.0
-    return float(below + (level[first] - below) * (threshold - low) / (high - low))
+    lower = level[first - 1] if first else 0.0
+    return float(lower + (level[first] - lower) * (threshold - low) / (high - low))

@@ -31,33 +31,36 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
     xarray.Dataset
         Results, and ``status`` and ``message`` of each case.
     """
-    cases = [{name: plain(value) for name, value in one.items()} for one in plan.changes()]
+    cases = [{name: plain(value) for name, value in values.items()} for values in plan.changes()]
     workers = workers_of(executor) or _WORKERS
     size = max(1, -(-len(cases) // (workers * _TASKS_EACH)))
     starts = range(0, len(cases), size)
     futures = {executor.submit(call_each, plan.model, cases[i : i + size]): i for i in starts}
     rows: list = [None] * len(cases)
-    done, failed, left = 0, 0, set(futures)
-    while left:
-        ended, left = wait(left, return_when=FIRST_COMPLETED)
-        for future in ended:
-            found = future.result()
-            rows[futures[future] : futures[future] + len(found)] = found
-            done, failed = done + len(found), failed + sum(bool(words) for _, words in found)
+    count, fails, pending = 0, 0, set(futures)
+    while pending:
+        finished, pending = wait(pending, return_when=FIRST_COMPLETED)
+        for future in finished:
+            results = future.result()
+            rows[futures[future] : futures[future] + len(results)] = results
+            count, fails = (
+                count + len(results),
+                fails + sum(bool(message) for _, message in results),
+            )
         if progress:
-            progress(done, failed)
+            progress(count, fails)
     return _make_table(plan, rows)
 
 
 def call_each(function: Callable, cases: Sequence[dict]) -> list[tuple[dict, str]]:
     """Call a function for each case; return its values and the message of its failure, if any."""
-    found = []
+    results = []
     for values in cases:
         try:
-            found.append((returned("value", function(**values)), ""))
+            results.append((returned("value", function(**values)), ""))
         except Exception as error:  # an error fails only this case
-            found.append(({}, f"{type(error).__name__}: {error}"))
-    return found
+            results.append(({}, f"{type(error).__name__}: {error}"))
+    return results
 
 
 def _make_table(plan: Plan, rows: list):
@@ -65,20 +68,20 @@ def _make_table(plan: Plan, rows: list):
     import xarray as xr
 
     dims, shape = tuple(plan.dims), tuple(plan.dims.values())
-    messages = np.array([words for _, words in rows], dtype=object)
+    messages = np.array([message for _, message in rows], dtype=object)
     status = np.where(messages == "", "complete", "failed").astype(object)
     variables = {
         "status": (dims, status.reshape(shape)),
         "message": (dims, messages.reshape(shape)),
     }
     coordinates = {
-        name: (tuple(where), coordinate_values([plain(v) for v in values]), attributes)
+        name: (tuple(names), coordinate_values([plain(v) for v in values]), attributes)
         for axis in plan.axes
-        for name, (where, values, attributes) in axis.coordinates.items()
+        for name, (names, values, attributes) in axis.coordinates.items()
     }
     for name in dict.fromkeys(name for values, _ in rows for name in values):
-        first = next(values[name] for values, _ in rows if name in values)
-        inner = first if isinstance(first, Array) else Array(np.asarray(first), (), {})
+        sample = next(values[name] for values, _ in rows if name in values)
+        inner = sample if isinstance(sample, Array) else Array(np.asarray(sample), (), {})
         column = np.full((len(rows), *inner.values.shape), np.nan)
         for i, (values, _) in enumerate(rows):
             if name in values:

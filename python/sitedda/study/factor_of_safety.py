@@ -19,9 +19,9 @@ def factor_of_safety(file) -> dict:
     dict
         ``factor_of_safety``, its bounds ``stands_at`` and ``fails_at``, ``warning``.
     """
-    found = safety(file)
-    numbers = (found.factor, found.low, found.high)
-    return dict(zip(RESULTS, numbers, strict=True)) | {"warning": found.warning}
+    result = safety(file)
+    numbers = (result.factor, result.low, result.high)
+    return dict(zip(RESULTS, numbers, strict=True)) | {"warning": result.warning}
 
 
 factor_of_safety.results = RESULTS  # type: ignore[attr-defined]

@@ -38,10 +38,10 @@ def arguments_of(kind: str, values: Mapping) -> inspect.BoundArguments:
     try:
         return signature.bind(None, **values)
     except TypeError:
-        known = list(signature.parameters)[1:]
-        unknown = next((name for name in values if name not in known), None)
-        wrong = f"there is no value {unknown!r}" if unknown else "a value is missing"
-        raise InputError(f"kind {kind!r}: {wrong}; its values are {', '.join(known)}") from None
+        names = list(signature.parameters)[1:]
+        unknown = next((name for name in values if name not in names), None)
+        fault = f"there is no value {unknown!r}" if unknown else "a value is missing"
+        raise InputError(f"kind {kind!r}: {fault}; its values are {', '.join(names)}") from None
 
 
 def check_figures(figures, plan) -> list[dict]:
@@ -59,7 +59,7 @@ def check_figures(figures, plan) -> list[dict]:
     InputError
         If a name does not exist or a value is invalid.
     """
-    if not isinstance(figures, list) or not all(isinstance(one, Mapping) for one in figures):
+    if not isinstance(figures, list) or not all(isinstance(item, Mapping) for item in figures):
         raise InputError("figures must be a list of tables [[figures]]")
     for number, values in enumerate(figures, 1):
         try:
@@ -79,9 +79,9 @@ def _check_figure(values: dict, plan) -> None:
         raise InputError(f"select = {select!r}: give dimensions and values, as {{scale = 1.0}}")
     for name, value in select.items():
         _check_selection(name, value, plan)
-    asked = arguments_of(kind, values)
-    asked.apply_defaults()
-    for name, value in list(asked.arguments.items())[1:]:
+    arguments = arguments_of(kind, values)
+    arguments.apply_defaults()
+    for name, value in list(arguments.arguments.items())[1:]:
         _check_argument(name, value, select, plan)
 
 
@@ -104,16 +104,16 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
         if value in select and not isinstance(select[value], list):
             raise InputError(f"{name} = {value!r}: select reduces this dimension to one value")
         return
-    known, stem = _known_results(plan), value.partition("[")[0].partition(".")[0]
-    if known and not known & {value, stem}:
-        raise InputError(f"{name} = {value!r} is none of the results{nearest(value, known)}")
+    names, stem = _known_results(plan), value.partition("[")[0].partition(".")[0]
+    if names and not names & {value, stem}:
+        raise InputError(f"{name} = {value!r} is none of the results{nearest(value, names)}")
 
 
-def _check_dimension(what: str, name: str, plan) -> None:
+def _check_dimension(key: str, name: str, plan) -> None:
     """Check that a dimension exists in the study or in an array result."""
-    inner = what in ("x", "y", "select") and (name in RESERVED or _uses_functions(plan))
+    inner = key in ("x", "y", "select") and (name in RESERVED or _uses_functions(plan))
     if name not in plan.dims and not inner:
-        raise InputError(f"{what}: there is no dimension {name!r}{nearest(name, plan.dims)}; the "
+        raise InputError(f"{key}: there is no dimension {name!r}{nearest(name, plan.dims)}; the "
                          f"study has {', '.join(plan.dims)}")  # fmt: skip
 
 
@@ -122,15 +122,15 @@ def _check_selection(name: str, value, plan) -> None:
     _check_dimension("select", name, plan)
     if name not in plan.dims:
         return
-    known = np.arange(plan.dims[name])
+    existing = np.arange(plan.dims[name])
     for axis in plan.axes:
         dims, values, _ = axis.coordinates.get(name, ((), (), {}))
         if tuple(dims) == (name,):
-            known = np.asarray(values)
-    for one in value if isinstance(value, list) else [value]:
-        if not any(one == there and not isinstance(one, bool) for there in known.tolist()):
-            shown = ", ".join(map(str, known[:8])) + (" …" if len(known) > 8 else "")
-            raise InputError(f"select: {name} has no value {one!r}; it has {shown}")
+            existing = np.asarray(values)
+    for choice in value if isinstance(value, list) else [value]:
+        if not any(choice == item and not isinstance(choice, bool) for item in existing.tolist()):
+            listing = ", ".join(map(str, existing[:8])) + (" …" if len(existing) > 8 else "")
+            raise InputError(f"select: {name} has no value {choice!r}; it has {listing}")
 
 
 def _uses_functions(plan) -> bool:
@@ -144,11 +144,11 @@ def _known_results(plan) -> set[str]:
 
     The attribute ``results`` of a function contains the names of its results.
     """
-    of_task = {name for one in (plan.task, plan.model) for name in getattr(one, "results", ())}
+    of_task = {name for item in (plan.task, plan.model) for name in getattr(item, "results", ())}
     if of_task or _uses_functions(plan):
         return of_task
-    whole = {one.name for one in plan.quantities} & {"verdict", "figures", "histories"}
-    known = {one.label for one in plan.quantities}
-    if whole:
-        known |= NAMES | {f"history_{name}" for name in NAMES | {"energy_kinetic"}}
-    return known
+    groups = {item.name for item in plan.quantities} & {"verdict", "figures", "histories"}
+    names = {item.label for item in plan.quantities}
+    if groups:
+        names |= NAMES | {f"history_{name}" for name in NAMES | {"energy_kinetic"}}
+    return names

@@ -172,25 +172,25 @@ def _fit_record(seed, grid, target, duration, step, damping) -> Record:
     ground = 1.0 / grid[np.argmax(target)]
     motion = _filtered_noise(seed, count, step, ground) * _envelope(count)
     frequency = np.fft.rfftfreq(2 * count, step)
-    best, least = motion, np.inf
+    best, least_misfit = motion, np.inf
     for _ in range(_ROUNDS):
         ratio = target / _motion_spectrum(motion, step, grid, damping)
         misfit = float(np.sqrt(np.mean((1 / ratio - 1) ** 2)))
-        if misfit < least:
-            best, least = motion, misfit
-        if least < _GOOD:
+        if misfit < least_misfit:
+            best, least_misfit = motion, misfit
+        if least_misfit < _GOOD:
             break
         factor = np.interp(frequency, 1 / grid[::-1], ratio[::-1])
         spectrum = np.fft.rfft(motion, 2 * count) * factor
         spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # periods above twice the longest fitted one
         motion = _remove_drift(np.fft.irfft(spectrum)[:count] * _end_taper(count), step)
-    return Record(f"synthetic {seed}", best, step, least)
+    return Record(f"synthetic {seed}", best, step, least_misfit)
 
 
 def _motion_spectrum(motion, step, periods, damping) -> np.ndarray:
     """Return the pseudo-acceleration (m/s²) of a motion that is followed by rest."""
-    rest = np.zeros(int(np.ceil(periods[-1] / step)))
-    padded = np.concatenate([motion, rest])
+    zeros = np.zeros(int(np.ceil(periods[-1] / step)))
+    padded = np.concatenate([motion, zeros])
     return response_spectrum(padded, step, periods, damping).pseudo_acceleration
 
 
@@ -213,10 +213,10 @@ def _envelope(count: int) -> np.ndarray:
 def _end_taper(count: int) -> np.ndarray:
     """Return a cosine taper over the first and last 2 % of the samples."""
     n = max(count // 50, 1)
-    found = np.ones(count)
-    found[:n] = 0.5 - 0.5 * np.cos(np.pi * np.arange(n) / n)
-    found[-n:] = found[:n][::-1]
-    return found
+    taper = np.ones(count)
+    taper[:n] = 0.5 - 0.5 * np.cos(np.pi * np.arange(n) / n)
+    taper[-n:] = taper[:n][::-1]
+    return taper
 
 
 def _remove_drift(acceleration: np.ndarray, step: float) -> np.ndarray:

@@ -52,24 +52,24 @@ class FragilityBounds:
 
         k, n, tail = self.failures, self.trials, (1 - self.confidence) / 2
         low, high = np.zeros(len(k)), np.ones(len(k))
-        some, few = k > 0, k < n
+        some, below_n = k > 0, k < n
         low[some] = betaincinv(k[some], n[some] - k[some] + 1, tail)
-        high[few] = betaincinv(k[few] + 1, n[few] - k[few], 1 - tail)
+        high[below_n] = betaincinv(k[below_n] + 1, n[below_n] - k[below_n], 1 - tail)
         return low, high
 
     def band(self, intensity) -> tuple[np.ndarray, np.ndarray]:
         """Return bounds at other intensities, if the probability increases with the intensity."""
-        wanted = np.asarray(intensity, dtype=float)[..., None]
+        level = np.asarray(intensity, dtype=float)[..., None]
         low, high = self.bounds
-        return (np.where(self.intensity <= wanted, low, 0.0).max(-1),
-                np.where(self.intensity >= wanted, high, 1.0).min(-1))  # fmt: skip
+        return (np.where(self.intensity <= level, low, 0.0).max(-1),
+                np.where(self.intensity >= level, high, 1.0).min(-1))  # fmt: skip
 
     @property
     def words(self) -> str:
         """Return a sentence on the probability of failure at the design level, or largest level."""
-        at = self.intensity.max() if self.design is None else self.design
-        low, high = self.band(at)
-        return (f"No curve: {self.why}. At {self._format_level(at)} the probability of failure is "
+        x = self.intensity.max() if self.design is None else self.design
+        low, high = self.band(x)
+        return (f"No curve: {self.why}. At {self._format_level(x)} the probability of failure is "
                 f"between {low:.2g} and {high:.2g}")  # fmt: skip
 
     def _format_level(self, value: float) -> str:
@@ -81,8 +81,8 @@ class FragilityBounds:
 
         figure, (axes,) = canvas(1, size=(7.0, 4.6))
         x = np.linspace(0.0, 1.25 * self.intensity.max(), 300)[1:]
-        words = f"{self.confidence:.0%} confidence"
-        axes.fill_between(x, *self.band(x), color=BLUE, alpha=0.18, lw=0, label=words)
+        label = f"{self.confidence:.0%} confidence"
+        axes.fill_between(x, *self.band(x), color=BLUE, alpha=0.18, lw=0, label=label)
         self._draw_curve(axes, x)
         use = self.trials > 0
         axes.plot(self.intensity[use], self.failures[use] / self.trials[use], "o", color=INK, ms=5,
@@ -92,8 +92,8 @@ class FragilityBounds:
         axes.set(xlabel=labelled(self.name, self.unit), ylabel="probability of failure",
                  xlim=(0, x[-1]), ylim=(-0.02, 1.02))  # fmt: skip
         axes.legend(frameon=False, loc="best")
-        if doubt := "; ".join(filter(None, (self.why, self.doubt))):
-            axes.set_title("\n".join(wrap(doubt, 80)), fontsize=8, color=ORANGE, loc="left")
+        if warning := "; ".join(filter(None, (self.why, self.doubt))):
+            axes.set_title("\n".join(wrap(warning, 80)), fontsize=8, color=ORANGE, loc="left")
         return figure
 
     def _draw_curve(self, axes, x) -> None:
@@ -134,9 +134,9 @@ class Fragility(FragilityBounds):
 
         z = np.log(np.asarray(intensity, dtype=float) / self.median) / self.dispersion
         slope = np.stack([np.full_like(z, -1 / self.dispersion), -z], axis=-1)
-        spread = np.sqrt(np.einsum("...i,ij,...j", slope, self.covariance, slope))
-        wide = ndtri(0.5 + self.confidence / 2) * spread
-        return ndtr(z - wide), ndtr(z + wide)
+        deviation = np.sqrt(np.einsum("...i,ij,...j", slope, self.covariance, slope))
+        half_width = ndtri(0.5 + self.confidence / 2) * deviation
+        return ndtr(z - half_width), ndtr(z + half_width)
 
     @property
     def words(self) -> str:
@@ -188,15 +188,15 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     _check_maximum_exists(x, k, n)
     use = n > 0
     start = np.array([np.log(np.average(x[use], weights=n[use])), np.log(0.4)])
-    found = minimize(_negative_log_likelihood, start, (x, k, n), method="Nelder-Mead",
+    fit = minimize(_negative_log_likelihood, start, (x, k, n), method="Nelder-Mead",
                      options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 4000})  # fmt: skip
-    best = found.x
-    if not found.success or not _LEAST < np.exp(best[1]) < _MOST:
+    optimum = fit.x
+    if not fit.success or not _LEAST < np.exp(optimum[1]) < _MOST:
         raise InputError("the likelihood has no maximum: the dispersion is not determined")
-    covariance = np.linalg.inv(_information_matrix(best, x, k, n))
+    covariance = np.linalg.inv(_information_matrix(optimum, x, k, n))
     limit = 0.5 * float(chi2.ppf(confidence, 1))
-    first, second = (_profile_interval(i, best, covariance, limit, x, k, n) for i in range(2))
-    median, dispersion = map(float, np.exp(best))
+    first, second = (_profile_interval(i, optimum, covariance, limit, x, k, n) for i in range(2))
+    median, dispersion = map(float, np.exp(optimum))
     return Fragility(median=median, dispersion=dispersion, median_interval=first,
                      dispersion_interval=second, confidence=confidence, covariance=covariance,
                      intensity=x, failures=k, trials=n, **about)  # fmt: skip
@@ -222,9 +222,9 @@ def fragility_of(
         Design level of the intensity.
     """
     values = table[quantity]
-    others = [dim for dim in values.dims if dim != intensity]
-    trials = values.notnull().sum(others).values.astype(float)
-    failures = (values > threshold).sum(others).values.astype(float)
+    dims = [dim for dim in values.dims if dim != intensity]
+    trials = values.notnull().sum(dims).values.astype(float)
+    failures = (values > threshold).sum(dims).values.astype(float)
     level = table[intensity]
     doubts = (_horizon_warning(table, quantity), _scatter_warning(table))
     about = {"name": intensity, "unit": str(level.attrs.get("units", "")), "design": design,
@@ -253,10 +253,10 @@ def _horizon_warning(table, quantity: str) -> str:
     if decided is None:
         return (f"the horizon of {name}, after which values are random samples, is unknown; "
                 "a study with task = 'accuracy' computes this horizon")  # fmt: skip
-    beyond, known = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
-    if beyond == 0:
+    late, cases = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
+    if late == 0:
         return ""
-    return (f"{beyond} of {known} cases end after the horizon of {name}: each of these values is "
+    return (f"{late} of {cases} cases end after the horizon of {name}: each of these values is "
             "a random sample")  # fmt: skip
 
 
@@ -274,13 +274,13 @@ def _check_counts(x, k, n, confidence) -> None:
 
 def _check_maximum_exists(x, k, n) -> None:
     """Raise InputError if the likelihood of intensities, failures and trials has no maximum."""
-    failed, survived = x[k > 0], x[k < n]
-    if not failed.size or not survived.size:
-        which = "no case failed" if not failed.size else "all cases failed"
-        raise InputError(f"{which}: a fragility curve requires failures and survivals")
-    if failed.min() >= survived.max():
+    failing, survived = x[k > 0], x[k < n]
+    if not failing.size or not survived.size:
+        reason = "no case failed" if not failing.size else "all cases failed"
+        raise InputError(f"{reason}: a fragility curve requires failures and survivals")
+    if failing.min() >= survived.max():
         raise InputError(
-            f"no case fails below {failed.min():g}, and none survives above {survived.max():g}: "
+            f"no case fails below {failing.min():g}, and none survives above {survived.max():g}: "
             "the dispersion is not determined; add levels between these, or cases"
         )
     mixed = np.sum((k > 0) & (k < n))
@@ -300,15 +300,15 @@ def _negative_log_likelihood(p, x, k, n) -> float:
 def _information_matrix(p, x, k, n) -> np.ndarray:
     """Return the observed information: numerical Hessian of the negative log-likelihood."""
     h = 1e-4
-    found = np.empty((2, 2))
+    matrix = np.empty((2, 2))
     for i in range(2):
         for j in range(2):
             e, f = h * np.eye(2)[i], h * np.eye(2)[j]
             terms = [(p + e + f, 1), (p + e - f, -1), (p - e + f, -1), (p - e - f, 1)]
-            found[i, j] = sum(s * _negative_log_likelihood(q, x, k, n) for q, s in terms) / (
+            matrix[i, j] = sum(s * _negative_log_likelihood(q, x, k, n) for q, s in terms) / (
                 4 * h * h
             )
-    return found
+    return matrix
 
 
 def _profile_interval(i, best, covariance, limit, x, k, n) -> tuple[float, float]:
@@ -323,17 +323,17 @@ def _profile_interval(i, best, covariance, limit, x, k, n) -> tuple[float, float
             return _negative_log_likelihood((value, q) if i == 0 else (q, value), x, k, n)
 
         reach = 3.0 + abs(value - best[i])
-        found = minimize_scalar(other, bounds=(middle - reach, middle + reach), method="bounded",
+        fit = minimize_scalar(other, bounds=(middle - reach, middle + reach), method="bounded",
                                 options={"xatol": 1e-10})  # fmt: skip
-        return found.fun - lowest - limit
+        return fit.fun - lowest - limit
 
     ends = []
-    for side, beyond in ((-1, 0.0), (1, np.inf)):
-        far = next((d for d in 2.0 ** np.arange(1, 7) if excess(best[i] + side * d * step) > 0),
+    for side, limit_value in ((-1, 0.0), (1, np.inf)):
+        arm = next((d for d in 2.0 ** np.arange(1, 7) if excess(best[i] + side * d * step) > 0),
                    None)  # fmt: skip
-        if far is None:
-            ends.append(beyond)
+        if arm is None:
+            ends.append(limit_value)
             continue
-        root = brentq(lambda d, s=side: excess(best[i] + s * d * step), 0.0, far, xtol=1e-8)
+        root = brentq(lambda d, s=side: excess(best[i] + s * d * step), 0.0, arm, xtol=1e-8)
         ends.append(float(np.exp(best[i] + side * root * step)))
     return ends[0], ends[1]

@@ -33,12 +33,12 @@ def histories(output: Output) -> dict[str, Array]:
     """
     time = output["time"]
     look = np.linspace(time[0], time[-1], LOOKS + 1)
-    at = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1
-    found = {"energy_kinetic": output["energy_kinetic"][at]}  # present values, not largest ones
+    rows = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1
+    results = {"energy_kinetic": output["energy_kinetic"][rows]}  # present values, not largest ones
     numbers = engine_names("maxima numbers")
-    for name, so_far in zip(numbers, output["largest_so_far"][at].T, strict=True):
+    for name, so_far in zip(numbers, output["largest_so_far"][rows].T, strict=True):
         if np.isfinite(so_far).any():
-            found[f"largest_{name}"] = so_far
+            results[f"largest_{name}"] = so_far
     for i, point in enumerate(output.names("point") if output.has("velocity") else ()):
         if f"pga_m_s2[{point}]" not in output.attributes:
             continue
@@ -46,7 +46,7 @@ def histories(output: Output) -> dict[str, Array]:
         work = np.cumsum(acceleration[1:] ** 2 * np.diff(time)[:, None], axis=0)
         work = np.append(0.0, work[:, np.argmax(work[-1])])
         for name, values in (("pga_m_s2", acceleration), ("pgv_m_s", velocity)):
-            found[f"{name}[{point}]"] = np.maximum.accumulate(values.max(axis=1))[at]
-        found[f"arias_m_s[{point}]"] = np.pi / (2 * _GRAVITY) * work[at]
+            results[f"{name}[{point}]"] = np.maximum.accumulate(values.max(axis=1))[rows]
+        results[f"arias_m_s[{point}]"] = np.pi / (2 * _GRAVITY) * work[rows]
     return {f"history_{name}": Array(values, ("look",), {"look": look})
-            for name, values in found.items()}  # fmt: skip
+            for name, values in results.items()}  # fmt: skip

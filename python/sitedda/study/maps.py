@@ -38,17 +38,17 @@ class Map:
         from ..report.style import INK, new_figure
 
         figure, axes = new_figure(size=(7.0, 5.0))
-        shown = np.ma.masked_invalid(self.values)
-        mesh = axes.pcolormesh(self.x, self.y, shown, shading="nearest", cmap="viridis")
+        masked = np.ma.masked_invalid(self.values)
+        mesh = axes.pcolormesh(self.x, self.y, masked, shading="nearest", cmap="viridis")
         figure.colorbar(mesh, ax=axes, label=self.names[2])
-        whole = np.isfinite(self.values)
-        if min(self.values.shape) > 1 and whole.sum() > 3 and np.ptp(self.values[whole]) > 0:
-            lines = axes.contour(self.x, self.y, shown, 6, colors="white", linewidths=0.8)
+        finite = np.isfinite(self.values)
+        if min(self.values.shape) > 1 and finite.sum() > 3 and np.ptp(self.values[finite]) > 0:
+            lines = axes.contour(self.x, self.y, masked, 6, colors="white", linewidths=0.8)
             axes.clabel(lines, fontsize=8)
-            low, high = self.values[whole].min(), self.values[whole].max()
+            low, high = self.values[finite].min(), self.values[finite].max()
             if self.level is not None and low < self.level < high:
-                axes.contour(self.x, self.y, shown, [self.level], colors=INK, linewidths=2)
-        for i, j in zip(*np.nonzero(~whole), strict=True):
+                axes.contour(self.x, self.y, masked, [self.level], colors=INK, linewidths=2)
+        for i, j in zip(*np.nonzero(~finite), strict=True):
             axes.plot(self.x[j], self.y[i], "x", color=INK, ms=8)
         axes.set(xlabel=self.names[0], ylabel=self.names[1])
         return figure
@@ -70,13 +70,13 @@ def parameter_map(table, quantity: str, x: str, y: str, level: float | None = No
     if set(values.dims) != {x, y} or x == y:
         raise InputError(f"{quantity} has the dimensions {values.dims}, not {x!r} and {y!r}; "
                          "select one value of each other dimension")  # fmt: skip
-    places = [np.asarray(table[name].values) for name in (x, y)]
-    if any(place.dtype.kind not in "fiu" for place in places):
+    coordinates = [np.asarray(table[name].values) for name in (x, y)]
+    if any(coordinate.dtype.kind not in "fiu" for coordinate in coordinates):
         raise InputError("a map requires two parameters with numbers as values")
     names = label_of(table, x), label_of(table, y), label_of(table, quantity)
-    orders = [np.argsort(place) for place in places]
+    orders = [np.argsort(coordinate) for coordinate in coordinates]
     grid = values.transpose(y, x).values[np.ix_(orders[1], orders[0])]
-    return Map(places[0][orders[0]], places[1][orders[1]], grid, names, level)
+    return Map(coordinates[0][orders[0]], coordinates[1][orders[1]], grid, names, level)
 
 
 @dataclass(frozen=True)
@@ -133,16 +133,16 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
         Dimension of the samples.
     """
     values = table[quantity]
-    rest = [name for name in values.dims if name != dim]
-    if dim not in values.dims or len(rest) != 1:
+    remaining = [name for name in values.dims if name != dim]
+    if dim not in values.dims or len(remaining) != 1:
         raise InputError(f"{quantity} has the dimensions {values.dims}; give {dim!r} and "
                          "one other dimension")  # fmt: skip
-    samples = values.transpose(dim, rest[0]).values
+    samples = values.transpose(dim, remaining[0]).values
     samples = samples[np.all(np.isfinite(samples), axis=1)]
     if not len(samples):
         raise InputError(f"no case has a result {quantity}")
-    names = (label_of(table, rest[0]), label_of(table, quantity))
-    coordinate = np.asarray(table[rest[0]].values)
+    names = (label_of(table, remaining[0]), label_of(table, quantity))
+    coordinate = np.asarray(table[remaining[0]].values)
     return Bands(coordinate, np.quantile(samples, FRACTILES, axis=0), samples, names)
 
 

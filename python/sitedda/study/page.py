@@ -36,18 +36,18 @@ def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
 def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
     """Return the page of a study, see `write_report`."""
     sizes = " × ".join(f"{table.sizes[d]} {d}" for d in table.status.dims)
-    ended = ", ".join(f"{number} {status}" for status, number in sorted(counts(table).items()))
-    lead = f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {ended}."
+    summary = ", ".join(f"{number} {status}" for status, number in sorted(counts(table).items()))
+    lead = f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {summary}."
     page = Page(f"Study of {table.attrs.get('model', '')}".strip(), lead)
     page.add("Parameters", _parameter_table(table))
     sentences = [_add_figure(page, table, dict(values)) for values in figures]
-    page.lead = " ".join([*(f"{words}." for words in sentences if words), page.lead])
+    page.lead = " ".join([*(f"{sentence}." for sentence in sentences if sentence), page.lead])
     page.add("Results", _number_table(table))
-    for title, which, column in (("Failed cases", table.status.values == "failed", "message"),
+    for title, cases, column in (("Failed cases", table.status.values == "failed", "message"),
                                  ("Warnings", table.warning.values != "" if "warning" in table
                                   else np.zeros(table.status.shape, bool), "warning")):  # fmt: skip
-        if np.any(which):
-            page.add(title, _text_table(table, which, column))
+        if np.any(cases):
+            page.add(title, _text_table(table, cases, column))
     fixed = str(table.attrs.get("fixed", ""))
     page.provenance = provenance(
         model=str(table.attrs.get("model", "")),
@@ -60,46 +60,46 @@ def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
 def _parameter_table(table) -> Table:
     """Tabulate name, changed variable, unit and values of each parameter."""
     rows = []
-    for name, one in table.coords.items():
-        if set(one.dims) <= set(table.status.dims) and one.dims:
-            values = np.asarray(one.values).ravel()
-            shown = ", ".join(_format_value(v) for v in values[:8]) + (
+    for name, coordinate in table.coords.items():
+        if set(coordinate.dims) <= set(table.status.dims) and coordinate.dims:
+            values = np.asarray(coordinate.values).ravel()
+            listing = ", ".join(_format_value(v) for v in values[:8]) + (
                 " …" if values.size > 8 else ""
             )
-            changes, unit = (str(one.attrs.get(key, "")) for key in ("changes", "units"))
-            rows.append([name, changes, unit.replace("^2", "²"), str(values.size), shown])
+            changes, unit = (str(coordinate.attrs.get(key, "")) for key in ("changes", "units"))
+            rows.append([name, changes, unit.replace("^2", "²"), str(values.size), listing])
     return Table(["parameter", "variable of the input", "unit", "count", "values"], rows)
 
 
 def _number_table(table) -> Table:
     """Tabulate smallest, median and largest value of each result over all cases."""
     rows = []
-    for name, one in table.data_vars.items():
-        if one.dims != table.status.dims or one.dtype.kind != "f":
+    for name, result in table.data_vars.items():
+        if result.dims != table.status.dims or result.dtype.kind != "f":
             continue
         name = str(name)
         if name.endswith(BAR) and name.removesuffix(BAR) in table:
             continue
-        values = one.values[np.isfinite(one.values)]
+        values = result.values[np.isfinite(result.values)]
         if not values.size:
             continue
         stats = [*map(_format_value, (values.min(), np.median(values), values.max()))]
         if f"{name}{BAR}" in table:
-            bars = table[f"{name}{BAR}"].values[np.isfinite(one.values)]
-            for end, place in ((0, values.argmin()), (2, values.argmax())):
-                stats[end] = with_bar(values[place], bars[place])
-        words, unit = titled(name)
-        rows.append([words, unit, *stats, str(values.size)])
+            bars = table[f"{name}{BAR}"].values[np.isfinite(result.values)]
+            for end, index in ((0, values.argmin()), (2, values.argmax())):
+                stats[end] = with_bar(values[index], bars[index])
+        title, unit = titled(name)
+        rows.append([title, unit, *stats, str(values.size)])
     return Table(["quantity", "unit", "least", "median", "largest", "cases"], rows)
 
 
-def _text_table(table, which: np.ndarray, column: str) -> Table:
-    """Tabulate a text, such as the message, of the cases that `which` selects."""
+def _text_table(table, cases: np.ndarray, column: str) -> Table:
+    """Tabulate a text, such as the message, of the cases that `cases` selects."""
     rows = []
-    for place in list(zip(*np.nonzero(which), strict=True))[:_MOST]:
-        where = [_format_value(table[d].values[i]) if d in table.coords else str(i)
-                 for d, i in zip(table.status.dims, place, strict=True)]  # fmt: skip
-        rows.append([*where, str(table[column].values[place])])
+    for index in list(zip(*np.nonzero(cases), strict=True))[:_MOST]:
+        settings = [_format_value(table[d].values[i]) if d in table.coords else str(i)
+                 for d, i in zip(table.status.dims, index, strict=True)]  # fmt: skip
+        rows.append([*settings, str(table[column].values[index])])
     return Table([*map(str, table.status.dims), column], rows)
 
 
@@ -111,7 +111,7 @@ def _add_figure(page: Page, table, values: dict) -> str:
     arguments_of(kind, values)
     try:
         selected = table.sel(**select)
-        found = KINDS[kind](selected, **values)
+        figure = KINDS[kind](selected, **values)
     except KeyError as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: the table has no {trouble}") from None
     except InputError as error:  # the page contains the message instead of the picture
@@ -120,38 +120,38 @@ def _add_figure(page: Page, table, values: dict) -> str:
     except (TypeError, ValueError, IndexError) as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
     caption = f"{kind}: {titled(str(values.get('quantity', '')))[0]}"
-    facts = [(name, words) for name, words in _describe_figure(found) if words]
-    page.add(title, Picture(found.picture(), caption, kind), Facts(facts))
-    return getattr(found, "words", "")
+    facts = [(name, text) for name, text in _describe_figure(figure) if text]
+    page.add(title, Picture(figure.picture(), caption, kind), Facts(facts))
+    return getattr(figure, "words", "")
 
 
-def _describe_figure(found) -> list[tuple[str, str]]:
+def _describe_figure(figure) -> list[tuple[str, str]]:
     """Return the numbers of a figure as names and texts."""
-    if hasattr(found, "dispersion"):
-        low, high = found.median_interval
-        least, most = found.dispersion_interval
-        unit = found.unit.replace("^2", "²")
+    if hasattr(figure, "dispersion"):
+        low, high = figure.median_interval
+        lowest, highest = figure.dispersion_interval
+        unit = figure.unit.replace("^2", "²")
         return [
-            ("median", f"{found.median:.3g} {unit} ({low:.3g} … {high:.3g})"),
-            ("dispersion β", f"{found.dispersion:.3g} ({least:.3g} … {most:.3g})"),
-            ("confidence", f"{found.confidence:.0%}"),
-            ("warning", found.doubt),
+            ("median", f"{figure.median:.3g} {unit} ({low:.3g} … {high:.3g})"),
+            ("dispersion β", f"{figure.dispersion:.3g} ({lowest:.3g} … {highest:.3g})"),
+            ("confidence", f"{figure.confidence:.0%}"),
+            ("warning", figure.doubt),
         ]
-    if hasattr(found, "failures"):
-        low, high = found.bounds
-        rows = zip(found.intensity, found.failures, found.trials, low, high, strict=True)
-        levels = [(f"{found.name} {x:.4g}", f"{k:g} of {n:g} fail: probability {a:.2g} … {b:.2g}")
+    if hasattr(figure, "failures"):
+        low, high = figure.bounds
+        rows = zip(figure.intensity, figure.failures, figure.trials, low, high, strict=True)
+        levels = [(f"{figure.name} {x:.4g}", f"{k:g} of {n:g} fail: probability {a:.2g} … {b:.2g}")
                   for x, k, n, a, b in rows]  # fmt: skip
-        return [*levels, ("no curve", found.why), ("warning", found.doubt)]
-    if hasattr(found, "capacity"):
-        words = ", ".join(_format_value(v) for v in found.capacity_fractiles)
-        return [("capacity 16, 50, 84 %", words if found.threshold is not None else "")]
-    if hasattr(found, "total"):
+        return [*levels, ("no curve", figure.why), ("warning", figure.doubt)]
+    if hasattr(figure, "capacity"):
+        text = ", ".join(_format_value(v) for v in figure.capacity_fractiles)
+        return [("capacity 16, 50, 84 %", text if figure.threshold is not None else "")]
+    if hasattr(figure, "total"):
         return [(name, f"first {first:.4f}, total {total:.4f}") for name, first, total in
-                zip(found.names, found.first, found.total, strict=True)]  # fmt: skip
-    if hasattr(found, "swing"):
+                zip(figure.names, figure.first, figure.total, strict=True)]  # fmt: skip
+    if hasattr(figure, "swing"):
         return [(name, f"{swing:.4g}") for name, swing in
-                zip(found.names, found.swing, strict=True)]  # fmt: skip
+                zip(figure.names, figure.swing, strict=True)]  # fmt: skip
     return []
 
 

@@ -80,12 +80,12 @@ class Plan:
 
     def changes(self) -> Iterator[dict]:
         """Yield the changes of each case, in order."""
-        for place in np.ndindex(*self.dims.values()):
-            found, at = dict(self.fixed), 0
+        for index in np.ndindex(*self.dims.values()):
+            values, start = dict(self.fixed), 0
             for axis in self.axes:
-                found |= axis.changes(place[at : at + len(axis.dims)])
-                at += len(axis.dims)
-            yield found
+                values |= axis.changes(index[start : start + len(axis.dims)])
+                start += len(axis.dims)
+            yield values
 
     def write(self) -> "Plan":
         """Write inputs and manifest into the folder of the study; keep existing cases."""
@@ -144,7 +144,7 @@ class Plan:
             "dims": self.dims,
             "coordinates": coordinates,
             "fixed": {name: plain(value) for name, value in self.fixed.items()},
-            "quantities": [one.name for one in self.quantities],
+            "quantities": [item.name for item in self.quantities],
             "cases": self.keys,
         }
 
@@ -157,22 +157,22 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
     if callable(model) and task != "run":
         raise InputError("a model that is a function cannot have a task")
     default = DEFAULT if task == "run" and not callable(model) else ()
-    wanted = quantities_of(default if results is None else results)
-    if wanted and not default:
+    quantities = quantities_of(default if results is None else results)
+    if quantities and not default:
         raise InputError(
             "results cannot be selected if a function computes them; omit the argument results"
         )
     axes = axes_of(parameters)
-    where = None if folder is None else Path(folder).absolute()
-    return Plan(model, axes, wanted, task, dict(flat_changes(fixed or {})), where)
+    path = None if folder is None else Path(folder).absolute()
+    return Plan(model, axes, quantities, task, dict(flat_changes(fixed or {})), path)
 
 
 def plan_of_folder(folder) -> Plan:
     """Return the plan of the study in a folder, without axes and functions."""
     folder = Path(folder).absolute()
-    found = read_manifest(folder)
-    wanted = [one for one in found["quantities"] if ":" not in one]
-    return Plan(found["model"], [], quantities_of(wanted), folder=folder, keys=found["cases"])
+    manifest = read_manifest(folder)
+    names = [name for name in manifest["quantities"] if ":" not in name]
+    return Plan(manifest["model"], [], quantities_of(names), folder=folder, keys=manifest["cases"])
 
 
 def model_name(model) -> str:
@@ -199,7 +199,7 @@ def plain(value):
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray | list | tuple):
-        return [plain(one) for one in value]
+        return [plain(item) for item in value]
     if isinstance(value, str | int | float | bool | None):
         return value
     return str(value)
@@ -228,14 +228,14 @@ class _StudyFiles:
 
         return with_files(text, name_of, file)
 
-    def _copy_name(self, file, where: str) -> str:
+    def _copy_name(self, file, source: str) -> str:
         """Copy a file, or write a `Record`, unless this has been done; return the new name."""
         key = id(file) if hasattr(file, "data") else Path(file)
         if key not in self.names:
             try:
                 data = file.data if hasattr(file, "data") else read_bounded(key, _LARGEST)
             except SiteddaError as trouble:
-                raise InputError(f"{where}: {trouble}") from trouble
+                raise InputError(f"{source}: {trouble}") from trouble
             self.names[key] = keep_file(self.study, data, getattr(key, "suffix", ".txt"))
         return self.names[key]
 

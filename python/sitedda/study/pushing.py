@@ -59,16 +59,16 @@ class PushTo:
         """Run a pushover of an input; return the numbers named in `results`, and warnings."""
         from ..stability import limit_analysis, pushover
 
-        found = pushover(file, self.point, load=self.load, sense=self.sense,
+        curve = pushover(file, self.point, load=self.load, sense=self.sense,
                          displacement=self.displacement, steps=self.steps)  # fmt: skip
         results = {
-            "peak_factor": found.peak,
-            "displacement_at_peak_m": found.at_peak,
-            "end_factor": float(found.factor[-1]),
-            "end_displacement_m": float(found.displacement[-1]),
-            "work_j_m": float(found.work[-1]),
-            "slip_loss_j_m": float(found.friction[-1]),
-            "warning": "" if found.converged else found.ending,
+            "peak_factor": curve.peak,
+            "displacement_at_peak_m": curve.at_peak,
+            "end_factor": float(curve.factor[-1]),
+            "end_displacement_m": float(curve.displacement[-1]),
+            "work_j_m": float(curve.work[-1]),
+            "slip_loss_j_m": float(curve.friction[-1]),
+            "warning": "" if curve.converged else curve.ending,
         }
         if self.limits:
             limits = limit_analysis(file, direction=(self.sense, 0.0))

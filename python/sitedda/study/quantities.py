@@ -99,20 +99,20 @@ def quantities_of(results) -> list[Quantity]:
     if isinstance(results, Mapping):
         pairs: Iterable = results.items()
     else:
-        pairs = ((None, one) for one in results)
-    return [_parse_quantity(label, one) for label, one in pairs]
+        pairs = ((None, item) for item in results)
+    return [_parse_quantity(label, item) for label, item in pairs]
 
 
-def _parse_quantity(label: str | None, what) -> Quantity:
+def _parse_quantity(label: str | None, item) -> Quantity:
     """Convert a name or function to a quantity; raise InputError if the name is invalid."""
-    if callable(what):
-        return Quantity(label or what.__name__, function_name(what), what)
-    if not isinstance(what, str) or not (found := _PATH.fullmatch(what)):
-        raise InputError(f"{what!r} is not a quantity, such as largest_tilt_rad or "
+    if callable(item):
+        return Quantity(label or item.__name__, function_name(item), item)
+    if not isinstance(item, str) or not (match := _PATH.fullmatch(item)):
+        raise InputError(f"{item!r} is not a quantity, such as largest_tilt_rad or "
                          "displacement[top].x.max")  # fmt: skip
-    if found[4] and found[4] not in REDUCTIONS:
-        raise InputError(f"{what}: there is no {found[4]!r}; use {', '.join(REDUCTIONS)}")
-    return Quantity(label or what, what)
+    if match[4] and match[4] not in REDUCTIONS:
+        raise InputError(f"{item}: there is no {match[4]!r}; use {', '.join(REDUCTIONS)}")
+    return Quantity(label or item, item)
 
 
 class Output:
@@ -149,8 +149,8 @@ class Output:
     def dims(self, name: str) -> tuple[str, ...]:
         """Return the dimensions of a variable."""
         if name not in self._data.variables:
-            known = NAMES | set(self._data.variables)
-            raise InputError(f"an output has no quantity {name!r}{nearest(name, known)}")
+            names = NAMES | set(self._data.variables)
+            raise InputError(f"an output has no quantity {name!r}{nearest(name, names)}")
         return self._data[name].dimensions
 
     def units(self, name: str) -> str:
@@ -165,9 +165,9 @@ class Output:
                 self._values[name] = np.asarray(self._data[name][...])
         return self._values[name]
 
-    def names(self, what: str) -> list[str]:
+    def names(self, kind: str) -> list[str]:
         """Return the names of measured points or blocks."""
-        rows = self[what]
+        rows = self[kind]
         return [b"".join(row).decode("utf-8", "replace").strip("\0 ") for row in rows]
 
     def dataset(self, names: Iterable[str]):
@@ -178,13 +178,13 @@ class Output:
             from ..output.scene import open_output
 
             return open_output(self.file)
-        kept = {name: (self.dims(name), self[name]) for name in names if self.has(name)}
-        found = xr.Dataset(kept, attrs=self.attributes)
-        return found.assign_coords(point=("point", self.names("point")))
+        variables = {name: (self.dims(name), self[name]) for name in names if self.has(name)}
+        data = xr.Dataset(variables, attrs=self.attributes)
+        return data.assign_coords(point=("point", self.names("point")))
 
 
 def measure(
-    file: Path, wanted: Iterable[Quantity], notes: list[str] | None = None
+    file: Path, quantities: Iterable[Quantity], notes: list[str] | None = None
 ) -> tuple[dict[str, float], dict[str, Array]]:
     """Extract quantities from an output; return numbers and arrays by their labels.
 
@@ -205,7 +205,7 @@ def measure(
     ----------
     file : path
         Output of a run.
-    wanted : iterable of Quantity
+    quantities : iterable of Quantity
     notes : list of str, optional
         List to which the warnings of the run are appended.
 
@@ -217,8 +217,8 @@ def measure(
     numbers: dict[str, float] = {}
     arrays: dict[str, Array] = {}
     with Output(file) as output:
-        for one in wanted:
-            for label, value in _measure_one(output, one).items():
+        for quantity in quantities:
+            for label, value in _measure_one(output, quantity).items():
                 if isinstance(value, Array):
                     arrays[label] = value
                 else:
@@ -228,11 +228,11 @@ def measure(
     return numbers, arrays
 
 
-def _measure_one(output: Output, wanted: Quantity) -> dict:
+def _measure_one(output: Output, quantity: Quantity) -> dict:
     """Return the numbers and arrays of one quantity by their labels."""
-    if wanted.function:
-        return returned(wanted.label, wanted.function(_ended_run(output.file)))
-    name, label, component, reduction = _PATH.fullmatch(wanted.name).groups()
+    if quantity.function:
+        return returned(quantity.label, quantity.function(_ended_run(output.file)))
+    name, label, component, reduction = _PATH.fullmatch(quantity.name).groups()
     if name == "verdict":
         return _verdict_numbers(output, list(_TOPICS))
     if name == "figures":  # the engine lists the numbers that exceed rounding errors
@@ -241,20 +241,20 @@ def _measure_one(output: Output, wanted: Quantity) -> dict:
         return {n: v for n, v in _verdict_numbers(output, list(_TOPICS)).items() if n in keys}
     for part, names in _TOPICS.items():
         if name in names:
-            return {wanted.label: _verdict_number(output, part, name, label)}
+            return {quantity.label: _verdict_number(output, part, name, label)}
     if name == "histories":
         return histories(output)
     if name == "spectrum":
-        return {wanted.label: _compute_spectrum(output, wanted.name, label, component)}
+        return {quantity.label: _compute_spectrum(output, quantity.name, label, component)}
     if name == "amplification_ratio":
         from ..output.response import amplifications
 
-        found = amplifications(output.dataset([*_BLOCKS, *_HISTORY]))
-        if not found:
+        peaks = amplifications(output.dataset([*_BLOCKS, *_HISTORY]))
+        if not peaks:
             raise InputError(_NO_AMPLIFICATION)
-        frequency = {"frequency": found[0].frequency}
-        return {wanted.label: Array(found[0].ratio, ("frequency",), frequency, "1")}
-    return {wanted.label: _read_history(output, wanted.name, name, label, component, reduction)}
+        frequency = {"frequency": peaks[0].frequency}
+        return {quantity.label: Array(peaks[0].ratio, ("frequency",), frequency, "1")}
+    return {quantity.label: _read_history(output, quantity.name, name, label, component, reduction)}
 
 
 def _ended_run(file: Path):
@@ -270,12 +270,12 @@ def _verdict_numbers(output: Output, parts: Iterable[str]) -> dict[str, float]:
     """Return the numbers of parts (keys of `_TOPICS`) of the verdict by name."""
     if "amplification" not in input_values(output.attributes):
         parts = [part for part in parts if part != "add_damping"]
-    found = {name: 0.0 for part in parts for name in _TOPICS[part] if name in _ZERO}
+    numbers = {name: 0.0 for part in parts for name in _TOPICS[part] if name in _ZERO}
     if _WRITTEN in parts:
-        written = output.attributes.items()
-        found |= {n: v for n, v in written if n.partition("[")[0] in _TOPICS[_WRITTEN]}
-    read = [part for part in parts if part != _WRITTEN]
-    return found | _compute_verdict(output, read) if read else found
+        attributes = output.attributes.items()
+        numbers |= {n: v for n, v in attributes if n.partition("[")[0] in _TOPICS[_WRITTEN]}
+    computed = [part for part in parts if part != _WRITTEN]
+    return numbers | _compute_verdict(output, computed) if computed else numbers
 
 
 def _compute_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
@@ -285,10 +285,10 @@ def _compute_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
 
     names = [*_BLOCKS, *(name for part in parts for name in _NEEDS.get(part, ()))]
     data = output.dataset(dict.fromkeys(names))
-    scene, found = Scene.of(data), words.Verdict()
+    scene, result = Scene.of(data), words.Verdict()
     for part in parts:
-        getattr(words, part)(found, data if _NEEDS.get(part) is _HISTORY else scene)
-    return found.values
+        getattr(words, part)(result, data if _NEEDS.get(part) is _HISTORY else scene)
+    return result.values
 
 
 def _verdict_number(output: Output, part: str, name: str, label: str | None) -> float:
@@ -317,40 +317,40 @@ def _compute_spectrum(output: Output, name: str, point: str | None, axis: str | 
 
 def _read_history(output, path, name, label, component, reduction) -> Array | float:
     """Return a variable of a point or block as a function of time, or reduced to a number."""
-    place, reduction = _locate_history(output, path, name, label, component, reduction)
-    written = _WRITTEN_AS.get(name, name)
-    values, kept = output[written][place], output.dims(written)[0]
+    index, reduction = _locate_history(output, path, name, label, component, reduction)
+    stored = _WRITTEN_AS.get(name, name)
+    values, dim = output[stored][index], output.dims(stored)[0]
     if name == "displacement" and output.has("base_displacement"):
-        values = values - output["base_displacement"][:, place[-1]]
+        values = values - output["base_displacement"][:, index[-1]]
     if reduction:
         return float(REDUCTIONS[reduction](values))
-    time = output["time" if kept == "time" else "frame_time"]
-    return Array(values, (kept,), {kept: time}, output.units(written))
+    time = output["time" if dim == "time" else "frame_time"]
+    return Array(values, (dim,), {dim: time}, output.units(stored))
 
 
 def _locate_history(output, path, name, label, component, reduction) -> tuple[tuple, str | None]:
     """Return the index of a history in the array of its variable, and the name of its reduction."""
     dims = output.dims(_WRITTEN_AS.get(name, name))
-    place: list = [slice(None)]
+    index: list = [slice(None)]
     if component in REDUCTIONS and reduction is None and len(dims) < 3:
         component, reduction = None, component
     if dims[:1] not in (("time",), ("frame",)):
         raise InputError(f"{path}: {name} does not vary in time")
     if len(dims) > 1:
-        place.append(_find_index(path, f"a {dims[1]}", label, output.names(dims[1])))
+        index.append(_find_index(path, f"a {dims[1]}", label, output.names(dims[1])))
     if len(dims) > 2:
-        place.append(_find_index(path, f"a {dims[2]}", component, _LABELS.get(dims[2], ())))
-    return tuple(place), reduction
+        index.append(_find_index(path, f"a {dims[2]}", component, _LABELS.get(dims[2], ())))
+    return tuple(index), reduction
 
 
-def check_names(source, wanted: Iterable[Quantity]) -> None:
+def check_names(source, quantities: Iterable[Quantity]) -> None:
     """Check before a run that its output will contain quantities; see `measure`.
 
     Parameters
     ----------
     source : path or InputOfRun
         The input.
-    wanted : iterable of Quantity
+    quantities : iterable of Quantity
         Quantities; functions are not checked.
 
     Raises
@@ -362,7 +362,7 @@ def check_names(source, wanted: Iterable[Quantity]) -> None:
     """
     from ..engine.simulation import Simulation
 
-    names = [one.name for one in wanted if not one.function and one.name not in _WHOLE]
+    names = [item.name for item in quantities if not item.function and item.name not in _WHOLE]
     if not names:
         return
     with tempfile.TemporaryDirectory(prefix="sitedda-study-") as folder:
@@ -386,7 +386,7 @@ def _check_name(output: Output, path: str) -> None:
     kind = "measured_joint" if name in _JOINTS else "point" if name in _AT_POINTS else ""
     if kind:
         names = output.names(kind) if output.has(kind) else []
-        _find_index(path, f"a {kind}", label, [one or str(i) for i, one in enumerate(names, 1)])
+        _find_index(path, f"a {kind}", label, [item or str(i) for i, item in enumerate(names, 1)])
     elif name == "amplification_ratio":
         if "amplification" not in input_values(output.attributes):
             raise InputError(_NO_AMPLIFICATION)
@@ -396,20 +396,20 @@ def _check_name(output: Output, path: str) -> None:
         _locate_history(output, path, name, label, component, reduction)
 
 
-def _find_index(path: str, what: str, name: str | None, names) -> int:
+def _find_index(path: str, kind: str, name: str | None, names) -> int:
     """Return the index of a name, such as that of a point; raise InputError if it is missing."""
     if name in names:
         return list(names).index(name)
-    shown = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
+    listing = ", ".join(list(names)[:8]) + (" …" if len(names) > 8 else "")
     if name is None:
-        raise InputError(f"{path}: name the {what.partition(' ')[2]}, one of {shown}")
-    raise InputError(f"{path}: there is no {what.partition(' ')[2]} {name!r}; there are {shown}")
+        raise InputError(f"{path}: name the {kind.partition(' ')[2]}, one of {listing}")
+    raise InputError(f"{path}: there is no {kind.partition(' ')[2]} {name!r}; there are {listing}")
 
 
 def returned(label: str, value) -> dict:
     """Convert the value of a function (number, array, DataArray, mapping) to numbers and arrays."""
     if isinstance(value, Mapping):
-        return {k: v for name, one in value.items() for k, v in returned(str(name), one).items()}
+        return {k: v for name, item in value.items() for k, v in returned(str(name), item).items()}
     if hasattr(value, "dims") and hasattr(value, "coords"):
         coordinates = {d: np.asarray(value[d].values) for d in value.dims}
         units = str(value.attrs.get("units", ""))

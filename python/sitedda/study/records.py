@@ -90,13 +90,13 @@ class Records:
         if not self.records or not levels.size or not np.all(np.isfinite(levels) & (levels > 0)):
             raise InputError("give at least one record, and levels above 0")
         checked_name(self.measure)
-        motions = [self._read_motion(one) for one in self.records]
-        own = np.array(
-            [self._raw_measure(*both) for both in zip(self.records, motions, strict=True)]
+        motions = [self._read_motion(record) for record in self.records]
+        sizes = np.array(
+            [self._raw_measure(*pair) for pair in zip(self.records, motions, strict=True)]
         )
         power = 0.5 if self.measure == "arias" else 1.0
-        self.factors = (levels[None, :] / own[:, None]) ** power
-        names = [_record_name(one) for one in self.records]
+        self.factors = (levels[None, :] / sizes[:, None]) ** power
+        names = [_record_name(record) for record in self.records]
         names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
         self.dims = {"record": len(names), self.measure: levels.size}
         about: dict = {"units": _UNITS[self.measure]}
@@ -108,19 +108,19 @@ class Records:
             "factor": (("record", self.measure), self.factors, {"units": "1"}),
         }
 
-    def changes(self, place: tuple[int, ...]) -> dict:
+    def changes(self, index: tuple[int, ...]) -> dict:
         """Return the changes of &motion for a record and a level."""
-        record = self.records[place[0]]
+        record = self.records[index[0]]
         group = f"motion[{self.motion}]" if self.motion else "motion"
-        found: dict = {"values": None, "scale": float(self.factors[place])}
+        values: dict = {"values": None, "scale": float(self.factors[index])}
         if isinstance(record, Record):
-            found |= {"file": record, "format": "text", "quantity": "acceleration", "unit": "m/s2",
+            values |= {"file": record, "format": "text", "quantity": "acceleration", "unit": "m/s2",
                       "time_step": record.time_step}  # fmt: skip
         else:
-            found |= {"file": os.path.abspath(record), "format": self.format}
-            found |= {"quantity": self.quantity or None, "unit": self.unit or None}
-            found["time_step"] = self.time_step or None
-        return {f"{group}.{name}": value for name, value in found.items()}
+            values |= {"file": os.path.abspath(record), "format": self.format}
+            values |= {"quantity": self.quantity or None, "unit": self.unit or None}
+            values["time_step"] = self.time_step or None
+        return {f"{group}.{name}": value for name, value in values.items()}
 
     def _read_motion(self, record) -> tuple[np.ndarray, np.ndarray, float] | None:
         """Return acceleration (m/s²), velocity (m/s) and time step (s); None if not needed."""
@@ -129,24 +129,24 @@ class Records:
             return record.acceleration, velocity, record.time_step
         if self.measure == "scale":
             return None
-        read = read_record(record, self.format, self.quantity, self.unit, self.time_step)
-        return read.acceleration.values, read.velocity.values, float(read.time[1] - read.time[0])
+        data = read_record(record, self.format, self.quantity, self.unit, self.time_step)
+        return data.acceleration.values, data.velocity.values, float(data.time[1] - data.time[0])
 
     def _raw_measure(self, record, motion) -> float:
         """Return the intensity of an unscaled record."""
         if self.measure == "scale":
             return 1.0
         acceleration, velocity, step = motion
-        found = intensity(self.measure, acceleration, velocity, step, self.period, self.damping)
-        if not found > 0:
+        value = intensity(self.measure, acceleration, velocity, step, self.period, self.damping)
+        if not value > 0:
             raise InputError(f"{_record_name(record)} cannot be scaled: its {self.measure} is "
-                             f"{found:g}")  # fmt: skip
-        return found
+                             f"{value:g}")  # fmt: skip
+        return value
 
 
 def _ln_sa_scatter(motions: list) -> dict:
     """Return the scatter of ln Sa of records with a common mean, as an attribute of the table."""
-    if len(motions) < 2 or None in motions or not all(one[0].any() for one in motions):
+    if len(motions) < 2 or None in motions or not all(motion[0].any() for motion in motions):
         return {}
     shapes = np.array([np.log(spectral_acceleration(acceleration, step, _PERIODS, 0.05))
                        for acceleration, _, step in motions])  # fmt: skip

@@ -51,7 +51,7 @@ def distribution(values: Mapping):
     if not isinstance(kind, str) or kind not in _KINDS:
         raise InputError(f"distribution = {kind!r}: use {', '.join(_KINDS)}")
     try:
-        return _KINDS[kind](**{name: FINITE.check(name, one) for name, one in values.items()})
+        return _KINDS[kind](**{name: FINITE.check(name, number) for name, number in values.items()})
     except TypeError as trouble:
         raise InputError(f"distribution {kind!r}: {trouble}") from None
 
@@ -150,8 +150,8 @@ def read_points(file, count: int | None = None, name: str = "sample") -> Points:
     if len(rows) < (count or 1):
         raise InputError(f"{file} has {len(rows)} rows of values; {count or 1} are required")
     columns = zip(*(values for _, values in rows[:count]), strict=True)
-    return Points(name, {one: [FINITE.check(f"{file}: {one}", value) for value in column]
-                         for one, column in zip(names, columns, strict=True)})  # fmt: skip
+    return Points(name, {head: [FINITE.check(f"{file}: {head}", value) for value in column]
+                         for head, column in zip(names, columns, strict=True)})  # fmt: skip
 
 
 def _sobol_points(count: int, width: int, seed: int) -> np.ndarray:
@@ -160,9 +160,9 @@ def _sobol_points(count: int, width: int, seed: int) -> np.ndarray:
 
     count = _check_count(count)
     if count & (count - 1):
-        near = 1 << (count.bit_length() - 1)
+        power = 1 << (count.bit_length() - 1)
         raise InputError(f"count = {count}: a Sobol' sample requires a power of two, such as "
-                         f"{near} or {2 * near}")  # fmt: skip
+                         f"{power} or {2 * power}")  # fmt: skip
     return qmc.Sobol(width, seed=_random_generator(seed)).random(count)
 
 
@@ -181,10 +181,10 @@ def _values_at_points(distributions: Mapping, unit: np.ndarray) -> dict[str, lis
     """Transform points of the unit cube to values of the distributions, by variable."""
     if not distributions:
         raise InputError("a sample requires at least one parameter")
-    found = {}
-    for (path, one), column in zip(distributions.items(), unit.T, strict=True):
-        one = distribution(one) if isinstance(one, Mapping) else one
-        if not hasattr(one, "ppf"):
-            raise InputError(f"parameter {path!r}: {one!r} is not a distribution")
-        found[path] = one.ppf(column).tolist()
-    return found
+    result = {}
+    for (path, item), column in zip(distributions.items(), unit.T, strict=True):
+        item = distribution(item) if isinstance(item, Mapping) else item
+        if not hasattr(item, "ppf"):
+            raise InputError(f"parameter {path!r}: {item!r} is not a distribution")
+        result[path] = item.ppf(column).tolist()
+    return result

@@ -53,10 +53,10 @@ class Tornado:
         ):
             axes.barh(y, values - self.base, left=self.base, color=color, height=0.6,
                       label="low" if color == BLUE else "high")  # fmt: skip
-            for at, value, end in zip(y, values, ends, strict=True):
-                left = value < self.base
-                axes.annotate(f"{end:.4g}", (value, at), xytext=(-4 if left else 4, 0),
-                              textcoords="offset points", ha="right" if left else "left",
+            for height, value, end in zip(y, values, ends, strict=True):
+                is_left = value < self.base
+                axes.annotate(f"{end:.4g}", (value, height), xytext=(-4 if is_left else 4, 0),
+                              textcoords="offset points", ha="right" if is_left else "left",
                               va="center", fontsize=8)  # fmt: skip
         axes.axvline(self.base, color=INK, lw=1)
         axes.set_yticks(y, self.names)
@@ -82,10 +82,10 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
     low, high = values[1::2], values[2::2]
     ends = np.array([[table[n].values[1 + 2 * i], table[n].values[2 + 2 * i]]
                      for i, n in enumerate(names)], dtype=float)  # fmt: skip
-    found = Tornado(names, low, high, ends[:, 0], ends[:, 1], float(values[0]), quantity)
-    order = np.argsort(-found.swing, kind="stable")
+    diagram = Tornado(names, low, high, ends[:, 0], ends[:, 1], float(values[0]), quantity)
+    order = np.argsort(-diagram.swing, kind="stable")
     return Tornado([names[i] for i in order], low[order], high[order], ends[order, 0],
-                   ends[order, 1], found.base, quantity)  # fmt: skip
+                   ends[order, 1], diagram.base, quantity)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -169,24 +169,24 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
         raise InputError(f"{quantity} is the same in all cases: its variance is 0")
     rows = values.reshape(width + 2, -1)
     parts = {"f_A": rows[:1], "f_B": rows[1:2], "f_AB": rows[2:, None, :]}
-    found = stats.sobol_indices(func=parts, n=rows.shape[1])
+    indices = stats.sobol_indices(func=parts, n=rows.shape[1])
     rng = np.random.Generator(np.random.PCG64(seed))
-    spread = _bootstrap_intervals(rows, rng, confidence)
-    return SobolIndices(names, found.first_order, found.total_order, spread[0], spread[1],
+    intervals = _bootstrap_intervals(rows, rng, confidence)
+    return SobolIndices(names, indices.first_order, indices.total_order, intervals[0], intervals[1],
                         confidence, quantity)  # fmt: skip
 
 
 def _bootstrap_intervals(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
     """Return bootstrap intervals of first and total indices, shape (2, parameters, 2)."""
-    found = np.empty((times, 2, len(rows) - 2))
+    indices = np.empty((times, 2, len(rows) - 2))
     for i in range(times):
         a, b, *mixed = rows[:, rng.integers(rows.shape[1], size=rows.shape[1])]
         middle = np.mean([a, b])
         variance = np.var([a, b])
         a, b, mixed = a - middle, b - middle, np.array(mixed) - middle
-        found[i, 0] = np.mean(b * (mixed - a), axis=1) / variance
-        found[i, 1] = 0.5 * np.mean((a - mixed) ** 2, axis=1) / variance
-    ends = np.quantile(found, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
+        indices[i, 0] = np.mean(b * (mixed - a), axis=1) / variance
+        indices[i, 1] = 0.5 * np.mean((a - mixed) ** 2, axis=1) / variance
+    ends = np.quantile(indices, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
     return np.moveaxis(ends, 0, -1)
 
 
@@ -194,7 +194,7 @@ def _parameter_names(table, dim: str) -> list[str]:
     """Return the names of the parameters that vary along a dimension."""
     if dim not in table.sizes:
         raise InputError(f"the table has no dimension {dim!r}; it has {', '.join(table.sizes)}")
-    return [name for name, one in table.coords.items() if one.dims == (dim,) and name != dim]
+    return [name for name, item in table.coords.items() if item.dims == (dim,) and name != dim]
 
 
 def _require_complete(table, quantity: str, dim: str) -> None:

@@ -115,13 +115,13 @@ def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
     _check_names(values, "")
     if "model" not in values:
         raise InputError("model is missing: give the name of the input file")
-    here = file.parent
-    folder = folder or here / _path_in_folder(
-        here, "folder", values.get("folder", f"{file.stem}_study")
+    parent = file.parent
+    folder = folder or parent / _path_in_folder(
+        parent, "folder", values.get("folder", f"{file.stem}_study")
     )
     plan = make_plan(
-        here / values["model"],
-        _parse_axes(values, here),
+        parent / values["model"],
+        _parse_axes(values, parent),
         values.get("results"),
         folder,
         values.get("fixed"),
@@ -129,7 +129,7 @@ def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
     )
     table = folder / "table.nc"
     if "table" in values:
-        table = here / _path_in_folder(here, "table", values["table"])
+        table = parent / _path_in_folder(parent, "table", values["table"])
     time_limit, memory = values.get("time_limit", np.inf), values.get("memory")
     check_limits(memory, time_limit)
     slurm = dict(values.get("slurm", {}))
@@ -145,65 +145,65 @@ def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
 
 def _parse_task(values: dict):
     """Return the task of the cases: 'run', 'safety', or a table [solve] or [pushover]."""
-    given = [name for name in _TASKS if name in values]
-    if not given:
+    tasks = [name for name in _TASKS if name in values]
+    if not tasks:
         return values.get("task", "run")
-    table = given[0]
-    if len(given) > 1:
-        raise InputError(f"[{table}] and [{given[1]}] are two tasks: remove one")
+    table = tasks[0]
+    if len(tasks) > 1:
+        raise InputError(f"[{table}] and [{tasks[1]}] are two tasks: remove one")
     if "task" in values or "results" in values:
         raise InputError(f"[{table}] defines task and results: remove task and results")
-    told = dict(values[table])
-    _check_names(told, table)
-    for one in fields(_TASKS[table]):
-        if one.default is MISSING and one.name not in told:
-            raise InputError(f"[{table}] {one.name} is missing")
-    if isinstance(told.get("between"), list):
-        told["between"] = tuple(told["between"])
-    return _TASKS[table](**told).checked()
+    options = dict(values[table])
+    _check_names(options, table)
+    for entry in fields(_TASKS[table]):
+        if entry.default is MISSING and entry.name not in options:
+            raise InputError(f"[{table}] {entry.name} is missing")
+    if isinstance(options.get("between"), list):
+        options["between"] = tuple(options["between"])
+    return _TASKS[table](**options).checked()
 
 
-def _path_in_folder(here: Path, what: str, name) -> str:
-    """Return the path of a file that a study writes; raise InputError if outside of `here`."""
+def _path_in_folder(parent: Path, key: str, name) -> str:
+    """Return the path of a file that a study writes; raise InputError if outside of `parent`."""
     if not name:
-        raise InputError(f"{what} = {name!r} is not a file name")
-    if not is_below(here, name):
-        option = {"folder": "--folder", "table": "--output"}[what]
-        raise InputError(f"{what} = {name!r} is outside of the folder of the study file; "
-                         f"to write there, remove {what} and use the option {option}")  # fmt: skip
+        raise InputError(f"{key} = {name!r} is not a file name")
+    if not is_below(parent, name):
+        option = {"folder": "--folder", "table": "--output"}[key]
+        raise InputError(f"{key} = {name!r} is outside of the folder of the study file; "
+                         f"to write there, remove {key} and use the option {option}")  # fmt: skip
     return name
 
 
-def _check_values(where: str, values) -> None:
+def _check_values(path: str, values) -> None:
     """Check that texts contain no control characters, and that numbers are finite.
 
     Limits may be infinite; figures are checked separately.
     """
     if isinstance(values, str):
-        plain_text(where, values)
+        plain_text(path, values)
     elif isinstance(values, float) and not np.isfinite(values):
-        if where == "time_limit" or where.startswith("figures."):
+        if path == "time_limit" or path.startswith("figures."):
             return
-        raise InputError(f"{where} = {values} is not a finite number")
+        raise InputError(f"{path} = {values} is not a finite number")
     elif isinstance(values, Mapping):
         for name, value in values.items():
             plain_text("a name", name)
-            _check_values(f"{where}.{name}" if where else name, value)
+            _check_values(f"{path}.{name}" if path else name, value)
     elif isinstance(values, list):
         for value in values:
-            _check_values(where, value)
+            _check_values(path, value)
 
 
-def _parse_axes(values: dict, here: Path) -> list[Axis]:
+def _parse_axes(values: dict, parent: Path) -> list[Axis]:
     """Return the axes of [parameters], [sample] and [records]."""
     axes: list = []
     parameters = {path: _parse_values(path, v) for path, v in values.get("parameters", {}).items()}
     if parameters:
         axes.append(parameters)
     if "sample" in values:
-        axes.append(_parse_sample(values["sample"], here))
+        axes.append(_parse_sample(values["sample"], parent))
     if "records" in values:
-        axes.append(_parse_records(values["records"], here))
+        axes.append(_parse_records(values["records"], parent))
     if not axes and not any(name in values for name in _TASKS):
         raise InputError("nothing varies: give [parameters], [sample], [records], [solve] or "
                          "[pushover]")  # fmt: skip
@@ -216,8 +216,8 @@ def _parse_values(path: str, values):
         return values
     _check_names(values, "parameter", f"parameter {path!r}: ")
     changes = values.get("changes")
-    found = values.get("values")
-    if found is None:
+    numbers = values.get("values")
+    if numbers is None:
         if not all(name in values for name in ("from", "to", "count")):
             raise InputError(f"parameter {path!r}: give a list, or from, to and count")
         space = {"linear": np.linspace, "log": np.geomspace}.get(values.get("spacing", "linear"))
@@ -228,40 +228,40 @@ def _parse_values(path: str, values):
                 f"parameter {path!r}: spacing = 'log' requires from and to of the same sign"
             )
         ends = float(values["from"]), float(values["to"])
-        found = space(*ends, int(values["count"])).tolist()
-        if isinstance(values["from"], int) and all(one.is_integer() for one in found):
-            found = list(map(int, found))  # seeds and counts must be integers
-    return (changes, found) if changes else found
+        numbers = space(*ends, int(values["count"])).tolist()
+        if isinstance(values["from"], int) and all(number.is_integer() for number in numbers):
+            numbers = list(map(int, numbers))  # seeds and counts must be integers
+    return (changes, numbers) if changes else numbers
 
 
-def _parse_sample(values: dict, here: Path):
+def _parse_sample(values: dict, parent: Path):
     """Return the axis of [sample]: a design, or rows of a file with further random parameters."""
     _check_names(values, "sample")
     method, parameters = values.get("method", "latin_hypercube"), values.get("parameters", {})
     if method == "one_at_a_time":
         return one_at_a_time(parameters)
     if method not in _SAMPLES:
-        known = ", ".join([*_SAMPLES, "one_at_a_time"])
-        raise InputError(f"[sample] method = {method!r}: use {known}")
+        methods = ", ".join([*_SAMPLES, "one_at_a_time"])
+        raise InputError(f"[sample] method = {method!r}: use {methods}")
     if "file" in values:
         if method != "latin_hypercube":
             raise InputError("[sample] file requires method = 'latin_hypercube'")
-        read = read_points(here / values["file"], values.get("count"))
+        points = read_points(parent / values["file"], values.get("count"))
         if not parameters:
-            return read
-        others = latin_hypercube(read.dims[read.name], parameters, values.get("seed", 0))
-        return Points(read.name, {**read.values, **others.values})
+            return points
+        extra = latin_hypercube(points.dims[points.name], parameters, values.get("seed", 0))
+        return Points(points.name, {**points.values, **extra.values})
     if "count" not in values:
         raise InputError("[sample] count is missing")
     return _SAMPLES[method](values["count"], parameters, values.get("seed", 0))
 
 
-def _parse_records(values: dict, here: Path) -> Records:
+def _parse_records(values: dict, parent: Path) -> Records:
     _check_names(values, "records")
     values = dict(values)
     if "levels" not in values:
         raise InputError("[records] levels are missing")
-    records = [here / name for name in values.pop("files", [])]
+    records = [parent / name for name in values.pop("files", [])]
     if "synthetic" in values:
         records += _parse_synthetic(values.pop("synthetic"))
     return Records(records, **values)
@@ -293,22 +293,22 @@ def _parse_synthetic(values: dict) -> list:
     return synthetic(range(first, first + count), target, **values)
 
 
-def _check_names(values: Mapping, table: str, where: str | None = None) -> None:
+def _check_names(values: Mapping, table: str, path: str | None = None) -> None:
     """Check the names in a table, and the types or ranges of their values; see `_KNOWN`."""
-    where = (f"[{table}] " if table else "") if where is None else where
+    path = (f"[{table}] " if table else "") if path is None else path
     for name, value in values.items():
         if name not in _KNOWN[table]:
-            raise InputError(f"{where}there is no name {name!r}{nearest(name, _KNOWN[table])}")
+            raise InputError(f"{path}there is no name {name!r}{nearest(name, _KNOWN[table])}")
         kind = _KNOWN[table][name]
         if isinstance(kind, Range):
-            _check_number(where + name, kind, value)
+            _check_number(path + name, kind, value)
         elif kind == _NUMBERS:
             if not isinstance(value, list):
-                raise InputError(f"{where}{name} = {value!r} is not a list of numbers")
-            for one in value:
-                _check_number(where + name, FINITE, one)
+                raise InputError(f"{path}{name} = {value!r} is not a list of numbers")
+            for item in value:
+                _check_number(path + name, FINITE, item)
         elif kind and not isinstance(value, kind):
-            raise InputError(f"{where}{name} = {value!r} is not {_WORDS[kind]}")
+            raise InputError(f"{path}{name} = {value!r} is not {_WORDS[kind]}")
 
 
 def _check_number(name: str, kind: Range, value) -> None:

@@ -135,7 +135,7 @@ class Slurm:
             if not number or not 0 <= value < math.inf or (name == "each" and value != int(value)):
                 raise InputError(f"{name} = {value!r}: give a number of 0 or more")
         if isinstance(self.options, str) or not all(
-            isinstance(word, str) for word in (self.program, self.time, *self.options)
+            isinstance(text, str) for text in (self.program, self.time, *self.options)
         ):
             raise InputError("program and time must be strings, options a list of strings")
 
@@ -152,14 +152,14 @@ class Slurm:
             raise InputError(
                 "program: a study must not name the executable; use sitedda study plan --program"
             )
-        found = cls(**values)
-        for option in found.options:
+        options = cls(**values)
+        for option in options.options:
             if (name := option.lstrip("-").partition("=")[0]) not in _HARMLESS:
                 raise InputError(
                     f"options: --{name} may name a file to write or execute, or the script sets "
                     "this option; give it on the command line of sbatch"
                 )
-        return found
+        return options
 
 
 def write_batch(plan: Plan, slurm: Slurm) -> Path:
@@ -192,7 +192,7 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
         memory=math.ceil(slurm.memory or _BASE + 2.0 * estimate["memory"]),
         time=slurm.time or f"{minutes // 60}:{minutes % 60:02d}:00",
         log=_escape_for_sbatch(str(plan.folder).replace("%", "%%")) + "/slurm-%A_%a.log",
-        options="\n".join(f"#SBATCH {_escape_option(one)}" for one in slurm.options),
+        options="\n".join(f"#SBATCH {_escape_option(option)}" for option in slurm.options),
         count=len(keys),
         each=each,
         program_name=program.name,
@@ -209,23 +209,23 @@ def write_batch(plan: Plan, slurm: Slurm) -> Path:
 def submit(script: Path) -> str:
     """Submit a script by sbatch; return the output of sbatch."""
     try:
-        done = subprocess.run(["sbatch", str(script)], capture_output=True, text=True, check=False)
+        reply = subprocess.run(["sbatch", str(script)], capture_output=True, text=True, check=False)
     except OSError as trouble:
         raise OutputError(f"sbatch cannot be started: {trouble.strerror}; on a machine with "
                           f"Slurm, run sbatch {shlex.quote(str(script))}") from trouble  # fmt: skip
-    if done.returncode:
-        raise OutputError(f"sbatch rejects {script}: {done.stderr.strip()}")
-    return done.stdout.strip()
+    if reply.returncode:
+        raise OutputError(f"sbatch rejects {script}: {reply.stderr.strip()}")
+    return reply.stdout.strip()
 
 
 def native_program(name: str = "") -> Path:
     """Return the path of sitedda-native: of this name, beside this Python, or in PATH."""
-    beside = Path(sys.executable).parent / "sitedda-native"
-    found = shutil.which(name) if name else str(beside) if beside.exists() else None
-    found = found or (None if name else shutil.which("sitedda-native"))
-    if not found:
+    local = Path(sys.executable).parent / "sitedda-native"
+    program = shutil.which(name) if name else str(local) if local.exists() else None
+    program = program or (None if name else shutil.which("sitedda-native"))
+    if not program:
         raise InputError(f"{name or 'sitedda-native'} is not found; give its path by --program")
-    return Path(plain_text("program", str(Path(found).resolve())))
+    return Path(plain_text("program", str(Path(program).resolve())))
 
 
 def build_inputs(plan: Plan) -> None:

@@ -76,23 +76,23 @@ class Root:
         """Return a sentence with the root and warnings."""
         from ..base.numbers import with_bar
 
-        words = f"{self.parameter} = {with_bar(self.value, self.bar)}"
+        text = f"{self.parameter} = {with_bar(self.value, self.bar)}"
         if self.jumps:
-            words += f": {self.result} jumps past {self.target:g} there"
+            text += f": {self.result} jumps past {self.target:g} there"
         else:
-            words += f" for {self.result} = {self.target:g} ({len(self.trials)} runs)"
+            text += f" for {self.result} = {self.target:g} ({len(self.trials)} runs)"
         if self.crossings > 1:
-            words += f"; this is the lowest of {self.crossings} roots"
-        return words + (f"; {self.doubt}" if self.doubt else "")
+            text += f"; this is the lowest of {self.crossings} roots"
+        return text + (f"; {self.doubt}" if self.doubt else "")
 
     def to_dict(self) -> dict:
         """Return the numbers of the root, and a text ``warning``."""
-        found = {"root": self.value, "root_bar": self.bar, "root_low": self.low,
+        values = {"root": self.value, "root_bar": self.bar, "root_low": self.low,
                  "root_high": self.high, "reached": self.reached, "slope": self.slope,
                  "crossings": self.crossings, "jumps": int(self.jumps),
                  "runs": len(self.trials)}  # fmt: skip
-        more = f"the lowest of {self.crossings} roots" if self.crossings > 1 else ""
-        return found | {"warning": "; ".join(filter(None, [more, self.doubt]))}
+        note = f"the lowest of {self.crossings} roots" if self.crossings > 1 else ""
+        return values | {"warning": "; ".join(filter(None, [note, self.doubt]))}
 
 
 def solve_for(
@@ -165,16 +165,16 @@ def solve_for(
     target = FINITE.check("target", target)
     trials = Trials(model, [parameter], [result], task, changes)
     trials.target = target
-    found = _Bracket(trials, tolerance * max(abs(low), abs(high), abs(high - low)))
-    crossings = found.find(low, high)
-    found.shrink_to_tolerance(tolerance)
-    value, jump = found.locate_root(jumps)
-    half = max(value - found.low, found.high - value)
+    search = _Bracket(trials, tolerance * max(abs(low), abs(high), abs(high - low)))
+    crossings = search.find(low, high)
+    search.shrink_to_tolerance(tolerance)
+    value, jump = search.locate_root(jumps)
+    half = max(value - search.low, search.high - value)
     error, doubt = ([0.0], "") if jump else trials.errors_at((value,), accuracy)
-    bar, tried = half + abs(error[0] / found.slope), trials.tried()
+    bar, history = half + abs(error[0] / search.slope), trials.tried()
     return Root(
-        parameter, trials.name, target, value, bar, found.low, found.high, trials(value) + target,
-        found.slope, crossings, jump, tried, doubt,
+        parameter, trials.name, target, value, bar, search.low, search.high, trials(value) + target,
+        search.slope, crossings, jump, history, doubt,
     )  # fmt: skip
 
 
@@ -232,32 +232,34 @@ class _Bracket:
 
     def find(self, low: float, high: float) -> int:
         """Set the bracket to the lowest interval with a change of sign; count such intervals."""
-        places = [low, high]
+        points = [low, high]
         if self.trials(low) * self.trials(high) > 0:
-            places = np.linspace(low, high, INTERVALS + 1).tolist()
-        differences = [self.trials(place) for place in places]
+            points = np.linspace(low, high, INTERVALS + 1).tolist()
+        differences = [self.trials(point) for point in points]
         signs = np.sign(differences)
         crossed = np.flatnonzero(signs[:-1] * signs[1:] <= 0)
         if len(crossed) == 0:
             raise self._no_root_error(low, high)
-        first = int(crossed[0])
-        self.low, self.high = places[first], places[first + 1]
-        self.below, self.above = differences[first], differences[first + 1]
+        index = int(crossed[0])
+        self.low, self.high = points[index], points[index + 1]
+        self.below, self.above = differences[index], differences[index + 1]
         return len(crossed) - int(np.sum(signs[1:-1] == 0))
 
     def _no_root_error(self, low: float, high: float) -> NoRootError:
         """Return the error that the result does not cross the target in a range."""
         trials = self.trials
-        results = [found for _, found in trials.tried()]
-        least, most = min(results), max(results)
-        where = f"for {trials.parameter} from {low:g} to {high:g} ({len(results)} runs)"
-        if most - least <= _FLAT * max(abs(least), abs(most)):
-            words = f"{trials.name} does not depend on {trials.parameter}: it is {least:g} {where}"
-            return trials.failure("flat", words)
-        side = "above" if trials.target > most else "below"
-        words = (f"{trials.name} is between {least:g} and {most:g} {where}; the target "
+        results = [result for _, result in trials.tried()]
+        lowest, highest = min(results), max(results)
+        interval = f"for {trials.parameter} from {low:g} to {high:g} ({len(results)} runs)"
+        if highest - lowest <= _FLAT * max(abs(lowest), abs(highest)):
+            text = (
+                f"{trials.name} does not depend on {trials.parameter}: it is {lowest:g} {interval}"
+            )
+            return trials.failure("flat", text)
+        side = "above" if trials.target > highest else "below"
+        text = (f"{trials.name} is between {lowest:g} and {highest:g} {interval}; the target "
                  f"{trials.target:g} is {side} all these values")  # fmt: skip
-        return trials.failure("outside", words)
+        return trials.failure("outside", text)
 
     def take_value(self, value: float) -> None:
         """Replace an end of the bracket by a value, so that the sign still changes within."""
@@ -270,18 +272,18 @@ class _Bracket:
     def shrink_to_tolerance(self, tolerance: float) -> None:
         """Shrink the bracket by the method ITP to a relative tolerance."""
         half = 0.5 * tolerance * (max(abs(self.low), abs(self.high)) or self.scale)
-        first = self.high - self.low
-        most = max(0, math.ceil(math.log2(max(first / (2 * half), 1.0)))) + 1
-        for step in range(most + 1):
+        initial = self.high - self.low
+        steps = max(0, math.ceil(math.log2(max(initial / (2 * half), 1.0)))) + 1
+        for step in range(steps + 1):
             width = self.high - self.low
             if width <= 2 * half or 0.0 in (self.below, self.above):
                 return
             middle, secant = 0.5 * (self.low + self.high), self.secant_value()
             toward = math.copysign(1.0, middle - secant)
-            shift = _SHRINKING / first * width**_POWER
-            near = secant + toward * shift if shift <= abs(middle - secant) else middle
-            radius = max(0.0, half * 2.0 ** (most - step) - 0.5 * width)
-            self.take_value(near if abs(near - middle) <= radius else middle - toward * radius)
+            shift = _SHRINKING / initial * width**_POWER
+            trial = secant + toward * shift if shift <= abs(middle - secant) else middle
+            radius = max(0.0, half * 2.0 ** (steps - step) - 0.5 * width)
+            self.take_value(trial if abs(trial - middle) <= radius else middle - toward * radius)
 
     def secant_value(self) -> float:
         """Return the value at which a straight line between the ends reaches the target."""
@@ -290,28 +292,28 @@ class _Bracket:
 
     def locate_root(self, jumps: bool) -> tuple[float, bool]:
         """Return the root, and whether it is a jump; without `jumps`, a jump is an error."""
-        kept = self.low, self.high, self.below, self.above
-        before = abs(self.above - self.below)
+        state = self.low, self.high, self.below, self.above
+        jump_before = abs(self.above - self.below)
         self.slope = (self.above - self.below) / (self.high - self.low)
         if 0.0 in (self.below, self.above):
             self.low = self.high = self.low if self.below == 0.0 else self.high
             return self.low, False
         value = self.secant_value()
-        if abs(self.trials(value)) <= _JUMP * before / 4:
+        if abs(self.trials(value)) <= _JUMP * jump_before / 4:
             return value, False
         for _ in range(3):
             self.take_value(0.5 * (self.low + self.high))
-        jump = abs(self.above - self.below) > _JUMP * before
-        low, high, one, other = self.low, self.high, self.below, self.above
+        jump = abs(self.above - self.below) > _JUMP * jump_before
+        low, high, lower, upper = self.low, self.high, self.below, self.above
         trials = self.trials
         if jump and not jumps:
-            words = (f"{trials.name} jumps from {one + trials.target:g} to "
-                     f"{other + trials.target:g} between {trials.parameter} = {low:.8g} and "
+            text = (f"{trials.name} jumps from {lower + trials.target:g} to "
+                     f"{upper + trials.target:g} between {trials.parameter} = {low:.8g} and "
                      f"{high:.8g}, past the target {trials.target:g}; jumps = True accepts the "
                      "jump as a root")  # fmt: skip
-            raise trials.failure("jump", words, low, high)
+            raise trials.failure("jump", text, low, high)
         value = 0.5 * (low + high) if jump else self.secant_value()
         trials(value)
         if not jump:
-            self.low, self.high, self.below, self.above = kept
+            self.low, self.high, self.below, self.above = state
         return value, jump

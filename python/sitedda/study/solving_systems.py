@@ -56,10 +56,10 @@ class Roots:
 
         values = zip(self.parameters, self.value, self.bar, strict=True)
         solution = ", ".join(f"{name} = {with_bar(v, bar)}" for name, v, bar in values)
-        wanted = zip(self.results, self.target, strict=True)
-        targets = ", ".join(f"{name} = {value:g}" for name, value in wanted)
-        words = f"{solution} for {targets} ({len(self.trials)} runs)"
-        return words + (f"; {self.doubt}" if self.doubt else "")
+        pairs = zip(self.results, self.target, strict=True)
+        targets = ", ".join(f"{name} = {value:g}" for name, value in pairs)
+        text = f"{solution} for {targets} ({len(self.trials)} runs)"
+        return text + (f"; {self.doubt}" if self.doubt else "")
 
 
 def solve_system(
@@ -79,15 +79,15 @@ def solve_system(
         if len(set(names)) < len(names):
             raise InputError(f"{name} = {list(names)}: a name is repeated")
     aims = np.array([FINITE.check("target", value) for value in target])
-    ends = np.array([bracket_of(one) for one in between])
+    ends = np.array([bracket_of(pair) for pair in between])
     trials = Trials(model, parameters, results, task, changes)
     if len(set(trials.names)) < len(trials.names):
         raise InputError(f"two results have the name {trials.names[0]!r}: rename the functions")
     search = _Search(trials, aims, ends, tolerance)
-    value, reached, slope, last = search.run()
+    value, results_at, slope, step = search.run()
     errors, doubt = trials.errors_at(tuple(value.tolist()), accuracy)
-    bar = last + abs(np.linalg.inv(slope)) @ errors
-    return Roots(tuple(parameters), tuple(trials.names), aims, value, bar, reached, slope,
+    bar = step + abs(np.linalg.inv(slope)) @ errors
+    return Roots(tuple(parameters), tuple(trials.names), aims, value, bar, results_at, slope,
                  tuple(trials.done.items()), doubt)  # fmt: skip
 
 
@@ -100,23 +100,23 @@ class _Search:
 
     def run(self) -> tuple:
         """Return parameters, results, slopes and last step; raise NoRootError if none is found."""
-        size, first, nearest = len(self.aims), None, None
+        size, first_slopes, nearest = len(self.aims), None, None
         starts = [np.full(size, 1.5), *map(np.array, product((1.2, 1.8), repeat=size))]
         for start in islice(starts, _STARTS):
             slopes = self._fit_parameters(start, 1.0, 1).jac
-            first = slopes if first is None else first
+            first_slopes = slopes if first_slopes is None else first_slopes
             if not _are_independent(slopes):
                 continue  # the results may be independent at another starting point
             scale = np.linalg.norm(slopes, axis=1)
-            found = self._fit_parameters(start, scale, _SOLUTIONS)
-            slopes, gap = found.jac * scale[:, None], found.fun * scale
+            solution = self._fit_parameters(start, scale, _SOLUTIONS)
+            slopes, gap = solution.jac * scale[:, None], solution.fun * scale
             step = abs(np.linalg.lstsq(slopes, gap, rcond=None)[0])
             if _are_independent(slopes) and np.all(step <= self.close):
-                values = self._parameter_values(found.x)
+                values = self._parameter_values(solution.x)
                 return values, gap + self.aims, slopes / self.width, step * self.width
-            if nearest is None or found.cost < nearest.cost:
-                nearest = found
-        raise self._no_root_error(nearest.x) if nearest else self._dependence_error(first)
+            if nearest is None or solution.cost < nearest.cost:
+                nearest = solution
+        raise self._no_root_error(nearest.x) if nearest else self._dependence_error(first_slopes)
 
     def _fit_parameters(self, start: np.ndarray, scale, evaluations: int):
         """Return the least-squares fit of the misfits over `scale`, from a starting point."""
@@ -138,23 +138,23 @@ class _Search:
         """Return the error for results that do not depend independently on the parameters."""
         sides = ((self.trials.parameters, "changes none of the results"),
                  (self.trials.names, "depends on none of the parameters"))  # fmt: skip
-        for axis, (names, words) in enumerate(sides):
+        for axis, (names, text) in enumerate(sides):
             moves = slopes.any(axis)
             if not moves.all():
-                return self.trials.failure("flat", f"{names[int(np.argmin(moves))]} {words}")
+                return self.trials.failure("flat", f"{names[int(np.argmin(moves))]} {text}")
         names = " and ".join(self.trials.names)
         return self.trials.failure("dependent", f"{names} do not change independently with "
                                    f"{' and '.join(self.trials.parameters)}")  # fmt: skip
 
     def _no_root_error(self, u: np.ndarray):
         """Return the error that no solution was found; u are the best parameters."""
-        there = zip(self.trials.parameters, self._parameter_values(u), strict=True)
-        where = ", ".join(f"{name} = {value:.6g}" for name, value in there)
-        got = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)
-        what = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in got)
-        runs = len(self.trials.done)
-        return self.trials.failure("outside", f"none found within the ranges ({runs} runs); "
-                                   f"the closest is {where}, with {what}")  # fmt: skip
+        values = zip(self.trials.parameters, self._parameter_values(u), strict=True)
+        point = ", ".join(f"{name} = {value:.6g}" for name, value in values)
+        results = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)
+        found = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in results)
+        count = len(self.trials.done)
+        return self.trials.failure("outside", f"none found within the ranges ({count} runs); "
+                                   f"the closest is {point}, with {found}")  # fmt: skip
 
 
 def _are_independent(slopes: np.ndarray) -> bool:

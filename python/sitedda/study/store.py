@@ -49,17 +49,17 @@ def function_name(function: Callable) -> str:
         source = inspect.getsource(function)
     except (OSError, TypeError):
         source = ""
-    where = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', function)}"
-    return f"{where} {checksum(source)}"
+    name = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', function)}"
+    return f"{name} {checksum(source)}"
 
 
 def checksum(*parts: bytes | str) -> str:
     """Return 32 hexadecimal digits of SHA-256 over parts and their lengths."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for part in parts:
         data = part.encode("utf-8", "surrogateescape") if isinstance(part, str) else part
-        found.update(len(data).to_bytes(8, "little") + data)
-    return found.hexdigest()[:32]
+        digest.update(len(data).to_bytes(8, "little") + data)
+    return digest.hexdigest()[:32]
 
 
 def file_checksum(file) -> str:
@@ -102,11 +102,11 @@ def read_json(file: Path):
 
 def refuse_links(study: Path, file: Path) -> Path:
     """Return a path below the study; raise OutputError if it contains a link."""
-    at = Path(study)
+    path = Path(study)
     for part in file.relative_to(study).parts:
-        at = at / part
-        if part == ".." or at.is_symlink():
-            raise OutputError(f"{at} is a link; a study reads only below its own folder")
+        path = path / part
+        if part == ".." or path.is_symlink():
+            raise OutputError(f"{path} is a link; a study reads only below its own folder")
     return file
 
 
@@ -131,30 +131,30 @@ def locked(folder: Path, wait: bool) -> Iterator[bool]:
         os.close(handle)
 
 
-def write_result(folder: Path, status: str, message: str = "", **more) -> dict:
+def write_result(folder: Path, status: str, message: str = "", **extra) -> dict:
     """Write the results of a case: ``arrays`` to result.npy, everything else to result.json."""
-    arrays = more.pop("arrays", {})
+    arrays = extra.pop("arrays", {})
     if arrays:
         data = io.BytesIO()
         for values in (list(arrays), *arrays.values()):
             np.save(data, values, allow_pickle=False)
         write_whole(folder / "result.npy", data.getvalue())
-    found = {"status": status, "message": message, **more, "host": socket.gethostname()}
-    found["arrays"] = sorted(arrays)
-    write_whole(folder / "result.json", json.dumps(found))
-    return found
+    record = {"status": status, "message": message, **extra, "host": socket.gethostname()}
+    record["arrays"] = sorted(arrays)
+    write_whole(folder / "result.json", json.dumps(record))
+    return record
 
 
 def read_result(folder: Path) -> dict | None:
     """Return the result of a case without its arrays; None if there is no valid result."""
-    found = read_json(folder / "result.json")
-    return found if isinstance(found, dict) and _is_result(found) else None
+    record = read_json(folder / "result.json")
+    return record if isinstance(record, dict) and _is_result(record) else None
 
 
-def _is_result(found: dict) -> bool:
+def _is_result(record: dict) -> bool:
     """Return whether status, numbers and shapes of a result are valid."""
-    numbers, shapes = found.get("numbers", {}), found.get("shapes", {})
-    if not isinstance(found.get("status"), str) or not _is_number(found.get("seconds", 0.0)):
+    numbers, shapes = record.get("numbers", {}), record.get("shapes", {})
+    if not isinstance(record.get("status"), str) or not _is_number(record.get("seconds", 0.0)):
         return False
     if not isinstance(numbers, dict) or not isinstance(shapes, dict):
         return False
@@ -178,7 +178,7 @@ def _is_number(value) -> bool:
 
 
 def _are_texts(values) -> bool:
-    return isinstance(values, list) and all(isinstance(one, str) for one in values)
+    return isinstance(values, list) and all(isinstance(item, str) for item in values)
 
 
 def read_arrays(folder: Path) -> dict[str, np.ndarray]:
@@ -203,14 +203,14 @@ def read_manifest(study: Path) -> dict:
         If the folder contains no manifest, or it is damaged or has another format.
     """
     file = Path(study) / MANIFEST
-    found = read_json(file)
-    if not isinstance(found, dict):
+    data = read_json(file)
+    if not isinstance(data, dict):
         raise InputError(f"{study} is not the folder of a study: it contains no valid {MANIFEST}")
-    if found.get("format") != 1:
-        raise InputError(f"{file} has format {found.get('format')!r}; only format 1 is supported")
-    if wrong := _find_invalid_part(found):
-        raise InputError(f"{file} is damaged: {wrong} was not written by a study")
-    return found
+    if data.get("format") != 1:
+        raise InputError(f"{file} has format {data.get('format')!r}; only format 1 is supported")
+    if fault := _find_invalid_part(data):
+        raise InputError(f"{file} is damaged: {fault} was not written by a study")
+    return data
 
 
 def _find_invalid_part(manifest: dict) -> str:
@@ -225,21 +225,21 @@ def _find_invalid_part(manifest: dict) -> str:
             return name
     if not isinstance(coordinates, dict):
         return "coordinates"
-    for name, one in coordinates.items():
-        if not isinstance(one, dict) or not _is_coordinate(one, dims):
+    for name, item in coordinates.items():
+        if not isinstance(item, dict) or not _is_coordinate(item, dims):
             return f"coordinate {name!r}"
     return ""
 
 
-def _is_coordinate(one: dict, dims: dict) -> bool:
+def _is_coordinate(item: dict, dims: dict) -> bool:
     """Return whether values, dimensions and attributes of a coordinate are valid."""
-    attributes = one.get("attrs", {})
-    if not _are_texts(one.get("dims")) or not isinstance(attributes, dict):
+    attributes = item.get("attrs", {})
+    if not _are_texts(item.get("dims")) or not isinstance(attributes, dict):
         return False
     try:
-        values = np.asarray(one.get("values"))
+        values = np.asarray(item.get("values"))
     except (ValueError, OverflowError):  # rows of different lengths
         return False
-    fits = values.shape == tuple(dims.get(name, -1) for name in one["dims"])
-    plain = all(isinstance(value, str | int | float) for value in attributes.values())
-    return fits and plain and values.dtype.kind in "biufUS"
+    fits = values.shape == tuple(dims.get(name, -1) for name in item["dims"])
+    are_plain = all(isinstance(value, str | int | float) for value in attributes.values())
+    return fits and are_plain and values.dtype.kind in "biufUS"

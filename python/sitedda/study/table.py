@@ -54,8 +54,8 @@ def collect(study, file=None, arrays: bool = True):
     if file.suffix == ".zarr":
         _replace_zarr(results, file)
         return xr.open_zarr(file)
-    with written(file, "a netCDF file") as beside:
-        _write_netcdf(results, beside)
+    with written(file, "a netCDF file") as temporary:
+        _write_netcdf(results, temporary)
     return xr.open_dataset(file, cache=False)
 
 
@@ -86,8 +86,8 @@ def _replace_zarr(results: _Results, file: Path) -> None:
     except OutputError:
         raise
     except OSError as trouble:
-        words = trouble.strerror or trouble
-        raise OutputError(f"{file} cannot be written: {words}") from trouble
+        reason = trouble.strerror or trouble
+        raise OutputError(f"{file} cannot be written: {reason}") from trouble
 
 
 class _Results:
@@ -116,24 +116,24 @@ class _Results:
     def _read_case(self, number: int, key: str) -> None:
         """Read texts, numbers and shapes of arrays of a case."""
         folder = refuse_links(self.study, case_folder(self.study, key))
-        found = read_result(folder)
-        self.texts["status"][number] = found["status"] if found else "missing"
-        if not found:
+        result = read_result(folder)
+        self.texts["status"][number] = result["status"] if result else "missing"
+        if not result:
             return
-        self.texts["message"][number] = str(found.get("message", ""))
-        self.texts["warning"][number] = str(found.get("warning", ""))
-        self.seconds[number] = found.get("seconds", np.nan)
-        for name, value in found.get("numbers", {}).items():
+        self.texts["message"][number] = str(result.get("message", ""))
+        self.texts["warning"][number] = str(result.get("warning", ""))
+        self.seconds[number] = result.get("seconds", np.nan)
+        for name, value in result.get("numbers", {}).items():
             if name not in self.numbers:
                 self.numbers[name] = np.full(len(self.keys), np.nan)
             self.numbers[name][number] = value
-        for name, about in found.get("shapes", {}).items():
-            known = self.arrays.setdefault(name, {**about, "shape": list(about["shape"])})
-            if known["dims"] != about["dims"]:
-                raise OutputError(f"{name} has dimensions {known['dims']} in one case and "
+        for name, about in result.get("shapes", {}).items():
+            earlier = self.arrays.setdefault(name, {**about, "shape": list(about["shape"])})
+            if earlier["dims"] != about["dims"]:
+                raise OutputError(f"{name} has dimensions {earlier['dims']} in one case and "
                                   f"{about['dims']} in case {number}")  # fmt: skip
-            known["shape"] = [max(p) for p in zip(known["shape"], about["shape"], strict=True)]
-        if found.get("shapes"):
+            earlier["shape"] = [max(p) for p in zip(earlier["shape"], about["shape"], strict=True)]
+        if result.get("shapes"):
             self.with_arrays.append(number)
 
     @property
@@ -155,11 +155,11 @@ class _Results:
     def _is_numeric_array(self, name: str, arrays: dict[str, np.ndarray]) -> bool:
         """Return whether an array of a case and its coordinates are numbers of equal shapes."""
         dims = [arrays.get(f"{name}|{dim}") for dim in self.arrays[name]["dims"]]
-        if any(one is None or one.ndim != 1 or one.size == 0 for one in dims):
+        if any(array is None or array.ndim != 1 or array.size == 0 for array in dims):
             return False
         if arrays[name].shape != tuple(map(len, dims)):
             return False
-        return all(one.dtype.kind in "biuf" for one in (arrays[name], *dims))
+        return all(array.dtype.kind in "biuf" for array in (arrays[name], *dims))
 
     def _common_coordinates(self) -> dict[str, np.ndarray]:
         """Return the coordinate of each dimension of the arrays, such as time.
@@ -168,27 +168,27 @@ class _Results:
         the coordinate has equal steps: the largest mean step, from the first start to the last end.
         """
         names = {d: n for n, about in self.arrays.items() for d in about["dims"]}
-        first: dict[str, np.ndarray] = {}
+        common: dict[str, np.ndarray] = {}
         ends: dict[str, list] = {}
         self.uneven: set[str] = set()
         for _, arrays in self.each_array() if names else ():
             for dim, name in names.items():
-                here = arrays.get(f"{name}|{dim}")
-                if here is None:
+                values = arrays.get(f"{name}|{dim}")
+                if values is None:
                     continue
-                known = first.setdefault(dim, here)
-                both = min(len(known), len(here))
-                if not np.array_equal(here[:both], known[:both]):
+                reference = common.setdefault(dim, values)
+                overlap = min(len(reference), len(values))
+                if not np.array_equal(values[:overlap], reference[:overlap]):
                     self.uneven.add(dim)
-                if len(here) > len(known):  # the case with `known` ended earlier
-                    first[dim] = here
-                step = (here[-1] - here[0]) / max(len(here) - 1, 1)
-                ends.setdefault(dim, []).append((here[0], here[-1], step))
+                if len(values) > len(reference):  # the case with `known` ended earlier
+                    common[dim] = values
+                step = (values[-1] - values[0]) / max(len(values) - 1, 1)
+                ends.setdefault(dim, []).append((values[0], values[-1], step))
         for dim in self.uneven:
             low, high, step = np.array(ends[dim], dtype=float).T
             count = round((high.max() - low.min()) / (step.max() or 1.0)) + 1
-            first[dim] = np.linspace(low.min(), high.max(), count)
-        return first
+            common[dim] = np.linspace(low.min(), high.max(), count)
+        return common
 
     def layout(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...], tuple[int, ...]]:
         """Return dimensions, shape and chunks of an array over all cases; each case is a chunk."""
@@ -200,50 +200,50 @@ class _Results:
         """Return an array of a case at the common coordinates; NaN outside of its own range."""
         values = arrays[name]
         for axis, dim in enumerate(self.arrays[name]["dims"]):
-            common, here = self.coordinates[dim], arrays[f"{name}|{dim}"]
+            common, own_values = self.coordinates[dim], arrays[f"{name}|{dim}"]
             if dim in self.uneven:
 
-                def interpolated(v, x=here, to=common):
-                    return np.interp(to, x, v, left=np.nan, right=np.nan)
+                def interpolated(v, x=own_values, points=common):
+                    return np.interp(points, x, v, left=np.nan, right=np.nan)
 
                 values = np.apply_along_axis(interpolated, axis, values)
-            elif len(here) < len(common):
-                room = [(0, 0)] * values.ndim
-                room[axis] = (0, len(common) - len(here))
-                values = np.pad(values, room, constant_values=np.nan)
+            elif len(own_values) < len(common):
+                padding = [(0, 0)] * values.ndim
+                padding[axis] = (0, len(common) - len(own_values))
+                values = np.pad(values, padding, constant_values=np.nan)
         return values
 
     def fill(self, targets: dict) -> None:
         """Write the arrays of all cases into the arrays of the table."""
         for number, arrays in self.each_array():
-            place = np.unravel_index(number, self.shape)
+            index = np.unravel_index(number, self.shape)
             for name, target in targets.items():
                 if name in arrays:
-                    target[tuple(int(i) for i in place)] = self.at_common_coordinates(name, arrays)
+                    target[tuple(int(i) for i in index)] = self.at_common_coordinates(name, arrays)
 
     def case_variables(self) -> dict[str, tuple]:
         """Return the variables with one value per case: numbers, texts, key and seconds."""
         dims = tuple(self.dims)
-        found = {n: (dims, v.reshape(self.shape), {}) for n, v in self.numbers.items()}
-        found |= {n: (dims, v.reshape(self.shape), {}) for n, v in self.texts.items()}
-        found["case"] = (dims, self.keys.reshape(self.shape), {"long_name": "key of the case"})
-        found["seconds"] = (dims, self.seconds.reshape(self.shape),
+        variables = {n: (dims, v.reshape(self.shape), {}) for n, v in self.numbers.items()}
+        variables |= {n: (dims, v.reshape(self.shape), {}) for n, v in self.texts.items()}
+        variables["case"] = (dims, self.keys.reshape(self.shape), {"long_name": "key of the case"})
+        variables["seconds"] = (dims, self.seconds.reshape(self.shape),
                             {"units": "s", "long_name": "wall-clock time"})  # fmt: skip
-        return found
+        return variables
 
     def coordinate_variables(self) -> dict[str, tuple]:
         """Return the coordinates of parameters and of arrays."""
-        found = {
-            name: (tuple(one["dims"]), coordinate_values(one["values"]), one.get("attrs", {}))
-            for name, one in self.manifest["coordinates"].items()
+        variables = {
+            name: (tuple(item["dims"]), coordinate_values(item["values"]), item.get("attrs", {}))
+            for name, item in self.manifest["coordinates"].items()
         }
         units = {"time": "s", "frame": "s", "period": "s", "frequency": "Hz"}
         for dim, values in self.coordinates.items():
             attrs = {"units": units[dim]} if dim in units else {}
             if dim in self.uneven:
                 attrs["comment"] = "histories of all cases are interpolated to equal steps"
-            found[dim] = ((dim,), values, attrs)
-        return found
+            variables[dim] = ((dim,), values, attrs)
+        return variables
 
     def dataset(self, arrays: bool):
         """Return the table in memory, with or without arrays."""
@@ -264,8 +264,8 @@ class _Results:
 
 def coordinate_values(values: list) -> np.ndarray:
     """Return the values of a coordinate as an array; texts have the type object."""
-    found = np.asarray(values)
-    return found.astype(object) if found.dtype.kind in "US" else found
+    array = np.asarray(values)
+    return array.astype(object) if array.dtype.kind in "US" else array
 
 
 def _write_netcdf(results: _Results, file: Path) -> None:

@@ -24,7 +24,7 @@ def task_of(task: str | Callable) -> str | Callable:
     if task == "run" or callable(task):
         return task
     if not isinstance(task, str) or task not in TASKS:
-        known = ", ".join(map(repr, ("run", *TASKS)))
-        raise InputError(f"task = {task!r}: give {known} or a function of the path of an input")
+        names = ", ".join(map(repr, ("run", *TASKS)))
+        raise InputError(f"task = {task!r}: give {names} or a function of the path of an input")
     module, function = TASKS[task].split(":")
     return getattr(import_module(module, __package__), function)

@@ -38,10 +38,10 @@ class Trials:
         self.task = task_of(task)
         self.wanted: list[Quantity] = []
         for result in results:
-            self.wanted += (wanted := quantities_of(result))
-            if len(wanted) != 1:
+            self.wanted += (quantities := quantities_of(result))
+            if len(quantities) != 1:
                 raise InputError(f"result = {result!r} must be one quantity")
-        self.names = [one.label for one in self.wanted]
+        self.names = [item.label for item in self.wanted]
         self.name = self.names[0]
         self.done: dict[tuple, tuple] = {}
         if not callable(model):
@@ -62,36 +62,36 @@ class Trials:
 
     def tried(self) -> tuple:
         """Return value of the first parameter and first result of each run, in order."""
-        return tuple((value[0], found[0]) for value, found in self.done.items())
+        return tuple((value[0], results[0]) for value, results in self.done.items())
 
     def _finite_results(self, values: tuple) -> tuple:
         """Run the model and return its results; raise NoRootError if one is not finite."""
         pairs = zip(self.parameters, values, strict=True)
-        where = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
+        point = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
         try:
-            found = self._run_model(values)
+            numbers = self._run_model(values)
         except (InterruptedRun, InputError):
             raise
         except SiteddaError as error:
-            raise self.failure("fails", f"the run with {where} fails: {error}") from error
-        for name, one in zip(self.names, found, strict=True):
-            if not math.isfinite(one):
-                raise self.failure("no number", f"{name} is not a number at {where}")
-        return found
+            raise self.failure("fails", f"the run with {point} fails: {error}") from error
+        for name, number in zip(self.names, numbers, strict=True):
+            if not math.isfinite(number):
+                raise self.failure("no number", f"{name} is not a number at {point}")
+        return numbers
 
-    def failure(self, mode: str, words: str, low=math.nan, high=math.nan) -> NoRootError:
+    def failure(self, mode: str, reason: str, low=math.nan, high=math.nan) -> NoRootError:
         """Return the error of a search that has found no root."""
-        tried = self.tried() if len(self.parameters) == 1 else tuple(self.done.items())
-        return NoRootError(f"no root: {words}", mode, (low, high), tried)
+        history = self.tried() if len(self.parameters) == 1 else tuple(self.done.items())
+        return NoRootError(f"no root: {reason}", mode, (low, high), history)
 
     def _run_model(self, values: tuple) -> tuple:
         """Run the model, task or function at values of the parameters; return the results."""
         if callable(self.model):
             names = short_names(self.parameters).values()
-            found = self.model(**dict(zip(names, values, strict=True)))
-            if len(self.names) > 1 and not isinstance(found, Mapping):
-                found = self._name_numbers(found)
-            return self._pick_numbers(returned(self.name, found))
+            value = self.model(**dict(zip(names, values, strict=True)))
+            if len(self.names) > 1 and not isinstance(value, Mapping):
+                value = self._name_numbers(value)
+            return self._pick_numbers(returned(self.name, value))
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
         with tempfile.TemporaryDirectory(prefix="sitedda-solve-") as folder:
@@ -104,13 +104,13 @@ class Trials:
             numbers, _ = measure(output, self.wanted, [])
         return self._pick_numbers(numbers)
 
-    def _name_numbers(self, found) -> dict:
+    def _name_numbers(self, value) -> dict:
         """Return the sequence of numbers of a function as a dict with the names of the results."""
         try:
-            return dict(zip(self.names, found, strict=True))
+            return dict(zip(self.names, value, strict=True))
         except (TypeError, ValueError):
             raise InputError(f"the function must return {len(self.names)} numbers "
-                             f"({', '.join(self.names)}), not {found!r}") from None  # fmt: skip
+                             f"({', '.join(self.names)}), not {value!r}") from None  # fmt: skip
 
     def _pick_numbers(self, values: Mapping) -> tuple:
         return tuple(self._pick_number(name, values) for name in self.names)
@@ -122,28 +122,28 @@ class Trials:
             return float(numbers[name])
         if len(numbers) == len(values) == len(self.names) == 1:
             return float(next(iter(numbers.values())))
-        known = f"; there are {', '.join(numbers)}" if numbers else "; append .last or .largest"
-        raise InputError(f"result {name!r} is not a number{known}")
+        hint = f"; there are {', '.join(numbers)}" if numbers else "; append .last or .largest"
+        raise InputError(f"result {name!r} is not a number{hint}")
 
     def errors_at(self, values: tuple, wanted: bool) -> tuple[list[float], str]:
         """Return the errors of the results due to time step and penalty, and a warning."""
         from .error_bars import accuracy
 
         errors = [0.0] * len(self.names)
-        alone = "the error bar includes only the width of the bracket"
+        basis = "the error bar includes only the width of the bracket"
         if self.task != "run" or callable(self.model):
-            return errors, alone
+            return errors, basis
         if not wanted:
-            return errors, f"{alone}; accuracy = true includes errors due to time step and penalty"
+            return errors, f"{basis}; accuracy = true includes errors due to time step and penalty"
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
-        asked = {one.label: one.function or one.name for one in self.wanted}
-        figures, doubts = accuracy(InputOfRun(self.file, text), asked, workers=1).figures, []
+        requested = {one.label: one.function or one.name for one in self.wanted}
+        figures, doubts = accuracy(InputOfRun(self.file, text), requested, workers=1).figures, []
         for i, name in enumerate(self.names):
             if name not in figures:
-                doubts.append(f"{alone}: the result has no error bar")
+                doubts.append(f"{basis}: the result has no error bar")
             elif not math.isfinite(figures[name].bar):
-                doubts.append(f"{alone}: {name} {figures[name].doubt}")
+                doubts.append(f"{basis}: {name} {figures[name].doubt}")
             else:
                 errors[i] = abs(figures[name].run - figures[name].finest) + figures[name].bar
                 doubts.append(figures[name].doubt)

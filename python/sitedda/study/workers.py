@@ -145,13 +145,13 @@ class _Process:
 
     def __init__(self, memory: float, processes: set):
         ours, theirs = socket.socketpair()
-        one = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         with theirs:
             self.process = subprocess.Popen(
                 [sys.executable, "-c", "from sitedda.study.workers import main; main()",
                  str(theirs.fileno())],
                 pass_fds=[theirs.fileno()],
-                env=os.environ | one | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+                env=os.environ | threads | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
                 stdin=subprocess.DEVNULL,
             )  # fmt: skip
         self.processes = processes
@@ -172,10 +172,10 @@ class _Process:
             if not wait([self.connection], patience):
                 self._end_process(signal.SIGKILL)
                 raise TaskTooLong("the task exceeded its time limit")
-            good, value = self.connection.recv()
+            succeeded, value = self.connection.recv()
         except (EOFError, OSError) as trouble:
             raise WorkerDied(self._end_process(None)) from trouble
-        if not good:
+        if not succeeded:
             raise value
         return value
 
@@ -187,8 +187,8 @@ class _Process:
         self.connection.close()
         self.processes.discard(self.process)
         if status < 0:
-            why = " (for example because of lack of memory)" if status == -signal.SIGKILL else ""
-            return f"its process was ended by signal {-status}{why}"
+            reason = " (for example because of lack of memory)" if status == -signal.SIGKILL else ""
+            return f"its process was ended by signal {-status}{reason}"
         return f"its process ended with status {status}"
 
     def close(self) -> None:
@@ -204,17 +204,17 @@ def main() -> None:
     threading.Thread(target=_stop_with_parent, args=(os.getppid(),), daemon=True).start()
     memory = connection.recv()
     if memory < _UNLIMITED:
-        most = resource.getrlimit(resource.RLIMIT_DATA)[1]  # limit of a parent worker, if any
-        most = int(memory) if most == resource.RLIM_INFINITY else min(int(memory), most)
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        limit = resource.getrlimit(resource.RLIMIT_DATA)[1]  # limit of a parent worker, if any
+        limit = int(memory) if limit == resource.RLIM_INFINITY else min(int(memory), limit)
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
     while True:
         try:
             data = connection.recv_bytes()
         except (EOFError, OSError):
             return
         try:
-            function, arguments, more = pickle.loads(data)
-            answer = (True, function(*arguments, **more))
+            function, arguments, options = pickle.loads(data)
+            answer = (True, function(*arguments, **options))
         except KeyboardInterrupt:  # the client receives signals of the terminal as well
             return
         except Exception as error:

@@ -52,16 +52,16 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
     """
     if not all(map(math.isfinite, (a, b, c))):
         return Bar(math.nan, math.nan, math.nan, False)
-    size, first, last = max(map(abs, (a, b, c))), abs(a - b), abs(b - c)
-    if max(first, last) <= ROUND_OFF * size:
+    size, coarse, fine = max(map(abs, (a, b, c))), abs(a - b), abs(b - c)
+    if max(coarse, fine) <= ROUND_OFF * size:
         return Bar(SMALL * size, math.nan, c, True)
-    if last >= first:
-        half = max(SAFETY * last, SMALL * size)
+    if fine >= coarse:
+        half = max(SAFETY * fine, SMALL * size)
         half = half if half < size else math.nan
         return Bar(half, math.nan, math.nan, False)
     # The last change may be small by chance; then the first change determines the width.
-    half = max(SAFETY * max(last, first / 4.0**order), SMALL * size)
-    observed = math.log2(first / last) if last > 0 else math.inf
+    half = max(SAFETY * max(fine, coarse / 4.0**order), SMALL * size)
+    observed = math.log2(coarse / fine) if fine > 0 else math.inf
     regular = (a - b) * (b - c) > 0 and abs(observed - order) <= NEAR
     extrapolated = c + (c - b) / (2.0**order - 1.0) if regular else math.nan
     return Bar(half, observed, extrapolated, True)

@@ -125,17 +125,17 @@ class Accuracy:
     def rows(self) -> list[tuple[str, ...]]:
         """Return the rows of a table: a header, then one row per result; omit blank columns."""
         rows = [_HEAD, *(_table_row(figure, self.end) for figure in self.figures.values())]
-        kept = [i for i in range(len(_HEAD)) if i < 3 or any(row[i] for row in rows[1:])]
-        return [tuple(row[i] for i in kept) for row in rows]
+        columns = [i for i in range(len(_HEAD)) if i < 3 or any(row[i] for row in rows[1:])]
+        return [tuple(row[i] for i in columns) for row in rows]
 
     def __str__(self) -> str:
         """Return a table of the results, and the warnings of the runs."""
         rows = self.rows()
-        left = (0, rows[0].index("") if "" in rows[0] else -1)
+        to_left = (0, rows[0].index("") if "" in rows[0] else -1)
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         lines = [
             "  ".join(
-                f"{cell:{'<' if i in left else '>'}{widths[i]}}" for i, cell in enumerate(row)
+                f"{cell:{'<' if i in to_left else '>'}{widths[i]}}" for i, cell in enumerate(row)
             )
             for row in rows
         ]
@@ -158,25 +158,25 @@ class Accuracy:
         groups: dict[str, list[str]] = {}
         for name, figure in self.figures.items():
             if figure.doubt:
-                words = figure.doubt.partition(":")[0]
-                groups.setdefault(BEYOND if words.startswith(BEYOND) else words, []).append(name)
-        if late := groups.pop(BEYOND, []):
-            ends = (self.figures[name].doubt.removeprefix(BEYOND).split()[1] for name in late)
+                text = figure.doubt.partition(":")[0]
+                groups.setdefault(BEYOND if text.startswith(BEYOND) else text, []).append(name)
+        if beyond := groups.pop(BEYOND, []):
+            ends = (self.figures[name].doubt.removeprefix(BEYOND).split()[1] for name in beyond)
             first = min(ends, key=float)
-            groups[f"{BEYOND} (first: {first} s), random samples"] = late
-        found = [f"{words}: {', '.join(names)}" for words, names in groups.items()]
-        found += [f"cause of missing convergence: {self.cause}"] if self.cause else []
-        found += self._distinct_warnings()
-        return [Doubt("bars", words) for words in found]
+            groups[f"{BEYOND} (first: {first} s), random samples"] = beyond
+        texts = [f"{text}: {', '.join(names)}" for text, names in groups.items()]
+        texts += [f"cause of missing convergence: {self.cause}"] if self.cause else []
+        texts += self._distinct_warnings()
+        return [Doubt("bars", text) for text in texts]
 
     def _distinct_warnings(self) -> list[str]:
         """Return the warnings of the runs; list runs together that differ only in numbers."""
-        same: dict[str, list[tuple[str, str]]] = {}
-        for name, words in self.runs.items():
-            for line in words.splitlines():
-                same.setdefault(_NUMBER.sub("", line), []).append((name, line))
-        return [f"run{'s' * (len(said) > 1)} {', '.join(name for name, _ in said)}: {said[0][1]}"
-                for said in same.values()]  # fmt: skip
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for name, text in self.runs.items():
+            for line in text.splitlines():
+                groups.setdefault(_NUMBER.sub("", line), []).append((name, line))
+        return [f"run{'s' * (len(runs) > 1)} {', '.join(name for name, _ in runs)}: {runs[0][1]}"
+                for runs in groups.values()]  # fmt: skip
 
     def to_dict(self) -> dict:
         """Return dicts and lists of numbers and texts, for example for JSON."""
@@ -200,11 +200,11 @@ _HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median",
 def _table_row(figure: Figure, end: float) -> tuple[str, ...]:
     """Return the cells of a result; `end` is the end of the run, s."""
     numbers = (figure.extrapolated, figure.low, figure.median, figure.high)
-    more = ("" if math.isnan(value) else number(value, 5) for value in numbers)
+    cells = ("" if math.isnan(value) else number(value, 5) for value in numbers)
     until = "" if math.isnan(figure.decided) else "the end"
     if figure.decided < end:
         until = f"t = {number(figure.decided, 3)} s"
-    return figure.name, number(figure.run), str(figure), *more, until, figure.doubt
+    return figure.name, number(figure.run), str(figure), *cells, until, figure.doubt
 
 
 def is_figure(name: str, values: Mapping[str, float]) -> bool:
@@ -245,23 +245,25 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
     steps : tuple of int
         Divisors of Δt in these runs.
     """
-    doubt, half = "", bar.half + penalty
+    warning, half = "", bar.half + penalty
     if is_count(name) and all(map(math.isfinite, numbers)):
         spread = max(numbers) - min(numbers)
-        doubt = "counts differ between time steps" if spread else ""
-        return Figure(name, numbers[0], numbers[-1], spread, math.nan, math.nan, 0.0, doubt)
+        warning = "counts differ between time steps" if spread else ""
+        return Figure(name, numbers[0], numbers[-1], spread, math.nan, math.nan, 0.0, warning)
     if not all(map(math.isfinite, numbers)):
-        doubt = "no error bar: some runs do not have this result"
+        warning = "no error bar: some runs do not have this result"
     elif math.isnan(penalty):
-        doubt = "no error bar: the run with 4 k_n does not have this result"
+        warning = "no error bar: the run with 4 k_n does not have this result"
     elif penalty >= abs(numbers[-1]) and not any(map(name.__contains__, _STIFFER)):
-        doubt = YIELD
+        warning = YIELD
     elif not bar.converges:
         a, b, c = map(abs, numbers)
         grows = b > _BLOW * a and c > _BLOW * b
-        why = BLOW if grows and any(map(name.__contains__, _UNBOUNDED)) else OPEN
-        at = ", ".join("Δt" if times == 1 else f"Δt/{times}" for times in steps)
-        doubt = f"{why}: {', '.join(map(number, numbers))} at {at}"
+        reason = BLOW if grows and any(map(name.__contains__, _UNBOUNDED)) else OPEN
+        steps_text = ", ".join("Δt" if times == 1 else f"Δt/{times}" for times in steps)
+        warning = f"{reason}: {', '.join(map(number, numbers))} at {steps_text}"
     elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):
-        doubt = "the error bar is due to the penalty stiffness"
-    return Figure(name, numbers[0], numbers[-1], half, bar.extrapolated, bar.order, penalty, doubt)
+        warning = "the error bar is due to the penalty stiffness"
+    return Figure(
+        name, numbers[0], numbers[-1], half, bar.extrapolated, bar.order, penalty, warning
+    )

@@ -37,20 +37,20 @@ def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
         Histories of a result in the run and in its twin; NaN if missing.
     """
     largest = np.nanmax(np.abs(run), initial=0.0)
-    apart = np.abs(run - twin) > APART * largest
-    apart |= np.isnan(run) != np.isnan(twin)
-    if not apart.any():
+    differs = np.abs(run - twin) > APART * largest
+    differs |= np.isnan(run) != np.isnan(twin)
+    if not differs.any():
         return math.inf
-    first = max(int(np.argmax(apart)) - 1, 0)
+    first = max(int(np.argmax(differs)) - 1, 0)
     return min(float(time[first]), _fit_growth(time, np.abs(run - twin) / largest, first + 1))
 
 
-def _fit_growth(time: np.ndarray, apart: np.ndarray, end: int) -> float:
+def _fit_growth(time: np.ndarray, difference: np.ndarray, end: int) -> float:
     """Return the time (s) at which a difference reaches `APART`, by a fitted exponential function.
 
     Unlike the first value above `APART`, the fitted function does not depend on a single impact.
     """
-    grown = np.fmax.accumulate(apart[: end + 1])
+    grown = np.fmax.accumulate(difference[: end + 1])
     use = (grown > BEGUN) & (grown < APART)
     if use.sum() < _LEAST_LOOKS:
         return math.inf
@@ -68,19 +68,19 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
         Results and histories of all runs.
     """
     names = [str(name) for name in table.variant.values]
-    done = {n for n in names if str(table.sel(variant=n).status.values) == "complete"}
-    twins = [n for n in names if n.startswith(ENSEMBLE) and n in done]
-    found = dict(figures)
-    if TWIN in done and "look" in table:
+    complete = {n for n in names if str(table.sel(variant=n).status.values) == "complete"}
+    twins = [n for n in names if n.startswith(ENSEMBLE) and n in complete]
+    result = dict(figures)
+    if TWIN in complete and "look" in table:
         parted = _divergence_times(table)
-        found = {n: replace(f, decided=_find_horizon(n, table, parted)) for n, f in found.items()}
+        result = {n: replace(f, decided=_find_horizon(n, table, parted)) for n, f in result.items()}
         # The initial displacement changes small results; the kinetic energy shows the divergence.
         first = parted.get("energy_kinetic", math.inf)
-        found = {n: _mark_undecided(f, _time_reached(n, table), first) for n, f in found.items()}
+        result = {n: _mark_undecided(f, _time_reached(n, table), first) for n, f in result.items()}
     if twins:
         rows = table.sel(variant=twins)
-        found = {n: _add_spread(f, rows[n].values) for n, f in found.items()}
-    return found
+        result = {n: _add_spread(f, rows[n].values) for n, f in result.items()}
+    return result
 
 
 def bands_of(table) -> dict[str, Band]:
@@ -95,14 +95,14 @@ def bands_of(table) -> dict[str, Band]:
     if not twins or "look" not in table:
         return {}
     rows = table.sel(variant=twins)
-    found = {}
+    result = {}
     for name in filter(lambda n: n.startswith(_HISTORY), table.data_vars):
         values = rows[name].transpose("variant", "look").values
         values = values[~np.isnan(values).all(axis=1)]
         if len(values):
             low, median, high = np.nanpercentile(values, SHARES, axis=0)
-            found[name.removeprefix(_HISTORY)] = Band(rows.look.values, low, median, high)
-    return found
+            result[name.removeprefix(_HISTORY)] = Band(rows.look.values, low, median, high)
+    return result
 
 
 def _divergence_times(table) -> dict[str, float]:
@@ -121,37 +121,37 @@ def _find_horizon(name: str, table, parted: dict[str, float]) -> float:
     run, twin = (float(table[name].sel(variant=v)) for v in (RUN, TWIN))
     if abs(run - twin) <= APART * abs(run) or math.isnan(run) and math.isnan(twin):
         return end
-    other = next((name.replace(a, b) for a, b in _FOLLOW.items() if name.startswith(a)), "")
-    own = parted.get(other, math.inf)
-    return min(own if own < end else min(parted.values(), default=end), end)
+    history = next((name.replace(a, b) for a, b in _FOLLOW.items() if name.startswith(a)), "")
+    limit = parted.get(history, math.inf)
+    return min(limit if limit < end else min(parted.values(), default=end), end)
 
 
 def _time_reached(name: str, table) -> float:
     """Return the time at which a result first reached its final value, s."""
     history = f"{_HISTORY}{name}"
     if history not in table.data_vars:
-        other = next((b for a, b in _FOLLOW.items() if name.startswith(a)), "")
-        history = f"{_HISTORY}{other}{name[name.find('[') :] if '[' in name else ''}"
+        quantity = next((b for a, b in _FOLLOW.items() if name.startswith(a)), "")
+        history = f"{_HISTORY}{quantity}{name[name.find('[') :] if '[' in name else ''}"
         if name.startswith("residual_") or history not in table.data_vars:
             return float(table.look.values[-1])
     values = table[history].sel(variant=RUN).values
     return float(table.look.values[int(np.argmax(values >= values[-1]))])
 
 
-def _mark_undecided(figure: Figure, reached: float, first: float) -> Figure:
+def _mark_undecided(figure: Figure, time: float, first: float) -> Figure:
     """Mark a result that reached its final value after its horizon.
 
     Results that do not converge, or depend on k_n only, use the horizon `first` of the whole run.
     """
-    words, between, numbers = figure.doubt.partition(":")
+    reason, colon, numbers = figure.doubt.partition(":")
     if is_count(figure.name):
-        until = first if words or figure.name.startswith("contacts_") else math.inf
+        until = first if reason or figure.name.startswith("contacts_") else math.inf
     else:
-        until = {OPEN: first, YIELD: first}.get(words, figure.decided)
-    if not reached > until:
+        until = {OPEN: first, YIELD: first}.get(reason, figure.decided)
+    if not time > until:
         return figure
-    where = f"{BEYOND} of {number(until, 3)} s, a random sample"
-    return replace(figure, doubt=f"{where}{between}{numbers}" if words == OPEN else where)
+    mark = f"{BEYOND} of {number(until, 3)} s, a random sample"
+    return replace(figure, doubt=f"{mark}{colon}{numbers}" if reason == OPEN else mark)
 
 
 def _add_spread(figure: Figure, values: np.ndarray) -> Figure:

@@ -16,12 +16,12 @@ from .figures import Accuracy, Band, Figure
 ATTRIBUTE = "accuracy"
 
 
-def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
+def keep_accuracy(results: Accuracy, output: Path, attributes: dict) -> None:
     """Write results with error bars into the attribute ``accuracy`` of an output, as JSON.
 
     Parameters
     ----------
-    found : Accuracy
+    results : Accuracy
     output : Path
     attributes : dict
         Attributes of the output as read, which are updated.
@@ -33,10 +33,10 @@ def keep_accuracy(found: Accuracy, output: Path, attributes: dict) -> None:
     """
     import netCDF4
 
-    text = json.dumps(_nan_to_null(found.to_dict()))
-    with written(output, "a netCDF file") as beside:
-        shutil.copyfile(output, beside)
-        with netCDF4.Dataset(beside, "a") as data:
+    text = json.dumps(_nan_to_null(results.to_dict()))
+    with written(output, "a netCDF file") as copy:
+        shutil.copyfile(output, copy)
+        with netCDF4.Dataset(copy, "a") as data:
             data.setncattr(ATTRIBUTE, text)
     attributes[ATTRIBUTE] = text
 
@@ -58,14 +58,14 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
     if not text:
         return None
     try:
-        found = json.loads(text, parse_constant=float)
+        content = json.loads(text, parse_constant=float)
         figures = {
-            name: Figure(**_null_to_nan(values)) for name, values in found["figures"].items()
+            name: Figure(**_null_to_nan(values)) for name, values in content["figures"].items()
         }
-        end = _null_to_nan({"end": found["end_s"]})["end"]
+        end = _null_to_nan({"end": content["end_s"]})["end"]
         bands = {name: Band(**{key: np.array(row, float) for key, row in band.items()})
-                 for name, band in found.get("bands", {}).items()}  # fmt: skip
-        return Accuracy(figures, found["runs"], end, bands, found.get("cause", ""))
+                 for name, band in content.get("bands", {}).items()}  # fmt: skip
+        return Accuracy(figures, content["runs"], end, bands, content.get("cause", ""))
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise OutputError(f"the output is damaged: its attribute {ATTRIBUTE}") from None
 
@@ -73,9 +73,9 @@ def kept_accuracy(attributes: Mapping) -> Accuracy | None:
 def _nan_to_null(value):
     """Replace NaN, which JSON does not allow, by null in nested dicts and lists."""
     if isinstance(value, dict):
-        return {name: _nan_to_null(one) for name, one in value.items()}
+        return {name: _nan_to_null(item) for name, item in value.items()}
     if isinstance(value, list):
-        return [_nan_to_null(one) for one in value]
+        return [_nan_to_null(item) for item in value]
     return None if isinstance(value, float) and math.isnan(value) else value
 
 

@@ -64,7 +64,7 @@ def is_linear(history, facts: Facts) -> bool:
     """
     groups = facts.groups
     control = next(iter(groups.get("control", [])), {})
-    moved = {key[-1] for group in [control, *groups.get("fixed_point", []),
+    axes = {key[-1] for group in [control, *groups.get("fixed_point", []),
                                    *groups.get("boundary", [])]
              for key, value in group.items()
              if key.startswith(("motion_", "base_motion_")) and value}  # fmt: skip
@@ -73,8 +73,8 @@ def is_linear(history, facts: Facts) -> bool:
     return (
         history.attrs.get("contacts_changed") == "no"
         and control.get("time_step_control", "fixed") != "adaptive"
-        and all(one.get("law", "linear") == "linear" for one in groups.get("material", []))
-        and steady and not driven and len(moved) == 1 and history.sizes.get("point", 0) > 0
+        and all(item.get("law", "linear") == "linear" for item in groups.get("material", []))
+        and steady and not driven and len(axes) == 1 and history.sizes.get("point", 0) > 0
     )  # fmt: skip
 
 
@@ -93,25 +93,25 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     """
     variants = [finer(facts, times) for times in (1, *_STEPS)]
     variants += [stiffer(facts)] if facts.penalty else []
-    told = verdict(history)
-    values = told.values
-    names = [name for line in told.figures for name in (line.largest, line.end) if name]
+    outcome = verdict(history)
+    values = outcome.values
+    names = [name for line in outcome.figures for name in (line.largest, line.end) if name]
     if "amplification" in names:
         names.append("amplification_frequency_hz")
     none = (math.nan, math.nan, math.nan, 0.0, NO_BAR)
-    found = {name: Figure(name, values[name], values[name], *none)
+    table = {name: Figure(name, values[name], values[name], *none)
              for name in names if is_figure(name, values)}  # fmt: skip
     step = float(history.time.values[-1]) / (history.sizes["time"] - 1)
     own_step = float(np.max(history.time_step.values[1:]))
     highest = 0.499 / own_step  # highest frequency resolved by Δt, Hz
     points = _measured_points(history)
-    rest = 1 if all(map(_has_died_out, points)) else 2  # zero padding, against periodic response
-    length = fast_length(rest * history.sizes["time"])
+    padding = 1 if all(map(_has_died_out, points)) else 2  # zero padding, against periodic response
+    length = fast_length(padding * history.sizes["time"])
     length += length % 2
     frequency = rfftfreq(length, step)
     numbers: list[dict[str, float]] = []
-    before: dict = {}
-    near: dict = {}
+    cache: dict = {}
+    spectra: dict = {}
     chi = run_scheme(history).chi
     for variant, divided in zip(variants, (1, *_STEPS, 1), strict=False):
         numbers.append({})
@@ -120,32 +120,34 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
             for point in points:
                 resolved = min(0.9 * highest, values[f"resolved_frequency_hz[{point.name}]"])
                 velocity, acceleration = _point_motion(
-                    simulation, point, frequency, highest, before, rates
+                    simulation, point, frequency, highest, cache, rates
                 )
                 times = min(divided, _BETWEEN)
                 numbers[-1] |= _point_results(
-                    point, velocity, acceleration, step, resolved, times, near
+                    point, velocity, acceleration, step, resolved, times, spectra
                 )
             for group in facts.groups.get("amplification", []):
                 numbers[-1] |= _exact_peak(simulation, group, highest)
     axes = {point.name: point.axis for point in points}
-    for name in numbers[0].keys() & found.keys():
+    for name in numbers[0].keys() & table.keys():
         if not _is_along_axis(axes, name, values):
             continue
         scale = values[name] / numbers[0][name] if "[" in name else 1.0
-        own, *steps = (scale * row[name] for row in numbers)
-        one, two, three, *four = steps
-        penalty = penalty_error(own, four[0]) if four else 0.0
-        bar = bar_of_steps(one, two, three, facts.order)
-        found[name] = replace(figure_of(name, (one, two, three), bar, penalty, _STEPS), run=own)
-    return found
+        value, *steps = (scale * row[name] for row in numbers)
+        coarse, medium, fine, *four = steps
+        penalty = penalty_error(value, four[0]) if four else 0.0
+        bar = bar_of_steps(coarse, medium, fine, facts.order)
+        table[name] = replace(
+            figure_of(name, (coarse, medium, fine), bar, penalty, _STEPS), run=value
+        )
+    return table
 
 
 def _is_along_axis(axes: Mapping, name: str, values: Mapping) -> bool:
     """Return whether a result, the larger of two axes, is along the axis of its point."""
     measure, _, point = name.partition("[")
-    own = f"{measure}_{axes.get(point[:-1])}[{point}"
-    return values.get(own, values[name]) == values[name]
+    key = f"{measure}_{axes.get(point[:-1])}[{point}"
+    return values.get(key, values[name]) == values[name]
 
 
 def _measured_points(history) -> list[_Point]:
@@ -170,13 +172,13 @@ def _rate_ratios(frequency: np.ndarray, step: float, chi: float) -> tuple[np.nda
 
     v₁ = (u₁ − u₀)/(χΔt) − (1 − χ) v₀/χ, a₁ = (v₁ − v₀)/Δt; frequencies in Hz, `step` Δt in s.
     """
-    turn = 2j * np.pi * frequency * step
-    ahead = np.exp(turn)
-    velocity = (ahead - 1.0) / (chi * ahead + 1.0 - chi) / turn
-    return velocity, (1.0 - 1.0 / ahead) / turn
+    phase = 2j * np.pi * frequency * step
+    factor = np.exp(phase)
+    velocity = (factor - 1.0) / (chi * factor + 1.0 - chi) / phase
+    return velocity, (1.0 - 1.0 / factor) / phase
 
 
-def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: float, before: dict,
+def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: float, cache: dict,
            rates: Callable):  # fmt: skip
     """Return velocity (m/s) and acceleration (m/s²) of a point with the Δt and k_n of a variant.
 
@@ -184,48 +186,50 @@ def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: flo
     """
     length = 2 * (len(frequency) - 1)
     spectrum = rfft(point.acceleration, length)
-    if point.name not in before:  # the transfer function of the run itself
+    if point.name not in cache:  # the transfer function of the run itself
         energy = np.cumsum(np.abs(spectrum) ** 2)
-        last = np.searchsorted(energy, _CONTENT * energy[-1])
-        before[point.name] = np.arange(1, min(last + 1, np.searchsorted(frequency, highest))), None
-    where, own = before[point.name]
-    now = transfer(simulation, frequency[where], point.name, None, point.axis)
-    velocity, acceleration = rates(frequency[where])
-    now = now * velocity, now * velocity * acceleration
-    if own is None:
-        before[point.name], own = (where, now), now
+        index = np.searchsorted(energy, _CONTENT * energy[-1])
+        cache[point.name] = np.arange(1, min(index + 1, np.searchsorted(frequency, highest))), None
+    band, reference = cache[point.name]
+    response = transfer(simulation, frequency[band], point.name, None, point.axis)
+    velocity, acceleration = rates(frequency[band])
+    response = response * velocity, response * velocity * acceleration
+    if reference is None:
+        cache[point.name], reference = (band, response), response
     part = np.zeros_like(spectrum)
-    part[where] = spectrum[where] * (now[1] / own[1] - 1.0)
+    part[band] = spectrum[band] * (response[1] / reference[1] - 1.0)
     change = irfft(part, length)[: len(point.velocity)]
-    of_run = spectrum[where] * own[0] / own[1] / (2j * np.pi * frequency[where])
-    part[where] = of_run * (now[0] / own[0] - 1.0)
+    of_run = spectrum[band] * reference[0] / reference[1] / (2j * np.pi * frequency[band])
+    part[band] = of_run * (response[0] / reference[0] - 1.0)
     faster = irfft(part, length)[: len(point.velocity)]
     return point.velocity + faster - faster[0], point.acceleration + change
 
 
-def _point_results(point, velocity, acceleration, step, resolved, times, near) -> dict[str, float]:
+def _point_results(
+    point, velocity, acceleration, step, resolved, times, spectra
+) -> dict[str, float]:
     """Return the results of a point under the names of the verdict.
 
     A low-pass filter removes frequencies above `resolved`, Hz.  Peaks are those of the acceleration
-    interpolated to `times` as many samples; `near` contains the periods with large Sa.
+    interpolated to `times` as many samples; `spectra` contains the periods with large Sa.
     """
     length = fast_length(2 * len(acceleration))
     length += length % 2
     spectrum = rfft(acceleration, length) * low_pass(length, step, resolved)
-    between = times * irfft(spectrum, times * length)[: times * len(acceleration)]
+    resampled = times * irfft(spectrum, times * length)[: times * len(acceleration)]
     acceleration = irfft(spectrum, length)[: len(acceleration)]
-    looked = near.setdefault(point.name, [])
+    looked = spectra.setdefault(point.name, [])
     periods = PERIODS[np.any(looked, axis=0)] if len(looked) == 2 else PERIODS
     sa = spectral_acceleration(acceleration, step, periods, SPECTRUM_DAMPING)
     if len(looked) < 2:
         looked.append(sa > _NEAR * sa.max())
-    found = {
+    results = {
         "pgv_m_s": np.abs(velocity).max(),
-        "pga_resolved_m_s2": np.abs(between).max(),
+        "pga_resolved_m_s2": np.abs(resampled).max(),
         "arias_resolved_m_s": float(acceleration @ acceleration),
         "sa_resolved_m_s2": sa.max(),
     }
-    return {f"{name}[{point.name}]": float(value) for name, value in found.items()}
+    return {f"{name}[{point.name}]": float(value) for name, value in results.items()}
 
 
 def _exact_peak(simulation: Simulation, group: Mapping, highest: float) -> dict[str, float]:

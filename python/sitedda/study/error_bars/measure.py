@@ -99,16 +99,16 @@ def accuracy(
     if str(table.sel(variant=RUN).status.values) != "complete":
         raise SiteddaError(str(table.sel(variant=RUN).message.values))
     names = [*steps.values(), *(name for name in variants if name not in steps.values())]
-    words = {}
+    messages = {}
     for name in names:
         run = table.sel(variant=name)
         doubts = Doubt.lines(str(run.warning.values))  # warnings of the check are omitted
-        own = "\n".join(str(doubt) for doubt in doubts if not doubt.is_from_check)
-        words[name] = str(run.message.values) or own
+        text = "\n".join(str(doubt) for doubt in doubts if not doubt.is_from_check)
+        messages[name] = str(run.message.values) or text
     figures = _estimate_figures(facts, _numbers_by_run(table.sel(variant=names)))
     end = float(table.look.values[-1]) if "look" in table else math.nan
     figures = with_horizons(figures, table)
-    return Accuracy(figures, words, end, bands_of(table), _nonconvergence_cause(figures, facts))
+    return Accuracy(figures, messages, end, bands_of(table), _nonconvergence_cause(figures, facts))
 
 
 def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
@@ -123,8 +123,8 @@ def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
         ):
             if not run_to_end(simulation, None, stop):
                 raise KeyboardInterrupt
-            where = simulation.finish()
-        return of_linear_run(model, load(where), changes, facts)
+            file = simulation.finish()
+        return of_linear_run(model, load(file), changes, facts)
 
 
 def of_linear_run(model, history, changes: Mapping | None = None, facts=None) -> Accuracy | None:
@@ -165,29 +165,31 @@ def _numbers_by_run(table) -> list[dict[str, float]]:
              if table[name].dims == ("variant",) and table[name].dtype.kind == "f"]  # fmt: skip
     rows = ({name: float(table[name].values[i]) for name in names if name != "seconds"}
             for i in range(table.sizes["variant"]))  # fmt: skip
-    done = table.status.values == "complete"  # a failed run has no counts
-    return [{name: 0.0 if whole and is_count(name) and math.isnan(value) else value
+    complete = table.status.values == "complete"  # a failed run has no counts
+    return [{name: 0.0 if is_complete and is_count(name) and math.isnan(value) else value
              for name, value in row.items()}
-            for row, whole in zip(rows, done, strict=True)]  # fmt: skip
+            for row, is_complete in zip(rows, complete, strict=True)]  # fmt: skip
 
 
 def _estimate_figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, Figure]:
     """Return results with error bars from runs with Δt, Δt/2, Δt/4 and, with a penalty, 4 k_n."""
-    found = {}
+    figures = {}
     for name in runs[0]:
         if not any(is_figure(name, run) for run in runs[: len(STEPS)]):
             continue
-        one, two, three = (run[name] for run in runs[: len(STEPS)])
+        coarse, medium, fine = (run[name] for run in runs[: len(STEPS)])
         penalty = penalty_error(runs[0][name], runs[len(STEPS)][name]) if facts.penalty else 0.0
-        found[name] = figure_of(
-            name, (one, two, three), bar_of_steps(one, two, three, facts.order), penalty
+        figures[name] = figure_of(
+            name, (coarse, medium, fine), bar_of_steps(coarse, medium, fine, facts.order), penalty
         )
-    return found
+    return figures
 
 
 def _with_histories(results) -> dict:
     """Return the requested results by name, and the histories of results."""
     if isinstance(results, Mapping):
         return {**results, "histories": "histories"}
-    one = isinstance(results, str) or callable(results)
-    return {getattr(r, "__name__", r): r for r in [*([results] if one else results), "histories"]}
+    single = isinstance(results, str) or callable(results)
+    return {
+        getattr(r, "__name__", r): r for r in [*([results] if single else results), "histories"]
+    }

@@ -21,12 +21,12 @@ def figures_with_bars(file) -> dict:
         ``NAME``, ``NAME_bar`` and ``NAME_decided_s`` of each result, counts (also if 0),
         ``end_s`` (s), ``warning``.
     """
-    found = accuracy(file, workers=1)
-    numbers: dict = dict.fromkeys(COUNTS, 0.0) | {"end_s": found.end}
-    for name, figure in found.figures.items():
+    results = accuracy(file, workers=1)
+    numbers: dict = dict.fromkeys(COUNTS, 0.0) | {"end_s": results.end}
+    for name, figure in results.figures.items():
         numbers[name] = figure.finest
         numbers[f"{name}{BAR}"], numbers[f"{name}{DECIDED}"] = figure.bar, figure.decided
-    return numbers | {"warning": "\n".join(map(str, found.doubts()))}
+    return numbers | {"warning": "\n".join(map(str, results.doubts()))}
 
 
 figures_with_bars.results = {  # type: ignore[attr-defined]

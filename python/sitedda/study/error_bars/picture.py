@@ -17,12 +17,12 @@ _MOST = 6  # largest number of results in a picture
 _COLUMNS = 2
 
 
-def bands_picture(found: Accuracy):
+def bands_picture(results: Accuracy):
     """Draw median and 16–84 % range of up to six results over time; return the figure.
 
     Parameters
     ----------
-    found : Accuracy
+    results : Accuracy
         Results with an ensemble.
 
     Raises
@@ -30,19 +30,19 @@ def bands_picture(found: Accuracy):
     InputError
         If there is no ensemble.
     """
-    names = [name for name in found.figures if name in found.bands][:_MOST]
+    names = [name for name in results.figures if name in results.bands][:_MOST]
     if not names:
         raise InputError("there are no bands without an ensemble: give ensemble = 10 or more")
     rows = math.ceil(len(names) / _COLUMNS)
     figure, panels = canvas(_COLUMNS, rows, size=(10.0, 2.6 * rows))
     for axes, name in zip(panels, names, strict=False):
-        band, decided = found.bands[name], found[name].decided
+        band, decided = results.bands[name], results[name].decided
         axes.fill_between(band.time, band.low, band.high, color=BLUE, alpha=0.25, lw=0,
                           label="16–84 % of twins")  # fmt: skip
         axes.plot(band.time, band.median, color=BLUE, lw=1.6, label="median")
-        if decided < found.end:
-            words = f"decided until {number(decided, 3)} s"
-            axes.axvline(decided, color=ORANGE, lw=1.2, label=words)
+        if decided < results.end:
+            label = f"decided until {number(decided, 3)} s"
+            axes.axvline(decided, color=ORANGE, lw=1.2, label=label)
         axes.set(title=labelled(name), xlabel="time (s)", xlim=(band.time[0], band.time[-1]))
         axes.title.set_color(GREY)
         axes.legend(frameon=False, fontsize=8)

@@ -32,9 +32,9 @@ class Variants:
         self.dims = {"variant": len(variants)}
         self.coordinates = {"variant": (("variant",), list(variants), {})}
 
-    def changes(self, place: tuple[int, ...]) -> dict:
+    def changes(self, index: tuple[int, ...]) -> dict:
         """Return the changes of a variant."""
-        return dict(self._changes[place[0]])
+        return dict(self._changes[index[0]])
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Facts:
     @property
     def is_dynamic(self) -> bool:
         """Return whether any stage is dynamic."""
-        return any(_is_dynamic_stage(one) for one in self.groups.get("stage", [{}]))
+        return any(_is_dynamic_stage(stage) for stage in self.groups.get("stage", [{}]))
 
     @property
     def is_bonded(self) -> bool:
@@ -101,13 +101,13 @@ def facts_of(model, changes: Mapping) -> Facts:
     default = control.get("integration", "dda")
     order = min(_ORDERS.get(s.get("integration", default), 1) for s in schemes)
     # The stiffness of these joints is measured, so it is not a penalty stiffness.
-    own = ["normal_stiffness_per_area" in joint or joint.get("law") == "barton_bandis"
+    rigid = ["normal_stiffness_per_area" in joint or joint.get("law") == "barton_bandis"
            for joint in groups.get("joint", [])]  # fmt: skip
-    penalty = 0.0 if own and all(own) else stiffness
+    penalty = 0.0 if rigid and all(rigid) else stiffness
     patterns = [p.strip() for s in groups.get("stage", []) for p in s.get("remove", "").split(",")]
-    gone = [any(fnmatchcase(name, pattern) for pattern in patterns if pattern) for name in names]
-    there = tuple(int(b) + 1 for b in np.argsort(-height, kind="stable") if not gone[b])
-    return Facts(groups, order, penalty, there)
+    removed = [any(fnmatchcase(name, pattern) for pattern in patterns if pattern) for name in names]
+    present = tuple(int(b) + 1 for b in np.argsort(-height, kind="stable") if not removed[b])
+    return Facts(groups, order, penalty, present)
 
 
 def _is_dynamic_stage(stage: Mapping) -> bool:
@@ -127,11 +127,11 @@ def finer(facts: Facts, times: int) -> dict:
     stages = enumerate(facts.groups.get("stage", []), 1)
     groups |= {f"stage[{i}]": stage for i, stage in stages if _is_dynamic_stage(stage)}
     changes: dict = {}
-    for where, group in groups.items() if times > 1 else ():
+    for path, group in groups.items() if times > 1 else ():
         if "time_step" in group:
-            changes[f"{where}.time_step"] = group["time_step"] / times
+            changes[f"{path}.time_step"] = group["time_step"] / times
         if "steps" in group:
-            changes[f"{where}.steps"] = group["steps"] * times
+            changes[f"{path}.steps"] = group["steps"] * times
     return changes
 
 
@@ -145,8 +145,8 @@ def twin(block: int, signs: tuple[int, int] = (1, 1)) -> dict:
     signs : (int, int)
         Signs of the displacement along x and y.
     """
-    away = tuple(PERTURBATION * sign for sign in signs)
-    return {"control.displaced_block": str(block), "control.displaced_by": away}
+    shift = tuple(PERTURBATION * sign for sign in signs)
+    return {"control.displaced_block": str(block), "control.displaced_by": shift}
 
 
 def ensemble(facts: Facts, count: int) -> dict[str, dict]:
@@ -159,12 +159,12 @@ def ensemble(facts: Facts, count: int) -> dict[str, dict]:
         Number of twins.
     """
     signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
-    found = {}
+    twins = {}
     for number in range(1, count + 1):
         generator = random.Random(number)
         block = generator.choice(facts.remaining)
-        found[f"{ENSEMBLE}{number}"] = twin(block, generator.choice(signs))
-    return found
+        twins[f"{ENSEMBLE}{number}"] = twin(block, generator.choice(signs))
+    return twins
 
 
 def stiffer(facts: Facts) -> dict:
