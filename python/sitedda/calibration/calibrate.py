@@ -82,21 +82,21 @@ class Calibration:
         lines += self.mode_words()
         lines.append(f"ln evidence = {self.evidence:.2f} ± {self.evidence_error:.2f}, with a "
                      f"discrepancy of {100 * self.discrepancy:.2g} %")  # fmt: skip
-        return "\n".join([*lines, *(f"note: {words}" for words in self.doubts)])
+        return "\n".join([*lines, *(f"note: {note}" for note in self.doubts)])
 
     def mode_words(self) -> list[str]:
         """Compare each measured mode with that of the model, one line each."""
         lines = []
-        both = zip(self.measured.itertuples(), self.fit.itertuples(), strict=True)
-        for one, fit in both:
-            words = (f"mode {fit.number}: {number(one.frequency)} ± {one.deviation:.2g} Hz "
+        pairs = zip(self.measured.itertuples(), self.fit.itertuples(), strict=True)
+        for row, fit in pairs:
+            text = (f"mode {fit.number}: {number(row.frequency)} ± {row.deviation:.2g} Hz "
                      f"measured, {number(fit.frequency)} Hz by the model")  # fmt: skip
             if np.isfinite(fit.mac):
-                words += f", MAC {fit.mac:.2f}"
-            if np.isfinite(one.damping):
-                own = self.modes.damping[fit.number - 1]
-                words += f", damping {100 * one.damping:.2g} % (model {100 * own:.2g} %)"
-            lines.append(words)
+                text += f", MAC {fit.mac:.2f}"
+            if np.isfinite(row.damping):
+                computed = self.modes.damping[fit.number - 1]
+                text += f", damping {100 * row.damping:.2g} % (model {100 * computed:.2g} %)"
+            lines.append(text)
         return lines
 
     def to_csv(self) -> str:
@@ -107,7 +107,7 @@ class Calibration:
         """Return the samples as an axis of `sitedda.study` (`sitedda.study.Points`)."""
         from ..study import Points
 
-        return Points(name, {one: self.samples[one].to_numpy() for one in self.samples})
+        return Points(name, {column: self.samples[column].to_numpy() for column in self.samples})
 
 
 def calibrate(
@@ -161,12 +161,12 @@ def calibrate(
         raise InputError(f"sampler = {sampler!r}: use one of {', '.join(SAMPLERS)}")
     samples = int(COUNT.check("samples", samples))
     prior = _check_priors(unknowns)
-    seen = measured_modes(measured)
+    data = measured_modes(measured)
     changes = merged(changes, more)
     mean, deviation = np.log(prior).mean(1), np.ptp(np.log(prior), axis=1) / (2 * BAND)
     centre = dict(zip(unknowns, np.exp(mean).tolist(), strict=True))
     *_, points = matrices(model, contacts, changes | centre)
-    observations = Observations(seen, points)
+    observations = Observations(data, points)
     if discrepancy is None:
         mean = np.append(mean, np.log(_DISCREPANCY[0]))
         deviation = np.append(deviation, _DISCREPANCY[1])
@@ -174,16 +174,16 @@ def calibrate(
         NOT_NEGATIVE.check("discrepancy", discrepancy)
     count = len(prior)
     terms = observations, mean, deviation, discrepancy
-    posterior, peaks, error, shown, note = _fit_contacts(model, tuple(unknowns), terms, seed,
+    posterior, peaks, error, best, note = _fit_contacts(model, tuple(unknowns), terms, seed,
                                                          contacts, changes)  # fmt: skip
     peak = peaks[0][0]
-    drawn, weights, evidence, spread, counting = posterior.weighted(peaks, seed)
-    picked = drawn[np.random.default_rng(seed).choice(len(drawn), samples, p=weights)]
+    draws, weights, evidence, sigma, counting = posterior.weighted(peaks, seed)
+    picked = draws[np.random.default_rng(seed).choice(len(draws), samples, p=weights)]
     if sampler == "ensemble":
-        drawn = picked = posterior.sampled(picked, samples, seed)
+        draws = picked = posterior.sampled(picked, samples, seed)
         weights = None
     values = pd.DataFrame(posterior.values(picked)[:, :count], columns=list(unknowns))
-    low, median, high = np.quantile(posterior.values(drawn)[:, :count], (0.05, 0.5, 0.95), axis=0,
+    low, median, high = np.quantile(posterior.values(draws)[:, :count], (0.05, 0.5, 0.95), axis=0,
                                     method="inverted_cdf", weights=weights)  # fmt: skip
     table = pd.DataFrame(
         {"best": posterior.values(peak)[:count], "median": median, "low": low, "high": high,
@@ -192,25 +192,25 @@ def calibrate(
     )  # fmt: skip
     level = float(np.median(posterior.discrepancies(picked)))
     fit = _compare_modes(posterior, peak, picked, level)
-    found = Calibration(table, seen, fit, shown, values, level, evidence, spread, error)
-    doubts = _find_warnings(found, peak, deviation)
+    result = Calibration(table, data, fit, best, values, level, evidence, sigma, error)
+    doubts = _find_warnings(result, peak, deviation)
     if counting < _FEW and sampler == "laplace":
         doubts.append("the posterior is not Gaussian, and ranges may be too narrow: use the "
                       "sampler 'ensemble', or fewer unknowns")  # fmt: skip
-    return replace(found, doubts=(*note, *doubts, SILENT))
+    return replace(result, doubts=(*note, *doubts, SILENT))
 
 
 def _compare_modes(posterior: Posterior, peak, picked, level: float) -> pd.DataFrame:
     """Compare measured modes with those of the best model and of the samples."""
-    squares, y, chosen = posterior.solved(np.vstack([peak, picked]), shapes=False)
-    frequencies = np.sqrt(np.take_along_axis(squares, chosen, 1)) / (2 * np.pi)
+    squares, y, numbers = posterior.solved(np.vstack([peak, picked]), shapes=False)
+    frequencies = np.sqrt(np.take_along_axis(squares, numbers, 1)) / (2 * np.pi)
     low, high = np.percentile(frequencies[1:], (5, 95), axis=0)
-    seen = posterior.seen
-    off = np.log(seen.table.frequency / frequencies[0]) / np.hypot(seen.error, level)
-    macs = [posterior.macs(y[0], j)[chosen[0, j]] if shape.size else np.nan
-            for j, shape in enumerate(seen.shapes)]  # fmt: skip
-    return pd.DataFrame({"number": chosen[0] + 1, "frequency": frequencies[0], "low": low,
-                         "high": high, "misfit": off, "mac": macs})  # fmt: skip
+    observed = posterior.seen
+    misfit = np.log(observed.table.frequency / frequencies[0]) / np.hypot(observed.error, level)
+    macs = [posterior.macs(y[0], j)[numbers[0, j]] if shape.size else np.nan
+            for j, shape in enumerate(observed.shapes)]  # fmt: skip
+    return pd.DataFrame({"number": numbers[0] + 1, "frequency": frequencies[0], "low": low,
+                         "high": high, "misfit": misfit, "mac": macs})  # fmt: skip
 
 
 def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
@@ -223,7 +223,7 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
     -------
     posterior, peaks, error
         See `_find_peaks`.
-    shown : Modes
+    result : Modes
         Of the best model.
     note : tuple of str
         Warning if frequencies of the family and of the best model differ.
@@ -232,33 +232,33 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
     z, step, closed = 0 * mean, 0 * mean, ""
     for trial in range(_TRIALS):
         middle = np.exp(mean + (z + step) * deviation)
-        at = dict(zip(unknowns, middle.tolist(), strict=False))
+        values = dict(zip(unknowns, middle.tolist(), strict=False))
         try:
-            family = family_of(model, at, contacts, changes)
+            family = family_of(model, values, contacts, changes)
         except InputError:  # such as contacts without force, which any change opens or closes
             if contacts != "auto":
                 raise
             if trial:
                 step /= 2
                 continue
-            family = family_of(model, at, "closed", changes | _REFERENCE)
+            family = family_of(model, values, "closed", changes | _REFERENCE)
             closed = ": all touching contacts are assumed closed"
         z = z + step
         posterior, peaks, error = _find_peaks(Posterior(family, *terms), seed)
         peak = peaks[0][0]
-        best = dict(zip(unknowns, posterior.values(peak).tolist(), strict=False))
+        best_values = dict(zip(unknowns, posterior.values(peak).tolist(), strict=False))
         squares, _, (numbers,) = posterior.solved(peak[None])
         frequency = np.sqrt(squares[0, numbers]) / (2 * np.pi)
-        shown = modes(model, int(numbers.max()) + 1, contacts, changes | best)
-        changed = float(abs(shown.frequency[numbers] / frequency - 1).max())
-        if changed < _SAME and not closed:
-            return posterior, peaks, error, shown, ()
+        result = modes(model, int(numbers.max()) + 1, contacts, changes | best_values)
+        change = float(abs(result.frequency[numbers] / frequency - 1).max())
+        if change < _SAME and not closed:
+            return posterior, peaks, error, result, ()
         if closed:
             break
         step = np.clip(peak - z, -1, 1)
     note = (f"gravity closes contacts that depend on the unknowns{closed}. This changes "
-            f"frequencies of the best model by up to {100 * changed:.2g} %")  # fmt: skip
-    return posterior, peaks, error, shown, (note,)
+            f"frequencies of the best model by up to {100 * change:.2g} %")  # fmt: skip
+    return posterior, peaks, error, result, (note,)
 
 
 def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
@@ -269,7 +269,7 @@ def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
     calibrations : mapping of Calibration
         By the name of the hypothesis; each with its own model or unknowns.
     """
-    weights = softmax([one.evidence for one in calibrations.values()])
+    weights = softmax([calibration.evidence for calibration in calibrations.values()])
     return dict(zip(calibrations, weights.tolist(), strict=True))
 
 
@@ -284,22 +284,22 @@ def _find_peaks(posterior: Posterior, seed: int) -> tuple[Posterior, list[tuple]
     def solve(z, axes):
         steps = z + np.vstack([0 * z, axes, -axes])
         theta = posterior.values(steps)[:, : len(family.parts)]
-        return [(one, *family.modes(t, count + 2)) for one, t in zip(steps, theta, strict=True)]
+        return [(step, *family.modes(t, count + 2)) for step, t in zip(steps, theta, strict=True)]
 
-    start, found = solve(np.zeros(size), BAND * np.eye(size)), []
+    start, peaks = solve(np.zeros(size), BAND * np.eye(size)), []
     posterior.seen.check_count(min(len(squares) for _, squares, _ in start))
     vectors = [y for *_, y in start]
     for _ in range(_ROUNDS):
         posterior = replace(posterior, family=family.reduced(np.hstack(vectors)))
-        found, error = posterior.peaks([z for z, _ in found] or posterior.starts(seed)), 0.0
-        for z, covariance in found:
-            for one, squares, y in solve(z, 2 * np.linalg.cholesky(covariance).T):
-                near = posterior.solved(one[None])[0][0, :count]
-                error = max(error, float(np.max(abs(near / squares[:count] - 1))) / 2)
+        peaks, error = posterior.peaks([z for z, _ in peaks] or posterior.starts(seed)), 0.0
+        for z, covariance in peaks:
+            for point, squares, y in solve(z, 2 * np.linalg.cholesky(covariance).T):
+                reduced = posterior.solved(point[None])[0][0, :count]
+                error = max(error, float(np.max(abs(reduced / squares[:count] - 1))) / 2)
                 vectors.append(y)
         if error < _EXACT:
             break
-    return posterior, found, error
+    return posterior, peaks, error
 
 
 def _check_priors(unknowns: Mapping) -> np.ndarray:
@@ -317,27 +317,27 @@ def _check_priors(unknowns: Mapping) -> np.ndarray:
     return np.array(list(unknowns.values()), dtype=float)
 
 
-def _find_warnings(found: Calibration, peak, deviation) -> list[str]:
+def _find_warnings(result: Calibration, peak, deviation) -> list[str]:
     """Return warnings on modes that do not fit and unknowns that are not determined."""
-    words = [
-        f"mode {fit.number} cannot be fitted: its measured {number(one.frequency)} Hz is "
+    texts = [
+        f"mode {fit.number} cannot be fitted: its measured {number(item.frequency)} Hz is "
         f"{abs(fit.misfit):.1f} standard deviations from {number(fit.frequency)} Hz of the model"
-        for one, fit in zip(found.measured.itertuples(), found.fit.itertuples(), strict=True)
+        for item, fit in zip(result.measured.itertuples(), result.fit.itertuples(), strict=True)
         if abs(fit.misfit) > _FAR
     ]
-    correlation = np.log(found.samples).corr()
-    for i, (name, row) in enumerate(found.unknowns.iterrows()):
+    correlation = np.log(result.samples).corr()
+    for i, (name, row) in enumerate(result.unknowns.iterrows()):
         if row.deviation > _WIDE * deviation[i]:
-            words.append(f"the modes do not determine {name}: its range equals its prior range")
+            texts.append(f"the modes do not determine {name}: its range equals its prior range")
         if abs(peak[i]) > _FAR:
-            words.append(f"the modes are fitted best with {name} outside its prior range")
-        words += [f"only a combination of {name} and {other} is determined (correlation "
-                  f"{value:.2f})" for other, value in correlation[name].iloc[:i].items()
+            texts.append(f"the modes are fitted best with {name} outside its prior range")
+        texts += [f"only a combination of {name} and {second} is determined (correlation "
+                  f"{value:.2f})" for second, value in correlation[name].iloc[:i].items()
                   if abs(value) > _ALIKE]  # fmt: skip
-    if any(shapes_of(found.measured).count(axis=1) == 1):
-        words.append("shapes of one component are not compared: they fit any mode")
-    if found.reduction_error > 100 * _EXACT:
-        words.append(
-            f"the reduced model has an error of {found.reduction_error:.1e}: narrow the ranges"
+    if any(shapes_of(result.measured).count(axis=1) == 1):
+        texts.append("shapes of one component are not compared: they fit any mode")
+    if result.reduction_error > 100 * _EXACT:
+        texts.append(
+            f"the reduced model has an error of {result.reduction_error:.1e}: narrow the ranges"
         )
-    return words
+    return texts

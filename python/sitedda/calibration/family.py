@@ -52,26 +52,26 @@ class Family:
 
     def modes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the lowest ω² (rad²/s²) that have stiffness, ascending, and modes y as columns."""
-        stiffness, free = self.stiffness(theta), _FREE
+        stiffness, rigid = self.stiffness(theta), _FREE
         limit = _NO_STIFFNESS * abs(stiffness).max()
         while True:
-            squares, y = self._lowest(stiffness, count + free)
-            first = int(np.searchsorted(squares, limit))
-            if first <= free or squares.size < count + free:
-                return squares[first : first + count], y[:, first : first + count]
-            free = 2 * first
+            squares, y = self._lowest(stiffness, count + rigid)
+            start = int(np.searchsorted(squares, limit))
+            if start <= rigid or squares.size < count + rigid:
+                return squares[start : start + count], y[:, start : start + count]
+            rigid = 2 * start
 
     @staticmethod
-    def _lowest(stiffness, wanted: int) -> tuple[np.ndarray, np.ndarray]:
+    def _lowest(stiffness, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the lowest eigenvalues of a matrix, ascending, and eigenvectors as columns."""
         if isinstance(stiffness, np.ndarray):
-            last = min(wanted, len(stiffness)) - 1
-            squares, y = linalg.eigh(stiffness, subset_by_index=(0, last))
+            highest = min(count, len(stiffness)) - 1
+            squares, y = linalg.eigh(stiffness, subset_by_index=(0, highest))
         else:
             from scipy.sparse.linalg import eigsh
 
             shift = 1e-9 * stiffness.diagonal().mean()  # K itself may be singular
-            squares, y = eigsh(stiffness.tocsc(), min(wanted, stiffness.shape[0] - 1), sigma=-shift)
+            squares, y = eigsh(stiffness.tocsc(), min(count, stiffness.shape[0] - 1), sigma=-shift)
             order = np.argsort(squares)
             squares, y = squares[order], y[:, order]
         return squares, y
@@ -86,15 +86,15 @@ class Family:
         equal = abs(gaps) <= _EQUAL * squares
         inverse = np.divide(1.0, gaps, out=np.zeros_like(gaps), where=~equal)
         groups = np.split(np.arange(squares.size), np.flatnonzero(~equal.diagonal(1)) + 1)
-        found, turned = [], []
+        derivatives, mode_slopes = [], []
         for part in self.parts:
             products = y.T @ (part @ y)
-            found.append(products.diagonal().copy())
+            derivatives.append(products.diagonal().copy())
             for group in groups:
                 if group.size > 1:
-                    found[-1][group] = np.linalg.eigvalsh(products[np.ix_(group, group)])
-            turned.append(y @ (products * inverse))
-        return np.array(found), np.array(turned)
+                    derivatives[-1][group] = np.linalg.eigvalsh(products[np.ix_(group, group)])
+            mode_slopes.append(y @ (products * inverse))
+        return np.array(derivatives), np.array(mode_slopes)
 
     def reduced(self, y: np.ndarray) -> Family:
         """Return the dense family projected on vectors, shape (n, any)."""
@@ -125,20 +125,20 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
     InputError
         If an unknown changes no stiffness, changes masses, or K is not linear in it.
     """
-    at = merged(changes, unknowns)
-    base, mass, points, _ = matrices(model, contacts, at)
+    values = merged(changes, unknowns)
+    base, mass, points, _ = matrices(model, contacts, values)
     steps = []
     for name, value in unknowns.items():
-        stiffness, other, *_ = matrices(model, contacts, at | {name: (1 + _STEP) * value})
+        stiffness, mass_b, *_ = matrices(model, contacts, values | {name: (1 + _STEP) * value})
         step = stiffness - base
-        if abs(other - mass).max() > _LINEAR * _STEP * abs(mass).max():
+        if abs(mass_b - mass).max() > _LINEAR * _STEP * abs(mass).max():
             raise InputError(f"{name} changes masses: only stiffnesses can be calibrated")
         if abs(step).max() <= _NO_STIFFNESS * abs(base).max():
             raise InputError(f"{name} changes no stiffness of the model")
         steps.append(step)
     # Steps of other sizes also show whether the first steps changed contacts.
     mixed = {n: v * (1 + (i + 2) * _STEP) for i, (n, v) in enumerate(unknowns.items())}
-    stiffness, *_ = matrices(model, contacts, at | mixed)
+    stiffness, *_ = matrices(model, contacts, values | mixed)
     linear = base + sum((i + 2) * step for i, step in enumerate(steps))
     if abs(stiffness - linear).max() > _LINEAR * _STEP * max(abs(step).max() for step in steps):
         raise InputError(
@@ -160,6 +160,6 @@ def _unit_mass(mass: sparse.csr_array) -> sparse.csr_array:
     mass.eliminate_zeros()
     blocks = sparse.bsr_array(mass, blocksize=(6, 6))
     inverse = np.linalg.inv(np.linalg.cholesky(blocks.data)).transpose(0, 2, 1)
-    kept = np.arange(len(inverse))
+    columns = np.arange(len(inverse))
     shape = (mass.shape[0], 6 * len(inverse))
-    return sparse.csr_array(sparse.bsr_array((inverse, kept, blocks.indptr), shape=shape))
+    return sparse.csr_array(sparse.bsr_array((inverse, columns, blocks.indptr), shape=shape))

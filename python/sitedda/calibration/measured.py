@@ -50,48 +50,48 @@ def measured_modes(source) -> pd.DataFrame:
     """
     if isinstance(source, str | Path):
         names, rows = read_numbers(source, _LARGEST)
-        places = [f"{source}, line {line}" for line, _ in rows]
-        table, where = pd.DataFrame([row for _, row in rows], places, names), f"{source}: "
+        lines = [f"{source}, line {line}" for line, _ in rows]
+        table, prefix = pd.DataFrame([row for _, row in rows], lines, names), f"{source}: "
     else:
         try:
-            table, where = pd.DataFrame(source), ""
+            table, prefix = pd.DataFrame(source), ""
         except (TypeError, ValueError) as trouble:
             raise InputError(f"the measured modes are not a table: {trouble}") from None
-        table.index = [one if isinstance(one, str) else f"mode {i}"
-                       for i, one in enumerate(table.index, 1)]  # fmt: skip
+        table.index = [label if isinstance(label, str) else f"mode {i}"
+                       for i, label in enumerate(table.index, 1)]  # fmt: skip
     if not table.columns.is_unique:
         name = table.columns[table.columns.duplicated()][0]
-        raise InputError(f"{where}column {name!r} is repeated")
+        raise InputError(f"{prefix}column {name!r} is repeated")
     shapes = [name for name in table if name not in _COLUMNS]
     for name in shapes:
         if str(name)[-2:] not in (".x", ".y"):
-            raise InputError(f"{where}column {name!r} is not known; there are "
+            raise InputError(f"{prefix}column {name!r} is not known; there are "
                              f"{', '.join(_COLUMNS)}, and POINT.x, POINT.y")  # fmt: skip
     if table.empty:
-        raise InputError(f"{where}there is no measured mode")
-    kept = [name for name in _COLUMNS if name not in ("low", "high")]
+        raise InputError(f"{prefix}there is no measured mode")
+    columns = [name for name in _COLUMNS if name not in ("low", "high")]
     rows = [_complete_row(place, row.dropna()) for place, row in table.iterrows()]
-    found = pd.DataFrame(rows, table.index).reindex(columns=kept + shapes)
-    return found.fillna({"shape_deviation": _SHAPE_DEVIATION})
+    result = pd.DataFrame(rows, table.index).reindex(columns=columns + shapes)
+    return result.fillna({"shape_deviation": _SHAPE_DEVIATION})
 
 
-def _complete_row(place: str, row: pd.Series) -> dict[str, float]:
+def _complete_row(line: str, row: pd.Series) -> dict[str, float]:
     """Return the values of a row of a table, with frequency and deviation from low and high."""
     try:
         values = {n: _COLUMNS.get(n, FINITE).check(n, value) for n, value in row.items()}
     except InputError as trouble:
-        raise InputError(f"{place}: {trouble}") from None
+        raise InputError(f"{line}: {trouble}") from None
     low, high = values.pop("low", None), values.pop("high", None)
     if low and high:
         if not low < high:
-            raise InputError(f"{place}: low = {low:g} must be below high = {high:g}")
+            raise InputError(f"{line}: low = {low:g} must be below high = {high:g}")
         if "frequency" in values or "deviation" in values:
-            raise InputError(f"{place}: low = {low:g} and high = {high:g} are given, and frequency "
+            raise InputError(f"{line}: low = {low:g} and high = {high:g} are given, and frequency "
                              "or deviation: give one pair only")  # fmt: skip
         values |= {"frequency": (low + high) / 2, "deviation": (high - low) / (2 * BAND)}
     for name in ("frequency", "deviation"):
         if name not in values:
-            raise InputError(f"{place}: {name} is missing: give frequency and deviation, or low "
+            raise InputError(f"{line}: {name} is missing: give frequency and deviation, or low "
                              "and high")  # fmt: skip
     return values
 
@@ -124,16 +124,16 @@ class Observations:
         self.error = (table.deviation / table.frequency).to_numpy()
         self.shape_error = table.shape_deviation.to_numpy()
         numbers = table["mode"].fillna(0).astype(int)
-        for i, (place, row) in enumerate(shapes_of(table).iterrows()):
+        for i, (line, row) in enumerate(shapes_of(table).iterrows()):
             shape = row.dropna()
             for name in shape.index:
                 if name[:-2] not in points:
-                    raise InputError(f"{place}: the shape has {name}, but the measured points of "
+                    raise InputError(f"{line}: the shape has {name}, but the measured points of "
                                      f"the model are {', '.join(points)}")  # fmt: skip
             if shape.size == 1:
                 shape = shape[:0]  # a single component fits any shape
             if shape.size and not shape.any():
-                raise InputError(f"{place}: the shape is zero")
+                raise InputError(f"{line}: the shape is zero")
             rows = [2 * points.index(n[:-2]) + (n[-1] == "y") for n in shape.index]
             self.rows.append(np.array(rows, dtype=int))
             values = shape.to_numpy() / shape.abs().max()
@@ -145,9 +145,9 @@ class Observations:
 
     def check_count(self, count: int) -> None:
         """Raise InputError if a model has fewer modes than are measured or numbered."""
-        last = int(np.argmax(self.number))
-        if count <= self.number[last] or count < len(self.table):
-            raise InputError(f"{self.table.index[last]}: mode {self.number[last] + 1} and "
+        highest = int(np.argmax(self.number))
+        if count <= self.number[highest] or count < len(self.table):
+            raise InputError(f"{self.table.index[highest]}: mode {self.number[highest] + 1} and "
                              f"{len(self.table)} measured modes, but the model has only {count} "
                              "modes with stiffness")  # fmt: skip
 
@@ -155,15 +155,15 @@ class Observations:
         """Raise InputError if a number is repeated, or frequencies contradict the numbers."""
         order = [i for i in np.argsort(self.number, kind="stable") if self.number[i] >= 0]
         for i, j in pairwise(order):
-            one, two = self.table.iloc[i], self.table.iloc[j]
+            low, two = self.table.iloc[i], self.table.iloc[j]
             if self.number[i] == self.number[j]:
                 raise InputError(f"{two.name}: two measured modes match mode {self.number[i] + 1} "
                                  "of the model: number both")  # fmt: skip
-            apart = (one.frequency - two.frequency) / np.hypot(one.deviation, two.deviation)
-            if apart > _APART and self.table["mode"].iloc[[i, j]].isna().any():
+            gap = (low.frequency - two.frequency) / np.hypot(low.deviation, two.deviation)
+            if gap > _APART and self.table["mode"].iloc[[i, j]].isna().any():
                 raise InputError(
                     f"{two.name}: frequency = {two.frequency:g} of mode {self.number[j] + 1} is "
-                    f"below the {one.frequency:g} Hz of mode {self.number[i] + 1}: sort the modes, "
+                    f"below the {low.frequency:g} Hz of mode {self.number[i] + 1}: sort the modes, "
                     "or number them"
                 )
 

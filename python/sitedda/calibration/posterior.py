@@ -78,11 +78,11 @@ class Posterior:
         else:
             squares, y = np.linalg.eigvalsh(stiffness), None
         squares = np.maximum(squares, _LEAST_SQUARE)
-        chosen = np.tile(self.seen.number, (len(z), 1))
+        numbers = np.tile(self.seen.number, (len(z), 1))
         if np.any(self.seen.number < 0):
-            for one, s, shapes, d in zip(chosen, squares, y, self.discrepancies(z), strict=True):
-                self._match_modes(one, s, shapes, d)
-        return squares, y, chosen
+            for row, s, shapes, d in zip(numbers, squares, y, self.discrepancies(z), strict=True):
+                self._match_modes(row, s, shapes, d)
+        return squares, y, numbers
 
     def discrepancies(self, z: np.ndarray) -> np.ndarray:
         """Return δ at rows of z."""
@@ -90,17 +90,17 @@ class Posterior:
             self.values(z)[:, -1] if self.discrepancy is None else self.discrepancy, len(z)
         )
 
-    def _match_modes(self, chosen, squares, y, delta) -> None:
+    def _match_modes(self, numbers, squares, y, delta) -> None:
         """Assign to each measured shape the mode that fits shape and frequency best."""
-        free = np.flatnonzero(self.seen.number < 0)
-        others = np.setdiff1d(np.arange(min(self.seen.count, len(squares))), self.seen.number)
-        cost = np.empty((free.size, others.size))
-        for row, j in zip(cost, free, strict=True):
-            off = self.seen.log_omega[j] - np.log(squares[others]) / 2
-            row[:] = (1 - self.macs(y[:, others], j)) / (self.seen.shape_error[j] ** 2 + delta**2)
-            row += off**2 / (self.seen.error[j] ** 2 + delta**2)
+        unnumbered = np.flatnonzero(self.seen.number < 0)
+        rest = np.setdiff1d(np.arange(min(self.seen.count, len(squares))), self.seen.number)
+        cost = np.empty((unnumbered.size, rest.size))
+        for row, j in zip(cost, unnumbered, strict=True):
+            misfit = self.seen.log_omega[j] - np.log(squares[rest]) / 2
+            row[:] = (1 - self.macs(y[:, rest], j)) / (self.seen.shape_error[j] ** 2 + delta**2)
+            row += misfit**2 / (self.seen.error[j] ** 2 + delta**2)
         rows, columns = linear_sum_assignment(cost)
-        chosen[free[rows]] = others[columns]
+        numbers[unnumbered[rows]] = rest[columns]
 
     def _along(self, y: np.ndarray, j: int) -> tuple[np.ndarray, np.ndarray]:
         """Return modes, as columns, at the points of a measured shape, and their parts along it.
@@ -111,8 +111,8 @@ class Posterior:
         points = self.family.points[self.seen.rows[j]]
         shapes = points @ y
         shapes *= np.copysign(1.0, self.seen.shapes[j] @ shapes)
-        still = np.full((1, y.shape[1]), math.sqrt(_STILL) * np.linalg.norm(points))
-        shapes = np.vstack([shapes, still])
+        rest = np.full((1, y.shape[1]), math.sqrt(_STILL) * np.linalg.norm(points))
+        shapes = np.vstack([shapes, rest])
         shapes /= np.linalg.norm(shapes, axis=0)
         return shapes, self.seen.shapes[j] @ shapes[:-1]
 
@@ -127,20 +127,20 @@ class Posterior:
         """
         return self._weigh_errors(z, *self.solved(z, shapes=False))
 
-    def _weigh_errors(self, z, squares, y, chosen) -> np.ndarray:
+    def _weigh_errors(self, z, squares, y, numbers) -> np.ndarray:
         """Return `residuals` from modes at rows of z."""
-        delta, rows, found = self.discrepancies(z), np.arange(len(z)), [z.T]
-        for j, seen in enumerate(self.seen.shapes):
-            off = self.seen.log_omega[j] - np.log(squares[rows, chosen[:, j]]) / 2
-            errors = [(off[None], self.seen.error[j], 1)]
-            if seen.size:
-                shapes, along = self._along(y[rows, :, chosen[:, j]].T, j)
-                shapes[:-1] -= np.outer(seen, along)
-                errors.append((shapes, self.seen.shape_error[j], seen.size - 1))
+        delta, rows, rows_of_errors = self.discrepancies(z), np.arange(len(z)), [z.T]
+        for j, shape in enumerate(self.seen.shapes):
+            misfit = self.seen.log_omega[j] - np.log(squares[rows, numbers[:, j]]) / 2
+            errors = [(misfit[None], self.seen.error[j], 1)]
+            if shape.size:
+                shapes, along = self._along(y[rows, :, numbers[:, j]].T, j)
+                shapes[:-1] -= np.outer(shape, along)
+                errors.append((shapes, self.seen.shape_error[j], shape.size - 1))
             for error, deviation, count in errors:
-                found += [error / np.hypot(deviation, delta),
+                rows_of_errors += [error / np.hypot(deviation, delta),
                           np.sqrt(count * np.log1p((delta / deviation) ** 2))[None]]  # fmt: skip
-        return np.vstack(found).T
+        return np.vstack(rows_of_errors).T
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         """Return the derivatives of the residuals at z, shape (residuals, unknowns).
@@ -148,16 +148,16 @@ class Posterior:
         Those of the modes are exact (`Family.slopes`); only the residuals that follow from the
         modes in closed form are differentiated by differences.
         """
-        squares, y, chosen = self.solved(z[None])
+        squares, y, numbers = self.solved(z[None])
         count = len(self.family.parts)
         scale = (self.deviation * self.values(z))[:count]
-        turn = np.zeros((z.size, *squares[0].shape)), np.zeros((z.size, *y[0].shape))
-        for whole, slope in zip(turn, self.family.slopes(squares[0], y[0]), strict=True):
-            whole[:count] = (slope.T * scale).T
+        slopes = np.zeros((z.size, *squares[0].shape)), np.zeros((z.size, *y[0].shape))
+        for array, slope in zip(slopes, self.family.slopes(squares[0], y[0]), strict=True):
+            array[:count] = (slope.T * scale).T
         low, high = (
             self._weigh_errors(z + h * np.eye(z.size),
-                               np.maximum(squares + h * turn[0], _LEAST_SQUARE),
-                               y + h * turn[1], np.tile(chosen, (z.size, 1)))
+                               np.maximum(squares + h * slopes[0], _LEAST_SQUARE),
+                               y + h * slopes[1], np.tile(numbers, (z.size, 1)))
             for h in (-_STEP, _STEP)
         )  # fmt: skip
         return (high - low).T / (2 * _STEP)
@@ -183,10 +183,10 @@ class Posterior:
         """
         ends = [least_squares(lambda z: self.residuals(z[None])[0], start, self.jacobian,
                               bounds=(-_FARTHEST, _FARTHEST)) for start in starts]  # fmt: skip
-        ends.sort(key=lambda one: one.cost)
-        kept = [ends[i] for i in _apart([one.x for one in ends], 0.05)]
-        return [(one.x, np.linalg.inv(one.jac.T @ one.jac)) for one in kept
-                if one.cost <= ends[0].cost + _LOWEST]  # fmt: skip
+        ends.sort(key=lambda fit: fit.cost)
+        distinct = [ends[i] for i in _apart([fit.x for fit in ends], 0.05)]
+        return [(fit.x, np.linalg.inv(fit.jac.T @ fit.jac)) for fit in distinct
+                if fit.cost <= ends[0].cost + _LOWEST]  # fmt: skip
 
     def weighted(self, peaks: list[tuple], seed: int) -> tuple:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.
@@ -203,7 +203,7 @@ class Posterior:
         """
         generator = np.random.default_rng(seed)
         parts = [*peaks, (0 * self.mean, np.eye(self.mean.size))]
-        shares = np.append(np.full(len(peaks), (1 - _BROAD) / len(peaks)), _BROAD)
+        ratios = np.append(np.full(len(peaks), (1 - _BROAD) / len(peaks)), _BROAD)
         best = (0.0,)
         trouble = ConvergenceError("the probability of the measured modes cannot be integrated: "
                                    "check their deviations, and narrow the ranges")  # fmt: skip
@@ -212,10 +212,10 @@ class Posterior:
                 mixture = [multivariate_t(z, shape, _FREEDOM) for z, shape in parts]
             except np.linalg.LinAlgError:
                 raise trouble from None
-            counts = generator.multinomial(_DRAWS, shares)
-            draws = np.vstack([one.rvs(n, generator).reshape(n, self.mean.size)
-                               for n, one in zip(counts, mixture, strict=True)])  # fmt: skip
-            terms = np.log(shares) + np.column_stack([one.logpdf(draws) for one in mixture])
+            counts = generator.multinomial(_DRAWS, ratios)
+            draws = np.vstack([term.rvs(n, generator).reshape(n, self.mean.size)
+                               for n, term in zip(counts, mixture, strict=True)])  # fmt: skip
+            terms = np.log(ratios) + np.column_stack([term.logpdf(draws) for term in mixture])
             density = logsumexp(terms, axis=1)
             logs = self.log(draws) - density
             if not np.all(np.isfinite(logs)):
@@ -229,12 +229,12 @@ class Posterior:
             if counting > _ENOUGH:
                 break
             owned = weights[:, None] * np.exp(terms - density[:, None]) + _LEAST
-            shares = owned.sum(0) / owned.sum()
+            ratios = owned.sum(0) / owned.sum()
             parts = [(w @ draws / w.sum(), np.atleast_2d(np.cov(draws.T, aweights=w)))
                      for w in owned.T]  # fmt: skip
         return *best[1:], best[0]
 
-    def sampled(self, first: np.ndarray, count: int, seed: int) -> np.ndarray:
+    def sampled(self, pool: np.ndarray, count: int, seed: int) -> np.ndarray:
         """Sample z by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
 
         Raises
@@ -250,23 +250,23 @@ class Posterior:
             raise MissingLibrary("sampler = 'ensemble' needs emcee: pip install emcee") from None
         generator = np.random.default_rng(seed)
         walkers = max(_WALKERS, 4 * self.mean.size)
-        places = first[generator.choice(len(first), walkers, replace=len(first) < walkers)]
+        walkers_at = pool[generator.choice(len(pool), walkers, replace=len(pool) < walkers)]
         chain = emcee.EnsembleSampler(walkers, self.mean.size, self.log, vectorize=True)
         chain.random_state = np.random.RandomState(seed).get_state()
         while chain.iteration < _MOST_STEPS:
-            places = chain.run_mcmc(places, _STEPS)
+            walkers_at = chain.run_mcmc(walkers_at, _STEPS)
             length = float(np.max(chain.get_autocorr_time(tol=0)))
             if chain.iteration > _LENGTHS * length:
-                kept = chain.get_chain(discard=int(5 * length), flat=True)
-                return kept[generator.choice(len(kept), count, replace=count > len(kept))]
+                samples = chain.get_chain(discard=int(5 * length), flat=True)
+                return samples[generator.choice(len(samples), count, replace=count > len(samples))]
         raise ConvergenceError(f"the sampler has an autocorrelation time of {length:.3g} steps: "
                                "narrow the priors, or drop unknowns")  # fmt: skip
 
 
 def _apart(points, distance: float) -> list[int]:
     """Return indices of points that are farther than a distance from all selected before."""
-    kept: list[int] = []
+    picks: list[int] = []
     for i, point in enumerate(points):
-        if len(kept) < _MOST and all(np.linalg.norm(point - points[k]) > distance for k in kept):
-            kept.append(i)
-    return kept
+        if len(picks) < _MOST and all(np.linalg.norm(point - points[k]) > distance for k in picks):
+            picks.append(i)
+    return picks

@@ -40,39 +40,39 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
     channels : mapping of str, optional
         Name by heading or code of a channel (``'BHE'``, ``'ST01.BHE'``); others are omitted.
     """
-    where = source if isinstance(source, str | Path) else "the record"
+    label = source if isinstance(source, str | Path) else "the record"
     if isinstance(source, pd.DataFrame):
-        found = source
+        table = source
     elif hasattr(source, "acceleration"):
         part = source.acceleration.transpose("time", "point", "axis")[1:]
-        found = part.stack(channel=("point", "axis")).to_pandas()
-        found.columns = [".".join(names) for names in found.columns]
+        table = part.stack(channel=("point", "axis")).to_pandas()
+        table.columns = [".".join(names) for names in table.columns]
     elif Path(source).suffix.lower() in (".csv", ".txt", ""):
         names, rows = read_numbers(source, _LARGEST)
         if len(names) < 2 or names[0] != "time" or len(rows) < 2:
             raise InputError(f"{source}: give a heading, such as time,top.x,base.x, and samples")
-        found = pd.DataFrame([row for _, row in rows], columns=names).set_index("time")
+        table = pd.DataFrame([row for _, row in rows], columns=names).set_index("time")
     else:
-        found, channels = _read_obspy(source, channels or {}), None
+        table, channels = _read_obspy(source, channels or {}), None
     if channels:
-        if lacking := sorted(set(channels) - set(found)):
-            raise InputError(f"{where} has no channel {lacking[0]!r}: it has {list(found)}")
-        found = found[list(channels)].rename(columns=channels)
+        if lacking := sorted(set(channels) - set(table)):
+            raise InputError(f"{label} has no channel {lacking[0]!r}: it has {list(table)}")
+        table = table[list(channels)].rename(columns=channels)
     try:
-        found = found.set_axis(found.index.astype(float)).astype(float)
+        table = table.set_axis(table.index.astype(float)).astype(float)
     except (TypeError, ValueError) as trouble:
-        raise InputError(f"{where} is not a table of numbers by time (s): {trouble}") from None
-    if found.shape[0] < 2 or found.shape[1] < 1:
-        raise InputError(f"{where} has {found.shape[0]} samples of {found.shape[1]} channels: give "
+        raise InputError(f"{label} is not a table of numbers by time (s): {trouble}") from None
+    if table.shape[0] < 2 or table.shape[1] < 1:
+        raise InputError(f"{label} has {table.shape[0]} samples of {table.shape[1]} channels: give "
                          "at least two samples of a channel")  # fmt: skip
-    if not found.columns.is_unique:
-        raise InputError(f"{where}: channel {found.columns[found.columns.duplicated()][0]!r} is "
+    if not table.columns.is_unique:
+        raise InputError(f"{label}: channel {table.columns[table.columns.duplicated()][0]!r} is "
                          "repeated")  # fmt: skip
-    if not np.all(np.isfinite(found)):
-        at, channel = np.argwhere(~np.isfinite(found.to_numpy()))[0]
-        raise InputError(f"{where}: sample {at + 1} of {found.columns[channel]} is not a number")
-    _time_step(found, where)
-    return found
+    if not np.all(np.isfinite(table)):
+        k, channel = np.argwhere(~np.isfinite(table.to_numpy()))[0]
+        raise InputError(f"{label}: sample {k + 1} of {table.columns[channel]} is not a number")
+    _time_step(table, label)
+    return table
 
 
 def _read_obspy(file, channels: Mapping[str, str]) -> pd.DataFrame:
@@ -87,18 +87,18 @@ def _read_obspy(file, channels: Mapping[str, str]) -> pd.DataFrame:
     if not start < end:
         raise InputError(f"{file}: the traces have no time in common: give the file of one period")
     stream.trim(start, end)
-    found, steps = {}, set()
+    series, steps = {}, set()
     for trace in stream:
         station, code = trace.stats.station, trace.stats.channel
         name = channels.get(f"{station}.{code}", channels.get(code))
         if not channels and code[-1:] in _AXES:
             name = f"{station}.{_AXES[code[-1:]]}"
         if name:
-            found[name] = pd.Series(trace.data, trace.times(), float)
+            series[name] = pd.Series(trace.data, trace.times(), float)
             steps.add(trace.stats.delta)
     if len(steps) != 1:
         raise InputError(f"{file}: no channels, or channels of different time steps")
-    return pd.DataFrame(found).dropna()
+    return pd.DataFrame(series).dropna()
 
 
 def identify(
@@ -140,8 +140,8 @@ def identify(
     """
     from scipy.signal import decimate
 
-    found, (low, high) = read_ambient(record, channels), map(float, band)
-    (size, count), rate = found.shape, 1 / _time_step(found)
+    table, (low, high) = read_ambient(record, channels), map(float, band)
+    (size, count), rate = table.shape, 1 / _time_step(table)
     if not 0 < low < high <= 0.4 * rate:
         raise InputError(f"band = {low:g} to {high:g} Hz: give two frequencies in order, above 0 "
                          f"and below {0.4 * rate:g} Hz (of {rate:g} samples a second)")  # fmt: skip
@@ -149,22 +149,22 @@ def identify(
         raise InputError(f"a record of {size / rate:g} s has less than {_FEWEST} periods of "
                          f"{low:g} Hz: give a longer record")  # fmt: skip
     order = int(COUNT.check("order", order))
-    values = (found - found.mean()).to_numpy()
-    if (every := int(rate / (_BEYOND * high))) > 1:
-        values, rate = decimate(values, every, ftype="fir", axis=0), rate / every
+    values = (table - table.mean()).to_numpy()
+    if (factor := int(rate / (_BEYOND * high))) > 1:
+        values, rate = decimate(values, factor, ftype="fir", axis=0), rate / factor
     depth = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
     poles = _stable_poles(values, rate, depth, min(order, depth * count), (low, high))
-    shapes, scatter = (np.reshape(one, (-1, poles.Fn.size)) for one in (poles.Phi, poles.Phi_std))
+    shapes, scatter = (np.reshape(x, (-1, poles.Fn.size)) for x in (poles.Phi, poles.Phi_std))
     rows = []
     for i in np.argsort(poles.Fn):
-        turn = np.exp(-1j * np.angle(np.sum(shapes[:, i] ** 2)) / 2)
-        turned = (shapes[:, i] * turn).real
-        length = np.linalg.norm(turned)
-        spread = np.sqrt(np.mean(np.abs(scatter[:, i]) ** 2)) / length
+        phase = np.exp(-1j * np.angle(np.sum(shapes[:, i] ** 2)) / 2)
+        real_shape = (shapes[:, i] * phase).real
+        length = np.linalg.norm(real_shape)
+        deviation = np.sqrt(np.mean(np.abs(scatter[:, i]) ** 2)) / length
         rows.append({
             "frequency": poles.Fn[i], "deviation": poles.Fn_std[i], "damping": poles.Xi[i],
-            "damping_deviation": poles.Xi_std[i], "shape_deviation": max(spread, _LEAST),
-        } | dict(zip(found, turned / length, strict=True)))  # fmt: skip
+            "damping_deviation": poles.Xi_std[i], "shape_deviation": max(deviation, _LEAST),
+        } | dict(zip(table, real_shape / length, strict=True)))  # fmt: skip
     return pd.DataFrame(rows)
 
 
@@ -217,31 +217,33 @@ def horizontal_over_vertical(
     """
     from scipy.signal import ShortTimeFFT, get_window
 
-    found, at = read_ambient(record, channels), np.asarray(frequency, dtype=float)
-    step = _time_step(found)
+    table, at_hz = read_ambient(record, channels), np.asarray(frequency, dtype=float)
+    step = _time_step(table)
     size = round(window / step)
-    if not 10 / window <= at.min() <= at.max() <= 0.5 / step or 3 * size > 2 * len(found):
+    if not 10 / window <= at_hz.min() <= at_hz.max() <= 0.5 / step or 3 * size > 2 * len(table):
         raise InputError(f"window = {window:g} s: each window needs 10 periods of the lowest "
                          "frequency, and the record needs two windows")  # fmt: skip
-    if lacking := [n for n in (f"{point}.x", f"{point}.y") if n not in found]:
-        raise InputError(f"the record has no channel {lacking[0]}: it has {list(found)}")
+    if lacking := [n for n in (f"{point}.x", f"{point}.y") if n not in table]:
+        raise InputError(f"the record has no channel {lacking[0]}: it has {list(table)}")
     cut = ShortTimeFFT(get_window("hann", size), size // 2, 1 / step)
     parts = []
     for axis in "xy":
-        values = found[f"{point}.{axis}"].to_numpy()
-        whole = cut.spectrogram(values - values.mean(), p0=1, p1=len(values) // (size // 2) - 1)
-        parts.append([smooth_konno_ohmachi(cut.f, np.sqrt(one), bandwidth, at) for one in whole.T])
+        values = table[f"{point}.{axis}"].to_numpy()
+        spectra = cut.spectrogram(values - values.mean(), p0=1, p1=len(values) // (size // 2) - 1)
+        parts.append(
+            [smooth_konno_ohmachi(cut.f, np.sqrt(row), bandwidth, at_hz) for row in spectra.T]
+        )
     logs = np.log(np.array(parts[0]) / parts[1])
     return np.exp(np.median(logs, axis=0)), logs.std(axis=0)
 
 
-def _time_step(record: pd.DataFrame, where="the record") -> float:
+def _time_step(record: pd.DataFrame, label="the record") -> float:
     """Return the step of equidistant times, s."""
     time = record.index.to_numpy()
     steps = np.diff(time)
     step = float(np.median(steps))
-    if not step > 0 or np.any(wrong := abs(steps - step) > 1e-3 * step):
-        at = int(np.argmax(wrong)) + 1 if step > 0 else 0
-        raise InputError(f"{where}: samples are not at equal time steps: see sample {at + 1}, time "
-                         f"= {time[at]:g} s")  # fmt: skip
+    if not step > 0 or np.any(unequal := abs(steps - step) > 1e-3 * step):
+        k = int(np.argmax(unequal)) + 1 if step > 0 else 0
+        raise InputError(f"{label}: samples are not at equal time steps: see sample {k + 1}, time "
+                         f"= {time[k]:g} s")  # fmt: skip
     return float((time[-1] - time[0]) / len(steps))

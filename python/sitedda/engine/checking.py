@@ -83,24 +83,24 @@ class Report:
     @property
     def lines(self) -> list[Line]:
         """Return the findings, with numbers of four digits."""
-        found: list[list[str]] = []
+        rows: list[list[str]] = []
         for row in self.text.splitlines():
             head = _HEAD.match(row)
             if head:
-                found.append([head[1].strip().lower(), head[2].strip(), head[3], ""])
-            elif found:
-                which = 3 if row.strip().startswith("->") or found[-1][3] else 2
-                found[-1][which] += " " + row.strip().removeprefix("->").strip()
+                rows.append([head[1].strip().lower(), head[2].strip(), head[3], ""])
+            elif rows:
+                column = 3 if row.strip().startswith("->") or rows[-1][3] else 2
+                rows[-1][column] += " " + row.strip().removeprefix("->").strip()
         return [
-            Line(v, topic, *(_round_numbers(t).strip() for t in rest)) for v, topic, *rest in found
+            Line(v, topic, *(_round_numbers(t).strip() for t in texts)) for v, topic, *texts in rows
         ]
 
     @property
     def conclusion(self) -> str:
         """Return the verdict in one line, with the topics that need action."""
-        bad = [f"{line.topic} ({line.verdict})" for line in self.lines if line.verdict != "ok"]
-        words = f": {', '.join(dict.fromkeys(bad))}" if bad else ": nothing to do"
-        return f"verdict: {self.verdict}{words}"
+        topics = [f"{line.topic} ({line.verdict})" for line in self.lines if line.verdict != "ok"]
+        text = f": {', '.join(dict.fromkeys(topics))}" if topics else ": nothing to do"
+        return f"verdict: {self.verdict}{text}"
 
     def to_dict(self) -> dict:
         """Return plain values, for example for JSON."""
@@ -168,9 +168,9 @@ class Modes:
 
         heads = ["mode", "frequency (Hz)", "damping (%)", "period elongation (%)", "mass x (%)",
                  "mass y (%)"]  # fmt: skip
-        shares = np.column_stack([self.damping, self.elongation, self.effective_mass])
+        fractions = np.column_stack([self.damping, self.elongation, self.effective_mass])
         rows = [
-            [str(i + 1), f"{frequency:.4g}", *(f"{100 * v:.3g}" for v in shares[i])]
+            [str(i + 1), f"{frequency:.4g}", *(f"{100 * v:.3g}" for v in fractions[i])]
             for i, frequency in enumerate(self.frequency)
         ]
         return fragment(Table(heads, rows), Paragraph(self.words))
@@ -188,13 +188,13 @@ class Penalty:
 def _round_numbers(text: str) -> str:
     """Shorten the numbers in a text to four digits, except for numbers in names."""
 
-    def shortened(found: re.Match) -> str:
-        mantissa, exponent = found[1], found[2]
+    def shortened(match: re.Match) -> str:
+        mantissa, exponent = match[1], match[2]
         if exponent is None and len(mantissa.strip("+-").replace(".", "").strip("0")) <= 4:
-            return found[0]
+            return match[0]
         if exponent is None and "." not in mantissa:
-            return found[0]
-        return number(float(found[0]))
+            return match[0]
+        return number(float(match[0]))
 
     return _SHORT.sub(shortened, text)
 
@@ -223,12 +223,12 @@ def check(model, changes: Mapping | None = None, **more) -> Report:
         Variables to change in the input, see `Simulation`.
     """
     with _open_model(model, changes, more) as simulation:
-        text, worst, numbers = simulation._call_engine("check_run")
-    words, verdict = text.decode("utf-8", "replace").rstrip(), ("ok", "ok", "warn", "fail")[worst]
-    highest, low, high, residual, shift, first, last, ringing, *cost = map(float, numbers)
+        text, grade, numbers = simulation._call_engine("check_run")
+    report, verdict = text.decode("utf-8", "replace").rstrip(), ("ok", "ok", "warn", "fail")[grade]
+    highest, low, high, residual, shift, begin, end, ringing, *cost = map(float, numbers)
     ringing = float(finite_or_inf(ringing))
-    bounds, band = (low, high), (first, last)
-    return Report(words, verdict, highest, bounds, residual, shift, band, ringing, *cost)
+    bounds, band = (low, high), (begin, end)
+    return Report(report, verdict, highest, bounds, residual, shift, band, ringing, *cost)
 
 
 def modes(
@@ -249,10 +249,8 @@ def modes(
     count = COUNT.check("count", count)
     with _open_model(model, changes, more) as simulation:
         blocks = len(simulation.coordinates)
-        found, values, shapes, words = simulation._call_engine(
-            "mode_shapes", contacts, blocks, count
-        )
-    values, shapes = values[:, :found].T, shapes[:, :, :found]
+        size, values, shapes, note = simulation._call_engine("mode_shapes", contacts, blocks, count)
+    values, shapes = values[:, :size].T, shapes[:, :, :size]
     return Modes(
         frequency=values[:, 0].copy(),
         damping=values[:, 1].copy(),
@@ -260,7 +258,7 @@ def modes(
         participation=values[:, 3:5].copy(),
         effective_mass=values[:, 5:7].copy(),
         shapes=np.ascontiguousarray(np.transpose(shapes, (2, 1, 0))),
-        words=words.decode("utf-8", "replace").strip(),
+        words=note.decode("utf-8", "replace").strip(),
     )
 
 
@@ -285,14 +283,14 @@ def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **mo
 
     with _open_model(model, changes, more) as simulation:
         sizes = simulation._call_engine("make_matrices", contacts)
-        which, row, column, value = api.read_table(simulation._handle, *sizes)
+        matrix, row, column, value = api.read_table(simulation._handle, *sizes)
         names = simulation.point_names
         size = 6 * len(simulation.coordinates)
-    found = []
+    result = []
     for i, rows in enumerate((size, size, 2 * len(names))):
-        places = (row[which == i].astype(int), column[which == i].astype(int))
-        found.append(sparse.csr_array((value[which == i], places), shape=(rows, size)))
-    return (*found, names)
+        indices = (row[matrix == i].astype(int), column[matrix == i].astype(int))
+        result.append(sparse.csr_array((value[matrix == i], indices), shape=(rows, size)))
+    return (*result, names)
 
 
 def transfer(

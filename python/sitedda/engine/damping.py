@@ -39,9 +39,9 @@ class Body:
 
     def factor(self, omega: ArrayLike) -> NDArray[np.complex128]:
         """Return complex modulus over modulus of the input, at angular frequencies (rad/s)."""
-        turn = np.asarray(omega, dtype=float)[..., None]
+        frequency = np.asarray(omega, dtype=float)[..., None]
         return self.unrelaxed * (
-            1 - np.sum(self.weight * self.omega / (self.omega + 1j * turn), -1)
+            1 - np.sum(self.weight * self.omega / (self.omega + 1j * frequency), -1)
         )
 
 
@@ -162,9 +162,9 @@ class Rayleigh(MaterialDamping):
     @classmethod
     def at(cls, ratio: float, frequencies: tuple[float, float]) -> "Rayleigh":
         """Return Rayleigh damping with a given damping ratio at two frequencies, Hz."""
-        first, second = 2 * np.pi * positive("frequencies", np.asarray(frequencies, dtype=float))
-        beta = 2 * float(not_negative("ratio", ratio)) / (first + second)
-        return cls(float(beta * first * second), float(beta))
+        low, high = 2 * np.pi * positive("frequencies", np.asarray(frequencies, dtype=float))
+        beta = 2 * float(not_negative("ratio", ratio)) / (low + high)
+        return cls(float(beta * low * high), float(beta))
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
         """Return the factors 1 + iβω and 1 - iα/ω."""

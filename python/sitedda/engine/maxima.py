@@ -39,8 +39,8 @@ class Maximum:
 
     def __str__(self) -> str:
         """Return value, position, time and residual as text."""
-        who = " on ".join(self.blocks) or " over ".join(self.points)
-        return f"{self.value:.4g} {self.unit}, {who} at {self.time:.6g} s; residual " + (
+        place = " on ".join(self.blocks) or " over ".join(self.points)
+        return f"{self.value:.4g} {self.unit}, {place} at {self.time:.6g} s; residual " + (
             f"{self.residual:.4g} {self.unit}"
         )
 
@@ -61,9 +61,14 @@ def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
 
     return {
         str(name): Maximum(
-            float(value), float(time), str(unit), names(blocks, b), names(points, p), float(last)
+            float(value),
+            float(time),
+            str(unit),
+            names(blocks, b),
+            names(points, p),
+            float(residual),
         )
-        for name, unit, value, time, last, b, p in rows
+        for name, unit, value, time, residual, b, p in rows
     }
 
 
@@ -76,7 +81,7 @@ def maxima_of(data: xr.Dataset) -> dict[str, Maximum]:
         An output.
     """
     order = ("maximum", "maximum_unit", "largest", "largest_time", "residual")
-    who = (data[name].transpose("maximum", "side").values for name in
+    sides = (data[name].transpose("maximum", "side").values for name in
            ("largest_block", "largest_point"))  # fmt: skip
-    rows = zip(*(data[name].values for name in order), *who, strict=True)
+    rows = zip(*(data[name].values for name in order), *sides, strict=True)
     return as_maxima(rows, data["block"].values, data["point"].values)

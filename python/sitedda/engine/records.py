@@ -76,11 +76,11 @@ def read_record(
     )
     samples, *_ = checked(api.read_ground_motion, *request, 0)
     _, step, motion, about = checked(api.read_ground_motion, *request, samples)
-    words = about.decode("utf-8", "replace").rstrip().split("\n")
-    return _as_dataset(motion, step, file, words)
+    lines = about.decode("utf-8", "replace").rstrip().split("\n")
+    return _as_dataset(motion, step, file, lines)
 
 
-def _as_dataset(motion: np.ndarray, step: float, file, words: list[str]) -> xr.Dataset:
+def _as_dataset(motion: np.ndarray, step: float, file, texts: list[str]) -> xr.Dataset:
     """Return the samples of a motion, shape (3, samples), as a dataset."""
     import xarray as xr
 
@@ -92,7 +92,7 @@ def _as_dataset(motion: np.ndarray, step: float, file, words: list[str]) -> xr.D
             for i, (name, unit) in enumerate(zip(_QUANTITIES, _UNITS, strict=True))
         },
         coords={"time": time},
-        attrs={"file": str(file)} | dict(zip(names, map(str.strip, words), strict=False)),
+        attrs={"file": str(file)} | dict(zip(names, map(str.strip, texts), strict=False)),
     )
 
 
@@ -107,10 +107,10 @@ def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> 
         raise InputError("format 'obspy' needs quantity and unit, because the file states neither")
     trace = obspy.read(str(file))[channel - 1]
     with tempfile.TemporaryDirectory() as folder:
-        plain = Path(folder) / "trace.txt"
-        np.savetxt(plain, trace.data.astype(float), fmt="%.17g")
-        found = read_record(
-            plain, "text", quantity, unit, float(trace.stats.delta), drift_order, taper, scale
+        path = Path(folder) / "trace.txt"
+        np.savetxt(path, trace.data.astype(float), fmt="%.17g")
+        record = read_record(
+            path, "text", quantity, unit, float(trace.stats.delta), drift_order, taper, scale
         )
-    found.attrs |= {"file": str(file), "station": trace.id, "format": "obspy"}
-    return found
+    record.attrs |= {"file": str(file), "station": trace.id, "format": "obspy"}
+    return record

@@ -95,8 +95,8 @@ class Scheme:
         """Return the scheme of a group ``&control`` of an input."""
         theta = control.get("theta", 0.75)
         if "damping_ratio" in control:
-            wanted = (control[name] for name in ("damping_ratio", "damping_frequency", "time_step"))
-            theta = float(theta_for_damping(*wanted))
+            values = (control[name] for name in ("damping_ratio", "damping_frequency", "time_step"))
+            theta = float(theta_for_damping(*values))
         return cls.named(control.get("integration", "dda"), theta)
 
     @classmethod
@@ -281,35 +281,33 @@ def theta_for_damping(
     _check_frequencies(frequency, time_step)
     theta = _solve_for_damping(damping, frequency, Scheme(), float(time_step), not_negative)[1]
     if np.any(theta > 1.0):
-        wanted, at = (np.broadcast_to(a, theta.shape)[theta > 1.0][0] for a in (damping, frequency))
-        least = float(time_step_for_damping(wanted, at, "backward_euler"))
+        ratio, hz = (np.broadcast_to(a, theta.shape)[theta > 1.0][0] for a in (damping, frequency))
+        smallest = float(time_step_for_damping(ratio, hz, "backward_euler"))
         raise InputError(
-            f"damping {wanted:g} at {at:g} Hz needs a time_step of at least {least:g} s,"
+            f"damping {ratio:g} at {hz:g} Hz needs a time_step of at least {smallest:g} s,"
             f" got {float(time_step):g}"
         )
     return theta
 
 
-def _solve_for_damping(damping, frequency, scheme: Scheme, time_step: float, allowed=positive):
+def _solve_for_damping(damping, frequency, scheme: Scheme, time_step: float, check=positive):
     """Return the time steps (s), and θ at a given time step, that have given damping ratios."""
-    ratio, values = np.broadcast_arrays(
-        allowed("damping", damping), positive("frequency", frequency)
-    )
-    found = api.scheme_for_damping(
+    ratio, values = np.broadcast_arrays(check("damping", damping), positive("frequency", frequency))
+    rows = api.scheme_for_damping(
         scheme.theta, scheme.chi, time_step, ratio.ravel(), values.ravel()
     )
-    return [row.reshape(ratio.shape) for row in found]
+    return [row.reshape(ratio.shape) for row in rows]
 
 
 def _check_frequencies(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
     """Return frequencies (Hz); raise an error at or above the Nyquist frequency."""
     values = not_negative("frequency", frequency)
     step = float(positive("time_step", time_step))
-    beyond = values * step >= 0.5
-    if np.any(beyond):
+    too_high = values * step >= 0.5
+    if np.any(too_high):
         raise InputError(
             f"frequency must be below the Nyquist frequency {0.5 / step:g} Hz of"
-            f" time_step {step:g} s, got {first_of(values, beyond):g}"
+            f" time_step {step:g} s, got {first_of(values, too_high):g}"
         )
     return values
 

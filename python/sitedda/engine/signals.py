@@ -121,8 +121,8 @@ def log_decrement(
         offset = _fit_offset(crest_at, crest, trough_at, -trough)
     elif not np.isfinite(offset):
         raise InputError(f"offset must be finite, got {offset!r}")
-    at, height = _select_crests(crest_at, crest - offset, cycles)
-    return _make_decrement(np.asarray(time, dtype=float)[0] + step * at, height, float(offset))
+    crests, height = _select_crests(crest_at, crest - offset, cycles)
+    return _make_decrement(np.asarray(time, dtype=float)[0] + step * crests, height, float(offset))
 
 
 def _find_crests(
@@ -152,34 +152,34 @@ def _fit_offset(
     extrema = np.concatenate([crest, trough])[order]
     is_crest = (np.arange(order.size) < crest.size)[order]
     opposite = is_crest[1:] != is_crest[:-1]
-    now, following = extrema[:-1][opposite], extrema[1:][opposite]
-    if now.size < 2 or np.ptp(now) == 0:
+    e, following = extrema[:-1][opposite], extrema[1:][opposite]
+    if e.size < 2 or np.ptp(e) == 0:
         raise InputError(
             f"x has {extrema.size} extrema, but at least three are needed to compute its offset;"
             " give offset, a longer record or a lower floor"
         )
-    middle = now.mean()
-    slope = np.sum((now - middle) * (following - following.mean())) / np.sum((now - middle) ** 2)
+    middle = e.mean()
+    slope = np.sum((e - middle) * (following - following.mean())) / np.sum((e - middle) ** 2)
     if not slope < 0:
         raise InputError("x does not oscillate about a constant; give offset or a higher floor")
     return float((following.mean() - slope * middle) / (1 - slope))
 
 
 def _select_crests(
-    at: NDArray[np.float64], height: NDArray[np.float64], cycles: int | None
+    crests: NDArray[np.float64], height: NDArray[np.float64], cycles: int | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the requested number of crests above the offset, starting at the highest crest."""
-    first = int(np.argmax(height)) if height.size else 0
-    at, height = at[first:], height[first:]
-    below = np.flatnonzero(height <= 0)
-    found = int(below[0]) if below.size else height.size
-    wanted = found if cycles is None else int(cycles) + 1
-    if found < max(wanted, 2):
+    start = int(np.argmax(height)) if height.size else 0
+    crests, height = crests[start:], height[start:]
+    negative = np.flatnonzero(height <= 0)
+    count = int(negative[0]) if negative.size else height.size
+    requested = count if cycles is None else int(cycles) + 1
+    if count < max(requested, 2):
         raise InputError(
-            f"x has {found} decaying crests, but {max(wanted, 2)} are needed;"
+            f"x has {count} decaying crests, but {max(requested, 2)} are needed;"
             " give a longer record, fewer cycles or a lower floor"
         )
-    return at[:wanted], height[:wanted]
+    return crests[:requested], height[:requested]
 
 
 def _make_decrement(
@@ -259,17 +259,17 @@ def smooth_konno_ohmachi(
     targets = frequencies if centres is None else _check_vector("centres", centres)
     if np.any(targets < 0):
         raise InputError(f"centres must not be negative, got {targets.min():g} Hz")
-    above = frequencies > 0
-    place, amplitude = np.log10(frequencies[above]), amplitudes[above]
+    usable = frequencies > 0
+    log_f, amplitude = np.log10(frequencies[usable]), amplitudes[usable]
     smoothed = np.full(targets.size, amplitudes[0])
-    wanted = np.flatnonzero(targets > 0)
-    for some in np.array_split(wanted, wanted.size * place.size // _MOST_WEIGHTS + 1):
-        weight = np.sinc(width / np.pi * (place - np.log10(targets[some])[:, None])) ** 2
+    indices = np.flatnonzero(targets > 0)
+    for some in np.array_split(indices, indices.size * log_f.size // _MOST_WEIGHTS + 1):
+        weight = np.sinc(width / np.pi * (log_f - np.log10(targets[some])[:, None])) ** 2
         weight *= weight
         total = weight.sum(axis=1)
-        if np.any(empty := total <= _LEAST_WINDOW):
+        if np.any(void := total <= _LEAST_WINDOW):
             raise InputError(
-                f"the window at the centre {targets[some][empty][0]:g} Hz with bandwidth {width:g} "
+                f"the window at the centre {targets[some][void][0]:g} Hz with bandwidth {width:g} "
                 "contains no sample; use other centres or a smaller bandwidth"
             )
         smoothed[some] = weight @ amplitude / total
@@ -378,10 +378,10 @@ def _natural_hz(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDA
     """Return natural frequencies (Hz) from either periods (s) or frequencies (Hz)."""
     if (periods is None) == (frequencies is None):
         raise InputError("give either periods or frequencies, not both")
-    name, unit, given = (
+    name, unit, argument = (
         ("periods", "s", periods) if frequencies is None else ("frequencies", "Hz", frequencies)
     )
-    values = _check_vector(name, given)
+    values = _check_vector(name, argument)
     if not np.all(values > 0):
         raise InputError(f"{name} must be positive, got {values.min():g} {unit}")
     return values if frequencies is not None else 1 / values
@@ -414,8 +414,8 @@ def spectral_acceleration(
         If an argument is not finite or out of range.
     """
     longest = 1 / _natural_hz(periods, None).min()
-    rest = np.zeros(int(np.ceil(longest / float(positive("time_step", time_step)))) + 1)
-    ground = np.concatenate([_check_vector("acceleration", acceleration), rest])
+    zeros = np.zeros(int(np.ceil(longest / float(positive("time_step", time_step)))) + 1)
+    ground = np.concatenate([_check_vector("acceleration", acceleration), zeros])
     return response_spectrum(ground, time_step, periods, damping).pseudo_acceleration
 
 
@@ -435,8 +435,8 @@ def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.comp
     -------
     ndarray, shape (length // 2 + 1,)
     """
-    away = np.tan(np.pi * np.minimum(np.fft.rfftfreq(length, time_step) * time_step, 0.4999))
-    s = 1j * away / np.tan(np.pi * min(frequency * time_step, 0.45))
+    warped = np.tan(np.pi * np.minimum(np.fft.rfftfreq(length, time_step) * time_step, 0.4999))
+    s = 1j * warped / np.tan(np.pi * min(frequency * time_step, 0.45))
     return 1.0 / np.prod([s * s + 2.0 * c * s + 1.0 for c in _BUTTERWORTH], axis=0)
 
 
@@ -450,9 +450,9 @@ def low_passed(motion: ArrayLike, time_step: float, frequency: float) -> NDArray
 
 def fast_length(least: int) -> int:
     """Return the smallest length >= `least` without prime factors above 5, for fast FFTs."""
-    best = 1 << (least - 1).bit_length()
+    power = 1 << (least - 1).bit_length()
     odd = [3**i * 5**j for i in range(40) for j in range(28)]
-    return min([best, *(n << max(0, -(-least // n) - 1).bit_length() for n in odd if n < best)])
+    return min([power, *(n << max(0, -(-least // n) - 1).bit_length() for n in odd if n < power)])
 
 
 def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:
@@ -519,10 +519,10 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     floor = 1e-12 * np.abs(values).sum()  # smaller peaks are rounding errors
     if summit.size == 0 or size[summit].max() <= floor:
         raise InputError(f"the spectrum of x has no peak in the band {low:g} ... {high:g} Hz")
-    best = summit[np.argmax(size[summit])]
-    left, middle, right = np.log(np.maximum(size[best - 1 : best + 2], np.finfo(float).tiny))
+    peak = summit[np.argmax(size[summit])]
+    left, middle, right = np.log(np.maximum(size[peak - 1 : peak + 2], np.finfo(float).tiny))
     shift = 0.5 * (left - right) / (left - 2 * middle + right)
-    return float((best + shift) / (length * step))
+    return float((peak + shift) / (length * step))
 
 
 # ---------------------------------------------------------------------------------------------
@@ -538,8 +538,8 @@ def _check_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     if values.ndim != 1:
         raise InputError(f"{name} must be one-dimensional, got shape {values.shape}")
     if not np.all(np.isfinite(values)):
-        bad = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise InputError(f"{name} must be finite, got {values[bad]} at index {bad}")
+        index = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise InputError(f"{name} must be finite, got {values[index]} at index {index}")
     return values
 
 

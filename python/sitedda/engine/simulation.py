@@ -83,13 +83,13 @@ class Simulation:
         if resume and output is None:
             raise InputError("only a run with an output file can be resumed")
         changes = merged(changes, more)
-        named = dict(flat_changes(changes)).get("output.file")
-        if output is True and isinstance(named, str | os.PathLike):
-            output = named  # callers may name any path; inputs may not
+        path = dict(flat_changes(changes)).get("output.file")
+        if output is True and isinstance(path, str | os.PathLike):
+            output = path  # callers may name any path; inputs may not
         target = b"" if output in (None, True) else os.fsencode(file_path(output))
         self._writes = output is not None
         self._lock = threading.RLock()  # locked while the engine works on this simulation
-        put = getattr(file, "put", blocks_text)
+        write_blocks = getattr(file, "put", blocks_text)
         with opened_input(file) as (file, text):
             if changes:
                 text = changed_input(text, changes, file=file)
@@ -97,7 +97,7 @@ class Simulation:
             if needs_building(text):
                 from ..build.building import built_text
 
-                text, self.built = built_text(text, file, put)
+                text, self.built = built_text(text, file, write_blocks)
             writes = self._writes + bool(resume)
             with FILES:
                 data = text.encode("utf-8", "surrogateescape")
@@ -120,8 +120,8 @@ class Simulation:
         if not self.is_open:
             return f"<sitedda.Simulation of {self.file}, closed>"
         blocks = counted(len(self.rates), "block", "blocks")
-        now = f"{self.time:g} of {self.duration:g} s"
-        return f"<sitedda.Simulation {self.title!r}: {blocks}, {now}>"
+        progress = f"{self.time:g} of {self.duration:g} s"
+        return f"<sitedda.Simulation {self.title!r}: {blocks}, {progress}>"
 
     def __reduce__(self):
         """Reject `pickle` and `copy`: the state of a run is in the engine."""
@@ -152,8 +152,8 @@ class Simulation:
             raise InputError(f"steps = {steps} must be a whole number")
         steps = Range(0, 2**31 - 1, whole=True).check("steps", steps)
         with self._lock, self._output_lock():
-            done = self._call_engine("advance_run", steps)
-        self.done = bool(done)
+            ended = self._call_engine("advance_run", steps)
+        self.done = bool(ended)
         return self.done
 
     def change(self, changes: Mapping | None = None, **more) -> None:
@@ -258,18 +258,18 @@ class Simulation:
         """The values of the input as JSON: given, default and derived values of its groups."""
         return self._read_line("values")
 
-    def _change_input(self, text: str, words: str, call: str) -> None:
+    def _change_input(self, text: str, label: str, call: str) -> None:
         """Continue the run with another input; errors name the call, not the generated text."""
         try:
             with self._lock, FILES:  # locks are always acquired in this order, to avoid deadlocks
                 self._call_engine(
-                    "change_input", text.encode("utf-8", "surrogateescape"), words.encode()
+                    "change_input", text.encode("utf-8", "surrogateescape"), label.encode()
                 )
         except InputError as error:
             short = call if len(call) <= _LONGEST_CALL else f"{call[:_LONGEST_CALL]}…"
-            before = find_groups(self.present_input, self.file, ("block",))
-            named = {one.line: one.called() for one in before}
-            message = cited(str(error), self.file, lambda kind, n: named.get(n, f"&{kind}"))
+            groups = find_groups(self.present_input, self.file, ("block",))
+            calls = {group.line: group.called() for group in groups}
+            message = cited(str(error), self.file, lambda kind, n: calls.get(n, f"&{kind}"))
             raise InputError(f"Simulation.{short}: {message}") from None
 
     def checkpoint(self) -> None:
@@ -307,23 +307,23 @@ class Simulation:
         with self._lock:
             return checked(getattr(api, routine), self._handle, *arguments)
 
-    def _read_table(self, what: str) -> np.ndarray:
+    def _read_table(self, name: str) -> np.ndarray:
         """Return a table of the engine, see `take_state` and `take_course` in `api/tables.f90`."""
         with self._lock:
-            return api.read_table(self._handle, *self._call_engine("make_table", what))
+            return api.read_table(self._handle, *self._call_engine("make_table", name))
 
-    def _read_text(self, what: str) -> bytes:
+    def _read_text(self, name: str) -> bytes:
         """Return a text of the engine, see `make_text` in `api/tables.f90`."""
         with self._lock:
             return (
-                api.read_text(self._handle, self._call_engine("make_text", what))
+                api.read_text(self._handle, self._call_engine("make_text", name))
                 .astype("u1")
                 .tobytes()
             )
 
-    def _read_line(self, what: str) -> str:
+    def _read_line(self, name: str) -> str:
         """Return a text of the engine without blanks at its ends."""
-        return self._read_text(what).decode("utf-8", "replace").strip()
+        return self._read_text(name).decode("utf-8", "replace").strip()
 
     def _read_clock(self) -> np.ndarray:
         """Return times, steps, gravity and stiffness of the engine in one array."""
@@ -523,8 +523,8 @@ class Simulation:
     def polygons(self) -> list[np.ndarray]:
         """Vertices of each block, shape (vertices, 2), m, counter-clockwise."""
         owner = self._read_table("edges")[:, 0]
-        first = np.flatnonzero(np.diff(owner, prepend=-1, append=-1))
-        return parts_of(self._read_table("vertices").T, first)
+        begin = np.flatnonzero(np.diff(owner, prepend=-1, append=-1))
+        return parts_of(self._read_table("vertices").T, begin)
 
     @property
     def contacts(self) -> dict[str, np.ndarray]:
@@ -538,8 +538,8 @@ class Simulation:
         ``vertex``; 0 for corners.  With cohesive joints: ``damage`` (0 … 1), and bounds of the
         dissipated energy per area, ``fracture_energy_lower`` and ``fracture_energy_upper`` (N/m).
         """
-        found = dict(zip(engine_names("contacts"), self._read_table("contacts").T, strict=True))
-        return found | {name: found[name].astype(int) for name in engine_names("whole contacts")}
+        table = dict(zip(engine_names("contacts"), self._read_table("contacts").T, strict=True))
+        return table | {name: table[name].astype(int) for name in engine_names("whole contacts")}
 
     @property
     def closed_contacts(self) -> np.ndarray:
@@ -556,8 +556,8 @@ class Simulation:
         ``edge`` (by its first vertex) and ``group`` (in the order of the input), both from 0;
         ``from`` and ``to``: start and end of the part as fractions of the edge.
         """
-        edge, group, *shares = self._read_table("boundary_edges").T
-        values = (edge.astype(int), group.astype(int), *shares)
+        edge, group, *fractions = self._read_table("boundary_edges").T
+        values = (edge.astype(int), group.astype(int), *fractions)
         return dict(zip(("edge", "group", "from", "to"), values, strict=True))
 
     @property
@@ -629,8 +629,8 @@ class Simulation:
         from ..build.cutting.small_blocks import in_words, slivers
 
         of_cut = in_words(self.built.slivers)
-        words = [one for one in self.built.messages if one != of_cut]
-        return "\n".join(filter(None, [*words, in_words(slivers(self.polygons, self.block_names))]))
+        notes = [note for note in self.built.messages if note != of_cut]
+        return "\n".join(filter(None, [*notes, in_words(slivers(self.polygons, self.block_names))]))
 
     def phase_times(self) -> dict[str, float]:
         """Return the time of each phase of the steps (s) since the first call of this method.
@@ -670,13 +670,13 @@ def run_to_end(
     chunk = 1
     try:
         while not stop.requested:
-            begun = time.perf_counter()
-            done = simulation.advance(chunk)
+            start = time.perf_counter()
+            ended = simulation.advance(chunk)
             if progress:
                 progress(simulation)
-            if done:
+            if ended:
                 return True
-            if time.perf_counter() - begun < _CHUNK_TIME:
+            if time.perf_counter() - start < _CHUNK_TIME:
                 chunk *= 2
             elif chunk > 1:
                 chunk //= 2

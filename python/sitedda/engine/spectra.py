@@ -105,5 +105,5 @@ def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
         If no bin lies in the band.
     """
     bins = _check_series("frequency", frequency), _check_series("amplitude", amplitude)
-    found = checked(api.peak_of, *bins, lowest, highest)
-    return Peak(float(found[0]), float(found[1]), float(found[2]), bool(found[3]))
+    peak = checked(api.peak_of, *bins, lowest, highest)
+    return Peak(float(peak[0]), float(peak[1]), float(peak[2]), bool(peak[3]))

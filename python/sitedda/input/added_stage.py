@@ -61,28 +61,28 @@ def with_stage(
     InputError
         If a variable is not permitted in an added stage.
     """
-    for one in values:
-        if one not in ADDED:
-            raise InputError(f"an added stage cannot have {one}; use only {', '.join(ADDED)}")
+    for item in values:
+        if item not in ADDED:
+            raise InputError(f"an added stage cannot have {item}; use only {', '.join(ADDED)}")
     groups = find_groups(text, file, ("block",))
-    control = next((one.values for one in groups if one.name == "control"), {})
-    stages = [one for one in groups if one.name == "stage"]
+    control = next((item.values for item in groups if item.name == "control"), {})
+    stages = [item for item in groups if item.name == "stage"]
     end = present.last(control.get("time_step_control") == "adaptive")
-    left = present.planned - end
+    remainder = present.planned - end
     if stages:
-        last = f"stage[{len(stages)}]"
-        text = changed_input(text, {f"{last}.duration": None, f"{last}.steps": end}, file=file)
+        final = f"stage[{len(stages)}]"
+        text = changed_input(text, {f"{final}.duration": None, f"{final}.steps": end}, file=file)
     else:
         text = _with_stages_of_control(text, control, end, file)
-    new = [group_text("stage", {"name": name, "kind": kind})]
+    added = [group_text("stage", {"name": name, "kind": kind})]
     timed = "duration" in values or "steps" in values
-    if kind == "static" and left > 0:
-        new.append(group_text("stage", {"name": f"{name}, after", "steps": left}))
+    if kind == "static" and remainder > 0:
+        added.append(group_text("stage", {"name": f"{name}, after", "steps": remainder}))
     elif kind != "static" and not timed:
-        values = dict(values) | {"steps": max(left, 1)}
-    text = f"{text.rstrip()}\n{''.join(new)}"
-    at = f"stage[{max(len(stages), 1 + bool(control.get('settle'))) + 1}]"
-    typed = {f"{at}.{k}": v if isinstance(v, Typed) else checked("stage", k, v)
+        values = dict(values) | {"steps": max(remainder, 1)}
+    text = f"{text.rstrip()}\n{''.join(added)}"
+    path = f"stage[{max(len(stages), 1 + bool(control.get('settle'))) + 1}]"
+    typed = {f"{path}.{k}": v if isinstance(v, Typed) else checked("stage", k, v)
              for k, v in values.items()}  # fmt: skip
     return changed_input(text, typed, file=file)
 
@@ -92,6 +92,6 @@ def _with_stages_of_control(text: str, control: Mapping, end: int, file) -> str:
     settles = bool(control.get("settle"))
     stages = group_text("stage", {"name": "rest", "kind": "static"}) if settles else ""
     values = {"name": "run", "steps": end, "zero_displacements": settles or None}
-    moved = {f"control.{name}": None for name in ("settle", "duration", "steps") if name in control}
-    text = changed_input(text, moved, file=file)
+    unset = {f"control.{name}": None for name in ("settle", "duration", "steps") if name in control}
+    text = changed_input(text, unset, file=file)
     return f"{text.rstrip()}\n{stages}{group_text('stage', values)}"

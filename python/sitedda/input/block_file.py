@@ -58,9 +58,9 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
         "material_name": materials,
         "joint_name": joints,
     }
-    places = np.concatenate(polygons) if polygons else np.empty((0, 2))
+    vertices = np.concatenate(polygons) if polygons else np.empty((0, 2))
     numbers = {
-        "vertices": (("vertex", "axis"), "f8", places),
+        "vertices": (("vertex", "axis"), "f8", vertices),
         "corners": (("block",), "i4", corners),
         "material": (("block",), "i4", material),
         "edge_joint": (("vertex",), "i4", joint),
@@ -69,7 +69,7 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
     if bodies:
         texts["body_name"] = bodies
         numbers["body"] = (("block",), "i4", body)
-    words = {name: _names_to_characters(list_of) for name, list_of in texts.items()}
+    characters = {name: _names_to_characters(list_of) for name, list_of in texts.items()}
     with (
         written(file, "a netCDF file", reads) as writing,
         FILES,
@@ -78,7 +78,7 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
         data.title = "blocks of a sitedda model"
         for name, (dimensions, kind, values) in numbers.items():
             _write_variable(data, name, kind, dimensions, values)
-        for name, letters in words.items():
+        for name, letters in characters.items():
             rows = "block" if name == "name" else name
             _write_variable(data, name, "S1", (rows, f"letter_of_{name}"), letters)
         data["vertices"].units = "m"
@@ -99,8 +99,8 @@ def _write_variable(data, name: str, kind: str, dimensions, values) -> None:
 def _edge_joints(block: dict, edges: int) -> list[str]:
     """Return the joint name of each edge of a block; blank: the first joint of the input."""
     usual = block.get("joint", "")
-    own = [name or usual for name in block.get("edge_joints", ())]
-    return own + [usual] * (edges - len(own))
+    names = [name or usual for name in block.get("edge_joints", ())]
+    return names + [usual] * (edges - len(names))
 
 
 def _number_names(names: Iterable[str]) -> tuple[list[str], list[int]]:

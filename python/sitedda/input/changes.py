@@ -60,10 +60,10 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
     """
     texts = [(path, _change_text(path, value)) for path, value in flat_changes(changes)]
     text, variables = with_changes(text, texts, file)
-    for (path, _), one in zip(texts, variables, strict=True):
-        if allowed is not None and one.name not in allowed.get(one.group, ()):
-            known = "; ".join(f"&{kind}: {', '.join(names)}" for kind, names in allowed.items())
-            raise InputError(f"{path} cannot change during a run; these can: {known}")
+    for (path, _), variable in zip(texts, variables, strict=True):
+        if allowed is not None and variable.name not in allowed.get(variable.group, ()):
+            hint = "; ".join(f"&{kind}: {', '.join(names)}" for kind, names in allowed.items())
+            raise InputError(f"{path} cannot change during a run; these can: {hint}")
     return text
 
 
@@ -80,10 +80,10 @@ def in_words(changes: Mapping) -> str:
     return ", ".join(f"{path} = {value_text(value)}" for path, value in flat_changes(changes))
 
 
-def flat_changes(changes: Mapping, before: str = "") -> Iterator[tuple[str, object]]:
+def flat_changes(changes: Mapping, prefix: str = "") -> Iterator[tuple[str, object]]:
     """Flatten nested mappings into pairs of paths and values."""
     for name, value in changes.items():
-        path = f"{before}.{name}" if before else str(name)
+        path = f"{prefix}.{name}" if prefix else str(name)
         if isinstance(value, Mapping):
             yield from flat_changes(value, path)
         else:
@@ -101,10 +101,10 @@ def with_files(text: str, name_of: Callable[[Found], str], file="input") -> str:
     file : path
         File of the text, for messages.
     """
-    parts, at = [], 0
-    for one in find_groups(text, file, ("block",)):
-        if name := name_of(one):
-            group = changed_input(text[one.start : one.end], {f"{one.name}.file": name})
-            parts += [text[at : one.start], group]
-            at = one.end
-    return "".join(parts) + text[at:]
+    parts, start = [], 0
+    for item in find_groups(text, file, ("block",)):
+        if name := name_of(item):
+            group = changed_input(text[item.start : item.end], {f"{item.name}.file": name})
+            parts += [text[start : item.start], group]
+            start = item.end
+    return "".join(parts) + text[start:]

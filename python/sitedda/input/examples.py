@@ -26,23 +26,23 @@ def examples() -> dict[str, str]:
     dict
         Name and first sentence of each; names of studies begin with ``studies/``.
     """
-    found = {
+    lines = {
         name: _first_sentence(_read_shipped(path).decode("utf-8"))
         for name, path in _example_paths().items()
     }
-    return {name: found[name] for name in sorted(found, key=lambda name: ("/" in name, name))}
+    return {name: lines[name] for name in sorted(lines, key=lambda name: ("/" in name, name))}
 
 
 def example_files() -> dict[str, tuple[str, Path]]:
     """Return first sentence and file of each example that is an input, by name."""
-    return {name: (words, inputs() / f"{name}.nml") for name, words in examples().items()
+    return {name: (sentence, inputs() / f"{name}.nml") for name, sentence in examples().items()
             if "/" not in name}  # fmt: skip
 
 
 def record_files() -> dict[str, Path]:
     """Return the files of the shipped records by name."""
-    found = sorted((inputs() / "records").iterdir())
-    return {file.name: file for file in found if file.suffix != ".md"}
+    files = sorted((inputs() / "records").iterdir())
+    return {file.name: file for file in files if file.suffix != ".md"}
 
 
 def copy_example(name: str, folder=".") -> list[Path]:
@@ -67,11 +67,11 @@ def copy_example(name: str, folder=".") -> list[Path]:
     OutputError
         If a file of the same name with other content exists; then nothing is written.
     """
-    known = _example_paths()
-    if name not in known:
-        hint = nearest(name, known) or f"; there are {', '.join(known)}"
+    paths = _example_paths()
+    if name not in paths:
+        hint = nearest(name, paths) or f"; there are {', '.join(paths)}"
         raise InputError(f"there is no example {name!r}{hint}")
-    contents = _with_named_files(known[name])
+    contents = _with_named_files(paths[name])
     targets = {Path(folder) / path: content for path, content in contents.items()}
     for target, content in targets.items():
         if target.exists() and target.read_bytes() != content:
@@ -84,8 +84,8 @@ def copy_example(name: str, folder=".") -> list[Path]:
 
 def _example_paths() -> dict[str, str]:
     """Return the paths in the folder of inputs by the names of the examples."""
-    found = [*inputs().glob("*.nml"), *inputs().glob("studies/*.toml")]
-    paths = [file.relative_to(inputs()).as_posix() for file in found]
+    files = [*inputs().glob("*.nml"), *inputs().glob("studies/*.toml")]
+    paths = [file.relative_to(inputs()).as_posix() for file in files]
     return {posixpath.splitext(path)[0]: path for path in paths}
 
 
@@ -96,16 +96,16 @@ def _read_shipped(path: str) -> bytes:
 
 def _with_named_files(path: str) -> dict[str, bytes]:
     """Return the contents of an example and of all files that it needs, by relative path."""
-    found = {path: _read_shipped(path)}
-    for one, other in _QUOTED.findall(found[path].decode("utf-8", "ignore")):
-        named = posixpath.normpath(posixpath.join(posixpath.dirname(path), one or other))
-        if posixpath.splitext(named)[1] and (inputs() / named).is_file():
-            found |= (
-                _with_named_files(named)
-                if named.endswith(".nml")
-                else {named: _read_shipped(named)}
+    contents = {path: _read_shipped(path)}
+    for single, double in _QUOTED.findall(contents[path].decode("utf-8", "ignore")):
+        target = posixpath.normpath(posixpath.join(posixpath.dirname(path), single or double))
+        if posixpath.splitext(target)[1] and (inputs() / target).is_file():
+            contents |= (
+                _with_named_files(target)
+                if target.endswith(".nml")
+                else {target: _read_shipped(target)}
             )
-    return found
+    return contents
 
 
 def _first_sentence(text: str) -> str:

@@ -52,9 +52,9 @@ def is_made(name: str) -> bool:
     return name in GROUPS and GROUPS[name].built
 
 
-def nearest(word: str, known) -> str:
+def nearest(word: str, words) -> str:
     """Return a hint that names the most similar known word, or an empty text."""
-    close = get_close_matches(word, list(known), 1)
+    close = get_close_matches(word, list(words), 1)
     return f"; did you mean {close[0]!r}?" if close else ""
 
 
@@ -67,32 +67,32 @@ def known_group(name: str) -> str:
 
 def known_variable(group: str, name: str) -> str:
     """Return the kind of a variable of a group; raise an error if it is unknown."""
-    known = variables()[group]
-    if name not in known:
-        hint = nearest(name, known) or f"; its variables are {', '.join(known)}"
+    kinds = variables()[group]
+    if name not in kinds:
+        hint = nearest(name, kinds) or f"; its variables are {', '.join(kinds)}"
         raise InputError(f"group &{group} has no variable {name!r}{hint}")
-    return known[name]
+    return kinds[name]
 
 
 def checked(group: str, name: str, value):
     """Check and convert a value of a variable; arrays are copied and made read-only."""
     kind = known_variable(group, name)
     try:
-        new = _CONVERT[kind](value)
-        if isinstance(new, np.ndarray) and (group, name) != ("motion", "values"):
-            _check_length(new, _sizes()[group][name])
-        return new
+        converted = _CONVERT[kind](value)
+        if isinstance(converted, np.ndarray) and (group, name) != ("motion", "values"):
+            _check_length(converted, _sizes()[group][name])
+        return converted
     except InputError as error:
         raise InputError(f"&{group}: {name}: {error}") from None
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"&{group}: {name} = {value!r} is not a {_WORDS[kind]}") from None
 
 
-def _check_length(values: np.ndarray, most: int) -> None:
+def _check_length(values: np.ndarray, limit: int) -> None:
     """Raise an error if a list is longer than the engine can read."""
-    if len(values) > most:
-        what = "values" if values.ndim == 1 else "points"
-        raise InputError(f"{len(values)} {what} are given, but at most {most} are possible")
+    if len(values) > limit:
+        noun = "values" if values.ndim == 1 else "points"
+        raise InputError(f"{len(values)} {noun} are given, but at most {limit} are possible")
 
 
 def _as_text(value) -> str:
@@ -111,7 +111,7 @@ def _as_text(value) -> str:
 
 def _as_texts(value) -> tuple[str, ...]:
     """Return a text or a sequence of texts as a tuple of texts."""
-    return (_as_text(value),) if isinstance(value, str) else tuple(_as_text(one) for one in value)
+    return (_as_text(value),) if isinstance(value, str) else tuple(_as_text(item) for item in value)
 
 
 def _as_number(value) -> float:
@@ -172,8 +172,8 @@ _WORDS |= {
 
 def group_text(name: str, values: Mapping) -> str:
     """Return a group as one line of text; variables that are None are omitted."""
-    given = [f"{k} = {value_text(v)}" for k, v in values.items() if v is not None]
-    return f"&{name} {', '.join(given)} /\n"
+    entries = [f"{k} = {value_text(v)}" for k, v in values.items() if v is not None]
+    return f"&{name} {', '.join(entries)} /\n"
 
 
 def value_text(value) -> str:
@@ -195,7 +195,7 @@ def value_text(value) -> str:
     raise TypeError(f"a namelist cannot contain {value!r}")
 
 
-def read_values(found: Found, file) -> dict:
+def read_values(group: Found, file) -> dict:
     """Check the values of a group and return them by variable, as in a `Model`.
 
     Raises
@@ -204,10 +204,10 @@ def read_values(found: Found, file) -> dict:
         If a value is missing or of another kind; the message names the position.
     """
     try:
-        known_group(found.name)
-        for name, value in found.values.items():
+        known_group(group.name)
+        for name, value in group.values.items():
             if isinstance(value, np.ndarray) and (value == UNSET).any():
                 raise InputError(f"{name}: a value is missing")
-        return {name: checked(found.name, name, value) for name, value in found.values.items()}
+        return {name: checked(group.name, name, value) for name, value in group.values.items()}
     except InputError as error:
-        raise InputError(f"{found.place(file)}: {error}") from None
+        raise InputError(f"{group.place(file)}: {error}") from None

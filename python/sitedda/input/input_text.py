@@ -72,24 +72,24 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
     with _ONE:
         sizes = checked(api.parse_input, _encode_for_engine(file), data or b" ", " ".join(skipped))
         groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
-    found, values = (
+    result, values = (
         [],
         _variable_pairs(values.T[: sizes[1]].tolist(), numbers, bytes(letters.astype("u1"))),
     )
-    places = _character_indices(data, groups[1:3, : sizes[0]])
-    for (line, first, _, count), (start, end) in zip(groups.T[: sizes[0]], places.T, strict=True):
-        name = _NAME.match(data, first)[0].decode().lower()
-        own = dict(one for _, one in zip(range(count), values, strict=False))
-        found.append(Found(name, int(line), int(start) - 1, int(end), own))
-    return found
+    indices = _character_indices(data, groups[1:3, : sizes[0]])
+    for (line, begin, _, count), (start, end) in zip(groups.T[: sizes[0]], indices.T, strict=True):
+        name = _NAME.match(data, begin)[0].decode().lower()
+        group_values = dict(pair for _, pair in zip(range(count), values, strict=False))
+        result.append(Found(name, int(line), int(start) - 1, int(end), group_values))
+    return result
 
 
-def cited(message: str, file, place: Callable[[str, int], str]) -> str:
+def cited(message: str, file, source: Callable[[str, int], str]) -> str:
     """Replace line numbers of a generated text in a message by positions in the user's input."""
-    where = rf"{re.escape(str(file))}, group &(\w+) \(line (\d+)\)"
-    message = re.sub(where, lambda found: place(found[1], int(found[2])), message)
-    other = r"the &(\w+) of line (\d+)"
-    return re.sub(other, lambda found: f"that of {place(found[1], int(found[2]))}", message)
+    pattern = rf"{re.escape(str(file))}, group &(\w+) \(line (\d+)\)"
+    message = re.sub(pattern, lambda match: source(match[1], int(match[2])), message)
+    reference = r"the &(\w+) of line (\d+)"
+    return re.sub(reference, lambda match: f"that of {source(match[1], int(match[2]))}", message)
 
 
 def with_changes(
@@ -113,22 +113,23 @@ def with_changes(
     """
     if not changes:
         return text, []
-    words = [
-        [None if one is None else _encode_for_engine(one) for one in change] for change in changes
+    encoded = [
+        [None if item is None else _encode_for_engine(item) for item in change]
+        for change in changes
     ]
-    lengths = [[-1 if one is None else len(one) for one in change] for change in words]
-    joined = b"".join(one for change in words for one in change if one)
+    lengths = [[-1 if item is None else len(item) for item in change] for change in encoded]
+    buffer = b"".join(item for change in encoded for item in change if item)
     with _ONE:
         variables, size = checked(
             api.make_changes,
             _encode_for_engine(file),
             _encode_for_engine(text) or b" ",
-            joined,
+            buffer,
             np.transpose(lengths),
         )
         letters = api.changed_text(size)
-    new = letters.astype("u1").tobytes().decode("utf-8", "surrogateescape")
-    return new, [_VARIABLES[position - 1] for position in variables]
+    changed = letters.astype("u1").tobytes().decode("utf-8", "surrogateescape")
+    return changed, [_VARIABLES[position - 1] for position in variables]
 
 
 def _encode_for_engine(text) -> bytes:
@@ -136,48 +137,48 @@ def _encode_for_engine(text) -> bytes:
     return str(text).encode("utf-8", "surrogateescape")
 
 
-def _character_indices(data: bytes, places: np.ndarray) -> np.ndarray:
+def _character_indices(data: bytes, indices: np.ndarray) -> np.ndarray:
     """Convert byte indices to character indices."""
     if data.isascii():
-        return places
-    begins = np.frombuffer(data, dtype="u1") & 0xC0 != 0x80
-    return np.concatenate([[0], np.cumsum(begins)])[places]
+        return indices
+    is_start = np.frombuffer(data, dtype="u1") & 0xC0 != 0x80
+    return np.concatenate([[0], np.cumsum(is_start)])[indices]
 
 
 def _variable_pairs(
     rows: list, numbers: np.ndarray, letters: bytes
 ) -> Iterator[tuple[str, object]]:
     """Yield names and values of the variables that the engine has parsed."""
-    n = at = 0
+    n = start = 0
     for position, count in rows:
         if not count:  # a null value counts as missing
             continue
         variable = _VARIABLES[position - 1]
-        given = numbers[n : n + count]
+        reals = numbers[n : n + count]
         n += count
         if variable.kind in ("name", "word", "text"):
             texts = []
-            for length in given.tolist():
+            for length in reals.tolist():
                 length = max(0, int(length))
-                texts.append(letters[at : at + length].decode("utf-8", "surrogateescape"))
-                at += length
+                texts.append(letters[start : start + length].decode("utf-8", "surrogateescape"))
+                start += length
             yield variable.name, texts if variable.size else "".join(texts)
         elif variable.size:
-            yield variable.name, given
+            yield variable.name, reals
         elif variable.kind == "logical":
-            yield variable.name, bool(given[0])
+            yield variable.name, bool(reals[0])
         else:
-            value = float(given[0])
-            whole = variable.kind == "integer" and value.is_integer()
-            yield variable.name, int(value) if whole else value
+            value = float(reals[0])
+            is_whole = variable.kind == "integer" and value.is_integer()
+            yield variable.name, int(value) if is_whole else value
 
 
 def groups_by_name(text: str) -> dict[str, list[dict]]:
     """Return the values of all groups by the kind of group."""
     groups: dict[str, list[dict]] = {}
-    for one in find_groups(text):
-        plain = {n: v.tolist() if hasattr(v, "tolist") else v for n, v in one.values.items()}
-        groups.setdefault(one.name, []).append(plain)
+    for group in find_groups(text):
+        values = {n: v.tolist() if hasattr(v, "tolist") else v for n, v in group.values.items()}
+        groups.setdefault(group.name, []).append(values)
     return groups
 
 
@@ -197,10 +198,12 @@ def input_values(attributes: Mapping) -> dict[str, list[dict]]:
         If the attribute with the values is damaged.
     """
     try:
-        found = json.loads(str(attributes.get("input_values", "") or "{}"))
+        values = json.loads(str(attributes.get("input_values", "") or "{}"))
     except (ValueError, RecursionError):
-        found = None
-    whole = isinstance(found, dict) and all(isinstance(groups, list) for groups in found.values())
-    if not whole or any(not isinstance(one, dict) for groups in found.values() for one in groups):
+        values = None
+    valid = isinstance(values, dict) and all(isinstance(groups, list) for groups in values.values())
+    if not valid or any(
+        not isinstance(item, dict) for groups in values.values() for item in groups
+    ):
         raise OutputError("the output is damaged: its attribute input_values is invalid")
-    return found
+    return values

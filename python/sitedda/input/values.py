@@ -33,9 +33,9 @@ def points_of(name: str, values, least: int) -> np.ndarray:
         raise InputError(f"{name} must contain pairs x, y; there are {points.size} numbers")
     points = points.reshape(-1, 2)
     if not (abs(points) <= FARTHEST).all():
-        at = int(np.flatnonzero(~(abs(points) <= FARTHEST).all(axis=1))[0])
+        index = int(np.flatnonzero(~(abs(points) <= FARTHEST).all(axis=1))[0])
         raise InputError(
-            f"{name}: point {at + 1} ({points[at, 0]:g}, {points[at, 1]:g}) lies beyond "
+            f"{name}: point {index + 1} ({points[index, 0]:g}, {points[index, 1]:g}) lies beyond "
             f"{FARTHEST:g} m or is not a number"
         )
     if len(points) < least:
@@ -53,20 +53,20 @@ class Values:
     needs: ClassVar[str] = ""
 
     def __init_subclass__(cls):
-        attributes = [cleandoc(one.__doc__ or "") for one in (cls, cls.__base__)]
+        attributes = [cleandoc(base.__doc__ or "") for base in (cls, cls.__base__)]
         if "Attributes" not in attributes[0]:
             cls.__doc__ = "\n\n".join([attributes[0], *attributes[1].split("\n\n")[1:]])
 
     def __init__(self, **given):
-        own = [one for one in self.variables if hasattr(type(self), one.name)]
-        named = {name for name, value in given.items() if is_given(value)}
-        for one in own:
-            setattr(self, one.name, given.pop(one.name, getattr(type(self), one.name)))
+        present = [item for item in self.variables if hasattr(type(self), item.name)]
+        given_names = {name for name, value in given.items() if is_given(value)}
+        for item in present:
+            setattr(self, item.name, given.pop(item.name, getattr(type(self), item.name)))
         if given:
             raise TypeError(f"{type(self).__name__} has no {', '.join(given)}")
-        for one in own:
-            self._check_value(one, getattr(self, one.name))
-        self._check_relations(named)
+        for item in present:
+            self._check_value(item, getattr(self, item.name))
+        self._check_relations(given_names)
         self._check_values()
 
     def __repr__(self) -> str:
@@ -74,46 +74,48 @@ class Values:
         values = ", ".join(f"{name}={value!r}" for name, value in vars(self).items())
         return f"{type(self).__name__}({values})"
 
-    def _check_value(self, one: Variable, value) -> None:
+    def _check_value(self, entry: Variable, value) -> None:
         """Check a value by its entry in the schema; convert points to an array."""
-        name = one.name
-        if one.default == "required" and (value is None or (isinstance(value, str) and not value)):
+        name = entry.name
+        if entry.default == "required" and (
+            value is None or (isinstance(value, str) and not value)
+        ):
             raise InputError(f"{name} is missing")
-        if one.kind == "points":
+        if entry.kind == "points":
             setattr(self, name, points_of(name, () if value is None else value, 0))
         elif value is None:
             return
-        elif one.size == 2:
+        elif entry.size == 2:
             setattr(self, name, points_of(name, value, 1)[0])
-        elif one.size:
+        elif entry.size:
             setattr(self, name, np.atleast_1d(np.asarray(value, dtype=float)))
-        elif one.kind == "word" and value not in one.values.replace("'", "").split(", "):
-            first, _, last = one.values.rpartition(", ")
-            raise InputError(f"{name} = {value!r} must be {first} or {last}")
-        elif one.kind == "name" and one.values.startswith("at most"):
-            most = int(re.findall(r"\d+", one.values)[0])
-            if not 0 < len(value) <= most:
-                raise InputError(f"{name} = {value!r} must have 1 to {most} characters, because "
+        elif entry.kind == "word" and value not in entry.values.replace("'", "").split(", "):
+            choices, _, last_choice = entry.values.rpartition(", ")
+            raise InputError(f"{name} = {value!r} must be {choices} or {last_choice}")
+        elif entry.kind == "name" and entry.values.startswith("at most"):
+            limit = int(re.findall(r"\d+", entry.values)[0])
+            if not 0 < len(value) <= limit:
+                raise InputError(f"{name} = {value!r} must have 1 to {limit} characters, because "
                                  "block numbers are appended")  # fmt: skip
-        elif one.kind in ("real", "integer"):
-            _check_number(name, value, one.values)
+        elif entry.kind in ("real", "integer"):
+            _check_number(name, value, entry.values)
 
-    def _check_relations(self, named: set[str]) -> None:
+    def _check_relations(self, given: set[str]) -> None:
         """Raise InputError if a variable lacks others that it needs, or excludes another one.
 
         The schema defines the needed and the excluded variables.
         """
-        for one in filter(None, self.needs.split("; ")):
-            if named.isdisjoint(one.split(" or ")):
-                raise InputError(f"give {one}")
+        for names in filter(None, self.needs.split("; ")):
+            if given.isdisjoint(names.split(" or ")):
+                raise InputError(f"give {names}")
         for variable in self.variables:
-            if variable.name not in named:
+            if variable.name not in given:
                 continue
-            for one in filter(named.__contains__, variable.excludes.split(", ")):
-                raise InputError(f"give either {variable.name} or {one}, not both")
-            for one in filter(None, variable.needs.split(", ")):
-                if named.isdisjoint(one.split(" or ")):
-                    raise InputError(f"{variable.name} needs {one}")
+            for names in filter(given.__contains__, variable.excludes.split(", ")):
+                raise InputError(f"give either {variable.name} or {names}, not both")
+            for names in filter(None, variable.needs.split(", ")):
+                if given.isdisjoint(names.split(" or ")):
+                    raise InputError(f"{variable.name} needs {names}")
 
     def _check_values(self) -> None:
         """Check relations between values that the schema does not express; see the subclasses."""

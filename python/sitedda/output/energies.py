@@ -59,22 +59,22 @@ def budget(history: xr.Dataset) -> Budget:
     zero = np.zeros(history.sizes["time"])
 
     def sum_of(names) -> np.ndarray:
-        found = [history[f"energy_{n}"].values for n in names if f"energy_{n}" in history]
-        return np.sum(found, axis=0) if found else zero
+        terms = [history[f"energy_{n}"].values for n in names if f"energy_{n}" in history]
+        return np.sum(terms, axis=0) if terms else zero
 
-    parts, given = {}, zero.copy()
+    parts, supplied = {}, zero.copy()
     for name, terms in (STORED | LOST).items():
         values = sum_of(terms)
-        given += np.maximum(-values, 0.0)
+        supplied += np.maximum(-values, 0.0)
         parts[name] = np.maximum(values, 0.0)
-    others = zero.copy()
+    remainder = zero.copy()
     for name in GAINED:
         values = sum_of([name])
-        given += np.maximum(values, 0.0)
-        others += np.maximum(-values, 0.0)
-    least = _LEAST * float(given.max(initial=0.0))
-    small = [name for name, values in parts.items() if values.max(initial=0.0) <= least]
-    others += np.sum([parts.pop(name) for name in small], axis=0) if small else 0.0
-    if others.max(initial=0.0) > 0:
-        parts["others"] = others
-    return Budget(history["time"].values, given, parts, sum_of(["balance"]))
+        supplied += np.maximum(values, 0.0)
+        remainder += np.maximum(-values, 0.0)
+    threshold = _LEAST * float(supplied.max(initial=0.0))
+    small = [name for name, values in parts.items() if values.max(initial=0.0) <= threshold]
+    remainder += np.sum([parts.pop(name) for name in small], axis=0) if small else 0.0
+    if remainder.max(initial=0.0) > 0:
+        parts["others"] = remainder
+    return Budget(history["time"].values, supplied, parts, sum_of(["balance"]))

@@ -32,15 +32,15 @@ class NamedArray:
         """Return the number of bytes of the values."""
         return self.values.nbytes
 
-    def __getitem__(self, which: int | slice | EllipsisType) -> NamedArray:
-        found = self.values[which]
-        return NamedArray(self.dims[self.values.ndim - np.ndim(found) :], found, self._labels)
+    def __getitem__(self, index: int | slice | EllipsisType) -> NamedArray:
+        values = self.values[index]
+        return NamedArray(self.dims[self.values.ndim - np.ndim(values) :], values, self._labels)
 
-    def isel(self, **places: int) -> NamedArray:
+    def isel(self, **indices: int) -> NamedArray:
         """Select values by the index along each given dimension that exists."""
-        where = tuple(places.get(name, slice(None)) for name in self.dims)
-        rest = tuple(name for name in self.dims if name not in places)
-        return NamedArray(rest, self.values[where], self._labels)
+        key = tuple(indices.get(name, slice(None)) for name in self.dims)
+        dims = tuple(name for name in self.dims if name not in indices)
+        return NamedArray(dims, self.values[key], self._labels)
 
     def sel(self, **labels: str) -> NamedArray:
         """Select values by the label along each given dimension."""
@@ -62,15 +62,15 @@ class NamedArrays:
     def __init__(self, variables: Mapping[str, tuple[tuple[str, ...], Any]], attrs, source: str):
         self._labels = {name: values.tolist() for name, (dims, values) in variables.items()
                         if dims == (name,) and values.dtype.kind == "U"}  # fmt: skip
-        self.variables = {n: NamedArray(*one, self._labels) for n, one in variables.items()}
+        self.variables = {n: NamedArray(*pair, self._labels) for n, pair in variables.items()}
         self.attrs = attrs
         self.encoding = {"source": source}
 
     @property
     def sizes(self) -> dict[str, int]:
         """Return the length of each dimension."""
-        return {name: length for one in self.variables.values()
-                for name, length in zip(one.dims, one.values.shape, strict=True)}  # fmt: skip
+        return {name: length for array in self.variables.values()
+                for name, length in zip(array.dims, array.values.shape, strict=True)}  # fmt: skip
 
     @property
     def coords(self) -> list[str]:
@@ -88,23 +88,23 @@ class NamedArrays:
             return self.variables[name]
         raise AttributeError(name)
 
-    def isel(self, **places: int) -> NamedArrays:
+    def isel(self, **indices: int) -> NamedArrays:
         """Select all variables by the index along each given dimension."""
-        found = {name: one.isel(**places) for name, one in self.variables.items()}
-        taken = {name: (one.dims, one.values) for name, one in found.items()}
-        return NamedArrays(taken, self.attrs, self.encoding["source"])
+        parts = {name: array.isel(**indices) for name, array in self.variables.items()}
+        pairs = {name: (array.dims, array.values) for name, array in parts.items()}
+        return NamedArrays(pairs, self.attrs, self.encoding["source"])
 
     def sel(self, **labels: str) -> NamedArrays:
         """Select all variables by the label along each given dimension."""
         return self.isel(**_find_labels(self._labels, labels))
 
 
-def _find_labels(labels: Mapping[str, list[str]], asked: Mapping[str, str]) -> dict[str, int]:
+def _find_labels(labels: Mapping[str, list[str]], requested: Mapping[str, str]) -> dict[str, int]:
     """Return the indices of the requested labels; raise KeyError if one is missing."""
-    for name, label in asked.items():
+    for name, label in requested.items():
         if label not in labels[name]:
             raise KeyError(label)
-    return {name: labels[name].index(label) for name, label in asked.items()}
+    return {name: labels[name].index(label) for name, label in requested.items()}
 
 
 def read_netcdf(file) -> NamedArrays:
@@ -115,9 +115,9 @@ def read_netcdf(file) -> NamedArrays:
         data.set_auto_maskandscale(False)
         data.set_auto_chartostring(False)
         variables = {}
-        for name, one in data.variables.items():
-            dims, values = one.dimensions, one[...]
-            if one.dtype == "S1" and dims:
+        for name, variable in data.variables.items():
+            dims, values = variable.dimensions, variable[...]
+            if variable.dtype == "S1" and dims:
                 dims, values = dims[:-1], netCDF4.chartostring(values, encoding="utf-8")
             variables[name] = dims, np.asarray(values)
         return NamedArrays(variables, {n: data.getncattr(n) for n in data.ncattrs()}, str(file))

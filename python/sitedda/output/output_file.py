@@ -68,7 +68,7 @@ def read_output(file) -> NamedArrays:
 
 def _unreadable_error(file) -> Callable[[str], OutputError]:
     """Return a function that makes the error for an unreadable file from a reason."""
-    return lambda why: OutputError(f"{file} cannot be read as an output: {why}")
+    return lambda reason: OutputError(f"{file} cannot be read as an output: {reason}")
 
 
 def _check_run(data) -> None:
@@ -80,7 +80,7 @@ def _check_run(data) -> None:
     _check_order(data)
 
 
-def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
+def read(data: xr.Dataset, name: str, rows=...) -> np.ndarray:
     """Read and check the values of a variable, or of some of its rows.
 
     Raises
@@ -88,26 +88,26 @@ def read(data: xr.Dataset, name: str, which=...) -> np.ndarray:
     OutputError
         If the values are missing, of the wrong kind, or out of range.
     """
-    with _errors_as_damage(lambda why: damaged(data, name, why)):
-        values = data[name][which].values
-    known = VARIABLES.get(name)
-    if known is None or known.kind == "text" or values.size == 0:
+    with _errors_as_damage(lambda reason: damaged(data, name, reason)):
+        values = data[name][rows].values
+    entry = VARIABLES.get(name)
+    if entry is None or entry.kind == "text" or values.size == 0:
         return values
     if not np.issubdtype(values.dtype, np.number):
         raise damaged(data, name, "it does not contain numbers")
-    kind = known.kind.removesuffix(" or none")
+    kind = entry.kind.removesuffix(" or none")
     if kind == "real":
-        good = np.abs(values) <= _MOST
-        if kind != known.kind:
-            good |= np.isnan(values)
+        valid = np.abs(values) <= _MOST
+        if kind != entry.kind:
+            valid |= np.isnan(values)
     elif kind == "fraction":
-        good = np.abs(values - 0.5) <= 0.5 + _ROUNDING
+        valid = np.abs(values - 0.5) <= 0.5 + _ROUNDING
     else:
-        most = data.sizes.get(kind, np.iinfo(np.int32).max)
-        good = (values >= (0 if kind == known.kind else -1)) & (values < most)
-    if not good.all():
-        first = np.unravel_index(int(np.argmin(good)), good.shape)
-        raise damaged(data, name, f"the value {values[first]:g} is out of range")
+        limit = data.sizes.get(kind, np.iinfo(np.int32).max)
+        valid = (values >= (0 if kind == entry.kind else -1)) & (values < limit)
+    if not valid.all():
+        index = np.unravel_index(int(np.argmin(valid)), valid.shape)
+        raise damaged(data, name, f"the value {values[index]:g} is out of range")
     return values
 
 
@@ -118,7 +118,7 @@ def load(file) -> xr.Dataset:
 
 
 @contextmanager
-def _errors_as_damage(wrong: Callable[[str], OutputError]) -> Iterator[None]:
+def _errors_as_damage(make_error: Callable[[str], OutputError]) -> Iterator[None]:
     """Raise the given OutputError for any exception except one caused by lack of memory."""
     try:
         with FILES:
@@ -127,22 +127,22 @@ def _errors_as_damage(wrong: Callable[[str], OutputError]) -> Iterator[None]:
         if lacks_memory(trouble):
             raise
         lines = str(trouble).strip().splitlines() or [type(trouble).__name__]
-        raise wrong(lines[0]) from trouble
+        raise make_error(lines[0]) from trouble
 
 
 def _check_structure(data: xr.Dataset) -> None:
     """Check that required variables exist, and the dimensions and types of all variables."""
-    there = {known.family for name, known in VARIABLES.items() if name in data.variables}
-    for name, known in VARIABLES.items():
+    families = {entry.family for name, entry in VARIABLES.items() if name in data.variables}
+    for name, entry in VARIABLES.items():
         if name not in data.variables:
-            if known.needed and (known.family in there or FAMILIES[known.family]):
+            if entry.needed and (entry.family in families or FAMILIES[entry.family]):
                 raise damaged(data, name, "it is missing")
             continue
-        found = data[name]
-        if found.dims != known.dimensions:
-            raise damaged(data, name, f"its dimensions are {', '.join(found.dims) or 'none'}")
-        if (known.kind != "text") != np.issubdtype(found.dtype, np.number):
-            raise damaged(data, name, f"its values are of type {found.dtype}")
+        variable = data[name]
+        if variable.dims != entry.dimensions:
+            raise damaged(data, name, f"its dimensions are {', '.join(variable.dims) or 'none'}")
+        if (entry.kind != "text") != np.issubdtype(variable.dtype, np.number):
+            raise damaged(data, name, f"its values are of type {variable.dtype}")
     for name, length in data.sizes.items():
         if length != LENGTHS.get(name, length) or (name in _NOT_EMPTY and length == 0):
             raise OutputError(
@@ -157,8 +157,8 @@ def _check_structure(data: xr.Dataset) -> None:
     try:
         input_values(data.attrs)
     except OutputError:
-        words = "is damaged: its attribute input_values is invalid"
-        raise OutputError(f"{_file_name(data)} {words}") from None
+        fault = "is damaged: its attribute input_values is invalid"
+        raise OutputError(f"{_file_name(data)} {fault}") from None
 
 
 def _check_order(data: xr.Dataset) -> None:
@@ -179,15 +179,15 @@ def _check_order(data: xr.Dataset) -> None:
             raise damaged(data, name, f"a value exceeds {stages}, the number of stages")
     groups = input_values(data.attrs)
     for name, group in (("block_material", "material"), ("edge_joint", "joint")):
-        given = len(groups.get(group, []))
-        if given and name in data.variables and (read(data, name) >= given).any():
-            raise damaged(data, name, f"a value exceeds {given}, the number of groups &{group}")
+        count = len(groups.get(group, []))
+        if count and name in data.variables and (read(data, name) >= count).any():
+            raise damaged(data, name, f"a value exceeds {count}, the number of groups &{group}")
 
 
-def damaged(data: xr.Dataset, name: str, why: str) -> OutputError:
+def damaged(data: xr.Dataset, name: str, reason: str) -> OutputError:
     """Return the error for an invalid variable."""
     return OutputError(
-        f"{_file_name(data)} is damaged, or not an output of a run: variable {name}: {why}"
+        f"{_file_name(data)} is damaged, or not an output of a run: variable {name}: {reason}"
     )
 
 

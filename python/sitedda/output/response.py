@@ -43,10 +43,10 @@ class Amplification:
 
     def __str__(self) -> str:
         """Return one line, as printed by the native executable."""
-        how = "peak interpolated" if self.peak.interpolated else "peak at a bin"
+        source = "peak interpolated" if self.peak.interpolated else "peak at a bin"
         return (
             f'amplification {self.surface}/{self.base} ("within"): {self.peak.amplitude:.3f} at '
-            f"{self.peak.frequency:.4f} Hz (bin width {self.peak.bin_width:.6f} Hz, {how})"
+            f"{self.peak.frequency:.4f} Hz (bin width {self.peak.bin_width:.6f} Hz, {source})"
         )
 
 
@@ -78,23 +78,23 @@ def point_amplification(
 ) -> Amplification:
     """Return the amplification between two points, with its peak between two frequencies (Hz)."""
     axis = ("x", "y").index(direction)
-    above, below = (
+    upper, lower = (
         history.acceleration.sel(point=name).isel(axis=axis).values for name in (surface, base)
     )
     time = history.time.values
-    frequency, ratio = spectral_ratio(above, below, (time[-1] - time[0]) / (time.size - 1), padding)
+    frequency, ratio = spectral_ratio(upper, lower, (time[-1] - time[0]) / (time.size - 1), padding)
     peak = find_peak(frequency, abs(ratio), lowest, highest)
     band = (frequency >= lowest) & (frequency <= highest)
     return Amplification(surface, base, direction, frequency[band], abs(ratio[band]), peak)
 
 
-def spectral_ratio(above, below, time_step: float, padding: int) -> tuple[np.ndarray, np.ndarray]:
+def spectral_ratio(upper, lower, time_step: float, padding: int) -> tuple[np.ndarray, np.ndarray]:
     """Return a cached `amplification`, which texts and pictures of a run share."""
-    motions = (np.ascontiguousarray(one, dtype=float).tobytes() for one in (above, below))
+    motions = (np.ascontiguousarray(motion, dtype=float).tobytes() for motion in (upper, lower))
     return _spectral_ratio(*motions, float(time_step), padding)
 
 
 @lru_cache(maxsize=2)
-def _spectral_ratio(above: bytes, below: bytes, time_step: float, padding: int):
+def _spectral_ratio(upper: bytes, lower: bytes, time_step: float, padding: int):
     """Return the `amplification` of two motions, which are given as bytes."""
-    return amplification(np.frombuffer(above), np.frombuffer(below), time_step, padding)
+    return amplification(np.frombuffer(upper), np.frombuffer(lower), time_step, padding)

@@ -100,8 +100,8 @@ class Scene:
     @property
     def size_words(self) -> str:
         """Return the number of blocks in words, and of cells if bodies are meshed."""
-        words = counted(self.bodies, "block", "blocks")
-        return words if self.bodies == self.blocks else f"{words} of {self.blocks:,} cells"
+        text = counted(self.bodies, "block", "blocks")
+        return text if self.bodies == self.blocks else f"{text} of {self.blocks:,} cells"
 
     @classmethod
     def of(cls, source, absolute: bool = False) -> Scene:
@@ -198,9 +198,9 @@ class Scene:
     @property
     def own_quantities(self) -> list[str]:
         """Return the names in `OWN_QUANTITIES` that the model has."""
-        known = {"damage": ("edge_damage", "contact_damage")}
+        variables = {"damage": ("edge_damage", "contact_damage")}
         return [n for n in OWN_QUANTITIES
-                if any(k in self.data for k in known.get(n, (f"block_{n}",)))]  # fmt: skip
+                if any(k in self.data for k in variables.get(n, (f"block_{n}",)))]  # fmt: skip
 
     def own_quantity(self, name: str, frame: int) -> np.ndarray:
         """Return one of `OWN_QUANTITIES`, shape (blocks,); 0 if the model does not have it."""
@@ -216,26 +216,26 @@ class Scene:
         Only joints that are bonded in the first frame are included.
         """
         if "edge_damage" in self.data:
-            found = np.array(read(self.data, "edge_damage", frame), dtype=float)
+            damage = np.array(read(self.data, "edge_damage", frame), dtype=float)
         else:
-            found = np.zeros(len(self.owner))
+            damage = np.zeros(len(self.owner))
         if "contact_damage" in self.data:
-            begun, now = self._cohesive_contacts(0), self._cohesive_contacts(frame)
-            glued = np.unique(begun["edge"][begun["bonded"] > 0])
-            apart = np.setdiff1d(glued, now["edge"])
-            of_glued = np.isin(now["edge"], glued)
-            np.maximum.at(found, now["edge"][of_glued], now["damage"][of_glued])
-            found[apart] = 1.0
-        return found
+            start, current = self._cohesive_contacts(0), self._cohesive_contacts(frame)
+            glued = np.unique(start["edge"][start["bonded"] > 0])
+            open_edges = np.setdiff1d(glued, current["edge"])
+            of_glued = np.isin(current["edge"], glued)
+            np.maximum.at(damage, current["edge"][of_glued], current["damage"][of_glued])
+            damage[open_edges] = 1.0
+        return damage
 
     def _cohesive_contacts(self, frame: int) -> dict[str, np.ndarray]:
         """Return edge, bond, damage and joint of the contacts of cohesive joints in a frame."""
-        which = slice(*self._first_contacts[frame : frame + 2])
+        rows = slice(*self._first_contacts[frame : frame + 2])
         names = ("edge", "bonded", "damage", "joint")
-        found = {name: read(self.data, f"contact_{name}", which) for name in names}
+        values_by_name = {name: read(self.data, f"contact_{name}", rows) for name in names}
         laws = [joint.get("law") == "cohesive" for joint in self.groups.get("joint", [])]
-        cohesive = np.array(laws, dtype=bool)[found["joint"]]
-        return {name: values[cohesive] for name, values in found.items()}
+        cohesive = np.array(laws, dtype=bool)[values_by_name["joint"]]
+        return {name: values[cohesive] for name, values in values_by_name.items()}
 
     @cached_property
     def base(self) -> np.ndarray:
@@ -256,18 +256,18 @@ class Scene:
     @property
     def origin(self) -> str:
         """Return the reference of displacements in words: 'relative to …' or 'absolute'."""
-        words = str(self.data.attrs.get("maxima_base", ""))
-        if self.absolute or words.startswith("absolute"):
+        text = str(self.data.attrs.get("maxima_base", ""))
+        if self.absolute or text.startswith("absolute"):
             return "absolute" if self.groups.get("motion") else ""
-        return words if self.base.any() else ""
+        return text if self.base.any() else ""
 
     def displacement(self, frame: int) -> np.ndarray:
         """Return displacements of the centroids since the first frame, shape (blocks, 2), m.
 
         Relative to the `base`.
         """
-        moved = self.coordinates(frame)[:, :2] - self.coordinates(0)[:, :2]
-        return moved - self.base[frame]
+        shift = self.coordinates(frame)[:, :2] - self.coordinates(0)[:, :2]
+        return shift - self.base[frame]
 
     @cached_property
     def _first_contacts(self) -> np.ndarray:
@@ -279,23 +279,23 @@ class Scene:
         """Return the contacts of a frame: vertex, edge, state, bonded, gap, forces and others."""
         names = ("vertex", "edge", "state", "bonded", "gap", "normal_force", "shear_force")
         names += tuple(n for n in ("place", "damage") if f"contact_{n}" in self.data.variables)
-        which = slice(*self._first_contacts[frame : frame + 2])
-        return {name: read(self.data, f"contact_{name}", which) for name in names}
+        rows = slice(*self._first_contacts[frame : frame + 2])
+        return {name: read(self.data, f"contact_{name}", rows) for name in names}
 
     # --- geometry ----------------------------------------------------------------------------
 
     @cached_property
     def next_vertex(self) -> np.ndarray:
         """Return the vertex that follows each vertex of a block, counter-clockwise."""
-        after = np.arange(len(self.owner)) + 1
-        after[self.first[1:] - 1] = self.first[:-1]
-        return after
+        following = np.arange(len(self.owner)) + 1
+        following[self.first[1:] - 1] = self.first[:-1]
+        return following
 
     @cached_property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower left and upper right corner of the first frame, m."""
-        places = self.vertices(0)
-        return places.min(0), places.max(0)
+        vertices = self.vertices(0)
+        return vertices.min(0), vertices.max(0)
 
     @property
     def size(self) -> float:
@@ -305,16 +305,16 @@ class Scene:
 
     def areas(self, frame: int = 0) -> np.ndarray:
         """Return the areas of the blocks, shape (blocks,), m²."""
-        places = self.vertices(frame)
-        centre = places[self.first[:-1]][self.owner]
-        x, y = (places - centre).T
+        vertices = self.vertices(frame)
+        centre = vertices[self.first[:-1]][self.owner]
+        x, y = (vertices - centre).T
         cross = x * y[self.next_vertex] - x[self.next_vertex] * y
         return 0.5 * np.add.reduceat(cross, self.first[:-1])
 
     def slivers(self) -> np.ndarray:
         """Return blocks whose area is tiny relative to others or to their squared perimeter."""
-        places = self.vertices(0)
-        side = np.linalg.norm(places[self.next_vertex] - places, axis=1)
+        vertices = self.vertices(0)
+        side = np.linalg.norm(vertices[self.next_vertex] - vertices, axis=1)
         outline = np.add.reduceat(side, self.first[:-1])
         area = self.areas()
         thin = area < 0.001 * outline**2  # as for a rectangle with sides 1 : 250
@@ -328,41 +328,41 @@ class Scene:
 
     def contact_points(self, frame: int, contacts: dict) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and unit normals (outward from the edge) of contacts, each (k, 2)."""
-        places = self.vertices(frame)
-        begin, end = places[contacts["edge"]], places[self.next_vertex[contacts["edge"]]]
+        vertices = self.vertices(frame)
+        begin, end = vertices[contacts["edge"]], vertices[self.next_vertex[contacts["edge"]]]
         along = (end - begin) / np.linalg.norm(end - begin, axis=1, keepdims=True)
-        return self.touching(places, contacts), np.column_stack([along[:, 1], -along[:, 0]])
+        return self.touching(vertices, contacts), np.column_stack([along[:, 1], -along[:, 0]])
 
-    def touching(self, places: np.ndarray, contacts: dict) -> np.ndarray:
+    def touching(self, vertices: np.ndarray, contacts: dict) -> np.ndarray:
         """Return the contact points, (k, 2), at given positions of all vertices."""
-        first = contacts["vertex"]
+        corner = contacts["vertex"]
         if "place" not in contacts:
-            return places[first]
+            return vertices[corner]
         fraction = contacts["place"][:, None]
-        return places[first] + fraction * (places[self.next_vertex[first]] - places[first])
+        return vertices[corner] + fraction * (vertices[self.next_vertex[corner]] - vertices[corner])
 
     @cached_property
     def interfaces(self) -> Interfaces:
         """Return the shared segments of edges in contact in the first frame."""
-        contacts, places = self.contacts(0), self.vertices(0)
+        contacts, vertices = self.contacts(0), self.vertices(0)
         mine = np.concatenate([contacts["vertex"], self.previous_vertex[contacts["vertex"]]])
-        other = np.concatenate([contacts["edge"]] * 2)
-        count = np.int64(len(places))
-        pairs = np.unique(np.minimum(mine, other) * count + np.maximum(mine, other))
+        edges = np.concatenate([contacts["edge"]] * 2)
+        count = np.int64(len(vertices))
+        pairs = np.unique(np.minimum(mine, edges) * count + np.maximum(mine, edges))
         a, b = np.divmod(pairs, count)
-        begin, along = places[a], places[self.next_vertex[a]] - places[a]
+        begin, along = vertices[a], vertices[self.next_vertex[a]] - vertices[a]
         length = np.linalg.norm(along, axis=1)
-        back = places[self.next_vertex[b]] - places[b]
+        opposite = vertices[self.next_vertex[b]] - vertices[b]
         unit = along / length[:, None]
-        turn = np.sum(unit * back, axis=1) / np.linalg.norm(back, axis=1)
+        cosine = np.sum(unit * opposite, axis=1) / np.linalg.norm(opposite, axis=1)
         s = np.column_stack(
-            [np.sum((places[c] - begin) * unit, axis=1) for c in (self.next_vertex[b], b)]
+            [np.sum((vertices[c] - begin) * unit, axis=1) for c in (self.next_vertex[b], b)]
         )
         low, high = np.maximum(s[:, 0], 0), np.minimum(s[:, 1], length)
-        apart = places[b] - begin
-        near = abs(unit[:, 0] * apart[:, 1] - unit[:, 1] * apart[:, 0]) < 1e-3 * length
-        good = (turn < -PARALLEL) & near & (high - low > 1e-6 * length)
-        a, b, low, high, unit, begin = (v[good] for v in (a, b, low, high, unit, begin))
+        gap = vertices[b] - begin
+        close = abs(unit[:, 0] * gap[:, 1] - unit[:, 1] * gap[:, 0]) < 1e-3 * length
+        valid = (cosine < -PARALLEL) & close & (high - low > 1e-6 * length)
+        a, b, low, high, unit, begin = (v[valid] for v in (a, b, low, high, unit, begin))
         return Interfaces(
             self.owner[a],
             self.owner[b],
@@ -382,31 +382,31 @@ class Scene:
         ] or [(0.0, 0.0)]
         rank = np.empty(len(weakness), dtype=int)
         rank[sorted(range(len(weakness)), key=weakness.__getitem__)] = np.arange(len(weakness))
-        one, other = self.joint[self.interfaces.first_edge], self.joint[self.interfaces.second_edge]
-        return np.where(rank[other] < rank[one], other, one)
+        a, b = self.joint[self.interfaces.first_edge], self.joint[self.interfaces.second_edge]
+        return np.where(rank[b] < rank[a], b, a)
 
     @cached_property
     def previous_vertex(self) -> np.ndarray:
         """Return the vertex that precedes each vertex of a block, counter-clockwise."""
-        before = np.empty_like(self.next_vertex)
-        before[self.next_vertex] = np.arange(len(before))
-        return before
+        previous = np.empty_like(self.next_vertex)
+        previous[self.next_vertex] = np.arange(len(previous))
+        return previous
 
-    def carried(self, blocks: np.ndarray, places: np.ndarray, frame: int) -> np.ndarray:
+    def carried(self, blocks: np.ndarray, points: np.ndarray, frame: int) -> np.ndarray:
         """Return positions in a frame of points that move with blocks, shape (k, 2), m.
 
         A point moves with its block: x = x0 + R(θ) (I + ε) ρ.
         """
-        now = self.coordinates(frame)[blocks]
+        coordinates = self.coordinates(frame)[blocks]
         return (
-            now[:, :2]
-            + (_deformation_gradient(now) @ self.offsets(blocks, places)[..., None])[..., 0]
+            coordinates[:, :2]
+            + (_deformation_gradient(coordinates) @ self.offsets(blocks, points)[..., None])[..., 0]
         )
 
-    def offsets(self, blocks: np.ndarray, places: np.ndarray) -> np.ndarray:
+    def offsets(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
         """Return reference offsets ρ of points of blocks from centroids, shape (k, 2), m."""
-        first = self.coordinates(0)[blocks]
-        return np.linalg.solve(_deformation_gradient(first), (places - first[:, :2])[..., None])[
+        start = self.coordinates(0)[blocks]
+        return np.linalg.solve(_deformation_gradient(start), (points - start[:, :2])[..., None])[
             ..., 0
         ]
 
@@ -415,10 +415,10 @@ class Scene:
 
         The values are the larger ones of both ends; opening is positive, slip has no sign.
         """
-        along, across = self._relative_displacement(frame)
+        along, normal = self._relative_displacement(frame)
         faces = self.interfaces
-        stays = ~(self.removed(frame)[faces.first] | self.removed(frame)[faces.second])
-        return abs(along).max(axis=0) * stays, across.max(axis=0) * stays
+        present = ~(self.removed(frame)[faces.first] | self.removed(frame)[faces.second])
+        return abs(along).max(axis=0) * present, normal.max(axis=0) * present
 
     def joint_sense(self, frame: int) -> np.ndarray:
         """Return the direction of slip of the second block of `interfaces` on the first, (k,).
@@ -430,18 +430,16 @@ class Scene:
 
     def _relative_displacement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Return tangential and normal displacement between two blocks, each (2, k), m."""
-        faces, along, across = self.interfaces, [], []
-        turn = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
-        cos, sin = np.cos(turn), np.sin(turn)
+        faces, along, normals = self.interfaces, [], []
+        angle = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
+        cos, sin = np.cos(angle), np.sin(angle)
         x, y = faces.normal.T
         normal = np.column_stack([cos * x - sin * y, sin * x + cos * y])
-        for places in (faces.start, faces.end):
-            apart = self.carried(faces.second, places, frame) - self.carried(
-                faces.first, places, frame
-            )
-            across.append(np.sum(apart * normal, axis=1))
-            along.append(normal[:, 0] * apart[:, 1] - normal[:, 1] * apart[:, 0])
-        return np.array(along), np.array(across)
+        for ends in (faces.start, faces.end):
+            jump = self.carried(faces.second, ends, frame) - self.carried(faces.first, ends, frame)
+            normals.append(np.sum(jump * normal, axis=1))
+            along.append(normal[:, 0] * jump[:, 1] - normal[:, 1] * jump[:, 0])
+        return np.array(along), np.array(normals)
 
     @cached_property
     def _removal_stage(self) -> np.ndarray:
@@ -464,9 +462,9 @@ class Scene:
             return []
         names = str(self.data.attrs["stages"]).split("\n")
         stage, time = self.data["stage"].values.astype(int), self.data["time"].values
-        at = np.flatnonzero(np.diff(stage, prepend=0))
+        indices = np.flatnonzero(np.diff(stage, prepend=0))
         # A stage starts at the last sample of the preceding stage.
-        starts = [(names[stage[i] - 1], float(time[max(i - 1, 0)])) for i in at]
+        starts = [(names[stage[i] - 1], float(time[max(i - 1, 0)])) for i in indices]
         return starts if len(starts) > 1 and len(names) >= stage.max() else []
 
     # --- what the input adds -----------------------------------------------------------------
@@ -487,33 +485,33 @@ class Scene:
         """Return edges of the groups &boundary: kind, moved (bool), start and end (k, 2), m."""
         if "boundary_edge" not in self.data:
             return []
-        places = self.vertices(frame)
+        vertices = self.vertices(frame)
         edge, group = (self.data[n].values for n in ("boundary_edge", "boundary_edge_group"))
-        begin, along = places[edge], places[self.next_vertex[edge]] - places[edge]
+        begin, along = vertices[edge], vertices[self.next_vertex[edge]] - vertices[edge]
         start, end = (
             begin + self.data[f"boundary_edge_{name}"].values[:, None] * along
             for name in ("from", "to")
         )
         return [
             {
-                "kind": str(one["kind"]).strip(),
-                "moved": bool(one.get("motion_x") or one.get("motion_y")),
+                "kind": str(item["kind"]).strip(),
+                "moved": bool(item.get("motion_x") or item.get("motion_y")),
                 "start": start[group == i],
                 "end": end[group == i],
             }
-            for i, one in enumerate(self.groups.get("boundary", []))
+            for i, item in enumerate(self.groups.get("boundary", []))
         ]
 
     def loads(self) -> list[dict]:
         """Return loads: x, y (m) and the largest force (N/m) as fx, fy."""
-        found = []
+        result = []
         for group in self.groups.get("load", []):
             fx, fy = (np.atleast_1d(group.get(f"force_{a}", 0.0)).astype(float) for a in "xy")
             n = max(len(fx), len(fy))
             fx, fy = (np.pad(f, (0, n - len(f))) for f in (fx, fy))
-            most = int(np.argmax(np.hypot(fx, fy)))
-            found.append({"x": group["x"], "y": group["y"], "fx": fx[most], "fy": fy[most]})
-        return found
+            peak = int(np.argmax(np.hypot(fx, fy)))
+            result.append({"x": group["x"], "y": group["y"], "fx": fx[peak], "fy": fy[peak]})
+        return result
 
     def bolt_routes(self) -> list[tuple[str, np.ndarray, np.ndarray]]:
         """Return names of bolts, and blocks (k,) and initial positions (k, 2), m, of their points.
@@ -525,8 +523,8 @@ class Scene:
         routes = []
         for group in self.groups.get("bolt", []):
             name = str(group.get("name", ""))
-            between = np.ravel(group.get("through", []))
-            points = np.reshape([*group["from"], *between, *group["to"]], (-1, 2)).astype(float)
+            inner = np.ravel(group.get("through", []))
+            points = np.reshape([*group["from"], *inner, *group["to"]], (-1, 2)).astype(float)
             blocks = np.zeros(len(points), dtype=int)
             if "bolt_force" in self.data:
                 blocks, points = self._initial_bolt_points(name, points)
@@ -540,16 +538,16 @@ class Scene:
             if len(mine) == 0:
                 raise damaged(self.data, "bolt", f"the bolt {name!r} of the input is missing")
             blocks = self.data["bolt_block"].values.astype(int)[mine]
-            places = self.data["bolt_place"].values.reshape(-1, 2, 2)[mine]
+            ends_at = self.data["bolt_place"].values.reshape(-1, 2, 2)[mine]
             if len(points) > 2:
-                passed = self.data["bolt_through"].values == mine[0]
-                between = self.data["bolt_through_block"].values.astype(int)[passed]
-                return np.array([blocks[0, 0], *between, blocks[0, 1]]), points
-        blocks, places = blocks.ravel(), places.reshape(-1, 2)
-        if np.allclose(places[0], places[1]):  # a grouted bolt, whose springs are at joints
+                mask = self.data["bolt_through"].values == mine[0]
+                inner = self.data["bolt_through_block"].values.astype(int)[mask]
+                return np.array([blocks[0, 0], *inner, blocks[0, 1]]), points
+        blocks, ends_at = blocks.ravel(), ends_at.reshape(-1, 2)
+        if np.allclose(ends_at[0], ends_at[1]):  # a grouted bolt, whose springs are at joints
             blocks = np.array([blocks[0], *blocks, blocks[-1]])
-            places = np.vstack([points[:1], places, points[1:]])
-        return blocks, places
+            ends_at = np.vstack([points[:1], ends_at, points[1:]])
+        return blocks, ends_at
 
     @cached_property
     def _bolt_names(self) -> np.ndarray:
@@ -561,22 +559,22 @@ class Scene:
 
         The force combines axial and shear force; in a grouted bolt, the largest at its joints.
         """
-        known = "bolt_force" in self.data
-        if known:
+        has_force = "bolt_force" in self.data
+        if has_force:
             with FILES:
-                at = self.sample_of(frame)
-                axial, shear = (self.data[f"bolt_{n}"][at].values for n in ("force", "shear_force"))
-                force, states = np.hypot(axial, shear), self.data["bolt_state"][at].values
-        found = []
+                k = self.sample_of(frame)
+                axial, shear = (self.data[f"bolt_{n}"][k].values for n in ("force", "shear_force"))
+                force, states = np.hypot(axial, shear), self.data["bolt_state"][k].values
+        result = []
         for name, blocks, points in self.bolt_routes():
-            most, state = np.nan, 1
-            if known:
+            peak, state = np.nan, 1
+            if has_force:
                 mine = self._bolt_names == name
-                most, state = force[mine].max(), states[mine].max()
+                peak, state = force[mine].max(), states[mine].max()
             if state:
-                one = {"name": name, "places": self.carried(blocks, points, frame)}
-                found.append(one | {"force": float(most), "state": int(state)})
-        return found
+                bolt = {"name": name, "places": self.carried(blocks, points, frame)}
+                result.append(bolt | {"force": float(peak), "state": int(state)})
+        return result
 
     @cached_property
     def water_lines(self) -> tuple[np.ndarray, np.ndarray]:
@@ -595,9 +593,10 @@ class Scene:
     def water(self, frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return mean pressure (Pa), whether full, and flux (m²/s) of each channel, each (k,)."""
         with FILES:
-            at = self.sample_of(frame)
+            sample = self.sample_of(frame)
             pressure, saturation, flux = (
-                self.data[f"flow_{name}"][at].values for name in ("pressure", "saturation", "flux")
+                self.data[f"flow_{name}"][sample].values
+                for name in ("pressure", "saturation", "flux")
             )
         nodes = self._channel_nodes
         return pressure[nodes].mean(1), saturation[nodes].min(1) >= 1, flux
@@ -605,9 +604,9 @@ class Scene:
     def sample_of(self, frame: int) -> int:
         """Return the sample of a frame; static stages have several samples at the same time."""
         time = self.data["time"].values
-        before = int(np.sum(self.time[:frame] == self.time[frame]))
-        at = int(np.searchsorted(time, self.time[frame])) + before
-        return min(at, int(np.searchsorted(time, self.time[frame], "right")) - 1)
+        earlier = int(np.sum(self.time[:frame] == self.time[frame]))
+        sample = int(np.searchsorted(time, self.time[frame])) + earlier
+        return min(sample, int(np.searchsorted(time, self.time[frame], "right")) - 1)
 
     def points(self) -> list[dict]:
         """Return the measured points: name, x, y (m), and the named block, if any."""
@@ -639,8 +638,8 @@ def is_netcdf(file: Path) -> bool:
 
 def _deformation_gradient(coordinates: np.ndarray) -> np.ndarray:
     """Return the deformation gradients R(θ) (I + ε) of blocks, shape (k, 2, 2)."""
-    _, _, turn, ex, ey, gxy = coordinates.T
-    cos, sin = np.cos(turn), np.sin(turn)
+    _, _, angle, ex, ey, gxy = coordinates.T
+    cos, sin = np.cos(angle), np.sin(angle)
     axes = np.array([[cos, -sin], [sin, cos]])
     strain = np.array([[1 + ex, 0.5 * gxy], [0.5 * gxy, 1 + ey]])
     return np.einsum("ijk,jlk->kil", axes, strain)
@@ -668,8 +667,8 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "block_body": ("block", simulation.block_bodies),
         "edge_welded": ("vertex", simulation.welded_edges),
     }
-    own = {"stress_error": simulation.stress_errors, "plastic_strain": simulation.plastic_strains}
-    frame |= {f"block_{k}": (("frame", "block"), v[None]) for k, v in own.items() if v.any()}
+    extra = {"stress_error": simulation.stress_errors, "plastic_strain": simulation.plastic_strains}
+    frame |= {f"block_{k}": (("frame", "block"), v[None]) for k, v in extra.items() if v.any()}
     if (damages := simulation.edge_damages).any():
         frame["edge_damage"] = (("frame", "vertex"), damages[None])
     edges = simulation.boundary_edges

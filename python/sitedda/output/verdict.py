@@ -37,14 +37,14 @@ def verdict(source, bars=None) -> Verdict:
         Error bars of the results.
     """
     scene = Scene.of(source)
-    found = Verdict(bars=bars, steps=str(scene.data.attrs.get("step_control", "")))
-    add_fallen(found, scene)
-    add_lost(found, scene)
-    _add_engine_results(found, scene.data)
-    add_drift(found, scene)
-    add_sides(found, scene.data)
-    add_damping(found, scene.data)
-    return found
+    result = Verdict(bars=bars, steps=str(scene.data.attrs.get("step_control", "")))
+    add_fallen(result, scene)
+    add_lost(result, scene)
+    _add_engine_results(result, scene.data)
+    add_drift(result, scene)
+    add_sides(result, scene.data)
+    add_damping(result, scene.data)
+    return result
 
 
 def acceleration_spectrum(acceleration, step: float) -> np.ndarray:
@@ -60,8 +60,8 @@ def _cached_spectrum(data: bytes, step: float) -> np.ndarray:
 
 def resolved_frequency(history: xr.Dataset) -> float:
     """Return the highest frequency that the blocks resolve, Hz; 0 if not in the output."""
-    found = [v for n, v in history.attrs.items() if n.startswith("resolved_frequency_hz[")]
-    return float(min(found, default=0.0))
+    values = [v for n, v in history.attrs.items() if n.startswith("resolved_frequency_hz[")]
+    return float(min(values, default=0.0))
 
 
 def main_axis(motion: np.ndarray) -> int:
@@ -85,27 +85,27 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     step = float(np.max(steps))
     scheme = run_scheme(history)
     ratios = [scheme_damping(f, step, scheme) if f < 0.5 / step else np.nan for f in frequencies]
-    at = ", ".join(
+    text = ", ".join(
         f"{100 * float(r):.2g} % at {f:.3g} Hz" for r, f in zip(ratios, frequencies, strict=True)
     )
     damped = any(map(damping_of, input_values(history.attrs).get("material", [])))
     material = "as in the input" if damped else "none"
-    return f"damping of the scheme {at} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
+    return f"damping of the scheme {text} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
 
 
-def _add_engine_results(found: Verdict, data: xr.Dataset) -> None:
+def _add_engine_results(result: Verdict, data: xr.Dataset) -> None:
     """Add the parts of the verdict that the engine has written into the output."""
     for name, value in data.attrs.items():
         if isinstance(value, float | np.floating):
-            found.values[name] = float(value)
+            result.values[name] = float(value)
     text = str(data.attrs.get("verdict", ""))
-    found.clauses.append(f"{text[:1].lower()}{text[1:]}")
+    result.clauses.append(f"{text[:1].lower()}{text[1:]}")
     rows = (line.split("\t") for line in str(data.attrs.get("figures", "")).splitlines())
-    found.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
-    found.doubts.extend(Doubt.lines(str(data.attrs.get("doubts", ""))))
+    result.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
+    result.doubts.extend(Doubt.lines(str(data.attrs.get("doubts", ""))))
 
 
-def add_drift(found: Verdict, scene: Scene) -> None:
+def add_drift(result: Verdict, scene: Scene) -> None:
     """Add the drift: horizontal movement of the highest block against the lowest, over height."""
     start = scene.coordinates(0)
     low, high = int(np.argmin(start[:, 1])), int(np.argmax(start[:, 1]))
@@ -114,32 +114,32 @@ def add_drift(found: Verdict, scene: Scene) -> None:
         return
     shift = scene.displacement(scene.frames - 1)[:, 0]
     drift = (shift[high] - shift[low]) / height
-    found.values["residual_drift"] = float(drift)
+    result.values["residual_drift"] = float(drift)
     pair = f"{scene.names[high]} against {scene.names[low]}"
     if scene.body[low] == scene.body[high] > 0:
         pair = f"the top of {scene.names[high]} against its bottom"
     if abs(drift) >= _LEAST_DRIFT:
-        place = f"{pair}, {length(shift[high] - shift[low])} over {number(height)} m"
-        found.add_result("drift of blocks", "residual_drift", drift, "%", place, end=True)
+        label = f"{pair}, {length(shift[high] - shift[low])} over {number(height)} m"
+        result.add_result("drift of blocks", "residual_drift", drift, "%", label, end=True)
 
 
-def add_fallen(found: Verdict, scene: Scene) -> None:
+def add_fallen(result: Verdict, scene: Scene) -> None:
     """Add blocks and bodies that have fallen."""
-    first_of, own, whole = bodies = _group_bodies(scene)
-    gone = np.sort(first_of[fallen(scene, scene.frames - 1, bodies)[first_of]])
-    if len(gone) == 0:
+    first_of, body, sizes = bodies = _group_bodies(scene)
+    lost = np.sort(first_of[fallen(scene, scene.frames - 1, bodies)[first_of]])
+    if len(lost) == 0:
         return
     sample = np.unique(
         np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int)
     )
-    first = next((f for f in sample if fallen(scene, f, bodies).any()), scene.frames - 1)
-    found.add_clause(
-        f"{len(gone)} of {len(whole)} blocks are displaced by more than their size at the end, the "
-        f"first by t = {number(scene.time[first])} s: "
-        + ", ".join(f"{scene.names[b]} ({number(whole[own[b]], 3)} m²)" for b in gone[:5])
-        + (" …" if len(gone) > 5 else ""),
-        blocks_fallen=len(gone),
-        first_block_fallen_s=scene.time[first],
+    frame = next((f for f in sample if fallen(scene, f, bodies).any()), scene.frames - 1)
+    result.add_clause(
+        f"{len(lost)} of {len(sizes)} blocks are displaced by more than their size at the end, the "
+        f"first by t = {number(scene.time[frame])} s: "
+        + ", ".join(f"{scene.names[b]} ({number(sizes[body[b]], 3)} m²)" for b in lost[:5])
+        + (" …" if len(lost) > 5 else ""),
+        blocks_fallen=len(lost),
+        first_block_fallen_s=scene.time[frame],
     )
 
 
@@ -148,51 +148,51 @@ def fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
 
     The movement is relative to the lowest body.  The shape is (blocks,).
     """
-    _, own, whole = bodies or _group_bodies(scene)
-    areas, low = scene.areas(), own[int(np.argmin(scene.coordinates(0)[:, 1]))]
-    moved = [np.bincount(own, areas * one) / whole for one in scene.displacement(frame)[:, :2].T]
-    away = np.hypot(moved[0] - moved[0][low], moved[1] - moved[1][low])
-    return (away > np.sqrt(whole))[own]
+    _, body, sizes = bodies or _group_bodies(scene)
+    areas, low = scene.areas(), body[int(np.argmin(scene.coordinates(0)[:, 1]))]
+    shift = [np.bincount(body, areas * axis) / sizes for axis in scene.displacement(frame)[:, :2].T]
+    distance = np.hypot(shift[0] - shift[0][low], shift[1] - shift[1][low])
+    return (distance > np.sqrt(sizes))[body]
 
 
 def _group_bodies(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the first block of each body, the body of each block, and areas of bodies (m²)."""
-    alone = -np.arange(1, scene.blocks + 1)
-    _, first_of, own = np.unique(
-        np.where(scene.body > 0, scene.body, alone), return_index=True, return_inverse=True
+    labels = -np.arange(1, scene.blocks + 1)
+    _, first_of, body = np.unique(
+        np.where(scene.body > 0, scene.body, labels), return_index=True, return_inverse=True
     )
-    return first_of, own, np.bincount(own, scene.areas())
+    return first_of, body, np.bincount(body, scene.areas())
 
 
-def add_lost(found: Verdict, scene: Scene) -> None:
+def add_lost(result: Verdict, scene: Scene) -> None:
     """Add blocks that have left the model."""
-    gone = scene.lost(scene.frames - 1)
-    if len(gone) == 0:
+    lost = scene.lost(scene.frames - 1)
+    if len(lost) == 0:
         return
     first = next(frame for frame in range(scene.frames) if len(scene.lost(frame)))
-    names = ", ".join(scene.names[b] for b in gone[:5]) + (" …" if len(gone) > 5 else "")
-    found.add_clause(
-        f"{counted(len(gone), 'block', 'blocks')} left the model, the first by t = "
+    names = ", ".join(scene.names[b] for b in lost[:5]) + (" …" if len(lost) > 5 else "")
+    result.add_clause(
+        f"{counted(len(lost), 'block', 'blocks')} left the model, the first by t = "
         f"{number(scene.time[first])} s: {names}",
-        blocks_lost=len(gone),
+        blocks_lost=len(lost),
         first_block_lost_s=scene.time[first],
     )
 
 
-def add_sides(found: Verdict, data: xr.Dataset) -> None:
+def add_sides(result: Verdict, data: xr.Dataset) -> None:
     """Add the largest difference of velocity between each side and its free field, at the top."""
     for i, kind in enumerate(data["boundary_kind"].values if "boundary_kind" in data else ()):
         if kind != "free_field":
             continue
         side = data.isel(boundary=i)
         peak = np.linalg.norm(side.incoming_velocity.values, axis=1).max()
-        apart = side.boundary_velocity.values - side.incoming_velocity.values
+        difference = side.boundary_velocity.values - side.incoming_velocity.values
         if not peak > 0:
             continue
         name = str(side.boundary.values)
-        departure = np.linalg.norm(apart, axis=1).max() / peak
-        words = f"{name}, relative to its peak velocity"
-        found.add_result("departure of a side", f"side_departure[{name}]", departure, "%", words)
+        departure = np.linalg.norm(difference, axis=1).max() / peak
+        label = f"{name}, relative to its peak velocity"
+        result.add_result("departure of a side", f"side_departure[{name}]", departure, "%", label)
 
 
 def add_damping(found: Verdict, data: xr.Dataset) -> None:
@@ -203,5 +203,5 @@ def add_damping(found: Verdict, data: xr.Dataset) -> None:
         return
     for peak in peaks:
         found.values["amplification_frequency_hz"] = peak.frequency
-        place = f"at {number(peak.frequency)} Hz; {damping_words(data, peak.frequency)}"
-        found.add_result("peak ratio", "amplification", peak.amplitude, "", place)
+        label = f"at {number(peak.frequency)} Hz; {damping_words(data, peak.frequency)}"
+        found.add_result("peak ratio", "amplification", peak.amplitude, "", label)

@@ -103,12 +103,12 @@ class Verdict:
     @property
     def lines(self) -> list[tuple[str, str]]:
         """Return topic and text of all lines: sentence, results, warnings, counts."""
-        named = [
+        results = [
             (line.name, "; ".join(filter(None, (large, end and f"{end} at the end", line.place))))
             for line, (_, large, end, _) in zip(self.figures, self.rows()[1:], strict=True)
         ]
-        found = [("what happened", self.happened), *named, *self.all_doubts, ("steps", self.steps)]
-        return [(topic, words) for topic, words in found if words]
+        rows = [("what happened", self.happened), *results, *self.all_doubts, ("steps", self.steps)]
+        return [(topic, text) for topic, text in rows if text]
 
     def rows(self) -> list[tuple[str, ...]]:
         """Return the table of results as texts, with its header first."""
@@ -131,19 +131,19 @@ class Verdict:
         value = self.values.get(key, math.nan)
         text = number(value * scale)
         if bar:  # if the error bar is not finite, the value of the run is shown
-            shown = bar.finest if math.isfinite(bar.bar) else value
-            text = with_bar(shown * scale, bar.bar * scale)
+            magnitude = bar.finest if math.isfinite(bar.bar) else value
+            text = with_bar(magnitude * scale, bar.bar * scale)
         return f"{text} {unit}".strip()
 
     def __str__(self) -> str:
         """Return the verdict as text: sentence, warnings of the check, table, others, counts."""
-        first, last = ("\n".join(f"doubt  {wrapped(str(doubt), 7)}" for doubt in self.all_doubts
+        check, rest = ("\n".join(f"doubt  {wrapped(str(doubt), 7)}" for doubt in self.all_doubts
                                  if doubt.is_from_check == is_from_check)
                        for is_from_check in (True, False))  # fmt: skip
-        if first:
-            first += f"\n{CHECK_SAYS_MORE}"
+        if check:
+            check += f"\n{CHECK_SAYS_MORE}"
         table = _align_columns(self.rows()) if self.figures else ""
-        parts = (wrapped(self.happened), first, table, last, wrapped(self.steps))
+        parts = (wrapped(self.happened), check, table, rest, wrapped(self.steps))
         return "\n\n".join(filter(None, parts))
 
     def add_clause(self, clause: str, **values: float) -> None:
@@ -151,17 +151,17 @@ class Verdict:
         self.clauses.append(clause)
         self.values.update({name: float(value) for name, value in values.items()})
 
-    def add_result(self, name: str, key: str, value: float, unit: str, place: str, end=False):
+    def add_result(self, name: str, key: str, value: float, unit: str, label: str, end=False):
         """Add a result to the table."""
         self.values[key] = float(value)
-        self.figures.append(FigureLine(name, "" if end else key, key if end else "", unit, place))
+        self.figures.append(FigureLine(name, "" if end else key, key if end else "", unit, label))
 
 
 def _align_columns(rows: list[tuple[str, ...]]) -> str:
     """Return rows as text with aligned columns, which have usual widths if possible."""
-    wide = [max(least, 2 + max(len(row[i]) for row in rows)) for i, least in enumerate(_COLUMNS)]
+    widths = [max(usual, 2 + max(len(row[i]) for row in rows)) for i, usual in enumerate(_COLUMNS)]
     lines = []
     for row in rows:
-        head = "".join(f"{cell:{w}}" for cell, w in zip(row, wide, strict=False))
+        head = "".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=False))
         lines += (head + wrapped(row[3], len(head), max(WIDTH, len(head) + 20))).splitlines()
     return "\n".join(line.rstrip() for line in lines)

@@ -32,12 +32,12 @@ class Bodies:
 
     def __init__(self, polygons: Sequence[np.ndarray], body: np.ndarray, names: Sequence[str]):
         self._polygons, self._alone = list(polygons), not np.any(body)
-        own = np.where(body > 0, -body, np.arange(1, len(body) + 1))
-        _, first, inverse = np.unique(own, return_index=True, return_inverse=True)
-        rank = np.empty(len(first), dtype=int)
-        rank[np.argsort(first)] = np.arange(len(first))
+        label = np.where(body > 0, -body, np.arange(1, len(body) + 1))
+        _, firsts, inverse = np.unique(label, return_index=True, return_inverse=True)
+        rank = np.empty(len(firsts), dtype=int)
+        rank[np.argsort(firsts)] = np.arange(len(firsts))
         self.of = rank[inverse.ravel()]
-        self.names = tuple(names[i] for i in np.sort(first))
+        self.names = tuple(names[i] for i in np.sort(firsts))
         corners = [np.concatenate([polygons[i] for i in cells]) for cells in self._blocks_by_body()]
         self.radii = np.array([np.linalg.norm(p - p.mean(0), axis=1).max() for p in corners])
 
@@ -67,8 +67,8 @@ class Bodies:
                 outlines.append(self._polygons[cells[0]])
                 continue
             grid = 1e-9 * float(self.radii[self.of[cells[0]]])
-            whole = shapely.union_all(
+            union = shapely.union_all(
                 [shapely.Polygon(self._polygons[i]) for i in cells], grid_size=grid
             )
-            outlines.append(np.array(whole.exterior.coords)[:-1])
+            outlines.append(np.array(union.exterior.coords)[:-1])
         return outlines

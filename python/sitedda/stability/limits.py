@@ -111,25 +111,25 @@ class Limit:
     @property
     def thrust(self) -> np.ndarray:
         """Return resultants of closed joints: both blocks (from 0), x, y (m), N and T (N/m)."""
-        _, first, joint = np.unique(np.column_stack([self.blocks, self.normals.round(9)]), axis=0,
+        _, firsts, joint = np.unique(np.column_stack([self.blocks, self.normals.round(9)]), axis=0,
                                     return_index=True, return_inverse=True)  # fmt: skip
         press = self.normal_force[:, None] * self.points
         values = np.column_stack([press, self.normal_force, self.shear_force])
         total = np.array([np.bincount(joint.ravel(), column) for column in values.T]).T
-        kept = total[:, 2] > _CORNER * self.normal_force.max(initial=0.0)
-        place = total[kept, :2] / total[kept, 2:3]
-        return np.hstack([self.blocks[first][kept], place, total[kept, 2:]])
+        loaded = total[:, 2] > _CORNER * self.normal_force.max(initial=0.0)
+        centres = total[loaded, :2] / total[loaded, 2:3]
+        return np.hstack([self.blocks[firsts][loaded], centres, total[loaded, 2:]])
 
     @property
     def openings(self) -> np.ndarray:
         """Return opening and slip at each point in the mechanism, shape (points, 2), m."""
         centres = Rings.of(self.polygons).centroids()
         arms = self.points[:, None] - centres[self.blocks]
-        turn = self.displacement[self.blocks]
-        ways = turn[..., :2] + turn[..., 2:] * np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
+        move = self.displacement[self.blocks]
+        path = move[..., :2] + move[..., 2:] * np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
         tangents = np.column_stack([-self.normals[:, 1], self.normals[:, 0]])
-        apart = ways[:, 1] - ways[:, 0]
-        return np.column_stack([np.sum(apart * axis, axis=1) for axis in (self.normals, tangents)])
+        jump = path[:, 1] - path[:, 0]
+        return np.column_stack([np.sum(jump * axis, axis=1) for axis in (self.normals, tangents)])
 
     def to_csv(self) -> str:
         """Return forces, opening and slip at each point as CSV."""
@@ -223,12 +223,12 @@ class Backfill:
         if min(depth) < 0.0:  # only the part below the surface is loaded
             crossing = begin + (end - begin) * depth[0] / (depth[0] - depth[1])
             begin, end = (crossing, end) if depth[0] < 0.0 else (begin, crossing)
-        above, below = np.maximum(depth, 0.0)
-        stress = 0.5 * self.unit_weight * (above + below)  # mean, vertical
-        wide, tall = end - begin
+        upper, lower = np.maximum(depth, 0.0)
+        stress = 0.5 * self.unit_weight * (upper + lower)  # mean, vertical
+        width, height = end - begin
         passive = math.tan(math.radians(45.0 + 0.5 * self.friction_angle)) ** 2
-        place = begin + (end - begin) * (above + 2 * below) / (3 * (above + below))
-        return place, stress * np.array([0.0, wide]), passive * stress * np.array([-tall, 0.0])
+        point = begin + (end - begin) * (upper + 2 * lower) / (3 * (upper + lower))
+        return point, stress * np.array([0.0, width]), passive * stress * np.array([-height, 0.0])
 
 
 def travelling_axle(
@@ -269,25 +269,25 @@ def travelling_axle(
     along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
     def solve(position: float) -> _Solution:
-        places = position - weights[:, 0]
-        on = (places >= 0.0) & (places <= along[-1])
-        at = np.column_stack([np.interp(places[on], along, axis) for axis in points.T])
-        programme.set_axles(at, weights[on, 1] / weights[:, 1].sum())
+        offsets = position - weights[:, 0]
+        is_on = (offsets >= 0.0) & (offsets <= along[-1])
+        points_on = np.column_stack([np.interp(offsets[is_on], along, axis) for axis in points.T])
+        programme.set_axles(points_on, weights[is_on, 1] / weights[:, 1].sum())
         return programme.upper()
 
-    where = np.linspace(0.0, along[-1], COUNT.check("positions", positions))
-    factors = np.array([solve(position).factor for position in where])
-    least = int(np.argmin(factors))
-    low, high = where[max(least - 1, 0)], where[min(least + 1, len(where) - 1)]
+    stations = np.linspace(0.0, along[-1], COUNT.check("positions", positions))
+    factors = np.array([solve(position).factor for position in stations])
+    lowest = int(np.argmin(factors))
+    low, high = stations[max(lowest - 1, 0)], stations[min(lowest + 1, len(stations) - 1)]
     refined = minimize_scalar(
         lambda position: solve(position).factor, bounds=(low, high), method="bounded"
     )
-    worst = where[least] if factors[least] <= refined.fun else float(refined.x)
-    found = programme.limit(solve(worst))
+    worst_position = stations[lowest] if factors[lowest] <= refined.fun else float(refined.x)
+    result = programme.limit(solve(worst_position))
     loads = np.where(factors >= _UNLIMITED, np.inf, factors * programme.weight)
-    load = found.factor * programme.weight
-    found = replace(found, title=f"Axles of {load:.4g} N/m at {worst:.4g} m")
-    return Travel(where, loads, float(worst), load, found)
+    load = result.factor * programme.weight
+    result = replace(result, title=f"Axles of {load:.4g} N/m at {worst_position:.4g} m")
+    return Travel(stations, loads, float(worst_position), load, result)
 
 
 def limit_analysis(
@@ -366,14 +366,14 @@ def _check_supported(scene: Scene) -> None:
         name = str(group.get("name", "")).strip()
         law = str(group.get("law", "coulomb")).strip()
         if law not in _LAWS:
-            words = ", ".join(map(repr, _LAWS))
-            raise InputError(f"joint {name!r} has the law {law!r}: the law must be one of {words}")
+            laws = ", ".join(map(repr, _LAWS))
+            raise InputError(f"joint {name!r} has the law {law!r}: the law must be one of {laws}")
         for peak in ("friction_angle", "cohesion", "tensile_strength"):
-            given = group.get(peak, 0.0)
-            left = group.get(f"residual_{peak}", given if peak == "friction_angle" else 0.0)
-            if law == "mohr_coulomb" and left != given:
+            value = group.get(peak, 0.0)
+            low = group.get(f"residual_{peak}", value if peak == "friction_angle" else 0.0)
+            if law == "mohr_coulomb" and low != value:
                 raise InputError(f"joint {name!r} weakens: limit analysis requires "
-                                 f"residual_{peak} = {given:g}")  # fmt: skip
+                                 f"residual_{peak} = {value:g}")  # fmt: skip
     if scene.welded.any():
         raise InputError("the model has bodies that bend: limit analysis requires rigid blocks")
     for group in scene.groups.get("bolt", []):
@@ -421,10 +421,10 @@ class _Programme:
         self.passive = list(self._add_backfill(backfill)) if backfill else []
         self._cuts: list[tuple[coo_array, np.ndarray]] = []
         if self.crushing.size:
-            both = np.repeat(self.crushing, 2)
-            for share in _TANGENTS:
-                self._bound_moments(both, np.tile([1.0, -1.0], len(self.crushing)),
-                          share * self.most[both] * self.length[both])  # fmt: skip
+            pairs = np.repeat(self.crushing, 2)
+            for ratio in _TANGENTS:
+                self._bound_moments(pairs, np.tile([1.0, -1.0], len(self.crushing)),
+                          ratio * self.most[pairs] * self.length[pairs])  # fmt: skip
 
     def _set_load(self, name: str) -> None:
         """Move the &load groups of a name from the dead loads to the variable load."""
@@ -433,28 +433,28 @@ class _Programme:
             if str(group.get("name", "")).strip() == name:
                 time = np.asarray(group["time"], dtype=float)
                 force = [
-                    float(np.interp(0.0, time, np.broadcast_to(given, len(time)), 0.0, 0.0))
-                    for given in (group.get("force_x", 0.0), group.get("force_y", 0.0))
+                    float(np.interp(0.0, time, np.broadcast_to(values, len(time)), 0.0, 0.0))
+                    for values in (group.get("force_x", 0.0), group.get("force_y", 0.0))
                 ]
-                place = np.array([group["x"], group["y"]], dtype=float)
-                block = self._block_at(place, str(group.get("block", "")).strip())
-                live += self._block_forces([block], place[None], np.array([force]) / self.unit)
+                point = np.array([group["x"], group["y"]], dtype=float)
+                block = self._block_at(point, str(group.get("block", "")).strip())
+                live += self._block_forces([block], point[None], np.array([force]) / self.unit)
         if not live.any():
             raise InputError(f"load = {name!r}: no &load of this name acts at time 0")
         self.dead, self.live = self.dead - live, live
 
-    def set_axles(self, places: np.ndarray, weights: np.ndarray) -> None:
+    def set_axles(self, points: np.ndarray, weights: np.ndarray) -> None:
         """Set the variable load: axles at positions (m), with fractions of the total weight."""
-        blocks = [self._block_at(place, "") for place in places]
-        self.live = self._block_forces(blocks, places, weights[:, None] * self.down * self.weight
+        blocks = [self._block_at(point, "") for point in points]
+        self.live = self._block_forces(blocks, points, weights[:, None] * self.down * self.weight
                                  / self.unit)  # fmt: skip
 
-    def _block_forces(self, blocks, places, forces) -> np.ndarray:
+    def _block_forces(self, blocks, points, forces) -> np.ndarray:
         """Return forces and moments on all blocks, (blocks, 3), due to scaled forces (k, 2)."""
         if not len(blocks):
             return np.zeros((len(self.polygons), 3))
         return (
-            self._equilibrium_columns(np.array(blocks), places, forces).sum(axis=1).reshape(-1, 3)
+            self._equilibrium_columns(np.array(blocks), points, forces).sum(axis=1).reshape(-1, 3)
         )
 
     def upper(self, prestress: float = _PRESTRESS) -> _Solution:
@@ -488,9 +488,9 @@ class _Programme:
         corners, edges, normals = self._single_corners()
         ends = np.stack([faces.start, faces.end], axis=1).reshape(-1, 2)
         pairs = np.repeat(np.column_stack([faces.first, faces.second]), 2, axis=0)
-        alone = np.column_stack([scene.owner[edges], scene.owner[corners]])
+        single = np.column_stack([scene.owner[edges], scene.owner[corners]])
         touched = np.column_stack([edges, corners, scene.previous_vertex[corners]])
-        self.blocks = np.vstack([pairs, alone])
+        self.blocks = np.vstack([pairs, single])
         self.points = np.vstack([ends, scene.vertices(0)[corners]])
         self.normals = np.vstack([np.repeat(faces.normal, 2, axis=0), normals])
         self.tangents = np.column_stack([-self.normals[:, 1], self.normals[:, 0]])
@@ -498,17 +498,17 @@ class _Programme:
             np.repeat(tangent[scene.interface_joints], 2),
             tangent[scene.joint[touched]].min(axis=1, initial=np.inf),
         )
-        self._set_strengths(len(alone))
+        self._set_strengths(len(single))
 
     def _set_strengths(self, corners: int) -> None:
         """Set cohesive and tensile forces at the points, and strengths of crushing joints."""
         scene, faces = self.scene, self.scene.interfaces
         self.length = np.linalg.norm(faces.end - faces.start, axis=1)
 
-        def strength(name: str, missing: float) -> np.ndarray:
+        def strength(name: str, default: float) -> np.ndarray:
             groups = scene.groups.get("joint", [])
-            given = [missing if (v := group.get(name)) is None else v for group in groups]
-            return np.array(given, dtype=float)[scene.interface_joints]
+            values = [default if (v := group.get(name)) is None else v for group in groups]
+            return np.array(values, dtype=float)[scene.interface_joints]
 
         half = 0.5 * self.length
         none = np.zeros(corners)
@@ -520,19 +520,19 @@ class _Programme:
 
     def _bound_moments(self, joint: np.ndarray, side: np.ndarray, pressed: np.ndarray) -> None:
         """Bound moments of the sign `side` by the tangents at N + f_t L = `pressed`, N/m."""
-        length, most = self.length[joint], self.most[joint]
-        slope = 0.5 - pressed / (most * length)
+        length, strength = self.length[joint], self.most[joint]
+        slope = 0.5 - pressed / (strength * length)
         rows, n = np.arange(len(joint)), len(self.points)
         values = np.concatenate([0.5 * side - slope, -0.5 * side - slope])
         columns = np.concatenate([2 * joint, 2 * joint + 1])
         matrix = coo_array((values, (np.tile(rows, 2), columns)), shape=(len(joint), n))
-        bound = slope * self.tensile[joint] * length + pressed**2 / (2 * most * length)
+        bound = slope * self.tensile[joint] * length + pressed**2 / (2 * strength * length)
         self._cuts.append((matrix, bound))
 
-    def _add_tangents(self, normal: np.ndarray, allowed: float) -> bool:
+    def _add_tangents(self, normal: np.ndarray, limit: float) -> bool:
         """Add tangents for joints whose moments exceed their strength.
 
-        Return whether the excess, relative to the median weight, is larger than `allowed`.
+        Return whether the excess, relative to the median weight, is larger than `limit`.
         """
         j = self.crushing
         ends = normal[2 * j], normal[2 * j + 1]
@@ -542,32 +542,32 @@ class _Programme:
         worse = excess > _CRUSHED * np.maximum(pressed, self.unit)
         if worse.any():
             self._bound_moments(j[worse], np.sign(moment[worse]), pressed[worse])
-        return bool(worse.any() and (excess / self.unit).max() > allowed)
+        return bool(worse.any() and (excess / self.unit).max() > limit)
 
     def _single_corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return vertices, edges and normals (k, 2) of corners on edges that belong to no joint."""
         scene, contacts = self.scene, self.scene.contacts(0)
         vertex, edge = contacts["vertex"], contacts["edge"]
-        places, normals = scene.contact_points(0, contacts)
+        points, normals = scene.contact_points(0, contacts)
         start = scene.vertices(0)[edge]
         along = scene.vertices(0)[scene.next_vertex[edge]] - start
         length = np.linalg.norm(along, axis=1)
-        share = np.sum((places - start) * along, axis=1) / length**2
-        depth = np.sum((places - start) * normals, axis=1) / length
-        inside = (share > _CORNER) & (share < 1 - _CORNER) & (abs(depth) < _CORNER)
+        fraction = np.sum((points - start) * along, axis=1) / length**2
+        depth = np.sum((points - start) * normals, axis=1) / length
+        on_edge = (fraction > _CORNER) & (fraction < 1 - _CORNER) & (abs(depth) < _CORNER)
         faces = scene.interfaces
-        known = {*zip(faces.first_edge, faces.second_edge, strict=True)}
-        known |= {(b, a) for a, b in known}
-        alone = [
-            not known & {(v, e), (before, e)}
-            for v, before, e in zip(vertex, scene.previous_vertex[vertex], edge, strict=True)
+        pairs = {*zip(faces.first_edge, faces.second_edge, strict=True)}
+        pairs |= {(b, a) for a, b in pairs}
+        single = [
+            not pairs & {(v, e), (previous, e)}
+            for v, previous, e in zip(vertex, scene.previous_vertex[vertex], edge, strict=True)
         ]
-        kept = inside & np.array(alone, dtype=bool)
-        return vertex[kept], edge[kept], normals[kept]
+        mask = on_edge & np.array(single, dtype=bool)
+        return vertex[mask], edge[mask], normals[mask]
 
-    def _equilibrium_columns(self, block, place, force) -> coo_array:
+    def _equilibrium_columns(self, block, point, force) -> coo_array:
         """Return one column of forces and moments on all blocks per unit force at a position."""
-        arm = (place - self.centres[block]) / self.radii[block, None]
+        arm = (point - self.centres[block]) / self.radii[block, None]
         moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
         values = np.column_stack([force, moment]).ravel()
         rows = (3 * block[:, None] + np.arange(3)).ravel()
@@ -578,66 +578,70 @@ class _Programme:
         """Return the equilibrium columns of the reactions of fixed points and fixed edges."""
         columns = []
         for group in self.scene.groups.get("fixed_point", []):
-            place = np.array([group["x"], group["y"]], dtype=float)
-            block = self._block_at(place, str(group.get("block", "")).strip())
+            point = np.array([group["x"], group["y"]], dtype=float)
+            block = self._block_at(point, str(group.get("block", "")).strip())
             axes = _AXES[str(group.get("direction", "xy")).strip()]
-            columns += [(block, place, force) for force in axes]
+            columns += [(block, point, force) for force in axes]
         columns += self._supported_edges()
         if not columns:
             raise InputError("the blocks have no support: add a &fixed_point or &boundary")
-        block, place, force = zip(*columns, strict=True)
-        return self._equilibrium_columns(np.array(block), np.array(place), np.array(force))
+        block, point, force = zip(*columns, strict=True)
+        return self._equilibrium_columns(np.array(block), np.array(point), np.array(force))
 
     def _bolt_columns(self):
         """Yield name, equilibrium column and bounds (N/m) of the axial force of each bolt."""
         for group in self.scene.groups.get("bolt", []):
-            through = np.ravel(group.get("through", []))
-            places = np.reshape([*group["from"], *through, *group["to"]], (-1, 2)).astype(float)
+            inner_points = np.ravel(group.get("through", []))
+            points = np.reshape([*group["from"], *inner_points, *group["to"]], (-1, 2)).astype(
+                float
+            )
             inner = np.ravel(group.get("through_block", [])).tolist()
-            inner += [""] * (len(places) - 2 - len(inner))
+            inner += [""] * (len(points) - 2 - len(inner))
             owners = [group.get("from_block", ""), *inner, group.get("to_block", "")]
             blocks = [
-                self._block_at(place, str(name).strip())
-                for place, name in zip(places, owners, strict=True)
+                self._block_at(point, str(name).strip())
+                for point, name in zip(points, owners, strict=True)
             ]
-            along = np.diff(places, axis=0)
+            along = np.diff(points, axis=0)
             along /= np.linalg.norm(along, axis=1)[:, None]
             force = np.pad(along, ((0, 1), (0, 0))) - np.pad(along, ((1, 0), (0, 0)))
-            most = group.get("yield_force")
-            most = np.inf if most is None else float(most)
-            column = self._block_forces(blocks, places, force).reshape(-1, 1)
-            yield str(group["name"]).strip(), column, (-most if group.get("compression") else 0.0,
-                                                        most)  # fmt: skip
+            limit = group.get("yield_force")
+            limit = np.inf if limit is None else float(limit)
+            column = self._block_forces(blocks, points, force).reshape(-1, 1)
+            yield str(group["name"]).strip(), column, (-limit if group.get("compression") else 0.0,
+                                                        limit)  # fmt: skip
 
     def _add_backfill(self, backfill: Backfill):
         """Add the weight of backfill to the dead load; yield columns and bounds of pressures."""
         scene = self.scene
-        joined = {*scene.interfaces.first_edge, *scene.interfaces.second_edge}
+        joint_edges = {*scene.interfaces.first_edge, *scene.interfaces.second_edge}
         for edge, (begin, end) in enumerate(
             zip(scene.vertices(0), scene.vertices(0)[scene.next_vertex], strict=True)
         ):
-            wide, tall = begin[0] - end[0], abs(end[1] - begin[1])
-            if edge in joined or wide < -_CORNER * tall:
+            width, height = begin[0] - end[0], abs(end[1] - begin[1])
+            if edge in joint_edges or width < -_CORNER * height:
                 continue
-            if (found := backfill.forces(begin, end)) is not None:
-                place, weight, passive = found
-                block, most = [scene.owner[edge]], float(np.linalg.norm(passive))
-                self.dead += self._block_forces(block, place[None], weight[None] / self.unit)
-                if most > 0.0:
-                    column = self._block_forces(block, place[None], passive[None] / most)
-                    yield "", column.reshape(-1, 1), (0.0, most)
+            if (pressure := backfill.forces(begin, end)) is not None:
+                point, weight, passive = pressure
+                block, peak = [scene.owner[edge]], float(np.linalg.norm(passive))
+                self.dead += self._block_forces(block, point[None], weight[None] / self.unit)
+                if peak > 0.0:
+                    column = self._block_forces(block, point[None], passive[None] / peak)
+                    yield "", column.reshape(-1, 1), (0.0, peak)
 
-    def _block_at(self, place: np.ndarray, name: str) -> int:
+    def _block_at(self, point: np.ndarray, name: str) -> int:
         """Return the index of the block with a name or number, or else at a position."""
         if name in self.scene.names:
             return self.scene.names.index(name)
         if name.isdigit():
             return int(name) - 1
-        away = shapely.distance([shapely.Polygon(p) for p in self.polygons], shapely.Point(place))
-        inside = np.flatnonzero(away <= _CORNER * self.scene.size)
-        if inside.size:
-            return int(inside[0])
-        raise InputError(f"no block is at ({place[0]:g}, {place[1]:g})")
+        distance = shapely.distance(
+            [shapely.Polygon(p) for p in self.polygons], shapely.Point(point)
+        )
+        candidates = np.flatnonzero(distance <= _CORNER * self.scene.size)
+        if candidates.size:
+            return int(candidates[0])
+        raise InputError(f"no block is at ({point[0]:g}, {point[1]:g})")
 
     def _supported_edges(self):
         """Yield block, position and direction of each reaction at the ends of fixed edges."""
@@ -648,12 +652,12 @@ class _Programme:
         if not groups:
             return
         edge, number = (self.scene.data[f"boundary_{n}"].values for n in ("edge", "edge_group"))
-        for i, (shown, group) in enumerate(zip(self.scene.boundaries(0), groups, strict=True)):
-            kind = at_rest.get(shown["kind"], shown["kind"])
+        for i, (lines, group) in enumerate(zip(self.scene.boundaries(0), groups, strict=True)):
+            kind = at_rest.get(lines["kind"], lines["kind"])
             direction = str(group.get("direction", "")).strip() or usual[kind]
             if usual[kind] == "none":
                 raise InputError(f"limit analysis does not support boundaries of kind {kind}")
-            for begin, end, e in zip(shown["start"], shown["end"], edge[number == i], strict=True):
+            for begin, end, e in zip(lines["start"], lines["end"], edge[number == i], strict=True):
                 along = (end - begin) / np.linalg.norm(end - begin)
                 forces = _AXES.get(direction, [(along[1], -along[0])])
                 yield from ((self.scene.owner[e], p, f) for p in (begin, end) for f in forces)
@@ -663,10 +667,10 @@ class _Programme:
         """Return the columns of equilibrium: normal forces, shear forces, reactions, bolts."""
         parts = []
         for force in (self.normals, self.tangents):
-            first, second = self.blocks.T
+            first_block, second = self.blocks.T
             parts.append(
                 self._equilibrium_columns(second, self.points, force)
-                - self._equilibrium_columns(first, self.points, force)
+                - self._equilibrium_columns(first_block, self.points, force)
             )  # fmt: skip
         self.bolts = [*self._bolt_columns(), *self.passive]
         columns = [coo_array(column) for _, column, _ in self.bolts]
@@ -676,39 +680,41 @@ class _Programme:
         self,
         slope: np.ndarray,
         bound: np.ndarray,
-        most: float = _MOST,
+        limit: float = _MOST,
         rounds: int = _ROUNDS,
         prestress: float | np.ndarray = _PRESTRESS,
         binding=None,
     ) -> _Solution:
-        """Maximise the factor up to `most` with |T| ≤ bound + slope N at each point.
+        """Maximise the factor up to `limit` with |T| ≤ bound + slope N at each point.
 
         If `binding` constraints of another solution are given, they become equations, and the
         factor is minimised.
         """
-        before, still = np.inf, 0
+        previous, steady = np.inf, 0
         for _ in range(_CUTS):
-            found = self._solve_once(slope, bound, most, prestress, binding)
-            still = still + 1 if abs(found.factor - before) <= _STILL * found.factor else 0
-            before = found.factor
-            if not self._add_tangents(found.normal, _LEFT if still >= rounds else 0.0):
-                return found
+            solution = self._solve_once(slope, bound, limit, prestress, binding)
+            steady = (
+                steady + 1 if abs(solution.factor - previous) <= _STILL * solution.factor else 0
+            )
+            previous = solution.factor
+            if not self._add_tangents(solution.normal, _LEFT if steady >= rounds else 0.0):
+                return solution
         raise ConvergenceError(f"the moment limits of joints do not converge in {_CUTS} rounds")
 
-    def _solve_once(self, slope, bound, most: float, prestress, binding) -> _Solution:
+    def _solve_once(self, slope, bound, limit: float, prestress, binding) -> _Solution:
         """Solve the linear programme with the present tangents of crushing joints."""
         balance = hstack([self.balance, coo_array(self.live.reshape(-1, 1))], format="csc")
         n, size = len(slope), balance.shape[1]
-        rest = coo_array((n, size - 2 * n))
-        one, slopes = diags_array(np.ones(n)), diags_array(slope)
-        rows = [[-slopes, one, rest], [-slopes, -one, rest]]
+        zeros = coo_array((n, size - 2 * n))
+        motion, slopes = diags_array(np.ones(n)), diags_array(slope)
+        rows = [[-slopes, motion, zeros], [-slopes, -motion, zeros]]
         rows += [[cut, coo_array((cut.shape[0], n)), None] for cut, _ in self._cuts]
         matrix = block_array(rows, format="csr")
         right = np.concatenate([bound, bound, *(cut for _, cut in self._cuts)]) / self.unit
         bolts = np.reshape([pair for *_, pair in self.bolts], (-1, 2)) / self.unit
         bounds = np.tile([-np.inf, np.inf], (size, 1))
         bounds[:n, 0] = -self.tension / self.unit
-        bounds[size - 1 - len(bolts) :] = [*bolts, (0.0, most)]
+        bounds[size - 1 - len(bolts) :] = [*bolts, (0.0, limit)]
         exact, balanced = balance, -self.dead.ravel()
         if binding is not None:
             fixed, low, high = binding
@@ -716,7 +722,7 @@ class _Programme:
             balanced = np.append(balanced, right[fixed])
             bounds[low, 1], bounds[high, 0] = bounds[low, 0], bounds[high, 1]
         penalty = np.append(np.broadcast_to(prestress, n), np.zeros(size - n - 1))
-        found = linprog(
+        result = linprog(
             np.append(penalty, -1.0 if binding is None else 1.0),
             A_ub=matrix,
             b_ub=right,
@@ -725,39 +731,43 @@ class _Programme:
             bounds=bounds,
             options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
         )
-        if found.status == 2:
+        if result.status == 2:
             raise InputError("no factor of the load is in equilibrium with the joint strengths")
-        if found.status != 0:
-            raise ConvergenceError(f"the linear program has no solution: {found.message}")
-        multipliers = found.eqlin.marginals[: balance.shape[0]]
+        if result.status != 0:
+            raise ConvergenceError(f"the linear program has no solution: {result.message}")
+        multipliers = result.eqlin.marginals[: balance.shape[0]]
         velocity = -multipliers.reshape(-1, 3)
         velocity[:, 2] /= self.radii
-        forces = found.x[: 2 * n] * self.unit
-        pulls = found.x[size - 1 - len(bolts) : -1] * self.unit
-        least = _MOVES[0] * abs(multipliers).max() + _MOVES[1] * penalty.max()
-        moved = [-found.ineqlin.marginals, found.lower.marginals[:-1], -found.upper.marginals[:-1]]
-        binding = tuple(np.flatnonzero(one > least) for one in moved)
-        return _Solution(float(found.x[-1]), forces[:n], forces[n:], pulls, velocity, binding)
+        forces = result.x[: 2 * n] * self.unit
+        pulls = result.x[size - 1 - len(bolts) : -1] * self.unit
+        tolerance = _MOVES[0] * abs(multipliers).max() + _MOVES[1] * penalty.max()
+        motions = [
+            -result.ineqlin.marginals,
+            result.lower.marginals[:-1],
+            -result.upper.marginals[:-1],
+        ]
+        binding = tuple(np.flatnonzero(motion > tolerance) for motion in motions)
+        return _Solution(float(result.x[-1]), forces[:n], forces[n:], pulls, velocity, binding)
 
-    def limit(self, found: _Solution) -> Limit:
+    def limit(self, solution: _Solution) -> Limit:
         """Convert a solution to a `Limit`."""
-        reach = np.hypot(*found.velocity[:, :2].T) + self.radii * abs(found.velocity[:, 2])
-        unlimited = found.factor >= _UNLIMITED
-        velocity = found.velocity / (1.0 if unlimited else reach.max())
+        reach = np.hypot(*solution.velocity[:, :2].T) + self.radii * abs(solution.velocity[:, 2])
+        unlimited = solution.factor >= _UNLIMITED
+        velocity = solution.velocity / (1.0 if unlimited else reach.max())
         if unlimited:
             velocity = np.zeros_like(velocity)
-        turned = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
-        work = self.unit * found.factor * np.sum(self.live * turned)
+        displacement = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
+        work = self.unit * solution.factor * np.sum(self.live * displacement)
         limit = Limit(
-            np.inf if unlimited else found.factor, velocity,
+            np.inf if unlimited else solution.factor, velocity,
             _judge_blocks(velocity, self.radii), False,
-            tuple(self.scene.names), self.blocks, self.points, self.normals, found.normal,
-            found.shear, self.polygons,
-            {name: float(pull) for (name, *_), pull in zip(self.bolts, found.bolts, strict=True)
+            tuple(self.scene.names), self.blocks, self.points, self.normals, solution.normal,
+            solution.shear, self.polygons,
+            {name: float(pull) for (name, *_), pull in zip(self.bolts, solution.bolts, strict=True)
              if name},
             lines=lines_of(self.scene.groups),
         )  # fmt: skip
-        slip_work = abs(limit.openings[:, 1]) * abs(found.shear)
+        slip_work = abs(limit.openings[:, 1]) * abs(solution.shear)
         return replace(limit, slides=bool(slip_work.sum() > _SLIDES * work))
 
 
@@ -772,41 +782,41 @@ def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution
     for block in np.unique(np.linspace(0, blocks - 1, min(blocks, _STARTS)).round()):
         relieved = np.where((programme.blocks == block).any(axis=1), 1.0, _PRESTRESS)
         strength = programme.friction, programme.cohesion
-        starts.append(programme.solve(*strength, most=0.0, rounds=0, prestress=relieved).normal)
-    tried: dict[tuple[bytes, ...], _Solution | None] = {}
-    ends = [end for start in starts if (end := _find_limit(programme, start, tried)) is not None]
+        starts.append(programme.solve(*strength, limit=0.0, rounds=0, prestress=relieved).normal)
+    cache: dict[tuple[bytes, ...], _Solution | None] = {}
+    ends = [end for start in starts if (end := _find_limit(programme, start, cache)) is not None]
     if not ends:
         raise ConvergenceError(f"no limit without dilation was found from {len(starts)} starts")
     return min(ends, key=lambda end: end.factor), len(starts)
 
 
-def _find_limit(programme: _Programme, pressed: np.ndarray, tried: dict) -> _Solution | None:
+def _find_limit(programme: _Programme, pressed: np.ndarray, cache: dict) -> _Solution | None:
     """Return the limit without dilation from starting normal forces `pressed`; None if not found.
 
-    `tried` contains the limits of mechanisms by their binding constraints.
+    `cache` contains the limits of mechanisms by their binding constraints.
     """
     for i in range(_PROGRAMMES):
         bound = np.maximum(0.0, programme.cohesion + programme.friction * pressed)
         try:
-            found = programme.solve(np.zeros(len(pressed)), bound, rounds=0, prestress=_LITTLE)
+            solution = programme.solve(np.zeros(len(pressed)), bound, rounds=0, prestress=_LITTLE)
         except InputError:
             return None
-        if found.factor >= _UNLIMITED:
-            return found
-        key = tuple(part.tobytes() for part in found.binding)
-        if key not in tried:
-            tried[key] = _least_load(programme, found)
-        if tried[key] is not None:
-            return tried[key]
-        pressed = pressed + _GAIN / (_GAIN + i) * (found.normal - pressed)
+        if solution.factor >= _UNLIMITED:
+            return solution
+        key = tuple(part.tobytes() for part in solution.binding)
+        if key not in cache:
+            cache[key] = _least_load(programme, solution)
+        if cache[key] is not None:
+            return cache[key]
+        pressed = pressed + _GAIN / (_GAIN + i) * (solution.normal - pressed)
     return None
 
 
-def _least_load(programme: _Programme, found: _Solution) -> _Solution | None:
+def _least_load(programme: _Programme, solution: _Solution) -> _Solution | None:
     """Return the limit with the mechanism of a solution and the smallest factor, if any."""
     strength = programme.friction, programme.cohesion
     try:
-        least = programme.solve(*strength, rounds=0, prestress=0.0, binding=found.binding)
+        lowest = programme.solve(*strength, rounds=0, prestress=0.0, binding=solution.binding)
     except (InputError, ConvergenceError):
         return None
-    return replace(least, velocity=found.velocity)
+    return replace(lowest, velocity=solution.velocity)

@@ -116,9 +116,11 @@ def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Perfo
     values = acceleration(_PERIODS)
     if method == "n2":
         demand = _inelastic_demand(demand, period, strength, values)
-    shown = np.column_stack([values * (_PERIODS / (2 * math.pi)) ** 2, values])
+    elastic = np.column_stack([values * (_PERIODS / (2 * math.pi)) ** 2, values])
     curve = np.column_stack([displacement, resistance])
-    return Performance(method, period, demand, capacity, participation * demand, curve, line, shown)
+    return Performance(
+        method, period, demand, capacity, participation * demand, curve, line, elastic
+    )
 
 
 def _spectrum_function(given) -> Callable:
@@ -132,22 +134,22 @@ def _spectrum_function(given) -> Callable:
     if len(periods) < 2 or not (np.diff(periods) > 0).all() or not (values >= 0).all():
         raise InputError("spectrum must be a function of periods, or ascending periods (s) and "
                          "accelerations (m/s²)")  # fmt: skip
-    return lambda wanted: np.interp(wanted, periods, values)
+    return lambda period: np.interp(period, periods, values)
 
 
-def _equivalent_oscillator(found: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
+def _equivalent_oscillator(pushover: Pushover) -> tuple[float, np.ndarray, np.ndarray]:
     """Return Γ, d* (m) and a* (m/s²) of a curve, at points with positive resistance."""
-    peak = int(np.argmax(found.factor))
-    begin = peak if found.displacement[-1] != found.displacement[peak] else 0
-    way = found.displacement[-1] - found.displacement[begin]
-    if not way > _LEAST * found.largest[-1]:
+    peak = int(np.argmax(pushover.factor))
+    begin = peak if pushover.displacement[-1] != pushover.displacement[peak] else 0
+    control = pushover.displacement[-1] - pushover.displacement[begin]
+    if not control > _LEAST * pushover.largest[-1]:
         raise InputError("the measured point moves by less than 0.1 of the largest displacement of "
                          "the mechanism: choose another point")  # fmt: skip
-    shape = found.sense * found.mechanism[:, 0] / way
-    mass, square = float(found.masses @ shape), float(found.masses @ shape**2)
-    good = found.factor > 0.0
-    ways = found.displacement[good] * square / mass
-    return mass / square, ways, found.factor[good] * found.pull
+    shape = pushover.sense * pushover.mechanism[:, 0] / control
+    mass, square = float(pushover.masses @ shape), float(pushover.masses @ shape**2)
+    valid = pushover.factor > 0.0
+    displacements = pushover.displacement[valid] * square / mass
+    return mass / square, displacements, pushover.factor[valid] * pushover.pull
 
 
 def _plastic_oscillator(displacement: np.ndarray, resistance: np.ndarray):
@@ -157,11 +159,11 @@ def _plastic_oscillator(displacement: np.ndarray, resistance: np.ndarray):
     secant = float(np.interp(_ELASTIC * resistance[peak], np.maximum.accumulate(resistance[rising]),
                              displacement[rising]))  # fmt: skip
     stiffness = _ELASTIC * resistance[peak] / max(secant, 1e-12 * displacement[-1])
-    beyond = np.flatnonzero(resistance[peak:] < _LEFT * resistance[peak])
-    last = peak + int(beyond[0]) if len(beyond) else len(resistance) - 1
-    capacity = float(displacement[last])
-    energy = float(np.trapezoid(np.append(0.0, resistance[: last + 1]),
-                                np.append(0.0, displacement[: last + 1])))  # fmt: skip
+    weak = np.flatnonzero(resistance[peak:] < _LEFT * resistance[peak])
+    end = peak + int(weak[0]) if len(weak) else len(resistance) - 1
+    capacity = float(displacement[end])
+    energy = float(np.trapezoid(np.append(0.0, resistance[: end + 1]),
+                                np.append(0.0, displacement[: end + 1])))  # fmt: skip
     root = max(0.0, capacity**2 - 2 * energy / stiffness)
     yielding = capacity - math.sqrt(root)
     strength = stiffness * yielding
@@ -176,14 +178,14 @@ def _rocking_oscillator(displacement: np.ndarray, resistance: np.ndarray):
     if len(falling) < 3 or not falling[-1] < _LEFT * falling[0]:
         raise InputError("method = 'mechanism' requires a curve that falls below 0.8 of its peak: "
                          "increase the displacement, or use 'n2'")  # fmt: skip
-    late = behind >= behind[0] + _LATE * (behind[-1] - behind[0])
-    slope, height = np.polyfit(behind[late], falling[late], 1)
+    tail = behind >= behind[0] + _LATE * (behind[-1] - behind[0])
+    slope, height = np.polyfit(behind[tail], falling[tail], 1)
     end = -height / slope
     capacity = _CAPACITY * end
-    at = _SECANT * capacity
-    strength = float(np.interp(at, behind, falling))
-    line = np.array([(0.0, 0.0), (at, strength), (end, 0.0)])
-    return 2 * math.pi * math.sqrt(at / strength), capacity, line, strength
+    secant = _SECANT * capacity
+    strength = float(np.interp(secant, behind, falling))
+    line = np.array([(0.0, 0.0), (secant, strength), (end, 0.0)])
+    return 2 * math.pi * math.sqrt(secant / strength), capacity, line, strength
 
 
 def _inelastic_demand(elastic: float, period: float, strength: float, values: np.ndarray) -> float:

@@ -12,45 +12,45 @@ FILLS = {"stable": STONE, "slides": "#8fb8de", "topples": "#e59a86"}
 _LONGEST_ARROW = 0.12  # length of the longest arrow as a fraction of the size of the model
 
 
-def draw_mechanism(found, axes=None, title: str = "", words: str = ""):
+def draw_mechanism(result, axes=None, title: str = "", subtitle: str = ""):
     """Draw a mechanism: undisplaced blocks, coloured by their verdicts, and displacement arrows.
 
     Parameters
     ----------
-    found : Mechanism or Limit
+    result : Mechanism or Limit
     axes : matplotlib.axes.Axes, optional
         Axes to draw in; default: those of a new figure.
-    title, words : str
+    title, subtitle : str
         Title and subtitle.
 
     Returns
     -------
     matplotlib.axes.Axes
     """
-    places = np.vstack(found.polygons)
-    low, high = places.min(0), places.max(0)
+    vertices = np.vstack(result.polygons)
+    low, high = vertices.min(0), vertices.max(0)
     size = float((high - low).max())
     if axes is None:
-        wide, tall = (high - low) / size
-        axes = new_figure(size=(3.0 + 7.0 * wide, 1.2 + 7.0 * tall))[1]
-    _draw_blocks(axes, found.polygons, found.verdicts, 0.8)
-    centres = np.array([polygon.mean(0) for polygon in found.polygons])
-    moved = found.displacement[:, :2]
-    most = float(np.hypot(*moved.T).max(initial=0.0))
-    moving = np.array([verdict != "stable" for verdict in found.verdicts])
-    if most > 0.0 and moving.any():
-        arrows = (moved * (_LONGEST_ARROW * size / most))[moving]
-        colors = [RED if v == "topples" else BLUE for v in found.verdicts if v != "stable"]
+        width, height = (high - low) / size
+        axes = new_figure(size=(3.0 + 7.0 * width, 1.2 + 7.0 * height))[1]
+    _draw_blocks(axes, result.polygons, result.verdicts, 0.8)
+    centres = np.array([polygon.mean(0) for polygon in result.polygons])
+    shift = result.displacement[:, :2]
+    peak = float(np.hypot(*shift.T).max(initial=0.0))
+    moving = np.array([verdict != "stable" for verdict in result.verdicts])
+    if peak > 0.0 and moving.any():
+        arrows = (shift * (_LONGEST_ARROW * size / peak))[moving]
+        colors = [RED if v == "topples" else BLUE for v in result.verdicts if v != "stable"]
         axes.quiver(*centres[moving].T, *arrows.T, color=colors, angles="xy", scale_units="xy",
                     scale=1.0, width=0.004)  # fmt: skip
-    handles = _count_verdicts(found.verdicts) + _draw_lines(axes, found.lines)
-    if (thrust := getattr(found, "thrust", None)) is not None and len(thrust):
-        handles.append(_draw_thrust(axes, found, thrust))
+    handles = _count_verdicts(result.verdicts) + _draw_lines(axes, result.lines)
+    if (thrust := getattr(result, "thrust", None)) is not None and len(thrust):
+        handles.append(_draw_thrust(axes, result, thrust))
     margin = 0.04 * size
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin))
     axes.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
     axes.legend(handles=handles, frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    Head(axes, title, [words])
+    Head(axes, title, [subtitle])
     return axes
 
 
@@ -71,16 +71,16 @@ def _draw_lines(axes, lines) -> list:
     return list(handles.values())
 
 
-def _draw_thrust(axes, found, thrust: np.ndarray):
+def _draw_thrust(axes, result, thrust: np.ndarray):
     """Draw the line of thrust through the joints of each block; its width shows the force."""
     segments, forces = [], []
-    for i in range(len(found.polygons)):
+    for i in range(len(result.polygons)):
         mine = thrust[(thrust[:, :2] == i).any(axis=1)]
         if len(mine) > 1:
             middle = mine[:, 2:4].mean(axis=0)
             ends = [mine[1, 2:4]] if len(mine) == 2 else [middle] * len(mine)
-            segments += [[one[2:4], end] for one, end in zip(mine, ends, strict=False)]
-            forces += [np.hypot(*one[4:6]) for one, _ in zip(mine, ends, strict=False)]
+            segments += [[point[2:4], end] for point, end in zip(mine, ends, strict=False)]
+            forces += [np.hypot(*point[4:6]) for point, _ in zip(mine, ends, strict=False)]
     widths = 0.5 + 3.0 * np.array(forces) / max(forces, default=1.0)
     line = LineCollection(segments, colors=RED, linewidths=widths, label="line of thrust")
     axes.add_collection(line)
@@ -93,12 +93,12 @@ def _count_verdicts(verdicts) -> list[Patch]:
             for name, fill in FILLS.items() if name in verdicts]  # fmt: skip
 
 
-def pushover_figure(found, limits=None):
+def pushover_figure(result, limits=None):
     """Draw a capacity curve, the energy dissipated by slip, and the blocks at the end.
 
     Parameters
     ----------
-    found : Pushover
+    result : Pushover
     limits : Limits, optional
         Limits to draw as horizontal lines L (lower) and U (upper).
 
@@ -107,35 +107,35 @@ def pushover_figure(found, limits=None):
     matplotlib.figure.Figure
     """
     figure, (curve, blocks) = new_figure(1, 2, (11, 4.6))
-    way = 1e3 * found.displacement
-    curve.plot(way, found.factor, color=BLUE)
-    curve.plot(1e3 * found.at_peak, found.peak, "o", color=BLUE)
-    for limit, words, side in (
+    distance = 1e3 * result.displacement
+    curve.plot(distance, result.factor, color=BLUE)
+    curve.plot(1e3 * result.at_peak, result.peak, "o", color=BLUE)
+    for limit, text, side in (
         ((limits.lower, "L", "top"), (limits.upper, "U", "bottom")) if limits else ()
     ):
         curve.axhline(limit.factor, color=INK, ls="--", lw=0.8)
-        curve.annotate(words, (0.0, limit.factor), va=side, ha="right")
-    what = {"tilt": "tangent of the tilt", "mode": "load in the first mode / weight"}
-    curve.set(xlabel=f"displacement of {found.point} (mm)", ylim=(0, None),
-              ylabel=what.get(found.load, "horizontal load / weight"))  # fmt: skip
+        curve.annotate(text, (0.0, limit.factor), va=side, ha="right")
+    labels = {"tilt": "tangent of the tilt", "mode": "load in the first mode / weight"}
+    curve.set(xlabel=f"displacement of {result.point} (mm)", ylim=(0, None),
+              ylabel=labels.get(result.load, "horizontal load / weight"))  # fmt: skip
     right = curve.twinx()
-    right.plot(way, found.friction, color=RED, lw=0.8)
+    right.plot(distance, result.friction, color=RED, lw=0.8)
     right.set_ylabel("lost by slip (J/m)", color=RED)
-    _draw_blocks(blocks, found.polygons, found.block_verdicts, 0.6)
+    _draw_blocks(blocks, result.polygons, result.block_verdicts, 0.6)
     blocks.autoscale()
     blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    headline(figure, "Capacity, and blocks at the end", plain(found.ending))
-    blocks.legend(handles=_count_verdicts(found.verdicts), frameon=False, loc="upper left",
+    headline(figure, "Capacity, and blocks at the end", plain(result.ending))
+    blocks.legend(handles=_count_verdicts(result.verdicts), frameon=False, loc="upper left",
                   bbox_to_anchor=(1.0, 1.0))  # fmt: skip
     return figure
 
 
-def performance_figure(found):
+def performance_figure(result):
     """Draw capacity curve, equivalent oscillator and elastic spectrum over displacement.
 
     Parameters
     ----------
-    found : Performance
+    result : Performance
 
     Returns
     -------
@@ -143,23 +143,23 @@ def performance_figure(found):
     """
     figure, axes = new_figure(size=(6.4, 4.6))
     unit = np.array([1e3, 1.0])
-    for values, style, words in (
-        (found.spectrum, {"color": INK, "lw": 0.9}, "elastic spectrum"),
-        (found.curve, {"color": BLUE}, "pushover"),
-        (found.equivalent, {"color": BLUE, "ls": "--", "lw": 0.9}, "equivalent oscillator"),
+    for values, style, label in (
+        (result.spectrum, {"color": INK, "lw": 0.9}, "elastic spectrum"),
+        (result.curve, {"color": BLUE}, "pushover"),
+        (result.equivalent, {"color": BLUE, "ls": "--", "lw": 0.9}, "equivalent oscillator"),
     ):
-        axes.plot(*(values * unit).T, label=words, **style)
-    height = float(found.curve[:, 1].max())
-    slope = (2 * np.pi / found.period) ** 2
+        axes.plot(*(values * unit).T, label=label, **style)
+    height = float(result.curve[:, 1].max())
+    slope = (2 * np.pi / result.period) ** 2
     axes.axline((0.0, 0.0), slope=slope * 1e-3, color=INK, ls=":", lw=0.8,
-                label=f"T = {found.period:.3g} s")  # fmt: skip
-    at = np.interp(found.demand, *found.curve.T)
-    axes.plot(1e3 * found.demand, at, "o", color=RED, label="performance point")
-    axes.axvline(1e3 * found.capacity, color=RED, lw=0.8, label="capacity")
-    wide = 1.3e3 * max(found.demand, found.capacity)
-    tall = 1.3 * max(height, float(found.spectrum[:, 1].max()))
-    axes.set(xlim=(0, wide), ylim=(0, tall), xlabel="displacement of the oscillator (mm)",
+                label=f"T = {result.period:.3g} s")  # fmt: skip
+    demand = np.interp(result.demand, *result.curve.T)
+    axes.plot(1e3 * result.demand, demand, "o", color=RED, label="performance point")
+    axes.axvline(1e3 * result.capacity, color=RED, lw=0.8, label="capacity")
+    width = 1.3e3 * max(result.demand, result.capacity)
+    tall = 1.3 * max(height, float(result.spectrum[:, 1].max()))
+    axes.set(xlim=(0, width), ylim=(0, tall), xlabel="displacement of the oscillator (mm)",
              ylabel="acceleration (m/s²)")  # fmt: skip
     axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    Head(axes, "Stands" if found.stands else "Fails", [str(found)])
+    Head(axes, "Stands" if result.stands else "Fails", [str(result)])
     return figure

@@ -118,12 +118,14 @@ class Pushover:
 
     def __str__(self) -> str:
         """Return four lines: peak, end, energies and mechanism."""
-        counts = {word: self.verdicts.count(word) for word in ("stable", "slides", "topples")}
-        moves = ", ".join(f"{n} {word}" for word, n in counts.items() if n)
-        what = {"tilt": "tangent of the tilt", "mode": "load in the first mode over the weight",
+        counts = {
+            verdict: self.verdicts.count(verdict) for verdict in ("stable", "slides", "topples")
+        }
+        moves = ", ".join(f"{n} {verdict}" for verdict, n in counts.items() if n)
+        quantity = {"tilt": "tangent of the tilt", "mode": "load in the first mode over the weight",
                 "horizontal": "horizontal load over the weight"}[self.load]  # fmt: skip
         return "\n".join([
-            f"peak: {what} {self.peak:.4g} at {1e3 * self.at_peak:.4g} mm of {self.point}",
+            f"peak: {quantity} {self.peak:.4g} at {1e3 * self.at_peak:.4g} mm of {self.point}",
             f"end: {self.factor[-1]:.4g} at {1e3 * self.displacement[-1]:.4g} mm: {self.ending}",
             f"energy: work of the load {self.work[-1]:.4g} J/m, lost by slip "
             f"{self.friction[-1]:.4g} J/m",
@@ -198,8 +200,8 @@ def pushover(
                          f"and sense = {sense!r} must be 1 or -1")  # fmt: skip
     COUNT.check("steps", steps)
     model = static_model(source, changes)
-    pushed = _PushoverRun(model, point, load, sense, displacement, steps)
-    return pushed.run()
+    run = _PushoverRun(model, point, load, sense, displacement, steps)
+    return run.run()
 
 
 @dataclass(frozen=True)
@@ -216,23 +218,27 @@ class _LoadedBlocks:
     @classmethod
     def of(cls, model: Model, load: str) -> "_LoadedBlocks":
         """Return the blocks of a model under one of `LOADS`."""
-        with Simulation(model) as first:
-            scene, polygons, centres = Scene.of(first), first.polygons, first.coordinates[:, :2]
+        with Simulation(model) as simulation:
+            scene, polygons, centres = (
+                Scene.of(simulation),
+                simulation.polygons,
+                simulation.coordinates[:, :2],
+            )
             density = [float(group["density"]) for group in scene.groups["material"]]
             mass = np.array(density)[scene.material] * scene.areas()
             each = zip(polygons, centres, strict=True)
             polar = mass * [_gyration_squared(polygon - centre) for polygon, centre in each]
-            pattern = _mode_forces(first, mass) if load == "mode" else np.ones(len(mass))
-            bodies = Bodies(polygons, first.block_bodies, list(scene.names))
+            pattern = _mode_forces(simulation, mass) if load == "mode" else np.ones(len(mass))
+            bodies = Bodies(polygons, simulation.block_bodies, list(scene.names))
         lowest = float(np.concatenate(polygons)[:, 1].min())
         return cls(bodies, mass, polar, centres, lowest, pattern)
 
 
-def _mode_forces(first: Simulation, mass: np.ndarray) -> np.ndarray:
+def _mode_forces(simulation: Simulation, mass: np.ndarray) -> np.ndarray:
     """Return the forces of the load 'mode' over the weights of the blocks, shape (blocks,)."""
     from ..engine.checking import modes
 
-    shape = modes(first, 1).shapes[0][:, 0]
+    shape = modes(simulation, 1).shapes[0][:, 0]
     shape = shape / shape[np.argmax(abs(shape))]
     moves = abs(shape) > _STILL
     total = mass[moves].sum() / np.sum(mass * abs(shape) * moves)
@@ -248,7 +254,7 @@ class _PushoverRun:
         self.pull = -float(gravity[1])
         if gravity[0] or not self.pull > 0:
             raise InputError("a pushover requires gravity along −y: set gravity of &control")
-        points = {one.name: one for one in model.groups if one._name == "measured_point"}
+        points = {group.name: group for group in model.groups if group._name == "measured_point"}
         if point not in points:
             raise InputError(f"point = {point!r} is not the name of a &measured_point; there are "
                              f"{', '.join(points) or 'none'}")  # fmt: skip
@@ -260,91 +266,98 @@ class _PushoverRun:
 
     def _with_static_stage(self, model: Model) -> Model:
         """Return a copy of the model with static steps, in which the load increases."""
-        pushed = model.copy()
+        copy = model.copy()
         if self.load == "mode":
             for i, (x, y) in enumerate(self.blocks.centres, 1):
-                pushed.load(x, y, str(i), f"push {i}", time=(0, 1e9), force_x=(0, 0))
+                copy.load(x, y, str(i), f"push {i}", time=(0, 1e9), force_x=(0, 0))
         step = math.sqrt(self.end / self.steps / (_EXCESS * self.pull))
-        pushed.control(time_step=step, dynamic_factor=0.0, integration="backward_euler",
+        copy.control(time_step=step, dynamic_factor=0.0, integration="backward_euler",
                        time_step_control="adaptive", least_time_step=_SHORTEST * step,
                        max_displacement_ratio=0.1)  # fmt: skip
-        pushed.stage(name="pushed", steps=_TO_PEAK + _LOOKS * self.steps, zero_displacements=True)
-        return pushed
+        copy.stage(name="pushed", steps=_TO_PEAK + _LOOKS * self.steps, zero_displacements=True)
+        return copy
 
     def run(self) -> Pushover:
         """Compute all steps and return the capacity curve."""
         rows, states, ending = [], [], ""
-        excess, factor, work, moved, far = _FIRST, _FIRST, 0.0, 0.0, 0.0
+        excess, factor, work, motion, farthest_motion = _FIRST, _FIRST, 0.0, 0.0, 0.0
         # Controlling displacement and factor at equilibrium of each step.
         steps: list[tuple[float, float]] = []
         with Simulation(self.model) as run:
-            start = before = run.coordinates
-            time, lost, names = run.time, run.energies["friction"], run.block_names
+            start = previous = run.coordinates
+            time, friction, names = run.time, run.energies["friction"], run.block_names
             while not ending:
                 self._apply_load(run, factor)
                 try:
-                    done = run.advance()
+                    ended = run.advance()
                 except (ConvergenceError, SolverError) as trouble:
                     ending = f"{_UNCONVERGED}: {trouble}"
                     break
-                now = run.coordinates
-                change, step = now - before, run.time - time
-                before, time, last = now, run.time, moved
+                current = run.coordinates
+                change, step = current - previous, run.time - time
+                previous, time, previous_motion = current, run.time, motion
                 power, inertia = (
                     self._load_work(change, factor),
                     self._squared_mass_norm(change) / step**2,
                 )
                 balance = factor - (inertia / power if power > 0 else 0.0)
                 work += balance * power
-                row = (moved, far, balance, work, run.energies["friction"] - lost)
-                moved = self.sense * float(run.point_motions[0, self.index, 0])
-                ways = np.hypot(*(now - start)[:, :2].T)
-                farthest = int(ways.argmax())
-                far, name = float(ways[farthest]), names[farthest] or f"block {farthest + 1}"
+                row = (motion, farthest_motion, balance, work, run.energies["friction"] - friction)
+                motion = self.sense * float(run.point_motions[0, self.index, 0])
+                distances = np.hypot(*(current - start)[:, :2].T)
+                farthest = int(distances.argmax())
+                farthest_motion, name = (
+                    float(distances[farthest]),
+                    names[farthest] or f"block {farthest + 1}",
+                )
                 steady = factor - balance <= _STEADY * _EXCESS
-                ending = self._end_reason(done, moved, far, name, balance)
+                ending = self._end_reason(ended, motion, farthest_motion, name, balance)
                 if balance <= 0 and not steady:
                     ending = _BY_THEMSELVES
                 if steady:
                     rows.append(row)
-                    states.append(now[:, :3])
-                steps.append((self._controlling_displacement(change, moved - last), balance))
+                    states.append(current[:, :3])
+                steps.append(
+                    (self._controlling_displacement(change, motion - previous_motion), balance)
+                )
                 excess = self._next_load_excess(excess, factor, steps)
                 ahead = max(_extrapolate_factor(steps), _BACK * balance)
                 factor = min(factor, ahead) + excess
             polygons = run.polygons
         return self._make_pushover(rows, states, polygons, ending)
 
-    def _controlling_displacement(self, change: np.ndarray, own: float) -> float:
+    def _controlling_displacement(self, change: np.ndarray, motion: float) -> float:
         """Return the displacement of the point, or of a block if it moves much farther, m."""
-        most = float(np.hypot(*change[:, :2].T).max())
-        return max(abs(own) if abs(own) > _LEAST_CONTROL * most else most, 1e-12 * self.end)
+        peak = float(np.hypot(*change[:, :2].T).max())
+        return max(abs(motion) if abs(motion) > _LEAST_CONTROL * peak else peak, 1e-12 * self.end)
 
     def _next_load_excess(
         self, excess: float, factor: float, steps: list[tuple[float, float]]
     ) -> float:
         """Return the excess of the next factor over the factor at equilibrium."""
-        (way, balance), wanted = steps[-1], self.end / self.steps
+        (motion, balance), target = steps[-1], self.end / self.steps
         next_one = _MORE * excess
-        if way > _ELASTIC * wanted:
-            next_one = min(next_one, (factor - balance) * wanted / way)
-        least, most = _SMALLEST * max(factor, _LEAST), _MOST * max(balance, _LEAST)
-        return min(max(next_one, least), most)
+        if motion > _ELASTIC * target:
+            next_one = min(next_one, (factor - balance) * target / motion)
+        lowest, highest = _SMALLEST * max(factor, _LEAST), _MOST * max(balance, _LEAST)
+        return min(max(next_one, lowest), highest)
 
-    def _end_reason(self, done: bool, moved: float, far: float, name: str, balance: float) -> str:
+    def _end_reason(
+        self, ended: bool, motion: float, farthest: float, name: str, balance: float
+    ) -> str:
         """Return the reason for the end of the run after a step; empty if the run continues."""
         if balance <= 0:
             return "collapse: the resistance is zero"
-        if abs(moved) >= self.end:
+        if abs(motion) >= self.end:
             return "the target displacement is reached"
-        if far >= _PARTED * self.end:
+        if farthest >= _PARTED * self.end:
             return (
-                f"{name} has moved by {1e3 * far:.4g} mm while {self.point!r} moved by "
-                f"{1e3 * abs(moved):.4g} mm; choose a point on {name}"
+                f"{name} has moved by {1e3 * farthest:.4g} mm while {self.point!r} moved by "
+                f"{1e3 * abs(motion):.4g} mm; choose a point on {name}"
             )
         if self.load == "tilt" and balance >= math.tan(_TILT):
             return "the table is vertical"
-        return "the largest number of steps is reached" if done else ""
+        return "the largest number of steps is reached" if ended else ""
 
     def _squared_mass_norm(self, change: np.ndarray) -> float:
         """Return d·M d of the displacements d of a step, kg m²/m."""
@@ -353,10 +366,10 @@ class _PushoverRun:
 
     def _load_work(self, change: np.ndarray, factor: float) -> float:
         """Return the work of the load at a factor of 1 in a step, J/m."""
-        weight, ways = self.pull * self.blocks.mass, change[:, :2]
+        weight, motion = self.pull * self.blocks.mass, change[:, :2]
         if self.load != "tilt":
-            return float(self.sense * np.sum(weight * self.blocks.pattern * ways[:, 0]))
-        return float(self.sense * np.sum(weight * ways[:, 0]) * math.cos(math.atan(factor)))
+            return float(self.sense * np.sum(weight * self.blocks.pattern * motion[:, 0]))
+        return float(self.sense * np.sum(weight * motion[:, 0]) * math.cos(math.atan(factor)))
 
     def _apply_load(self, run: Simulation, factor: float) -> None:
         """Set gravity or forces of the run to the load at a factor."""
@@ -390,8 +403,8 @@ def _extrapolate_factor(steps: list[tuple[float, float]]) -> float:
     """Return the factor at equilibrium, extrapolated to the end of the last step."""
     if len(steps) < 2:
         return steps[-1][1]
-    (before, higher), (way, balance) = steps[-2:]
-    return balance + (balance - higher) * way / before
+    (earlier, higher), (motion, balance) = steps[-2:]
+    return balance + (balance - higher) * motion / earlier
 
 
 def _gyration_squared(offsets: np.ndarray) -> float:

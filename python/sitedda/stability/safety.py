@@ -73,10 +73,10 @@ class Mechanism:
         from .picture import draw_mechanism
 
         outcome = "Mechanism" if self.moves else "Stands"
-        words = f"strength divided by {self.factor:.4g}"
+        subtitle = f"strength divided by {self.factor:.4g}"
         if title:
-            words = f"{outcome.lower()} with {words}"
-        return draw_mechanism(self, axes, title or outcome, words)
+            subtitle = f"{outcome.lower()} with {subtitle}"
+        return draw_mechanism(self, axes, title or outcome, subtitle)
 
     @property
     def areas(self) -> tuple[float, float]:
@@ -92,12 +92,14 @@ class Mechanism:
     @property
     def words(self) -> str:
         """Return a phrase with the moving blocks, their area and the joint on which they move."""
-        moving, whole = self.areas
+        moving, total = self.areas
         names = self.moving
-        shown = ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
+        listing = ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
         verb = "moves" if len(names) == 1 else "move"
         joint = f", on joint {self.joint!r}" if self.joint else ""
-        return f"{shown} {verb}: {moving:.4g} m², {100 * moving / whole:.3g} % of the model{joint}"
+        return (
+            f"{listing} {verb}: {moving:.4g} m², {100 * moving / total:.3g} % of the model{joint}"
+        )
 
     def to_dict(self) -> dict:
         """Return numbers, texts and lists, for example for JSON."""
@@ -114,15 +116,17 @@ class Mechanism:
         """Return a table of the blocks as text."""
         width = max(map(len, self.names))
         head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'rotation (°)':>12}"
-        least = _NEGLIGIBLE * float(abs(self.displacement).max(initial=0.0))
-        shown = np.where(abs(self.displacement) > least, self.displacement, 0.0)
+        negligible = _NEGLIGIBLE * float(abs(self.displacement).max(initial=0.0))
+        displacement = np.where(abs(self.displacement) > negligible, self.displacement, 0.0)
         rows = [
-            f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(turn):12.4g}"
-            for name, verdict, (x, y, turn) in zip(self.names, self.verdicts, shown, strict=True)
+            f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(angle):12.4g}"
+            for name, verdict, (x, y, angle) in zip(
+                self.names, self.verdicts, displacement, strict=True
+            )
         ]
         outcome = "moves" if self.moves else "does not move"
-        words = f"strength divided by {self.factor:.6g}: the model {outcome}"
-        return "\n".join([head, *rows, words])
+        result = f"strength divided by {self.factor:.6g}: the model {outcome}"
+        return "\n".join([head, *rows, result])
 
 
 @dataclass(frozen=True)
@@ -159,36 +163,36 @@ class Safety:
         """Draw the mechanism; return matplotlib axes."""
         if self.mechanism is None:
             raise InputError("there is no mechanism: the model stands without strength")
-        found = f"Factor of safety {self.factor:.4g}" if self.low else "Fails at any strength"
-        return self.mechanism.draw(axes, found)
+        text = f"Factor of safety {self.factor:.4g}" if self.low else "Fails at any strength"
+        return self.mechanism.draw(axes, text)
 
     def to_dict(self) -> dict:
         """Return numbers, texts and lists, for example for JSON."""
-        found = {
+        result = {
             "factor": self.factor,
             "stands_at": self.low,
             "fails_at": None if math.isinf(self.high) else self.high,
             "warning": self.warning,
             "trials": [
-                {"factor": one.factor, "stands": one.stands, "words": one.words}
-                for one in self.trials
+                {"factor": item.factor, "stands": item.stands, "words": item.words}
+                for item in self.trials
             ],
         }
         if self.mechanism:
-            kept = ("blocks", "area", "joint")
-            found |= {name: self.mechanism.to_dict()[name] for name in kept}
+            keys = ("blocks", "area", "joint")
+            result |= {name: self.mechanism.to_dict()[name] for name in keys}
         if self.smaller:
-            found["smaller"] = [one.to_dict() for one in self.smaller]
-        return found
+            result["smaller"] = [item.to_dict() for item in self.smaller]
+        return result
 
     @property
     def words(self) -> str:
         """Return the result, and the removed smaller mechanisms, in a sentence."""
-        removed = [
-            f"removed, below least_area: {one.mechanism.words}, factor {one.factor:.4g}"
-            for one in self.smaller
+        notes = [
+            f"removed, below least_area: {smaller.mechanism.words}, factor {smaller.factor:.4g}"
+            for smaller in self.smaller
         ]
-        return "; ".join([self._result_words, *removed])
+        return "; ".join([self._result_words, *notes])
 
     @property
     def _result_words(self) -> str:
@@ -197,13 +201,15 @@ class Safety:
             return f"stands even with all strengths divided by {self.low:g}"
         if self.low == 0.0:
             return f"fails even with all strengths multiplied by {1 / self.high:g}"
-        found = self.mechanism
-        moved = found is not None and "stable" in found.verdicts and found.areas[0] > 0.0
-        small = moved and found.areas[0] < _SMALL * found.areas[1]
+        mechanism = self.mechanism
+        moves = (
+            mechanism is not None and "stable" in mechanism.verdicts and mechanism.areas[0] > 0.0
+        )
+        small = moves and mechanism.areas[0] < _SMALL * mechanism.areas[1]
         return (
             f"factor of safety {self.factor:.4g}: stands with all strengths divided "
             f"by {self.low:.6g}, fails at {self.high:.6g}"
-            + (f"; {found.words}" if moved else "")
+            + (f"; {mechanism.words}" if moves else "")
             + ("; set least_area to find the factor of larger mechanisms" if small else "")
         )
 
@@ -256,12 +262,12 @@ class _Trials:
         if self.removed:
             stage = model.of_kind("stage")[0]
             stage(remove=", ".join(filter(None, (stage.remove, *removed))))
-        with released(self.model, 1.0, None, 1.0, 1) as first:  # the undeformed model
-            self.start = first.coordinates
-            names = [name or f"block {i}" for i, name in enumerate(first.block_names, 1)]
-            self.bodies = Bodies(first.polygons, first.block_bodies, names)
+        with released(self.model, 1.0, None, 1.0, 1) as simulation:  # the undeformed model
+            self.start = simulation.coordinates
+            names = [name or f"block {i}" for i, name in enumerate(simulation.block_names, 1)]
+            self.bodies = Bodies(simulation.polygons, simulation.block_bodies, names)
         kinds = ("bolt", "water")
-        self.lines = lines_of({k: [one.as_dict() for one in model.of_kind(k)] for k in kinds})
+        self.lines = lines_of({k: [group.as_dict() for group in model.of_kind(k)] for k in kinds})
         self.done: list[Rest] = []
         self.share = displacement
         self.reference: np.ndarray | None = None
@@ -272,14 +278,14 @@ class _Trials:
         """Return the displacement of each block that counts as failure, m."""
         radii = self.bodies.radii
         usual = float(np.quantile(radii, 0.5, method="lower"))
-        many = np.bincount(self.bodies.of) > 1
-        return self.share * np.where(many, radii, usual)[self.bodies.of]
+        is_body = np.bincount(self.bodies.of) > 1
+        return self.share * np.where(is_body, radii, usual)[self.bodies.of]
 
     def largest(self, coordinates: np.ndarray, start: np.ndarray) -> tuple[float, float]:
         """Return the displacement closest to failure, and its allowed value, m."""
-        moved = self.moved(coordinates, start)
-        most = int(np.argmax(moved / self.allowed))
-        return float(moved[most]), float(self.allowed[most])
+        distance = self.moved(coordinates, start)
+        worst = int(np.argmax(distance / self.allowed))
+        return float(distance[worst]), float(self.allowed[worst])
 
     def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Return √(displacement² + (radius × rotation)²) of each block, shape (blocks,), m."""
@@ -289,28 +295,30 @@ class _Trials:
 
     def stands(self, factor: float) -> bool:
         """Run the static stages at a factor; return whether the model stands."""
-        rest = come_to_rest(self.model, factor)
-        if rest.stands:
+        result = come_to_rest(self.model, factor)
+        if result.stands:
             if self.reference is None:
-                ways = self.moved(rest.coordinates, self.start) / self.bodies.radii[self.bodies.of]
-                most, allowed, unit = float(ways.max()), _SETTLEMENT, "radii"
+                distance = (
+                    self.moved(result.coordinates, self.start) / self.bodies.radii[self.bodies.of]
+                )
+                peak, limit, unit = float(distance.max()), _SETTLEMENT, "radii"
             else:
-                (most, allowed), unit = self.largest(rest.coordinates, self.reference), "m"
-            words = f"{rest.words}; a block has moved by {most:.3g} {unit}, allowed {allowed:.3g}"
-            rest = Rest(factor, most <= allowed, words, rest.coordinates)
-        if rest.stands and self.reference is None:
-            self.reference = rest.coordinates
+                (peak, limit), unit = self.largest(result.coordinates, self.reference), "m"
+            text = f"{result.words}; a block has moved by {peak:.3g} {unit}, allowed {limit:.3g}"
+            result = Rest(factor, peak <= limit, text, result.coordinates)
+        if result.stands and self.reference is None:
+            self.reference = result.coordinates
             settled = self.moved(self.reference, self.start).max()
             self._end_early(settled + self.allowed.max())
-        self.done.append(rest)
+        self.done.append(result)
         if self.progress:
-            self.progress(rest)
-        return rest.stands
+            self.progress(result)
+        return result.stands
 
-    def _end_early(self, allowed: float) -> None:
+    def _end_early(self, limit: float) -> None:
         """Make static stages end as soon as a block moves by twice the allowed displacement, m."""
         for stage in self.model.of_kind("stage"):
-            stage(displacement=float(_TOO_FAR * allowed))
+            stage(displacement=float(_TOO_FAR * limit))
 
     def find_reference(self, factor: float) -> float | None:
         """Return the first of the factors 1/4, 1/64 … at which the model stands, if any."""
@@ -323,12 +331,12 @@ class _Trials:
 
     def undisturbed(self) -> float:
         """Return the largest factor at which the model stands with small displacements."""
-        good = []
-        for one in self.done:
-            if one.stands:
-                most, allowed = self.largest(one.coordinates, self.reference)
-                good += [one.factor] if most <= _UNDISTURBED * allowed else []
-        return max(good)
+        factors = []
+        for rest in self.done:
+            if rest.stands:
+                peak, limit = self.largest(rest.coordinates, self.reference)
+                factors += [rest.factor] if peak <= _UNDISTURBED * limit else []
+        return max(factors)
 
 
 def safety(
@@ -371,21 +379,21 @@ def safety(
     model = static_model(source, changes)
     smaller: list[Safety] = []
     while True:
-        gone = [name for one in smaller for name in one.mechanism.moving]
-        found = _bisect_factor(_Trials(model.copy(), displacement, gone, progress), tolerance)
-        small = found.mechanism is not None and found.mechanism.areas[0] < least_area
-        if not small or not found.mechanism.moves or set(found.mechanism.moving) <= set(gone):
-            return replace(found, smaller=tuple(smaller))
-        smaller.append(found)
+        removed = [name for item in smaller for name in item.mechanism.moving]
+        result = _bisect_factor(_Trials(model.copy(), displacement, removed, progress), tolerance)
+        small = result.mechanism is not None and result.mechanism.areas[0] < least_area
+        if not small or not result.mechanism.moves or set(result.mechanism.moving) <= set(removed):
+            return replace(result, smaller=tuple(smaller))
+        smaller.append(result)
 
 
 def _bisect_factor(trials: _Trials, tolerance: float) -> Safety:
     """Find the factor of safety by bisection, and the mechanism of failure."""
-    strong = trials.find_reference(1.0)
-    if strong is None:
+    reference = trials.find_reference(1.0)
+    if reference is None:
         lowest = trials.done[-1].factor
         return Safety(0.0, lowest, tuple(trials.done), _release_mechanism(trials, 1.0, None))
-    low, high = strong, 1.0
+    low, high = reference, 1.0
     while high <= _MOST_REDUCTION and trials.stands(high):
         low, high = high, 2.0 * high
     if high > _MOST_REDUCTION:
@@ -414,14 +422,14 @@ def mechanism(
     POSITIVE.check("factor", factor)
     POSITIVE.check("displacement", displacement)
     trials = _Trials(static_model(source, changes), displacement, [])
-    strong = trials.find_reference(factor)
-    if strong is not None and trials.stands(factor):
+    reference = trials.find_reference(factor)
+    if reference is not None and trials.stands(factor):
         bodies = trials.bodies
-        moved = bodies.mean(trials.done[-1].coordinates[:, :3] - trials.reference[:, :3])
+        motion = bodies.mean(trials.done[-1].coordinates[:, :3] - trials.reference[:, :3])
         stable = ("stable",) * len(bodies.names)
-        return Mechanism(factor, moved, stable, bodies.names, False, bodies.outlines(),
+        return Mechanism(factor, motion, stable, bodies.names, False, bodies.outlines(),
                          lines=trials.lines)  # fmt: skip
-    return _release_mechanism(trials, factor, strong)
+    return _release_mechanism(trials, factor, reference)
 
 
 def _release_mechanism(trials: _Trials, factor: float, start_factor: float | None) -> Mechanism:
@@ -432,14 +440,14 @@ def _release_mechanism(trials: _Trials, factor: float, start_factor: float | Non
     gravity = trials.model.control.gravity
     pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
     unit = math.sqrt(float(trials.allowed.min()) / (pull or 1.0))
-    moves = done = False
+    moves = ended = False
     with released(trials.model, factor, start_factor, _STEP * unit, _STEPS, trials.removed) as run:
         run.advance(_ELASTIC)
         start = run.coordinates
-        while not (moves or done):
-            done = run.advance(10)
-            most, allowed = trials.largest(run.coordinates, start)
-            moves = most > allowed
+        while not (moves or ended):
+            ended = run.advance(10)
+            peak, limit = trials.largest(run.coordinates, start)
+            moves = peak > limit
         bodies, change = trials.bodies, run.coordinates - start
         change = bodies.mean(change[:, :3])
         verdicts = _judge_blocks(change, bodies.radii)
@@ -448,11 +456,11 @@ def _release_mechanism(trials: _Trials, factor: float, start_factor: float | Non
                      trials.lines)  # fmt: skip
 
 
-def _joint_between(run: Simulation, of: np.ndarray, moving: np.ndarray, model: Model) -> str:
+def _joint_between(run: Simulation, body: np.ndarray, moving: np.ndarray, model: Model) -> str:
     """Return the joint with the largest normal force between moving and stable bodies, or ''."""
     contacts = run.contacts
-    owner = np.repeat(np.arange(len(of)), [len(polygon) for polygon in run.polygons])
-    sides = [moving[of[owner[contacts[end]]]] for end in ("vertex", "edge")]
+    owner = np.repeat(np.arange(len(body)), [len(polygon) for polygon in run.polygons])
+    sides = [moving[body[owner[contacts[end]]]] for end in ("vertex", "edge")]
     force = np.where(sides[0] != sides[1], contacts["normal_force"], 0.0)
     names = [joint.name for joint in model.of_kind("joint")]
     # The weaker copies of all joints follow the original joints in the same order.
@@ -462,10 +470,10 @@ def _joint_between(run: Simulation, of: np.ndarray, moving: np.ndarray, model: M
 
 def _judge_blocks(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
     """Return 'stable', 'slides' or 'topples' for each block from displacement and rotation."""
-    moved, turned = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
-    still = np.hypot(moved, turned) <= _STILL * np.hypot(moved, turned).max(initial=0.0)
-    turns = turned > _TURNING * moved
-    return tuple(np.where(still, "stable", np.where(turns, "topples", "slides")).tolist())
+    shift, rotation = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
+    stable = np.hypot(shift, rotation) <= _STILL * np.hypot(shift, rotation).max(initial=0.0)
+    topples = rotation > _TURNING * shift
+    return tuple(np.where(stable, "stable", np.where(topples, "topples", "slides")).tolist())
 
 
 def _find_warnings(mechanism: Mechanism | None, model: Model) -> str:

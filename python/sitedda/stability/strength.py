@@ -83,9 +83,9 @@ def static_model(source, changes: Mapping | None = None) -> Model:
         group(name=group.name or group.body or f"block {number}")
     for kind in ("motion", "amplification", "stage", "stop"):
         model.clear(kind)
-    for kind, how in _TIME_ZERO.items():
+    for kind, arguments in _TIME_ZERO.items():
         for load in model.of_kind(kind):
-            _freeze_load(load, *how)
+            _freeze_load(load, *arguments)
     for point in model.of_kind("fixed_point"):
         point(motion_x=None, motion_y=None)
     for material in model.of_kind("material"):
@@ -121,8 +121,8 @@ def _shear_modulus(material: Group) -> float:
 
 def elastic_soils(model: Model) -> list[str]:
     """Return the names of hysteretic soils whose curves have no shear strength."""
-    soils = [one for one in model.of_kind("material") if one.law == "hysteretic"]
-    return [one.name or "without a name" for one in soils if one.curve not in _WITH_STRENGTH]
+    soils = [soil for soil in model.of_kind("material") if soil.law == "hysteretic"]
+    return [soil.name or "without a name" for soil in soils if soil.curve not in _WITH_STRENGTH]
 
 
 def _static_stage(group: Group) -> dict | None:
@@ -155,30 +155,37 @@ def _freeze_load(load: Group, names: tuple[str, ...], ends: bool) -> None:
     times = np.asarray(load.time, dtype=float)
     acts = ends or times[0] <= 0.0 <= times[-1]
     for name in names:
-        given = getattr(load, name)
-        if given is not None:
-            values = np.broadcast_to(np.asarray(given, dtype=float), times.shape)
+        history = getattr(load, name)
+        if history is not None:
+            values = np.broadcast_to(np.asarray(history, dtype=float), times.shape)
             load(**{name: [float(np.interp(0.0, times, values))] * 2})
     load(time=[-1e9, 1e9] if acts else [-1e9, -9e8])
 
 
 def weakened(model: Model, factor: float) -> Model:
     """Return a copy of a model with the strengths of all joints and solids divided by a factor."""
-    weak = model.copy()
-    for kind, group in _groups_with_strength(weak):
+    copy = model.copy()
+    for kind, group in _groups_with_strength(copy):
         group(**_divide_strength(kind, group, factor))
-    return weak
+    return copy
 
 
 def _groups_with_strength(model: Model) -> list[tuple[str, Group]]:
     """Return joints and yielding materials with their kinds, 'joint' or 'material'."""
     joints = model.of_kind("joint")
-    return [*(("joint", one) for one in joints), *(("material", one) for one in yielding(model))]
+    return [
+        *(("joint", group) for group in joints),
+        *(("material", group) for group in yielding(model)),
+    ]
 
 
 def yielding(model: Model) -> list[Group]:
     """Return the materials that have a strength."""
-    return [one for one in model.of_kind("material") if _divide_strength("material", one, 1.0)]
+    return [
+        material
+        for material in model.of_kind("material")
+        if _divide_strength("material", material, 1.0)
+    ]
 
 
 def _divide_strength(kind: str, group: Group, factor: float) -> dict:
@@ -248,12 +255,12 @@ def released(
         moving.clear("stage")
     else:
         for kind, group in _groups_with_strength(moving):
-            weak = f"{group.name} weaker"
-            names[kind].append(f"{group.name} -> {weak}")
+            weak_name = f"{group.name} weaker"
+            names[kind].append(f"{group.name} -> {weak_name}")
             strengths = _divide_strength(kind, group, factor / start_factor)
-            values = group.as_dict() | strengths | {"name": weak}
+            values = group.as_dict() | strengths | {"name": weak_name}
             getattr(moving, kind)(**values)
-    joints, materials = (", ".join(old) or None for old in names.values())
+    joints, materials = (", ".join(pairs) or None for pairs in names.values())
     moving.stage(
         name="strength is lost", steps=steps, change_joints=joints, change_materials=materials,
         remove=removed if start_factor is None else None,

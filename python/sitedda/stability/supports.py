@@ -94,42 +94,42 @@ def move_supports(
         If the model does not reach equilibrium under its weight.
     """
     _STEPS.check("steps", steps)
-    way = np.array([FINITE.check("displacement", one) for one in displacement])
+    shift = np.array([FINITE.check("displacement", component) for component in displacement])
     FINITE.check("rotation", rotation)
     model = static_model(source, changes)
-    with Simulation(model) as first:
-        scene, names = Scene.of(first), list(first.block_names)
-        stiffness, pull = first.normal_stiffness, float(np.linalg.norm(first.gravity))
+    with Simulation(model) as simulation:
+        scene, names = Scene.of(simulation), list(simulation.block_names)
+        stiffness, pull = simulation.normal_stiffness, float(np.linalg.norm(simulation.gravity))
     density = [float(group["density"]) for group in scene.groups["material"]]
     mass = np.array(density)[scene.material] * scene.areas()
     blocks = [blocks] if isinstance(blocks, str) else list(blocks)
     if unknown := [name for name in blocks if name not in names]:
         raise InputError(f"blocks: {unknown[0]!r} is not the name of a block")
-    moved = [names.index(name) for name in blocks]
-    increment = (np.linalg.norm(way) + abs(rotation) * scene.size) / steps
+    indices = [names.index(name) for name in blocks]
+    increment = (np.linalg.norm(shift) + abs(rotation) * scene.size) / steps
     time_step = math.sqrt(max(float(np.median(mass)) / (_STEADY * stiffness),
                               _FOLLOWS * increment / max(pull, 1e-9)))  # fmt: skip
-    _prescribe_movement(model, [names[i] for i in moved], way, rotation, steps, time_step)
+    _prescribe_movement(model, [names[i] for i in indices], shift, rotation, steps, time_step)
     model.control(time_step=time_step, dynamic_factor=0.0, integration="backward_euler",
                   time_step_control="adaptive", max_displacement_ratio=0.1)  # fmt: skip
     model.stage(name="supports move", steps=_EACH * steps, zero_displacements=True)
-    return _run_increments(model, moved, mass, steps)
+    return _run_increments(model, indices, mass, steps)
 
 
 def _prescribe_movement(
-    model: Model, blocks, way, rotation: float, steps: int, time_step: float
+    model: Model, blocks, shift, rotation: float, steps: int, time_step: float
 ) -> None:
     """Assign motions to the fixed points of blocks, in the first step of each increment."""
-    points = [one for one in model.of_kind("fixed_point") if one.block in blocks]
-    if missing := set(blocks) - {one.block for one in points}:
-        raise InputError(f"blocks: no &fixed_point has block = {min(missing)!r}")
-    places = np.array([(one.x, one.y) for one in points], dtype=float)
-    share = np.append(0.0, np.repeat(np.arange(1, steps + 1) / steps, _EACH))[:, None]
-    angle = rotation * share
-    for i, (point, arm) in enumerate(zip(points, places - places.mean(0), strict=True), 1):
-        turned = np.hstack([np.cos(angle) * arm[0] - np.sin(angle) * arm[1] - arm[0],
+    points = [item for item in model.of_kind("fixed_point") if item.block in blocks]
+    if unsupported := set(blocks) - {item.block for item in points}:
+        raise InputError(f"blocks: no &fixed_point has block = {min(unsupported)!r}")
+    positions = np.array([(item.x, item.y) for item in points], dtype=float)
+    ratio = np.append(0.0, np.repeat(np.arange(1, steps + 1) / steps, _EACH))[:, None]
+    angle = rotation * ratio
+    for i, (point, arm) in enumerate(zip(points, positions - positions.mean(0), strict=True), 1):
+        rotated = np.hstack([np.cos(angle) * arm[0] - np.sin(angle) * arm[1] - arm[0],
                             np.sin(angle) * arm[0] + np.cos(angle) * arm[1] - arm[1]])  # fmt: skip
-        values = share * way + turned
+        values = ratio * shift + rotated
         for axis in (0, 1):
             if "xy"[axis] not in str(point.direction or "xy"):
                 continue
@@ -139,15 +139,15 @@ def _prescribe_movement(
             point(**{f"motion_{'xy'[axis]}": name})
 
 
-def _run_increments(model: Model, moved: list[int], mass: np.ndarray, steps: int) -> Movement:
+def _run_increments(model: Model, indices: list[int], mass: np.ndarray, steps: int) -> Movement:
     """Compute all increments; end early if the model does not reach equilibrium."""
-    shares, reactions, moves, ending = [], [], [], ""
+    fractions, reactions, moves, ending = [], [], [], ""
     with Simulation(model) as run:
         start, begin = run.coordinates, run.time
-        weight = mass[moved].sum() * run.gravity
+        weight = mass[indices].sum() * run.gravity
         for i in range(steps + 1):
-            shares.append(i / steps)
-            reactions.append(-(_contact_force(run, moved) + weight))
+            fractions.append(i / steps)
+            reactions.append(-(_contact_force(run, indices) + weight))
             moves.append(run.coordinates[:, :3] - start[:, :3])
             if i == steps:
                 break
@@ -158,7 +158,7 @@ def _run_increments(model: Model, moved: list[int], mass: np.ndarray, steps: int
             except (ConvergenceError, SolverError) as trouble:
                 ending = str(trouble)
                 break
-        return Movement(np.array(shares), np.array(reactions), np.array(moves),
+        return Movement(np.array(fractions), np.array(reactions), np.array(moves),
                         tuple(run.block_names), run.polygons, ending)  # fmt: skip
 
 
