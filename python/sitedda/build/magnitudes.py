@@ -21,7 +21,7 @@ def doubtful_sizes(groups: Sequence[tuple[str, dict, str]]) -> list[str]:
     for kind, values, source in groups:
         size, fine, spacing = (values.get(name) for name in ("size", "fine_size", "spacing"))
         if kind in ("mesh", "ground") and size and fine and fine > size:
-            sentence = f"fine_size = {fine:g} m is above size = {size:g} m: no cells are refined"
+            sentence = f"fine_size = {fine:g} m is above size = {size:g} m, so no cells are refined"
         elif kind == "joint_set" and spacing and spacing > width:
             sentence = (f"spacing = {spacing:g} m is more than {width:.4g} m, the size of the "
                      "regions, so few joints cut the regions; is spacing in mm?")  # fmt: skip

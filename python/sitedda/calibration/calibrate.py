@@ -76,7 +76,7 @@ class Calibration:
     def __str__(self) -> str:
         """Return the unknowns, the modes and the warnings, one line each."""
         lines = [
-            f"{name} = {row['median']} ({row.low} to {row.high}; before {row.prior_low} to "
+            f"{name} = {row['median']} ({row.low} to {row.high}; prior {row.prior_low} to "
             f"{row.prior_high})" for name, row in self.unknowns.map(number).iterrows()
         ]  # fmt: skip
         lines += self.mode_words()
@@ -335,7 +335,7 @@ def _find_warnings(result: Calibration, peak, deviation) -> list[str]:
                   f"{value:.2f})" for second, value in correlation[name].iloc[:i].items()
                   if abs(value) > _ALIKE]  # fmt: skip
     if any(shapes_of(result.measured).count(axis=1) == 1):
-        texts.append("shapes of one component are not compared: they fit any mode")
+        texts.append("shapes of one component are not compared, because they fit any mode")
     if result.reduction_error > 100 * _EXACT:
         texts.append(
             f"the reduced model has an error of {result.reduction_error:.1e}: narrow the ranges"

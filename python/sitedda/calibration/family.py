@@ -142,8 +142,8 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
     linear = base + sum((i + 2) * step for i, step in enumerate(steps))
     if abs(stiffness - linear).max() > _LINEAR * _STEP * max(abs(step).max() for step in steps):
         raise InputError(
-            f"the stiffness is not linear in {', '.join(unknowns)}: choose stiffnesses instead of "
-            "ratios, none derived from another; or contacts = 'closed', if gravity opens contacts"
+            f"the stiffness matrix is not linear in {', '.join(unknowns)}: choose independent "
+            "stiffnesses instead of ratios; if gravity opens contacts, set contacts = 'closed'"
         )
     w = _unit_mass(mass)
     theta = list(unknowns.values())

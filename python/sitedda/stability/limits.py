@@ -146,7 +146,7 @@ class Limit:
         from .picture import draw_mechanism
 
         return draw_mechanism(
-            self, axes, self.title or f"Body force {self.factor:.4g} of the weight"
+            self, axes, self.title or f"Body force {self.factor:.4g} times the weight"
         )
 
 
@@ -183,7 +183,7 @@ class Travel:
     worst, least : float
         Position with the smallest limit load, m, and this load, N/m.
     limit : Limit
-        Limit at the position `worst`; its factor is the load over the weight of the blocks.
+        Limit at the position `worst`; its factor is the load divided by the weight of the blocks.
     """
 
     position: np.ndarray

@@ -122,12 +122,12 @@ class Pushover:
             verdict: self.verdicts.count(verdict) for verdict in ("stable", "slides", "topples")
         }
         moves = ", ".join(f"{n} {verdict}" for verdict, n in counts.items() if n)
-        quantity = {"tilt": "tangent of the tilt", "mode": "load in the first mode over the weight",
-                "horizontal": "horizontal load over the weight"}[self.load]  # fmt: skip
+        quantity = {"tilt": "tangent of the tilt", "mode": "load in the first mode / weight",
+                "horizontal": "horizontal load / weight"}[self.load]  # fmt: skip
         return "\n".join([
             f"peak: {quantity} {self.peak:.4g} at {1e3 * self.at_peak:.4g} mm of {self.point}",
             f"end: {self.factor[-1]:.4g} at {1e3 * self.displacement[-1]:.4g} mm: {self.ending}",
-            f"energy: work of the load {self.work[-1]:.4g} J/m, lost by slip "
+            f"energy: work of the load {self.work[-1]:.4g} J/m, dissipated by slip "
             f"{self.friction[-1]:.4g} J/m",
             f"mechanism: {moves}",
         ])  # fmt: skip

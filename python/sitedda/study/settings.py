@@ -152,7 +152,7 @@ def _parse_task(values: dict):
     if len(tasks) > 1:
         raise InputError(f"[{table}] and [{tasks[1]}] are two tasks: remove one")
     if "task" in values or "results" in values:
-        raise InputError(f"[{table}] defines task and results: remove task and results")
+        raise InputError(f"[{table}] sets `task` and `results`: remove these two keys")
     options = dict(values[table])
     _check_names(options, table)
     for entry in fields(_TASKS[table]):
@@ -219,13 +219,13 @@ def _parse_values(path: str, values):
     numbers = values.get("values")
     if numbers is None:
         if not all(name in values for name in ("from", "to", "count")):
-            raise InputError(f"parameter {path!r}: give a list, or from, to and count")
+            raise InputError(f"parameter {path!r}: give a list, or `from`, `to` and `count`")
         space = {"linear": np.linspace, "log": np.geomspace}.get(values.get("spacing", "linear"))
         if space is None:
             raise InputError(f"parameter {path!r}: spacing must be 'linear' or 'log'")
         if space is np.geomspace and values["from"] * values["to"] <= 0:
             raise InputError(
-                f"parameter {path!r}: spacing = 'log' requires from and to of the same sign"
+                f"parameter {path!r}: spacing = 'log' requires `from` and `to` of the same sign"
             )
         ends = float(values["from"]), float(values["to"])
         numbers = space(*ends, int(values["count"])).tolist()
@@ -284,7 +284,9 @@ def _parse_synthetic(values: dict) -> list:
     elif {"periods", "values"} <= set(spectrum):
         target = (spectrum["periods"], spectrum["values"])
     else:
-        raise InputError("[records.synthetic] spectrum: give eurocode8, or periods and values")
+        raise InputError(
+            "[records.synthetic] spectrum: give `eurocode8`, or `periods` and `values`"
+        )
     first, count = values.pop("first_seed", 1), values.pop("count", 1)
     if "periods" in values:
         if len(values["periods"]) != 2:

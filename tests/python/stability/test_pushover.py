@@ -20,7 +20,7 @@ def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
     tower().write(tmp_path / "tower.nml")
     done = main.ok("pushover", "tower.nml", "--point", "top", "--steps", "20", "--limits",
                    "--displacement", "0.1", folder=tmp_path)  # fmt: skip
-    assert "peak: horizontal load over the weight 0.25" in done.stdout
+    assert "peak: horizontal load / weight 0.25" in done.stdout
     assert "0.25 without dilation (lowest of 3 starts), 0.25 with dilation" in done.stdout
     assert (tmp_path / "tower_pushover.png").exists()
     head, *rows = (tmp_path / "tower_pushover.csv").read_text().splitlines()

@@ -344,8 +344,8 @@ class _Cut:
         network, limit = merge_close_nodes(network, limit)
         network, _, _ = without_dead_ends(network)
         if network.moved > old_count:
-            corners = counted(network.moved - old_count, "corner", "corners")
-            self.messages.append(f"{corners} merged with others at a distance below {limit:.3g} m")
+            corners = counted(network.moved - old_count, "corner was", "corners were")
+            self.messages.append(f"{corners} merged with others closer than {limit:.3g} m")
         return network, trace_faces(network)
 
     def _report_loops(self, loops) -> None:

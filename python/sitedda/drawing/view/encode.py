@@ -305,7 +305,7 @@ def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, budget: int
     # Each pair and frame needs two bytes before deflation; the factor 3 is an optimistic ratio of
     # deflation.
     if len(pairs) * len(frames) > 3 * budget:
-        result.meta["no_forces"] = "contact forces would not fit into the file"
+        result.meta["no_forces"] = "Contact forces are omitted, because they would not fit."
         return
     normal = np.zeros((len(frames), len(pairs)), dtype=np.float32)
     shear = np.zeros_like(normal)
@@ -323,7 +323,7 @@ def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, budget: int
         "pairs", np.column_stack([pair // vertices, pair % vertices, position]), "<i4"
     )
     if streams.size > budget:
-        result.meta["no_forces"] = "contact forces would not fit into the file"
+        result.meta["no_forces"] = "Contact forces are omitted, because they would not fit."
         return
     result.meta |= streams.meta | {"pairs": len(pairs), "largest_force": largest}
     result.streams |= streams.streams

@@ -124,9 +124,8 @@ export class View {
         + `${m.all_frames.toLocaleString("en")} frames are in this file, to keep it small.`);
     }
     if (m.loops) words.push("Amplitudes of modes are arbitrary.");
-    if (m.coarse) words.push("Velocities and stresses are coarse here, places are not.");
-    if (m.no_forces) words.push(`Without ${m.no_forces}.`.replace("contact forces would",
-      "contact forces: they would"));
+    if (m.coarse) words.push("Velocities and stresses are coarse here, positions are exact.");
+    if (m.no_forces) words.push(m.no_forces);
     this.note.textContent = words.filter(Boolean).join(" ");
     this.state.note = this.note.textContent;
   }

@@ -21,11 +21,11 @@ from .variants import ensemble as twins_of
 
 # Causes of missing convergence without and with damping, and in linear runs.
 _CAUSES = (
-    "vibrations of blocks and contacts, which change friction and impacts, have only numerical "
-    "damping, which falls with Δt; set damping of &joint or rayleigh_beta of &material",
+    "vibrations of blocks and contacts change friction and impacts; they have only numerical "
+    "damping, which is proportional to Δt; set damping of &joint or rayleigh_beta of &material",
     "the times at which contacts slip, open and close depend on the time step",
 )
-_UNDAMPED = ("a resonance has only numerical damping, which falls with Δt; "
+_UNDAMPED = ("a resonance has only numerical damping, which is proportional to Δt; "
              "set damping_ratio of &material")  # fmt: skip
 
 
