@@ -44,7 +44,7 @@ def read_bounded(file, limit: int) -> bytes:
     size = check_readable(file)
     try:
         with Path(file).open("rb") as stream:
-            # Reading up to `most` would allocate that much memory before any byte is read.
+            # Reading up to `limit` would allocate that much memory before any byte is read.
             data = stream.read(size + 1) if size <= limit else b""
     except OSError as trouble:
         raise _unreadable_error(file, trouble) from trouble

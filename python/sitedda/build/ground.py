@@ -9,7 +9,7 @@ from ..base.errors import InputError
 from ..input import schema
 from .meshing.settings import Mesh
 
-# Stiffness of ties over that of a cell.  Softer ties add compliance to the ground; stiffer ties
+# Stiffness of ties / stiffness of a cell.  Softer ties add compliance to the ground; stiffer ties
 # prevent bending of non-matching faces.  Each error changes an S wave by 0.2 % over 40 cells.
 _STIFF = 30.0
 _STRENGTH = 1e12  # Pa, strength of ties

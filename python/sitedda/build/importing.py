@@ -20,7 +20,7 @@ MOST_OF_CURVE = 20_000
 MOST_LINES = 500_000
 DEEPEST = 8  # largest depth of nested blocks or collections
 _FARTHEST = 1e9  # largest coordinate, m
-_SAGITTA = 1e-3  # largest distance of chords from a curve over the size of the curve
+_SAGITTA = 1e-3  # largest distance of chords from a curve / size of the curve
 _UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14: 0.1}
 
 

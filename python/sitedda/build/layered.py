@@ -13,7 +13,7 @@ from .profile import Ground, SoilProfile, parse_curve, read_curve_table, read_so
 
 _CELLS = 12  # cells per wavelength of S waves at the highest frequency
 _MOST = 100_000  # largest number of blocks
-_STIFF = 1e3  # stiffness of welds between layers over that of a block
+_STIFF = 1e3  # stiffness of welds between layers / stiffness of a block
 _STRENGTH = 1e12  # Pa, strength of welds
 _ANGLE = 45.0  # degrees
 # Curves as in &material: number of required parameters, and names of all parameters.

@@ -245,7 +245,7 @@ def read_soil_profile(file, fill: str = "") -> SoilProfile:
 
 
 def read_rows(file: Path) -> list[tuple[int, list[str]]]:
-    """Return number and cells of each row of a CSV file, without blank rows and comments.
+    """Return the line number and the cells of each row of a CSV file; omit blank rows and comments.
 
     Parameters
     ----------

@@ -16,8 +16,8 @@ from .cutting.rings import Rings
 from .masonry import MOST_BLOCKS, rectangle
 
 _BONDS = {"running": (1.0, 0.5), "header": (0.5, 0.25), "rubble": (1.0, 0.5)}
-_LEAST = 0.3  # shortest stone at wall ends and openings over the length of a stone
-_OVERLAP = 0.2  # smallest offset of head joints of successive rubble courses over a stone's length
+_LEAST = 0.3  # shortest stone at wall ends and openings / length of a stone
+_OVERLAP = 0.2  # smallest offset of head joints of successive rubble courses / stone length
 _SAME = 1e-9  # levels are equal if their difference is below this fraction of the wall size
 _HEIGHT, _LENGTH = 1, 2  # streams of random numbers
 

@@ -235,7 +235,7 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
         values = dict(zip(unknowns, middle.tolist(), strict=False))
         try:
             family = family_of(model, values, contacts, changes)
-        except InputError:  # such as contacts without force, which any change opens or closes
+        except InputError:  # for example, any change opens or closes a contact without force
             if contacts != "auto":
                 raise
             if trial:

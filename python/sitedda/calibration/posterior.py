@@ -25,7 +25,7 @@ from ..base.errors import ConvergenceError, MissingLibrary
 from .family import Family
 from .measured import Observations
 
-_STEP = 1e-6  # of differences, in prior deviations
+_STEP = 1e-6  # step of finite differences / prior deviation
 _LEAST_SQUARE = 1e-30  # smallest ω², rad²/s²: soft joints under weight are unstable
 _STILL = 1e-10  # fraction of the largest square of a shape at its points that counts as 0
 _PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peaks
@@ -105,7 +105,7 @@ class Posterior:
     def _along(self, y: np.ndarray, j: int) -> tuple[np.ndarray, np.ndarray]:
         """Return modes, as columns, at the points of a measured shape, and their parts along it.
 
-        They have unit length and point its way; their last component is round-off, so that none
+        They have unit length and its direction; their last component is round-off, so that none
         vanishes.
         """
         points = self.family.points[self.seen.rows[j]]
@@ -121,7 +121,7 @@ class Posterior:
         return self._along(y, j)[1] ** 2
 
     def residuals(self, z: np.ndarray) -> np.ndarray:
-        """Return errors over their deviations at rows of z, whose squares sum to −2 ln p + c.
+        """Return errors / deviations at rows of z, whose squares sum to −2 ln p + c.
 
         If δ adds to the variance of an error, the change of c is the square of one more.
         """
@@ -192,7 +192,7 @@ class Posterior:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.
 
         Importance sampling draws from a mixture of multivariate t distributions: one about each
-        peak, given by z and covariance, and one as wide as the prior, which finds what those miss
+        peak, given by z and covariance, and one as wide as the prior, for regions without peaks
         where modes cross.  If few draws have weight, p is not Gaussian, and the mixture is fitted
         to the weighted draws (population Monte Carlo: Cappé et al. 2008).
 

@@ -20,7 +20,7 @@ from ..base.reading import read_numbers
 from ..engine.signals import smooth_konno_ohmachi
 
 _LARGEST = 2**30  # largest size of a record, bytes
-_BEYOND = 3.0  # sampling frequency of the analysis over the highest frequency
+_BEYOND = 3.0  # sampling frequency of the analysis / highest frequency
 _PERIODS = 2.0  # periods of the lowest frequency in the correlations
 _WIDEST = 160  # largest number of rows of the block Hankel matrix, whose cost grows as their square
 _FEWEST = 100  # smallest number of periods of the lowest frequency in a record

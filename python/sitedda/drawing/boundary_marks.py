@@ -11,9 +11,9 @@ from ..output.scene import Scene
 from ..report.style import BLUE, GOLD, GREEN, INK
 
 HELD, MOVED, ABSORBS, GOES_ON = INK, BLUE, GREEN, GOLD
-_SPACING, _DEPTH = 0.03, 0.018  # spacing and depth of symbols over the size of the model
+_SPACING, _DEPTH = 0.03, 0.018  # spacing and depth of symbols / size of the model
 _TURN = np.linspace(0.0, 2.0 * np.pi, 13)
-# By kind, label, colour and lines of a symbol; coordinates along the edge and outwards, in depths.
+# Label, colour and lines of the symbol of each kind; coordinates: along the edge, outwards.
 SIGNS = {
     "fixed": ("fixed", HELD, [[[0.5, 0.0], [-0.2, 1.0]], [[-0.2, 0.0], [-0.9, 1.0]]]),
     "roller": ("roller", HELD, [np.column_stack([np.cos(_TURN), 1 + np.sin(_TURN)]) / 2]),

@@ -12,7 +12,7 @@ from ..report.style import BLUE, FORCE, INK, PAPER
 from .quantities import limits, quantity
 
 _LEAST = 0.005  # smallest drawn force as fraction of the force scale
-_LONGEST = 0.09  # longest arrow over the size of the model
+_LONGEST = 0.09  # longest arrow / size of the model
 _WIDEST = 7.0  # width of the widest link of a chain, points
 _CHAIN_KEYS = (1.0, 0.5, 0.2)  # forces in the legend as fractions of the force scale
 

@@ -13,8 +13,8 @@ from .quantities import MOVEMENTS, Limits
 _LEAST = 0.03  # smallest drawn slip or opening as fraction of the scale
 _THIN, _WIDE = 0.5, 4.6  # smallest and largest width of a line, points
 _HALO = 1.2  # margin around the widest line, points
-_SENSES, _LEAST_SENSE = 24, 0.2  # largest number of half-arrow pairs; their least slip over scale
-_LEAST_LENGTH = 0.02  # smallest length of a joint with half-arrows over the size of the model
+_SENSES, _LEAST_SENSE = 24, 0.2  # largest number of half-arrow pairs; their smallest slip / scale
+_LEAST_LENGTH = 0.02  # smallest length of a joint with half-arrows / size of the model
 
 
 def joint_lines(scene: Scene, frame: int, factor: float) -> np.ndarray:

@@ -16,7 +16,7 @@ from ..report.style import dress, empty_figure
 from .pictures import BlockPicture, view_box
 
 _FRAMES = 24  # number of frames per period
-REACH = 0.06  # largest displacement of a mode over the size of the model
+REACH = 0.06  # largest displacement of a mode / size of the model
 _COUNT = Range(1, 50, whole=True)
 _WIDTH = 3.6  # width of the picture of a mode, inches
 

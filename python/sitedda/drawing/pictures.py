@@ -75,7 +75,7 @@ BROKEN = 4  # state of a bolt
 _MOST_DRAWN_OUTLINES = 30000
 _MOST_LABELS = 24  # largest number of measured points with names
 _NAME = 2.0  # inches, largest width of a name beside a point or above a picture
-_APART = 0.13  # smallest distance between ticks over the length of a colour bar
+_APART = 0.13  # smallest distance between ticks / length of a colour bar
 _AROUND = 1.1  # inches above and below the axes for titles and labels
 
 

@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from ..output.scene import Scene, principal_stresses
 from ..report.style import COMPRESSION, TENSION
 
-_REACH = 0.85  # length of the arm of the largest stress over the square root of the cell area
+_REACH = 0.85  # length of the arm of the largest stress / square root of the cell area
 _LEAST = 0.02  # smallest drawn stress as fraction of the largest stress
 
 

@@ -38,7 +38,7 @@ class Body:
     band: tuple[float, float]
 
     def factor(self, omega: ArrayLike) -> NDArray[np.complex128]:
-        """Return complex modulus over modulus of the input, at angular frequencies (rad/s)."""
+        """Return complex modulus / modulus of the input, at angular frequencies (rad/s)."""
         frequency = np.asarray(omega, dtype=float)[..., None]
         return self.unrelaxed * (
             1 - np.sum(self.weight * self.omega / (self.omega + 1j * frequency), -1)
@@ -49,7 +49,7 @@ class MaterialDamping:
     """Base class of the damping of a layer of a :class:`sitedda.Column`."""
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
-        """Return complex modulus and density over those of the input, at frequencies in Hz."""
+        """Return complex modulus and density / those of the input, at frequencies in Hz."""
         raise NotImplementedError
 
     def scheme_factors(

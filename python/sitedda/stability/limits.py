@@ -43,18 +43,18 @@ _PRESTRESS = 1e-6  # penalty on normal forces in the objective, which prevents n
 _LITTLE = 1e-8  # smaller penalty for mechanisms, whose dilation has an error of this size
 _GAIN = 5.0  # in programme n, the weight of the latest normal forces is _GAIN / (_GAIN + n)
 _PROGRAMMES = 30  # largest number of programmes in a sequence
-_MOVES = 1e-7, 5.0  # smallest nonzero multiplier, over the largest multiplier and over the penalty
+_MOVES = 1e-7, 5.0  # smallest nonzero multiplier / largest multiplier, and / penalty
 _STARTS = 60  # largest number of blocks whose contact forces are minimised for a start
 _SLIDES = 0.5  # smallest ratio of the work of slip to the work of the load if the model slides
-_CORNER = 1e-6  # largest distance of a corner contact from an end of the edge, over its length
+_CORNER = 1e-6  # largest distance of a corner contact from an end of the edge / its length
 _AXES = {"x": [(1.0, 0.0)], "y": [(0.0, 1.0)], "xy": [(1.0, 0.0), (0.0, 1.0)], "none": []}
 _LOADS = ("load", "traction", "water")  # groups of dead loads, which the engine computes
 _LAWS = ("coulomb", "crushing", "mohr_coulomb")
-_CUTS, _CRUSHED = 60, 1e-7  # largest number of rounds of tangents; tolerance of a moment over N L
+_CUTS, _CRUSHED = 60, 1e-7  # largest number of rounds of tangents; tolerance of a moment / N L
 # Moments of joints that do not limit the factor may keep changing.  An excess of _LEFT × median
 # weight is accepted after _ROUNDS rounds in which the factor changes by at most _STILL.
 _LEFT, _STILL, _ROUNDS = 1e-3, 1e-6, 3
-_TANGENTS = 0.5 ** np.arange(8)  # forces at the first tangents over the largest force of a joint
+_TANGENTS = 0.5 ** np.arange(8)  # forces at the first tangents / largest force of a joint
 
 
 @dataclass(frozen=True)
@@ -537,7 +537,7 @@ class _Programme:
         j = self.crushing
         ends = normal[2 * j], normal[2 * j + 1]
         length, pressed = self.length[j], ends[0] + ends[1] + self.tensile[j] * self.length[j]
-        moment = 0.5 * (ends[0] - ends[1])  # eccentricity over L
+        moment = 0.5 * (ends[0] - ends[1])  # eccentricity / L
         excess = abs(moment) - 0.5 * pressed * (1 - pressed / (self.most[j] * length))
         worse = excess > _CRUSHED * np.maximum(pressed, self.unit)
         if worse.any():

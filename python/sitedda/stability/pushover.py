@@ -34,8 +34,8 @@ _SMALLEST = 1e-4  # smallest excess, as a fraction of the factor
 _MORE = 1.5  # largest ratio of the excesses of successive steps
 _SHORTEST = 1e-3  # fraction of the time step below which a step counts as not converged
 _LOOKS, _TO_PEAK = 6, 500  # largest number of steps: _TO_PEAK + _LOOKS × requested number
-_LEAST_CONTROL = 0.2  # smallest displacement of the control point over the largest
-_ELASTIC = 0.1  # displacement over target displacement below which a step counts as elastic
+_LEAST_CONTROL = 0.2  # smallest displacement of the control point / largest
+_ELASTIC = 0.1  # displacement / target displacement below which a step counts as elastic
 _PARTED = 3.0  # ratio of the largest displacement of a block to the requested one that ends the run
 _STILL = 1e-3  # fraction of the largest modal displacement below which a block does not move
 _UNCONVERGED = "a step does not converge"
@@ -206,7 +206,7 @@ def pushover(
 
 @dataclass(frozen=True)
 class _LoadedBlocks:
-    """The blocks of a model; `pattern`: load at a factor of 1 over weight of each block."""
+    """The blocks of a model; `pattern`: load at a factor of 1 / weight of each block."""
 
     bodies: Bodies
     mass: np.ndarray
@@ -235,7 +235,7 @@ class _LoadedBlocks:
 
 
 def _mode_forces(simulation: Simulation, mass: np.ndarray) -> np.ndarray:
-    """Return the forces of the load 'mode' over the weights of the blocks, shape (blocks,)."""
+    """Return the forces of the load 'mode' / weights of the blocks, shape (blocks,)."""
     from ..engine.checking import modes
 
     shape = modes(simulation, 1).shapes[0][:, 0]

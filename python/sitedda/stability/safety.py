@@ -24,7 +24,7 @@ from .strength import Rest, come_to_rest, elastic_soils, lines_of, released, sta
 
 _LEAST_REDUCTION, _MOST_REDUCTION = 2.0**-12, 2.0**12  # range of factors
 _BEYOND = 1.02  # ratio of the factor of the mechanism to the factor at failure
-_SETTLEMENT = 0.2  # largest displacement of a block up to the first equilibrium, over its radius
+_SETTLEMENT = 0.2  # largest displacement of a block up to the first equilibrium / its radius
 _UNDISTURBED = 0.1  # largest displacement before a mechanism, as a fraction of the allowed one
 _SMALL = 0.01  # fraction of the area of the model below which a mechanism is small
 _NAMED = 4  # largest number of blocks that a sentence names
@@ -32,7 +32,7 @@ _NEGLIGIBLE = 1e-6  # components below this fraction of the largest are shown as
 _TOO_FAR = 2.0  # ratio of the displacement that ends a static stage to the allowed displacement
 _STILL = 0.02  # fraction of the largest displacement below which a block is stable
 _TURNING = 0.03  # ratio of rotation × radius to displacement above which a block topples
-_STEP, _STEPS = 0.4, 3000  # time step over √(displacement / g); largest number of steps
+_STEP, _STEPS = 0.4, 3000  # time step / √(displacement / g); largest number of steps
 _ELASTIC = 4  # number of first steps, in which elastic strains adapt to the new forces
 
 

@@ -167,7 +167,7 @@ def _sobol_points(count: int, width: int, seed: int) -> np.ndarray:
 
 
 def _check_count(count: int) -> int:
-    """Return a number of cases as an integer; raise InputError if it is not one above 0."""
+    """Return a number of cases as an integer; raise InputError if it is not positive."""
     if int(count) != count or count < 1:
         raise InputError(f"count = {count} must be a whole number above 0")
     return int(count)

@@ -119,7 +119,7 @@ class _Search:
         raise self._no_root_error(nearest.x) if nearest else self._dependence_error(first_slopes)
 
     def _fit_parameters(self, start: np.ndarray, scale, evaluations: int):
-        """Return the least-squares fit of the misfits over `scale`, from a starting point."""
+        """Return the least-squares fit of misfits / `scale`, from a starting point."""
         from scipy.optimize import least_squares
 
         return least_squares(

@@ -180,7 +180,7 @@ class _Results:
                 overlap = min(len(reference), len(values))
                 if not np.array_equal(values[:overlap], reference[:overlap]):
                     self.uneven.add(dim)
-                if len(values) > len(reference):  # the case with `known` ended earlier
+                if len(values) > len(reference):  # the case of `reference` ended earlier
                     common[dim] = values
                 step = (values[-1] - values[0]) / max(len(values) - 1, 1)
                 ends.setdefault(dim, []).append((values[0], values[-1], step))

@@ -60,7 +60,7 @@ def serve_umbridge(
         return [table[name].item() for name in results]
 
     class Forward(umbridge.Model):
-        """The model: no derivatives."""
+        """The model, without derivatives."""
 
         def get_input_sizes(self, config):
             """Return the number of parameters."""
@@ -71,7 +71,7 @@ def serve_umbridge(
             return [len(results)]
 
         def supports_evaluate(self):
-            """Return that the model has values."""
+            """Return that the model can be evaluated."""
             return True
 
         def __call__(self, inputs, config):

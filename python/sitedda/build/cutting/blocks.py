@@ -32,10 +32,10 @@ from .network import Network, merge_close_nodes, split_segments, trace_faces, wi
 from .rings import Rings
 from .small_blocks import Sliver, in_words, slivers
 
-_ROUNDING = 1e-9  # tolerance of positions over the size of the regions
+_ROUNDING = 1e-9  # tolerance of positions / size of the regions
 _BITS = 8  # rounding error of coordinates far from (0, 0), in units in the last place
-_SLIVER_AREA = 1e-3  # smallest area of a block over the mean area
-_SLIVER_EDGE = 1e-3  # shortest edge over the square root of the mean area
+_SLIVER_AREA = 1e-3  # smallest area of a block / mean area
+_SLIVER_EDGE = 1e-3  # shortest edge / square root of the mean area
 _BYTES = 4000  # bytes of memory per block during cutting
 MOST_CORNERS = 512  # largest number of corners of a block
 _MARGIN = 1.25  # factor on the limit for estimated crossings; the exact limit is checked later

@@ -12,7 +12,7 @@ import numpy as np
 from ...base.errors import InputError
 
 DISTRIBUTIONS = ("constant", "uniform", "normal", "log-normal", "exponential")
-_LEAST = 0.01  # shortest length over the mean length, for uniform and normal distributions
+_LEAST = 0.01  # shortest length / mean length, for uniform and normal distributions
 
 
 def uniform(seed: int, stream: tuple[int, ...], count: int) -> np.ndarray:

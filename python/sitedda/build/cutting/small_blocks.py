@@ -9,8 +9,8 @@ import numpy as np
 from ...base.numbers import counted
 from .rings import Rings
 
-_AREA = 1e-4  # smallest area over the median area of the blocks
-_EDGE = 1e-4  # shortest edge over the square root of the median area
+_AREA = 1e-4  # smallest area / median area of the blocks
+_EDGE = 1e-4  # shortest edge / square root of the median area
 _ANGLE = 0.5  # degrees
 _NAMED = 5  # largest number of slivers in a message
 

@@ -28,12 +28,12 @@ from .graphs import Graph, polygons, squares
 from .quadrangles import divided
 from .sizes import Sizes
 
-_ROUNDING = 1e-9  # tolerance of positions over the size of a body
+_ROUNDING = 1e-9  # tolerance of positions / size of a body
 _BITS = 8  # rounding error of coordinates far from (0, 0), in units in the last place
 _CLOSE = 0.1  # distance of merged nodes as fraction of the smallest cell size
-_HOLE = 0.5  # largest size of cells beside a hole over the width of the hole
+_HOLE = 0.5  # largest size of cells beside a hole / width of the hole
 _SHORTEST, _LONGEST = 0.05, 1.6  # lengths of faces without a note, as fractions of the local size
-_CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}  # over the local size, see `fitted`
+_CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}  # distance / local size, see `fitted`
 _LINE_REACH = {"quadrilateral": 0.3, "voronoi": 0.2}
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from ..cutting.merging import merge_smallest, rest_of_cycle
 
 _FLAT = 1e-7  # sine of the turn of a straight line, due to rounding errors
-_SMALL = 0.35  # smallest area of a cell over the square of the local size
+_SMALL = 0.35  # smallest area of a cell / square of the local size
 _DIGITS = 6  # digits of compared numbers, so that rounding errors have no effect
-_NEAR = 0.15  # smallest distance between the end of a split and a corner over the local size
+_NEAR = 0.15  # smallest distance between the end of a split and a corner / local size
 
 
 class Cells:
@@ -83,7 +83,7 @@ class Cells:
         return sum(hypot(x - a, y - b) for (x, y), (a, b) in zip(corners, ends, strict=True))
 
     def roundness(self, cycle: list[int]) -> float:
-        """Return the area of a cell over the area of a circle of the same perimeter, 0 … 1."""
+        """Return area of a cell / area of a circle of the same perimeter, 0 … 1."""
         return 4 * pi * self.area(cycle) / self.perimeter(cycle) ** 2
 
     # --- Splitting -------------------------------------------------------------------------------
@@ -242,7 +242,7 @@ class Cells:
         )
 
     def _relative_area(self, i: int) -> float:
-        """Return the area of a cell over the smallest permitted area, rounded."""
+        """Return area of a cell / smallest permitted area, rounded."""
         return round(self.area(self.cycles[i]) / self._least[i], _DIGITS)
 
     def _merge_cell(self, i: int) -> int | None:

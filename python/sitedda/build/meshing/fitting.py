@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from .graphs import Graph
 
 _SHARP = np.radians(19.5)  # smallest turn of an outline at a sharp corner
-_LEVEL = 1e-6  # difference of distances that are treated as equal, over the local size
+_LEVEL = 1e-6  # difference of distances that are treated as equal / local size
 
 
 def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph:

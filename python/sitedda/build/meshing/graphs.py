@@ -14,10 +14,10 @@ from ..cutting.distributions import uniform
 from .sizes import Sizes
 
 _FIT = 1e-6  # tolerance of a length in cells, so that rounding errors add no cell
-_SPLIT = 1.2  # largest size of an undivided square over the target size
-_JITTER = 0.25  # largest offset of a seed from the middle of its square, over the side
+_SPLIT = 1.2  # largest size of an undivided square / target size
+_JITTER = 0.25  # largest offset of a seed from the middle of its square / side
 _RELAXATIONS = 12
-_SHORT = 0.15  # shortest side of a polygon over the local size; shorter sides are removed
+_SHORT = 0.15  # shortest side of a polygon / local size; shorter sides are removed
 MOST_CELLS = 1_000_000
 _FINEST = 2**29  # largest ratio of body to smallest square; positions are 32-bit integers
 

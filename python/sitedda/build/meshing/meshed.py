@@ -15,7 +15,7 @@ from .graphs import MOST_CELLS
 from .settings import Mesh, is_listed
 
 _NAMED = 3  # largest number of positions in a message
-_FLAT = 1e-8  # smallest area of a meshed block over the square of its perimeter
+_FLAT = 1e-8  # smallest area of a meshed block / square of its perimeter
 _MANY = 100_000  # number of cells whose generation takes a minute
 _FAR = 10  # if the estimate exceeds this multiple of MOST_CELLS, regions are not cut
 LONGEST_NAME = 64  # longest name of a body, bytes

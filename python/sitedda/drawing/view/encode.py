@@ -18,7 +18,7 @@ from ...output.energies import budget
 from ...output.scene import Scene, principal_stresses
 from ..quantities import rounding
 
-# Rounding steps of displacement, and of displacement by rotation and by strain, over model size.
+# Rounding steps of displacement, and of displacement by rotation and by strain / model size.
 POSITION, ROTATION, STRAIN = 0.6e-5, 0.4e-5, 0.2e-5
 _FINE = 32767  # number of steps of a quantity that is stored in 16 bits
 _COARSE = 255  # number of colour steps in large models
@@ -97,7 +97,7 @@ class Channel:
 
 
 def planes(steps: np.ndarray) -> tuple[bytes, int]:
-    """Return whole numbers (frames, things), zigzag-coded, as byte planes, and their count."""
+    """Return whole numbers (frames, objects), zigzag-coded, as byte planes, and their count."""
     zigzag = ((steps << 1) ^ (steps >> 31)).astype("<u4")
     width = max(1, (int(zigzag.max(initial=0)).bit_length() + 7) // 8)
     split = zigzag.view(np.uint8).reshape(*zigzag.shape, 4)[..., :width]
@@ -370,7 +370,7 @@ def encode_histories(result: Encoded, scene: Scene, count: int = 1500) -> None:
 
 
 def thinned(values: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices of first, smallest and largest sample in most/3 bins, and the last."""
+    """Return the indices of first, smallest and largest sample in count/3 bins, and the last."""
     n = len(values)
     if n <= count:
         return np.arange(n)

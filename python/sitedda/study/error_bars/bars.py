@@ -71,7 +71,7 @@ def penalty_error(figure: float, stiffer: float) -> float:
     """Return a bound of the error due to the penalty stiffness, from results with k_n and 4 k_n.
 
     The error is proportional to 1/k_n in elastic contacts, and to 1/√k_n with impacts or beginning
-    slip, like the contact time.  The assumption of 1/√k_n is on the safe side of both.
+    slip, like the contact time.  The assumption of 1/√k_n is conservative for both.
 
     Parameters
     ----------

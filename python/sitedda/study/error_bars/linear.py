@@ -144,7 +144,7 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
 
 
 def _is_along_axis(axes: Mapping, name: str, values: Mapping) -> bool:
-    """Return whether a result, the larger of two axes, is along the axis of its point."""
+    """Return whether a result, the larger of both axes, belongs to the axis of its point."""
     measure, _, point = name.partition("[")
     key = f"{measure}_{axes.get(point[:-1])}[{point}"
     return values.get(key, values[name]) == values[name]
