@@ -156,6 +156,19 @@ def test_python_modules_are_layers():
     check_layers({name: to & set(used) for name, to in used.items()})
 
 
+CORE = ("api", "base", "input", "engine", "output", "facade/run.py", "commands")  # of the package
+LARGEST_CORE = 8500  # lines, without the modules that are generated from the schemas
+
+
+def test_the_core_is_small():
+    """Commands of other packages are modules of these packages."""
+    top = ROOT / "python" / "sitedda"
+    files = [f for name in CORE for f in (top / name).rglob("*") if f.suffix in (".py", ".f90")]
+    files += [top / name for name in CORE if (top / name).is_file()]
+    assert len(files) > 40
+    assert sum(len(file.read_text().splitlines()) for file in files) <= LARGEST_CORE
+
+
 def test_no_procedure_is_longer_than_the_limit():
     assert not [f"{p.where} {p.name}: {p.lines} lines" for p in PROCEDURES if p.lines > LONGEST]
 

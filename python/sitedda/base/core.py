@@ -51,6 +51,9 @@ def version() -> str:
     return api.engine_version()[0].decode().strip()
 
 
+__version__ = version()
+
+
 def commit() -> str:
     """Return the commit from which the engine was built; blank if unknown."""
     return api.engine_version()[1].decode().strip()
@@ -98,6 +101,17 @@ def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
     size = len(data) + data.count(b" ") * indent + 1
     codes = api.wrapped_text(data, indent, width or printing_rules()[1], size)
     return bytes(codes.astype("u1")).rstrip(b"\0").decode().removesuffix("\n")
+
+
+def folded(words: str) -> str:
+    """Wrap each line of a text to the width of the screen, as the native executable does."""
+    return "\n".join(wrapped(line, 6) for line in words.splitlines() if line)
+
+
+def tell(words: str) -> None:
+    """Print notes, one per line of a text."""
+    for line in filter(None, words.splitlines()):
+        print(folded(f"note: {line}"))
 
 
 def reduced_group(text: str, factor: float) -> dict[str, float]:

@@ -1,39 +1,72 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Import names of a package on first access, because imports take time."""
 
-import sys
-from collections.abc import Callable, Mapping
+import builtins
+from _thread import allocate_lock
 from importlib import import_module
 
+_LOCK = allocate_lock()  # of the built-in function that imports
 
-def importer(
-    package: str, homes: Mapping[str, str]
-) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
-    """Return the functions ``__getattr__`` and ``__dir__`` of a package that has ``__all__``.
+
+class on_access:  # noqa: N801
+    """Context in whose body the statements ``from .module import name`` only register names.
+
+    A registered name is imported on its first access. Type checkers read the same statements.
+    The package has ``__all__``, and its names are not renamed by ``as``.
 
     Parameters
     ----------
-    package : str
-        Name of the package.
-    homes : mapping of str to str
-        Names of each module, separated by blanks; a module without names is a name itself.
+    members : dict
+        ``globals()`` of the package.
     """
-    module_of = {name: module for module, names in homes.items() for name in names.split()}
 
-    def get(name: str) -> object:
-        if name in module_of:
-            value = getattr(import_module(f".{module_of[name]}", package), name)
-        elif homes.get(name) == "":
-            value = import_module(f".{name}", package)
-        else:
+    def __init__(self, members: dict):
+        self._members = members
+        self._places: dict[str, str] = {}  # module of each name
+
+    def __enter__(self) -> None:
+        """Replace the function that executes import statements."""
+        _LOCK.acquire()
+        self._import, builtins.__import__ = builtins.__import__, self._register
+
+    def __exit__(self, *_) -> None:
+        """Restore the function, and define access to the names."""
+        builtins.__import__ = self._import
+        _LOCK.release()
+        for name in self._places:
+            del self._members[name]
+        self._members.update(__getattr__=self._get, __dir__=self._names)
+
+    def _register(self, module, members=None, local=None, names=(), level=0):
+        """Register names and their module; imports of other threads are executed."""
+        if members is not self._members:
+            return self._import(module, members, local, names, level)
+        places = {name: "." * level + module for name in names}
+        self._places |= places
+        return _Names(places)
+
+    def _get(self, name: str) -> object:
+        """Import a name; see `object.__getattr__`."""
+        package = self._members["__name__"]
+        if name not in self._places:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        setattr(sys.modules[package], name, value)
+        place = self._places[name]
+        home = import_module(place, package) if place.strip(".") else None
+        if hasattr(home, name):
+            value = getattr(home, name)
+        else:
+            value = import_module(f"{place.rstrip('.')}.{name}", package)
+        self._members[name] = value
         return value
 
-    def names() -> list[str]:
-        members = vars(sys.modules[package])
-        modules = [module for module, its in homes.items() if not its]
-        special = [name for name in members if name.startswith("__")]
-        return sorted({*members["__all__"], *modules, *special})
+    def _names(self) -> list[str]:
+        """Return the public names, registered modules and special names."""
+        special = [name for name in self._members if name.startswith("__")]
+        return sorted({*self._members["__all__"], *self._places, *special})
 
-    return get, names
+
+class _Names:
+    """Stands for a module of which an import statement takes names."""
+
+    def __init__(self, names: dict):
+        vars(self).update(names)

@@ -5,10 +5,11 @@ import argparse
 import json
 from pathlib import Path
 
+from ..base.core import folded, tell
 from ..base.errors import CheckError
 from ..engine.checking import check
 from ..engine.simulation import Simulation
-from .parser import add_changes, folded, tell
+from ..input.changes import add_changes
 
 
 def add_check(parser: argparse.ArgumentParser) -> None:

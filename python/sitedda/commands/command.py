@@ -7,40 +7,50 @@ import signal
 import sys
 from collections.abc import Callable
 from importlib import import_module
+from typing import NoReturn
 
 from ..base.core import version
 from ..base.errors import MissingLibrary, OutputError, SiteddaError
-from .parser import Parser
 
-# The commands in the order of the help: help text and the function that adds the arguments.
-# The function is blank if the entry points of the distribution sitedda-evidence name it.
+# The commands in the order of the help: help text, and the module whose function `add_NAME` adds
+# the arguments. The module is imported when its command is called, so the packages above this one
+# are only named here. It is blank if an entry point of another distribution names the function.
 COMMANDS = {
-    "run": ("run an input, print and draw its results", "running.add_run"),
-    "resume": ("resume a run that ended early", "running.add_resume"),
-    "check": ("check a model before its run", "check.add_check"),
+    "run": ("run an input, print and draw its results", "commands.running"),
+    "resume": ("resume a run that ended early", "commands.running"),
+    "check": ("check a model before its run", "commands.check"),
     "accuracy": (
         "estimate the accuracy by smaller steps and stiffer contacts",
-        "accuracy.add_accuracy",
+        "study.error_bars.command",
     ),
-    "safety": ("find the factor of safety by strength reduction", "safety.add_safety"),
-    "pushover": ("compute the capacity curve by static steps", "pushover.add_pushover"),
-    "calibrate": ("estimate stiffnesses from measured modes", "calibrate.add_calibrate"),
-    "build": ("convert joints and masonry of an input into blocks", "build.add_build"),
-    "draw": ("draw the blocks of an input or an output", "viewing.add_draw"),
-    "view": ("show blocks in one interactive HTML file", "viewing.add_view"),
-    "live": ("edit, run and watch a model in the browser", "live.add_live"),
-    "movie": ("make a movie of an output", "viewing.add_movie"),
-    "report": ("write model, check, verdict and view to one page", "viewing.add_report"),
-    "export": ("write an output for other programs", "viewing.add_export"),
-    "site": ("compare a layered site as blocks with a 1-D column", "site.add_site"),
-    "surface": ("compute the amplification along the surface of an output", "site.add_surface"),
-    "record": ("read a record and draw its motion", "record.add_record"),
-    "study": ("run an input for many parameter values, or resume such runs", "study.add_study"),
-    "editor": ("provide language server, schema and completion for editors", "editor.add_editor"),
-    "example": ("list the shipped inputs and studies, or copy one", "example.add_example"),
+    "safety": ("find the factor of safety by strength reduction", "stability.command"),
+    "pushover": ("compute the capacity curve by static steps", "stability.command"),
+    "calibrate": ("estimate stiffnesses from measured modes", "calibration.command"),
+    "build": ("convert joints and masonry of an input into blocks", "build.command"),
+    "draw": ("draw the blocks of an input or an output", "drawing.command"),
+    "view": ("show blocks in one interactive HTML file", "facade.command"),
+    "live": ("edit, run and watch a model in the browser", "live.command"),
+    "movie": ("make a movie of an output", "drawing.command"),
+    "report": ("write model, check, verdict and view to one page", "facade.command"),
+    "export": ("write an output for other programs", "drawing.command"),
+    "site": ("compare a layered site as blocks with a 1-D column", "site.command"),
+    "surface": ("compute the amplification along the surface of an output", "site.command"),
+    "record": ("read a record and draw its motion", "facade.command"),
+    "study": ("run an input for many parameter values, or resume such runs", "study.command"),
+    "editor": ("provide language server, schema and completion for editors", "editor.command"),
+    "example": ("list the shipped inputs and studies, or copy one", "commands.example"),
     "validate": ("run the analytic cases", ""),
     "paper": ("reproduce the results of the paper", ""),
 }
+
+
+class Parser(argparse.ArgumentParser):
+    """Argument parser that exits with status 1 (bad input) instead of 2 (failed check)."""
+
+    def error(self, message: str) -> NoReturn:
+        """Report an error of the command line in one sentence, and exit."""
+        line = " ".join(message.split())
+        self.exit(1, f"{self.prog}: {line}; see {self.prog} --help\n")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -51,7 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
     """
     words = sys.argv[1:] if arguments is None else list(arguments)
     if words[:1] == ["study"]:
-        from .study import completed
+        from ..study.command import completed
 
         words[1:] = completed(words[1:])
     try:
@@ -99,8 +109,7 @@ def _make_parser(*requested: str) -> argparse.ArgumentParser:
 def _argument_function(name: str, place: str) -> Callable[[argparse.ArgumentParser], None]:
     """Return the function that adds the arguments of a command."""
     if place:
-        module, _, function = place.partition(".")
-        return getattr(import_module(f".{module}", __package__), function)
+        return getattr(import_module(f"..{place}", __package__), f"add_{name}")
     from importlib.metadata import entry_points  # 0.04 s
 
     for found in entry_points(group="sitedda.commands", name=name):

@@ -11,14 +11,15 @@ from pathlib import Path
 import numpy as np
 
 from ..base.arguments import COUNT, file_name
+from ..base.core import folded, tell
 from ..base.errors import SiteddaError
 from ..engine.checking import transfer
 from ..engine.simulation import Simulation
 from ..facade.run import Run, _run_or_resume
+from ..input.changes import add_changes
 from ..output.response import amplifications
 from ..output.verdict_lines import NO_BARS
 from .check import check_input
-from .parser import add_changes, folded, tell
 
 _LOOK = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
 _SHOWN = 2500  # number of computed frequencies, three per pixel of a picture

@@ -38,6 +38,9 @@ class Run(EndedRun):  # noqa: D101
     def verdict(self):
         """Return the results in words as a `Verdict`, with error bars if the output has them."""
         from ..output.verdict import verdict
+
+        if "accuracy" not in self.history.attrs:
+            return verdict(self.history)
         from ..study.error_bars import kept_accuracy
 
         return verdict(self.history, kept_accuracy(self.history.attrs))

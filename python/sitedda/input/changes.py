@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Change variables of an input by name, for keyword arguments and ``--set``."""
 
+import argparse
 from collections.abc import Callable, Iterator, Mapping
 
 from ..base.errors import InputError
@@ -108,3 +109,24 @@ def with_files(text: str, name_of: Callable[[Found], str], file="input") -> str:
             parts += [text[start : item.start], group]
             start = item.end
     return "".join(parts) + text[start:]
+
+
+def add_changes(parser: argparse.ArgumentParser) -> None:
+    """Add the option --set; ``dict(options.set)`` then maps variables to values."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        type=_parse_assignment,
+        help="change a variable of the input: time_step=5e-4, output.file=fine.nc, "
+        "material.clay.density=1900, joint[bed].friction_angle=30, joint[*].cohesion=0",
+    )
+
+
+def _parse_assignment(text: str):
+    """Return name and value of NAME=VALUE."""
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise argparse.ArgumentTypeError(f"{text!r} is not NAME=VALUE")
+    return name.strip(), Typed(value)

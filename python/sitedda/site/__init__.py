@@ -4,9 +4,7 @@
 Analyses of many columns are imported on access, because the picture of a run does not need them.
 """
 
-from typing import TYPE_CHECKING
-
-from ..base.on_access import importer
+from ..base.on_access import on_access
 from .beside import Beside, beside
 from .branches import Branches
 from .column import Column, HalfSpace, Layer
@@ -18,7 +16,7 @@ from .nonlinear import NonlinearResponse, nonlinear
 from .response import ColumnResponse
 from .surface import Surface, surface
 
-if TYPE_CHECKING:
+with on_access(globals()):
     from .amplification import AmplificationTable, amplification_table
     from .matching import matched
     from .motions import (
@@ -43,16 +41,3 @@ __all__ = ["TORO", "AmplificationTable", "Analyses", "Beside", "Branches", "Colu
            "nonlinear", "randomized", "read_flatfile", "read_profile", "read_suite", "resampled",
            "rotated_spectra", "scale_to", "site_term", "strength_corrected", "suite",
            "surface"]  # fmt: skip
-__getattr__, __dir__ = importer(
-    __name__,
-    {
-        "amplification": "AmplificationTable amplification_table",
-        "matching": "matched",
-        "motions": "band_pass conditional_mean read_flatfile resampled rotated_spectra scale_to",
-        "profile": "Profile read_profile",
-        "randomization": "TORO Toro randomized",
-        "site_terms": "SiteTerm site_term",
-        "suite_file": "read_suite",
-        "suites": "Suite suite",
-    },
-)

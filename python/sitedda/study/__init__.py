@@ -5,34 +5,45 @@
 """
 
 import sys
-from importlib import import_module
 from types import ModuleType
 
-_HOMES = {
-    name: module
-    for module, names in {
-        "api": "study gather",
-        "maps": "Bands Map bands parameter_map",
-        "fragility_curve": "Fragility FragilityBounds fragility fragility_of",
-        "dynamic_analysis": "Ida ida",
-        "axes": "Points seeds",
-        "records": "Record Records",
-        "solving": "Root solve_for",
-        "solving_systems": "Roots",
-        "sensitivity": "SobolIndices Tornado sobol_indices tornado",
-        "fitted_motion": "asce7 eurocode8 eurocode8_2024 synthetic",
-        "sampling": "latin_hypercube lognormal normal one_at_a_time read_points saltelli "
-        "sobol uniform",
-        "quantities": "measure",
-        "page": "report_page write_report",
-        "table": "collect counts",
-        "umbridge": "serve_umbridge",
-        "workers": "Workers",
-    }.items()
-    for name in names.split()
-}  # public names; their modules are imported on first use
+from ..base.on_access import on_access
 
-__all__ = list(_HOMES)
+with on_access(globals()):
+    from ..stability.code_spectra import asce7, eurocode8, eurocode8_2024
+    from .api import gather, study
+    from .axes import Points, seeds
+    from .dynamic_analysis import Ida, ida
+    from .fitted_motion import synthetic
+    from .fragility_curve import Fragility, FragilityBounds, fragility, fragility_of
+    from .maps import Bands, Map, bands, parameter_map
+    from .page import report_page, write_report
+    from .quantities import measure
+    from .records import Record, Records
+    from .sampling import (
+        latin_hypercube,
+        lognormal,
+        normal,
+        one_at_a_time,
+        read_points,
+        saltelli,
+        sobol,
+        uniform,
+    )
+    from .sensitivity import SobolIndices, Tornado, sobol_indices, tornado
+    from .solving import Root, solve_for
+    from .solving_systems import Roots
+    from .table import collect, counts
+    from .umbridge import serve_umbridge
+    from .workers import Workers
+
+__all__ = ["Bands", "Fragility", "FragilityBounds", "Ida", "Map", "Points", "Record", "Records",
+           "Root", "Roots", "SobolIndices", "Tornado", "Workers", "asce7", "bands", "collect",
+           "counts", "eurocode8", "eurocode8_2024", "fragility", "fragility_of", "gather", "ida",
+           "latin_hypercube", "lognormal", "measure", "normal", "one_at_a_time", "parameter_map",
+           "read_points", "report_page", "saltelli", "seeds", "serve_umbridge", "sobol",
+           "sobol_indices", "solve_for", "study", "synthetic", "tornado", "uniform",
+           "write_report"]  # fmt: skip
 
 
 class _Study(ModuleType):
@@ -41,17 +52,6 @@ class _Study(ModuleType):
     def __call__(self, *arguments, **more):
         """Run a study; see `sitedda.study.study`."""
         return self.study(*arguments, **more)
-
-    def __dir__(self):
-        """Return the public names."""
-        return sorted([*_HOMES, "__doc__", "__name__", "__path__"])
-
-
-def __getattr__(name: str):
-    """Import a public name from its module on first access."""
-    if name in _HOMES:
-        return getattr(import_module(f".{_HOMES[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 sys.modules[__name__].__class__ = _Study

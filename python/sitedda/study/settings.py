@@ -269,7 +269,8 @@ def _parse_records(values: dict, parent: Path) -> Records:
 
 def _parse_synthetic(values: dict) -> list:
     """Return the synthetic records of [records.synthetic]."""
-    from .fitted_motion import eurocode8, synthetic
+    from ..stability.code_spectra import eurocode8
+    from .fitted_motion import synthetic
 
     _check_names(values, "records.synthetic")
     values = dict(values)

@@ -9,7 +9,7 @@ import pytest
 from model_text import ROCK, changed, flying_block, group, rectangle, tower
 
 import sitedda
-from sitedda.commands.parser import folded
+from sitedda.base.core import folded
 from sitedda.scheme import Scheme
 
 

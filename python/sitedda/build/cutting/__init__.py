@@ -1,39 +1,24 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Cut regions into blocks by joints, joint sets, random polygons, holes and surfaces."""
 
-from ...base.on_access import importer
-from .distributions import DISTRIBUTIONS
-from .geometry import (
-    Cutting,
-    Excavation,
-    Hole,
-    JointLine,
-    JointSet,
-    Region,
-    Surface,
-    Tunnel,
-    Voronoi,
-)
+from ...base.on_access import on_access
 
-__all__ = [
-    "DISTRIBUTIONS",
-    "Blocks",
-    "Cutting",
-    "Excavation",
-    "Hole",
-    "JointLine",
-    "JointSet",
-    "Region",
-    "Sliver",
-    "Surface",
-    "Tunnel",
-    "Voronoi",
-    "cut",
-    "main_joints",
-    "slivers",
-]
+with on_access(globals()):
+    from .blocks import Blocks, cut, main_joints
+    from .distributions import DISTRIBUTIONS
+    from .geometry import (
+        Cutting,
+        Excavation,
+        Hole,
+        JointLine,
+        JointSet,
+        Region,
+        Surface,
+        Tunnel,
+        Voronoi,
+    )
+    from .small_blocks import Sliver, slivers
 
-# The modules that need shapely are imported on access.
-__getattr__, __dir__ = importer(
-    __name__, {"blocks": "Blocks cut main_joints", "small_blocks": "Sliver slivers"}
-)
+__all__ = ["DISTRIBUTIONS", "Blocks", "Cutting", "Excavation", "Hole", "JointLine", "JointSet",
+           "Region", "Sliver", "Surface", "Tunnel", "Voronoi", "cut",
+           "main_joints", "slivers"]  # fmt: skip

@@ -70,11 +70,6 @@ class Figure:
     median: float = math.nan
     high: float = math.nan
 
-    @property
-    def is_inside(self) -> bool:
-        """Return whether the result of the run itself is within the error bar."""
-        return abs(self.run - self.finest) <= self.bar
-
     def __str__(self) -> str:
         """Return value ± bar, rounded to the digits that the bar justifies."""
         return with_bar(self.finest, self.bar)

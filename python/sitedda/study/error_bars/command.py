@@ -5,8 +5,8 @@ import argparse
 import json
 from pathlib import Path
 
-from ..base.arguments import COUNT, WORKERS, picture_name
-from .parser import add_changes
+from ...base.arguments import COUNT, WORKERS, picture_name
+from ...input.changes import add_changes
 
 
 def add_accuracy(parser: argparse.ArgumentParser) -> None:
@@ -34,8 +34,8 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
 
 def _run_accuracy(options: argparse.Namespace) -> int:
     """Print the error bars of an input, and draw its ensemble if there is one."""
-    from ..report.style import save_picture
-    from ..study.error_bars import accuracy
+    from ...report.style import save_picture
+    from . import accuracy
 
     found = accuracy(
         options.file, changes=dict(options.set), ensemble=options.ensemble, folder=options.folder,

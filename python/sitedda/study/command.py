@@ -14,13 +14,13 @@ from ..base.arguments import WORKERS
 from ..base.errors import InputError, InterruptedRun, SiteddaError
 from ..base.files import check_target
 from ..base.numbers import counted
-from ..study.api import gather, run, shown
-from ..study.plan import Plan, plan_of_folder
-from ..study.settings import Settings, read_settings
-from ..study.slurm import SCRIPT, submit, write_batch
-from ..study.solving import SolveFor
-from ..study.store import MANIFEST
-from ..study.table import check_table, collect, counts
+from .api import gather, run, shown
+from .plan import Plan, plan_of_folder
+from .settings import Settings, read_settings
+from .slurm import SCRIPT, submit, write_batch
+from .solving import SolveFor
+from .store import MANIFEST
+from .table import check_table, collect, counts
 
 _FIRST = ("run", "plan", "collect", "status", "-h", "--help")
 _MOST = 5  # largest number of different messages of cases that are printed
@@ -118,7 +118,7 @@ def _dask_executor(options: argparse.Namespace):
     """Return a context with the executor of a Dask cluster, or with None."""
     if not options.dask:
         return nullcontext()
-    from ..study.dask import connected
+    from .dask import connected
 
     return connected(options.dask, options.tls_ca, options.tls_cert, options.tls_key)
 
@@ -177,7 +177,7 @@ def _report_study(settings: Settings, options: argparse.Namespace) -> int:
             _print_roots(table, settings.plan.task)
         print(f"table: {file}")
         if options.report:
-            from ..study.page import write_report
+            from .page import write_report
 
             page = write_report(table, settings.plan.folder / "report.html", settings.figures)
             print(f"page: {page}")

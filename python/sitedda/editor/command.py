@@ -23,11 +23,11 @@ def add_editor(parser: argparse.ArgumentParser) -> None:
 def help_editor(options: argparse.Namespace) -> int:
     """Run the language server, or print a schema, grammar, completion or man page."""
     if options.what == "server":
-        from ..editor.server import language_server
+        from .server import language_server
 
         language_server().start_io()
     elif options.what in ("schema", "grammar"):
-        from ..editor import description
+        from . import description
 
         made = {"schema": description.json_schema, "grammar": description.text_mate_grammar}
         print(json.dumps(made[options.what](), indent=1))
@@ -38,7 +38,7 @@ def help_editor(options: argparse.Namespace) -> int:
 
 def _describe_commands(what: str) -> str:
     """Return the completion for a shell or the man page, generated from the parser."""
-    from .command import whole_parser
+    from ..commands.command import whole_parser
 
     try:
         if what == "man":

@@ -5,7 +5,7 @@ import argparse
 from pathlib import Path
 
 from ..base.arguments import file_name
-from .parser import tell
+from ..base.core import tell
 
 
 def add_build(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +22,7 @@ def add_build(parser: argparse.ArgumentParser) -> None:
 
 def _run_build(options: argparse.Namespace) -> int:
     """Write an input with blocks instead of joints and masonry; print a summary."""
-    from ..build.building import build_file, summary
+    from .building import build_file, summary
 
     output, built = build_file(options.file, options.output, options.block_file)
     print(summary(built))

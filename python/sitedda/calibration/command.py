@@ -5,9 +5,10 @@ import argparse
 from pathlib import Path
 
 from ..base.arguments import COUNT, NOT_NEGATIVE, picture_name
+from ..base.core import folded
 from ..base.errors import InputError
 from ..base.files import OWN_TABLE, check_target, write
-from .parser import add_changes, folded
+from ..input.changes import add_changes
 
 
 def add_calibrate(parser: argparse.ArgumentParser) -> None:
@@ -53,9 +54,9 @@ def _parse_discrepancy(text: str) -> float | None:
 
 def _run_calibrate(options: argparse.Namespace) -> int:
     """Estimate the unknowns of an input from measured modes; write picture and samples."""
-    from ..calibration import calibrate, identify
-    from ..calibration.picture import draw_calibration
     from ..report.style import save_picture
+    from . import calibrate, identify
+    from .picture import draw_calibration
 
     picture = options.output or options.file.with_name(f"{options.file.stem}_calibration.png")
     reads = [options.file, options.modes]

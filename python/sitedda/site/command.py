@@ -2,10 +2,12 @@
 """`sitedda site` compares blocks with a column; `sitedda surface` draws amplification along it."""
 
 import argparse
+import warnings
 from pathlib import Path
 
 from ..base.arguments import DAMPING_RATIO, NOT_NEGATIVE, POSITIVE, WORKERS, picture_name
-from ..base.errors import InputError
+from ..base.errors import InputError, InterruptedRun, PeakWarning
+from ..base.stop import SIGNALS, Stop
 
 
 def add_site(parser: argparse.ArgumentParser) -> None:
@@ -62,7 +64,7 @@ def add_surface(parser: argparse.ArgumentParser) -> None:
 def _compute_surface(options: argparse.Namespace) -> int:
     """Print and draw the amplification along the surface of an output."""
     from ..output.scene import open_output
-    from ..site.surface import surface
+    from .surface import surface
 
     try:
         found = surface(open_output(options.file), options.axis, options.lowest, options.highest)
@@ -87,7 +89,7 @@ def _save_figure(figure, picture: Path, source: Path) -> None:
 def _compute_profile(options: argparse.Namespace) -> int:
     """Print and draw a CSV profile, and its response to a record if one is given."""
     from ..engine.records import read_record
-    from ..site import analyses, read_profile
+    from . import analyses, read_profile
 
     path, profile = options.file, read_profile(options.file, options.fill)
     print(profile)
@@ -115,7 +117,7 @@ def _compute_profile(options: argparse.Namespace) -> int:
 
 def _compute_suite(options: argparse.Namespace) -> int:
     """Compute the response to a suite of motions; write table, CSV, picture and page."""
-    from ..site import read_suite, suite
+    from . import read_suite, suite
 
     settings = read_suite(options.file, options.folder)
     found = suite(**settings, workers=options.workers, retry=options.retry,
@@ -140,17 +142,14 @@ def _compute_site(options: argparse.Namespace) -> int:
 
 def _compare_with_column(options: argparse.Namespace) -> int:
     """Compare an output, or the run of an input, with a one-dimensional column."""
-    from ..facade.run import run
     from ..output.scene import open_output
-    from ..site.beside import beside
+    from .beside import beside
 
     path = options.file
-    if path.suffix == ".nc":
-        history = open_output(path)
-    else:
-        result = run(path, True)
-        print(f"output: {result.output}")
-        path, history = result.output, result.history
+    if path.suffix != ".nc":
+        path = _run_input(path)
+        print(f"output: {path}")
+    history = open_output(path)
     try:
         found = beside(history, options.surface, options.base, options.damping)
     except ValueError as trouble:
@@ -160,3 +159,16 @@ def _compare_with_column(options: argparse.Namespace) -> int:
         found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), options.file
     )
     return 0
+
+
+def _run_input(file: Path) -> Path:
+    """Run an input to its end; return its output."""
+    from ..engine.simulation import Simulation, run_to_end
+
+    with Stop(SIGNALS, program=True) as stop, Simulation(file, True) as simulation:
+        if not run_to_end(simulation, None, stop):
+            raise InterruptedRun("interrupted")
+        output = simulation.finish()
+        for words in simulation.peak_warnings:
+            warnings.warn(words, PeakWarning, stacklevel=1)
+    return output

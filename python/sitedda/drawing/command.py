@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Commands that show a model or an output: draw, view, movie, export, report."""
+"""`sitedda draw`, `movie` and `export`: pictures, movies and VTK files."""
 
 import argparse
 from pathlib import Path
@@ -13,46 +13,30 @@ from ..base.arguments import (
     file_name,
     picture_name,
 )
-from ..base.errors import InputError
 from ..base.files import check_target
 
 
 def add_draw(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda draw`."""
-    _add_files(parser, _draw_picture, "PICTURE", picture_name)
+    add_files(parser, _draw_picture, "PICTURE", picture_name)
     parser.add_argument(
         "-t", "--time", type=ANY, metavar="S", help="time of the frame, s (the last)"
     )
     parser.add_argument("--stage", metavar="NAME", help="use the last frame of this stage")
     parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
     _add_look_options(parser)
-    _add_modes_option(parser)
+    add_modes_option(parser)
 
 
-def _add_modes_option(parser: argparse.ArgumentParser) -> None:
+def add_modes_option(parser: argparse.ArgumentParser) -> None:
     """Add the option --modes."""
     parser.add_argument("--modes", type=COUNT, default=0, metavar="N",
         help="for an input: draw its N lowest modes of vibration")  # fmt: skip
 
 
-def add_view(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `sitedda view`."""
-    _add_files(parser, _show_view, "PAGE")
-    parser.add_argument("other", type=Path, nargs="?", metavar="OTHER",
-        help="another output, shown beside the first with a common time cursor")  # fmt: skip
-    parser.add_argument("--difference", action="store_true",
-        help="colour the first output by its values minus the values of the second")  # fmt: skip
-    _add_modes_option(parser)
-    from ..drawing.quantities import COLORINGS
-
-    parser.add_argument("--color", choices=COLORINGS, help="initial colour of blocks")
-    _add_absolute_option(parser)
-    parser.add_argument("--no-open", action="store_true", help="do not open a browser")
-
-
 def add_movie(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda movie`."""
-    _add_files(parser, _make_movie, "MOVIE")
+    add_files(parser, _make_movie, "MOVIE")
     parser.add_argument(
         "--fps", type=PICTURES_A_SECOND, default=25.0, help="pictures a second (25)"
     )
@@ -68,13 +52,7 @@ def add_export(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(act=_export_output)
 
 
-def add_report(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `sitedda report`."""
-    _add_files(parser, _write_report, "PAGE")
-    parser.add_argument("--open", action="store_true", help="open the page in a browser")
-
-
-def _add_files(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> None:
+def add_files(parser: argparse.ArgumentParser, act, target: str, kind=file_name) -> None:
     """Add the file to show and the file to write; set the function of the command."""
     parser.add_argument(
         "file",
@@ -88,7 +66,7 @@ def _add_files(parser: argparse.ArgumentParser, act, target: str, kind=file_name
 
 def _add_look_options(parser: argparse.ArgumentParser) -> None:
     """Add the options for colours, contacts and arrows, named as arguments of `pictures.draw`."""
-    from ..drawing.quantities import ARROWS, COLORINGS, CONTACTS
+    from .quantities import ARROWS, COLORINGS, CONTACTS
 
     parser.add_argument("--color", choices=COLORINGS,
         help="colour of blocks (material of an input, displacement of an output)")  # fmt: skip
@@ -99,12 +77,12 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
         help="factor on the displacements in the picture (1: to scale)")  # fmt: skip
     parser.add_argument("--since", metavar="STAGE",
         help="show displacements and rotations since the end of this stage")  # fmt: skip
-    _add_absolute_option(parser)
+    add_absolute_option(parser)
     parser.add_argument("--scheme", choices=("light", "dark", "print"), default="light",
         help="theme: colours of background, lines and texts (light)")  # fmt: skip
 
 
-def _add_absolute_option(parser: argparse.ArgumentParser) -> None:
+def add_absolute_option(parser: argparse.ArgumentParser) -> None:
     """Add the option --absolute."""
     parser.add_argument("--absolute", action="store_true",
         help="show absolute displacements instead of those relative to the base")  # fmt: skip
@@ -118,14 +96,14 @@ def _look_arguments(options: argparse.Namespace) -> dict:
 
 def _draw_picture(options: argparse.Namespace) -> int:
     """Draw the blocks of an input or output, or the modes of an input, to a file."""
-    from ..drawing.pictures import draw
     from ..report.style import save_picture
+    from .pictures import draw
 
     target = check_target(
         options.output or options.file.with_suffix(".blocks.png"), "a picture", [options.file]
     )
     if options.modes:
-        from ..drawing.modes import draw_modes
+        from .modes import draw_modes
 
         figure = draw_modes(options.file, options.modes)
         target = save_picture(figure, target, [options.file], options.scheme, dpi=options.dpi)
@@ -137,54 +115,9 @@ def _draw_picture(options: argparse.Namespace) -> int:
     return 0
 
 
-def _show_view(options: argparse.Namespace) -> int:
-    """Write the interactive view of an input or output to a page, and open it."""
-    from ..drawing.view import write_view
-    from ..facade.page import bars_of
-    from ..output.scene import Scene
-
-    target = check_target(
-        options.output or options.file.with_suffix(".view.html"), "a page", [options.file]
-    )
-    if options.difference and not options.other:
-        raise InputError("--difference needs two outputs: sitedda view A.nc B.nc --difference")
-    source, color = options.file, options.color
-    if options.modes:
-        from ..drawing.modes import mode_scene
-
-        source, color = mode_scene(options.file, options.modes)[0], color or "displacement"
-    scene = Scene.of(source, options.absolute)
-    page = write_view(scene, target, color=color, other=options.other,
-                      difference=options.difference, below=bars_of(scene),
-                      absolute=options.absolute)  # fmt: skip
-    _print_page(page, not options.no_open)
-    return 0
-
-
-def _write_report(options: argparse.Namespace) -> int:
-    """Write the report of an input or output to a page."""
-    from ..facade.page import report_page
-    from ..report import write_html
-
-    target = check_target(
-        options.output or options.file.with_suffix(".html"), "a page", [options.file]
-    )
-    _print_page(write_html(report_page(options.file), target), options.open)
-    return 0
-
-
-def _print_page(file: Path, show: bool) -> None:
-    """Print name and size of a page; open it in a browser if requested."""
-    print(f"page: {file} ({file.stat().st_size / 1e6:.2g} MB)")
-    if show:
-        import webbrowser
-
-        webbrowser.open(file.resolve().as_uri())
-
-
 def _make_movie(options: argparse.Namespace) -> int:
     """Write the movie of an output."""
-    from ..drawing.movie import write_movie
+    from .movie import write_movie
 
     target = options.output or options.file.with_suffix(".mp4")
     write_movie(
@@ -202,7 +135,7 @@ def _make_movie(options: argparse.Namespace) -> int:
 
 def _export_output(options: argparse.Namespace) -> int:
     """Write the VTK files of an output."""
-    from ..drawing.vtk import write_vtk
+    from .vtk import write_vtk
 
     print(f"file for ParaView: {write_vtk(options.file, options.vtk)}")
     return 0

@@ -29,8 +29,8 @@ def add_live(parser: argparse.ArgumentParser) -> None:
 
 def _serve_live(options: argparse.Namespace) -> int:
     """Serve the live page until it is stopped."""
-    from ..live.server import run_server
-    from ..live.starts import Shipped
+    from .server import run_server
+    from .starts import Shipped
 
     file = Path(os.path.abspath(options.file)) if options.file else None
     folder = file.parent if file else Path.cwd()

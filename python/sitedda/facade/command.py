@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`sitedda record`: read a ground motion, print its intensity measures and draw it."""
+"""`sitedda view` and `report` write pages; `sitedda record` reads and draws a ground motion."""
 
 import argparse
 import sys
@@ -7,6 +7,8 @@ from pathlib import Path
 
 from ..base.arguments import NOT_NEGATIVE, picture_name
 from ..base.errors import InputError, OutputError
+from ..base.files import check_target
+from ..drawing.command import add_absolute_option, add_files, add_modes_option
 from ..engine.records import read_record
 from ..input.schema import GROUPS
 
@@ -18,8 +20,74 @@ _OPTIONS = {
 }
 
 
+def add_view(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda view`."""
+    add_files(parser, _show_view, "PAGE")
+    parser.add_argument("other", type=Path, nargs="?", metavar="OTHER",
+        help="another output, shown beside the first with a common time cursor")  # fmt: skip
+    parser.add_argument("--difference", action="store_true",
+        help="colour the first output by its values minus the values of the second")  # fmt: skip
+    add_modes_option(parser)
+    from ..drawing.quantities import COLORINGS
+
+    parser.add_argument("--color", choices=COLORINGS, help="initial colour of blocks")
+    add_absolute_option(parser)
+    parser.add_argument("--no-open", action="store_true", help="do not open a browser")
+
+
+def add_report(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `sitedda report`."""
+    add_files(parser, _write_report, "PAGE")
+    parser.add_argument("--open", action="store_true", help="open the page in a browser")
+
+
+def _show_view(options: argparse.Namespace) -> int:
+    """Write the interactive view of an input or output to a page, and open it."""
+    from ..drawing.view import write_view
+    from ..output.scene import Scene
+    from .page import bars_of
+
+    target = check_target(
+        options.output or options.file.with_suffix(".view.html"), "a page", [options.file]
+    )
+    if options.difference and not options.other:
+        raise InputError("--difference needs two outputs: sitedda view A.nc B.nc --difference")
+    source, color = options.file, options.color
+    if options.modes:
+        from ..drawing.modes import mode_scene
+
+        source, color = mode_scene(options.file, options.modes)[0], color or "displacement"
+    scene = Scene.of(source, options.absolute)
+    page = write_view(scene, target, color=color, other=options.other,
+                      difference=options.difference, below=bars_of(scene),
+                      absolute=options.absolute)  # fmt: skip
+    _print_page(page, not options.no_open)
+    return 0
+
+
+def _write_report(options: argparse.Namespace) -> int:
+    """Write the report of an input or output to a page."""
+    from ..report import write_html
+    from .page import report_page
+
+    target = check_target(
+        options.output or options.file.with_suffix(".html"), "a page", [options.file]
+    )
+    _print_page(write_html(report_page(options.file), target), options.open)
+    return 0
+
+
+def _print_page(file: Path, show: bool) -> None:
+    """Print name and size of a page; open it in a browser if requested."""
+    print(f"page: {file} ({file.stat().st_size / 1e6:.2g} MB)")
+    if show:
+        import webbrowser
+
+        webbrowser.open(file.resolve().as_uri())
+
+
 def add_record(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of the command."""
+    """Add the arguments of `sitedda record`."""
     allowed = {v.name: v.values for v in GROUPS["motion"].variables}
     parser.add_argument("file", type=Path, metavar="RECORD")
     parser.add_argument(
@@ -46,8 +114,8 @@ def add_record(parser: argparse.ArgumentParser) -> None:
 
 def _run_record(options: argparse.Namespace) -> int:
     """Print the intensity measures of a record, and draw its motion."""
-    from ..facade.plot import record_panels
     from ..site.intensity import intensity
+    from .plot import record_panels
 
     picture = options.output or Path(f"{options.file.stem}.png")
     if not options.force:
