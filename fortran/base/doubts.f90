@@ -11,16 +11,16 @@ module dda_doubts
    !> A warning.
    type :: doubt_type
       character(len=:), allocatable :: topic  !< topic; blank: no topic
-      character(len=:), allocatable :: words  !< a sentence
+      character(len=:), allocatable :: text  !< a sentence
       logical :: of_check = .false.           !< reported by the check of the model
    end type doubt_type
 
 contains
 
    !> Add a warning to a list, which need not be allocated.
-   pure subroutine add_doubt(doubts, topic, words, of_check)
+   pure subroutine add_doubt(doubts, topic, text, of_check)
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< list of warnings, extended
-      character(len=*), intent(in) :: topic, words               !< see `doubt_type`
+      character(len=*), intent(in) :: topic, text               !< see `doubt_type`
       logical, intent(in), optional :: of_check  !< see `doubt_type`; default: .false.
       type(doubt_type), allocatable :: longer(:)
       integer :: n
@@ -30,7 +30,7 @@ contains
       allocate (longer(n + 1))
       if (n > 0) longer(:n) = doubts
       longer(n + 1)%topic = topic
-      longer(n + 1)%words = words
+      longer(n + 1)%text = text
       if (present(of_check)) longer(n + 1)%of_check = of_check
       call move_alloc(longer, doubts)
    end subroutine add_doubt
@@ -42,7 +42,7 @@ contains
       integer :: i
 
       do i = 1, size(more)
-         call add_doubt(doubts, more(i)%topic, more(i)%words, more(i)%of_check)
+         call add_doubt(doubts, more(i)%topic, more(i)%text, more(i)%of_check)
       end do
    end subroutine add_doubts
 
@@ -51,7 +51,7 @@ contains
       type(doubt_type), intent(in) :: doubt  !< warning
       character(len=:), allocatable :: text
 
-      text = doubt%words
+      text = doubt%text
       if (doubt%topic /= '') text = doubt%topic//': '//text
       if (doubt%of_check) text = from_check//text
    end function doubt_text
@@ -71,10 +71,10 @@ contains
       do i = 1, n
          if (archive%reading) then
             doubts(i)%topic = ''
-            doubts(i)%words = ''
+            doubts(i)%text = ''
          end if
          call serialise(archive, doubts(i)%topic)
-         call serialise(archive, doubts(i)%words)
+         call serialise(archive, doubts(i)%text)
          call serialise(archive, doubts(i)%of_check)
       end do
    end subroutine serialise_doubts

@@ -13,16 +13,16 @@ module dda_advice
    public :: penalty_type
    public :: first_frequency, stiff_limit, penalty_for_frequency, penalty_for_shift
 
-   !> Normal stiffness that was found, and its effects.
+   !> Recommended normal stiffness, and its effects.
    type :: penalty_type
-      logical :: found = .false.
+      logical :: reached = .false.
       !> k_n, N/m per metre of thickness; ratios of other stiffnesses to k_n are constant
       real(wp) :: normal_stiffness = 0.0_wp
       real(wp) :: frequency = 0.0_wp         !< first frequency at this stiffness, Hz
       real(wp) :: target = 0.0_wp            !< target of the first frequency, Hz
       real(wp) :: limit = 0.0_wp             !< first frequency for k → ∞, Hz
       integer :: solves = 0                  !< number of eigenvalue problems solved
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
    end type penalty_type
 
    real(wp), parameter :: close_enough = 1.0e-9_wp  !< tolerance/target frequency
@@ -121,19 +121,19 @@ contains
       if (allocated(error)) return
       penalty%solves = 3
       if (target >= penalty%limit) then
-         penalty%words = 'no penalty gives '//to_text(target)// &
+         penalty%text = 'no penalty gives '//to_text(target)// &
             ' Hz: even with rigid joints the first frequency is '//to_text(penalty%limit)// &
             ' Hz; the blocks themselves are too soft or too heavy'
          return
       end if
       call find_root(work, linear%normal_stiffness, penalty, error)
       if (allocated(error)) return
-      if (penalty%found) then
-         penalty%words = 'normal_stiffness = '//to_text(penalty%normal_stiffness)// &
+      if (penalty%reached) then
+         penalty%text = 'normal_stiffness = '//to_text(penalty%normal_stiffness)// &
             ' gives a first frequency of '//to_text(penalty%frequency)//' Hz ('// &
             to_text(penalty%limit)//' Hz with rigid joints)'
       else
-         penalty%words = 'no penalty gives '//to_text(target)// &
+         penalty%text = 'no penalty gives '//to_text(target)// &
             ' Hz: the first frequency does not depend on the penalty'
       end if
    end subroutine penalty_for_frequency
@@ -170,8 +170,8 @@ contains
          end if
       end do
       penalty%normal_stiffness = 1.0_wp/new_s
-      penalty%found = abs(penalty%frequency/penalty%target - 1.0_wp) < 1.0e-6_wp
-      if (.not. penalty%found) call fail(error, error_solver, &
+      penalty%reached = abs(penalty%frequency/penalty%target - 1.0_wp) < 1.0e-6_wp
+      if (.not. penalty%reached) call fail(error, error_solver, &
          'the search for a penalty for '//to_text(penalty%target)//' Hz has stopped at '// &
          to_text(penalty%frequency)//' Hz')
    end subroutine find_root

@@ -13,7 +13,7 @@ module dda_check_band
 
    !> Band from 5 to 95 % of the energy of the acceleration spectra.
    type :: band_type
-      logical :: known = .false.     !< at least one motion has energy
+      logical :: has_energy = .false.     !< at least one motion has energy
       real(wp) :: lowest = 0.0_wp    !< Hz
       real(wp) :: highest = 0.0_wp   !< Hz
    end type band_type
@@ -29,8 +29,8 @@ contains
 
       do i = 1, size(motions)
          call motion_band(motions(i), own_band)
-         if (.not. own_band%known) cycle
-         if (.not. band%known) band = own_band
+         if (.not. own_band%has_energy) cycle
+         if (.not. band%has_energy) band = own_band
          band%lowest = min(band%lowest, own_band%lowest)
          band%highest = max(band%highest, own_band%highest)
       end do
@@ -57,7 +57,7 @@ contains
          if (below < outside*total) band%lowest = frequency(i)
          if (below <= (1.0_wp - outside)*total) band%highest = frequency(i)
       end do
-      band%known = band%highest > 0.0_wp
+      band%has_energy = band%highest > 0.0_wp
    end subroutine motion_band
 
 end module dda_check_band

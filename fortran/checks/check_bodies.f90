@@ -12,12 +12,12 @@ module dda_check_bodies
    use dda_weld, only: weld_type, is_shifted
    implicit none
    private
-   public :: body_or_block_count, blocks_in_words, dispersion_in_words, check_bodies
+   public :: body_or_block_count, block_count_text, dispersion_text, check_bodies
 
-   integer, parameter :: enough = 4  !< sufficient number of cells across a part that bends
+   integer, parameter :: bending_cells = 4  !< sufficient number of cells across a part that bends
    real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
    !> start of rays as a fraction of the edge, not in its middle
-   real(wp), parameter :: aside = 0.53_wp
+   real(wp), parameter :: ray_fraction = 0.53_wp
    real(wp), parameter :: most_error = 0.2_wp    !< largest stress error without a warning
    real(wp), parameter :: slender = 3.0_wp       !< largest length/height of cells in offset rows
    real(wp), parameter :: least_offset = 0.1_wp  !< least offset/edge length of offset rows
@@ -39,28 +39,28 @@ contains
    end function body_or_block_count
 
    !> Text on the numbers of blocks, bodies and cells.
-   pure function blocks_in_words(model) result(words)
+   pure function block_count_text(model) result(text)
       type(model_type), intent(in) :: model  !< model with its blocks
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = counted(to_text(body_or_block_count(model)), 'block', 'blocks')
-      if (size(model%body_names) > 0) words = words//', '//to_text(size(model%body_names))// &
+      text = counted(to_text(body_or_block_count(model)), 'block', 'blocks')
+      if (size(model%body_names) > 0) text = text//', '//to_text(size(model%body_names))// &
          ' of '//to_text(count(model%blocks%body > 0))//' cells'
-   end function blocks_in_words
+   end function block_count_text
 
    !> Text on the error of the speed of S waves along a row of blocks or cells.
    !> The relative error is +(kΔx)²/24 in blocks, and −(kΔx)²/48 in cells of bodies.
-   function dispersion_in_words(blocks, eta) result(words)
+   function dispersion_text(blocks, eta) result(text)
       type(blocks_type), intent(in) :: blocks  !< blocks
       real(wp), intent(in) :: eta              !< block size over wavelength, Δx/λ
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
       if (any(blocks%body > 0)) then
-         words = short_text(100*(2.0_wp*pi*eta)**2/48.0_wp)//' % too slow'
+         text = short_text(100*(2.0_wp*pi*eta)**2/48.0_wp)//' % too slow'
       else
-         words = short_text(100*(2.0_wp*pi*eta)**2/24.0_wp)//' % too fast'
+         text = short_text(100*(2.0_wp*pi*eta)**2/24.0_wp)//' % too fast'
       end if
-   end function dispersion_in_words
+   end function dispersion_text
 
    !> Check the resolution of bodies by their cells: number of cells across the thinnest part,
    !> slender cells in offset rows, and error of initial stresses.
@@ -75,12 +75,12 @@ contains
          if (size(model%body_names) == 0) return
          thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge, &
             blocks%body > 0)
-         if (thinnest%cell > 0) call add_check(report, thinnest%cells >= enough, 'cells', &
+         if (thinnest%cell > 0) call add_check(report, thinnest%cells >= bending_cells, 'cells', &
             to_text(thinnest%cells)//' across the thinnest part of a body, '// &
             quoted(trim(model%body_names(blocks%body(thinnest%cell))))//', '// &
-            short_text(thinnest%width)//' m; bending needs '//to_text(enough), &
+            short_text(thinnest%width)//' m; bending needs '//to_text(bending_cells), &
             'deflection of a beam', 'if this part bends, cells of '// &
-            short_text(thinnest%width/enough)//' m')
+            short_text(thinnest%width/bending_cells)//' m')
          call check_yielding(model, blocks, report)
          offset = find_offset_cell(blocks, model%welds)
          if (offset > 0) call add_line(report, verdict_warn, 'cells', 'of body '// &
@@ -109,21 +109,21 @@ contains
       yields = [(model%materials(m)%yields(), m=1, size(yields))]
       thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge, &
          blocks%body > 0 .and. yields(blocks%material))
-      if (thinnest%cell == 0 .or. thinnest%cells >= enough) return
+      if (thinnest%cell == 0 .or. thinnest%cells >= bending_cells) return
       call add_line(report, verdict_warn, 'cells', 'of body '//quoted(trim(model%body_names( &
          blocks%body(thinnest%cell))))//', which yields, are only '//to_text(thinnest%cells)// &
          ' across '//short_text(thinnest%width)//' m: cells yield by their mean stress, so '// &
-         'with fewer than '//to_text(enough)//' cells a part that bends is too strong', &
-         'mean stress of a cell', 'cells of '//short_text(thinnest%width/enough)//' m')
+         'with fewer than '//to_text(bending_cells)//' cells a part that bends is too strong', &
+         'mean stress of a cell', 'cells of '//short_text(thinnest%width/bending_cells)//' m')
    end subroutine check_yielding
 
    !> Find the thinnest part: fewest cells between two opposite free sides of a body.
-   pure type(thinnest_type) function thinnest_part(blocks, welds, bounded, wanted) &
+   pure type(thinnest_type) function thinnest_part(blocks, welds, bounded, examined) &
       result(thinnest)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< welds of all bodies
       integer, intent(in) :: bounded(:)        !< edges with a boundary
-      logical, intent(in) :: wanted(:)         !< [blocks] cells whose sides are examined
+      logical, intent(in) :: examined(:)         !< [blocks] cells whose sides are examined
       integer, allocatable :: first(:), weld(:)
       logical :: free(size(blocks%owner))
       integer :: b, e, i, cells
@@ -134,7 +134,7 @@ contains
       free = .not. blocks%inner
       free(bounded) = .false.
       do b = 1, blocks%n
-         if (.not. wanted(b)) cycle
+         if (.not. examined(b)) cycle
          do e = blocks%first(b), blocks%first(b + 1) - 1
             if (.not. free(e)) cycle
             call count_crossed_cells(blocks, welds, first, weld, free, e, cells, width)
@@ -156,7 +156,7 @@ contains
       real(wp) :: at(2), direction(2), step
       integer :: cell, out
 
-      at = blocks%vertex(:, edge) + aside*blocks%length(edge)*blocks%along(:, edge)
+      at = blocks%vertex(:, edge) + ray_fraction*blocks%length(edge)*blocks%along(:, edge)
       direction = [-blocks%along(2, edge), blocks%along(1, edge)]
       cell = blocks%owner(edge)
       out = edge
@@ -205,13 +205,13 @@ contains
       integer, intent(inout) :: edge           !< edge of entry; edge of exit, or 0
       real(wp), intent(out) :: step            !< m
       real(wp) :: outward, distance
-      integer :: e, entered
+      integer :: e, entry_edge
 
-      entered = edge
+      entry_edge = edge
       edge = 0
       step = huge(1.0_wp)
       do e = blocks%first(cell), blocks%first(cell + 1) - 1
-         if (e == entered) cycle
+         if (e == entry_edge) cycle
          associate (normal => [blocks%along(2, e), -blocks%along(1, e)])
             outward = dot_product(normal, direction)
             if (.not. outward > 0.0_wp) cycle

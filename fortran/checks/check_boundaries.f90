@@ -67,7 +67,7 @@ contains
          call check_dashpots(blocks, all_of, linear, report)
          x = model%blocks%position(1, blocks%owner) + blocks%reference(1, :)
          if (size(model%boundaries) > 0) call check_sides(model, x, report)
-         if (report%band%known) call check_free_fields(model, x, report)
+         if (report%band%has_energy) call check_free_fields(model, x, report)
       end associate
    end subroutine check_boundaries
 
@@ -94,7 +94,7 @@ contains
          '° from the normal for P waves, '//to_text(min(absorption_angle(ratio(1), wave_s), &
          absorption_angle(ratio(2), wave_s)))//'° for S waves'
       advice = ''
-      if (report%band%known) then
+      if (report%band%has_energy) then
          ! (kh)²/48, kh = ω h/V_s
          by_blocks = (2.0_wp*pi*report%band%highest*largest_size)**2/48.0_wp
          by_scheme = scheme_reflection(linear, report%band%highest)
@@ -200,15 +200,15 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
       character(len=*), intent(in) :: side   !< 'left' or 'right'
-      real(wp) :: line, small
+      real(wp) :: line, tolerance
       integer :: i
 
       is_side_fixed = any([(model%free_fields(i)%side == side, i=1, size(model%free_fields))])
-      small = touching*model%blocks%half_size
+      tolerance = touching*model%blocks%half_size
       line = merge(minval(x), maxval(x), side == 'left')
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
-            if (abs(point%place(1) - line) <= small .and. any(point%fixed_along)) &
+            if (abs(point%place(1) - line) <= tolerance .and. any(point%fixed_along)) &
                is_side_fixed = .true.
          end associate
       end do
@@ -219,7 +219,7 @@ contains
       real(wp), intent(in) :: ratio  !< V_p/V_s, above √2
       integer, intent(in) :: wave    !< incident wave: wave_p or wave_s
       real(wp), intent(in) :: angle  !< angle from the normal, rad, below π/2
-      complex(wp) :: normal(2), row(2, 2), known(2), amplitude(2), determinant
+      complex(wp) :: normal(2), row(2, 2), rhs(2), amplitude(2), determinant
       real(wp) :: speed(2), p
 
       speed = [ratio, 1.0_wp]
@@ -228,10 +228,10 @@ contains
       if (p*ratio > 1.0_wp) normal(1) = -normal(1)  ! an evanescent P wave, which decays inwards
       row(:, wave_p) = stress_imbalance(ratio, wave_p, p, -normal(wave_p))
       row(:, wave_s) = stress_imbalance(ratio, wave_s, p, -normal(wave_s))
-      known = -stress_imbalance(ratio, wave, p, normal(wave))
+      rhs = -stress_imbalance(ratio, wave, p, normal(wave))
       determinant = row(1, 1)*row(2, 2) - row(1, 2)*row(2, 1)
-      amplitude = [known(1)*row(2, 2) - known(2)*row(1, 2), known(2)*row(1, 1) &
-         - known(1)*row(2, 1)]/determinant
+      amplitude = [rhs(1)*row(2, 2) - rhs(2)*row(1, 2), rhs(2)*row(1, 1) &
+         - rhs(1)*row(2, 1)]/determinant
       reflected_energy = sum(abs(amplitude)**2*speed*real(normal))/(speed(wave)*real(normal(wave)))
    end function reflected_energy
 
@@ -291,18 +291,18 @@ contains
    type(bar_type) function make_side_bar(model, x) result(bar)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
-      real(wp) :: left, low, high, plate, fraction(cells)
+      real(wp) :: left_end, low, high, plate, fraction(cells)
       integer :: b, i
 
-      left = minval(x)
-      bar%length = (maxval(x) - left)/cells
+      left_end = minval(x)
+      bar%length = (maxval(x) - left_end)/cells
       associate (blocks => model%blocks)
          do b = 1, blocks%n
             associate (own => x(blocks%first(b):blocks%first(b + 1) - 1), &
                d => blocks%area(b)*elasticity(model%materials(blocks%material(b)), &
                model%control%plane_strain))
-               low = minval(own) - left
-               high = maxval(own) - left
+               low = minval(own) - left_end
+               high = maxval(own) - left_end
                fraction = [(max(0.0_wp, min(high, i*bar%length) - max(low, (i - 1)*bar%length)), &
                   i=1, cells)]/((high - low)*bar%length)
                plate = d(1, 1) - d(1, 2)**2/d(2, 2)
@@ -329,7 +329,7 @@ contains
       real(wp), intent(in) :: omega       !< rad/s
       complex(wp), intent(in) :: free(2)  !< motion of the free fields of the sides
       complex(wp) :: u(cells + 1)
-      complex(wp) :: diagonal(cells + 1), own, side(2)
+      complex(wp) :: diagonal(cells + 1), cell_term, side(2)
       real(wp) :: k
       integer :: i
 
@@ -339,8 +339,8 @@ contains
       diagonal([1, cells + 1]) = side
       u([1, cells + 1]) = side*free
       do i = 1, cells
-         own = 0.5_wp*bar%length*cmplx(-omega**2*bar%mass(i), omega*bar%base, wp)
-         diagonal(i:i + 1) = diagonal(i:i + 1) + bar%modulus(i)/bar%length + own
+         cell_term = 0.5_wp*bar%length*cmplx(-omega**2*bar%mass(i), omega*bar%base, wp)
+         diagonal(i:i + 1) = diagonal(i:i + 1) + bar%modulus(i)/bar%length + cell_term
          u(i:i + 1) = u(i:i + 1) + bar%length*cmplx(0.0_wp, omega*bar%base, wp)
       end do
       do i = 1, cells

@@ -64,7 +64,7 @@ contains
       end if
       advice = ''
       if (misfit > good_fit) advice = '; more mechanisms, or a narrower damping_band'
-      if (report%band%known) then
+      if (report%band%has_energy) then
          if (report%band%lowest < band(1) .or. report%band%highest > band(2)) then
             finding = finding//'; the record has '//short_text(report%band%lowest)//' … '// &
                short_text(report%band%highest)//' Hz, but there is less damping outside the band'
@@ -92,7 +92,7 @@ contains
       finding = 'α up to '//short_text(alpha)//' 1/s, β up to '// &
          short_text(maxval(linear%damping%beta))//' s'
       if (report%has_modes) finding = finding//'; '//damping_ratio_text(report%modes%frequency(1))
-      if (report%band%known) then
+      if (report%band%has_energy) then
          if (report%band%lowest > 0.0_wp) finding = finding//'; '// &
             damping_ratio_text(report%band%lowest)
          finding = finding//'; '//damping_ratio_text(report%band%highest)
@@ -185,19 +185,19 @@ contains
    end subroutine collect_dashpots
 
    !> Text of a number, or of a range of two numbers.
-   pure function range_text(least, most) result(text)
-      real(wp), intent(in) :: least, most  !< ends of the range
+   pure function range_text(lower, upper) result(text)
+      real(wp), intent(in) :: lower, upper  !< ends of the range
       character(len=:), allocatable :: text
 
-      text = short_text(least)
-      if (short_text(most) /= text) text = text//' … '//short_text(most)
+      text = short_text(lower)
+      if (short_text(upper) /= text) text = text//' … '//short_text(upper)
    end function range_text
 
    !> Check each material with a law.
    subroutine check_laws(simulation, report)
       type(simulation_type), intent(in) :: simulation  !< model with materials and blocks
       type(report_type), intent(inout) :: report  !< check report
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: defect
       real(wp) :: side
       integer :: m
 
@@ -208,9 +208,9 @@ contains
             side = largest_block_side(simulation, m)
             if (model%materials(m)%own_law%in_words() /= '') &
                call check_curve_fit(model, m, side, report)
-            words = model%materials(m)%own_law%unmet()
-            if (words /= '') call add_line(report, verdict_warn, 'material law', &
-               quoted(trim(model%materials(m)%name))//': '//words, 'fit of the branches', &
+            defect = model%materials(m)%own_law%unmet()
+            if (defect /= '') call add_line(report, verdict_warn, 'material law', &
+               quoted(trim(model%materials(m)%name))//': '//defect, 'fit of the branches', &
                'more branches; if this does not suffice, less damping at small strains')
             call check_softening(model, m, side, report)
          end do
@@ -224,18 +224,19 @@ contains
       real(wp), intent(in) :: side                !< largest block of the material, m
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: finding, remedy
-      real(wp) :: left(2), eta
+      real(wp) :: reduction(2), eta
       logical :: fine
 
       associate (material => model%materials(m))
-         left = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
+         reduction = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
          finding = quoted(trim(material%name))//': '//material%own_law%in_words()//'; at '// &
-            '0.1 and 1 % shear strain G/G0 = '//short_text(left(1))//' and '// &
-            short_text(left(2))//', wavelengths are reduced to '//short_text(sqrt(left(1)))// &
-            ' and '//short_text(sqrt(left(2)))//' of their values at small strain'
+            '0.1 and 1 % shear strain G/G0 = '//short_text(reduction(1))//' and '// &
+            short_text(reduction(2))//', wavelengths are reduced to '// &
+            short_text(sqrt(reduction(1)))//' and '//short_text(sqrt(reduction(2)))// &
+            ' of their values at small strain'
          fine = .true.
-         if (report%band%known) then
-            eta = side*report%band%highest/sqrt(left(1)*material%young_modulus/(2.0_wp &
+         if (report%band%has_energy) then
+            eta = side*report%band%highest/sqrt(reduction(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
             finding = finding//'; at 0.1 % strain, block size λ/'//short_text(1.0_wp/eta)// &
                ' at '// &
@@ -277,7 +278,7 @@ contains
          call add_check(report, side <= limit, 'material law', &
             quoted(trim(material%name))//': cells of '//short_text(side)//' m soften; '// &
             'above '//short_text(limit)//' m cells would lose strength faster than they unload', &
-            'G or E times softening_displacement over the loss of strength', &
+            'G or E × softening_displacement / loss of strength', &
             'smaller cells, or a larger softening_displacement')
       end associate
    end subroutine check_softening

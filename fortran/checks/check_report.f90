@@ -67,8 +67,8 @@ contains
 
       doubt = doubt_type(subject, finding, .true.)
       if (present(topic)) doubt%topic = topic
-      if (present(brief)) doubt%words = brief
-      if (verdict == verdict_fail) doubt%words = doubt%words//' (FAIL)'
+      if (present(brief)) doubt%text = brief
+      if (verdict == verdict_fail) doubt%text = doubt%text//' (FAIL)'
       if (report%n == 0) allocate (report%line(0))
       report%n = report%n + 1
       report%line = [report%line, line_type(verdict, subject, finding, source, advice, doubt)]

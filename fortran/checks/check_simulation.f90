@@ -5,8 +5,8 @@ module dda_check_simulation
    use dda_interrupts, only: fail_if_stopped
    use dda_advice, only: stiff_limit
    use dda_blocks, only: blocks_type, smaller_side
-   use dda_check_bodies, only: check_bodies, body_or_block_count, blocks_in_words, &
-      dispersion_in_words
+   use dda_check_bodies, only: check_bodies, body_or_block_count, block_count_text, &
+      dispersion_text
    use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
    use dda_equilibrium, only: find_farthest_block
@@ -75,7 +75,7 @@ contains
       call check_contacts(simulation, linear, report)
       call check_sudden_gravity(simulation, report)
       do i = 1, size(linear%bending)
-         call add_line(report, verdict_warn, linear%bending(i)%topic, linear%bending(i)%words, &
+         call add_line(report, verdict_warn, linear%bending(i)%topic, linear%bending(i)%text, &
             'linear stress', '')
       end do
       call check_omega_max(stiff, report)
@@ -83,7 +83,7 @@ contains
       if (allocated(error)) return
       call check_ringing(stiff, report)
       call find_impact_regime(linear, simulation, impacts)
-      if (impacts%words /= '') call add_line(report, verdict_ok, 'impacts', impacts%words, &
+      if (impacts%text /= '') call add_line(report, verdict_ok, 'impacts', impacts%text, &
          'closed forms', impacts%advice)
       call fail_if_stopped(error)
       if (allocated(error)) return
@@ -137,7 +137,7 @@ contains
       integer :: b, separate
 
       settled = ''
-      if (allocated(linear%equilibrium%words)) settled = '; '//linear%equilibrium%words
+      if (allocated(linear%equilibrium%text)) settled = '; '//linear%equilibrium%text
       b = 0
       if (simulation%model%stages(1)%static) call find_farthest_block(simulation%blocks, &
          simulation%model%blocks%position, b, distance)
@@ -148,7 +148,7 @@ contains
          call add_line(report, verdict_warn, 'contacts', 'no contact is closed'//settled, 'model', &
             'contacts exist only at edges that touch; check the vertices')
       else
-         call add_line(report, verdict_ok, 'contacts', blocks_in_words(simulation%model)//', '// &
+         call add_line(report, verdict_ok, 'contacts', block_count_text(simulation%model)//', '// &
             counted(to_text(linear%closed), 'closed contact', 'closed contacts')//settled, &
             'model', '')
       end if
@@ -191,7 +191,7 @@ contains
          return
       end if
       report%has_highest = report%highest%omega > 0.0_wp
-      call add_line(report, verdict_ok, 'highest frequency', report%highest%words, &
+      call add_line(report, verdict_ok, 'highest frequency', report%highest%text, &
          'ARPACK and bracket', '')
       if (.not. report%has_highest) return
       limit = 4.0_wp/report%highest%omega
@@ -199,7 +199,7 @@ contains
       resolved = linear%time_step < limit
       finding = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/ω = '// &
          short_text(limit)//' s of the highest frequency'
-      if (.not. (resolved .or. allocated(error))) finding = finding//'; '//report%unresolved%words
+      if (.not. (resolved .or. allocated(error))) finding = finding//'; '//report%unresolved%text
       ! No warning: most contacts are similarly stiff, and the line on ringing shows the effect.
       call add_line(report, verdict_ok, 'time step', finding, 'paper eq. 13', '')
    end subroutine check_omega_max
@@ -218,7 +218,7 @@ contains
          return
       end if
       report%ringing = ringing%steps
-      call add_check(report, .not. ringing%steps > most_ringing, 'ringing', ringing%words, &
+      call add_check(report, .not. ringing%steps > most_ringing, 'ringing', ringing%text, &
          'roots of the scheme', ringing%advice, ringing_topic, ringing%brief)
    end subroutine check_ringing
 
@@ -242,7 +242,7 @@ contains
          list = list//short_text(report%modes%frequency(i))
       end do
       if (report%has_modes) list = list//' Hz; '
-      call add_check(report, report%has_modes, 'lowest modes', list//report%modes%words, &
+      call add_check(report, report%has_modes, 'lowest modes', list//report%modes%text, &
          'ARPACK', '')
       if (.not. report%has_modes) return
       if (report%modes%elongation(1) < 0.0_wp) then
@@ -306,11 +306,11 @@ contains
    !> The iteration converges more slowly for a larger condition number of K̂ relative to inertia,
    !> κ = 1 + θχ z k_n Δt²/m; z k_n/m is the largest ratio of contact stiffness to block mass.
    !> The contribution of joints to 1/f² is proportional to 1/k_n.
-   pure function penalty_cost_text(linear, shift) result(words)
+   pure function penalty_cost_text(linear, shift) result(text)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: shift  !< relative reduction of the first frequency by joints
-      character(len=:), allocatable :: words
-      real(wp), parameter :: wanted = 0.01_wp, least = 1.0e-7_wp
+      character(len=:), allocatable :: text
+      real(wp), parameter :: target_shift = 0.01_wp, least_shift = 1.0e-7_wp
       real(wp) :: springs(linear%n), cost, ratio
       integer :: i
 
@@ -324,10 +324,10 @@ contains
       end do
       cost = linear%scheme%theta*linear%scheme%chi*linear%time_step**2*maxval(springs &
          /linear%block_mass, mask=linear%block_mass > 0.0_wp)
-      words = 'condition of the contact iteration '//short_text(1.0_wp + cost)
-      if (shift <= least .or. shift >= 1.0_wp) return
-      ratio = ((1.0_wp - shift)**(-2) - 1.0_wp)/((1.0_wp - wanted)**(-2) - 1.0_wp)
-      words = words//'; for 1 %, normal_stiffness = '// &
+      text = 'condition of the contact iteration '//short_text(1.0_wp + cost)
+      if (shift <= least_shift .or. shift >= 1.0_wp) return
+      ratio = ((1.0_wp - shift)**(-2) - 1.0_wp)/((1.0_wp - target_shift)**(-2) - 1.0_wp)
+      text = text//'; for 1 %, normal_stiffness = '// &
          short_text(ratio*linear%normal_stiffness)//' N/m, with '//short_text(1.0_wp + ratio*cost)
    end function penalty_cost_text
 
@@ -374,7 +374,7 @@ contains
       call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against Δx/v = '// &
          short_text(report%shortest(2))//' s (P), '//short_text(report%shortest(1))//' s (S), '// &
          'to resolve wave fronts; the scheme is stable for larger time steps', 'paper eq. 14', '')
-      if (.not. report%band%known) return
+      if (.not. report%band%has_energy) return
       period = 1.0_wp/report%band%highest
       eta = report%longest*report%band%highest
       remedy = ''
@@ -383,7 +383,7 @@ contains
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= coarsest), 'element size', 'the block size is λ/'//short_text(1/eta)//' at '// &
          short_text(report%band%highest)//' Hz, limit λ/12 (strict: λ/20); these waves are '// &
-         dispersion_in_words(blocks, eta), 'paper eq. 12', remedy, &
+         dispersion_text(blocks, eta), 'paper eq. 12', remedy, &
          'element size: '//counted(to_text(count_longer(blocks, coarsest*period)), &
          'block', 'blocks')//', λ/'// &
          short_text(1/eta)//' at '//short_text(report%band%highest)//' Hz, limit λ/12')
@@ -422,7 +422,7 @@ contains
          finding = short_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
       end if
       sampled = .true.
-      if (report%band%known) then
+      if (report%band%has_energy) then
          sampled = report%band%highest < 0.5_wp/linear%time_step
          if (finding /= '') finding = finding//'; '
          finding = finding//damping_range_text(report%band, linear)
@@ -447,19 +447,19 @@ contains
       type(band_type), intent(in) :: band  !< band of the motions, Hz
       type(linear_model_type), intent(in) :: linear  !< linearised model
       character(len=:), allocatable :: text
-      character(len=:), allocatable :: beyond
+      character(len=:), allocatable :: limit_text
       real(wp) :: nyquist  ! Hz
 
       nyquist = 0.5_wp/linear%time_step
-      beyond = 'beyond 1/(2 Δt) = '//short_text(nyquist)// &
+      limit_text = 'beyond 1/(2 Δt) = '//short_text(nyquist)// &
          ' Hz, which steps cannot resolve'
       if (band%lowest >= nyquist) then
          text = 'the band of the record, '//short_text(band%lowest)//' … '// &
-            short_text(band%highest)//' Hz, lies '//beyond
+            short_text(band%highest)//' Hz, lies '//limit_text
       else if (band%highest >= nyquist) then
          text = short_text(100*damping_at(linear, band%lowest))//' % at '// &
             short_text(band%lowest)//' Hz; the band of the record reaches '// &
-            short_text(band%highest)//' Hz, '//beyond
+            short_text(band%highest)//' Hz, '//limit_text
       else
          text = short_text(100*damping_at(linear, band%lowest))//' … '// &
             short_text(100*damping_at(linear, band%highest))//' % over '// &
@@ -500,19 +500,19 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(simulation_type), allocatable :: copy
       type(error_type), allocatable :: error
-      integer(long) :: has_started, now, rate
+      integer(long) :: start_count, end_count, rate
       integer :: i
 
       seconds = 0.0_wp
       if (simulation%blocks%n > timed_blocks) return
       copy = simulation
-      call system_clock(has_started, rate)
+      call system_clock(start_count, rate)
       do i = 1, timed_steps
          call advance(copy, error)
          if (allocated(error)) return
       end do
-      call system_clock(now)
-      seconds = real(now - has_started, wp)/real(rate, wp)/timed_steps
+      call system_clock(end_count)
+      seconds = real(end_count - start_count, wp)/real(rate, wp)/timed_steps
    end function seconds_per_step
 
 end module dda_check_simulation

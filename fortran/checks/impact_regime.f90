@@ -19,10 +19,10 @@ module dda_impact_regime
    !> Impact regime of the unbonded contacts of a simulation.
    type :: impact_regime_type
       integer :: prescribed = 0              !< number of contacts with a restitution
-      integer :: others = 0                  !< number of contacts without restitution
+      integer :: unprescribed = 0            !< number of contacts without restitution
       real(wp) :: lowest = huge(1.0_wp)      !< smallest Ω without restitution
       real(wp) :: highest = 0.0_wp           !< largest Ω without restitution
-      character(len=:), allocatable :: words   !< text; blank if no contact is unbonded
+      character(len=:), allocatable :: text   !< text; blank if no contact is unbonded
       character(len=:), allocatable :: advice
    end type impact_regime_type
 
@@ -46,7 +46,7 @@ contains
             omega = linear%time_step*sqrt(normal_slope(laws, contacts, c)*softness_of(contacts, &
                simulation%blocks, c))
             if (.not. omega > 0.0_wp) cycle  ! the contact has no length yet
-            regime%others = regime%others + 1
+            regime%unprescribed = regime%unprescribed + 1
             regime%lowest = min(regime%lowest, omega)
             regime%highest = max(regime%highest, omega)
          end do
@@ -59,28 +59,28 @@ contains
    subroutine write_regime_text(regime, linear)
       type(impact_regime_type), intent(inout) :: regime  !< regime of the contacts
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp) :: most
+      real(wp) :: peak_restitution
 
-      regime%words = ''
+      regime%text = ''
       regime%advice = ''
-      if (regime%prescribed > 0) regime%words = to_text(regime%prescribed)// &
+      if (regime%prescribed > 0) regime%text = to_text(regime%prescribed)// &
          ' unbonded contacts have the restitution of their joint, at any time_step and penalty'
-      if (regime%others == 0) return
-      if (regime%words /= '') regime%words = regime%words//'; '
-      regime%words = regime%words//to_text(regime%others)//' have no restitution, ω Δt '// &
+      if (regime%unprescribed == 0) return
+      if (regime%text /= '') regime%text = regime%text//'; '
+      regime%text = regime%text//to_text(regime%unprescribed)//' have no restitution, ω Δt '// &
          short_text(regime%lowest)//' … '//short_text(regime%highest)//': '
-      most = 1.0_wp/linear%scheme%chi - 1.0_wp
+      peak_restitution = 1.0_wp/linear%scheme%chi - 1.0_wp
       if (regime%highest <= resolved) then
-         regime%words = regime%words//'impacts are resolved and rebound with '// &
+         regime%text = regime%text//'impacts are resolved and rebound with '// &
             short_text(speed_fraction(linear, regime%highest))//' … '// &
             short_text(speed_fraction(linear, regime%lowest))// &
             ' of their speed, by numerical damping'
-      else if (most > 0.0_wp) then
-         regime%words = regime%words//'impacts rebound with 0 to '//short_text(most)// &
+      else if (peak_restitution > 0.0_wp) then
+         regime%text = regime%text//'impacts rebound with 0 to '//short_text(peak_restitution)// &
             ' of their speed, depending on when in a step they occur'
          regime%advice = 'set restitution of &joint if impacts matter'
       else
-         regime%words = regime%words//'impacts do not rebound'
+         regime%text = regime%text//'impacts do not rebound'
       end if
    end subroutine write_regime_text
 

@@ -99,21 +99,21 @@ module dda_linear_model
 contains
 
    !> Linearise a started simulation; the simulation does not change.
-   subroutine linearise(linear, simulation, which, error, budget)
+   subroutine linearise(linear, simulation, contact_choice, error, budget)
       type(linear_model_type), intent(out) :: linear  !< linearised model
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      character(len=*), intent(in) :: which  !< contacts: 'closed', 'present', 'settled' or 'auto'
+      character(len=*), intent(in) :: contact_choice  !< 'closed', 'present', 'settled' or 'auto'
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long), intent(in), optional :: budget  !< most iterations to find equilibrium
       type(simulation_type) :: settled
       type(error_type), allocatable :: rest_error  ! equilibrium was not found
       integer :: i
 
-      select case (which)
+      select case (contact_choice)
       case ('closed', 'present')
-         call build_matrices(linear, simulation, which == 'closed')
+         call build_matrices(linear, simulation, contact_choice == 'closed')
       case ('settled', 'auto')
-         if (norm2(simulation%model%control%gravity) == 0.0_wp .and. which == 'auto') then
+         if (norm2(simulation%model%control%gravity) == 0.0_wp .and. contact_choice == 'auto') then
             call build_matrices(linear, simulation, .true.)
             return
          end if
@@ -130,7 +130,7 @@ contains
          call restore_run(linear, simulation)
          call assemble(linear)
       case default
-         call fail(error, error_input, 'contacts '//quoted(which)// &
+         call fail(error, error_input, 'contacts '//quoted(contact_choice)// &
             " are not known; use 'closed', 'present', 'settled' or 'auto'")
       end select
    end subroutine linearise
@@ -283,7 +283,7 @@ contains
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       type(linear_terms_type), intent(inout) :: terms   !< terms of the elements
-      type(linear_terms_type) :: others
+      type(linear_terms_type) :: other_terms
       integer :: b, i
 
       if (.not. allocated(linear%mass)) allocate (linear%mass(6, 6, blocks%n))
@@ -298,11 +298,11 @@ contains
                call add_product(linear%mass(:, :, term%block_a), term%coefficient, term%row_a, &
                   term%row_a)
             else
-               call add_term(others, term)
+               call add_term(other_terms, term)
             end if
          end associate
       end do
-      terms = others
+      terms = other_terms
    end subroutine assemble_masses
 
    !> Add the springs of closed contacts.
@@ -313,7 +313,7 @@ contains
       logical, intent(in) :: all_closed  !< all touching contacts stick
       type(linear_term_type) :: term
       type(rows_type) :: rows
-      real(wp) :: reach
+      real(wp) :: tolerance
       integer :: c, state
 
       term%of_penalty = .true.
@@ -321,8 +321,8 @@ contains
          associate (v => contacts%block_v(c), e => contacts%block_e(c))
             state = contacts%state(c)
             if (all_closed) then
-               reach = touching*min(simulation%blocks%radius(v), simulation%blocks%radius(e))
-               state = merge(contact_stick, contact_open, contacts%gap(c) <= reach .or. &
+               tolerance = touching*min(simulation%blocks%radius(v), simulation%blocks%radius(e))
+               state = merge(contact_stick, contact_open, contacts%gap(c) <= tolerance .or. &
                   contacts%bonded(c))
             end if
             if (contacts%bonded(c)) state = contact_stick

@@ -59,12 +59,12 @@ contains
    end function magnitude_notes
 
    !> Add a note if a condition is .true.
-   pure subroutine note_if(notes, condition, words)
+   pure subroutine note_if(notes, condition, text)
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       logical, intent(in) :: condition       !< condition of the note
-      character(len=*), intent(in) :: words  !< text of the note
+      character(len=*), intent(in) :: text  !< text of the note
 
-      if (condition) notes = [character(len=note_length) :: notes, words]
+      if (condition) notes = [character(len=note_length) :: notes, text]
    end subroutine note_if
 
    !> Check gravity, sizes and output.
@@ -96,27 +96,27 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< material
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      character(len=:), allocatable :: of
+      character(len=:), allocatable :: subject
       logical :: yields
-      real(wp) :: speed, turn
+      real(wp) :: speed, rotation
 
       associate (material => model%materials(i), yields_alone => model%blocks%material == i)
-         of = '&material '//quoted(trim(material%name))
+         subject = '&material '//quoted(trim(material%name))
          yields = material%yields()
          speed = norm2(material%initial_velocity(1:2))
-         turn = abs(material%initial_velocity(3))*model%control%time_step
-         call note_if(notes, speed > fastest, 'initial_velocity of '//of//' is '// &
+         rotation = abs(material%initial_velocity(3))*model%control%time_step
+         call note_if(notes, speed > fastest, 'initial_velocity of '//subject//' is '// &
             short_text(speed)//' m/s: faster than falling rock')
-         call note_if(notes, turn > most_turn, 'initial_velocity of '//of// &
-            ' turns its blocks by '//short_text(turn)// &
+         call note_if(notes, rotation > most_turn, 'initial_velocity of '//subject// &
+            ' turns its blocks by '//short_text(rotation)// &
             ' rad per step: the third value is in rad/s; use a smaller time_step')
          call note_if(notes, material%density >= weights(1) .and. material%density < weights(2) &
             .and. (material%young_modulus < of_foam(1) .or. material%young_modulus > of_foam(2)), &
             'density = '// &
-            short_text(material%density)//' kg/m³ of '//of//': is it a unit weight in '// &
+            short_text(material%density)//' kg/m³ of '//subject//': is it a unit weight in '// &
             'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
          call note_if(notes, yields .and. count(yields_alone) == 1 .and. &
-            any(yields_alone .and. model%blocks%body == 0), of//' yields, but '// &
+            any(yields_alone .and. model%blocks%body == 0), subject//' yields, but '// &
             'its block has uniform strain and yields as a whole: mesh the block (&mesh)')
       end associate
    end subroutine note_material
@@ -137,14 +137,14 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< motion
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      real(wp) :: most
+      real(wp) :: peak
 
       associate (motion => model%motions(i), step => model%control%time_step)
          if (.not. allocated(motion%curve%acceleration)) return
-         most = maxval(abs(motion%curve%acceleration))
-         call note_if(notes, most > most_acceleration .and. motion%file /= '', 'motion '// &
-            quoted(trim(motion%name))//': PGA = '//short_text(most)//' m/s² is '// &
-            short_text(most/9.81_wp)//' g: is the record in gal (cm/s²), or scaled twice?')
+         peak = maxval(abs(motion%curve%acceleration))
+         call note_if(notes, peak > most_acceleration .and. motion%file /= '', 'motion '// &
+            quoted(trim(motion%name))//': PGA = '//short_text(peak)//' m/s² is '// &
+            short_text(peak/9.81_wp)//' g: is the record in gal (cm/s²), or scaled twice?')
          call note_if(notes, motion%curve%duration < few_steps*step .and. motion%file /= '', &
             'motion '//quoted(trim(motion%name))//' lasts '// &
             short_text(motion%curve%duration)//' s, fewer than ten steps of time_step = '// &
@@ -157,7 +157,7 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< load on edges
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      character(len=:), allocatable :: of
+      character(len=:), allocatable :: subject
       real(wp) :: level, low, high
 
       associate (load => model%edge_loads(i))
@@ -166,12 +166,12 @@ contains
          high = maxval(model%blocks%vertex(2, :))
          level = maxval(load%level)
          if (load%kind == load_surface) level = level + maxval(load%line(2, :))
-         of = trim(merge('&traction', '&water   ', load%kind == load_level))
-         if (load%name /= '') of = of//' '//quoted(trim(load%name))
-         call note_if(notes, level > high + highest_head*(high - low), of//' reaches up to '// &
-            short_text(level - high)//' m above the model, which is '// &
+         subject = trim(merge('&traction', '&water   ', load%kind == load_level))
+         if (load%name /= '') subject = subject//' '//quoted(trim(load%name))
+         call note_if(notes, level > high + highest_head*(high - low), subject// &
+            ' reaches up to '//short_text(level - high)//' m above the model, which is '// &
             short_text(high - low)//' m high: are its levels in m, along y?')
-         call note_if(notes, level <= low, of//' has no effect: the water is below the model')
+         call note_if(notes, level <= low, subject//' has no effect: the water is below the model')
       end associate
    end subroutine note_water
 

@@ -69,20 +69,20 @@ contains
    end subroutine note_softening
 
    !> Append a note to the list.
-   pure subroutine append_note(notes, words)
+   pure subroutine append_note(notes, text)
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      character(len=*), intent(in) :: words  !< a line
+      character(len=*), intent(in) :: text  !< a line
 
-      notes = [character(len=note_length) :: notes, words]
+      notes = [character(len=note_length) :: notes, text]
    end subroutine append_note
 
    !> Text ' (and 3 more)' for further cases; blank if there are none.
-   pure function more_text(number) result(words)
+   pure function more_text(number) result(text)
       integer, intent(in) :: number  !< number of further cases
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = ''
-      if (number > 0) words = ' (and '//to_text(number)//' more)'
+      text = ''
+      if (number > 0) text = ' (and '//to_text(number)//' more)'
    end function more_text
 
    !> Note densities that may be in g/cm³.
@@ -142,13 +142,13 @@ contains
    pure subroutine note_names(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      integer :: first, more
+      integer :: first, further
 
       associate (names => pack(model%block_names, model%blocks%body == 0))
-         call find_repeated(names, first, more)
+         call find_repeated(names, first, further)
          if (first == 0) return
          call append_note(notes, to_text(count(names == names(first)))//' blocks are named '// &
-            quoted(names(first))//more_text(more)//': this name in a list selects all of them')
+            quoted(names(first))//more_text(further)//': this name in a list selects all of them')
       end associate
    end subroutine note_names
 
@@ -210,7 +210,7 @@ contains
          if (strain(b) <= most_strain) return
          call append_note(notes, 'the weight strains '//block_label(model, b)//' by about '// &
             short_text(100*strain(b))//' %, limit '//short_text(100*most_strain)// &
-            ' %: '//short_text(stress(b))//' Pa over young_modulus = '// &
+            ' %: '//short_text(stress(b))//' Pa / young_modulus = '// &
             to_text(model%materials(blocks%material(b))%young_modulus)//' Pa')
       end associate
    end subroutine note_strain
@@ -222,24 +222,24 @@ contains
       type(overburden_type), intent(in) :: overburden  !< weights on all blocks
       logical, intent(in) :: on_ground(:)    !< [blocks] supported by the ground
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      real(wp) :: depth, fraction, most
+      real(wp) :: depth, fraction, largest_fraction
       integer :: b, softest
 
       if (model%contact%penetration_tolerance > 0.0_wp) return
       if (any(abs(model%blocks%initial_stress) > 0.0_wp)) return
-      most = most_penetration
+      largest_fraction = most_penetration
       softest = 0
       do b = 1, model%blocks%n
          if (on_ground(b) .or. overburden%n_below(b) == 0) cycle
          fraction = weight_penetration(model, overburden, b)/smaller_side(model%blocks, b)
-         if (fraction <= most) cycle
-         most = fraction
+         if (fraction <= largest_fraction) cycle
+         largest_fraction = fraction
          softest = b
       end do
       if (softest == 0) return
       depth = weight_penetration(model, overburden, softest)
       call append_note(notes, 'the weight presses '//block_label(model, softest)//' about '// &
-         short_text(depth)//' m into its support, '//short_text(100*most)// &
+         short_text(depth)//' m into its support, '//short_text(100*largest_fraction)// &
          ' % of its smaller side: contacts with normal_stiffness = '// &
          to_text(model%contact%normal_stiffness)//' N/m, or with its joint stiffness, are soft')
    end subroutine note_penetration
@@ -250,17 +250,17 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       type(overburden_type), intent(in) :: overburden  !< weights on all blocks
       integer, intent(in) :: b               !< number of the block
-      real(wp) :: one
+      real(wp) :: value
       integer :: v
 
       depth = huge(1.0_wp)
       do v = model%blocks%first(b), model%blocks%first(b + 1) - 1
          associate (joint => model%joints(model%blocks%joint(v)))
-            one = overburden%weight(b)/(2*overburden%n_below(b)*model%contact%normal_stiffness)
-            if (joint%normal_stiffness > 0.0_wp) one = overburden%weight(b) &
+            value = overburden%weight(b)/(2*overburden%n_below(b)*model%contact%normal_stiffness)
+            if (joint%normal_stiffness > 0.0_wp) value = overburden%weight(b) &
                /(overburden%width(b)*joint%normal_stiffness)
-            if (joint%max_closure > 0.0_wp) one = min(one, joint%max_closure)
-            depth = min(depth, one)
+            if (joint%max_closure > 0.0_wp) value = min(value, joint%max_closure)
+            depth = min(depth, value)
          end associate
       end do
    end function weight_penetration
@@ -269,20 +269,20 @@ contains
    pure subroutine note_motions(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      logical :: used(0:size(model%motions))
+      logical :: is_used(0:size(model%motions))
       integer :: i
 
-      used = .false.
-      used(model%control%base_motion) = .true.
+      is_used = .false.
+      is_used(model%control%base_motion) = .true.
       do i = 1, size(model%fixed_points)
-         used(model%fixed_points(i)%motion) = .true.
+         is_used(model%fixed_points(i)%motion) = .true.
       end do
       do i = 1, size(model%boundaries)
-         used(model%boundaries(i)%motion) = .true.
+         is_used(model%boundaries(i)%motion) = .true.
       end do
-      i = findloc(used(1:), .false., 1)
+      i = findloc(is_used(1:), .false., 1)
       if (i > 0) call append_note(notes, '&motion '//quoted(model%motions(i)%name)// &
-         more_text(count(.not. used(1:)) - 1)//' is not used: no motion_x, motion_y, '// &
+         more_text(count(.not. is_used(1:)) - 1)//' is not used: no motion_x, motion_y, '// &
          'base_motion_x or base_motion_y names it')
    end subroutine note_motions
 

@@ -48,7 +48,7 @@ module dda_modes
       !> relative period error of the scheme; −1: no oscillation
       real(wp), allocatable :: elongation(:)
       real(wp) :: total_mass = 0.0_wp               !< kg per metre of thickness
-      character(len=:), allocatable :: words        !< text on contacts and singular stiffness
+      character(len=:), allocatable :: text        !< text on contacts and singular stiffness
    end type modes_type
 
    real(wp), parameter :: zero_frequency = 1.0e-14_wp  !< ω²/scale of ω_max² that counts as zero
@@ -186,22 +186,22 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(null_space_type) :: free
       integer, parameter :: most_mechanisms = 100
-      integer :: wanted, found, left, i
+      integer :: request, elastic, available, i
 
       mechanisms = 0
       rigid = 0
       call find_rigid_modes(linear, free, error)
       if (allocated(error)) return
       rigid = free%dimension - 3*removed_blocks(linear)
-      left = 6*linear%n - free%dimension
+      available = 6*linear%n - free%dimension
       do
-         wanted = min(count + mechanisms, left)
-         call lowest_eigenvalues(linear%stiffness, linear%mass, wanted, pairs, error, free)
+         request = min(count + mechanisms, available)
+         call lowest_eigenvalues(linear%stiffness, linear%mass, request, pairs, error, free)
          if (allocated(error)) return
          call set_frequencies(linear, pairs, mechanisms)
-         found = pairs%n - mechanisms
-         if (found >= count .or. pairs%n < wanted .or. mechanisms > most_mechanisms) exit
-         if (wanted >= left) exit
+         elastic = pairs%n - mechanisms
+         if (elastic >= count .or. pairs%n < request .or. mechanisms > most_mechanisms) exit
+         if (request >= available) exit
       end do
       call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
    end subroutine find_elastic
@@ -245,25 +245,25 @@ contains
    end function omega_max_scale
 
    !> Write the text on contacts, singular stiffness and moduli of the modes.
-   subroutine write_mode_text(linear, wanted, modes)
+   subroutine write_mode_text(linear, request, modes)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      integer, intent(in) :: wanted  !< number of modes
+      integer, intent(in) :: request  !< number of modes
       type(modes_type), intent(inout) :: modes  !< lowest modes
 
-      modes%words = counted(to_text(linear%closed), 'contact is closed', 'contacts are closed')
-      if (linear%closed == 0) modes%words = 'no contact is closed'
-      if (linear%sliding > 0) modes%words = modes%words//', '//to_text(linear%sliding)// &
+      modes%text = counted(to_text(linear%closed), 'contact is closed', 'contacts are closed')
+      if (linear%closed == 0) modes%text = 'no contact is closed'
+      if (linear%sliding > 0) modes%text = modes%text//', '//to_text(linear%sliding)// &
          ' of them slide'
-      if (allocated(linear%equilibrium%words)) modes%words = modes%words//'; '// &
-         linear%equilibrium%words
-      if (modes%rigid > 0) modes%words = modes%words// &
+      if (allocated(linear%equilibrium%text)) modes%text = modes%text//'; '// &
+         linear%equilibrium%text
+      if (modes%rigid > 0) modes%text = modes%text// &
          '; the stiffness is singular: unsupported parts have '// &
          counted(to_text(modes%rigid), 'rigid-body mode', 'rigid-body modes')
-      if (modes%mechanisms > 0) modes%words = modes%words//'; at least '// &
+      if (modes%mechanisms > 0) modes%text = modes%text//'; at least '// &
          to_text(modes%mechanisms)//' further modes have no stiffness (hinges or slides)'
-      if (is_dispersive(linear)) modes%words = modes%words// &
+      if (is_dispersive(linear)) modes%text = modes%text// &
          '; each mode uses the moduli and damping ratios of materials at its own frequency'
-      if (modes%n < wanted) modes%words = modes%words//'; only '//to_text(modes%n)// &
+      if (modes%n < request) modes%text = modes%text//'; only '//to_text(modes%n)// &
          ' modes have stiffness'
    end subroutine write_mode_text
 

@@ -44,7 +44,7 @@ module dda_omega_max
       integer :: block(2) = 0
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
       character(len=:), allocatable :: governs     !< text on the governing spring or block
-      character(len=:), allocatable :: words       !< text on all results
+      character(len=:), allocatable :: text       !< text on all results
    end type omega_max_type
 
 contains
@@ -167,16 +167,16 @@ contains
       integer :: kind
 
       associate (energy => result%energy)
-         result%words = 'ω_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
+         result%text = 'ω_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
             bracket_text(result%bracket)//'; relative residual '//short_text(result%residual)// &
             '; governed by '//result%governs//' with '// &
                percent_text(energy%largest_fraction(result%kind))// &
             ' of the energy of the mode ('
          do kind = 1, energy_kinds
-            if (energy%fraction(kind) > 0.0_wp) result%words = result%words// &
+            if (energy%fraction(kind) > 0.0_wp) result%text = result%text// &
                trim(kind_names(kind))//' '//percent_text(energy%fraction(kind))//', '
          end do
-         result%words = result%words(:len(result%words) - 2)//'); the upper bound is due to '// &
+         result%text = result%text(:len(result%text) - 2)//'); the upper bound is due to '// &
             block_label(linear, result%bracket%upper_block)
       end associate
    end subroutine write_omega_text

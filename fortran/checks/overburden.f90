@@ -72,7 +72,7 @@ contains
       type(overburden_type), intent(inout) :: overburden   !< widths are set
       integer, allocatable, intent(out) :: span(:,:)       !< [2,blocks] first and last column
       integer, intent(out) :: columns          !< number of columns
-      real(wp) :: side(2, blocks%n), across(2), left, width
+      real(wp) :: side(2, blocks%n), across(2), left_end, width
       integer :: b
 
       across = [-down(2), down(1)]
@@ -83,12 +83,12 @@ contains
          end associate
       end do
       overburden%width = side(2, :) - side(1, :)
-      left = minval(side(1, :))
-      width = maxval(side(2, :)) - left
+      left_end = minval(side(1, :))
+      width = maxval(side(2, :)) - left_end
       columns = ceiling(min(real(most_columns, wp), 4*width/minval(overburden%width)))
       allocate (span(2, blocks%n))
-      span(1, :) = min(columns - 1, nint((side(1, :) - left)/width*columns)) + 1
-      span(2, :) = max(span(1, :), nint((side(2, :) - left)/width*columns))
+      span(1, :) = min(columns - 1, nint((side(1, :) - left_end)/width*columns)) + 1
+      span(2, :) = max(span(1, :), nint((side(2, :) - left_end)/width*columns))
    end subroutine set_columns
 
    !> Add pairs of block b and the blocks directly above it in its columns.

@@ -102,11 +102,11 @@ contains
       type(weights_type) :: weights
       complex(wp), allocatable :: y(:)
       real(wp), dimension(6, linear%n) :: re, im, d_re, d_im
-      real(wp) :: error, before
+      real(wp) :: error, previous_error
       integer :: i
       logical :: added(2)
 
-      before = huge(1.0_wp)
+      previous_error = huge(1.0_wp)
       weights = weights_at(linear, frequency)
       do i = 1, most_expansions
          call solve_reduced(reduced, weights, weights%ground, y)
@@ -116,8 +116,8 @@ contains
          error = sqrt(mass_product(linear, d_re, d_re) + mass_product(linear, d_im, d_im)) &
             /max(norm2(abs(y)), tiny(1.0_wp))
          if (error <= accuracy .or. reduced%m == size(reduced%basis, 3)) exit
-         if (error <= rounding .and. error > 0.5_wp*before) exit
-         before = error
+         if (error <= rounding .and. error > 0.5_wp*previous_error) exit
+         previous_error = error
          call add_vector(reduced, linear, force, d_re, added(1))
          call add_vector(reduced, linear, force, d_im, added(2))
          if (.not. any(added)) exit
@@ -235,9 +235,8 @@ contains
          associate (term => linear%terms%term(i))
             pull = -term%coefficient*weights%part(term%instant) &
                *cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp)
-            if (any(term%damped_fraction > 0.0_wp)) pull = pull + weld_damping_force(linear, &
-               weights, &
-               term, &
+            if (any(term%damped_fraction > 0.0_wp)) pull = pull &
+               + weld_damping_force(linear, weights, term, &
                cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp))
             if (.not. abs(pull) > 0.0_wp) cycle
             call add_term_row(term, real(pull), re)
@@ -325,15 +324,15 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: force(:,:,:), vector(:,:)  !< [6,n,instants] N/m, N; [6,n] vector
       logical, intent(out) :: added  !< the vector was appended
-      real(wp) :: v(6, linear%n), before, length
+      real(wp) :: v(6, linear%n), initial_length, length
       integer :: pass, j
 
       added = .false.
       if (reduced%m == size(reduced%basis, 3)) return
       v = vector
-      before = sqrt(mass_product(linear, v, v))
-      if (.not. before > 0.0_wp) return
-      v = v/before
+      initial_length = sqrt(mass_product(linear, v, v))
+      if (.not. initial_length > 0.0_wp) return
+      v = v/initial_length
       length = 1.0_wp
       do pass = 1, 3
          do j = 1, reduced%m

@@ -24,7 +24,7 @@ module dda_ringing
    type :: ringing_type
       real(wp) :: steps = 0.0_wp  !< steps of decay to 1/e; 0: no mode rings; huge: no decay
       real(wp) :: resolution = 0.0_wp        !< Ω = ωΔt of this mode
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
       character(len=:), allocatable :: advice
       character(len=:), allocatable :: brief
    end type ringing_type
@@ -77,20 +77,20 @@ contains
       type(scheme_type), intent(in) :: scheme  !< time integration (θ, χ)
       character(len=*), intent(in) :: kind  !< kind of term with the most energy
 
-      ringing%words = 'no velocity changes sign in each step'
-      ringing%brief = ringing%words
+      ringing%text = 'no velocity changes sign in each step'
+      ringing%brief = ringing%text
       ringing%advice = "a smaller time_step, a lower normal_stiffness, or integration = 'theta'"
       if (scheme%chi > 0.5_wp) &
          ringing%advice = 'a smaller time_step, a lower normal_stiffness, or a larger theta'
       if (.not. ringing%steps > 0.0_wp) return
-      ringing%words = 'the stiffest mode ('//kind//', ω Δt = '// &
+      ringing%text = 'the stiffest mode ('//kind//', ω Δt = '// &
          short_text(ringing%resolution)// &
          ') changes the sign of its velocity in each step and '
       if (ringing%steps < 1.0e12_wp) then
-         ringing%words = ringing%words//'decays to 1/e in '//short_text(ringing%steps)//' steps'
+         ringing%text = ringing%text//'decays to 1/e in '//short_text(ringing%steps)//' steps'
          ringing%brief = '1/e in '//short_text(ringing%steps)//' steps'
       else
-         ringing%words = ringing%words//'does not decay'
+         ringing%text = ringing%text//'does not decay'
          ringing%brief = 'does not decay'
       end if
       ringing%brief = kind//', '//ringing%brief

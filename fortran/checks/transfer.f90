@@ -30,7 +30,7 @@ module dda_transfer
       real(wp) :: base(2) = 0.0_wp           !< fraction of the base motion at both points
       real(wp), allocatable :: weight(:,:)   !< [2,m] displacements of the basis at the points
       real(wp), allocatable :: omega(:)      !< [m] undamped angular frequencies, rad/s
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
    end type transfer_type
 
    !> Peak of the amplification.
@@ -90,7 +90,7 @@ contains
       transfer%linear%dynamic_factor = linear%dynamic_factor
       transfer%linear%damping = linear%damping
       call find_resonances(transfer, error)
-      transfer%words = transfer%words//'; '//to_text(transfer%reduced%m)// &
+      transfer%text = transfer%text//'; '//to_text(transfer%reduced%m)// &
          ' basis vectors, relative residual '//to_text(transfer%reduced%residual)//' up to '// &
          to_text(highest)//' Hz'
    end subroutine prepare_transfer
@@ -111,7 +111,7 @@ contains
       static(axis, :) = 1.0_wp
       transfer%body_force = linear%base_motion(axis) > 0
       if (transfer%body_force) then
-         transfer%words = 'base motion as body force'
+         transfer%text = 'base motion as body force'
          do b = 1, linear%n
             force(:, b, at_theta) = matmul(linear%mass(:, :, b), static(:, b))
          end do
@@ -122,13 +122,13 @@ contains
          call fail(error, error_input, 'there is no base: no fixed point or dashpot supports '// &
             'the model in '//merge('x', 'y', axis == 1)//', and there is no base motion')
       else if (n_moving < n_resisting) then
-         transfer%words = to_text(n_moving)//' of '//to_text(n_resisting)//' '// &
+         transfer%text = to_text(n_moving)//' of '//to_text(n_resisting)//' '// &
             supports_text(linear)//' move'
          call prepare_inverse(inverse, linear%stiffness, linear%mass, error)
          if (.not. allocated(error)) call solve(inverse%factor, force(:, :, at_theta) &
             + force(:, :, at_end), static)
       else
-         transfer%words = 'all '//supports_text(linear)//' move together'
+         transfer%text = 'all '//supports_text(linear)//' move together'
       end if
    end subroutine find_base_excitation
 

@@ -33,7 +33,7 @@ module dda_unresolved
       logical :: exact = .false.              !< both bounds are equal
       !> number of modes, counted in `at_most`, by the kind with the most energy
       integer :: of_kind(energy_kinds) = 0
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
    end type unresolved_type
 
    !> largest number of blocks for which all modes are computed
@@ -190,23 +190,23 @@ contains
 
       associate (u => unresolved)
          if (u%at_most == 0) then
-            u%words = 'all '//to_text(u%modes)//' modes lie below 4/time_step = '// &
+            u%text = 'all '//to_text(u%modes)//' modes lie below 4/time_step = '// &
                short_text(u%limit)//' rad/s'
             return
          end if
-         u%words = to_text(u%at_least)
-         if (.not. u%exact) u%words = 'between '//to_text(u%at_least)//' and '//to_text(u%at_most)
-         u%words = u%words//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '// &
+         u%text = to_text(u%at_least)
+         if (.not. u%exact) u%text = 'between '//to_text(u%at_least)//' and '//to_text(u%at_most)
+         u%text = u%text//' of '//to_text(u%modes)//' modes lie beyond 4/time_step = '// &
             short_text(u%limit)//' rad/s and are not resolved, mostly in '
          first = .true.
          do kind = 1, energy_kinds
             if (u%of_kind(kind) == 0) cycle
-            if (.not. first) u%words = u%words//', '
+            if (.not. first) u%text = u%text//', '
             first = .false.
             fraction = real(u%of_kind(kind), wp)/real(sum(u%of_kind), wp)
-            u%words = u%words//trim(kind_names(kind))//' ('//to_text(nint(100*fraction))//' %)'
+            u%text = u%text//trim(kind_names(kind))//' ('//to_text(nint(100*fraction))//' %)'
          end do
-         u%words = u%words//"; the line 'ringing' tells how soon they die out"
+         u%text = u%text//"; the line 'ringing' reports how fast they decay"
       end associate
    end subroutine write_unresolved_text
 

@@ -71,20 +71,21 @@ contains
       type(model_type), intent(in) :: old, new  !< models of the run and of the changed input
       type(blocks_type), intent(in) :: blocks   !< blocks or model of the run
       type(error_type), allocatable, intent(out) :: error  !< set if other values differ
-      logical :: same
+      logical :: unchanged
       integer :: i
 
-      same = blocks%n == new%blocks%n .and. size(old%joints) == size(new%joints) &
+      unchanged = blocks%n == new%blocks%n .and. size(old%joints) == size(new%joints) &
          .and. size(old%motions) == size(new%motions) .and. size(old%stages) == size(new%stages) &
          .and. size(old%fixed_points) <= size(new%fixed_points) &
          .and. size(old%free_fields) == size(new%free_fields) &
          .and. size(old%loads) <= size(new%loads)
-      if (same) same = size(blocks%owner) == size(new%blocks%owner)
-      if (same) same = all(blocks%reference == new%blocks%reference)
-      if (same) same = all([(old%fixed_points(i)%block == new%fixed_points(i)%block .and. &
+      if (unchanged) unchanged = size(blocks%owner) == size(new%blocks%owner)
+      if (unchanged) unchanged = all(blocks%reference == new%blocks%reference)
+      if (unchanged) unchanged = all([(old%fixed_points(i)%block &
+         == new%fixed_points(i)%block .and. &
          all(old%fixed_points(i)%reference == new%fixed_points(i)%reference), &
          i=1, size(old%fixed_points))])
-      if (.not. same) call fail(error, error_input, new%file//': a run cannot change its '// &
+      if (.not. unchanged) call fail(error, error_input, new%file//': a run cannot change its '// &
          'blocks or the numbers of joints, motions and stages; '// &
          'it cannot add fixed points to fixed edges')
    end subroutine check_unchanged
@@ -176,17 +177,17 @@ contains
       logical, intent(in) :: removed(:)       !< [blocks]
       integer, intent(in) :: stage            !< present stage
       type(fixed_point_type), allocatable :: points(:)
-      integer :: i, s, more
+      integer :: i, s, added
 
       points = model%fixed_points
-      more = size(points) - size(run_model%fixed_points)
+      added = size(points) - size(run_model%fixed_points)
       do i = 1, size(run_model%fixed_points)
          points(i)%place = run_model%fixed_points(i)%place
       end do
       do s = 1, size(run_model%stages)
          associate (stages => run_model%stages)
-            stages(s)%released = [stages(s)%released, spread(.false., 1, more)]
-            stages(s)%holds = [stages(s)%holds, spread(.false., 1, more)]
+            stages(s)%released = [stages(s)%released, spread(.false., 1, added)]
+            stages(s)%holds = [stages(s)%holds, spread(.false., 1, added)]
             if (s > stage) cycle
             do i = 1, size(points)
                if (stages(s)%holds(i)) points(i)%fixed_along = points(i)%waiting
@@ -206,25 +207,25 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(fixed_point_type), intent(in) :: before(:)  !< points before the change
       type(motion_type), intent(in) :: motions(:)      !< motions before the change
-      real(wp) :: now(2), prescribed(2, 2), along
+      real(wp) :: position(2), prescribed(2, 2), coordinate
       integer :: i, axis
 
       associate (points => simulation%model%fixed_points, time => simulation%time)
          do i = 1, size(points)
-            now = position_of(simulation%blocks, points(i)%block, points(i)%reference)
+            position = position_of(simulation%blocks, points(i)%block, points(i)%reference)
             points(i)%place = 0.0_wp
             prescribed(:, 2) = displacement_of(simulation%model%motions, points(i)%motion, time)
             if (i <= size(before)) prescribed(:, 1) = displacement_of(motions, before(i)%motion, &
                time)
             do axis = 1, 2
                associate (direction => points(i)%axes(:, axis))
-                  along = dot_product(direction, now)
+                  coordinate = dot_product(direction, position)
                   if (i <= size(before)) then
-                     if (before(i)%fixed_along(axis)) along = dot_product(direction, &
+                     if (before(i)%fixed_along(axis)) coordinate = dot_product(direction, &
                         before(i)%place) &
                         + prescribed(axis, 1)
                   end if
-                  points(i)%place = points(i)%place + direction*(along - prescribed(axis, 2))
+                  points(i)%place = points(i)%place + direction*(coordinate - prescribed(axis, 2))
                end associate
             end do
          end do
@@ -235,16 +236,16 @@ contains
    subroutine set_time_step(simulation, time_step)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), intent(in) :: time_step  !< Δt, s
-      real(wp) :: left
+      real(wp) :: remaining_time
 
       associate (control => simulation%model%control)
          if (time_step == control%time_step) return
-         left = simulation%first_time + real(control%step_count, wp)*control%time_step &
+         remaining_time = simulation%first_time + real(control%step_count, wp)*control%time_step &
             - simulation%time
          simulation%first_time = simulation%time
          simulation%first_step = simulation%step
          control%time_step = time_step
-         control%step_count = max(0_long, ceiling(left/time_step - 1.0e-9_wp, long))
+         control%step_count = max(0_long, ceiling(remaining_time/time_step - 1.0e-9_wp, long))
          simulation%time_step = time_step
       end associate
    end subroutine set_time_step

@@ -73,7 +73,7 @@ module dda_equilibrium
       real(wp) :: displacement_limit = huge(1.0_wp)
       !> displacement of `block` if it exceeds `displacement_limit`, else 0, m
       real(wp) :: moved = 0.0_wp
-      character(len=:), allocatable :: words    !< outcome as a text
+      character(len=:), allocatable :: text    !< outcome as a text
    end type equilibrium_type
 
    integer, parameter :: most_steps = 200  !< largest number of static steps
@@ -142,7 +142,7 @@ contains
       call step_to_rest(simulation, equilibrium, failure)
       if (allocated(start)) call search_again(simulation, start, equilibrium, failure)
       call write_outcome(simulation, equilibrium, failure)
-      if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%words)
+      if (.not. equilibrium%at_rest) call fail(error, error_convergence, equilibrium%text)
       if (allocated(failure)) then
          if (failure%kind == error_interrupted .or. failure%kind == error_memory) &
             call move_alloc(failure, error)
@@ -216,13 +216,13 @@ contains
    subroutine remove_damping_stress(blocks, energy)
       type(blocks_type), intent(inout) :: blocks  !< between two steps
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      real(wp) :: before
+      real(wp) :: initial_energy
 
       if (.not. blocks%damps) return
-      before = energy%value(energy_strain)
+      initial_energy = energy%value(energy_strain)
       blocks%damps = .false.
       energy%value(energy_strain) = strain_energy(blocks)
-      call add_energy(energy, energy_algorithmic, before - energy%value(energy_strain))
+      call add_energy(energy, energy_algorithmic, initial_energy - energy%value(energy_strain))
    end subroutine remove_damping_stress
 
    !> Select backward Euler, stop all blocks, and freeze time-dependent values at the present time.
@@ -253,17 +253,17 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< error of a step with the shortest Δt
-      real(wp) :: first, distance, least
-      real(wp), allocatable :: places(:,:)
-      integer(long) :: iterations, gained
+      real(wp) :: first, distance, smallest
+      real(wp), allocatable :: initial_positions(:,:)
+      integer(long) :: iterations, last_progress
       integer :: stalled
 
-      places = simulation%blocks%position(1:2, :)
-      least = huge(1.0_wp)
+      initial_positions = simulation%blocks%position(1:2, :)
+      smallest = huge(1.0_wp)
       stalled = 0
       first = simulation%time_step
       iterations = simulation%counters%iterations
-      gained = iterations
+      last_progress = iterations
       distance = 0.0_wp
       do
          call find_unbalanced_forces(simulation, equilibrium, error)
@@ -273,15 +273,15 @@ contains
          call find_unexplained_penetration(simulation, equilibrium)
          if (.not. equilibrium%at_rest) call record_falling(simulation, equilibrium)
          if (equilibrium%falling > 0) return
-         if (equilibrium%largest < 0.5_wp*least) gained = simulation%counters%iterations
-         stalled = merge(0, stalled + 1, equilibrium%largest < 0.5_wp*least)
-         least = min(least, equilibrium%largest)
+         if (equilibrium%largest < 0.5_wp*smallest) last_progress = simulation%counters%iterations
+         stalled = merge(0, stalled + 1, equilibrium%largest < 0.5_wp*smallest)
+         smallest = min(smallest, equilibrium%largest)
          if (equilibrium%at_rest .and. (stalled >= most_stalled .or. &
             size(simulation%model%boundaries) + size(simulation%model%free_fields) == 0)) return
          if (equilibrium%steps == most_steps) return
          if (distance > most_fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > equilibrium%budget) return
-         if (simulation%counters%iterations - gained > stalled_iterations &
+         if (simulation%counters%iterations - last_progress > stalled_iterations &
             + merge(yield_work, stalled_work, any(simulation%model%materials%yields())) &
             /simulation%blocks%n) return
          if (simulation%iteration%relaxes .and. stalled >= most_relaxed_stalled .and. &
@@ -294,24 +294,24 @@ contains
          equilibrium%steps = equilibrium%steps + 1
          distance = distance + largest_displacement(simulation%blocks, simulation%system%d)
          if (distance > equilibrium%displacement_limit) &
-            call limit_movement(simulation, equilibrium, places)
+            call limit_movement(simulation, equilibrium, initial_positions)
          if (equilibrium%moved > 0.0_wp) return
       end do
    end subroutine step_to_rest
 
    !> Record the block with the largest displacement if the displacement exceeds the limit.
-   subroutine limit_movement(simulation, equilibrium, places)
+   subroutine limit_movement(simulation, equilibrium, initial_positions)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< block and displacement are set
-      real(wp), intent(in) :: places(:,:)  !< [2,blocks] centroids at the beginning, m
-      real(wp) :: moved
+      real(wp), intent(in) :: initial_positions(:,:)  !< [2,blocks] centroids at the beginning, m
+      real(wp) :: distance
       integer :: block
 
-      call find_farthest_block(simulation%blocks, places, block, moved)
-      if (moved <= equilibrium%displacement_limit) return
+      call find_farthest_block(simulation%blocks, initial_positions, block, distance)
+      if (distance <= equilibrium%displacement_limit) return
       equilibrium%at_rest = .false.
       equilibrium%block = block
-      equilibrium%moved = moved
+      equilibrium%moved = distance
    end subroutine limit_movement
 
    !> Perform one static step; if it fails, the blocks do not move and Δt is reduced.
@@ -401,7 +401,7 @@ contains
    subroutine compare_with_tolerance(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< unbalanced forces are in `system%rhs`
       type(equilibrium_type), intent(inout) :: equilibrium  !< largest force and blocks are set
-      real(wp) :: force(6), size_of, allowed, weight
+      real(wp) :: force(6), size_of, tolerance, weight
       logical :: is_largest
       integer :: b
 
@@ -412,21 +412,21 @@ contains
          do b = 1, blocks%n
             force = system%rhs(:, b)
             size_of = norm2(force(1:2)) + (abs(force(3)) + norm2(force(4:6)))/blocks%radius(b)
-            allowed = allowed_force(simulation, b)
+            tolerance = allowed_force(simulation, b)
             is_largest = equilibrium%block == 0
             if (.not. is_largest) is_largest = &
-               .not. size_of*equilibrium%allowed <= equilibrium%unbalanced*allowed
+               .not. size_of*equilibrium%allowed <= equilibrium%unbalanced*tolerance
             if (is_largest) then
                equilibrium%block = b
                equilibrium%unbalanced = size_of
-               equilibrium%allowed = allowed
+               equilibrium%allowed = tolerance
             end if
             if (.not. size_of <= huge(size_of)) return
             equilibrium%largest = max(equilibrium%largest, size_of)
             weight = block_weight(simulation, b)
             if (blocks%removed(b) .or. system%has_terms(b) .or. &
-               allowed <= equilibrium%tolerance_ratio*weight) cycle
-            equilibrium%tolerance_ratio = allowed/max(weight, tiny(weight))
+               tolerance <= equilibrium%tolerance_ratio*weight) cycle
+            equilibrium%tolerance_ratio = tolerance/max(weight, tiny(weight))
             equilibrium%tolerance_block = b
          end do
       end associate
@@ -482,12 +482,12 @@ contains
    subroutine record_falling(simulation, equilibrium)
       type(simulation_type), intent(in) :: simulation  !< simulation with its loads and contacts
       type(equilibrium_type), intent(inout) :: equilibrium  !< number and first block are set
-      logical :: falls(simulation%blocks%n)
+      logical :: is_falling(simulation%blocks%n)
 
       call find_falling(simulation%blocks, simulation%contacts(simulation%now), simulation%laws, &
-         simulation%system%load, simulation%system%has_terms, falls)
-      equilibrium%falling = count(falls)
-      equilibrium%first_falling = findloc(falls, .true., 1)
+         simulation%system%load, simulation%system%has_terms, is_falling)
+      equilibrium%falling = count(is_falling)
+      equilibrium%first_falling = findloc(is_falling, .true., 1)
    end subroutine record_falling
 
    !> Remove the gap offsets of penetrating contacts, so that their forces match the penetration.
@@ -512,16 +512,16 @@ contains
       real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
       integer, intent(out) :: block            !< number of the block; 0: no block has moved
       real(wp), intent(out) :: distance        !< distance, m
-      real(wp) :: moved
+      real(wp) :: displacement
       integer :: b
 
       block = 0
       distance = 0.0_wp
       do b = 1, blocks%n
          if (blocks%removed(b)) cycle
-         moved = norm2(blocks%position(1:2, b) - from(1:2, b))
-         if (moved <= distance) cycle
-         distance = moved
+         displacement = norm2(blocks%position(1:2, b) - from(1:2, b))
+         if (displacement <= distance) cycle
+         distance = displacement
          block = b
       end do
    end subroutine find_farthest_block
@@ -533,50 +533,50 @@ contains
       type(error_type), allocatable, intent(in) :: error  !< error of the last step, if it failed
 
       if (equilibrium%at_rest) then
-         equilibrium%words = equilibrium_text(simulation, equilibrium)
+         equilibrium%text = equilibrium_text(simulation, equilibrium)
          return
       end if
       if (equilibrium%unexplained > 0) then
-         equilibrium%words = 'forces balance after '//static_steps_text(equilibrium)// &
+         equilibrium%text = 'forces balance after '//static_steps_text(equilibrium)// &
             ', but '//penetration_text(simulation, equilibrium%unexplained)
          return
       end if
-      equilibrium%words = 'not at rest after '//static_steps_text(equilibrium)
+      equilibrium%text = 'not at rest after '//static_steps_text(equilibrium)
       if (equilibrium%falling > 0) then
-         equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
+         equilibrium%text = equilibrium%text//': block '//block_name(simulation, &
             equilibrium%first_falling)//falling_text(equilibrium%falling - 1)// &
             ': no forces at the contacts can balance the loads, and no block is below'
          return
       end if
       if (equilibrium%moved > 0.0_wp) then
-         equilibrium%words = equilibrium%words//': block '//block_name(simulation, &
+         equilibrium%text = equilibrium%text//': block '//block_name(simulation, &
             equilibrium%block)//' has moved by '//short_text(equilibrium%moved)// &
             ' m; displacement of &stage is '//short_text(equilibrium%displacement_limit)//' m'// &
             sliding_contact_text(simulation, equilibrium%block)
          return
       end if
-      if (equilibrium%block > 0) equilibrium%words = equilibrium%words//': block '// &
+      if (equilibrium%block > 0) equilibrium%text = equilibrium%text//': block '// &
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
          short_text(equilibrium%unbalanced)//' N/m, allowed '//short_text(equilibrium%allowed)// &
          sliding_contact_text(simulation, equilibrium%block)
-      if (.not. simulation%iteration%converged) equilibrium%words = equilibrium%words// &
+      if (.not. simulation%iteration%converged) equilibrium%text = equilibrium%text// &
          ', and the contacts of the last step do not converge'
-      if (allocated(error)) equilibrium%words = equilibrium%words//'; then '//error%message
+      if (allocated(error)) equilibrium%text = equilibrium%text//'; then '//error%message
    end subroutine write_outcome
 
    !> Text on the most loaded contact and its joint: among the sliding contacts of block b; if none
    !> slides, among all sliding contacts; if there are none, among all contacts of b.
-   function sliding_contact_text(simulation, b) result(words)
+   function sliding_contact_text(simulation, b) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: b                         !< block with an unbalanced force
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
       integer :: c, most_loaded(3), sliding
       logical :: of_block
 
       most_loaded = 0
       sliding = 0
-      words = '; look at supports, joints and gaps'
-      if (any(simulation%model%materials%yields())) words = '; a material may yield: load or '// &
+      text = '; look at supports, joints and gaps'
+      if (any(simulation%model%materials%yields())) text = '; a material may yield: load or '// &
          'excavate in several stages, or look at supports, joints and gaps'
       associate (contacts => simulation%contacts(simulation%now), joints => simulation%model%joints)
          do c = 1, contacts%n
@@ -590,13 +590,13 @@ contains
          c = merge(most_loaded(1), most_loaded(2), most_loaded(1) > 0)
          if (c == 0) then
             if (most_loaded(3) > 0) &
-               words = '; no contact slides; largest contact force on the block '// &
+               text = '; no contact slides; largest contact force on the block '// &
                short_text(contacts%normal_force(most_loaded(3)))//' N/m on '// &
                joint_label(joints(contacts%joint(most_loaded(3)))%name)// &
                ': look at that joint, at supports and gaps'
             return
          end if
-         words = '; '//counted(to_text(sliding), 'contact slides', 'contacts slide')//': block '// &
+         text = '; '//counted(to_text(sliding), 'contact slides', 'contacts slide')//': block '// &
             block_name(simulation, contacts%block_v(c))//' slides on '// &
             block_name(simulation, contacts%block_e(c))//' along '// &
             joint_label(joints(contacts%joint(c))%name)//'; give it more friction, a '// &
@@ -624,28 +624,28 @@ contains
    end function larger_force
 
    !> Text ' falls', or ' and N others fall'.
-   pure function falling_text(others) result(words)
+   pure function falling_text(others) result(text)
       integer, intent(in) :: others  !< number of other blocks
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
       select case (others)
       case (0)
-         words = ' falls'
+         text = ' falls'
       case (1)
-         words = ' and another fall'
+         text = ' and another fall'
       case default
-         words = ' and '//to_text(others)//' others fall'
+         text = ' and '//to_text(others)//' others fall'
       end select
    end function falling_text
 
    !> Text on two blocks whose penetration exceeds the penetration due to their contact force.
-   function penetration_text(simulation, c) result(words)
+   function penetration_text(simulation, c) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< contact with this penetration
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
       associate (contacts => simulation%contacts(simulation%now))
-         words = 'block '//block_name(simulation, contacts%block_v(c))//' penetrates '// &
+         text = 'block '//block_name(simulation, contacts%block_v(c))//' penetrates '// &
             short_text(-contacts%new_gap(c) - contacts%offset(c))//' m into block '// &
             block_name(simulation, contacts%block_e(c))//'; the contact force '// &
             'accounts for '//short_text(-contacts%new_gap(c))//' m of this'
@@ -653,31 +653,31 @@ contains
    end function penetration_text
 
    !> Text that states the number of static steps.
-   pure function static_steps_text(equilibrium) result(words)
+   pure function static_steps_text(equilibrium) result(text)
       type(equilibrium_type), intent(in) :: equilibrium  !< record of the search
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = counted(to_text(equilibrium%steps), 'static step', 'static steps')
+      text = counted(to_text(equilibrium%steps), 'static step', 'static steps')
    end function static_steps_text
 
    !> Text on the accuracy of the equilibrium.
-   function equilibrium_text(simulation, equilibrium) result(words)
+   function equilibrium_text(simulation, equilibrium) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(equilibrium_type), intent(in) :: equilibrium  !< record of a search with equilibrium
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
       real(wp) :: weight
 
-      words = 'at rest after '//static_steps_text(equilibrium)//', largest unbalanced force '// &
+      text = 'at rest after '//static_steps_text(equilibrium)//', largest unbalanced force '// &
          short_text(equilibrium%largest)//' N/m'
       weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
-      if (weight > 0.0_wp) words = words//', '//short_text(equilibrium%largest/weight)// &
+      if (weight > 0.0_wp) text = text//', '//short_text(equilibrium%largest/weight)// &
          ' of the weight'
-      if (equilibrium%tolerance_ratio > doubtful_ratio) words = words//'; but forces up to '// &
+      if (equilibrium%tolerance_ratio > doubtful_ratio) text = text//'; but forces up to '// &
          short_text(equilibrium%tolerance_ratio)//' of the weight of block '// &
          block_name(simulation, equilibrium%tolerance_block)// &
             ' count as balanced: it may still slide '// &
          '(reduce force_tolerance or normal_stiffness of &contact)'
-      if (equilibrium%unexplained > 0) words = words//'; but '// &
+      if (equilibrium%unexplained > 0) text = text//'; but '// &
          penetration_text(simulation, equilibrium%unexplained)//': a vertex lies between two edges'
    end function equilibrium_text
 

@@ -32,19 +32,19 @@ module dda_falling
 contains
 
    !> Find the blocks that fall without limit.
-   subroutine find_falling(blocks, contacts, laws, load, on_element, falls)
+   subroutine find_falling(blocks, contacts, laws, load, on_element, is_falling)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction of the joints
       real(wp), intent(in) :: load(:,:)  !< [6,blocks] loads without contact forces, N/m and N
       logical, intent(in) :: on_element(:)         !< [blocks] an element acts on the block
-      logical, intent(out) :: falls(:)             !< [blocks] the block falls without limit
+      logical, intent(out) :: is_falling(:)             !< [blocks] the block falls without limit
       type(extents_type) :: extents
       real(wp) :: down(2)
       logical :: supported(blocks%n)
       integer :: part(blocks%n), c, b
 
-      falls = .false.
+      is_falling = .false.
       if (all(on_element .or. blocks%removed)) return
       down = [(sum(load(c, :), mask=.not. (on_element .or. blocks%removed)), c=1, 2)]
       if (.not. norm2(down) > tiny(1.0_wp)) return
@@ -59,8 +59,8 @@ contains
             call join(part, contacts%block_v(c), contacts%block_e(c))
       end do
       call name_parts(part)
-      falls = .not. (supported .or. blocks%removed)
-      call retain_unbalanced(blocks, contacts, laws, load, down, part, supported, falls)
+      is_falling = .not. (supported .or. blocks%removed)
+      call retain_unbalanced(blocks, contacts, laws, load, down, part, supported, is_falling)
    end subroutine find_falling
 
    !> Set the extents of blocks along and across the loads; blocks that only touch do not overlap.
@@ -134,8 +134,8 @@ contains
       end subroutine add_supported_block
    end subroutine find_blocks_above
 
-   !> Retain in `falls` only groups whose contacts with other blocks cannot balance their loads.
-   subroutine retain_unbalanced(blocks, contacts, laws, load, down, part, supported, falls)
+  !> Retain in `is_falling` only groups whose contacts with other blocks cannot balance their loads.
+   subroutine retain_unbalanced(blocks, contacts, laws, load, down, part, supported, is_falling)
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       type(contacts_type), intent(in) :: contacts  !< contacts of the present state
       type(laws_type), intent(in) :: laws          !< friction of the joints
@@ -143,7 +143,7 @@ contains
       real(wp), intent(in) :: down(2)              !< unit vector along the loads
       integer, intent(in) :: part(:)               !< [blocks] first block of the group
       logical, intent(in) :: supported(:)          !< [blocks] the block may be supported
-      logical, intent(inout) :: falls(:)           !< [blocks] the block may fall without limit
+      logical, intent(inout) :: is_falling(:)           !< [blocks] the block may fall without limit
       !> [2,blocks] first and last direction of forces on a group, as angles from the direction
       !> opposite to its loads, rad
       real(wp) :: range(2, blocks%n), direction, friction
@@ -151,7 +151,7 @@ contains
       integer :: c, b
 
       do b = 1, blocks%n
-         balances(b) = falls(b) .and. .not. dot_product(load(1:2, b), down) &
+         balances(b) = is_falling(b) .and. .not. dot_product(load(1:2, b), down) &
             > (1.0_wp - 0.5_wp*parallel**2)*norm2(load(1:2, b))
       end do
       range(1, :) = 2.0_wp*pi
@@ -160,7 +160,7 @@ contains
          associate (v => contacts%block_v(c), e => contacts%block_e(c))
             if (supported(v) .eqv. supported(e)) cycle
             b = merge(e, v, supported(v))
-            if (.not. falls(b)) cycle
+            if (.not. is_falling(b)) cycle
             associate (into => merge(1.0_wp, -1.0_wp, b == v)*contacts%normal(:, c))
                direction = modulo(atan2(down(1)*into(2) - down(2)*into(1), &
                   dot_product(down, into)) - pi, 2.0_wp*pi)
@@ -177,7 +177,7 @@ contains
          if (balances(b)) balances(part(b)) = .true.
       end do
       balances = balances .or. range(2, :) - range(1, :) >= pi - parallel
-      falls = falls .and. .not. balances(part)
+      is_falling = is_falling .and. .not. balances(part)
    end subroutine retain_unbalanced
 
 end module dda_falling

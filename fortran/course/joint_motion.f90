@@ -31,7 +31,7 @@ contains
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       real(wp), intent(out) :: values(joint_columns)   !< slip, opening, forces
-      real(wp) :: moved(2), force(2), slip, opening
+      real(wp) :: movement(2), force(2), slip, opening
       integer :: c, n
 
       n = 0
@@ -40,10 +40,10 @@ contains
       do c = 1, size(first%vertex)
          if (.not. is_between(joint, blocks%owner(first%vertex(c)), blocks%owner(first%edge(c)))) &
             cycle
-         moved = foot_movement(first, blocks, c)
+         movement = foot_movement(first, blocks, c)
          n = n + 1
-         slip = slip - moved(1)  ! vertices are counter-clockwise, so a top edge runs to the left
-         opening = max(opening, moved(2))
+         slip = slip - movement(1)  ! vertices are counter-clockwise, so a top edge runs to the left
+         opening = max(opening, movement(2))
       end do
       values(:2) = ieee_value(slip, ieee_quiet_nan)
       if (n > 0) values(:2) = [slip/n, opening]
@@ -59,12 +59,12 @@ contains
       end do
    end subroutine measure_joint
 
-   !> .true. if a contact of blocks `one` and `other` belongs to the joint.
-   pure logical function is_between(joint, one, other)
+   !> .true. if a contact of blocks `block_a` and `block_b` belongs to the joint.
+   pure logical function is_between(joint, block_a, block_b)
       type(measured_joint_type), intent(in) :: joint  !< joint of the model
-      integer, intent(in) :: one, other               !< blocks
+      integer, intent(in) :: block_a, block_b               !< blocks
 
-      is_between = joint%side(one) + joint%side(other) == 3
+      is_between = joint%side(block_a) + joint%side(block_b) == 3
    end function is_between
 
    !> Reject a joint without contacts at the start of the run.
@@ -72,17 +72,17 @@ contains
       type(simulation_type), intent(in) :: simulation        !< simulation whose maxima have begun
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i, c
-      logical :: found
+      logical :: has_contact
 
       associate (joints => simulation%model%measured_joints, first => simulation%maxima%contacts, &
          owner => simulation%blocks%owner)
          do i = 1, size(joints)
-            found = .false.
+            has_contact = .false.
             do c = 1, size(first%vertex)
                if (is_between(joints(i), owner(first%vertex(c)), owner(first%edge(c)))) &
-                  found = .true.
+                  has_contact = .true.
             end do
-            if (found .or. allocated(error)) cycle
+            if (has_contact .or. allocated(error)) cycle
             call fail(error, error_input, simulation%model%file//': &measured_joint '// &
                quoted(trim(joints(i)%name))//': when the run begins, no block of '// &
                '`blocks` touches a block of `against`; name blocks that share a joint')

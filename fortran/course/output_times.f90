@@ -25,7 +25,7 @@ contains
    pure subroutine aim_at_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(aim_type), intent(out) :: aim                  !< target time
-      real(wp) :: left
+      real(wp) :: remaining_time
 
       associate (output => simulation%model%output)
          if (.not. simulation%model%control%adaptive) return
@@ -33,11 +33,11 @@ contains
          aim%time = min(next_output_time(simulation, output%history_seconds), &
             next_output_time(simulation, output%block_seconds))
       end associate
-      left = aim%time - simulation%time
-      aim%ends_at_time = left <= nearly*simulation%time_step
-      if (.not. aim%ends_at_time .and. left >= 2*simulation%time_step) return
+      remaining_time = aim%time - simulation%time
+      aim%ends_at_time = remaining_time <= nearly*simulation%time_step
+      if (.not. aim%ends_at_time .and. remaining_time >= 2*simulation%time_step) return
       aim%planned = simulation%time_step
-      simulation%time_step = merge(left, 0.5_wp*left, aim%ends_at_time)
+      simulation%time_step = merge(remaining_time, 0.5_wp*remaining_time, aim%ends_at_time)
       aim%shortened = simulation%time_step
    end subroutine aim_at_output
 
@@ -45,16 +45,16 @@ contains
    pure subroutine reach_output(simulation, aim)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(aim_type), intent(in) :: aim                   !< target time from `aim_at_output`
-      real(wp) :: left
+      real(wp) :: remaining_time
 
       if (aim%planned <= 0.0_wp .or. simulation%last_time_step /= aim%shortened) return
       if (aim%ends_at_time) simulation%time = aim%time
       simulation%time_step = max(simulation%time_step, aim%planned)
       associate (control => simulation%model%control)
-         left = simulation%first_time + real(control%step_count, wp)*control%time_step &
+         remaining_time = simulation%first_time + real(control%step_count, wp)*control%time_step &
             - simulation%time
       end associate
-      if (left > 0.0_wp) simulation%time_step = min(simulation%time_step, left)
+      if (remaining_time > 0.0_wp) simulation%time_step = min(simulation%time_step, remaining_time)
    end subroutine reach_output
 
    !> Next multiple of an interval after the start of the stage, s.

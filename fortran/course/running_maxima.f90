@@ -78,27 +78,28 @@ contains
    pure integer function point_below(simulation, i) result(below)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< measured point
-      real(wp) :: apart(2), nearest
+      real(wp) :: offset(2), nearest
       integer :: k
 
       below = 0
       nearest = huge(1.0_wp)
       do k = 1, size(simulation%model%points)
-         apart = reference_position(simulation, i) - reference_position(simulation, k)
-         if (apart(2) <= 0.0_wp .or. apart(2) < abs(apart(1)) .or. norm2(apart) >= nearest) cycle
-         nearest = norm2(apart)
+         offset = reference_position(simulation, i) - reference_position(simulation, k)
+         if (offset(2) <= 0.0_wp .or. offset(2) < abs(offset(1)) .or. norm2(offset) &
+            >= nearest) cycle
+         nearest = norm2(offset)
          below = k
       end do
    end function point_below
 
    !> Position of a measured point in the reference shape of its block, m.
-   pure function reference_position(simulation, i) result(place)
+   pure function reference_position(simulation, i) result(position)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< measured point
-      real(wp) :: place(2)
+      real(wp) :: position(2)
 
       associate (point => simulation%model%points(i))
-         place = simulation%model%blocks%position(1:2, point%block) + point%reference
+         position = simulation%model%blocks%position(1:2, point%block) + point%reference
       end associate
    end function reference_position
 
@@ -167,7 +168,7 @@ contains
       type(simulation_type), intent(in) :: simulation   !< between two steps
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] largest values so far
       logical, intent(in) :: rates                      !< include velocities and accelerations
-      real(wp) :: motion(2, 3), apart(2)
+      real(wp) :: motion(2, 3), offset(2)
       integer :: i
 
       associate (maxima => simulation%maxima, base => simulation%maxima%base, &
@@ -186,10 +187,10 @@ contains
             associate (k => maxima%below(i))
                if (k == 0) cycle
                if (simulation%blocks%removed(points(k)%block)) cycle
-               apart = reference_position(simulation, i) - reference_position(simulation, k)
+               offset = reference_position(simulation, i) - reference_position(simulation, k)
                call update_largest(largest(of_point_drift), &
                   abs(horizontal_displacement(simulation, i) &
-                  - horizontal_displacement(simulation, k))/apart(2), time, [i, k])
+                  - horizontal_displacement(simulation, k))/offset(2), time, [i, k])
             end associate
          end do
       end associate
@@ -199,12 +200,12 @@ contains
    pure real(wp) function horizontal_displacement(simulation, i)
       type(simulation_type), intent(in) :: simulation   !< between two steps
       integer, intent(in) :: i                          !< measured point
-      real(wp) :: place(2)
+      real(wp) :: displacement(2)
 
       associate (point => simulation%model%points(i))
-         place = position_of(simulation%blocks, point%block, point%reference) - point%place
+         displacement = position_of(simulation%blocks, point%block, point%reference) - point%place
       end associate
-      horizontal_displacement = place(1)
+      horizontal_displacement = displacement(1)
    end function horizontal_displacement
 
    !> Update the base (reference of relative motions) after supports or motions have changed.

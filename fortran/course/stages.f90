@@ -145,12 +145,12 @@ contains
    end subroutine refuse_moving_supports
 
    !> Text on the reason why a stage has not reached equilibrium, and what to do.
-   pure function unsettled_stage_text(error) result(words)
+   pure function unsettled_stage_text(error) result(text)
       type(error_type), intent(in) :: error  !< error of the static steps
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = ' does not settle: '//error%message
-      if (error%kind == error_interrupted) words = ' was interrupted before equilibrium; '// &
+      text = ' does not settle: '//error%message
+      if (error%kind == error_interrupted) text = ' was interrupted before equilibrium; '// &
          'resume starts the stage again'
    end function unsettled_stage_text
 
@@ -233,15 +233,16 @@ contains
       integer, intent(in) :: term  !< term of the budget
       real(wp), intent(in) :: sign_of  !< 1: the term is a gain; −1: a loss
       type(energy_type) :: present
-      real(wp) :: before
+      real(wp) :: former_energy
       integer, parameter :: state(*) = [energy_kinetic, energy_strain, energy_contact, &
          energy_support, energy_water, energy_welded]
 
       call start_energy_budget(present, simulation%blocks, simulation%contacts(simulation%now), &
          simulation%laws, simulation%elements, next_step(simulation))
-      before = total_energy(simulation%energy)
+      former_energy = total_energy(simulation%energy)
       simulation%energy%value(state) = present%value(state)
-      call add_energy(simulation%energy, term, sign_of*(total_energy(simulation%energy) - before))
+      call add_energy(simulation%energy, term, sign_of*(total_energy(simulation%energy) &
+         - former_energy))
    end subroutine update_budget
 
    !> Start the motions of a stage; motions of later stages do not start.
@@ -278,13 +279,13 @@ contains
    end subroutine activate_points
 
    !> Position of a fixed point without its prescribed displacement, m.
-   pure function place_now(simulation, i) result(place)
+   pure function place_now(simulation, i) result(position)
       type(simulation_type), intent(in) :: simulation  !< between two steps
       integer, intent(in) :: i  !< fixed point
-      real(wp) :: place(2)
+      real(wp) :: position(2)
 
       associate (point => simulation%model%fixed_points(i), motions => simulation%model%motions)
-         place = position_of(simulation%blocks, point%block, point%reference) &
+         position = position_of(simulation%blocks, point%block, point%reference) &
             - matmul(point%axes, displacement_of(motions, point%motion, simulation%time))
       end associate
    end function place_now
@@ -392,14 +393,14 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(equilibrium_type) :: equilibrium
-      type(energy_type) :: before
-      real(wp), allocatable :: places(:,:), stress(:,:)
+      type(energy_type) :: initial_energy
+      real(wp), allocatable :: initial_positions(:,:), stress(:,:)
       integer(long) :: broken
 
       stress = block_stress(simulation%elements, simulation%blocks)
-      before = simulation%energy
+      initial_energy = simulation%energy
       broken = simulation%counters%broken
-      places = simulation%blocks%position(1:2, :)
+      initial_positions = simulation%blocks%position(1:2, :)
       call equilibrate(simulation, equilibrium, error, &
          displacement_limit=simulation%model%stages(simulation%stage)%displacement)
       if (allocated(error)) return
@@ -411,9 +412,9 @@ contains
       associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
          if (simulation%statics /= '') simulation%statics = simulation%statics//'; '
          simulation%statics = simulation%statics//'stage '//quoted(trim(stage%name))//' '// &
-            equilibrium%words//static_movement_text(simulation, places)
+            equilibrium%text//static_movement_text(simulation, initial_positions)
          if (simulation%stage > 1) then
-            call assign_static_losses(energy, before)
+            call assign_static_losses(energy, initial_energy)
             return
          end if
          simulation%statics = simulation%statics//stress_correction_text(simulation, stress)
@@ -428,54 +429,54 @@ contains
    end subroutine find_equilibrium
 
    !> Text on the largest change of the initial stress in a static stage.
-   function stress_correction_text(simulation, before) result(words)
+   function stress_correction_text(simulation, initial_stress) result(text)
       type(simulation_type), intent(in) :: simulation  !< simulation in equilibrium
-      real(wp), intent(in) :: before(:,:)              !< [3,blocks] initial stress, Pa
-      character(len=:), allocatable :: words
+      real(wp), intent(in) :: initial_stress(:,:)              !< [3,blocks] initial stress, Pa
+      character(len=:), allocatable :: text
       real(wp) :: change(3, simulation%blocks%n)
-      integer :: most(2)
+      integer :: peak(2)
 
-      words = ''
+      text = ''
       if (.not. allocated(simulation%model%stress_gradient)) return
-      change = abs(block_stress(simulation%elements, simulation%blocks) - before)
-      most = maxloc(change)
-      words = '; stress in situ corrected by at most '//short_text(change(most(1), most(2)))// &
-         ' Pa, '//short_text(change(most(1), most(2))/maxval(abs(before)))// &
-         ' of the largest stress, in block '//block_name(simulation, most(2))
+      change = abs(block_stress(simulation%elements, simulation%blocks) - initial_stress)
+      peak = maxloc(change)
+      text = '; stress in situ corrected by at most '//short_text(change(peak(1), peak(2)))// &
+         ' Pa, '//short_text(change(peak(1), peak(2))/maxval(abs(initial_stress)))// &
+         ' of the largest stress, in block '//block_name(simulation, peak(2))
    end function stress_correction_text
 
    !> Text on the largest movement in a static stage, and on the largest distance from the input.
-   function static_movement_text(simulation, places) result(words)
+   function static_movement_text(simulation, initial_positions) result(text)
       type(simulation_type), intent(in) :: simulation  !< simulation in equilibrium
-      real(wp), intent(in) :: places(:,:)             !< [2,blocks] centroids at the start, m
-      character(len=:), allocatable :: words
+      real(wp), intent(in) :: initial_positions(:,:)         !< [2,blocks] centroids at the start, m
+      character(len=:), allocatable :: text
       integer :: b
       real(wp) :: distance
 
-      call find_farthest_block(simulation%blocks, places, b, distance)
+      call find_farthest_block(simulation%blocks, initial_positions, b, distance)
       if (b == 0) then
-         words = '; no block moved'
+         text = '; no block moved'
       else
-         words = '; block '//block_name(simulation, b)//' moved farthest, by '// &
+         text = '; block '//block_name(simulation, b)//' moved farthest, by '// &
             short_text(distance)//' m'
       end if
       if (simulation%stage == 1) return
       call find_farthest_block(simulation%blocks, simulation%model%blocks%position, b, distance)
-      if (b > 0) words = words//'; block '//block_name(simulation, b)//' is '// &
+      if (b > 0) text = text//'; block '//block_name(simulation, b)//' is '// &
          short_text(distance)//' m from its position in the input'
    end function static_movement_text
 
    !> Move the losses of static steps from the numerical terms to the term of static stages.
-   pure subroutine assign_static_losses(energy, before)
+   pure subroutine assign_static_losses(energy, initial_energy)
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      type(energy_type), intent(in) :: before  !< budget at the beginning of the stage
+      type(energy_type), intent(in) :: initial_energy  !< budget at the beginning of the stage
       integer, parameter :: terms(*) = [energy_algorithmic, energy_kinetic_damping, &
          energy_geometric]
       real(wp), parameter :: signs(*) = [1.0_wp, 1.0_wp, -1.0_wp]
 
       call add_energy(energy, energy_static, dot_product(signs, energy%value(terms) &
-         - before%value(terms)))
-      energy%value(terms) = before%value(terms)
+         - initial_energy%value(terms)))
+      energy%value(terms) = initial_energy%value(terms)
    end subroutine assign_static_losses
 
    !> Apply the changes of all stages so far to the model of a run that resumes from a checkpoint.

@@ -171,7 +171,7 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: rates(:,:)  !< [6,blocks] velocities, m/s, rad/s, 1/s
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp) :: before
+      real(wp) :: former_energy
 
       if (.not. all(abs(rates) <= huge(1.0_wp))) then
          call fail(error, error_input, 'rates must be finite')
@@ -180,11 +180,11 @@ contains
       simulation%blocks%velocity = rates
       call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
       associate (energy => simulation%energy)
-         before = total_energy(energy)
+         former_energy = total_energy(energy)
          energy%value(energy_kinetic) = kinetic_energy(simulation%blocks)
          call update_stored(simulation%elements, simulation%blocks, next_step(simulation), energy)
          call add_energy(energy, merge(energy_initial, energy_input, simulation%step == 0), &
-            total_energy(energy) - before)
+            total_energy(energy) - former_energy)
       end associate
       simulation%speed = largest_displacement(simulation%blocks, simulation%blocks%velocity)
    end subroutine set_rates

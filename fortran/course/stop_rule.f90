@@ -57,26 +57,26 @@ contains
    !> Judge displacement, tilt and fallen blocks, relative to the reference block.
    pure subroutine judge_movement(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp) :: zero(3), moved(3), far
+      real(wp) :: reference_movement(3), movement(3), far
       integer :: b, fallen
 
       fallen = 0
       associate (settings => simulation%model%stop, state => simulation%stop, &
          blocks => simulation%blocks)
-         zero = 0.0_wp
+         reference_movement = 0.0_wp
          b = settings%reference
-         if (b > 0) zero = blocks%position(1:3, b) - state%first(:, b)
+         if (b > 0) reference_movement = blocks%position(1:3, b) - state%first(:, b)
          do b = 1, blocks%n
             if (.not. settings%watched(b) .or. blocks%removed(b)) cycle
-            moved = blocks%position(1:3, b) - state%first(:, b) - zero
-            far = norm2(moved(:2))
+            movement = blocks%position(1:3, b) - state%first(:, b) - reference_movement
+            far = norm2(movement(:2))
             if (settings%displacement > 0.0_wp .and. far > settings%displacement) then
                state%reason = 'block '//block_name(simulation, b)//' has moved by '// &
                   to_text(far)//' m; displacement of &stop is '// &
                   to_text(settings%displacement)//' m'
-            else if (settings%tilt > 0.0_wp .and. abs(moved(3)) > settings%tilt) then
+            else if (settings%tilt > 0.0_wp .and. abs(movement(3)) > settings%tilt) then
                state%reason = 'block '//block_name(simulation, b)//' has tilted by '// &
-                  to_text(to_degrees(abs(moved(3))))//'°; tilt of &stop is '// &
+                  to_text(to_degrees(abs(movement(3))))//'°; tilt of &stop is '// &
                   to_text(to_degrees(settings%tilt))//'°'
             end if
             if (far**2 > blocks%whole_area(b)) then
@@ -113,19 +113,20 @@ contains
    !> the supports.
    pure subroutine judge_rest(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp) :: moved(3), drifted(2)
+      real(wp) :: movement(3), drift(2)
       integer :: b
 
       associate (settings => simulation%model%stop, state => simulation%stop, &
          blocks => simulation%blocks)
          if (settings%rest_time <= 0.0_wp) return
-         drifted = drift_velocity(simulation%model)*(simulation%time - max(state%since, &
+         drift = drift_velocity(simulation%model)*(simulation%time - max(state%since, &
             excitation_end(simulation)))
          do b = 1, blocks%n
             if (.not. settings%watched(b) .or. blocks%removed(b)) cycle
-            moved = blocks%position(1:3, b) - state%window(:, b)
-            moved(:2) = moved(:2) - drifted
-            if (norm2(moved(:2)) + abs(moved(3))*blocks%radius(b) > settings%rest_movement) then
+            movement = blocks%position(1:3, b) - state%window(:, b)
+            movement(:2) = movement(:2) - drift
+            if (norm2(movement(:2)) &
+               + abs(movement(3))*blocks%radius(b) > settings%rest_movement) then
                call begin_window(simulation)
                return
             end if
@@ -168,14 +169,14 @@ contains
    end function excitation_end
 
    !> Time of the last change of a load that is linear between given times, s.
-   pure real(wp) function last_change(times, values, now)
+   pure real(wp) function last_change(times, values, time)
       real(wp), intent(in) :: times(:)     !< s, ascending
       real(wp), intent(in) :: values(:,:)  !< [components,times]
-      real(wp), intent(in) :: now          !< s
+      real(wp), intent(in) :: time          !< s
       integer :: k
 
       k = size(times)
-      if (times(k) > now) then
+      if (times(k) > time) then
          do k = size(times), 2, -1
             if (any(values(:, k) /= values(:, k - 1))) exit
          end do

@@ -185,7 +185,7 @@ contains
       type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy   !< energy budget, J per metre
-      real(wp) :: moved(2), increment(2), force(2)
+      real(wp) :: displacement(2), increment(2), force(2)
       integer :: i
 
       do i = 1, size(self%block)
@@ -200,11 +200,11 @@ contains
       end if
       do i = 1, size(self%point)
          if (blocks%removed(self%point(i)%block)) cycle
-         moved = matmul(displacement_rows(self, i, blocks), d(:, self%point(i)%block))
+         displacement = matmul(displacement_rows(self, i, blocks), d(:, self%point(i)%block))
          increment = self%motion_increment(i, step)
-         force = self%dashpot(:, i)*(increment - moved)/step%time_step
+         force = self%dashpot(:, i)*(increment - displacement)/step%time_step
          call add_energy(energy, energy_input, dot_product(force, increment))
-         call add_energy(energy, energy_damping, dot_product(force, increment - moved))
+         call add_energy(energy, energy_damping, dot_product(force, increment - displacement))
       end do
    end subroutine add_to_budget
 
@@ -213,15 +213,15 @@ contains
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       real(wp), intent(in) :: time                  !< time, s
-      type(fixed_point_type) :: held(size(self%point))
+      type(fixed_point_type) :: fixed(size(self%point))
       integer :: i
 
-      held = self%point
-      do i = 1, size(held)
-         held(i)%place = position_of(blocks, held(i)%block, held(i)%reference)
-         held(i)%fixed_along = held(i)%fixed_along .and. .not. blocks%removed(held(i)%block)
+      fixed = self%point
+      do i = 1, size(fixed)
+         fixed(i)%place = position_of(blocks, fixed(i)%block, fixed(i)%reference)
+         fixed(i)%fixed_along = fixed(i)%fixed_along .and. .not. blocks%removed(fixed(i)%block)
       end do
-      self%support = new_fixed_points(held, self%motions, self%stiffness, time)
+      self%support = new_fixed_points(fixed, self%motions, self%stiffness, time)
    end subroutine freeze_for_statics
 
    !> Inherit the reactions of the former element, and add the reactions of its static springs.

@@ -167,20 +167,21 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      real(wp) :: row(6), force(2), moved, before, after
+      real(wp) :: row(6), force(2), displacement, velocity, end_velocity
       integer :: i
 
       force = base_force(self%base_motion, self%motions, step)
       do i = 1, size(self%point)
          associate (point => self%point(i), b => self%point(i)%piece%block)
             row = normal_row(point, blocks)
-            moved = dot_product(row, d(:, b))
-            before = dot_product(row, blocks%velocity(:, b))
-            after = end_rate(step, moved, before)
-            call add_energy(energy, energy_water, 0.5_wp*point%mass*after**2)
+            displacement = dot_product(row, d(:, b))
+            velocity = dot_product(row, blocks%velocity(:, b))
+            end_velocity = end_rate(step, displacement, velocity)
+            call add_energy(energy, energy_water, 0.5_wp*point%mass*end_velocity**2)
             call add_energy(energy, energy_algorithmic, (step%scheme%chi - 0.5_wp)*point%mass &
-               *(after - before)**2)
-            call add_energy(energy, energy_input, point%mass*dot_product(row(:2), force)*moved)
+               *(end_velocity - velocity)**2)
+            call add_energy(energy, energy_input, point%mass*dot_product(row(:2), &
+               force)*displacement)
          end associate
       end do
    end subroutine add_to_budget

@@ -64,21 +64,21 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      real(wp) :: part(2, most_pieces), moved(2)
+      real(wp) :: part(2, most_pieces), moment(2)
       integer :: p
 
       if (blocks%n < parallel_from) then
-         moved = sum_mass_increments(blocks, d, 1, blocks%n)
+         moment = sum_mass_increments(blocks, d, 1, blocks%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(blocks%n)
             part(:, p) = sum_mass_increments(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n))
          end do
-         moved = sum(part(:, :pieces(blocks%n)), 2)
+         moment = sum(part(:, :pieces(blocks%n)), 2)
       end if
-      call add_energy(energy, energy_gravity, -dot_product(self%gravity, moved))
+      call add_energy(energy, energy_gravity, -dot_product(self%gravity, moment))
       call add_energy(energy, energy_input, dot_product( &
-         base_force(self%base_motion, self%motions, step), moved))
+         base_force(self%base_motion, self%motions, step), moment))
    end subroutine add_to_budget
 
    !> Stop base motions in static stages, so that only gravity acts.
@@ -91,16 +91,16 @@ contains
    end subroutine freeze_for_statics
 
    !> Sum m d of blocks first … last.
-   pure function sum_mass_increments(blocks, d, first, last) result(moved)
+   pure function sum_mass_increments(blocks, d, first, last) result(moment)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< first and last index
-      real(wp) :: moved(2)
+      real(wp) :: moment(2)
       integer :: b
 
-      moved = 0.0_wp
+      moment = 0.0_wp
       do b = first, last
-         moved = moved + blocks%mass(b)*d(1:2, b)
+         moment = moment + blocks%mass(b)*d(1:2, b)
       end do
    end function sum_mass_increments
 

@@ -274,12 +274,12 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, k  !< number of the element; point
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp) :: pull(2)
+      real(wp) :: resultant(2)
 
-      pull = 0.0_wp
-      if (k < point_count(self, i)) pull = unit_direction(self, i, axial, k, blocks)
-      if (k > 1) pull = pull - unit_direction(self, i, axial, k - 1, blocks)
-      arm = dot_product(pull, offset_of(blocks, self%bolt(i)%block(k), &
+      resultant = 0.0_wp
+      if (k < point_count(self, i)) resultant = unit_direction(self, i, axial, k, blocks)
+      if (k > 1) resultant = resultant - unit_direction(self, i, axial, k - 1, blocks)
+      arm = dot_product(resultant, offset_of(blocks, self%bolt(i)%block(k), &
          self%bolt(i)%reference(:, k)))
    end function curvature_arm
 
@@ -370,25 +370,25 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      real(wp) :: before, after, start, force, flow, curvature
-      integer :: i, c, kept
+      real(wp) :: start_energy, end_energy, start, force, flow, curvature
+      integer :: i, c, term
 
       do i = 1, size(self%bolt)
          if (.not. is_active(self, i)) cycle
-         kept = merge(energy_yield, energy_support, is_ruptured(self, i))
+         term = merge(energy_yield, energy_support, is_ruptured(self, i))
          do c = axial, component_count(self, i)
             start = present_stretch(self, i, c, blocks)
-            before = component_energy(self, i, c, start)
+            start_energy = component_energy(self, i, c, start)
             force = component_force(self, i, c, self%stretch(c, i))
-            after = 0.5_wp*force**2/self%bolt(i)%stiffness(c)
+            end_energy = 0.5_wp*force**2/self%bolt(i)%stiffness(c)
             flow = force*plastic_increment(self, i, c)
             call add_energy(energy, energy_yield, flow)
-            call add_energy(energy, energy_algorithmic, before + force*(self%stretch(c, i) &
-               - start) - after - flow)
-            call add_energy(energy, kept, after)
+            call add_energy(energy, energy_algorithmic, start_energy + force*(self%stretch(c, i) &
+               - start) - end_energy - flow)
+            call add_energy(energy, term, end_energy)
          end do
          curvature = curvature_energy(self, i, blocks, d)
-         call add_energy(energy, kept, curvature)
+         call add_energy(energy, term, curvature)
          call add_energy(energy, energy_algorithmic, curvature)
       end do
    end subroutine add_to_budget

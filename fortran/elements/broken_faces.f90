@@ -160,7 +160,7 @@ contains
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(weld_type), intent(in) :: welds(:)      !< all faces
       integer, intent(in) :: edges                 !< number of edges of all blocks
-      real(wp) :: damage(edges), length(edges), own
+      real(wp) :: damage(edges), length(edges), face_damage
       logical :: spent
       integer :: i
 
@@ -169,9 +169,9 @@ contains
       do i = 1, size(welds)
          length(welds(i)%edge) = length(welds(i)%edge) + welds(i)%length
          if (welds(i)%state == weld_whole) cycle
-         own = 1.0_wp
-         if (welds(i)%state == weld_cracked) call joint_damage(elements, i, own, spent)
-         damage(welds(i)%edge) = damage(welds(i)%edge) + own*welds(i)%length
+         face_damage = 1.0_wp
+         if (welds(i)%state == weld_cracked) call joint_damage(elements, i, face_damage, spent)
+         damage(welds(i)%edge) = damage(welds(i)%edge) + face_damage*welds(i)%length
       end do
       where (length > 0.0_wp) damage = damage/length
    end function edge_damage

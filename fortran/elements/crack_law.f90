@@ -77,15 +77,15 @@ contains
       type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start; their changes, m
-      real(wp) :: elastic, most
+      real(wp) :: elastic, largest
 
       motion%opening = strain(1) + [0.0_wp, change(1)]
       motion%slip = strain(2) + [0.0_wp, change(2)]
       motion%slider = state(slipped)
-      most = self%joint%friction*point%bounding(1)/self%joint%shear_stiffness
+      largest = self%joint%friction*point%bounding(1)/self%joint%shear_stiffness
       elastic = motion%slip(2) - state(slipped)
-      motion%sticks = abs(elastic) <= most
-      if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(most, elastic)
+      motion%sticks = abs(elastic) <= largest
+      if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(largest, elastic)
    end function point_motion
 
    !> Return D* of a point, which is frozen in a solution.
@@ -105,21 +105,21 @@ contains
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start; their changes, m
       type(step_type), intent(in) :: step           !< the present step
-      real(wp) :: stress(3), energy(2), after, fraction, surplus
+      real(wp) :: stress(3), energy(2), end_damage, fraction, excess
       type(motion_type) :: motion
 
       motion = point_motion(self, point, state, strain, change)
       associate (joint => self%joint, before => state(damaged), opening => motion%opening, &
          slider => motion%slider)
-         after = joint%damage(opening(2), slider(2), before)
+         end_damage = joint%damage(opening(2), slider(2), before)
          fraction = before
-         if (after > before) then
+         if (end_damage > before) then
             energy = [joint%bond_energy(opening(1), slider(1)), &
                joint%bond_energy(opening(2), slider(2))]
-            surplus = energy(2)*(after - before) &
-               - joint%dissipated(opening(2), slider(2), before, after)
-            if (energy(2) > energy(1)) fraction = before + max(0.0_wp, min(after - before, &
-               surplus/(energy(2) - energy(1))))
+            excess = energy(2)*(end_damage - before) &
+               - joint%dissipated(opening(2), slider(2), before, end_damage)
+            if (energy(2) > energy(1)) fraction = before + max(0.0_wp, min(end_damage - before, &
+               excess/(energy(2) - energy(1))))
          end if
          stress = [joint%normal_stiffness*max(0.0_wp, -opening(2)), fraction*joint%strengths(1), &
             0.0_wp]
@@ -164,24 +164,24 @@ contains
       type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(out) :: loss(losses)          !< J/m²
       type(motion_type) :: motion
-      real(wp) :: fraction, after, rise(2), stretch(2), k(2), pressed(2)
+      real(wp) :: fraction, end_damage, rise(2), stretch(2), k(2), closure(2)
 
       motion = point_motion(self, point, state, strain, change)
       fraction = acting_damage(self, point, state)
       k = self%springs()
       associate (joint => self%joint, slider => motion%slider, theta => step%scheme%theta)
-         after = max(fraction, joint%damage(motion%opening(2), slider(2), state(damaged)))
-         rise = [fraction - state(damaged), after - fraction]
+         end_damage = max(fraction, joint%damage(motion%opening(2), slider(2), state(damaged)))
+         rise = [fraction - state(damaged), end_damage - fraction]
          stretch = motion%slip - slider
-         pressed = min(0.0_wp, motion%opening)
+         closure = min(0.0_wp, motion%opening)
          loss(loss_plastic) = rise(1)*joint%bond_energy(motion%opening(1), slider(1)) &
             + rise(2)*joint%bond_energy(motion%opening(2), slider(2))
          loss(loss_damping) = k(2)*(fraction*stretch(2)*(slider(2) - slider(1)) &
             + dot_product(rise, slider*stretch))
          loss(loss_scheme) = (1.0_wp - fraction)*(theta - 0.5_wp)*dot_product(k, change(1:2)**2) &
-            + fraction*(k(1)*(pressed(2)*change(1) - 0.5_wp*(pressed(2)**2 - pressed(1)**2)) &
+            + fraction*(k(1)*(closure(2)*change(1) - 0.5_wp*(closure(2)**2 - closure(1)**2)) &
             + 0.5_wp*k(2)*(stretch(2) - stretch(1))**2)
-         state(damaged) = after
+         state(damaged) = end_damage
          state(slipped) = slider(2)
       end associate
    end subroutine finish_step

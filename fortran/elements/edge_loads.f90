@@ -136,14 +136,14 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
       real(wp), intent(in) :: rise, factor  !< rise of the phreatic line, m; factor of the pressure
-      real(wp) :: span(2), head(2), x(2), reach
+      real(wp) :: span(2), head(2), x(2), tolerance
       integer :: j
 
       associate (line => load%line)
-         reach = close*(line(1, size(line, 2)) - line(1, 1))
+         tolerance = close*(line(1, size(line, 2)) - line(1, 1))
          do j = 1, size(line, 2) - 1
-            span = fractions_between(ends(1, :), line(1, j) - merge(reach, 0.0_wp, j == 1), &
-               line(1, j + 1) + merge(reach, 0.0_wp, j == size(line, 2) - 1))
+            span = fractions_between(ends(1, :), line(1, j) - merge(tolerance, 0.0_wp, j == 1), &
+               line(1, j + 1) + merge(tolerance, 0.0_wp, j == size(line, 2) - 1))
             if (span(2) <= span(1)) cycle
             x = ends(1, 1) + span*(ends(1, 2) - ends(1, 1))
             head = line(2, j) + (x - line(1, j))*(line(2, j + 1) - line(2, j)) &
@@ -197,16 +197,16 @@ contains
       real(wp), intent(in) :: span(2)  !< start and end as fractions of the part
       real(wp), intent(in) :: pressure(2)  !< pressure at start and end, Pa
       real(wp), intent(in) :: shear  !< shear in the counter-clockwise sense, Pa
-      real(wp) :: along(2), at, p
+      real(wp) :: edge(2), fraction, p
       integer :: i
 
-      along = ends(:, 2) - ends(:, 1)
+      edge = ends(:, 2) - ends(:, 1)
       do i = 1, 2
-         at = merge(near, 1.0_wp - near, i == 1)
-         p = pressure(1) + at*(pressure(2) - pressure(1))
-         force = force + 0.5_wp*(span(2) - span(1))*matmul(shear*along - p*[along(2), -along(1)], &
+         fraction = merge(near, 1.0_wp - near, i == 1)
+         p = pressure(1) + fraction*(pressure(2) - pressure(1))
+         force = force + 0.5_wp*(span(2) - span(1))*matmul(shear*edge - p*[edge(2), -edge(1)], &
             shape_matrix(blocks, piece%block, reference_at(blocks, piece, span(1) &
-            + at*(span(2) - span(1)))))
+            + fraction*(span(2) - span(1)))))
       end do
    end subroutine add_linear_traction
 

@@ -58,9 +58,9 @@ contains
       type(model_type), intent(in) :: model  !< model with the changes of the stages so far
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< time from which elements act, s
-      type(kind_type), allocatable :: before(:)
+      type(kind_type), allocatable :: former(:)
 
-      call move_alloc(elements%kind, before)
+      call move_alloc(elements%kind, former)
       allocate (elements%kind(0))
       associate (control => model%control, contact => model%contact)
          if (any(abs(control%gravity) > 0.0_wp) .or. any(control%base_motion > 0)) &
@@ -92,7 +92,7 @@ contains
       elements%nonlinear = any(model%materials%has_law()) .or. any(model%welds%joint > 0)
       if (elements%nonlinear) call register(elements, new_strain_points(model%welds, blocks, &
          model%materials, crack_laws(model), model%control%plane_strain))
-      if (allocated(before)) call inherit_states(elements, before, blocks)
+      if (allocated(former)) call inherit_states(elements, former, blocks)
    end subroutine set_elements
 
    !> Return the laws of faces that break, by joint; unset for joints that cannot replace a face.
@@ -113,16 +113,16 @@ contains
    end function crack_laws
 
    !> Transfer states to the elements of the same type in a new model.
-   subroutine inherit_states(elements, before, blocks)
+   subroutine inherit_states(elements, former, blocks)
       type(elements_type), intent(inout) :: elements  !< new elements
-      type(kind_type), intent(in) :: before(:)        !< former elements
+      type(kind_type), intent(in) :: former(:)        !< former elements
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer :: i, k
 
       do i = 1, size(elements%kind)
-         do k = 1, size(before)
-            if (same_type_as(elements%kind(i)%element, before(k)%element)) &
-               call elements%kind(i)%element%inherit_state(before(k)%element, blocks)
+         do k = 1, size(former)
+            if (same_type_as(elements%kind(i)%element, former(k)%element)) &
+               call elements%kind(i)%element%inherit_state(former(k)%element, blocks)
          end do
       end do
    end subroutine inherit_states
@@ -131,15 +131,15 @@ contains
    subroutine register(elements, element)
       type(elements_type), intent(inout) :: elements  !< elements of the model
       class(element_type), intent(in) :: element  !< elements of a kind
-      type(kind_type), allocatable :: more(:)
+      type(kind_type), allocatable :: longer(:)
       integer :: i
 
-      allocate (more(size(elements%kind) + 1))
+      allocate (longer(size(elements%kind) + 1))
       do i = 1, size(elements%kind)
-         call move_alloc(elements%kind(i)%element, more(i)%element)
+         call move_alloc(elements%kind(i)%element, longer(i)%element)
       end do
-      allocate (more(size(more))%element, source=element)
-      call move_alloc(more, elements%kind)
+      allocate (longer(size(longer))%element, source=element)
+      call move_alloc(longer, elements%kind)
    end subroutine register
 
    !> List all springs and dashpots in the present geometry.
@@ -149,14 +149,14 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       logical, intent(in), optional :: packed  !< .true.: without those that `add_packed` adds
-      logical :: fewer
+      logical :: omit_packed
       integer :: i
 
-      fewer = .false.
-      if (present(packed)) fewer = packed
+      omit_packed = .false.
+      if (present(packed)) omit_packed = packed
       terms%n = 0  ! the allocated memory is reused
       do i = 1, size(elements%kind)
-         if (fewer .and. elements%kind(i)%element%packs) cycle
+         if (omit_packed .and. elements%kind(i)%element%packs) cycle
          call elements%kind(i)%element%add_linear_terms(blocks, step, terms)
       end do
    end subroutine linear_terms_of
@@ -415,7 +415,7 @@ contains
    function plastic_strain(elements, blocks) result(strain)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      real(wp) :: strain(blocks%n), own
+      real(wp) :: strain(blocks%n), point_strain
       integer :: i, k, p
 
       strain = 0.0_wp
@@ -425,10 +425,11 @@ contains
             do p = 1, element%n
                if (.not. acts(element, p, blocks)) cycle
                if (.not. has_law(element, element%material(p))) cycle
-               own = element%slot(element%material(p))%law%plastic_strain(element%state(:, p))
+               point_strain = element%slot(element%material(p))%law%plastic_strain( &
+                  element%state(:, p))
                do k = 1, count(element%block(:, p) > 0)
                   associate (b => element%block(k, p))
-                     strain(b) = max(strain(b), own)
+                     strain(b) = max(strain(b), point_strain)
                   end associate
                end do
             end do

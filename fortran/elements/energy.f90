@@ -36,12 +36,12 @@ module dda_energy
 contains
 
    !> Add an amount to a term.
-   pure subroutine add_energy(energy, term, more)
+   pure subroutine add_energy(energy, term, amount)
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
       integer, intent(in) :: term   !< one of energy_kinetic …
-      real(wp), intent(in) :: more  !< J per metre of thickness
+      real(wp), intent(in) :: amount  !< J per metre of thickness
 
-      energy%value(term) = energy%value(term) + more
+      energy%value(term) = energy%value(term) + amount
    end subroutine add_energy
 
    !> Return the kinetic plus potential energy, J per metre of thickness.

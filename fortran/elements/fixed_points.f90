@@ -120,31 +120,31 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] velocities, 1/s …
       type(spring_type) :: spring
-      real(wp) :: wanted(2, size(self%point))
+      real(wp) :: target(2, size(self%point))
       integer :: i
-      logical :: done(size(self%point))
+      logical :: matched(size(self%point))
 
       if (step%scheme%chi >= 1.0_wp .or. self%instant /= at_end) return
       do i = 1, size(self%point)
          call self%get_spring(i, blocks, spring)
-         wanted(:, i) = self%rate(:, i) - (spring%stretch - displacement_of(self%motions, &
+         target(:, i) = self%rate(:, i) - (spring%stretch - displacement_of(self%motions, &
             spring%motion, step%time))/((1.0_wp - step%scheme%chi)*step%time_step)
       end do
-      done = .false.
+      matched = .false.
       do i = 1, size(self%point)
-         if (done(i)) cycle
-         call match_block(self, blocks, step, self%point(i)%block, wanted, velocity)
-         done = done .or. self%point%block == self%point(i)%block
+         if (matched(i)) cycle
+         call match_block(self, blocks, step, self%point(i)%block, target, velocity)
+         matched = matched .or. self%point%block == self%point(i)%block
       end do
    end subroutine match_velocity
 
    !> Match the velocity of block b.
-   pure subroutine match_block(self, blocks, step, b, wanted, velocity)
+   pure subroutine match_block(self, blocks, step, b, target, velocity)
       class(fixed_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: b  !< number of the block
-      real(wp), intent(in) :: wanted(:,:)  !< [2,points] m/s
+      real(wp), intent(in) :: target(:,:)  !< [2,points] m/s
       real(wp), intent(inout) :: velocity(:,:)  !< [6,blocks] velocities, 1/s …
       type(spring_type) :: spring
       real(wp) :: matrix(6, 6), inverse(6, 6), impulse(6), weight(2)
@@ -159,7 +159,7 @@ contains
             (1.0_wp - step%scheme%chi)*dashpots_of(self, spring, step)*step%time_step)
          do axis = 1, 2
             associate (row => spring%row(:, axis, 1), w => weight(axis))
-               impulse = impulse + w*wanted(axis, i)*row
+               impulse = impulse + w*target(axis, i)*row
                do column = 1, 6
                   matrix(:, column) = matrix(:, column) + w*row(column)*row
                end do

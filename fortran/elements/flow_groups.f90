@@ -40,7 +40,7 @@ module dda_flow_groups
    real(wp), parameter :: of_air = 1.0e-3_wp
    !> rounds of the search for the water table in which nodes are wet or dry, and most rounds
    integer, parameter :: free_rounds = 60, most_rounds = 300
-   integer, parameter :: often = 4  !< changes after which a node may be partly wet
+   integer, parameter :: change_limit = 4  !< changes after which a node may be partly wet
    !> accepted pressure of a partly wet node over the largest potential
    real(wp), parameter :: near = 1.0e-6_wp
    real(wp), parameter :: grow = 1.2_wp, shrink = 0.5_wp  !< factors of steps of partly wet nodes
@@ -81,18 +81,18 @@ contains
    pure subroutine find_blocks(network, group)
       type(network_type), intent(in) :: network  !< network of the model
       type(group_type), intent(inout) :: group   !< group with its nodes
-      integer :: place(maxval(network%block)), i, r
+      integer :: index(maxval(network%block)), i, r
 
-      place = 0
+      index = 0
       allocate (group%block(0))
       do i = 1, size(group%node)
          do r = network%first(group%node(i)), network%first(group%node(i) + 1) - 1
-            if (place(network%block(r)) > 0) cycle
+            if (index(network%block(r)) > 0) cycle
             group%block = [group%block, network%block(r)]
-            place(network%block(r)) = size(group%block)
+            index(network%block(r)) = size(group%block)
          end do
       end do
-      group%place = place
+      group%place = index
       allocate (group%spring(6, size(group%block), size(group%node)))
    end subroutine find_blocks
 
@@ -102,19 +102,19 @@ contains
       real(wp), intent(in) :: conductance(:)          !< [channels] Δt times the conductance, m²/Pa
       logical, intent(in) :: fixed(:)                 !< [nodes] the pressure is known
       type(group_type), intent(inout) :: groups(:)    !< receive new values
-      integer :: place(size(fixed)), owner(size(fixed)), g, i
+      integer :: index(size(fixed)), owner(size(fixed)), g, i
 
       if (.not. network%flows) return
       do g = 1, size(groups)
          groups(g)%factor = 0.0_wp
          do i = 1, size(groups(g)%node)
-            place(groups(g)%node(i)) = i
+            index(groups(g)%node(i)) = i
             owner(groups(g)%node(i)) = g
             groups(g)%factor(i, i) = network%storage(groups(g)%node(i))
             if (groups(g)%factor(i, i) <= 0.0_wp) groups(g)%factor(i, i) = 1.0_wp  ! no channel
          end do
       end do
-      call add_conductances(network, conductance, fixed, place, owner, groups)
+      call add_conductances(network, conductance, fixed, index, owner, groups)
       do g = 1, size(groups)
          call set_rows(network, fixed, groups(g))
          call factorise_group(groups(g))
@@ -122,11 +122,11 @@ contains
    end subroutine set_springs
 
    !> Add Δt H between free nodes, and between free and fixed nodes.
-   pure subroutine add_conductances(network, conductance, fixed, place, owner, groups)
+   pure subroutine add_conductances(network, conductance, fixed, index, owner, groups)
       type(network_type), intent(in) :: network       !< network of the model
       real(wp), intent(in) :: conductance(:)          !< [channels] Δt times the conductance, m²/Pa
       logical, intent(in) :: fixed(:)                 !< [nodes] the pressure is known
-      integer, intent(in) :: place(:), owner(:)       !< [nodes] position in the group; group
+      integer, intent(in) :: index(:), owner(:)       !< [nodes] position in the group; group
       type(group_type), intent(inout) :: groups(:)    !< receive new values
       integer :: c, i, k
 
@@ -135,12 +135,12 @@ contains
          associate (node => network%flow%channel(c)%node, &
             m => groups(owner(network%flow%channel(c)%node(1)))%factor)
             do k = 1, 2
-               i = place(node(k))
+               i = index(node(k))
                if (.not. fixed(node(k))) m(i, i) = m(i, i) + conductance(c)
             end do
             if (any(fixed(node))) cycle
-            m(place(node(1)), place(node(2))) = m(place(node(1)), place(node(2))) - conductance(c)
-            m(place(node(2)), place(node(1))) = m(place(node(2)), place(node(1))) - conductance(c)
+            m(index(node(1)), index(node(2))) = m(index(node(1)), index(node(2))) - conductance(c)
+            m(index(node(2)), index(node(1))) = m(index(node(2)), index(node(1))) - conductance(c)
          end associate
       end do
    end subroutine add_conductances
@@ -282,32 +282,32 @@ contains
    end function compliance_of
 
    !> Add M⁻¹ r to the pressures.
-   pure subroutine change_by(network, groups, rest, pressure)
+   pure subroutine change_by(network, groups, residual, pressure)
       type(network_type), intent(in) :: network !< network of the model
       type(group_type), intent(in) :: groups(:) !< groups with factors
-      real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
+      real(wp), intent(in) :: residual(:)           !< [nodes] r, m³ per metre of thickness
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       integer :: g
 
       if (.not. network%flows) then
-         do g = 1, size(rest)
-            pressure(g) = pressure(g) + rest(g)/compliance_of(network, g)
+         do g = 1, size(residual)
+            pressure(g) = pressure(g) + residual(g)/compliance_of(network, g)
          end do
       end if
       do g = 1, size(groups)
-         call add_group_change(groups(g), rest, pressure)
+         call add_group_change(groups(g), residual, pressure)
       end do
    end subroutine change_by
 
    !> Add M⁻¹ r to the pressures of a group.
-   pure subroutine add_group_change(group, rest, pressure)
+   pure subroutine add_group_change(group, residual, pressure)
       type(group_type), intent(in) :: group     !< group with its factor
-      real(wp), intent(in) :: rest(:)           !< [nodes] r, m³ per metre of thickness
+      real(wp), intent(in) :: residual(:)           !< [nodes] r, m³ per metre of thickness
       real(wp), intent(inout) :: pressure(:)    !< [nodes] Pa
       real(wp) :: change(size(group%node), 1)
 
       associate (n => size(group%node))
-         change(:, 1) = rest(group%node)
+         change(:, 1) = residual(group%node)
          call dtrsm('L', 'L', 'N', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
          call dtrsm('L', 'L', 'T', 'N', n, 1, 1.0_wp, group%factor, n, change, n)
          pressure(group%node) = pressure(group%node) + change(:, 1)
@@ -328,7 +328,7 @@ contains
       real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; known at fixed nodes
       logical, intent(inout) :: failed            !< set to .true. if the search does not converge
       real(wp) :: matrix(size(group%node), size(group%node)), right(size(group%node), 1)
-      real(wp) :: known(size(group%node)), pressure(size(group%node)), scale
+      real(wp) :: reference(size(group%node)), pressure(size(group%node)), scale
       type(table_type) :: table
       logical :: converged
       integer :: c, round, info
@@ -338,10 +338,10 @@ contains
       allocate (table%up(size(head)), source=.true.)
       allocate (table%changes(size(head)), source=0)
       converged = .not. any(fixed(group%node))
-      known = merge(head(group%node), source(group%node)/maxval(network%conductance), &
+      reference = merge(head(group%node), source(group%node)/maxval(network%conductance), &
          fixed(group%node))
       do round = 1, merge(0, most_rounds, converged)
-         right(:, 1) = known
+         right(:, 1) = reference
          call assemble_steady(network, group, fixed, table%wet, matrix, right(:, 1))
          call dpotrf('L', size(right), matrix, size(right), info)
          call dtrsm('L', 'L', 'N', 'N', size(right), 1, 1.0_wp, matrix, size(right), right, &
@@ -372,7 +372,7 @@ contains
       real(wp), intent(in) :: scale             !< largest potential, Pa
       logical, intent(in) :: partly             !< nodes may become partly wet
       logical, intent(out) :: converged         !< all nodes are as their pressures require
-      real(wp) :: wanted, tolerance
+      real(wp) :: target, tolerance
       logical :: rises
       integer :: i
 
@@ -381,15 +381,15 @@ contains
          associate (wet => table%wet(node(i)), step => table%step(node(i)), changes => &
             table%changes(node(i)))
             rises = .not. pressure(i) < -rounding*scale
-            wanted = merge(1.0_wp, 0.0_wp, rises)
-            tolerance = merge(near*scale, 0.0_wp, partly .and. changes > often)
-            if (.not. abs(wanted - wet) > 0.0_wp .or. abs(pressure(i)) < tolerance) cycle
+            target = merge(1.0_wp, 0.0_wp, rises)
+            tolerance = merge(near*scale, 0.0_wp, partly .and. changes > change_limit)
+            if (.not. abs(target - wet) > 0.0_wp .or. abs(pressure(i)) < tolerance) cycle
             converged = .false.
-            if (partly .and. changes > often) then
+            if (partly .and. changes > change_limit) then
                step = min(0.5_wp, merge(grow, shrink, rises .eqv. table%up(node(i)))*step)
                wet = min(1.0_wp, max(0.0_wp, wet + merge(step, -step, rises)))
             else
-               wet = wanted
+               wet = target
                changes = changes + 1
             end if
             table%up(node(i)) = rises
@@ -412,11 +412,11 @@ contains
       real(wp), intent(in) :: wet(:)             !< [nodes] wetness, 0 … 1
       real(wp), intent(out) :: matrix(:,:)       !< [nodes of the group, nodes of the group]
       real(wp), intent(inout) :: right(:)        !< [nodes of the group] Pa
-      integer :: place(size(fixed)), c, i, k
+      integer :: index(size(fixed)), c, i, k
       real(wp) :: h, full
 
-      place = 0
-      place(group%node) = [(i, i=1, size(group%node))]
+      index = 0
+      index(group%node) = [(i, i=1, size(group%node))]
       full = maxval(network%conductance)
       matrix = 0.0_wp
       do i = 1, size(group%node)
@@ -424,11 +424,11 @@ contains
       end do
       do c = 1, size(network%absent)
          associate (node => network%flow%channel(c)%node)
-            if (network%absent(c) .or. place(node(1)) == 0) cycle
+            if (network%absent(c) .or. index(node(1)) == 0) cycle
             h = network%conductance(c)/full*conducting(wet(node))
             do k = 1, 2
                if (fixed(node(k))) cycle
-               associate (i => place(node(k)), j => place(node(3 - k)))
+               associate (i => index(node(k)), j => index(node(3 - k)))
                   matrix(i, i) = matrix(i, i) + h
                   if (fixed(node(3 - k))) then
                      right(i) = right(i) + h*right(j)

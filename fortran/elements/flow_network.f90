@@ -15,7 +15,7 @@ module dda_flow_network
    public :: network_type, new_network, update_network, stored_energy, growth_of, add_pressures, &
       outflow_of
 
-   real(wp), parameter :: own = 1.0_wp/3.0_wp, other = 1.0_wp/6.0_wp  !< ∫ N N ds over L
+   real(wp), parameter :: same_node = 1.0_wp/3.0_wp, other_node = 1.0_wp/6.0_wp  !< ∫ N N ds over L
 
    !> Geometry of the network in a step.
    type :: network_type
@@ -157,7 +157,7 @@ contains
       type(network_type), intent(inout) :: network  !< network of the model
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< sign of the gap by side
-      real(wp) :: normal(2), share(2)
+      real(wp) :: normal(2), node_volume(2)
       integer :: c, k, side
 
       network%volume = 0.0_wp
@@ -171,11 +171,11 @@ contains
             law => network%flow%law(network%flow%channel(c)%law))
             normal = channel_normal(network, blocks, c)
             a = apertures_of(network, blocks, c, normal)
-            share = channel%length*(own*a + other*[a(2), a(1)])
+            node_volume = channel%length*(same_node*a + other_node*[a(2), a(1)])
             do k = 1, 2
                associate (node => channel%node(k))
-                  network%volume(node) = network%volume(node) + share(k)
-                  network%storage(node) = network%storage(node) + share(k)/law%bulk_modulus
+                  network%volume(node) = network%volume(node) + node_volume(k)
+                  network%storage(node) = network%storage(node) + node_volume(k)/law%bulk_modulus
                end associate
             end do
             if (network%flows) network%conductance(c) = 2*a(1)**2*a(2)**2/(a(1) + a(2)) &
@@ -198,20 +198,20 @@ contains
       real(wp), intent(in) :: reference(2, 2)  !< m, offsets ρ of the ends
       integer, intent(in) :: row_of(:)         !< [2] numbers of the rows of the ends
       real(wp), intent(inout) :: row(6, *)     !< [6,rows]
-      real(wp) :: n(2), local(2), turned(2), mean(2)
+      real(wp) :: n(2), local(2), rotated(2), mean(2)
       integer :: k
 
       n = factor*normal
       associate (f => blocks%gradient(:, :, b), axes => blocks%axes(:, :, b))
          local = [axes(1, 1)*n(1) + axes(2, 1)*n(2), axes(1, 2)*n(1) + axes(2, 2)*n(2)]
-         turned = [n(2)*f(1, 1) - n(1)*f(2, 1), n(2)*f(1, 2) - n(1)*f(2, 2)]
+         rotated = [n(2)*f(1, 1) - n(1)*f(2, 1), n(2)*f(1, 2) - n(1)*f(2, 2)]
       end associate
       do k = 1, 2
-         mean = 2*(own*reference(:, k) + other*reference(:, 3 - k))
+         mean = 2*(same_node*reference(:, k) + other_node*reference(:, 3 - k))
          associate (r => row(:, row_of(k)))
             r(1) = r(1) + n(1)
             r(2) = r(2) + n(2)
-            r(3) = r(3) + turned(1)*mean(1) + turned(2)*mean(2)
+            r(3) = r(3) + rotated(1)*mean(1) + rotated(2)*mean(2)
             r(4) = r(4) + local(1)*mean(1)
             r(5) = r(5) + local(2)*mean(2)
             r(6) = r(6) + 0.5_wp*(local(1)*mean(2) + local(2)*mean(1))
@@ -254,8 +254,8 @@ contains
          associate (channel => network%flow%channel(c), &
             law => network%flow%law(network%flow%channel(c)%law))
             energy = energy + 0.5_wp*channel%length/law%bulk_modulus &
-               *((own*a(1) + other*a(2))*pressure(channel%node(1))**2 &
-               + (own*a(2) + other*a(1))*pressure(channel%node(2))**2)
+               *((same_node*a(1) + other_node*a(2))*pressure(channel%node(1))**2 &
+               + (same_node*a(2) + other_node*a(1))*pressure(channel%node(2))**2)
          end associate
       end do
    end function stored_energy

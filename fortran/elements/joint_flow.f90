@@ -240,13 +240,13 @@ contains
    pure subroutine find_pressures(self, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: rest(size(self%first))
+      real(wp) :: residual(size(self%first))
 
       self%growth = growth_of(self%network, d)
       self%after = self%first
       if (stage_flow_state(self) == flow_steady) return
-      rest = merge(0.0_wp, -self%growth, self%fixed .or. self%vented)
-      call change_by(self%network, self%group, rest, self%after)
+      residual = merge(0.0_wp, -self%growth, self%fixed .or. self%vented)
+      call change_by(self%network, self%group, residual, self%after)
    end subroutine find_pressures
 
    !> Return the surplus of each node, m³ per metre: increase of empty volume, or external inflow.
@@ -317,31 +317,31 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      real(wp) :: stored, former, viscous, lost, work
+      real(wp) :: stored, former, viscous, loss, work
       integer :: i
 
       stored = 0.0_wp
       former = 0.0_wp
       work = 0.0_wp
-      lost = 0.0_wp
+      loss = 0.0_wp
       associate (before => self%pressure, after => self%after)
          do i = 1, size(after)  ! one loop, so that the sums overlap
             stored = stored + 0.5_wp*self%network%storage(i)*after(i)**2
             former = former + 0.5_wp*self%network%storage(i)*before(i)**2
             work = work + after(i)*self%growth(i)
-            lost = lost + 0.5_wp*self%network%storage(i)*(after(i) - before(i))**2
+            loss = loss + 0.5_wp*self%network%storage(i)*(after(i) - before(i))**2
             if (self%empty(i) > 0.0_wp .and. .not. (self%vented(i) .or. self%fixed(i))) &
-               lost = lost + (after(i) - self%network%floor(i))*self%empty(i)
+               loss = loss + (after(i) - self%network%floor(i))*self%empty(i)
          end do
       end associate
       viscous = 0.0_wp
-      if (stage_flow_state(self) == flow_steady) lost = 0.0_wp
+      if (stage_flow_state(self) == flow_steady) loss = 0.0_wp
       if (stage_flow_state(self) == flow_transient) viscous = sum((self%after &
          + self%network%elevation)*outflow_in_step(self, self%after))
       call add_energy(energy, energy_water, stored)
       call add_energy(energy, energy_flow, viscous)
-      call add_energy(energy, energy_algorithmic, lost)
-      call add_energy(energy, energy_input, work + stored - former + viscous + lost)
+      call add_energy(energy, energy_algorithmic, loss)
+      call add_energy(energy, energy_input, work + stored - former + viscous + loss)
    end subroutine add_to_budget
 
    !> Revise the states of nodes that contradict the solution.

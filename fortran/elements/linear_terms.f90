@@ -102,11 +102,11 @@ contains
    !> Double the memory of the list.
    pure subroutine double_memory(terms)
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
-      type(linear_term_type), allocatable :: more(:)
+      type(linear_term_type), allocatable :: longer(:)
 
-      allocate (more(2*size(terms%term)))
-      more(:size(terms%term)) = terms%term
-      call move_alloc(more, terms%term)
+      allocate (longer(2*size(terms%term)))
+      longer(:size(terms%term)) = terms%term
+      call move_alloc(longer, terms%term)
    end subroutine double_memory
 
    !> Set the blocks and the vector u of a term of two or more points.

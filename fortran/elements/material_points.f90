@@ -75,26 +75,26 @@ contains
       type(crack_law_type), intent(in) :: cracks(:)    !< [joints] cracks of faces that break
       logical, intent(in) :: plane_strain              !< plane strain; .false.: plane stress
       real(wp) :: moduli(3, 3, size(materials))
-      integer :: m, most
+      integer :: m, size_limit
       logical :: with_jumps
 
       allocate (self%slot(size(materials) + 1 + size(cracks)))
       allocate (jump_law_type :: self%slot(size(materials) + 1)%law)
-      most = 0
+      size_limit = 0
       with_jumps = any(materials%yields())
       do m = 1, size(materials)
          moduli(:, :, m) = elasticity(materials(m), plane_strain)
          if (.not. allocated(materials(m)%own_law)) cycle
          allocate (self%slot(m)%law, source=materials(m)%own_law)
-         most = max(most, materials(m)%own_law%state_size())
+         size_limit = max(size_limit, materials(m)%own_law%state_size())
       end do
       do m = 1, size(cracks)
          allocate (self%slot(size(materials) + 1 + m)%law, source=cracks(m))
-         most = max(most, cracks(m)%state_size())
+         size_limit = max(size_limit, cracks(m)%state_size())
       end do
       self%first_crack = blocks%n + merge(4, 2, with_jumps)*size(welds)
       call allocate_points(self, self%first_crack + merge(crack_points, 0, any(welds%joint > 0)) &
-         *size(welds), most)
+         *size(welds), size_limit)
       self%point%plane_strain = plane_strain
       call create_block_points(self, blocks, moduli)
       call create_face_points(self, welds, blocks, moduli)
@@ -196,10 +196,10 @@ contains
    end subroutine create_jump_points
 
    !> Create points of faces that can break; map the deformations of a face to opening and slip.
-   subroutine create_crack_points(self, welds, before)
+   subroutine create_crack_points(self, welds, offset)
       class(material_points_type), intent(inout) :: self  !< points with arrays and other points
       type(weld_type), intent(in) :: welds(:)           !< welds of the model
-      integer, intent(in) :: before                     !< number of laws before those of joints
+      integer, intent(in) :: offset                     !< number of laws before those of joints
       integer :: i, k, p
 
       do i = 1, size(welds)
@@ -210,7 +210,7 @@ contains
                self%crack(p) = k
                self%block(:, p) = welds(i)%block
                self%face(p) = welds(i)
-               self%material(p) = before + welds(i)%joint
+               self%material(p) = offset + welds(i)%joint
                self%area(p) = weight(crack_points, k)*welds(i)%length
                self%point(p)%length = self%area(p)
                select type (law => self%slot(self%material(p))%law)
@@ -414,14 +414,14 @@ contains
       integer, intent(in) :: p, old                     !< point, and former point
       class(material_points_type), intent(in) :: before   !< former elements
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
-      real(wp) :: moved(3)
-      logical :: other
+      real(wp) :: strain_change(3)
+      logical :: differs
 
       if (.not. (self%active(p) .or. before%active(old)) .or. self%area(p) <= 0.0_wp) return
-      other = self%material(p) /= before%material(old)
-      if (self%side(1, p) > 0) other = any(self%material(self%side(:, p)) &
+      differs = self%material(p) /= before%material(old)
+      if (self%side(1, p) > 0) differs = any(self%material(self%side(:, p)) &
          /= before%material(self%side(:, p)))
-      if (other) then
+      if (differs) then
          self%active(p) = .true.
          self%retained_stress(:, p) = present_stress(before, old, blocks)
          self%point(p)%start_stress = before%point(old)%start_stress &
@@ -438,11 +438,13 @@ contains
       self%state(:, p) = before%state(:, old)
       self%rest_energy(p) = before%rest_energy(old)
       if (.not. is_inactive(before, old)) return
-      moved = total_strain(self, p, blocks) - self%reference(:, p) - before%inactive_strain(:, old)
-      self%rest_energy(p) = self%rest_energy(p) + dot_product(before%inactive_stress(:, old), moved)
-      self%reference(:, p) = self%reference(:, p) + moved
+      strain_change = total_strain(self, p, blocks) - self%reference(:, p) &
+         - before%inactive_strain(:, old)
+      self%rest_energy(p) = self%rest_energy(p) + dot_product(before%inactive_stress(:, old), &
+         strain_change)
+      self%reference(:, p) = self%reference(:, p) + strain_change
       self%point(p)%start_stress = self%point(p)%start_stress + matmul(self%point(p)%elasticity, &
-         moved)
+         strain_change)
    end subroutine copy_point_state
 
 end module dda_material_points

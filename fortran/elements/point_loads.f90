@@ -60,12 +60,12 @@ contains
       class(point_loads_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: time  !< time, s
-      real(wp), parameter :: ever = 0.5_wp*huge(1.0_wp)
+      real(wp), parameter :: infinity = 0.5_wp*huge(1.0_wp)
       integer :: i
 
       do i = 1, size(self%load)
          self%load(i)%force = spread(load_at(self%load(i), time), 2, 2)
-         self%load(i)%time = [-ever, ever]
+         self%load(i)%time = [-infinity, infinity]
          self%load(i)%start = 0.0_wp
       end do
    end subroutine freeze_for_statics

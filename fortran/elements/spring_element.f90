@@ -95,16 +95,16 @@ contains
    end function act_fraction
 
    !> Return the velocity of the motions at the end of a step, m/s.
-   pure function target_rate(motion, before, motions, step) result(rate)
+   pure function target_rate(motion, start_rate, motions, step) result(rate)
       integer, intent(in) :: motion(2)             !< numbers of the motions; 0: none
-      real(wp), intent(in) :: before(2)            !< velocity at the start of the step, m/s
+      real(wp), intent(in) :: start_rate(2)            !< velocity at the start of the step, m/s
       type(motion_type), intent(in) :: motions(:)  !< prescribed motions
       type(step_type), intent(in) :: step          !< the present step
       real(wp) :: rate(2)
 
       if (step%scheme%chi > 0.5_wp) then
          rate = end_rate(step, displacement_of(motions, motion, end_time(step)) &
-            - displacement_of(motions, motion, step%time), before)
+            - displacement_of(motions, motion, step%time), start_rate)
       else
          rate = velocity_of(motions, motion, end_time(step))
       end if
@@ -155,16 +155,16 @@ contains
       type(step_type), intent(in) :: step             !< the present step
       real(wp), intent(inout) :: load(:,:)            !< [6,blocks] forces, N/m …
       type(spring_type) :: spring
-      real(wp) :: force(2), wanted(2), c(2)
+      real(wp) :: force(2), target(2), c(2)
       integer :: i
 
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
-         wanted = displacement_of(self%motions, spring%motion, end_time(step))
-         if (act_fraction(self, step) < 1.0_wp) wanted = wanted + (1.0_wp - act_fraction(self, &
-            step)) *(displacement_of(self%motions, spring%motion, step%time) - wanted)
-         force = -spring%stiffness*(spring%stretch - wanted)
+         target = displacement_of(self%motions, spring%motion, end_time(step))
+         if (act_fraction(self, step) < 1.0_wp) target = target + (1.0_wp - act_fraction(self, &
+            step)) *(displacement_of(self%motions, spring%motion, step%time) - target)
+         force = -spring%stiffness*(spring%stretch - target)
          c = dashpots_of(self, spring, step)
          if (any(c > 0.0_wp)) force = force + c*(velocity_weight(step)*extension_change(spring, &
             blocks%velocity) + target_rate(spring%motion, spring%rate, self%motions, step))
@@ -212,7 +212,7 @@ contains
       real(wp), intent(in) :: d(:,:)                  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy      !< energy budget, J per metre
       type(spring_type) :: spring
-      real(wp) :: y(2), moved(2), change(2), rate(2), w(2), w0(2), c(2), fraction
+      real(wp) :: y(2), motion_change(2), change(2), rate(2), w(2), w0(2), c(2), fraction
       integer :: i
 
       fraction = act_fraction(self, step)
@@ -222,7 +222,7 @@ contains
             if (spring%block(1) == 0) cycle
             c = dashpots_of(self, spring, step)
             y = displacement_of(self%motions, spring%motion, step%time)
-            moved = displacement_of(self%motions, spring%motion, end_time(step)) - y
+            motion_change = displacement_of(self%motions, spring%motion, end_time(step)) - y
             change = extension_change(spring, d)
             w = 0.0_wp
             if (any(c > 0.0_wp)) then
@@ -234,12 +234,13 @@ contains
                call add_energy(energy, energy_input, -dt*dot_product(c*w, &
                   (1.0_wp - chi)*spring%rate + chi*rate))
             end if
-            change = change - moved
+            change = change - motion_change
             y = spring%stretch - y
             call add_energy(energy, energy_support, spring_energy(self, spring, step, y + change, &
                w))
             call add_energy(energy, energy_algorithmic, (fraction - 0.5_wp)*sum(k*change**2))
-            call add_energy(energy, energy_input, -dot_product(k*(y + fraction*change), moved))
+            call add_energy(energy, energy_input, -dot_product(k*(y + fraction*change), &
+               motion_change))
          end do
       end associate
    end subroutine add_to_budget

@@ -108,19 +108,19 @@ contains
    end subroutine prepare_step
 
    !> Freeze the bounds of point p at the stress for a strain increment, unless they agree with it.
-   subroutine freeze_bounds(self, p, change, step, allowed)
+   subroutine freeze_bounds(self, p, change, step, tolerance)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       integer, intent(in) :: p                          !< number of the point
       real(wp), intent(in) :: change(3)                 !< Δε
       type(step_type), intent(in) :: step               !< the present step
-      real(wp), intent(in) :: allowed                   !< allowed error of bounds, Pa
+      real(wp), intent(in) :: tolerance                   !< allowed error of bounds, Pa
       real(wp) :: stress(3)
 
       if (is_inactive(self, p)) return
       if (.not. has_law(self, self%material(p))) return
       stress = self%slot(self%material(p))%law%frozen_stress(self%point(p), self%state(:, p), &
          self%strain(:, p), change, step)
-      if (any(abs(stress - self%point(p)%bounding) > allowed)) self%point(p)%bounding = stress
+      if (any(abs(stress - self%point(p)%bounding) > tolerance)) self%point(p)%bounding = stress
    end subroutine freeze_bounds
 
    !> Set the operator that maps increments of blocks to Δε of point p.
@@ -261,21 +261,21 @@ contains
       type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(in) :: from(:,:), to(:,:)     !< [6,blocks] increments of the coordinates
       real(wp), intent(in) :: fraction               !< fraction of the path, 0 … 1
-      real(wp) :: way(3), stress(3), tangent(3, 3), change(3), part(self%n)
+      real(wp) :: path(3), stress(3), tangent(3, 3), change(3), part(self%n)
       integer :: p
 
-      !$omp parallel do schedule(static) private(way, stress, tangent, change) &
+      !$omp parallel do schedule(static) private(path, stress, tangent, change) &
       !$omp if (self%n >= parallel_from)
       do p = 1, self%n
          part(p) = 0.0_wp
          if (.not. acts(self, p, blocks)) cycle
          change = strain_increment(self, p, from)
-         way = strain_increment(self, p, to) - change
-         change = change + fraction*way
+         path = strain_increment(self, p, to) - change
+         change = change + fraction*path
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          stress = stress - self%stress(:, p) - matmul(self%tangent(:, :, p), change &
             - self%change(:, p))
-         part(p) = self%area(p)*dot_product(stress, way)
+         part(p) = self%area(p)*dot_product(stress, path)
       end do
       slope = sum(part)
    end function slope_beyond
@@ -454,18 +454,18 @@ contains
    subroutine serialise(self, archive)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
       type(archive_type), intent(inout) :: archive      !< archive that is written or read
-      real(wp) :: held(3, self%n), bounding(3, self%n)
+      real(wp) :: stress(3, self%n), bounding(3, self%n)
       integer :: p
 
       do p = 1, self%n
-         held(:, p) = self%point(p)%start_stress
+         stress(:, p) = self%point(p)%start_stress
          bounding(:, p) = self%point(p)%bounding
       end do
-      call archive_values(archive, held)
+      call archive_values(archive, stress)
       call archive_values(archive, bounding)
       call archive_values(archive, self%active)
       do p = 1, self%n
-         self%point(p)%start_stress = held(:, p)
+         self%point(p)%start_stress = stress(:, p)
          self%point(p)%bounding = bounding(:, p)
       end do
       call archive_values(archive, self%reference)
@@ -479,23 +479,23 @@ contains
       class(strain_points_type), intent(in) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp), intent(inout) :: stress(:,:)         !< [3,blocks] Pa
-      real(wp) :: own(3)
+      real(wp) :: point_stress(3)
       integer :: p, i, k
 
       do p = 1, self%n
          if (self%side(1, p) > 0 .or. self%crack(p) > 0) exit  ! only strain points of cells
          if (.not. acts(self, p, blocks)) cycle
-         own = self%area(p)*(present_stress(self, p, blocks) - shape_stress(self, p))
+         point_stress = self%area(p)*(present_stress(self, p, blocks) - shape_stress(self, p))
          if (self%block(2, p) == 0) then
             associate (b => self%block(1, p))
-               stress(:, b) = stress(:, b) + own/blocks%area(b)
+               stress(:, b) = stress(:, b) + point_stress/blocks%area(b)
             end associate
             cycle
          end if
          do k = 1, 2
             associate (b => self%block(k, p))
                do i = 1, 3
-                  stress(i, b) = stress(i, b) + dot_product(own, &
+                  stress(i, b) = stress(i, b) + dot_product(point_stress, &
                      self%map(:, cell_strain(i, k), p))/blocks%area(b)
                end do
             end associate

@@ -71,15 +71,16 @@ contains
    pure integer function corner_face(blocks, tie) result(face)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(tie_type), intent(in) :: tie        !< tie
-      real(wp) :: beyond(2), least
+      real(wp) :: distance(2), tolerance
 
-      beyond = huge(1.0_wp)
+      distance = huge(1.0_wp)
       do face = 1, 2
-         if (tie%corner(face) > 0) beyond(face) = overshoot(blocks, tie, face)
+         if (tie%corner(face) > 0) distance(face) = overshoot(blocks, tie, face)
       end do
-      least = equal*corner_ratio*minval(blocks%length(tie%edge))
+      tolerance = equal*corner_ratio*minval(blocks%length(tie%edge))
       face = merge(1, 2, tie%edge(1) < tie%edge(2))
-      if (beyond(face) > least .and. beyond(3 - face) < beyond(face) - least) face = 3 - face
+      if (distance(face) > tolerance .and. distance(3 - face) < distance(face) &
+         - tolerance) face = 3 - face
    end function corner_face
 
    !> Return the distance of the foot of a corner beyond the other face, m.

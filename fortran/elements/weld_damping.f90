@@ -96,22 +96,22 @@ contains
    end subroutine change_memory
 
    !> Add the losses of a step by damping, and Δσ·Δε of the damping stress.
-   pure subroutine add_damping_loss(damping, stiffness, change, moved, time_step, loss)
+   pure subroutine add_damping_loss(damping, stiffness, change, increment, time_step, loss)
       type(damping_type), intent(in) :: damping  !< damping of the material
       real(wp), intent(in) :: stiffness          !< fraction of the stiffness of the spring
       real(wp), intent(in) :: change             !< increment of the stretch
-      real(wp), intent(in) :: moved(:)           !< [mechanisms] Δζ_l
+      real(wp), intent(in) :: increment(:)           !< [mechanisms] Δζ_l
       real(wp), intent(in) :: time_step          !< Δt, s
       real(wp), intent(inout) :: loss(2)  !< loss of material; of scheme, J per metre
       integer :: l
 
       do l = 1, damping%n
-         loss(1) = loss(1) + stiffness*damping%unrelaxed*moved(l)**2 &
+         loss(1) = loss(1) + stiffness*damping%unrelaxed*increment(l)**2 &
             /(damping%weight(l)*damping%omega(l)*time_step)
       end do
       loss(1) = loss(1) + stiffness*damping%beta/time_step*change**2
       loss(2) = loss(2) + stiffness*change*((damping%unrelaxed - 1.0_wp)*change &
-         - damping%unrelaxed*sum(moved(:damping%n)))
+         - damping%unrelaxed*sum(increment(:damping%n)))
    end subroutine add_damping_loss
 
 end module dda_weld_damping

@@ -63,9 +63,9 @@ contains
    end function jump_stiffness
 
    !> Append springs on both components of a jump.
-   pure subroutine add_jumps(springs, before, stiffness)
+   pure subroutine add_jumps(springs, offset, stiffness)
       type(weld_springs_type), intent(inout) :: springs  !< springs; two are added
-      integer, intent(in) :: before         !< number of deformations before the jump
+      integer, intent(in) :: offset         !< number of deformations before the jump
       real(wp), intent(in) :: stiffness     !< N/m per metre of thickness
       integer :: axis
 
@@ -73,7 +73,7 @@ contains
          springs%n = springs%n + 1
          springs%stiffness(springs%n) = stiffness
          springs%weight(:, springs%n) = 0.0_wp
-         springs%weight(before + axis, springs%n) = 1.0_wp
+         springs%weight(offset + axis, springs%n) = 1.0_wp
       end do
    end subroutine add_jumps
 
@@ -149,7 +149,7 @@ contains
       real(wp), intent(in) :: moduli(3, 3, 2)  !< elastic matrices D of both cells, Pa
       real(wp) :: strain(3, n_deformations, 2)
       real(wp) :: jump(3, 2, 2), stiffness(2, 2)
-      real(wp) :: traction(2, n_deformations), own(2, n_deformations)
+      real(wp) :: traction(2, n_deformations), face_term(2, n_deformations)
       integer :: i, k
 
       strain = spread(common_strain_matrix(weld), 3, 2)
@@ -164,15 +164,15 @@ contains
             strain(i, cell_strain(i, k), k) = 1.0_wp
          end do
          if (k == 1) strain(:, 1:2, k) = -jump(:, :, k)
-         own = weld%area(k)*matmul(transpose(jump(:, :, k)), matmul(moduli(:, :, k), &
+         face_term = weld%area(k)*matmul(transpose(jump(:, :, k)), matmul(moduli(:, :, k), &
             strain(:, :, k)))
-         traction = traction + own
+         traction = traction + face_term
          stiffness = stiffness + weld%area(k)*matmul(transpose(jump(:, :, k)), &
             matmul(moduli(:, :, k), jump(:, :, k)))
       end do
-      own = -matmul(inverse(stiffness), traction)
+      face_term = -matmul(inverse(stiffness), traction)
       do k = 1, 2
-         strain(:, :, k) = strain(:, :, k) + matmul(jump(:, :, k), own)
+         strain(:, :, k) = strain(:, :, k) + matmul(jump(:, :, k), face_term)
       end do
    end function strains_of
 

@@ -159,29 +159,29 @@ contains
       real(wp), intent(in) :: q(n_deformations)  !< deformations at the start
       real(wp), intent(in), optional :: change(n_deformations)  !< increment of q in a step
       real(wp), intent(in), optional :: time_step               !< Δt of that step, s
-      real(wp) :: energy(3), after(size(self%memory, 1)), e, moved
+      real(wp) :: energy(3), end_memory(size(self%memory, 1)), e, increment
       integer :: j, k
 
       energy = 0.0_wp
       if (.not. is_damped(self, i, blocks)) return
-      moved = 0.0_wp
+      increment = 0.0_wp
       do j = 1, self%springs(i)%n
          associate (weight => self%springs(i)%weight(:, j))
             e = dot_product(weight, q - self%rest(:, i))
-            if (present(change)) moved = dot_product(weight, change)
+            if (present(change)) increment = dot_product(weight, change)
          end associate
          do k = 1, 2
             if (.not. self%damping_fraction(k, i) > 0.0_wp) cycle
             associate (law => blocks%damping(self%material(k, i)), &
                stiffness => self%damping_fraction(k, i)*self%springs(i)%stiffness(j), &
                memory => self%memory(:, j, k, i))
-               after = memory
+               end_memory = memory
                if (present(change)) then
-                  call change_memory(law, e, moved, time_step, after)
-                  call add_damping_loss(law, stiffness, moved, after - memory, time_step, &
+                  call change_memory(law, e, increment, time_step, end_memory)
+                  call add_damping_loss(law, stiffness, increment, end_memory - memory, time_step, &
                      energy(2:3))
                end if
-               energy(1) = energy(1) + stiffness*damping_energy(law, e + moved, after)
+               energy(1) = energy(1) + stiffness*damping_energy(law, e + increment, end_memory)
             end associate
          end do
       end do
@@ -218,45 +218,45 @@ contains
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: q(n_deformations)             !< m, strains
-      type(configuration_type) :: placed
+      type(configuration_type) :: cells
       integer :: k
 
-      placed = predicted_cells(weld, blocks, 0.0_wp)
-      q(1:2) = matmul(placed%turn, placed%jump(:, 1))
-      q(3:4) = matmul(placed%turn, placed%jump(:, 2))
+      cells = predicted_cells(weld, blocks, 0.0_wp)
+      q(1:2) = matmul(cells%turn, cells%jump(:, 1))
+      q(3:4) = matmul(cells%turn, cells%jump(:, 2))
       do k = 1, 2
          q(cell_strain(:, k)) = blocks%position(4:6, weld%block(k))
       end do
    end function deformations_of
 
    !> Predict both cells at a later time from their present rates.
-   pure type(configuration_type) function predicted_cells(weld, blocks, ahead) result(placed)
+   pure type(configuration_type) function predicted_cells(weld, blocks, interval) result(cells)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: ahead            !< s
+      real(wp), intent(in) :: interval            !< s
       real(wp) :: coordinates(6, 2), angle
       integer :: k
 
-      associate (half => 0.5_wp*weld%length*weld%along, jump => placed%jump)
+      associate (half => 0.5_wp*weld%length*weld%along, jump => cells%jump)
          do k = 1, 2
             associate (b => weld%block(k))
                coordinates(:, k) = blocks%position(:, b)
-               if (abs(ahead) > 0.0_wp) then
-                  coordinates(:, k) = coordinates(:, k) + ahead*blocks%velocity(:, b)
-                  call set_axes(coordinates(:, k), placed%axes(:, :, k), placed%gradient(:, :, k))
+               if (abs(interval) > 0.0_wp) then
+                  coordinates(:, k) = coordinates(:, k) + interval*blocks%velocity(:, b)
+                  call set_axes(coordinates(:, k), cells%axes(:, :, k), cells%gradient(:, :, k))
                else
-                  placed%axes(:, :, k) = blocks%axes(:, :, b)
-                  placed%gradient(:, :, k) = blocks%gradient(:, :, b)
+                  cells%axes(:, :, k) = blocks%axes(:, :, b)
+                  cells%gradient(:, :, k) = blocks%gradient(:, :, b)
                end if
             end associate
          end do
          jump(:, 1) = coordinates(1:2, 1) - coordinates(1:2, 2) - weld%shift &
-            + (matmul(placed%gradient(:, :, 1), weld%middle(:, 1)) &
-            - matmul(placed%gradient(:, :, 2), weld%middle(:, 2)))
-         jump(:, 2) = matmul(placed%gradient(:, :, 1) - placed%gradient(:, :, 2), half)
+            + (matmul(cells%gradient(:, :, 1), weld%middle(:, 1)) &
+            - matmul(cells%gradient(:, :, 2), weld%middle(:, 2)))
+         jump(:, 2) = matmul(cells%gradient(:, :, 1) - cells%gradient(:, :, 2), half)
       end associate
       angle = 0.5_wp*(coordinates(3, 1) + coordinates(3, 2))
-      placed%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
+      cells%turn = reshape([cos(angle), -sin(angle), sin(angle), cos(angle)], [2, 2])
    end function predicted_cells
 
    !> Return the matrix G of a face at the middle of a step, predicted from present rates.
@@ -266,24 +266,24 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step      !< the present step
       real(wp) :: g(n_deformations, 6, 2)
-      type(configuration_type) :: placed
-      real(wp) :: turned(2, 2)
+      type(configuration_type) :: cells
+      real(wp) :: rotated(2, 2)
       integer :: i, k
 
-      placed = predicted_cells(weld, blocks, 0.5_wp*step%time_step)
+      cells = predicted_cells(weld, blocks, 0.5_wp*step%time_step)
       ! The axes turn by half of the rotation of each cell.
-      turned = 0.5_wp*matmul(placed%turn, reshape([placed%jump(2, 1), -placed%jump(1, 1), &
-         placed%jump(2, 2), -placed%jump(1, 2)], [2, 2]))
+      rotated = 0.5_wp*matmul(cells%turn, reshape([cells%jump(2, 1), -cells%jump(1, 1), &
+         cells%jump(2, 2), -cells%jump(1, 2)], [2, 2]))
       g = 0.0_wp
       do k = 1, 2
          associate (sign => 3.0_wp - 2.0_wp*k)
-            g(1:2, 1:2, k) = sign*placed%turn
-            g(1:2, 3:6, k) = sign*matmul(placed%turn, shape_columns(placed, k, weld%middle(:, k)))
-            g(3:4, 3:6, k) = sign*matmul(placed%turn, shape_columns(placed, k, &
+            g(1:2, 1:2, k) = sign*cells%turn
+            g(1:2, 3:6, k) = sign*matmul(cells%turn, shape_columns(cells, k, weld%middle(:, k)))
+            g(3:4, 3:6, k) = sign*matmul(cells%turn, shape_columns(cells, k, &
                0.5_wp*weld%length*weld%along))
          end associate
-         g(1:2, 3, k) = g(1:2, 3, k) + turned(:, 1)
-         g(3:4, 3, k) = g(3:4, 3, k) + turned(:, 2)
+         g(1:2, 3, k) = g(1:2, 3, k) + rotated(:, 1)
+         g(3:4, 3, k) = g(3:4, 3, k) + rotated(:, 2)
          do i = 1, 3
             g(cell_strain(i, k), 3 + i, k) = 1.0_wp
          end do
@@ -291,14 +291,14 @@ contains
    end function derivatives_of
 
    !> Return the effect of rotation and strains of cell k on an offset ρ: the last 4 columns of T.
-   pure function shape_columns(placed, k, reference) result(shape)
-      type(configuration_type), intent(in) :: placed    !< both cells
+   pure function shape_columns(cells, k, reference) result(shape)
+      type(configuration_type), intent(in) :: cells    !< both cells
       integer, intent(in) :: k               !< cell, 1 or 2
       real(wp), intent(in) :: reference(2)   !< ρ, m
       real(wp) :: shape(2, 4), offset(2)
 
-      offset = matmul(placed%gradient(:, :, k), reference)
-      associate (axes => placed%axes(:, :, k))
+      offset = matmul(cells%gradient(:, :, k), reference)
+      associate (axes => cells%axes(:, :, k))
          shape(:, 1) = [-offset(2), offset(1)]
          shape(:, 2) = axes(:, 1)*reference(1)
          shape(:, 3) = axes(:, 2)*reference(2)
@@ -307,14 +307,14 @@ contains
    end function shape_columns
 
    !> Return the force f = Σ c w s + f₀.
-   pure function spring_force(springs, before, q) result(force)
+   pure function spring_force(springs, constant_part, q) result(force)
       type(weld_springs_type), intent(in) :: springs     !< of a face
-      real(wp), intent(in) :: before(n_deformations)      !< f₀
+      real(wp), intent(in) :: constant_part(n_deformations)      !< f₀
       real(wp), intent(in) :: q(n_deformations)           !< deformations
       real(wp) :: force(n_deformations)
       integer :: i
 
-      force = before
+      force = constant_part
       do i = 1, springs%n
          force = force + springs%stiffness(i)*dot_product(springs%weight(:, i), q) &
             *springs%weight(:, i)
@@ -423,12 +423,12 @@ contains
    end subroutine add_face_force
 
    !> Return the energy ½ Σ c s² + f₀·q.
-   pure real(wp) function spring_energy(springs, before, q) result(energy)
+   pure real(wp) function spring_energy(springs, constant_part, q) result(energy)
       type(weld_springs_type), intent(in) :: springs  !< of a face
-      real(wp), intent(in) :: before(n_deformations)   !< f₀
+      real(wp), intent(in) :: constant_part(n_deformations)   !< f₀
       real(wp), intent(in) :: q(n_deformations)        !< deformations
 
-      energy = 0.5_wp*dot_product(spring_force(springs, before, q) + before, q)
+      energy = 0.5_wp*dot_product(spring_force(springs, constant_part, q) + constant_part, q)
    end function spring_energy
 
    !> Add the stored energy of all faces, including that of their damping.

@@ -144,11 +144,11 @@ contains
    end function has_named
 
    !> Check kind, shape and size of a variable; return its last dimension, or 0 on failure.
-   integer function length_of(reader, name, rank, most) result(length)
+   integer function length_of(reader, name, rank, max_count) result(length)
       type(reader_type), intent(inout) :: reader  !< open file; retains the first error
       character(len=*), intent(in) :: name  !< name of the variable
       integer, intent(in) :: rank  !< 1: numbers; 2: pairs of numbers
-      integer, intent(in) :: most  !< largest number of values
+      integer, intent(in) :: max_count  !< largest number of values
       integer :: shape_of(2)
 
       length = 0
@@ -157,9 +157,9 @@ contains
       if (rank == 2 .and. shape_of(1) /= 2) then
          call refuse_file(reader, name//' must contain x and y of each vertex, not '// &
             to_text(shape_of(1))//' numbers')
-      else if (shape_of(rank) > most) then
+      else if (shape_of(rank) > max_count) then
          call refuse_file(reader, name//' contains '//to_text(shape_of(rank))// &
-            ' values, more than '//to_text(most))
+            ' values, more than '//to_text(max_count))
       else
          length = shape_of(rank)
       end if

@@ -51,16 +51,16 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=*), intent(in), optional :: changes(:) !< changes, each 'NAME=VALUE'
       character(len=:), allocatable :: text
-      type(change_type), allocatable :: wanted(:)
+      type(change_type), allocatable :: typed(:)
       integer :: i
 
       call read_text_file(file, text, largest_input, error)
       if (present(changes)) then
-         allocate (wanted(size(changes)))
+         allocate (typed(size(changes)))
          do i = 1, size(changes)
-            wanted(i) = typed_change(trim(changes(i)))
+            typed(i) = typed_change(trim(changes(i)))
          end do
-         call change_text(file, text, wanted, error)
+         call change_text(file, text, typed, error)
       end if
       if (.not. allocated(error)) call read_model(model, file, text, error)
    end subroutine read_model_file
@@ -119,9 +119,9 @@ contains
       character(len=*), intent(in) :: file  !< path
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer :: i, g, seen(size(input_groups))
+      integer :: i, g, occurrences(size(input_groups))
 
-      seen = 0
+      occurrences = 0
       do i = 1, size(groups)
          g = find_group(groups(i)%name)
          if (g > 0) then
@@ -131,8 +131,8 @@ contains
             call input_error(error, groups(i), unknown_group(groups(i)%name, file))
             return
          end if
-         seen(g) = seen(g) + 1
-         if (seen(g) > 1 .and. .not. input_groups(g)%repeats) call input_error(error, &
+         occurrences(g) = occurrences(g) + 1
+         if (occurrences(g) > 1 .and. .not. input_groups(g)%repeats) call input_error(error, &
             groups(i), 'this group may appear only once')
       end do
       if (size(positions(groups, 'control')) == 0) call refuse_missing(error, file, &
@@ -185,12 +185,12 @@ contains
    contains
 
       !> Reject a setting that cannot be combined with the original rules.
-      subroutine refuse_setting(is, why)
-         logical, intent(in) :: is            !< the input has the setting
-         character(len=*), intent(in) :: why  !< reason
+      subroutine refuse_setting(condition, reason)
+         logical, intent(in) :: condition            !< the input has the setting
+         character(len=*), intent(in) :: reason  !< reason
 
-         if (is .and. .not. allocated(error)) call fail(error, error_input, file// &
-            ": contact_rules = 'original' of &contact "//why)
+         if (condition .and. .not. allocated(error)) call fail(error, error_input, file// &
+            ": contact_rules = 'original' of &contact "//reason)
       end subroutine refuse_setting
 
    end subroutine read_settings

@@ -124,21 +124,21 @@ contains
    end subroutine resolve_edges
 
    !> Set the stress due to weight in the new blocks of a group, if requested.
-   subroutine set_weight_stress(group, rest, model, outlines, first, error)
+   subroutine set_weight_stress(group, stress, model, outlines, first, error)
       type(group_type), intent(in) :: group      !< group of the input
-      type(rest_values), intent(in) :: rest      !< values of the variables of initial stress
+      type(rest_values), intent(in) :: stress      !< values of the variables of initial stress
       type(model_type), intent(in) :: model      !< model with its gravity
       type(outlines_type), intent(inout) :: outlines         !< outlines with the new blocks
       integer, intent(in) :: first               !< number of the first new block
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (allocated(error) .or. .not. rest%geostatic) return
+      if (allocated(error) .or. .not. stress%geostatic) return
       associate (gravity => model%control%gravity)
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
             group, 'geostatic = .true. needs a gravity that acts downwards; gravity is '// &
             to_text(gravity(1))//', '//to_text(gravity(2)))
       end associate
-      if (.not. allocated(error)) call set_cover(outlines, first, rest%overburden)
+      if (.not. allocated(error)) call set_cover(outlines, first, stress%overburden)
    end subroutine set_weight_stress
 
    !> Read &layers: a stack of equal layers.
@@ -216,7 +216,7 @@ contains
       type(model_type), intent(inout) :: model !< model with materials and joints; receives the file
       type(outlines_type), intent(inout) :: outlines         !< outlines; new blocks are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(block_file_type) :: found
+      type(block_file_type) :: content
       type(error_type), allocatable :: failure
       type(blocks_values) :: input
       character(len=:), allocatable :: path
@@ -227,20 +227,20 @@ contains
       if (allocated(error)) return
       path = input%file
       if (path(1:1) /= '/') path = folder//path
-      call read_block_file(found, path, failure)
+      call read_block_file(content, path, failure)
       if (allocated(failure)) then
          call input_error(error, group, failure%message)
          return
       end if
-      call add_blocks(group, path, found, source, m, j, model, outlines, error)
-      model%block_files = [model%block_files, block_source_type(path, found%checksum)]
+      call add_blocks(group, path, content, source, m, j, model, outlines, error)
+      model%block_files = [model%block_files, block_source_type(path, content%checksum)]
    end subroutine read_block_group
 
    !> Add the blocks of a file, whose polygons must be valid.
-   subroutine add_blocks(group, path, found, source, m, j, model, outlines, error)
+   subroutine add_blocks(group, path, content, source, m, j, model, outlines, error)
       type(group_type), intent(in) :: group          !< group of the input
       character(len=*), intent(in) :: path           !< path of the file, for messages
-      type(block_file_type), intent(in) :: found     !< content of the file
+      type(block_file_type), intent(in) :: content     !< content of the file
       integer, intent(in) :: source                  !< number of the group
       integer, intent(in) :: m, j  !< default material and joint, if the file names none
       type(model_type), intent(in) :: model          !< model with its materials and joints
@@ -251,23 +251,23 @@ contains
       character(len=name_length) :: body
       integer :: b
 
-      call find_names(group, path, 'material', found%materials, found%material, &
+      call find_names(group, path, 'material', content%materials, content%material, &
          model%materials%name, m, materials, error)
-      call find_names(group, path, 'joint', found%joints, found%edge_joint, model%joints%name, j, &
-         joints, error)
-      do b = 1, size(found%names)
+      call find_names(group, path, 'joint', content%joints, content%edge_joint, model%joints%name, &
+         j, joints, error)
+      do b = 1, size(content%names)
          if (allocated(error)) return
          body = ''
-         if (found%body(b) > 0) body = found%bodies(found%body(b))
-         associate (first => found%first(b), last => found%first(b + 1) - 1)
-            failure = outline_failure(found%vertices(:, first:last))
+         if (content%body(b) > 0) body = content%bodies(content%body(b))
+         associate (first => content%first(b), last => content%first(b + 1) - 1)
+            failure = outline_failure(content%vertices(:, first:last))
             if (failure /= '') then
                call input_error(error, group, trim(path//': block '//to_text(b)//' '// &
-                  found%names(b))//': vertices'//failure)
+                  content%names(b))//': vertices'//failure)
             else
-               call add_outline(outlines, found%vertices(:, first:last), &
-                  materials(found%material(b)), j, source, found%names(b), &
-                  joints(found%edge_joint(first:last)), body)
+               call add_outline(outlines, content%vertices(:, first:last), &
+                  materials(content%material(b)), j, source, content%names(b), &
+                  joints(content%edge_joint(first:last)), body)
             end if
          end associate
       end do

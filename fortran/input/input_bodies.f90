@@ -117,10 +117,10 @@ contains
    end subroutine check_sizes
 
    !> Larger side of the bounding box of positions, m.
-   pure real(wp) function extent_of(places) result(extent)
-      real(wp), intent(in) :: places(:,:)  !< [2, positions] m
+   pure real(wp) function extent_of(positions) result(extent)
+      real(wp), intent(in) :: positions(:,:)  !< [2, positions] m
 
-      extent = maxval(maxval(places, 2) - minval(places, 2))
+      extent = maxval(maxval(positions, 2) - minval(positions, 2))
    end function extent_of
 
    !> First block with a vertex that is too far away; 0 if there is none.

@@ -51,7 +51,7 @@ contains
 
       associate (n => size(input%through, 2))
          if (any(input%through_block(n + 1:) /= '')) call input_error(error, group, &
-            'through_block names more blocks than through has points ('//to_text(n)//')')
+            '`through_block` names more blocks than `through` has points ('//to_text(n)//')')
       end associate
       if (is_set(input%yield_force) .and. input%pretension > input%yield_force) &
          call input_error(error, &
@@ -123,19 +123,19 @@ contains
    end subroutine check_points
 
    !> Create a spring between positions in blocks.
-   pure type(bolt_type) function spring_between(blocks, bolt, owner, places) result(spring)
+   pure type(bolt_type) function spring_between(blocks, bolt, owner, positions) result(spring)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
       type(bolt_type), intent(in) :: bolt  !< law of the bolt
       integer, intent(in) :: owner(:)  !< [points] block of each point
-      real(wp), intent(in) :: places(:,:)  !< [2,points] m
+      real(wp), intent(in) :: positions(:,:)  !< [2,points] m
       integer :: k
 
       spring = bolt
       spring%block = owner
-      spring%place = places
-      allocate (spring%reference, mold=places)
+      spring%place = positions
+      allocate (spring%reference, mold=positions)
       do k = 1, size(owner)
-         spring%reference(:, k) = reference_of(blocks, owner(k), places(:, k))
+         spring%reference(:, k) = reference_of(blocks, owner(k), positions(:, k))
       end do
    end function spring_between
 
@@ -172,18 +172,18 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
       real(wp), intent(in) :: from(2), to(2)  !< ends of the bolt, m
       real(wp), allocatable, intent(out) :: cut(:)  !< fractions, 0 … 1
-      real(wp) :: edge(2), along(2), apart(2), determinant, s, t
+      real(wp) :: edge(2), direction(2), offset(2), determinant, s, t
       integer :: v, k
 
       allocate (cut(0))
-      along = to - from
+      direction = to - from
       do v = 1, size(blocks%owner)
          edge = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
-         apart = blocks%vertex(:, v) - from
-         determinant = along(1)*edge(2) - along(2)*edge(1)
-         if (abs(determinant) <= epsilon(1.0_wp)*norm2(along)*norm2(edge)) cycle
-         s = (apart(1)*edge(2) - apart(2)*edge(1))/determinant
-         t = (apart(1)*along(2) - apart(2)*along(1))/determinant
+         offset = blocks%vertex(:, v) - from
+         determinant = direction(1)*edge(2) - direction(2)*edge(1)
+         if (abs(determinant) <= epsilon(1.0_wp)*norm2(direction)*norm2(edge)) cycle
+         s = (offset(1)*edge(2) - offset(2)*edge(1))/determinant
+         t = (offset(1)*direction(2) - offset(2)*direction(1))/determinant
          if (s <= 0.0_wp .or. s >= 1.0_wp .or. t < 0.0_wp .or. t > 1.0_wp) cycle
          k = count(cut <= s)
          cut = [cut(:k), s, cut(k + 1:)]

@@ -182,7 +182,7 @@ contains
       type(reading_type), intent(in) :: reading  !< group as read
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(edge_piece_type), allocatable :: left(:), right(:)
+      type(edge_piece_type), allocatable :: left_faces(:), right_faces(:)
       type(weld_type), allocatable :: welds(:)
       real(wp) :: width
 
@@ -190,15 +190,15 @@ contains
       if (size(model%free_fields) > 0) call reject_ties_and_fields(group, error)
       if (model%contact%original_rules) call input_error(error, group, &
          "ties require bonds, which contact_rules = 'original' of &contact does not support")
-      call choose_edges(group, reading%edges, model, left, error, 'left')
-      call choose_edges(group, reading%edges, model, right, error, 'right')
+      call choose_edges(group, reading%edges, model, left_faces, error, 'left')
+      call choose_edges(group, reading%edges, model, right_faces, error, 'right')
       if (allocated(error)) return
       width = maxval(model%blocks%vertex(1, :)) - minval(model%blocks%vertex(1, :))
-      call tie_faces(model%blocks, right, left, [width, 0.0_wp], model%ties, welds)
+      call tie_faces(model%blocks, right_faces, left_faces, [width, 0.0_wp], model%ties, welds)
       call check_ties(model, group, model%blocks, model%ties, error)
       call assign_triangles(model%blocks, welds)
       model%welds = [model%welds, welds]
-      pieces = [left, right]
+      pieces = [left_faces, right_faces]
       if (.not. are_tied(model)) call input_error(error, group, &
          'the left and the right side are at different heights: they have no edges in common')
    end subroutine tie_sides
@@ -268,12 +268,12 @@ contains
    end function highest_corner
 
    !> Name of a group, or a substitute.
-   pure character(len=name_length) function label(reading, words)
+   pure character(len=name_length) function label(reading, substitute)
       type(reading_type), intent(in) :: reading  !< group as read
-      character(len=*), intent(in) :: words      !< text for a boundary without a name
+      character(len=*), intent(in) :: substitute      !< text for a boundary without a name
 
       label = reading%name
-      if (label == '') label = words
+      if (label == '') label = substitute
    end function label
 
    !> Add supports or dashpots at the Gauss points of the parts.
@@ -401,13 +401,13 @@ contains
       type(edge_piece_type), intent(in) :: pieces(:)  !< parts of the group
       character(len=*), intent(in) :: direction  !< direction as in `boundary_edge_type`
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical :: taken(size(model%blocks%owner))
+      logical :: has_boundary(size(model%blocks%owner))
       integer :: i, k
 
-      taken = .false.
-      taken(model%boundary_edges%piece%edge) = .true.
+      has_boundary = .false.
+      has_boundary(model%boundary_edges%piece%edge) = .true.
       do i = 1, size(pieces)
-         if (.not. taken(pieces(i)%edge)) cycle
+         if (.not. has_boundary(pieces(i)%edge)) cycle
          do k = 1, size(model%boundary_edges)
             if (.not. overlaps(model%blocks, pieces(i), direction, model%boundary_edges(k))) cycle
             call input_error(error, group, 'edge '//to_text(pieces(i)%edge &
@@ -423,18 +423,18 @@ contains
    end subroutine reserve_edges
 
    !> .true. if a part overlaps a part of another group, and both act in one direction.
-   pure logical function overlaps(blocks, piece, direction, other)
+   pure logical function overlaps(blocks, part, direction, existing)
       type(blocks_type), intent(in) :: blocks         !< blocks of the model
-      type(edge_piece_type), intent(in) :: piece      !< new part
+      type(edge_piece_type), intent(in) :: part      !< new part
       character(len=*), intent(in) :: direction       !< direction of the new boundary
-      type(boundary_edge_type), intent(in) :: other   !< existing part
+      type(boundary_edge_type), intent(in) :: existing   !< existing part
       real(wp) :: a(2), b(2)
 
-      overlaps = piece%edge == other%piece%edge .and. min(piece%to, other%piece%to) &
-         - max(piece%from, other%piece%from) > least_overlap
-      if (.not. overlaps .or. direction == 'xy' .or. other%direction == 'xy') return
-      a = unit_vector(blocks, piece, direction)
-      b = unit_vector(blocks, piece, other%direction)
+      overlaps = part%edge == existing%piece%edge .and. min(part%to, existing%piece%to) &
+         - max(part%from, existing%piece%from) > least_overlap
+      if (.not. overlaps .or. direction == 'xy' .or. existing%direction == 'xy') return
+      a = unit_vector(blocks, part, direction)
+      b = unit_vector(blocks, part, existing%direction)
       overlaps = abs(a(1)*b(2) - a(2)*b(1)) <= parallel
    end function overlaps
 

@@ -86,14 +86,14 @@ contains
       character(len=*), intent(in) :: name            !< text as in the input
       character(len=:), allocatable :: message
       type(variable_type), allocatable :: variables(:)
-      integer, allocatable :: homes(:)
+      integer, allocatable :: owners(:)
       integer :: i
 
       variables = variables_of(group)
-      homes = groups_with(name)
+      owners = groups_with(name)
       message = 'there is no variable '//quoted(name)//' in this group; '
-      if (size(homes) > 0) then
-         message = message//'it belongs to &'//joined(input_groups(homes)%name, ', &')//'; '
+      if (size(owners) > 0) then
+         message = message//'it belongs to &'//joined(input_groups(owners)%name, ', &')//'; '
          i = 0
       else
          i = closest(name, variables%name)

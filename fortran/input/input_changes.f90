@@ -33,13 +33,13 @@ module dda_input_changes
 contains
 
    !> Parse 'NAME=VALUE'; without an equals sign the path is not allocated.
-   pure type(change_type) function typed_change(words) result(change)
-      character(len=*), intent(in) :: words  !< change as typed
+   pure type(change_type) function typed_change(text) result(change)
+      character(len=*), intent(in) :: text  !< change as typed
       integer :: equals
 
-      equals = index(words, '=')
-      change%path = trim(adjustl(words(:max(0, equals - 1))))
-      change%value = words(equals + 1:)
+      equals = index(text, '=')
+      change%path = trim(adjustl(text(:max(0, equals - 1))))
+      change%value = text(equals + 1:)
    end function typed_change
 
    !> Apply changes to the text, one after the other; line numbers do not change.
@@ -144,24 +144,24 @@ contains
       type(group_type), intent(in) :: groups(:)   !< groups of the text
       character(len=*), intent(in) :: text        !< text of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(group_entry_type), allocatable :: homes(:)
+      type(group_entry_type), allocatable :: owners(:)
       character(len=2*len(input_variables%name)), allocatable :: paths(:)
       logical, allocatable :: counts(:)
       integer :: i, g
 
-      homes = input_groups(groups_with(change%name))
+      owners = input_groups(groups_with(change%name))
       ! Groups of `sitedda build` count only if the input has them.
-      if (.not. all(homes%built)) homes = pack(homes, .not. homes%built .or. &
-         [(any([(groups(i)%name == homes(g)%name, i=1, size(groups))]), g=1, size(homes))])
-      if (any(homes%name == 'control')) homes = pack(homes, homes%name == 'control')
-      counts = [(is_meant(text, groups, homes(g)%name, change%name), g=1, size(homes))]
-      if (any(counts)) homes = pack(homes, counts)
-      if (size(homes) == 1) then
-         change%group = trim(homes(1)%name)
-      else if (size(homes) > 1) then
-         allocate (paths(size(homes)))
-         do i = 1, size(homes)
-            paths(i) = trim(homes(i)%name)//'.'//change%name
+      if (.not. all(owners%built)) owners = pack(owners, .not. owners%built .or. &
+         [(any([(groups(i)%name == owners(g)%name, i=1, size(groups))]), g=1, size(owners))])
+      if (any(owners%name == 'control')) owners = pack(owners, owners%name == 'control')
+      counts = [(is_meant(text, groups, owners(g)%name, change%name), g=1, size(owners))]
+      if (any(counts)) owners = pack(owners, counts)
+      if (size(owners) == 1) then
+         change%group = trim(owners(1)%name)
+      else if (size(owners) > 1) then
+         allocate (paths(size(owners)))
+         do i = 1, size(owners)
+            paths(i) = trim(owners(i)%name)//'.'//change%name
          end do
          call refuse_change(change, 'several groups have this variable: name one, for example '// &
             joined(paths, ' or '), error)
@@ -198,7 +198,7 @@ contains
       character(len=*), intent(in) :: text              !< text of the input
       type(group_type), intent(in) :: groups(:)         !< groups of the text
       character(len=*), intent(in) :: group, variable   !< names
-      type(group_type) :: one
+      type(group_type) :: entry
       type(error_type), allocatable :: error
       type(span_type), allocatable :: spans(:)
       integer :: i
@@ -206,27 +206,27 @@ contains
       is_given = .false.
       do i = 1, size(groups)
          if (groups(i)%name /= group) cycle
-         one = groups(i)
+         entry = groups(i)
          spans = [span_type ::]
-         call parse_group(text, one, error, spans)
+         call parse_group(text, entry, error, spans)
          if (allocated(error)) return
          if (any(input_variables(spans%variable)%name == variable)) is_given = .true.
       end do
    end function is_given
 
    !> Suggest the most similar name, or list the known names.
-   pure function names_hint(word, words, otherwise) result(hint)
-      character(len=*), intent(in) :: word, words(:)  !< unknown word; known words
-      character(len=*), intent(in) :: otherwise  !< text before the list of known names
+   pure function names_hint(name, known, intro) result(hint)
+      character(len=*), intent(in) :: name, known(:)  !< unknown word; known words
+      character(len=*), intent(in) :: intro  !< text before the list of known names
       character(len=:), allocatable :: hint
       integer :: i
 
       hint = ''
-      i = closest(trim(word), words)
+      i = closest(trim(name), known)
       if (i > 0) then
-         hint = '; did you mean '//quoted(words(i))//'?'
-      else if (otherwise /= '') then
-         hint = '; '//otherwise//' '//name_list(words)
+         hint = '; did you mean '//quoted(known(i))//'?'
+      else if (intro /= '') then
+         hint = '; '//intro//' '//name_list(known)
       end if
    end function names_hint
 
@@ -286,12 +286,12 @@ contains
       character(len=*), intent(in) :: names(:)  !< names of the groups of its kind, or blank
       logical, allocatable, intent(out) :: chosen(:)  !< [groups] selected; none: add the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      character(len=max(len(names), 16)) :: known(size(names))
+      character(len=max(len(names), 16)) :: labels(size(names))
       integer :: i
 
       do i = 1, size(names)
-         known(i) = names(i)
-         if (known(i) == '') known(i) = to_text(i)
+         labels(i) = names(i)
+         if (labels(i) == '') labels(i) = to_text(i)
       end do
       chosen = [(change%which == '' .or. change%which == '*', i=1, size(names))]
       if (size(names) == 0) then
@@ -301,14 +301,15 @@ contains
       else if (change%which == '' .and. size(names) > 1 .and. &
          input_groups(find_group(change%group))%repeats) then
          call refuse_change(change, 'the input has '//to_text(size(names))//' groups &'// &
-            change%group//' ('//name_list(known)//'); name one, for example '//change%group//'['// &
-            trim(known(1))//'].'//change%name//', or all: '//change%group//'[*].'//change%name, &
+            change%group//' ('//name_list(labels)//'); name one, for example '//change%group// &
+            '['// &
+            trim(labels(1))//'].'//change%name//', or all: '//change%group//'[*].'//change%name, &
             error)
       else if (.not. any(chosen)) then
-         chosen = known == change%which
+         chosen = labels == change%which
          if (.not. any(chosen)) chosen = [(to_text(i) == change%which, i=1, size(names))]
          if (.not. any(chosen)) call refuse_change(change, 'there is no &'//change%group// &
-            ' named '//quoted(change%which)//names_hint(change%which, known, 'there are'), error)
+            ' named '//quoted(change%which)//names_hint(change%which, labels, 'there are'), error)
       end if
    end subroutine mark_groups
 
@@ -320,19 +321,19 @@ contains
       type(span_type), intent(in) :: spans(:)    !< assignments of the group
       type(change_type), intent(in) :: change    !< change with its variable
       character(len=*), intent(in) :: new        !< 'NAME = VALUE'; blank: remove
-      character(len=:), allocatable :: other
+      character(len=:), allocatable :: alternative
       character(len=len(input_variables%name)) :: names(size(spans))
       integer :: i, first
 
-      other = ''
-      if (change%group == 'control' .and. change%name == 'duration') other = 'steps'
-      if (change%group == 'control' .and. change%name == 'steps') other = 'duration'
-      if (new == '') other = ''
+      alternative = ''
+      if (change%group == 'control' .and. change%name == 'duration') alternative = 'steps'
+      if (change%group == 'control' .and. change%name == 'steps') alternative = 'duration'
+      if (new == '') alternative = ''
       names = input_variables(spans%variable)%name
       first = findloc(names == change%name, .true., 1)
       if (first == 0 .and. new /= '') text = trim(text(:last - 1))//' '//new//' '//text(last:)
       do i = size(spans), 1, -1
-         if (names(i) /= change%name .and. names(i) /= other) cycle
+         if (names(i) /= change%name .and. names(i) /= alternative) cycle
          text = text(:spans(i)%first - 1)//trim(merge(new, repeat(' ', len(new)), i == first))// &
             line_ends(text(spans(i)%first:spans(i)%last))//text(spans(i)%last + 1:)
       end do

@@ -98,7 +98,7 @@ contains
       type(group_type), intent(in) :: group  !< group of the input
       real(wp), intent(in) :: depth          !< reservoir_depth of the input, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: wet, along(2)
+      real(wp) :: wet, edge(2)
       integer :: k
 
       call mark_ends(model%blocks, load)
@@ -112,8 +112,8 @@ contains
             ' m is less than the depth of water at these edges, '//to_text(wet)//' m')
       end if
       do k = 1, size(load%piece)
-         along = load%ends(:, 2, k) - load%ends(:, 1, k)
-         if (abs(along(2)) < least_slope*norm2(along)) call input_error(error, group, &
+         edge = load%ends(:, 2, k) - load%ends(:, 1, k)
+         if (abs(edge(2)) < least_slope*norm2(edge)) call input_error(error, group, &
             'added_mass is for upstream faces; the edge from ('//position_text(load%ends(:, 1, k) &
             + model%origin)//') to ('//position_text(load%ends(:, 2, k) + model%origin)// &
             ') is too flat: give this edge a &traction without added_mass')
@@ -145,7 +145,7 @@ contains
       values = given_values
       if (size(values) == 1) values = spread(values(1), 1, size(load%time))
       if (size(values) /= size(load%time)) call input_error(error, group, name// &
-         ' must have one value, or as many values as time ('//to_text(size(load%time))//')')
+         ' must have one value, or as many values as `time` ('//to_text(size(load%time))//')')
    end subroutine set_values
 
    !> Read &water.
@@ -180,57 +180,57 @@ contains
       type(water_values), intent(in) :: input  !< values of the group
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts of edges
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical :: all_blocks(model%blocks%n), wanted(size(model%joints))
+      logical :: all_blocks(model%blocks%n), selected(size(model%joints))
       type(edge_piece_type), allocatable :: free(:)
       integer :: v
 
       all_blocks = .true.
-      wanted = input%joints == ''
+      selected = input%joints == ''
       allocate (pieces(0))
-      call mark_names(input%joints, 'joints', model%joints%name, group, wanted, error)
+      call mark_names(input%joints, 'joints', model%joints%name, group, selected, error)
       if (allocated(error)) return
       associate (blocks => model%blocks)
          pieces = [(edge_piece_type(blocks%owner(v), v), v=1, size(blocks%owner))]
          if (input%acts_on /= 'all') call outline_of(blocks, all_blocks, free)
          if (input%acts_on == 'faces') pieces = free
          if (input%acts_on == 'joints') pieces = remaining_parts(pieces, free)
-         pieces = pack(pieces, wanted(blocks%joint(pieces%edge)))
+         pieces = pack(pieces, selected(blocks%joint(pieces%edge)))
       end associate
    end subroutine find_wettable_edges
 
    !> Parts of whole edges that remain after removal of some parts, in the order of the edges.
-   function remaining_parts(edges, pieces) result(left)
+   function remaining_parts(edges, pieces) result(remaining)
       type(edge_piece_type), intent(in) :: edges(:)   !< whole edges
       type(edge_piece_type), intent(in) :: pieces(:)  !< parts to remove
-      type(edge_piece_type), allocatable :: left(:)
-      type(edge_piece_type) :: rest
+      type(edge_piece_type), allocatable :: remaining(:)
+      type(edge_piece_type) :: part
       integer :: i, k, n
 
-      allocate (left(size(edges) + size(pieces)))
+      allocate (remaining(size(edges) + size(pieces)))
       n = 0
       k = 1
       do i = 1, size(edges)
-         rest = edges(i)
+         part = edges(i)
          do
             if (k > size(pieces)) exit
-            if (pieces(k)%edge /= rest%edge) exit
-            rest%to = pieces(k)%from
+            if (pieces(k)%edge /= part%edge) exit
+            part%to = pieces(k)%from
             call append_rest()
-            rest%from = pieces(k)%to
+            part%from = pieces(k)%to
             k = k + 1
          end do
-         rest%to = 1.0_wp
+         part%to = 1.0_wp
          call append_rest()
       end do
-      left = left(:n)
+      remaining = remaining(:n)
 
    contains
 
       !> Append the present part to the list, unless it is negligibly short.
       subroutine append_rest()
-         if (rest%to - rest%from <= most_uncovered) return
+         if (part%to - part%from <= most_uncovered) return
          n = n + 1
-         left(n) = rest
+         remaining(n) = part
       end subroutine append_rest
    end function remaining_parts
 
@@ -265,11 +265,11 @@ contains
    end subroutine set_surface
 
    !> Text of a position.
-   pure function position_text(point) result(words)
+   pure function position_text(point) result(text)
       real(wp), intent(in) :: point(2)  !< m
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = to_text(point(1))//', '//to_text(point(2))
+      text = to_text(point(1))//', '//to_text(point(2))
    end function position_text
 
    !> Set heads or pressures at the points of a line on edges, with linear interpolation.
@@ -280,24 +280,24 @@ contains
       type(water_values), intent(in) :: input  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: line(:,:), values(:)
-      type(edge_piece_type), allocatable :: all(:), found(:)
+      type(edge_piece_type), allocatable :: all(:), covered(:)
       integer :: j, n
 
       load%kind = load_line
       call read_polyline(group, 'along', input%along, model%origin, line, error)
       n = size(line, 2)
       values = [input%head, input%pressure]
-      if (size(values) /= n) call input_error(error, group, 'head or pressure must have as '// &
-         'many values as along has points ('//to_text(n)//')')
+      if (size(values) /= n) call input_error(error, group, '`head` or `pressure` must have as '// &
+         'many values as `along` has points ('//to_text(n)//')')
       if (allocated(error)) return
       if (given(group, 'head')) values = load%unit_weight*(values - line(2, :) - model%origin(2))
       all = load%piece
       load%piece = [edge_piece_type ::]
       allocate (load%at_ends(2, 0))
       do j = 1, n - 1
-         found = pieces_along(model%blocks, all, line(:, j:j + 1))
-         call check_cover(model, group, line(:, j:j + 1), found, error)
-         call add_pressures(load, model%blocks, line(:, j:j + 1), values(j:j + 1), found)
+         covered = pieces_along(model%blocks, all, line(:, j:j + 1))
+         call check_cover(model, group, line(:, j:j + 1), covered, error)
+         call add_pressures(load, model%blocks, line(:, j:j + 1), values(j:j + 1), covered)
       end do
    end subroutine set_line
 
@@ -307,17 +307,17 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: segment(2, 2), values(2)  !< ends of the segment, m; pressures, Pa
       type(edge_piece_type), intent(in) :: pieces(:)  !< parts on the segment
-      real(wp) :: more(2, size(pieces))
+      real(wp) :: new_values(2, size(pieces))
       integer :: k, i
 
       do k = 1, size(pieces)
          do i = 1, 2
-            more(i, k) = values(1) + fraction_along(blocks, pieces(k), i, segment) &
+            new_values(i, k) = values(1) + fraction_along(blocks, pieces(k), i, segment) &
                *(values(2) - values(1))
          end do
       end do
       load%piece = [load%piece, pieces]
-      load%at_ends = reshape([load%at_ends, more], [2, size(load%piece)])
+      load%at_ends = reshape([load%at_ends, new_values], [2, size(load%piece)])
    end subroutine add_pressures
 
    !> Position of an end of a part along a segment: 0 at its first point, 1 at its second.
@@ -326,11 +326,11 @@ contains
       type(edge_piece_type), intent(in) :: piece  !< part of an edge
       integer, intent(in) :: i                    !< end of the part, 1 or 2
       real(wp), intent(in) :: segment(2, 2)       !< ends of the segment, m
-      real(wp) :: along(2)
+      real(wp) :: direction(2)
 
-      along = segment(:, 2) - segment(:, 1)
-      fraction = dot_product(along, position_of(blocks, piece%block, reference_at(blocks, piece, &
-         i - 1.0_wp)) - segment(:, 1))/dot_product(along, along)
+      direction = segment(:, 2) - segment(:, 1)
+      fraction = dot_product(direction, position_of(blocks, piece%block, &
+         reference_at(blocks, piece, i - 1.0_wp)) - segment(:, 1))/dot_product(direction, direction)
    end function fraction_along
 
    !> Check that all of a segment lies on edges.
@@ -340,27 +340,28 @@ contains
       real(wp), intent(in) :: segment(2, 2)  !< ends of the segment, m
       type(edge_piece_type), intent(in) :: pieces(:)  !< parts on the segment
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: along(2), done, reach, fraction(2)
-      logical :: further
+      real(wp) :: direction(2), covered, reach, fraction(2)
+      logical :: extended
       integer :: k, i
 
       if (allocated(error)) return
-      along = segment(:, 2) - segment(:, 1)
-      done = 0.0_wp
-      further = .true.
-      do while (further)
-         further = .false.
+      direction = segment(:, 2) - segment(:, 1)
+      covered = 0.0_wp
+      extended = .true.
+      do while (extended)
+         extended = .false.
          do k = 1, size(pieces)
             fraction = [(fraction_along(model%blocks, pieces(k), i, segment), i=1, 2)]
             reach = maxval(fraction)
-            if (minval(fraction) > done + most_uncovered .or. reach <= done + most_uncovered) cycle
-            done = reach
-            further = .true.
+            if (minval(fraction) > covered + most_uncovered .or. reach <= covered &
+               + most_uncovered) cycle
+            covered = reach
+            extended = .true.
          end do
       end do
-      if (done < 1.0_wp - most_uncovered) call input_error(error, group, &
+      if (covered < 1.0_wp - most_uncovered) call input_error(error, group, &
          'along: there is water at ('// &
-         position_text(segment(:, 1) + done*along + model%origin)// &
+         position_text(segment(:, 1) + covered*direction + model%origin)// &
          '), outside the model or away from its joints and faces')
    end subroutine check_cover
 

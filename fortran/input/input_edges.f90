@@ -27,7 +27,7 @@ contains
       type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts in the order of blocks
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), intent(in), optional :: side !< side that replaces the side of the group
-      logical :: wanted(model%blocks%n)
+      logical :: selected(model%blocks%n)
       character(len=name_length) :: chosen_side
       real(wp), allocatable :: line(:,:)
       integer :: i
@@ -36,16 +36,17 @@ contains
       chosen_side = edges%side
       if (present(side)) chosen_side = side
       if (chosen_side == '' .and. size(edges%along) == 0 .and. edges%blocks == '') &
-         call input_error(error, group, 'the group selects no edges; give side, along, or blocks')
-      wanted = edges%blocks == ''
-      call mark_names(edges%blocks, 'blocks', model%block_names, group, wanted, error)
+         call input_error(error, group, 'the group selects no edges; give `side`, `along` '// &
+            'or `blocks`')
+      selected = edges%blocks == ''
+      call mark_names(edges%blocks, 'blocks', model%block_names, group, selected, error)
       if (size(edges%along) > 0) call read_polyline(group, 'along', edges%along, &
          model%origin, line, error)
       i = findloc(abs(edges%edges - anint(edges%edges)) > 0.0_wp, .true., 1)
       if (i > 0) call input_error(error, group, 'edges: '//to_text(edges%edges(i))// &
          ' is not a whole number')
       if (allocated(error)) return
-      call outline_of(model%blocks, wanted, pieces)
+      call outline_of(model%blocks, selected, pieces)
       if (size(edges%edges) > 0) pieces = pack(pieces, [(any(pieces(i)%edge &
          - model%blocks%first(pieces(i)%block) + 1 == nint(edges%edges)), i=1, size(pieces))])
       if (chosen_side /= '') pieces = pieces_on_side(model%blocks, pieces, trim(chosen_side))

@@ -22,7 +22,7 @@ module dda_input_flow
    private
    public :: read_flow
 
-   real(wp), parameter :: least = 1.0e-6_wp  !< least length of a channel over its edge
+   real(wp), parameter :: least_length = 1.0e-6_wp  !< least length of a channel over its edge
 
    !> most nodes with flow, which a dense factor solves together (4000: some seconds per step)
    integer, parameter :: most_nodes = 4000
@@ -36,7 +36,7 @@ contains
       type(model_type), intent(inout) :: model  !< model with its blocks and edge loads
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(flow_values), allocatable :: own(:)
+      type(flow_values), allocatable :: input(:)
       type(flow_boundary_values) :: unused
       integer :: law_of(size(model%joints)), i
       integer, allocatable :: at(:), boundary(:)
@@ -50,19 +50,19 @@ contains
             'no water flows in joints; give a group &flow')
          return
       end if
-      allocate (model%flow, own(size(at)))
+      allocate (model%flow, input(size(at)))
       allocate (model%flow%law(size(at)), model%flow%boundary(0))
       law_of = 0
       do i = 1, size(at)
-         call read_law(model, groups(at(i)), i, own(i), law_of, error)
+         call read_law(model, groups(at(i)), i, input(i), law_of, error)
       end do
       if (allocated(error)) return
       call find_channels(model%flow, model%blocks, law_of, &
-         [(value_or(own(i)%channel_length, huge(1.0_wp)), i=1, size(own))])
+         [(value_or(input(i)%channel_length, huge(1.0_wp)), i=1, size(input))])
       if (size(model%flow%channel) == 0) call input_error(error, groups(at(1)), &
          'no two edges of these joints lie along each other')
       call limit_nodes(model%flow, groups(at(1)), error)
-      call set_first_state(model%flow, own, model%origin(2))
+      call set_first_state(model%flow, input, model%origin(2))
       do i = 1, size(boundary)
          call read_boundary(model, groups(boundary(i)), error)
       end do
@@ -75,7 +75,7 @@ contains
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: sizes(:,:)
-      integer :: most(2)
+      integer :: part(2)
 
       if (allocated(error) .or. all(flow%state == flow_undrained)) return
       sizes = part_sizes(flow)
@@ -83,10 +83,10 @@ contains
          to_text(maxval(sizes(1, :)))//' connected nodes, and at most '//to_text(most_nodes)// &
          ' can be solved together: give state = ''undrained'' and state_at_rest = ''undrained'',' &
          //' or select fewer joints')
-      most = sizes(:, maxloc(sizes(1, :)*real(sizes(2, :), wp)**2, 1))
-      if (most(1)*real(most(2), wp)**2 > most_springs .and. any(flow%state == flow_transient)) &
-         call input_error(error, group, 'transient flow with '//to_text(most(1))//' connected '// &
-         'nodes beside '//to_text(most(2))//' blocks requires too much time and memory (nodes '// &
+      part = sizes(:, maxloc(sizes(1, :)*real(sizes(2, :), wp)**2, 1))
+      if (part(1)*real(part(2), wp)**2 > most_springs .and. any(flow%state == flow_transient)) &
+         call input_error(error, group, 'transient flow with '//to_text(part(1))//' connected '// &
+         'nodes beside '//to_text(part(2))//' blocks requires too much time and memory (nodes '// &
          '× blocks² above 4e8): give another state and state_at_rest, or select fewer joints')
    end subroutine limit_nodes
 
@@ -95,11 +95,11 @@ contains
       type(flow_type), intent(in) :: flow  !< with its nodes and channels
       integer, allocatable :: sizes(:,:)   !< [2,nodes] values at the first node of a part, else 0
       integer :: part(size(flow%place, 2)), i, side
-      integer, allocatable :: start(:), order(:), seen(:)
+      integer, allocatable :: start(:), order(:), last_part(:)
 
       part = connected_nodes(flow, [(.false., i=1, size(flow%channel))])
       allocate (sizes(2, size(part)), source=0)
-      allocate (seen(maxval([(flow%channel(i)%block, i=1, size(flow%channel))])), source=0)
+      allocate (last_part(maxval([(flow%channel(i)%block, i=1, size(flow%channel))])), source=0)
       do i = 1, size(part)
          sizes(1, part(i)) = sizes(1, part(i)) + 1
       end do
@@ -108,8 +108,8 @@ contains
       do i = 1, size(order)
          associate (channel => flow%channel(order(i)), p => part(flow%channel(order(i))%node(1)))
             do side = 1, 2
-               if (seen(channel%block(side)) == p) cycle
-               seen(channel%block(side)) = p
+               if (last_part(channel%block(side)) == p) cycle
+               last_part(channel%block(side)) = p
                sizes(2, p) = sizes(2, p) + 1
             end do
          end associate
@@ -117,34 +117,34 @@ contains
    end function part_sizes
 
    !> Read the law of the water in the joints of a group; the first group sets the flow state.
-   subroutine read_law(model, group, i, own, law_of, error)
+   subroutine read_law(model, group, i, input, law_of, error)
       type(model_type), intent(inout) :: model   !< model with flow
       type(group_type), intent(in) :: group      !< group of the input
       integer, intent(in) :: i                   !< number of the group
-      type(flow_values), intent(out) :: own      !< values of the group
+      type(flow_values), intent(out) :: input      !< values of the group
       integer, intent(inout) :: law_of(:)        !< [joints] group of each joint; 0: none
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical :: wanted(size(law_of))
+      logical :: selected(size(law_of))
 
       if (allocated(error)) return
-      call read_values(group, own, error)
-      wanted = own%joints == ''
-      call mark_names(own%joints, 'joints', model%joints%name, group, wanted, error)
+      call read_values(group, input, error)
+      selected = input%joints == ''
+      call mark_names(input%joints, 'joints', model%joints%name, group, selected, error)
       if (allocated(error)) return
-      if (any(wanted .and. law_of > 0)) call input_error(error, group, 'joint '// &
-         trim(model%joints(findloc(wanted .and. law_of > 0, .true., 1))%name)// &
+      if (any(selected .and. law_of > 0)) call input_error(error, group, 'joint '// &
+         trim(model%joints(findloc(selected .and. law_of > 0, .true., 1))%name)// &
          ' belongs to another group &flow; set different joints in each group')
-      where (wanted) law_of = i
+      where (selected) law_of = i
       if (i == 1) then
-         model%flow%state = [findloc(flow_states, own%state_at_rest, 1), &
-            findloc(flow_states, own%state, 1)]
+         model%flow%state = [findloc(flow_states, input%state_at_rest, 1), &
+            findloc(flow_states, input%state, 1)]
       else if (given(group, 'state') .or. given(group, 'state_at_rest')) then
-         call input_error(error, group, 'state is common to all &flow: set it in the first group')
+         call input_error(error, group, '`state` is common to all &flow: set it in the first group')
       end if
-      model%flow%law(i) = flow_law_type(own%aperture, value_or(own%residual_aperture, &
-         0.1_wp*own%aperture), value_or(own%max_aperture, 10.0_wp*own%aperture), &
-         own%opening_factor, own%viscosity, own%bulk_modulus, own%unit_weight, &
-         own%cavitation_pressure)
+      model%flow%law(i) = flow_law_type(input%aperture, value_or(input%residual_aperture, &
+         0.1_wp*input%aperture), value_or(input%max_aperture, 10.0_wp*input%aperture), &
+         input%opening_factor, input%viscosity, input%bulk_modulus, input%unit_weight, &
+         input%cavitation_pressure)
       associate (law => model%flow%law(i))
          if (law%least > law%aperture .or. law%most < law%aperture) call input_error(error, group, &
             'aperture = '//to_text(law%aperture)//' is not between residual_aperture = '// &
@@ -199,9 +199,9 @@ contains
       associate (e => edges(1), f => edges(2))
          span = common_span(blocks, e, blocks%vertex(:, f), blocks%vertex(:, blocks%next(f)), &
             -1.0_wp)
-         if (span(2) - span(1) <= least) return
+         if (span(2) - span(1) <= least_length) return
          length = (span(2) - span(1))*blocks%length(e)
-         n = max(1, ceiling(length/longest - least))
+         n = max(1, ceiling(length/longest - least_length))
          channel%block = blocks%owner(edges)
          channel%edge = e
          channel%law = law
@@ -226,16 +226,16 @@ contains
    pure subroutine number_nodes(flow, blocks)
       type(flow_type), intent(inout) :: flow   !< flow; receives nodes and their positions
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
-      real(wp) :: place(2, 2*size(flow%channel)), low(2), extent(2), cell, reach
+      real(wp) :: place(2, 2*size(flow%channel)), low(2), extent(2), cell, tolerance
       integer, allocatable :: first(:,:)  ! node of each cell
       integer :: next(size(place, 2))     ! next node of the same cell
       integer :: c, k, n, at(2)
 
       if (size(flow%channel) == 0) return
-      reach = 4*touching*blocks%half_size
+      tolerance = 4*touching*blocks%half_size
       low = minval(blocks%vertex, 2)
       extent = maxval(blocks%vertex, 2) - low
-      cell = max(sqrt(product(extent)/size(next)), 2*reach)
+      cell = max(sqrt(product(extent)/size(next)), 2*tolerance)
       allocate (first(0:int(extent(1)/cell) + 2, 0:int(extent(2)/cell) + 2), source=0)
       n = 0
       do c = 1, size(flow%channel)
@@ -266,7 +266,7 @@ contains
             do i = at(1) - 1, min(at(1) + 1, ubound(first, 1))
                find_near_node = first(i, j)
                do while (find_near_node > 0)
-                  if (all(abs(place(:, find_near_node) - position) <= reach)) return
+                  if (all(abs(place(:, find_near_node) - position) <= tolerance)) return
                   find_near_node = next(find_near_node)
                end do
             end do
@@ -275,14 +275,14 @@ contains
    end subroutine number_nodes
 
    !> Set initial pressure and saturation.
-   pure subroutine set_first_state(flow, own, origin)
+   pure subroutine set_first_state(flow, input, origin)
       type(flow_type), intent(inout) :: flow     !< with its nodes
-      type(flow_values), intent(in) :: own(:)    !< values of the group
+      type(flow_values), intent(in) :: input(:)    !< values of the group
       real(wp), intent(in) :: origin             !< y of the engine's coordinates, m
       integer :: c, k
 
       do c = 1, size(flow%channel)
-         associate (values => own(flow%channel(c)%law))
+         associate (values => input(flow%channel(c)%law))
             do k = 1, 2
                associate (node => flow%channel(c)%node(k))
                   flow%pressure(node) = values%pressure
@@ -300,73 +300,74 @@ contains
       type(model_type), intent(inout) :: model  !< model with flow
       type(group_type), intent(in) :: group     !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(flow_boundary_values) :: own
+      type(flow_boundary_values) :: input
       type(flow_boundary_type) :: new
       real(wp), allocatable :: line(:,:)
 
       if (allocated(error)) return
-      call read_values(group, own, error)
-      if (size(own%along) > 0) call read_polyline(group, 'along', own%along, model%origin, line, &
-         error)
-      if (own%side == '' .and. size(own%along) == 0) call input_error(error, group, &
-         'the group selects no nodes; give side or along')
+      call read_values(group, input, error)
+      if (size(input%along) > 0) call read_polyline(group, 'along', input%along, model%origin, &
+         line, error)
+      if (input%side == '' .and. size(input%along) == 0) call input_error(error, group, &
+         'the group selects no nodes; give `side` or `along`')
       if (allocated(error)) return
-      new%node = find_nodes(model, own, line)
+      new%node = find_nodes(model, input, line)
       if (size(new%node) == 0) call input_error(error, group, &
          'no node of a joint with water lies at this side or line')
       new%inflow = given(group, 'inflow')
       new%head = given(group, 'head')
       new%dry_above = new%head
-      new%value = [own%head - model%origin(2), own%pressure, own%inflow]
-      new%time = own%time
-      if (size(own%time) == 0) new%time = [0.0_wp]
-      if (size(own%time) > 0) call check_times(error, group, own%time)
+      new%value = [input%head - model%origin(2), input%pressure, input%inflow]
+      new%time = input%time
+      if (size(input%time) == 0) new%time = [0.0_wp]
+      if (size(input%time) > 0) call check_times(error, group, input%time)
       if (size(new%value) == 1) new%value = spread(new%value(1), 1, size(new%time))
-      if (size(new%value) /= size(new%time)) call input_error(error, group, 'head, pressure or '// &
-         'inflow must have one value, or as many values as time ('//to_text(size(new%time))//')')
+      if (size(new%value) /= size(new%time)) call input_error(error, group, &
+         '`head`, `pressure` '//'or `inflow` must have one value, or as many values as `time` ('// &
+         to_text(size(new%time))//')')
       if (.not. allocated(error)) model%flow%boundary = [model%flow%boundary, new]
    end subroutine read_boundary
 
    !> Find nodes on a side of the model, on a polyline, or on both.
-   pure function find_nodes(model, own, line) result(list)
+   pure function find_nodes(model, input, line) result(list)
       type(model_type), intent(in) :: model            !< model with flow
-      type(flow_boundary_values), intent(in) :: own    !< values of the group
+      type(flow_boundary_values), intent(in) :: input    !< values of the group
       real(wp), allocatable, intent(in) :: line(:,:)   !< [2,points] m; not allocated: none
       integer, allocatable :: list(:)
-      logical :: wanted(size(model%flow%pressure))
-      real(wp) :: reach, at
+      logical :: selected(size(model%flow%pressure))
+      real(wp) :: tolerance, at
       integer :: axis, i
 
-      wanted = .true.
-      reach = 4*touching*model%blocks%half_size
+      selected = .true.
+      tolerance = 4*touching*model%blocks%half_size
       associate (place => model%flow%place, vertex => model%blocks%vertex)
-         if (own%side /= '') then
-            axis = merge(1, 2, own%side == sides(1) .or. own%side == sides(2))
+         if (input%side /= '') then
+            axis = merge(1, 2, input%side == sides(1) .or. input%side == sides(2))
             at = maxval(vertex(axis, :))
-            if (own%side == sides(1) .or. own%side == sides(3)) at = minval(vertex(axis, :))
-            wanted = abs(place(axis, :) - at) <= reach
+            if (input%side == sides(1) .or. input%side == sides(3)) at = minval(vertex(axis, :))
+            selected = abs(place(axis, :) - at) <= tolerance
          end if
          if (allocated(line)) then
-            do i = 1, size(wanted)
-               wanted(i) = wanted(i) .and. is_on(line, place(:, i), reach)
+            do i = 1, size(selected)
+               selected(i) = selected(i) .and. is_on(line, place(:, i), tolerance)
             end do
          end if
       end associate
-      list = pack([(i, i=1, size(wanted))], wanted)
+      list = pack([(i, i=1, size(selected))], selected)
    end function find_nodes
 
    !> .true. if a point lies on a polyline.
    pure logical function is_on(line, point, reach)  ! total
       real(wp), intent(in) :: line(:,:)        !< [2,points] m
       real(wp), intent(in) :: point(2), reach  !< m
-      real(wp) :: along(2), share
+      real(wp) :: side(2), fraction
       integer :: j
 
       is_on = .true.
       do j = 1, size(line, 2) - 1
-         along = line(:, j + 1) - line(:, j)
-         share = dot_product(point - line(:, j), along)/max(tiny(1.0_wp), dot_product(along, along))
-         if (norm2(line(:, j) + max(0.0_wp, min(1.0_wp, share))*along - point) <= reach) return
+         side = line(:, j + 1) - line(:, j)
+         fraction = dot_product(point - line(:, j), side)/max(tiny(1.0_wp), dot_product(side, side))
+         if (norm2(line(:, j) + max(0.0_wp, min(1.0_wp, fraction))*side - point) <= reach) return
       end do
       is_on = .false.
    end function is_on
@@ -390,7 +391,7 @@ contains
                '&flow determines the pressure in joints; set acts_on = ''faces''')
             if (water%kind /= load_level .and. any(abs(water%normal - 1.0_wp) > 0.0_wp)) &
                call input_error(error, group, &
-               'scale cannot be used together with &flow')
+               '`scale` cannot be used together with &flow')
             do k = 1, size(water%piece)
                do i = 1, size(model%flow%pressure)
                   call set_node_head(model, load, k, i)
@@ -424,7 +425,7 @@ contains
       type(model_type), intent(inout) :: model  !< model with flow and edge loads
       integer, intent(in) :: load, k, node      !< numbers
       type(flow_boundary_type) :: new
-      real(wp) :: head, along(2)
+      real(wp) :: head, face(2)
       integer :: b
 
       associate (water => model%edge_loads(load), place => model%flow%place(:, node))
@@ -439,9 +440,9 @@ contains
                head = table_value(line(1, :), line(2, :), place(1))
             end associate
          else if (water%kind /= load_level) then
-            along = water%ends(:, 2, k) - water%ends(:, 1, k)
+            face = water%ends(:, 2, k) - water%ends(:, 1, k)
             head = place(2) + (water%at_ends(1, k) + (water%at_ends(2, k) - water%at_ends(1, k)) &
-               *dot_product(place - water%ends(:, 1, k), along)/dot_product(along, along)) &
+               *dot_product(place - water%ends(:, 1, k), face)/dot_product(face, face)) &
                /water%unit_weight
          end if
          new = flow_boundary_type(node=[node], head=.true., dry_above=.true., load=load, &

@@ -30,7 +30,7 @@ contains
       type(free_field_type), intent(inout) :: field  !< free field with its side
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(blocks_type) :: column
-      type(edge_piece_type), allocatable :: left(:), right(:)
+      type(edge_piece_type), allocatable :: left_faces(:), right_faces(:)
       type(weld_type), allocatable :: within(:)
       real(wp) :: width
 
@@ -41,18 +41,18 @@ contains
          return
       end if
       call copy_blocks(model, field%block, column, within)
-      call outline_of(column, spread(.true., 1, column%n), left)
-      right = pieces_on_side(column, left, 'right')
-      left = pieces_on_side(column, left, 'left')
+      call outline_of(column, spread(.true., 1, column%n), left_faces)
+      right_faces = pieces_on_side(column, left_faces, 'right')
+      left_faces = pieces_on_side(column, left_faces, 'left')
       field%face = merge(2, 1, field%side == 'left')
       width = maxval(column%vertex(1, :)) - minval(column%vertex(1, :))
-      if (.not. cover_same_heights(column, left, right)) then
+      if (.not. cover_same_heights(column, left_faces, right_faces)) then
          call input_error(error, group, 'the column of blocks at the '//trim(field%side)// &
             ' side, '//to_text(width)//' m wide, does not match its own image: its left and '// &
             'right faces must be vertical, without gaps and at the same heights')
          return
       end if
-      call tie_faces(column, right, left, [width, 0.0_wp], field%tie, field%weld)
+      call tie_faces(column, right_faces, left_faces, [width, 0.0_wp], field%tie, field%weld)
       call check_ties(model, group, column, field%tie, error)
    end subroutine find_column
 
@@ -82,7 +82,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
       real(wp), intent(in) :: outward          !< −1: left side; 1: right side
       integer, allocatable, intent(out) :: list(:)
-      real(wp) :: near(blocks%n), far(blocks%n), line, before, small
+      real(wp) :: near(blocks%n), far(blocks%n), line, previous_line, tolerance
       integer :: b
 
       do b = 1, blocks%n
@@ -91,26 +91,26 @@ contains
             far(b) = maxval(x)
          end associate
       end do
-      small = touching*blocks%half_size
-      line = minval(near) + 2*small
+      tolerance = touching*blocks%half_size
+      line = minval(near) + 2*tolerance
       do
-         before = line
-         line = maxval(far, mask=near < before - small)
-         if (line <= before + small) exit
+         previous_line = line
+         line = maxval(far, mask=near < previous_line - tolerance)
+         if (line <= previous_line + tolerance) exit
       end do
-      list = pack([(b, b=1, blocks%n)], near < line - small)
+      list = pack([(b, b=1, blocks%n)], near < line - tolerance)
    end subroutine blocks_at_side
 
    !> .true. if two lists of vertical faces cover the same heights, without gaps.
-   pure logical function cover_same_heights(blocks, one, other)
+   pure logical function cover_same_heights(blocks, left, right)
       type(blocks_type), intent(in) :: blocks         !< blocks of the column
-      type(edge_piece_type), intent(in) :: one(:), other(:)  !< faces
+      type(edge_piece_type), intent(in) :: left(:), right(:)  !< faces
       real(wp) :: span(3, 2)
 
-      cover_same_heights = size(one) > 0 .and. size(other) > 0
+      cover_same_heights = size(left) > 0 .and. size(right) > 0
       if (.not. cover_same_heights) return
-      span(:, 1) = height_range(one)
-      span(:, 2) = height_range(other)
+      span(:, 1) = height_range(left)
+      span(:, 2) = height_range(right)
       cover_same_heights = all(abs(span(:, 1) - span(:, 2)) <= touching*blocks%half_size) .and. &
          abs(span(2, 1) - span(1, 1) - span(3, 1)) <= touching*blocks%half_size
 
@@ -163,11 +163,11 @@ contains
    end subroutine check_columns
 
    !> .true. if two lists have a number in common.
-   pure logical function share_number(list, other)
-      integer, intent(in) :: list(:), other(:)
+   pure logical function share_number(first, second)
+      integer, intent(in) :: first(:), second(:)
       integer :: i
 
-      share_number = any([(any(list == other(i)), i=1, size(other))])
+      share_number = any([(any(first == second(i)), i=1, size(second))])
    end function share_number
 
 end module dda_input_free_field

@@ -39,10 +39,10 @@ contains
    end function is_set_integer
 
    !> Return the given value, or a substitute if it is `unset`.
-   pure elemental real(wp) function value_or(value, otherwise)
-      real(wp), intent(in) :: value, otherwise  !< value, or `unset`; substitute
+   pure elemental real(wp) function value_or(value, substitute)
+      real(wp), intent(in) :: value, substitute  !< value, or `unset`; substitute
 
-      value_or = merge(value, otherwise, is_set(value))
+      value_or = merge(value, substitute, is_set(value))
    end function value_or
 
    !> Positions of the groups with a given name.
@@ -274,13 +274,13 @@ contains
    end subroutine check_number
 
    !> Set an error if a name is used twice.
-   pure subroutine require_new_name(error, group, name, others)
+   pure subroutine require_new_name(error, group, name, names)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group                  !< group of the input
       character(len=*), intent(in) :: name                   !< new name
-      character(len=*), intent(in) :: others(:)              !< earlier names of this kind
+      character(len=*), intent(in) :: names(:)              !< earlier names of this kind
 
-      if (any(others == name)) call input_error(error, group, 'name = '//quoted(trim(name))// &
+      if (any(names == name)) call input_error(error, group, 'name = '//quoted(trim(name))// &
          ' is used twice')
    end subroutine require_new_name
 
@@ -306,17 +306,17 @@ contains
       type(group_type), intent(in) :: group           !< group of the input
       logical, intent(inout) :: marked(:)             !< [names] marks; marks of the list are added
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      character(len=:), allocatable :: rest, entry
+      character(len=:), allocatable :: remainder, entry
       integer :: comma, star, i
-      logical :: found
+      logical :: matched
 
-      rest = trim(list)
-      do while (len(rest) > 0 .and. .not. allocated(error))
-         comma = index(rest//',', ',')
-         entry = trim(adjustl(rest(:comma - 1)))
-         rest = trim(rest(min(comma + 1, len(rest) + 1):))
+      remainder = trim(list)
+      do while (len(remainder) > 0 .and. .not. allocated(error))
+         comma = index(remainder//',', ',')
+         entry = trim(adjustl(remainder(:comma - 1)))
+         remainder = trim(remainder(min(comma + 1, len(remainder) + 1):))
          star = index(entry, '*')
-         found = .false.
+         matched = .false.
          do i = 1, size(names)
             if (star > 0) then
                if (star /= len(entry)) cycle
@@ -324,10 +324,10 @@ contains
             else if (names(i) /= entry) then
                cycle
             end if
-            found = entry /= ''
-            marked(i) = marked(i) .or. found
+            matched = entry /= ''
+            marked(i) = marked(i) .or. matched
          end do
-         if (.not. found) call input_error(error, group, variable//': nothing is named '// &
+         if (.not. matched) call input_error(error, group, variable//': nothing is named '// &
             quoted(entry))
       end do
    end subroutine mark_names

@@ -42,14 +42,14 @@ contains
       type(columns_type) :: columns
       type(in_situ_values) :: input
       integer, allocatable :: list(:)
-      logical :: done(size(model%materials)), chosen(size(model%materials))
+      logical :: stressed(size(model%materials)), selected(size(model%materials))
       integer :: i, m
 
       list = positions(groups, 'in_situ')
       if (size(list) == 0) return
       allocate (model%stress_gradient(2, model%blocks%n), source=0.0_wp)
       columns = make_columns(model)
-      done = .false.
+      stressed = .false.
       do i = 1, size(list)
          associate (group => groups(list(i)))
             call read_values(group, input, error)
@@ -58,11 +58,11 @@ contains
                model%materials%name, 'material', m)
             call check_values(group, input, model, error)
             if (allocated(error)) return
-            chosen = m == 0
-            if (m > 0) chosen(m) = .true.
-            if (any(done .and. chosen)) call input_error(error, group, &
+            selected = m == 0
+            if (m > 0) selected(m) = .true.
+            if (any(stressed .and. selected)) call input_error(error, group, &
                'another &in_situ already stresses this material: give each material once')
-            done = done .or. chosen
+            stressed = stressed .or. selected
             call stress_blocks(group, input, m, columns, model, error)
          end associate
          if (allocated(error)) return
@@ -82,17 +82,17 @@ contains
             to_text(gravity(1))//', '//to_text(gravity(2)))
          if (size(input%k0) > 1 .and. size(depth) /= size(input%k0)) call input_error(error, &
             group, &
-            'k0 has '//to_text(size(input%k0))//' values and depth '//to_text(size(depth))// &
-            ': give one depth for each k0')
+            '`k0` has '//to_text(size(input%k0))//' values and `depth` has '// &
+            to_text(size(depth))//': give one `depth` for each `k0`')
          if (size(depth) > 0 .and. size(input%k0) /= size(depth)) call input_error(error, group, &
-            'depth requires one value of k0 for each depth')
+            '`depth` requires one value of `k0` for each depth')
          if (any(depth(2:) <= depth(:size(depth) - 1))) call input_error(error, group, &
             'depth must ascend')
          if (any(x(2:) <= x(:size(x) - 1))) call input_error(error, group, &
-            'the points of surface must go from left to right')
+            'the points of `surface` must be given from left to right')
          if (is_set(input%unit_weight) .and. size(input%surface, 2) == 0) call input_error( &
-            error, group, 'unit_weight is for ground between the model and surface: '// &
-            'give surface')
+            error, group, 'unit_weight applies to ground between the model and `surface`: '// &
+            'give `surface`')
       end associate
    end subroutine check_values
 
@@ -117,7 +117,7 @@ contains
                if (size(input%surface, 2) > 0) surface = table_value(input%surface(1, :), &
                   input%surface(2, :), x + model%origin(1)) - model%origin(2)
                if (surface < cover%top - touching*blocks%half_size) then
-                  call input_error(error, group, 'surface is '//to_text(cover%top - surface)// &
+                  call input_error(error, group, '`surface` is '//to_text(cover%top - surface)// &
                      ' m below the top of the model at x = '//to_text(x + model%origin(1)))
                   return
                end if

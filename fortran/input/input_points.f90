@@ -26,49 +26,49 @@ module dda_input_points
 contains
 
    !> Find the block of a given name that contains a point; without a name, the first such block.
-   subroutine find_block(group, model, wanted, point, b, error)
+   subroutine find_block(group, model, name, point, b, error)
       type(group_type), intent(in) :: group  !< group of the input
       type(model_type), intent(in) :: model      !< model with its blocks
-      character(len=*), intent(in) :: wanted     !< name or number of a block, or blank
+      character(len=*), intent(in) :: name     !< name or number of a block, or blank
       real(wp), intent(in) :: point(2)           !< m
       integer, intent(out) :: b  !< number of the block; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: subject
 
       b = 0
       if (allocated(error)) return
-      words = 'the point ('//to_text(point(1) + model%origin(1))//', '// &
+      subject = 'the point ('//to_text(point(1) + model%origin(1))//', '// &
          to_text(point(2) + model%origin(2))//')'
-      if (wanted == '') then
+      if (name == '') then
          b = block_at(model%blocks, point)
-         if (b == 0) call input_error(error, group, words//' lies outside every block')
+         if (b == 0) call input_error(error, group, subject//' lies outside every block')
          return
       end if
       do b = 1, model%blocks%n  ! several blocks may have this name
-         if (model%block_names(b) /= wanted) cycle
+         if (model%block_names(b) /= name) cycle
          if (is_inside(model%blocks, b, point)) return
       end do
-      b = number_of_block(group, 'block', model%block_names, wanted, error)
+      b = number_of_block(group, 'block', model%block_names, name, error)
       if (allocated(error)) return
-      if (.not. is_inside(model%blocks, b, point)) call input_error(error, group, words// &
-         ' lies outside block '//quoted(wanted))
+      if (.not. is_inside(model%blocks, b, point)) call input_error(error, group, subject// &
+         ' lies outside block '//quoted(name))
    end subroutine find_block
 
    !> Number of the first block with a name, or of a number given as text; 0 with an error if none.
-   integer function number_of_block(group, variable, names, wanted, error) result(b)
+   integer function number_of_block(group, variable, names, name, error) result(b)
       type(group_type), intent(in) :: group      !< group of the input
       character(len=*), intent(in) :: variable   !< name of the variable
       character(len=*), intent(in) :: names(:)   !< [n] names of the blocks
-      character(len=*), intent(in) :: wanted     !< name or number of a block
+      character(len=*), intent(in) :: name     !< name or number of a block
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: status
 
-      b = findloc(names == wanted, .true., 1)
+      b = findloc(names == name, .true., 1)
       if (b > 0) return
-      read (wanted, *, iostat=status) b
-      if (status == 0 .and. verify(trim(wanted), '0123456789') == 0 .and. b >= 1 &
+      read (name, *, iostat=status) b
+      if (status == 0 .and. verify(trim(name), '0123456789') == 0 .and. b >= 1 &
          .and. b <= size(names)) return
-      call input_error(error, group, variable//' = '//quoted(wanted)// &
+      call input_error(error, group, variable//' = '//quoted(name)// &
          ' is not the name or number of a block')
       b = 0
    end function number_of_block
@@ -114,26 +114,26 @@ contains
    end subroutine read_fixed_point
 
    !> Find the position of a group in engine coordinates, and the block that contains it.
-   subroutine find_point(group, model, point, place, reference, b, error)
+   subroutine find_point(group, model, point, position, reference, b, error)
       type(group_type), intent(in) :: group  !< group of the input
       type(model_type), intent(in) :: model  !< model with its blocks
       type(point_values), intent(in) :: point  !< values of the group
-      real(wp), intent(out) :: place(2), reference(2)  !< m; offset from the block's centroid, m
+      real(wp), intent(out) :: position(2), reference(2)  !< m; offset from the block's centroid, m
       integer, intent(out) :: b          !< number of the block; 0 on failure
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      place = [point%x, point%y] - model%origin
-      call find_block(group, model, point%block, place, b, error)
+      position = [point%x, point%y] - model%origin
+      call find_block(group, model, point%block, position, b, error)
       reference = 0.0_wp
-      if (b > 0) reference = reference_of(model%blocks, b, place)
+      if (b > 0) reference = reference_of(model%blocks, b, position)
    end subroutine find_point
 
    !> Find the motions along x and y that a group names.
-   subroutine find_motions(group, names, motions, found, error, stem)
+   subroutine find_motions(group, names, motions, indices, error, stem)
       type(group_type), intent(in) :: group        !< group of the input
       character(len=*), intent(in) :: names(2)     !< names, or blank
       type(motion_type), intent(in) :: motions(:)  !< motions of the model
-      integer, intent(inout) :: found(2)           !< positions; unchanged without a name
+      integer, intent(inout) :: indices(2)           !< positions; unchanged without a name
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), intent(in), optional :: stem  !< stem of the variables; default: motion_
       character(len=:), allocatable :: variable
@@ -143,7 +143,7 @@ contains
       if (present(stem)) variable = stem
       do i = 1, 2
          if (names(i) /= '') call require_name(error, group, variable//merge('x', 'y', i == 1), &
-            names(i), motions%name, 'motion', found(i))
+            names(i), motions%name, 'motion', indices(i))
       end do
    end subroutine find_motions
 
@@ -154,18 +154,18 @@ contains
       type(load_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(load_values) :: input
-      real(wp) :: place(2)
+      real(wp) :: position(2)
       integer :: n
 
       call read_values(group, input, error)
-      call find_point(group, model, input%point, place, new%reference, new%block, error)
+      call find_point(group, model, input%point, position, new%reference, new%block, error)
       new%name = input%name
       new%time = input%time
       n = size(new%time)
       call check_times(error, group, new%time)
       if (any([size(input%force_x), size(input%force_y)] /= 0 .and. [size(input%force_x), &
          size(input%force_y)] /= n)) call input_error(error, group, &
-         'force_x and force_y must have as many values as time ('//to_text(n)//')')
+         'force_x and force_y must have as many values as `time` ('//to_text(n)//')')
       if (allocated(error)) return
       allocate (new%force(2, n), source=0.0_wp)
       new%force(1, :size(input%force_x)) = input%force_x
@@ -180,7 +180,7 @@ contains
 
       if (size(time) < 2) call input_error(error, group, 'time: at least 2 values are needed')
       if (any(time(2:) < time(:size(time) - 1))) call input_error(error, group, &
-         'time must not decrease')
+         '`time` must not decrease')
    end subroutine check_times
 
    !> Read &measured_point.
@@ -221,7 +221,7 @@ contains
 
       call read_values(group, input, error)
       if (input%highest <= input%lowest) call input_error(error, group, &
-         'highest must be above lowest')
+         '`highest` must be above `lowest`')
       if (allocated(error)) return
       new%lowest = input%lowest
       new%highest = input%highest
@@ -260,21 +260,21 @@ contains
       type(measured_joint_type), intent(out) :: new          !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(measured_joint_values) :: input
-      logical :: one(size(names)), other(size(names))
+      logical :: side_a(size(names)), side_b(size(names))
 
-      one = .false.
-      other = .false.
+      side_a = .false.
+      side_b = .false.
       call read_values(group, input, error)
       if (allocated(error)) return
       new%name = input%name
-      call mark_names(input%blocks, 'blocks', names, group, one, error)
-      call mark_names(input%against, 'against', names, group, other, error)
-      if (input%against == '') other = .not. one
-      if (any(one .and. other)) call input_error(error, group, 'block '//quoted(trim( &
-         names(findloc(one .and. other, .true., 1))))//' is in both blocks and against')
-      if (.not. any(other)) call input_error(error, group, &
+      call mark_names(input%blocks, 'blocks', names, group, side_a, error)
+      call mark_names(input%against, 'against', names, group, side_b, error)
+      if (input%against == '') side_b = .not. side_a
+      if (any(side_a .and. side_b)) call input_error(error, group, 'block '//quoted(trim( &
+         names(findloc(side_a .and. side_b, .true., 1))))//' is in both `blocks` and `against`')
+      if (.not. any(side_b)) call input_error(error, group, &
          '`blocks` selects all blocks, so none remains for `against`')
-      new%side = merge(1, merge(2, 0, other), one)
+      new%side = merge(1, merge(2, 0, side_b), side_a)
    end subroutine read_measured_joint
 
 end module dda_input_points

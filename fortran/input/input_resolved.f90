@@ -34,15 +34,15 @@ contains
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       character(len=:), allocatable :: text
       type(page_type) :: page
-      integer, allocatable :: small(:), group_numbers(:)
+      integer, allocatable :: settings(:), group_numbers(:)
       integer :: g, i, k
 
-      small = pack([(i, i=1, size(groups))], [(all(groups(i)%name /= of_blocks), &
+      settings = pack([(i, i=1, size(groups))], [(all(groups(i)%name /= of_blocks), &
          i=1, size(groups))])
       allocate (character(len=4096) :: page%text)
       do g = 1, size(input_groups)
-         group_numbers = pack(small, [(groups(small(i))%name == input_groups(g)%name, i=1, &
-            size(small))])
+         group_numbers = pack(settings, [(groups(settings(i))%name == input_groups(g)%name, i=1, &
+            size(settings))])
          if (size(group_numbers) == 0 .and. all(input_groups(g)%name /= always)) cycle
          call append_text(page, merge(',"', '{"', page%n > 0)//trim(input_groups(g)%name)//'": [')
          if (size(group_numbers) == 0) call add_group(page, g, empty_group(g), 1, model)
@@ -175,7 +175,7 @@ contains
          else if (variable%kind == 'logical') then
             value = trim(merge('true ', 'false', given%numbers(i) > 0.0_wp))
          else if (variable%kind == 'integer') then
-            value = number_text(given%numbers(i), whole=.true.)
+            value = number_text(given%numbers(i), is_integer=.true.)
          else
             value = number_text(given%numbers(i))
          end if
@@ -198,16 +198,16 @@ contains
       else if (variable%kind == 'logical') then
          value = trim(merge('true ', 'false', variable%preset > 0.0_wp))
       else if (variable%preset /= unset .and. variable%kind == 'integer') then
-         value = number_text(variable%preset, whole=.true.)
+         value = number_text(variable%preset, is_integer=.true.)
       else if (variable%preset /= unset) then
          value = number_text(variable%preset)
       end if
    end function default_value
 
    !> Text of a number with all its digits; real numbers have a point.
-   pure function number_text(value, whole) result(text)
+   pure function number_text(value, is_integer) result(text)
       real(wp), intent(in) :: value                 !< `unset`: null
-      logical, intent(in), optional :: whole        !< the number is an integer
+      logical, intent(in), optional :: is_integer        !< the number is an integer
       character(len=:), allocatable :: text
       character(len=24) :: buffer
 
@@ -215,7 +215,7 @@ contains
          text = 'null'
       else if (value == aint(value) .and. abs(value) < 1.0e9_wp) then
          text = to_text(int(value))
-         if (.not. present(whole)) text = text//'.0'
+         if (.not. present(is_integer)) text = text//'.0'
       else
          write (buffer, '(es24.16e3)') value
          text = trim(adjustl(buffer))
@@ -223,12 +223,12 @@ contains
    end function number_text
 
    !> Text in quotes; control characters, which netCDF and JSON do not allow, become blanks.
-   pure function quoted_text(words) result(text)
-      character(len=*), intent(in) :: words         !< trailing blanks are dropped
+   pure function quoted_text(value) result(text)
+      character(len=*), intent(in) :: value         !< trailing blanks are dropped
       character(len=:), allocatable :: text
       integer :: i
 
-      text = trim(words)
+      text = trim(value)
       do i = len(text), 1, -1
          if (iachar(text(i:i)) < 32) text(i:i) = ' '
          if (scan(text(i:i), '"\') > 0) text = text(:i - 1)//'\'//text(i:)
@@ -237,18 +237,18 @@ contains
    end function quoted_text
 
    !> Append a text to a page.
-   pure subroutine append_text(page, words)
+   pure subroutine append_text(page, new_text)
       type(page_type), intent(inout) :: page        !< page to append to
-      character(len=*), intent(in) :: words         !< text to append
+      character(len=*), intent(in) :: new_text         !< text to append
       character(len=:), allocatable :: longer
 
-      if (page%n + len(words) > len(page%text)) then
-         allocate (character(len=2*(page%n + len(words))) :: longer)
+      if (page%n + len(new_text) > len(page%text)) then
+         allocate (character(len=2*(page%n + len(new_text))) :: longer)
          longer(:page%n) = page%text(:page%n)
          call move_alloc(longer, page%text)
       end if
-      page%text(page%n + 1:page%n + len(words)) = words
-      page%n = page%n + len(words)
+      page%text(page%n + 1:page%n + len(new_text)) = new_text
+      page%n = page%n + len(new_text)
    end subroutine append_text
 
 end module dda_input_resolved

@@ -51,14 +51,14 @@ contains
    end subroutine read_control
 
    !> Require that `analysis` is given, because wave velocities depend on it.
-   pure subroutine require_analysis(error, group, control, what)
+   pure subroutine require_analysis(error, group, control, subject)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group        !< group of the input
       type(control_type), intent(in) :: control    !< settings as read
-      character(len=*), intent(in) :: what         !< text on the waves
+      character(len=*), intent(in) :: subject         !< text on the waves
 
-      if (.not. control%analysis_given) call input_error(error, group, what//' require a '// &
-         "choice of analysis in &control: 'plane_strain' (ground, which goes on across the "// &
+      if (.not. control%analysis_given) call input_error(error, group, subject//' require a '// &
+         "choice of analysis in &control: 'plane_strain' (ground, which continues across the "// &
          "plane) or 'plane_stress' (a plate between free faces, with slower P waves)")
    end subroutine require_analysis
 
@@ -71,7 +71,7 @@ contains
 
       if (allocated(error)) return
       if (is_set(duration) .eqv. is_set(steps)) then
-         call input_error(error, group, 'give either duration or steps')
+         call input_error(error, group, 'give either `duration` or `steps`')
          return
       end if
       if (is_set(duration)) then

@@ -217,15 +217,15 @@ contains
       character(len=*), intent(in) :: names(:)       !< known names
       integer, intent(inout) :: new(:)               !< [names] replacement of each name
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      character(len=:), allocatable :: variable, rest, entry
+      character(len=:), allocatable :: variable, remainder, entry
       integer :: comma, arrow, from, to
 
       variable = 'change_'//kind//'s'
-      rest = trim(list)
-      do while (len(rest) > 0 .and. .not. allocated(error))
-         comma = index(rest//',', ',')
-         entry = trim(adjustl(rest(:comma - 1)))
-         rest = trim(rest(min(comma + 1, len(rest) + 1):))
+      remainder = trim(list)
+      do while (len(remainder) > 0 .and. .not. allocated(error))
+         comma = index(remainder//',', ',')
+         entry = trim(adjustl(remainder(:comma - 1)))
+         remainder = trim(remainder(min(comma + 1, len(remainder) + 1):))
          arrow = index(entry, '->')
          if (arrow == 0) then
             call input_error(error, group, variable//' = '//quoted(entry)// &
@@ -258,7 +258,7 @@ contains
             call refuse_repeated(before%removed .and. now%removed, 'remove: block', &
                model%block_names, 'has been removed in')
             call refuse_repeated(before%holds .and. now%holds, 'hold: fixed point', &
-               model%fixed_points%name, 'acts already since')
+               model%fixed_points%name, 'has been held since')
             call refuse_repeated(before%loads .and. now%loads, 'loads:', model%loads%name, &
                'has begun in')
             call refuse_repeated(before%begins .and. now%begins, 'motions:', model%motions%name, &
@@ -266,19 +266,19 @@ contains
             removed_so_far = removed_so_far .or. before%removed
          end associate
       end do
-      if (all(removed_so_far)) call input_error(error, group, 'remove: no block would be left')
+      if (all(removed_so_far)) call input_error(error, group, 'remove: no block would remain')
 
    contains
 
       !> Reject a stage that repeats an action of an earlier stage.
-      subroutine refuse_repeated(again, what, names, done)
-         logical, intent(in) :: again(:)          !< [names] named in stage k and in this stage
-         character(len=*), intent(in) :: what, names(:), done  !< action; all names; earlier action
+      subroutine refuse_repeated(repeated, action, names, verb)
+         logical, intent(in) :: repeated(:)          !< [names] named in stage k and in this stage
+         character(len=*), intent(in) :: action, names(:), verb  !< action; all names; its verb
          integer :: i
 
-         i = findloc(again, .true., 1)
-         if (i > 0) call input_error(error, group, what//' '//quoted(trim(names(i)))//' '// &
-            done//' stage '//quoted(trim(model%stages(k)%name)))
+         i = findloc(repeated, .true., 1)
+         if (i > 0) call input_error(error, group, action//' '//quoted(trim(names(i)))//' '// &
+            verb//' stage '//quoted(trim(model%stages(k)%name)))
       end subroutine refuse_repeated
 
    end subroutine check_history

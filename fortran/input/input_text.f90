@@ -81,20 +81,20 @@ contains
    end subroutine parse_group
 
    !> Reduce the list to the given values; their contents are moved, not copied.
-   pure subroutine trim_values(values, kept)
+   pure subroutine trim_values(values, given)
       type(value_type), intent(inout) :: values(:)             !< values of all variables
-      type(value_type), allocatable, intent(out) :: kept(:)    !< values that are given
+      type(value_type), allocatable, intent(out) :: given(:)    !< values that are given
       integer :: i, n
 
-      allocate (kept(count(values%variable > 0)))
+      allocate (given(count(values%variable > 0)))
       n = 0
       do i = 1, size(values)
          if (values(i)%variable == 0) cycle
          n = n + 1
-         kept(n)%variable = values(i)%variable
-         kept(n)%n = values(i)%n
-         call move_alloc(values(i)%numbers, kept(n)%numbers)
-         call move_alloc(values(i)%words, kept(n)%words)
+         given(n)%variable = values(i)%variable
+         given(n)%n = values(i)%n
+         call move_alloc(values(i)%numbers, given(n)%numbers)
+         call move_alloc(values(i)%words, given(n)%words)
       end do
    end subroutine trim_values
 
@@ -124,27 +124,28 @@ contains
 
    !> Check that a group satisfies the rules of the schema: variables that need or exclude each
    !> other.
-   pure subroutine check_rules(group, g, words, error)
+   pure subroutine check_rules(group, g, only_words, error)
       type(group_type), intent(in) :: group  !< group with its values
       integer, intent(in) :: g               !< position of the group in `input_groups`
-      logical, intent(in) :: words  !< check only exclusions by words, for incomplete groups
+      logical, intent(in) :: only_words  !< check only exclusions by words, for incomplete groups
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: r, at, first
-      logical :: met
+      logical :: fulfilled
 
       do r = 1, size(input_rules)
          associate (rule => input_rules(r), item => input_rules(r)%item)
             if (rule%group /= g .or. allocated(error)) cycle
-            if (words .and. (index(item, ' = ') == 0 .or. index(item, or) > 0)) cycle
+            if (only_words .and. (index(item, ' = ') == 0 .or. index(item, or) > 0)) cycle
             if (.not. satisfies(group, trim(rule%holder), .false.)) cycle
-            met = .false.
+            fulfilled = .false.
             first = 1
-            do while (first <= len_trim(item) .and. .not. met)
+            do while (first <= len_trim(item) .and. .not. fulfilled)
                at = index(item(first:)//or, or) - 1
-               met = satisfies(group, trim(item(first:first + at - 1)), .not. rule%excludes)
+               fulfilled = satisfies(group, trim(item(first:first + at - 1)), .not. rule%excludes)
                first = first + at + len(or)
             end do
-            if (met .eqv. rule%excludes) call input_error(error, group, violation_text(group, rule))
+            if (fulfilled .eqv. rule%excludes) call input_error(error, group, &
+               violation_text(group, rule))
          end associate
       end do
    end subroutine check_rules
@@ -174,27 +175,27 @@ contains
    pure function violation_text(group, rule) result(message)
       type(group_type), intent(in) :: group  !< group with its values
       type(rule_type), intent(in) :: rule    !< rule that the group violates
-      character(len=:), allocatable :: message, holder, item
+      character(len=:), allocatable :: message, owner, item
 
-      holder = trim(rule%holder)
+      owner = trim(rule%holder)
       item = trim(rule%item)
-      if (index(holder, ' = ') > 0) holder = holder(:index(holder, ' = ') + 2)// &
-         quoted(word_of(group, holder(:index(holder, ' = ') - 1)))
+      if (index(owner, ' = ') > 0) owner = owner(:index(owner, ' = ') + 2)// &
+         quoted(word_of(group, owner(:index(owner, ' = ') - 1)))
       if (is_logical(group, item)) item = item//' = .true.'
-      if (rule%excludes .and. index(holder, ' = ') > 0) then
-         message = holder//' excludes '//item//': leave it out'
+      if (rule%excludes .and. index(owner, ' = ') > 0) then
+         message = owner//' excludes '//item//': leave it out'
       else if (rule%excludes) then
-         message = 'give either '//holder//' or '//item//', not both'
-      else if (holder == '') then
+         message = 'give either '//owner//' or '//item//', not both'
+      else if (owner == '') then
          message = 'give '//item
       else if (index(item, or) > 0) then
-         message = holder//' needs '//item
+         message = owner//' needs '//item
       else if (index(item, "'") > 0) then
          item = item(:index(item, ' ') - 1)
-         message = holder//' belongs to '//trim(rule%item)//', but the '//item//' here is '// &
-            quoted(word_of(group, item))//': change the '//item//', or leave out '//holder
+         message = owner//' belongs to '//trim(rule%item)//', but the '//item//' here is '// &
+            quoted(word_of(group, item))//': change the '//item//', or leave out '//owner
       else
-         message = item//' is missing: '//holder//' needs it'
+         message = item//' is missing: '//owner//' needs it'
       end if
    end function violation_text
 

@@ -176,25 +176,25 @@ contains
    end subroutine read_repeats
 
    !> Read one value and store it in positions of the list.
-   pure subroutine read_item(text, at, variable, places, value, failure)
+   pure subroutine read_item(text, at, variable, positions, value, failure)
       character(len=*), intent(in) :: text         !< text of the group
       integer, intent(inout) :: at  !< position of the value; on return, behind the value
       type(variable_type), intent(in) :: variable  !< variable of the schema
-      type(part_type), intent(in) :: places        !< positions to fill; none if the list is full
+      type(part_type), intent(in) :: positions        !< positions to fill; none if the list is full
       type(value_type), intent(inout) :: value     !< receives the value
       character(len=:), allocatable, intent(inout) :: failure  !< allocated if the value is invalid
       character(len=:), allocatable :: word
       real(wp) :: number
       logical :: fits
 
-      if (places%count < 1) then
+      if (positions%count < 1) then
          failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a valid '// &
             'value of the preceding variable, or that variable has all its values'
       else if (any(variable%kind == ['name', 'word', 'text'])) then
          call read_word(text, at, word)
          if (allocated(word)) then
             if (index(variable%allowed, "'"//lower_case(word)//"'") > 0) word = lower_case(word)
-            call put_word(value, places, word)
+            call put_word(value, positions, word)
          else
             failure = trim(variable%name)//': '//quoted(first_word(text(at:)))// &
                ' must be in quotes'
@@ -202,10 +202,10 @@ contains
       else
          call read_number(text, at, variable%kind == 'logical', number, fits)
          if (fits) then
-            call put_number(value, places, number)
+            call put_number(value, positions, number)
          else
             failure = trim(variable%name)//': '//quoted(first_word(text(at:)))//' is '// &
-               trim(merge('neither .true. nor .false.', 'no number                 ', &
+               trim(merge('neither .true. nor .false.', 'not a number              ', &
                variable%kind == 'logical'))
          end if
       end if
@@ -267,48 +267,48 @@ contains
    end subroutine read_number
 
    !> Read infinities, NaN, and numbers in forms that only Fortran writes.
-   pure subroutine parse_unusual(word, number, fits)
-      character(len=*), intent(in) :: word  !< in lower case
+   pure subroutine parse_unusual(text, number, fits)
+      character(len=*), intent(in) :: text  !< in lower case
       real(wp), intent(out) :: number       !< its value
       logical, intent(out) :: fits          !< .false. if it is not a number
       integer :: status, sign
 
       number = 0.0_wp
-      sign = verify(word//'x', '+-')
-      fits = sign <= 2 .and. (index(word(sign:), 'inf') == 1 .or. index(word(sign:), 'nan') == 1)
-      if (.not. fits) fits = verify(word, digits//'+-.edq') == 0 .and. scan(word, digits) > 0
+      sign = verify(text//'x', '+-')
+      fits = sign <= 2 .and. (index(text(sign:), 'inf') == 1 .or. index(text(sign:), 'nan') == 1)
+      if (.not. fits) fits = verify(text, digits//'+-.edq') == 0 .and. scan(text, digits) > 0
       if (.not. fits) return
-      read (word, *, iostat=status) number
-      if (status /= 0 .and. scan(word, digits) > 0 .and. scan(word, '+-', back=.true.) < 2) &
+      read (text, *, iostat=status) number
+      if (status /= 0 .and. scan(text, digits) > 0 .and. scan(text, '+-', back=.true.) < 2) &
          number = huge(number)  ! the value is beyond the range
       fits = status == 0 .or. number > 0.0_wp
    end subroutine parse_unusual
 
    !> Store a number in positions of a list.
-   pure subroutine put_number(value, places, number)
+   pure subroutine put_number(value, positions, number)
       type(value_type), intent(inout) :: value  !< receives the value
-      type(part_type), intent(in) :: places     !< positions to fill
+      type(part_type), intent(in) :: positions     !< positions to fill
       real(wp), intent(in) :: number            !< its value
       integer :: last
 
-      last = places%first + (places%count - 1)*places%step
+      last = positions%first + (positions%count - 1)*positions%step
       if (last > value%n) then
          call grow(value%numbers, last)
          value%numbers(value%n + 1:last) = unset
          value%n = last
       end if
-      value%numbers(places%first:last:places%step) = number
+      value%numbers(positions%first:last:positions%step) = number
    end subroutine put_number
 
    !> Store a text in positions of a list.
-   pure subroutine put_word(value, places, word)
+   pure subroutine put_word(value, positions, text)
       type(value_type), intent(inout) :: value  !< receives the value
-      type(part_type), intent(in) :: places     !< positions to fill
-      character(len=*), intent(in) :: word      !< the text
+      type(part_type), intent(in) :: positions     !< positions to fill
+      character(len=*), intent(in) :: text      !< the text
       type(word_type), allocatable :: longer(:)
       integer :: i, last
 
-      last = places%first + (places%count - 1)*places%step
+      last = positions%first + (positions%count - 1)*positions%step
       if (.not. allocated(value%words)) allocate (value%words(0))
       if (last > size(value%words)) then
          allocate (longer(max(last, 2*size(value%words))))
@@ -317,8 +317,8 @@ contains
          end do
          call move_alloc(longer, value%words)
       end if
-      do i = places%first, last, places%step
-         value%words(i)%text = word
+      do i = positions%first, last, positions%step
+         value%words(i)%text = text
       end do
       value%n = max(value%n, last)
    end subroutine put_word

@@ -24,7 +24,7 @@ contains
       type(group_type), intent(in) :: groups(:)    !< groups of the input, in its order
       type(outlines_type), intent(in) :: outlines  !< outlines of all blocks
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer :: b, other, v
+      integer :: b, detached, v
 
       if (allocated(error)) return
       associate (blocks => model%blocks)
@@ -39,16 +39,16 @@ contains
          end do
          call find_faces(blocks, model%welds)
          call set_welds(blocks, model%welds)
-         call find_detached_cell(blocks, model%welds, b, other)
+         call find_detached_cell(blocks, model%welds, b, detached)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//' is not connected: no faces weld block '// &
-            to_text(b)//' to block '//to_text(other)//'; give each part its own name')
+            to_text(b)//' to block '//to_text(detached)//'; give each part its own name')
          call set_fracture(model, groups, error)
          if (allocated(error)) return
-         call find_gap(blocks, b, other)
+         call find_gap(blocks, b, detached)
          if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//': edges of block '//to_text(b)//' and block '// &
-            to_text(other)//' are closer than a tenth of a cell but do not coincide: '// &
+            to_text(detached)//' are closer than a tenth of a cell but do not coincide: '// &
             'the vertices of a shared face must be equal in both cells')
       end associate
    end subroutine weld_cells
@@ -99,7 +99,7 @@ contains
          associate (joint => model%joints(j), group => groups(group_numbers(j)))
             if (size(joint%between) == 0) cycle
             if (size(joint%between) /= 2) call input_error(error, group, &
-               'between needs two materials')
+               '`between` needs two materials')
             do k = 1, min(2, size(joint%between))
                if (.not. allocated(error)) call require_name(error, group, 'between', &
                   joint%between(k), model%materials%name, 'material', pair(k))
@@ -119,28 +119,28 @@ contains
       character(len=*), intent(in) :: name(:)  !< [blocks] body of each block, or blank
       integer, intent(out) :: number(:)        !< [blocks] body of each block; 0: none
       character(len=len(name)), allocatable, intent(out) :: names(:)  !< [bodies]
-      character(len=len(name)), allocatable :: more(:)
+      character(len=len(name)), allocatable :: longer(:)
       integer :: b, n, last
 
-      allocate (more(8))
+      allocate (longer(8))
       n = 0
       last = 0
       do b = 1, size(name)
          number(b) = 0
          if (name(b) == '') cycle
          if (last > 0) then
-            if (more(last) /= name(b)) last = 0  ! usually the last body
+            if (longer(last) /= name(b)) last = 0  ! usually the last body
          end if
-         if (last == 0) last = findloc(more(:n), name(b), 1)
+         if (last == 0) last = findloc(longer(:n), name(b), 1)
          if (last == 0) then
             n = n + 1
-            call grow(more, n)
-            more(n) = name(b)
+            call grow(longer, n)
+            longer(n) = name(b)
             last = n
          end if
          number(b) = last
       end do
-      names = more(:n)
+      names = longer(:n)
    end subroutine number_bodies
 
    !> Find a cell without a connection by faces to the first cell of its body; 0 if none.

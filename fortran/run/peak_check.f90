@@ -74,7 +74,7 @@ contains
       call unrelaxed(linear, stiff)
       call find_ringing(stiff, ringing, error)
       if (.not. allocated(error)) then
-         if (ringing%steps > long_ringing) text = text//'; '//ringing%words//': try '// &
+         if (ringing%steps > long_ringing) text = text//'; '//ringing%text//': try '// &
             ringing%advice
       end if
       if (text == '') text = '; the base motion may be almost zero at this frequency'

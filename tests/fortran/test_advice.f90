@@ -24,19 +24,19 @@ contains
       do i = 1, size(targets)
          call penalty_for_frequency(linear, targets(i), penalty, error)
          call check_no_error(error, 'penalty')
-         call check(penalty%found .and. penalty%solves < 30, 'found soon')
+         call check(penalty%reached .and. penalty%solves < 30, 'found soon')
          call first_frequency(linear, penalty%normal_stiffness, frequency, error)
          call check_close(frequency, targets(i), 'frequency with it', relative=1.0e-7_wp)
       end do
-      call check(index(penalty%words, 'normal_stiffness') == 1, 'in words')
+      call check(index(penalty%text, 'normal_stiffness') == 1, 'in words')
       call penalty_for_frequency(linear, 200.0_wp, penalty, error)
       call check_no_error(error, 'too high')
-      call check(.not. penalty%found .and. index(penalty%words, 'no penalty') == 1, &
+      call check(.not. penalty%reached .and. index(penalty%text, 'no penalty') == 1, &
          'too high, in words')
       ! Springs as soft as that hold nothing: the first mode that is left is one of strains.
       call penalty_for_frequency(linear, 1.0e-8_wp, penalty, error)
       call check_no_error(error, 'too low')
-      call check(.not. penalty%found .and. index(penalty%words, 'does not depend') > 0, &
+      call check(.not. penalty%reached .and. index(penalty%text, 'does not depend') > 0, &
          'too low, in words')
    end subroutine penalty_that_matches_a_frequency
 

@@ -377,7 +377,7 @@ contains
          call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 60.0_wp, error)
          call check_no_error(error, 'transfer')
          if (allocated(error)) return
-         call check(index(transfer%words, 'all fixed points move together') == 1, &
+         call check(index(transfer%text, 'all fixed points move together') == 1, &
             'only fixed points are supports')
          do i = 1, 12
             frequency = 5.0_wp*i

@@ -175,8 +175,8 @@ contains
    end subroutine logical_values
 
    subroutine what_is_no_value()
-      call wrong('&load time = 1 x2 /', '''x2'' is no number')
-      call wrong('&load time = ''1'' /', 'is no number')
+      call wrong('&load time = 1 x2 /', '''x2'' is not a number')
+      call wrong('&load time = ''1'' /', 'is not a number')
       call wrong('&load time = 5000*1 /', '5000*')
       call wrong('&load time = 4000*1 200*1 /', 'has all its values')
       call wrong('&load time(5000) = 1 /', 'there is no element (5000)')

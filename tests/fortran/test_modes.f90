@@ -164,7 +164,7 @@ contains
       call check(linear%closed == 20 .and. modes%rigid == 0, 'all closed')
       call check_close(modes%frequency(1), closed, 'first frequency', relative=2.0e-3_wp)
       call check(linear%dynamic_factor == 1.0_wp .and. simulation%step == 0, 'the run is as it was')
-      call check(index(modes%words, 'at rest') > 0, 'said in words')
+      call check(index(modes%text, 'at rest') > 0, 'said in words')
    end subroutine contacts_that_gravity_closes
 
    !> Models without enough support are answered in words.
@@ -175,7 +175,7 @@ contains
       call check_no_error(error, 'modes')
       call check(modes%rigid == 3*linear%n, 'each block is free')
       call check(modes%n == 4 .and. all(modes%omega > 1.0_wp), 'only strains have stiffness')
-      call check(index(modes%words, 'no contact') > 0 .and. index(modes%words, 'rigid') > 0, &
+      call check(index(modes%text, 'no contact') > 0 .and. index(modes%text, 'rigid') > 0, &
          'said in words')
       call case('a stack on nothing')
       call linear_of(linear, free_stack(12), 'closed')
@@ -194,7 +194,7 @@ contains
       call check(modes%rigid == 1 .and. modes%n == 2, 'it swings')
       call find_modes(linear, 50, modes, error)
       call check_no_error(error, 'more modes than there are')
-      call check(modes%n == 5 .and. index(modes%words, 'only 5') > 0, 'only those there are')
+      call check(modes%n == 5 .and. index(modes%text, 'only 5') > 0, 'only those there are')
       call case('joints that slide')
       call linear_of(linear, free_stack(12), 'closed')
       call slide(linear)

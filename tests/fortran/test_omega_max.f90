@@ -52,7 +52,7 @@ contains
       call check(result%bracket%upper >= result%omega, 'upper end')
       call check(result%bracket%upper <= 1.15_wp*result%omega, 'the upper end is near')
       if (kind > 0) call check(result%kind == kind, 'what governs')
-      call check(index(result%words, result%governs) > 0, 'named in words')
+      call check(index(result%text, result%governs) > 0, 'named in words')
       energy = energy_of(linear, result%shape)
       call check_close(energy%total, result%omega**2, 'energy of the mode', relative=1.0e-8_wp)
       call check_close(sum(energy%fraction), 1.0_wp, 'shares', relative=1.0e-12_wp)
@@ -115,7 +115,7 @@ contains
             call check(unresolved%exact .and. unresolved%at_least == beyond, 'exact by inertia')
          end associate
       end do
-      call check(unresolved%at_most == 0 .and. index(unresolved%words, 'all') == 1, &
+      call check(unresolved%at_most == 0 .and. index(unresolved%text, 'all') == 1, &
          'all below, in words')
       call linear_of(linear, layered_site(), 'closed')
       call count_unresolved(linear, 1.0e-3_wp, unresolved, error)

@@ -44,7 +44,7 @@ contains
       call check(size(doubts) == 0 .and. index(summary(simulation), 'table') == 0, 'no doubt')
       simulation%counters%tables_off = 2
       call doubt_state(simulation, doubts)
-      call check(doubts(1)%topic == 'water table', doubts(1)%words)
+      call check(doubts(1)%topic == 'water table', doubts(1)%text)
       call check(index(summary(simulation), ', 2 steps without a water table') > 0, &
          summary(simulation))
    end subroutine water_tables_that_are_not_found

@@ -270,7 +270,7 @@ contains
       end do
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
       call check_no_error(error, 'transfer')
-      call check(index(transfer%words, '2 of 4 fixed points move') == 1, 'in words')
+      call check(index(transfer%text, '2 of 4 fixed points move') == 1, 'in words')
       call solve_reduced(transfer%reduced, weights_at(linear, 1.0e-3_wp), &
          [(cmplx(merge(1, 0, i == at_end), 0, wp), i=1, instants)], y)
       call check_close(abs(sum(transfer%weight(2, :)*y)), 0.5_wp, &

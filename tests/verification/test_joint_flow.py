@@ -296,7 +296,7 @@ def test_the_coupled_step_is_stable_where_staggered_steps_diverge():
     [
         ("&flow_boundary side = 'top', head = 1 /", "no node of a joint with water"),
         ("&flow_boundary side = 'left' /", "head"),
-        ("&flow_boundary head = 1 /", "give side or along"),
+        ("&flow_boundary head = 1 /", "give `side` or `along`"),
         ("&flow aperture = 1e-4 /", "another group &flow"),
         ("&water surface = 0, 0, 4, 0 /", "acts_on = 'faces'"),
     ],

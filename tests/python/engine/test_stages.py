@@ -382,10 +382,10 @@ def test_motions_begin_with_their_stage(write_input):
             {},
             "displacement belongs to kind = 'static', but the kind here is 'dynamic'",
         ),
-        ([{"name": "a"}], {}, "give either duration or steps"),
+        ([{"name": "a"}], {}, "give either `duration` or `steps`"),
         ([{"name": "a", "steps": 3}], {"steps": 3}, "with &stage groups, duration, steps"),
         ([{"name": "a", "steps": 3, "remove": "arch_*"}], {}, "nothing is named 'arch_*'"),
-        ([{"name": "a", "steps": 3, "remove": "pier_*, beam_*"}], {}, "no block would be left"),
+        ([{"name": "a", "steps": 3, "remove": "pier_*, beam_*"}], {}, "no block would remain"),
         (
             [{"name": n, "steps": 3, "remove": "beam_m"} for n in "ab"],
             {},
@@ -507,7 +507,7 @@ def test_a_stage_begins_loads(write_input, tmp_path):
     [
         ([{"hold": "prob_*"}], "hold: nothing is named 'prob_*'"),
         ([{"loads": "pull"}], "loads: nothing is named 'pull'"),
-        ([{"hold": "prop"}, {"hold": "prop"}], "fixed point 'prop' acts already since stage 's0'"),
+        ([{"hold": "prop"}, {"hold": "prop"}], "fixed point 'prop' has been held since stage 's0'"),
         ([{"loads": "push"}, {"loads": "push"}], "'push' has begun in stage 's0'"),
     ],
 )

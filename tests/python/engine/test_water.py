@@ -144,7 +144,7 @@ def test_tractions_that_follow_turn_with_the_block(follows):
             {"side": "left", "level": 1.0, "normal": 1.0},
             "give either level or normal, not both",
         ),
-        ("traction", {"side": "left", "normal": (1, 2)}, "as many values as time"),
+        ("traction", {"side": "left", "normal": (1, 2)}, "as many values as `time`"),
         ("traction", {"normal": 1.0}, "the group selects no edges"),
     ],
 )

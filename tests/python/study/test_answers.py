@@ -105,7 +105,7 @@ def test_a_joint_at_rest_has_no_slip_of_rounding():
     ("values", "words"),
     [
         ({"blocks": "nothing"}, "blocks: nothing is named 'nothing'"),
-        ({"blocks": "slider", "against": "s*"}, "'slider' is in both blocks and against"),
+        ({"blocks": "slider", "against": "s*"}, "'slider' is in both `blocks` and `against`"),
         ({"blocks": "*"}, "none remains for `against`"),
         ({"blocks": "slider", "against": "far"}, "no block of `blocks` touches a block"),
     ],
