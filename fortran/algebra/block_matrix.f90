@@ -87,18 +87,18 @@ contains
    pure integer function entry_of(matrix, i, j)
       type(block_matrix_type), intent(in) :: matrix  !< matrix with a pattern
       integer, intent(in) :: i, j  !< block rows, i ≠ j
-      integer :: low, high, middle, wanted
+      integer :: low, high, middle, target
 
-      wanted = min(i, j)
+      target = min(i, j)
       low = matrix%row_start(max(i, j))
       high = matrix%row_start(max(i, j) + 1) - 1
       entry_of = 0
       do while (low <= high)
          middle = (low + high)/2
-         if (matrix%column(middle) == wanted) then
+         if (matrix%column(middle) == target) then
             entry_of = middle
             return
-         else if (matrix%column(middle) < wanted) then
+         else if (matrix%column(middle) < target) then
             low = middle + 1
          else
             high = middle - 1

@@ -17,9 +17,9 @@ contains
       real(wp), intent(in) :: b(:)     !< [m] right-hand side
       real(wp), intent(out) :: x(:)    !< [n] vector
       real(wp) :: normal(size(x), size(x)), right(size(x)), slope(size(x)), trial(size(x))
-      real(wp) :: share
+      real(wp) :: fraction
       logical :: free(size(x))
-      integer :: i, enters
+      integer :: i, entering
 
       normal = matmul(transpose(a), a)
       right = matmul(transpose(a), b)
@@ -27,16 +27,16 @@ contains
       free = .false.
       do i = 1, 10*size(x)
          slope = right - matmul(normal, x)
-         enters = maxloc(slope, 1, mask=.not. free)
-         if (enters == 0) return
-         if (slope(enters) <= 1.0e-12_wp*maxval(abs(right))) return
-         free(enters) = .true.
+         entering = maxloc(slope, 1, mask=.not. free)
+         if (entering == 0) return
+         if (slope(entering) <= 1.0e-12_wp*maxval(abs(right))) return
+         free(entering) = .true.
          do
             call solve_for_set(normal, right, free, trial)
             if (all(trial > 0.0_wp .or. .not. free)) exit
             ! The first unknown that becomes zero ends the step and is removed from the set.
-            share = minval(x/(x - trial), mask=free .and. trial <= 0.0_wp)
-            x = x + share*(trial - x)
+            fraction = minval(x/(x - trial), mask=free .and. trial <= 0.0_wp)
+            x = x + fraction*(trial - x)
             free = free .and. x > epsilon(1.0_wp)*maxval(x)
             where (.not. free) x = 0.0_wp
          end do

@@ -42,14 +42,14 @@ contains
    subroutine range_of_thread(n, first, last)
       integer, intent(in) :: n             !< number of rows
       integer, intent(out) :: first, last  !< first and last index
-      integer :: me, team
+      integer :: thread, team
 
-      me = 0
+      thread = 0
       team = 1
-      !$ me = omp_get_thread_num()
+      !$ thread = omp_get_thread_num()
       !$ team = omp_get_num_threads()
-      first = 1 + int(me*int(n, long)/team)
-      last = int((me + 1)*int(n, long)/team)
+      first = 1 + int(thread*int(n, long)/team)
+      last = int((thread + 1)*int(n, long)/team)
    end subroutine range_of_thread
 
    !> Return Σ x·y over [6,n] as the sum, in order, of the sums of parts of fixed size.

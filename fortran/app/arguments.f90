@@ -25,7 +25,7 @@ contains
    subroutine read_arguments(arguments, error)
       type(arguments_type), intent(out) :: arguments  !< arguments of the command line
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      character(len=:), allocatable :: word
+      character(len=:), allocatable :: argument
       integer :: i
 
       arguments%command = ''
@@ -34,8 +34,8 @@ contains
       allocate (arguments%changes(0))
       i = 1
       do while (i <= command_argument_count())
-         word = command_argument(i)
-         select case (word)
+         argument = command_argument(i)
+         select case (argument)
          case ('-h', '--help')
             arguments%command = 'help'
             return
@@ -54,7 +54,7 @@ contains
             i = i + 1
             call read_change(arguments, command_argument(i), error)
          case default
-            call read_word(arguments, word, error)
+            call read_word(arguments, argument, error)
          end select
          if (allocated(error)) return
          i = i + 1
@@ -65,46 +65,46 @@ contains
    end subroutine read_arguments
 
    !> Read a change of the input, NAME=VALUE.
-   subroutine read_change(arguments, word, error)
+   subroutine read_change(arguments, text, error)
       type(arguments_type), intent(inout) :: arguments  !< arguments read so far
-      character(len=*), intent(in) :: word  !< 'NAME=VALUE'
+      character(len=*), intent(in) :: text  !< 'NAME=VALUE'
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=longest_change) :: change
 
-      if (word == '') call fail(error, error_input, '--set needs NAME=VALUE')
-      if (len(word) > longest_change) call fail(error, error_input, '--set accepts at most '// &
-         to_text(longest_change)//' characters; '//quoted(word)//' has '//to_text(len(word)))
-      change = word
+      if (text == '') call fail(error, error_input, '--set needs NAME=VALUE')
+      if (len(text) > longest_change) call fail(error, error_input, '--set accepts at most '// &
+         to_text(longest_change)//' characters; '//quoted(text)//' has '//to_text(len(text)))
+      change = text
       arguments%changes = [arguments%changes, change]
    end subroutine read_change
 
    !> Read a word: first the command, then the input file.
-   subroutine read_word(arguments, word, error)
+   subroutine read_word(arguments, argument, error)
       type(arguments_type), intent(inout) :: arguments  !< arguments read so far
-      character(len=*), intent(in) :: word  !< command or input file
+      character(len=*), intent(in) :: argument  !< command or input file
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (arguments%command == '') then
-         arguments%command = word
-         if (.not. any(word == [character(len=6) :: 'run', 'resume', 'check'])) &
-            call fail(error, error_input, 'there is no command '//quoted(word)// &
+         arguments%command = argument
+         if (.not. any(argument == [character(len=6) :: 'run', 'resume', 'check'])) &
+            call fail(error, error_input, 'there is no command '//quoted(argument)// &
             '; use run, resume or check')
-      else if (arguments%file == '' .and. index(word, '-') /= 1) then
-         arguments%file = word
+      else if (arguments%file == '' .and. index(argument, '-') /= 1) then
+         arguments%file = argument
       else
-         call fail(error, error_input, 'the argument '//quoted(word)//' is unknown')
+         call fail(error, error_input, 'the argument '//quoted(argument)//' is unknown')
       end if
    end subroutine read_word
 
    !> Argument of the command line; blank after the last one.
-   function command_argument(i) result(word)
+   function command_argument(i) result(argument)
       integer, intent(in) :: i  !< number, from 1
-      character(len=:), allocatable :: word
+      character(len=:), allocatable :: argument
       integer :: length
 
       call get_command_argument(i, length=length)
-      allocate (character(len=length) :: word)
-      call get_command_argument(i, word)
+      allocate (character(len=length) :: argument)
+      call get_command_argument(i, argument)
    end function command_argument
 
    !> .true. if a change of the input names the output.
@@ -134,24 +134,24 @@ contains
    end function resume_command
 
    !> A word as typed in a shell, in quotes if it needs them.
-   pure function quote_for_shell(text) result(word)
+   pure function quote_for_shell(text) result(quoted)
       character(len=*), intent(in) :: text  !< any
-      character(len=:), allocatable :: word
+      character(len=:), allocatable :: quoted
       character(len=*), parameter :: plain = 'abcdefghijklmnopqrstuvwxyz'// &
          'ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./=+:@%,'
       integer :: i
 
-      word = text
+      quoted = text
       if (verify(text, plain) == 0) return
-      word = ''
+      quoted = ''
       do i = 1, len(text)
          if (text(i:i) == "'") then
-            word = word//"'\''"
+            quoted = quoted//"'\''"
          else
-            word = word//text(i:i)
+            quoted = quoted//text(i:i)
          end if
       end do
-      word = "'"//word//"'"
+      quoted = "'"//quoted//"'"
    end function quote_for_shell
 
    !> Text of --help.

@@ -20,7 +20,7 @@ module dda_driver
    use dda_settings, only: name_output
    use dda_site_response, only: response_peak_type, amplification_peak, peak_text
    use dda_stages, only: begin_simulation
-   use dda_team, only: team_words
+   use dda_team, only: team_text
    use dda_text, only: screen_width, to_text, wrapped
    use dda_verdict_lines, only: no_bars, screen_text
    use dda_version, only: version
@@ -117,11 +117,11 @@ contains
    end subroutine print_description
 
    !> Print a text, wrapped to the width of the screen.
-   subroutine print_wrapped(words)
-      character(len=*), intent(in) :: words  !< words with single blanks between
+   subroutine print_wrapped(message)
+      character(len=*), intent(in) :: message  !< words with single blanks between
       character(len=:), allocatable :: text
 
-      text = wrapped(words, 6, screen_width)
+      text = wrapped(message, 6, screen_width)
       call say(text(:len(text) - 1))
    end subroutine print_wrapped
 
@@ -188,7 +188,7 @@ contains
       call say(screen_text(verdict))
       text = wrapped(summary(simulation), 0, screen_width)
       call say(new_line('a')//text(:len(text) - 1))
-      if (team_words() /= '') call say('note: '//team_words())
+      if (team_text() /= '') call say('note: '//team_text())
       call say('output: '//simulation%model%output%file)
       call say(no_bars)
    end subroutine print_summary

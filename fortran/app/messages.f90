@@ -8,7 +8,7 @@ module dda_messages
    private
    public :: say, warn, progress_type, start_progress, show_progress
 
-   real(wp), parameter :: every = 5.0_wp  !< time between progress lines, s
+   real(wp), parameter :: interval = 5.0_wp  !< time between progress lines, s
 
    !> Times of the start of the run and of the last line.
    type :: progress_type
@@ -59,18 +59,18 @@ contains
    subroutine show_progress(progress, time, duration)
       type(progress_type), intent(inout) :: progress     !< progress of this run
       real(wp), intent(in) :: time, duration  !< time of the model, s
-      integer(long) :: now
-      real(wp) :: spent, left
+      integer(long) :: clock
+      real(wp) :: spent, remaining
       character(len=160) :: line
 
       if (progress%quiet) return
-      call system_clock(now)
-      if (now - progress%shown < every*progress%rate .and. time < duration) return
-      progress%shown = now
-      spent = real(now - progress%has_started, wp)/real(progress%rate, wp)
-      left = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
+      call system_clock(clock)
+      if (clock - progress%shown < interval*progress%rate .and. time < duration) return
+      progress%shown = clock
+      spent = real(clock - progress%has_started, wp)/real(progress%rate, wp)
+      remaining = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
       write (line, '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)') 't = ', time, ' of ', duration, &
-         ' s, ', 100*time/duration, ' %, spent ', spent, ' s, left ', left, ' s'
+         ' s, ', 100*time/duration, ' %, spent ', spent, ' s, left ', remaining, ' s'
       call say(trim(line))
    end subroutine show_progress
 

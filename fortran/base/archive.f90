@@ -88,42 +88,44 @@ contains
    end subroutine fail_archive
 
    !> Copy bytes from an address to the archive, or from the archive to the address.
-   subroutine transfer_bytes(archive, place, bytes)
+   subroutine transfer_bytes(archive, address, bytes)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(c_ptr), intent(in) :: place        !< address of the value
+      type(c_ptr), intent(in) :: address        !< address of the value
       integer(long), intent(in) :: bytes      !< bytes of the value
       integer(int8), pointer, contiguous :: value(:)
-      integer(long) :: done, part, used
+      integer(long) :: copied, part, offset
 
       if (archive%reading .and. bytes > archive%length - archive%at) &
          call fail_archive(archive, 'the data end too early')
       if (allocated(archive%failure) .or. bytes == 0) return
-      call c_f_pointer(place, value, [bytes])
-      done = 0
-      do while (done < bytes)
-         call extend_buffer(archive, bytes - done)
-         used = archive%at - archive%before
-         part = min(bytes - done, size(archive%bytes, kind=long) - used)
+      call c_f_pointer(address, value, [bytes])
+      copied = 0
+      do while (copied < bytes)
+         call extend_buffer(archive, bytes - copied)
+         offset = archive%at - archive%before
+         part = min(bytes - copied, size(archive%bytes, kind=long) - offset)
          if (archive%reading) then
-            call copy_bytes(archive%bytes(used + 1:used + part), value(done + 1:done + part))
+            call copy_bytes(archive%bytes(offset + 1:offset + part), &
+               value(copied + 1:copied + part))
          else
-            call copy_bytes(value(done + 1:done + part), archive%bytes(used + 1:used + part))
+            call copy_bytes(value(copied + 1:copied + part), &
+               archive%bytes(offset + 1:offset + part))
          end if
          archive%at = archive%at + part
-         done = done + part
+         copied = copied + part
       end do
    end subroutine transfer_bytes
 
    !> Enlarge the buffer if the next position would lie beyond its end.
-   subroutine extend_buffer(archive, wanted)
+   subroutine extend_buffer(archive, bytes)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      integer(long), intent(in) :: wanted           !< number of bytes that follow
-      integer(long) :: used
+      integer(long), intent(in) :: bytes           !< number of bytes that follow
+      integer(long) :: offset
 
-      used = archive%at - archive%before
+      offset = archive%at - archive%before
       if (.not. allocated(archive%stream)) then
-         if (.not. archive%reading) call grow(archive%bytes, used + wanted)
-      else if (used == size(archive%bytes, kind=long)) then
+         if (.not. archive%reading) call grow(archive%bytes, offset + bytes)
+      else if (offset == size(archive%bytes, kind=long)) then
          if (.not. archive%reading) call archive%stream%put(archive%bytes)
          archive%before = archive%at
          if (archive%reading) call archive%stream%get(archive%bytes(:min(archive%length &
@@ -143,11 +145,11 @@ contains
    subroutine serialise_label(archive, label)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       character(len=*), intent(in) :: label  !< label of the part that follows
-      character(len=:), allocatable :: found
+      character(len=:), allocatable :: text
 
-      found = label
-      call serialise_text(archive, found)
-      if (found /= label) call fail_archive(archive, label//' are missing')
+      text = label
+      call serialise_text(archive, text)
+      if (text /= label) call fail_archive(archive, label//' are missing')
    end subroutine serialise_label
 
    !> Serialise a number that must lie within limits.
@@ -174,19 +176,19 @@ contains
    end subroutine serialise_count
 
    !> Serialise the size and the bytes of an array; a size that is read must fit the array.
-   subroutine serialise_array(archive, place, items, bits)
+   subroutine serialise_array(archive, address, items, bits)
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
-      type(c_ptr), intent(in) :: place  !< address of the values
+      type(c_ptr), intent(in) :: address  !< address of the values
       integer(long), intent(in) :: items  !< items of the array
       integer, intent(in) :: bits        !< bits of an item
       integer(long), target :: bytes
-      integer(long) :: wanted
+      integer(long) :: expected
 
-      wanted = items*bits/8
-      bytes = wanted
+      expected = items*bits/8
+      bytes = expected
       call transfer_bytes(archive, c_loc(bytes), storage_size(bytes, long)/8)
-      if (bytes /= wanted) call fail_archive(archive, 'an array has another size')
-      call transfer_bytes(archive, place, wanted)
+      if (bytes /= expected) call fail_archive(archive, 'an array has another size')
+      call transfer_bytes(archive, address, expected)
    end subroutine serialise_array
 
    !> Serialise default integers.

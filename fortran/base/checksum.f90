@@ -22,53 +22,56 @@ contains
    !> Begin a checksum, and compute its tables.
    pure subroutine begin_checksum(checksum)
       type(checksum_type), intent(out) :: checksum  !< checksum of no bytes
-      integer :: byte, bit, behind
-      integer(long) :: rest
+      integer :: byte, bit, position
+      integer(long) :: register
 
       do byte = 0, 255
-         rest = byte
+         register = byte
          do bit = 1, 8
-            rest = merge(ieor(shiftr(rest, 1), polynomial), shiftr(rest, 1), btest(rest, 0))
+            register = merge(ieor(shiftr(register, 1), polynomial), shiftr(register, 1), &
+               btest(register, 0))
          end do
-         checksum%table(byte, 0) = rest
+         checksum%table(byte, 0) = register
       end do
-      do behind = 1, 15
+      do position = 1, 15
          do byte = 0, 255
-            rest = checksum%table(byte, behind - 1)
-            checksum%table(byte, behind) = ieor(checksum%table(low_byte(rest), 0), shiftr(rest, 8))
+            register = checksum%table(byte, position - 1)
+            checksum%table(byte, position) = ieor(checksum%table(low_byte(register), 0), &
+               shiftr(register, 8))
          end do
       end do
    end subroutine begin_checksum
 
    !> Lowest eight bits of a word.
-   pure integer function low_byte(word)
-      integer(long), intent(in) :: word  !< eight bytes
+   pure integer function low_byte(register)
+      integer(long), intent(in) :: register  !< eight bytes
 
-      low_byte = int(iand(word, 255_long))
+      low_byte = int(iand(register, 255_long))
    end function low_byte
 
    !> Extend a checksum by more bytes.
    pure subroutine add_bytes(checksum, bytes)
       type(checksum_type), intent(inout) :: checksum  !< checksum of the bytes so far
       integer(int8), contiguous, intent(in) :: bytes(:)  !< [bytes]
-      integer(long) :: rest, first, second, i, whole
+      integer(long) :: register, first, second, i, aligned
       integer :: k
 
-      rest = not(checksum%value)
-      whole = size(bytes, kind=long)/16*16
-      do i = 1, whole, 16
-         first = ieor(rest, transfer(bytes(i:i + 7), rest))
-         second = transfer(bytes(i + 8:i + 15), rest)
-         rest = 0
+      register = not(checksum%value)
+      aligned = size(bytes, kind=long)/16*16
+      do i = 1, aligned, 16
+         first = ieor(register, transfer(bytes(i:i + 7), register))
+         second = transfer(bytes(i + 8:i + 15), register)
+         register = 0
          do k = 0, 7
-            rest = ieor(rest, ieor(checksum%table(low_byte(shiftr(first, 8*k)), 15 - k), &
+            register = ieor(register, ieor(checksum%table(low_byte(shiftr(first, 8*k)), 15 - k), &
                checksum%table(low_byte(shiftr(second, 8*k)), 7 - k)))
          end do
       end do
-      do i = whole + 1, size(bytes, kind=long)
-         rest = ieor(checksum%table(low_byte(ieor(rest, int(bytes(i), long))), 0), shiftr(rest, 8))
+      do i = aligned + 1, size(bytes, kind=long)
+         register = ieor(checksum%table(low_byte(ieor(register, int(bytes(i), long))), 0), &
+            shiftr(register, 8))
       end do
-      checksum%value = not(rest)
+      checksum%value = not(register)
    end subroutine add_bytes
 
    !> Checksum of an array of bytes.

@@ -36,13 +36,13 @@ contains
    end subroutine add_doubt
 
    !> Add all warnings of another list.
-   pure subroutine add_doubts(doubts, more)
+   pure subroutine add_doubts(doubts, new)
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< list of warnings, extended
-      type(doubt_type), intent(in) :: more(:)                    !< warnings to add
+      type(doubt_type), intent(in) :: new(:)                    !< warnings to add
       integer :: i
 
-      do i = 1, size(more)
-         call add_doubt(doubts, more(i)%topic, more(i)%text, more(i)%of_check)
+      do i = 1, size(new)
+         call add_doubt(doubts, new(i)%topic, new(i)%text, new(i)%of_check)
       end do
    end subroutine add_doubts
 

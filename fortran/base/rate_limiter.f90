@@ -20,10 +20,10 @@ contains
    !> .true. if the pause since the last execution is over.
    logical function is_due(limiter)
       type(rate_limiter_type), intent(in) :: limiter  !< limiter of the task
-      integer(long) :: now
+      integer(long) :: time
 
-      call system_clock(now)
-      is_due = now - limiter%ended >= limiter%cost_ratio*limiter%cost
+      call system_clock(time)
+      is_due = time - limiter%ended >= limiter%cost_ratio*limiter%cost
    end function is_due
 
    !> Record the start of the task.

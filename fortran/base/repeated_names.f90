@@ -9,18 +9,18 @@ module dda_repeated_names
 contains
 
    !> Find the first name that has occurred before, and count the other repeated names.
-   pure subroutine find_repeated(names, first, more)
+   pure subroutine find_repeated(names, first, further)
       character(len=*), intent(in) :: names(:)  !< [any] names; blank names are ignored
       integer, intent(out) :: first            !< position of the first repeated name; 0: none
-      integer, intent(out) :: more              !< other names that appear more than once
+      integer, intent(out) :: further              !< other names that appear more than once
       integer, allocatable :: slot(:)           ! open addressing, at most half full
-      logical, allocatable :: known(:)          ! the name at this position is known to be repeated
+      logical, allocatable :: is_repeated(:)     ! the name at this position is known to be repeated
       integer :: i, at
 
       first = 0
-      more = -1
+      further = -1
       allocate (slot(0:2*size(names)), source=0)
-      allocate (known(size(names)), source=.false.)
+      allocate (is_repeated(size(names)), source=.false.)
       do i = 1, size(names)
          if (names(i) == '') cycle
          at = hash_slot(names(i), size(slot))
@@ -30,13 +30,13 @@ contains
          end do
          if (slot(at) == 0) then
             slot(at) = i
-         else if (.not. known(slot(at))) then
-            known(slot(at)) = .true.
-            more = more + 1
+         else if (.not. is_repeated(slot(at))) then
+            is_repeated(slot(at)) = .true.
+            further = further + 1
             if (first == 0) first = i
          end if
       end do
-      more = max(more, 0)
+      further = max(further, 0)
    end subroutine find_repeated
 
    !> Position of a name in a hash table.

@@ -40,12 +40,12 @@ contains
    subroutine lap(watch, phase)
       type(stopwatch_type), intent(inout) :: watch  !< stopwatch; ignored unless running
       integer, intent(in) :: phase                  !< one of `phase_…`
-      integer(int64) :: now
+      integer(int64) :: time
 
       if (.not. watch%running) return
-      call system_clock(now)
-      watch%spent(phase) = watch%spent(phase) + (now - watch%since)
-      watch%since = now
+      call system_clock(time)
+      watch%spent(phase) = watch%spent(phase) + (time - watch%since)
+      watch%since = time
    end subroutine lap
 
    !> Seconds spent in each phase.

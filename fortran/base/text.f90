@@ -111,14 +111,14 @@ contains
    end function lower_case
 
    !> Text in quotes, without trailing blanks, cut if it is very long.
-   pure function quoted(text) result(inside)
+   pure function quoted(text) result(content)
       character(len=*), intent(in) :: text  !< any
-      character(len=:), allocatable :: inside
+      character(len=:), allocatable :: content
       integer, parameter :: longest = 80
 
-      inside = trim(text)
-      if (len(inside) > longest) inside = whole_characters(inside(:longest))//'…'
-      inside = "'"//inside//"'"
+      content = trim(text)
+      if (len(content) > longest) content = whole_characters(content(:longest))//'…'
+      content = "'"//content//"'"
    end function quoted
 
    !> Remove an incomplete character of several bytes from the end of a cut text (UTF-8).
@@ -207,12 +207,12 @@ contains
    end function characters
 
    !> Pad a text with blanks to a minimum length.
-   pure function padded(text, width) result(filled)
+   pure function padded(text, width) result(line)
       character(len=*), intent(in) :: text  !< in UTF-8
       integer, intent(in) :: width          !< characters
-      character(len=:), allocatable :: filled
+      character(len=:), allocatable :: line
 
-      filled = text//repeat(' ', max(0, width - characters(text)))
+      line = text//repeat(' ', max(0, width - characters(text)))
    end function padded
 
    !> Wrap a text at blanks to a width; every line ends with a line end.
@@ -222,23 +222,23 @@ contains
       integer, intent(in) :: indent          !< blanks before each further line
       integer, intent(in) :: width           !< width of a line, indent included
       character(len=:), allocatable :: text
-      integer :: from, to, used, wide
+      integer :: from, to, column, word_width
 
       text = ''
-      used = indent
+      column = indent
       from = 1
       do while (from <= len_trim(words))
          to = from + index(words(from:)//' ', ' ') - 2
-         wide = characters(words(from:to))
-         if (used > indent .and. used + 1 + wide > width) then
+         word_width = characters(words(from:to))
+         if (column > indent .and. column + 1 + word_width > width) then
             text = text//new_line('a')//repeat(' ', indent)
-            used = indent
-         else if (used > indent) then
+            column = indent
+         else if (column > indent) then
             text = text//' '
-            used = used + 1
+            column = column + 1
          end if
          text = text//words(from:to)
-         used = used + wide
+         column = column + word_width
          from = to + 2
       end do
       text = text//new_line('a')

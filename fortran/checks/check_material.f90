@@ -206,7 +206,7 @@ contains
             if (.not. any(model%blocks%material == m)) cycle
             if (.not. model%materials(m)%has_law()) cycle
             side = largest_block_side(simulation, m)
-            if (model%materials(m)%own_law%in_words() /= '') &
+            if (model%materials(m)%own_law%fit_text() /= '') &
                call check_curve_fit(model, m, side, report)
             defect = model%materials(m)%own_law%unmet()
             if (defect /= '') call add_line(report, verdict_warn, 'material law', &
@@ -229,7 +229,7 @@ contains
 
       associate (material => model%materials(m))
          reduction = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
-         finding = quoted(trim(material%name))//': '//material%own_law%in_words()//'; at '// &
+         finding = quoted(trim(material%name))//': '//material%own_law%fit_text()//'; at '// &
             '0.1 and 1 % shear strain G/G0 = '//short_text(reduction(1))//' and '// &
             short_text(reduction(2))//', wavelengths are reduced to '// &
             short_text(sqrt(reduction(1)))//' and '//short_text(sqrt(reduction(2)))// &

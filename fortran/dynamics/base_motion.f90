@@ -18,7 +18,7 @@ module dda_base_motion
    use dda_text, only: quoted
    implicit none
    private
-   public :: base_type, base_kinds, begin_base, renew_base, update_base, base_words, &
+   public :: base_type, base_kinds, begin_base, renew_base, update_base, base_text, &
       has_reference_motion
 
    integer, parameter :: base_absolute = 0  !< no base: values are absolute
@@ -196,14 +196,14 @@ contains
       type(blocks_type), intent(in) :: blocks    !< blocks at the end of the step
       type(step_type), intent(in) :: step        !< the present step
       real(wp), intent(in) :: time               !< time at the end of the step, s
-      real(wp) :: before(2), motion(2, 2), unused(2)
+      real(wp) :: former(2), motion(2, 2), unused(2)
 
       select case (base%kind)
       case (base_moves, base_outcrop)
-         before = base%displacement
+         former = base%displacement
          motion = motion_at(base, model, time)
          base%displacement = motion(:, 1) - base%zero
-         if (step%scheme%chi > 0.5_wp) motion(:, 2) = end_rate(step, base%displacement - before, &
+         if (step%scheme%chi > 0.5_wp) motion(:, 2) = end_rate(step, base%displacement - former, &
             base%velocity)
          base%acceleration = (motion(:, 2) - base%velocity)/step%time_step
          base%velocity = motion(:, 2)
@@ -242,26 +242,26 @@ contains
    end function has_reference_motion
 
    !> Return a text on the reference of reported displacements, velocities and accelerations.
-   pure function base_words(base, model) result(words)
+   pure function base_text(base, model) result(text)
       type(base_type), intent(in) :: base        !< base of the model
       type(model_type), intent(in) :: model      !< model of the run
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
       select case (base%kind)
       case (base_rests)
-         words = 'relative to the supports, which do not move'
+         text = 'relative to the supports, which do not move'
       case (base_moves)
-         words = 'relative to the moving supports'
+         text = 'relative to the moving supports'
       case (base_point)
-         words = 'relative to the point '//quoted(trim(model%points(base%point)%name))
+         text = 'relative to the point '//quoted(trim(model%points(base%point)%name))
       case (base_outcrop)
-         words = 'relative to the outcrop motion of its base'
+         text = 'relative to the outcrop motion of its base'
       case default
-         words = 'absolute: the model has no supports'
-         if (size(model%fixed_points) > 0) words = 'absolute: supports move differently'
-         if (size(model%amplifications) == 0) words = words// &
+         text = 'absolute: the model has no supports'
+         if (size(model%fixed_points) > 0) text = 'absolute: supports move differently'
+         if (size(model%amplifications) == 0) text = text// &
             ' and no &amplification names a base'
       end select
-   end function base_words
+   end function base_text
 
 end module dda_base_motion

@@ -19,7 +19,7 @@ module dda_breaking
    use dda_model, only: model_type
    use dda_ordered_sums, only: parallel_from
    use dda_simulation, only: simulation_type, next_step
-   use dda_weld, only: is_shifted, is_whole, set_welds, assign_triangles, weld_cracked, weld_open
+   use dda_weld, only: is_shifted, is_intact, set_welds, assign_triangles, weld_cracked, weld_open
    use dda_weld_springs, only: cell_strain
    implicit none
    private
@@ -35,13 +35,13 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       real(wp), allocatable :: traction(:,:,:)
       integer, allocatable :: broken(:), opened(:)
-      real(wp) :: before
+      real(wp) :: former_energy
       integer :: i
 
       if (.not. can_break(simulation%model)) return
       broken = break_faces_at_strength(simulation)
       opened = separate_gaping_faces(simulation)
-      before = total_energy(simulation%energy)
+      former_energy = total_energy(simulation%energy)
       call release_stresses(simulation)
       if (size(broken) + size(opened) > 0) then
          allocate (traction(2, crack_points, size(broken)))
@@ -63,7 +63,8 @@ contains
       call update_state(simulation%energy, simulation%blocks)
       if (size(broken) + size(opened) > 0) call update_stored(simulation%elements, &
          simulation%blocks, next_step(simulation), simulation%energy)
-      call add_energy(simulation%energy, energy_breaking, total_energy(simulation%energy) - before)
+      call add_energy(simulation%energy, energy_breaking, total_energy(simulation%energy) &
+         - former_energy)
    end subroutine break_faces
 
    !> .true. if some faces of a model can break.
@@ -75,9 +76,9 @@ contains
    end function can_break
 
    !> Break the intact faces whose traction has reached their strength; return their numbers.
-   function break_faces_at_strength(simulation) result(found)
+   function break_faces_at_strength(simulation) result(faces)
       type(simulation_type), intent(in) :: simulation  !< between two steps
-      integer, allocatable :: found(:)
+      integer, allocatable :: faces(:)
       logical :: reached(size(simulation%model%welds))
       real(wp) :: traction(2, crack_points), ratio
       integer :: i
@@ -87,21 +88,21 @@ contains
          !$omp parallel do schedule(static) private(traction, ratio) &
          !$omp if (size(welds) >= parallel_from)
          do i = 1, size(welds)
-            if (welds(i)%joint == 0 .or. .not. is_whole(welds(i))) cycle
+            if (welds(i)%joint == 0 .or. .not. is_intact(welds(i))) cycle
             if (any(blocks%removed(welds(i)%block))) cycle
             call face_strength(simulation%elements, i, face_force(simulation%elements, i, blocks), &
                traction, ratio)
             reached(i) = ratio >= 1.0_wp
          end do
-         found = pack([(i, i=1, size(welds))], reached)
+         faces = pack([(i, i=1, size(welds))], reached)
       end associate
    end function break_faces_at_strength
 
    !> Separate faces with a failed bond that are open at all points or have slipped far.
    !> Return their numbers.
-   function separate_gaping_faces(simulation) result(found)
+   function separate_gaping_faces(simulation) result(faces)
       type(simulation_type), intent(in) :: simulation  !< between two steps
-      integer, allocatable :: found(:)
+      integer, allocatable :: faces(:)
       logical :: gapes(size(simulation%model%welds)), spent
       real(wp) :: motion(2, crack_points), damage
       integer :: i
@@ -116,7 +117,7 @@ contains
             gapes(i) = all(motion(1, :) > 0.0_wp) .or. &
                maxval(abs(motion(2, :))) > farthest*welds(i)%length
          end do
-         found = pack([(i, i=1, size(welds))], gapes)
+         faces = pack([(i, i=1, size(welds))], gapes)
       end associate
    end function separate_gaping_faces
 
@@ -230,12 +231,12 @@ contains
    subroutine restore_faces(simulation)
       !> new simulation with face states from the checkpoint
       type(simulation_type), intent(inout) :: simulation
-      real(wp) :: reach
+      real(wp) :: search_distance
 
-      if (all(is_whole(simulation%model%welds))) return
-      reach = simulation%neighbours%reach
+      if (all(is_intact(simulation%model%welds))) return
+      search_distance = simulation%neighbours%reach
       call update_cell_areas(simulation, .true.)
-      simulation%neighbours%reach = reach
+      simulation%neighbours%reach = search_distance
    end subroutine restore_faces
 
 end module dda_breaking

@@ -31,16 +31,16 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=*), intent(in) :: reason  !< cause of the failure
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      character(len=:), allocatable :: place, advice
+      character(len=:), allocatable :: location, advice
       integer :: c, kind
 
       kind = error_convergence
       if (allocated(error)) kind = error%kind
-      place = ''
+      location = ''
       c = simulation%iteration%unconverged
       if (c > 0) then
          associate (contacts => simulation%contacts(simulation%now))
-            place = '; worst contact: a vertex of block '// &
+            location = '; worst contact: a vertex of block '// &
                block_name(simulation, contacts%block_v(c))//' on an edge of block '// &
                block_name(simulation, contacts%block_e(c))//', error of its force '// &
                to_text(simulation%iteration%residual)//' N/m, allowed '// &
@@ -51,12 +51,12 @@ contains
       if (simulation%model%control%adaptive) advice = '; try a smaller least_time_step or a '// &
          'lower normal_stiffness'
       if (kind == error_memory) then
-         place = ''
+         location = ''
          advice = ''
       end if
       call fail(error, kind, 'step '//to_text(simulation%step + 1)//' at t = '// &
          to_text(simulation%time)//' s, time step '//to_text(simulation%time_step)//' s: '// &
-         reason//place//advice)
+         reason//location//advice)
    end subroutine explain
 
    !> Check the new state: all values are finite, and all blocks are near the model.
@@ -64,19 +64,19 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: problem
-      real(wp) :: allowed
+      real(wp) :: limit
       integer :: b
 
-      allowed = most_away*half_size(simulation%model%blocks)
+      limit = most_away*half_size(simulation%model%blocks)
       associate (blocks => simulation%blocks)
-         if (are_finite_and_near(blocks%n, blocks%position, blocks%velocity, allowed) &
+         if (are_finite_and_near(blocks%n, blocks%position, blocks%velocity, limit) &
             .and. abs(balance(simulation%energy)) <= huge(1.0_wp)) return
          problem = 'a strain, a velocity or an energy is not a finite number'
          do b = 1, blocks%n
-            if (all(abs(blocks%position(1:2, b)) <= allowed)) cycle
+            if (all(abs(blocks%position(1:2, b)) <= limit)) cycle
             problem = 'block '//block_name(simulation, b)//' has left the model: it is '// &
                to_text(norm2(blocks%position(1:2, b)))//' m from the model centre, allowed '// &
-               to_text(allowed)
+               to_text(limit)
             exit
          end do
       end associate
@@ -86,16 +86,16 @@ contains
    end subroutine check_state
 
    !> .true. if all centroids are within a distance of the origin, and all other values are finite.
-   pure logical function are_finite_and_near(n, position, velocity, allowed) result(sound)  ! total
+   pure logical function are_finite_and_near(n, position, velocity, bound) result(sound)  ! total
       integer, intent(in) :: n  !< blocks
       real(wp), intent(in) :: position(6, n), velocity(6, n)  !< coordinates and their rates
-      real(wp), intent(in) :: allowed  !< allowed distance, m
+      real(wp), intent(in) :: bound  !< allowed distance, m
       real(wp), parameter :: limit = huge(1.0_wp)
       integer :: b
 
       sound = .true.
       do b = 1, n
-         sound = sound .and. all(abs(position(1:2, b)) <= allowed) &
+         sound = sound .and. all(abs(position(1:2, b)) <= bound) &
             .and. all(abs(position(3:6, b)) <= limit) .and. all(abs(velocity(:, b)) <= limit)
       end do
    end function are_finite_and_near
@@ -104,17 +104,17 @@ contains
    pure function audit_warning(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       character(len=:), allocatable :: text
-      real(wp) :: scale, allowed
+      real(wp) :: scale, limit
 
       text = ''
       scale = turnover(simulation%energy)
-      allowed = max(most_unexplained*scale, rounding_energy(simulation))
-      if (abs(balance(simulation%energy)) > allowed) then
+      limit = max(most_unexplained*scale, rounding_energy(simulation))
+      if (abs(balance(simulation%energy)) > limit) then
          text = 'the energy audit does not balance: '//to_text(balance(simulation%energy))// &
-            ' of '//to_text(scale)//' J/m are unexplained, limit '//to_text(allowed)// &
+            ' of '//to_text(scale)//' J/m are unexplained, limit '//to_text(limit)// &
             '; try a lower force_tolerance'
       else if (abs(simulation%energy%value(energy_geometric)) > max(most_geometric*scale, &
-         allowed)) then
+         limit)) then
          text = 'the geometry of contacts changed so much that their springs gained '// &
             to_text(simulation%energy%value(energy_geometric))//' of '//to_text(scale)// &
             ' J/m between steps; try a smaller time_step'
@@ -189,13 +189,13 @@ contains
    !> kinetic energy of rounding errors per Δt.
    pure real(wp) function rounding_energy(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      real(wp) :: places, mass
+      real(wp) :: position_error, mass
 
-      places = 16*epsilon(1.0_wp)*half_size(simulation%model%blocks)
+      position_error = 16*epsilon(1.0_wp)*half_size(simulation%model%blocks)
       mass = sum(simulation%blocks%mass)
-      rounding_energy = real(simulation%step, wp)*places*norm2( &
+      rounding_energy = real(simulation%step, wp)*position_error*norm2( &
          simulation%model%control%gravity)*mass + simulation%iteration%noise*simulation%path &
-         + 0.5_wp*mass*(places/simulation%time_step)**2
+         + 0.5_wp*mass*(position_error/simulation%time_step)**2
    end function rounding_energy
 
 end module dda_diagnostics

@@ -214,19 +214,19 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: before, after, work, stretched, slipped, loss
+      real(wp) :: start_energy, end_energy, work, stretched, slip_loss, loss
 
-      before = stored_energy(laws, contacts%gap(c), contacts%was_closed(c), &
+      start_energy = stored_energy(laws, contacts%gap(c), contacts%was_closed(c), &
          contacts%was_bonded(c), contacts%stretch(c))
       stretched = end_stretch(contacts, laws, c)
-      after = stored_energy(laws, contacts%new_gap(c), contacts%normal_force(c) /= 0.0_wp, &
+      end_energy = stored_energy(laws, contacts%new_gap(c), contacts%normal_force(c) /= 0.0_wp, &
          contacts%bonded(c), stretched)
       work = contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c)) &
          - contacts%shear_force(c)*contacts%slip(c)
-      slipped = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
-      loss = before - after - work - slipped
-      total(1) = total(1) + after
-      total(2) = total(2) + slipped
+      slip_loss = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
+      loss = start_energy - end_energy - work - slip_loss
+      total(1) = total(1) + end_energy
+      total(2) = total(2) + slip_loss
       if (contacts%was_bonded(c) .and. .not. contacts%bonded(c)) then
          total(3) = total(3) + loss
       else
@@ -242,28 +242,28 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
       type(joint_state_type) :: state
-      real(wp) :: before, after, slipped, stretched, closure, lift, slip, loss
+      real(wp) :: start_energy, end_energy, slip_loss, stretched, closure, lift, slip, loss
       logical :: breaks, crushes
 
       associate (law => laws%slot(contacts%joint(c))%law)
          crushes = law%crushes
          state = state_of(contacts, law, c)
          closure = closure_of(contacts, law, c, contacts%gap(c))
-         before = joint_energy(law, state, closure, contacts%stretch(c), contacts%was_closed(c) &
-            .or. contacts%was_bonded(c))
+         start_energy = joint_energy(law, state, closure, contacts%stretch(c), &
+            contacts%was_closed(c) .or. contacts%was_bonded(c))
          stretched = end_stretch(contacts, laws, c)
          slip = 0.0_wp
          if (slip_counts(contacts, laws, c)) slip = inelastic_slip(contacts, laws, c)
          lift = law%lift(law%state_after_slip(state, slip, contacts%shear_force(c))) &
             - law%lift(state)
-         after = joint_energy(law, state, closure + contacts%gap(c) - contacts%new_gap(c) + lift, &
-            stretched, contacts%normal_force(c) /= 0.0_wp .or. contacts%bonded(c))
+         end_energy = joint_energy(law, state, closure + contacts%gap(c) - contacts%new_gap(c) &
+            + lift, stretched, contacts%normal_force(c) /= 0.0_wp .or. contacts%bonded(c))
       end associate
-      slipped = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
-      loss = before - after - contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c) &
-         - lift) + contacts%shear_force(c)*contacts%slip(c) - slipped
-      total(1) = total(1) + after
-      total(2) = total(2) + slipped
+      slip_loss = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
+      loss = start_energy - end_energy - contacts%normal_force(c)*(contacts%new_gap(c) &
+         - contacts%gap(c) - lift) + contacts%shear_force(c)*contacts%slip(c) - slip_loss
+      total(1) = total(1) + end_energy
+      total(2) = total(2) + slip_loss
       breaks = contacts%was_bonded(c) .and. .not. contacts%bonded(c)
       breaks = breaks .or. contacts%was_weakened(c) < contacts%memory(weakened, c)
       if (breaks) then
@@ -294,18 +294,18 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: before, after, losses(2), loss
+      real(wp) :: start_energy, end_energy, losses(2), loss
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         before = joint_energy(law, state_of(contacts, law, c), -contacts%gap(c), &
+         start_energy = joint_energy(law, state_of(contacts, law, c), -contacts%gap(c), &
             contacts%stretch(c), .true.)
-         after = joint_energy(law, bond_after(contacts, law, c), -contacts%new_gap(c), &
+         end_energy = joint_energy(law, bond_after(contacts, law, c), -contacts%new_gap(c), &
             end_stretch(contacts, laws, c), .true.)
          losses = bond_losses(contacts, law, c)
       end associate
-      loss = before - after - contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c)) &
-         + contacts%shear_force(c)*contacts%slip(c)
-      total(1) = total(1) + after
+      loss = start_energy - end_energy - contacts%normal_force(c)*(contacts%new_gap(c) &
+         - contacts%gap(c)) + contacts%shear_force(c)*contacts%slip(c)
+      total(1) = total(1) + end_energy
       total(2:3) = total(2:3) + losses
       total(4) = total(4) + loss - losses(1) - losses(2)
    end subroutine add_bond

@@ -51,7 +51,7 @@ contains
       type(contacts_type), intent(in) :: contacts      !< contacts of the present state
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       real(wp), intent(in) :: touching                 !< distance below which contacts touch, m
-      real(wp) :: apart(2)
+      real(wp) :: offset(2)
       logical :: touch(contacts%n)
       integer :: c
 
@@ -65,9 +65,9 @@ contains
       first%shortest = minval(blocks%length)
       do c = 1, size(first%vertex)
          associate (v => first%vertex(c), e => first%edge(c))
-            apart = blocks%vertex(:, v) - blocks%vertex(:, e)
-            first%foot_fraction(c) = dot_product(apart, blocks%along(:, e))/blocks%length(e)
-            first%gap(c) = max(0.0_wp, blocks%along(2, e)*apart(1) - blocks%along(1, e)*apart(2))
+            offset = blocks%vertex(:, v) - blocks%vertex(:, e)
+            first%foot_fraction(c) = dot_product(offset, blocks%along(:, e))/blocks%length(e)
+            first%gap(c) = max(0.0_wp, blocks%along(2, e)*offset(1) - blocks%along(1, e)*offset(2))
          end associate
       end do
    end subroutine begin_first_contacts
@@ -76,30 +76,31 @@ contains
    pure subroutine drop_removed(first, blocks)
       type(first_contacts_type), intent(inout) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
-      logical :: stays(size(first%vertex))
+      logical :: retained(size(first%vertex))
 
-      stays = .not. (blocks%removed(blocks%owner(first%vertex)) .or. &
+      retained = .not. (blocks%removed(blocks%owner(first%vertex)) .or. &
          blocks%removed(blocks%owner(first%edge)))
-      if (all(stays)) return
-      first%foot_fraction = pack(first%foot_fraction, stays)
-      first%gap = pack(first%gap, stays)
-      first%vertex = pack(first%vertex, stays)
-      first%edge = pack(first%edge, stays)
+      if (all(retained)) return
+      first%foot_fraction = pack(first%foot_fraction, retained)
+      first%gap = pack(first%gap, retained)
+      first%vertex = pack(first%vertex, retained)
+      first%edge = pack(first%edge, retained)
    end subroutine drop_removed
 
    !> .true. if a scan of the contacts could find a new maximum that must be recorded.
-   pure logical function may_exceed(first, largest, path, least)  ! total
+   pure logical function may_exceed(first, largest, path, smallest)  ! total
       type(first_contacts_type), intent(in) :: first   !< initially touching contacts
       type(largest_type), intent(in) :: largest(:)     !< [maxima] largest values so far
       real(wp), intent(in) :: path  !< sum of the largest displacements of all steps, m
-      real(wp), intent(in) :: least                    !< smallest movement that is recorded, m
-      real(wp) :: way
+      real(wp), intent(in) :: smallest                    !< smallest movement that is recorded, m
+      real(wp) :: distance
 
       may_exceed = .false.
       if (size(first%vertex) == 0) return
-      way = both_sides*(path - first%path)
-      way = way*(1.0_wp + (first%last_scan(3) + way)/first%shortest)  ! edges rotate
-      may_exceed = any(first%last_scan(:2) + way > max(least, largest([of_slip, of_opening])%value))
+      distance = both_sides*(path - first%path)
+      distance = distance*(1.0_wp + (first%last_scan(3) + distance)/first%shortest)  ! edges rotate
+      may_exceed = any(first%last_scan(:2) + distance > max(smallest, &
+         largest([of_slip, of_opening])%value))
    end function may_exceed
 
    !> Update the largest movements by a scan of all contacts.
@@ -111,42 +112,42 @@ contains
       real(wp), intent(in) :: time                       !< s
       !> sum of the largest displacements of all steps, m; if absent, the scan is not stored
       real(wp), intent(in), optional :: path
-      real(wp) :: most(3, most_pieces), found(3)
+      real(wp) :: peak(3, most_pieces), maxima(3)
       integer :: p, n
 
       associate (m => size(first%vertex))
          n = 1
          if (m >= parallel_from) n = pieces(m)
          if (n == 1) then
-            call scan_movements(first, blocks, 1, m, most(:, 1))
+            call scan_movements(first, blocks, 1, m, peak(:, 1))
          else
             !$omp parallel do schedule(static)
             do p = 1, n
-               call scan_movements(first, blocks, first_of(p, m), last_of(p, m), most(:, p))
+               call scan_movements(first, blocks, first_of(p, m), last_of(p, m), peak(:, p))
             end do
          end if
       end associate
-      found = maxval(most(:, :n), 2)
-      if (found(1) > largest(of_slip)%value .or. found(2) > largest(of_opening)%value) &
+      maxima = maxval(peak(:, :n), 2)
+      if (maxima(1) > largest(of_slip)%value .or. maxima(2) > largest(of_opening)%value) &
          call scan_all(first, largest, contacts, blocks, time)
       if (.not. present(path)) return
       first%path = path
-      first%last_scan = found
+      first%last_scan = maxima
    end subroutine add_movement
 
    !> Find the largest slip, the largest opening and a bound on their sum, for contacts begin … end.
-   pure subroutine scan_movements(first, blocks, begin, end, most)
+   pure subroutine scan_movements(first, blocks, begin, end, peak)
       type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: begin, end               !< first and last contact
-      real(wp), intent(out) :: most(3)                !< m
-      real(wp) :: slip, growth, least, x, y
+      real(wp), intent(out) :: peak(3)                !< m
+      real(wp) :: slip, growth, smallest, x, y
       integer :: c, v, e
 
       slip = 0.0_wp
       growth = -huge(1.0_wp)
-      least = huge(1.0_wp)
-      !$omp simd reduction(max:slip, growth) reduction(min:least) &
+      smallest = huge(1.0_wp)
+      !$omp simd reduction(max:slip, growth) reduction(min:smallest) &
       !$omp private(v, e, x, y)
       do c = begin, end
          v = first%vertex(c)
@@ -157,9 +158,9 @@ contains
             - first%foot_fraction(c)*blocks%length(e)))
          x = x*blocks%along(2, e) - y*blocks%along(1, e) - first%gap(c)
          growth = max(growth, x)
-         least = min(least, x)
+         smallest = min(smallest, x)
       end do
-      most = [slip, growth, slip + max(growth, -least)]
+      peak = [slip, growth, slip + max(growth, -smallest)]
    end subroutine scan_movements
 
    !> Update the largest slip and opening with the value of each contact.
@@ -169,41 +170,41 @@ contains
       type(contacts_type), intent(in) :: contacts        !< contacts of the last step
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: time                       !< s
-      real(wp) :: moved(2)
-      integer :: c, who(2)
+      real(wp) :: movement(2)
+      integer :: c, owners(2)
 
       call find_pressed(first, contacts)
       do c = 1, size(first%vertex)
-         moved = contact_movement(first, blocks, c)
-         who = blocks%owner([first%vertex(c), first%edge(c)])
-         call update_largest(largest(of_slip), abs(moved(1)), time, who)
-         call update_largest(largest(of_opening), max(0.0_wp, moved(2)), time, who)
+         movement = contact_movement(first, blocks, c)
+         owners = blocks%owner([first%vertex(c), first%edge(c)])
+         call update_largest(largest(of_slip), abs(movement(1)), time, owners)
+         call update_largest(largest(of_opening), max(0.0_wp, movement(2)), time, owners)
       end do
    end subroutine scan_all
 
    !> Return the slip and opening of contact c; in compression, the opening is due to dilation only.
-   pure function contact_movement(first, blocks, c) result(moved)
+   pure function contact_movement(first, blocks, c) result(movement)
       type(first_contacts_type), intent(in) :: first  !< contacts after `find_pressed`
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: c                        !< number of the contact
-      real(wp) :: moved(2)
+      real(wp) :: movement(2)
 
-      moved = foot_movement(first, blocks, c)
-      if (first%pressed(first%vertex(c)) == first%edge(c)) moved(2) = min(moved(2), 0.0_wp)
+      movement = foot_movement(first, blocks, c)
+      if (first%pressed(first%vertex(c)) == first%edge(c)) movement(2) = min(movement(2), 0.0_wp)
    end function contact_movement
 
    !> Return the slip of the vertex of contact c along its edge, and the increase of its gap, m.
-   pure function foot_movement(first, blocks, c) result(moved)
+   pure function foot_movement(first, blocks, c) result(movement)
       type(first_contacts_type), intent(in) :: first  !< initially touching contacts
       type(blocks_type), intent(in) :: blocks         !< blocks in their present state
       integer, intent(in) :: c                        !< number of the contact
-      real(wp) :: moved(2)
+      real(wp) :: movement(2)
 
       associate (v => first%vertex(c), e => first%edge(c))
          associate (apart => blocks%vertex(:, v) - blocks%vertex(:, e), &
             along => blocks%along(:, e))
-            moved(1) = dot_product(apart, along) - first%foot_fraction(c)*blocks%length(e)
-            moved(2) = apart(1)*along(2) - apart(2)*along(1) - first%gap(c)
+            movement(1) = dot_product(apart, along) - first%foot_fraction(c)*blocks%length(e)
+            movement(2) = apart(1)*along(2) - apart(2)*along(1) - first%gap(c)
          end associate
       end associate
    end function foot_movement
@@ -228,14 +229,15 @@ contains
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       real(wp), intent(in) :: limit                      !< smallest counted movement, m
       integer, intent(out) :: numbers(3)  !< numbers of all, slipped and opened contacts
-      real(wp) :: moved(2)
+      real(wp) :: movement(2)
       integer :: c
 
       numbers = 0
       call find_pressed(first, contacts)
       do c = 1, size(first%vertex)
-         moved = contact_movement(first, blocks, c)
-         numbers = numbers + [1, merge(1, 0, abs(moved(1)) > limit), merge(1, 0, moved(2) > limit)]
+         movement = contact_movement(first, blocks, c)
+         numbers = numbers + [1, merge(1, 0, abs(movement(1)) > limit), &
+            merge(1, 0, movement(2) > limit)]
       end do
    end subroutine count_moved
 

@@ -27,25 +27,25 @@ contains
    pure function bending_doubts(simulation) result(doubts)
       type(simulation_type), intent(in) :: simulation  !< run whose contacts are evaluated
       type(doubt_type), allocatable :: doubts(:)
-      real(wp) :: mean, bending, found(2)
+      real(wp) :: mean, bending, stress(2)
       integer :: j, c, at
 
       allocate (doubts(0))
       associate (contacts => simulation%contacts(simulation%now), laws => simulation%laws)
          do j = 1, size(laws%points)
             at = 0
-            found = 0.0_wp
+            stress = 0.0_wp
             if (laws%points(j) /= 2 .or. max(laws%cohesion(j), laws%tension(j)) <= 0.0_wp) cycle
             do c = 1, contacts%n
                if (.not. contacts%bonded(c) .or. contacts%joint(c) /= j) cycle
                call find_end_stresses(simulation, c, mean, bending)
-               if (bending <= max(found(2), most_bending*abs(mean), &
+               if (bending <= max(stress(2), most_bending*abs(mean), &
                   least_bending*max(laws%cohesion(j), laws%tension(j)))) cycle
-               found = [mean, bending]
+               stress = [mean, bending]
                at = c
             end do
             if (at > 0) call add_doubt(doubts, bending_topic, overlap_text(simulation, at, &
-               found))
+               stress))
          end do
       end associate
    end function bending_doubts
@@ -86,36 +86,36 @@ contains
       type(simulation_type), intent(in) :: simulation  !< run whose contacts are listed
       integer, intent(in) :: c                         !< contact at a corner
       integer :: edges(2)
-      type(overlap_type) :: after, before
+      type(overlap_type) :: next_overlap, former_overlap
 
       associate (contacts => simulation%contacts(simulation%now), blocks => simulation%blocks)
          associate (e => contacts%edge(c), v => contacts%vertex(c))
-            after = overlap_of(blocks, e, v, narrow)
-            before = overlap_of(blocks, e, blocks%previous(v), narrow)
-            edges = [e, merge(v, blocks%previous(v), after%length >= before%length)]
+            next_overlap = overlap_of(blocks, e, v, narrow)
+            former_overlap = overlap_of(blocks, e, blocks%previous(v), narrow)
+            edges = [e, merge(v, blocks%previous(v), next_overlap%length >= former_overlap%length)]
          end associate
       end associate
       edges = [minval(edges), maxval(edges)]
    end function overlapping_edges
 
    !> Return a text on the overlap of contact c.
-   pure function overlap_text(simulation, c, found) result(text)
+   pure function overlap_text(simulation, c, stress) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: c                         !< bonded contact
-      real(wp), intent(in) :: found(2)  !< mean tension and bending stress, Pa
+      real(wp), intent(in) :: stress(2)  !< mean tension and bending stress, Pa
       character(len=:), allocatable :: text, deviation
 
       deviation = ''
-      if (found(2) < 100*abs(found(1))) deviation = ', '//short_text(100*found(2)/abs(found(1)))// &
-         ' % from the mean'
+      if (stress(2) < 100*abs(stress(1))) deviation = ', '// &
+         short_text(100*stress(2)/abs(stress(1)))//' % from the mean'
       associate (contacts => simulation%contacts(simulation%now))
          text = 'the bond of blocks '//block_name(simulation, contacts%block_v(c))// &
             ' and '//block_name(simulation, contacts%block_e(c))//', &joint '// &
             quoted(trim(simulation%model%joints(contacts%joint(c))%name))// &
-            ', has a tension of '//short_text(found(1) + found(2))//' Pa at one end and '// &
-            short_text(found(1) - found(2))//' Pa at the other'//deviation//', but its two '// &
-            'contacts have '//short_text(found(1) + found(2)/linear)//' and '// &
-            short_text(found(1) - found(2)/linear)//' Pa: its strength in bending is three '// &
+            ', has a tension of '//short_text(stress(1) + stress(2))//' Pa at one end and '// &
+            short_text(stress(1) - stress(2))//' Pa at the other'//deviation//', but its two '// &
+            'contacts have '//short_text(stress(1) + stress(2)/linear)//' and '// &
+            short_text(stress(1) - stress(2)/linear)//' Pa: its strength in bending is three '// &
             'times too high; try contact_points = 3'
       end associate
    end function overlap_text

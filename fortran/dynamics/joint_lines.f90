@@ -44,7 +44,7 @@ contains
       class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type) :: state
-      real(wp) :: share, shear
+      real(wp) :: fraction, shear
 
       contacts%tilt(1, c) = 0.0_wp
       if (contacts%state(c) /= contact_slide) return
@@ -53,17 +53,17 @@ contains
       state%slip_sign = contacts%slip_sign(c)
       shear = law%shear_spring(state)
       contacts%tilt(1, c) = state%slip_sign*law%rise(state, 0.0_wp)
-      share = shear/(shear + contacts%tangent(1, c)*contacts%tilt(1, c)**2)
-      contacts%tangent(1, c) = share*contacts%tangent(1, c)
-      contacts%line(1, c) = share*contacts%line(1, c) - contacts%tangent(1, c) &
+      fraction = shear/(shear + contacts%tangent(1, c)*contacts%tilt(1, c)**2)
+      contacts%tangent(1, c) = fraction*contacts%tangent(1, c)
+      contacts%line(1, c) = fraction*contacts%line(1, c) - contacts%tangent(1, c) &
          *contacts%tilt(1, c)*contacts%slide_force(c)/shear
    end subroutine begin_dilation
 
-   !> Linearise contacts again if their forces by line and by law differ by more than `allowed`.
-   pure subroutine renew_lines(contacts, laws, allowed)
+   !> Linearise contacts again if their forces by line and by law differ by more than `tolerance`.
+   pure subroutine renew_lines(contacts, laws, tolerance)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp), intent(in) :: allowed  !< allowed difference, N/m
+      real(wp), intent(in) :: tolerance  !< allowed difference, N/m
       type(response_type) :: response
       real(wp) :: off, trial(2), at(2)
       integer :: c
@@ -73,7 +73,7 @@ contains
          associate (law => laws%slot(contacts%joint(c))%law)
             off = abs(contacts%normal_force(c) - assumed_normal(contacts, c))
             if (law%flows) off = max(off, abs(contacts%shear_force(c) - assumed_shear(contacts, c)))
-            if (off <= allowed .and. .not. (law%dilates .or. passes_centre(contacts, c))) cycle
+            if (off <= tolerance .and. .not. (law%dilates .or. passes_centre(contacts, c))) cycle
             if (contacts%with_net_slip) contacts%past_centre(c) = contacts%trial_past_centre(c)
             trial = [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]
             at = acting(contacts, laws, c, trial)

@@ -17,13 +17,13 @@ contains
       type(blocks_type), intent(inout) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: dynamic_factor  !< factor of the velocity
       real(wp), intent(out) :: loss  !< energy loss, J per metre of thickness
-      real(wp) :: before
+      real(wp) :: initial_energy
 
       loss = 0.0_wp
       if (dynamic_factor == 1.0_wp) return
-      before = kinetic_energy(blocks)
+      initial_energy = kinetic_energy(blocks)
       blocks%velocity = dynamic_factor*blocks%velocity
-      loss = before - kinetic_energy(blocks)
+      loss = initial_energy - kinetic_energy(blocks)
    end subroutine damp_velocity
 
    !> Predict the increment of a step from the last four mean velocities, for iterative solvers.

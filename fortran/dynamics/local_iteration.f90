@@ -219,50 +219,50 @@ contains
    end subroutine copy_region_equations
 
    !> Copy the contacts of a region, sorted by pairs with fixed blocks last; set the pattern of K̂.
-   subroutine copy_region_contacts(system, contacts, list, v, e, part, own, order)
+   subroutine copy_region_contacts(system, contacts, list, v, e, part, copy, order)
       type(system_type), intent(in) :: system  !< system of the whole model
       type(contacts_type), intent(inout) :: contacts  !< contacts of the whole model, unchanged
       integer, intent(in) :: list(:)  !< contacts of the region
       integer, intent(in) :: v(:), e(:)  !< [contacts] block numbers in the region
       type(system_type), intent(inout) :: part  !< system of the region; pattern is set
-      type(contacts_type), intent(out) :: own  !< contacts of the region
-      integer, allocatable, intent(out) :: order(:)  !< numbers of `own` in the whole model
+      type(contacts_type), intent(out) :: copy  !< contacts of the region
+      integer, allocatable, intent(out) :: order(:)  !< numbers of `copy` in the whole model
       integer, allocatable :: start(:), sorted(:), key(:)
-      real(wp), parameter :: still(6) = 0.0_wp
+      real(wp), parameter :: at_rest(6) = 0.0_wp
       integer :: i, fixed_block
 
       fixed_block = part%linear%n
       key = merge(1 + min(v, e), 1, max(v, e) == fixed_block)
       call counting_sort(fixed_block, key, start, sorted)
       order = list(sorted)
-      call copy_contacts(contacts, order, own)
-      own%block_v = v(sorted)
-      own%block_e = e(sorted)
-      if (.not. allocated(own%fixed_motion)) allocate (own%fixed_motion(2, own%n), source=0.0_wp)
-      do i = 1, own%n
-         associate (motion => own%fixed_motion(:, i), of_v => contacts%block_v(order(i)), &
+      call copy_contacts(contacts, order, copy)
+      copy%block_v = v(sorted)
+      copy%block_e = e(sorted)
+      if (.not. allocated(copy%fixed_motion)) allocate (copy%fixed_motion(2, copy%n), source=0.0_wp)
+      do i = 1, copy%n
+         associate (motion => copy%fixed_motion(:, i), of_v => contacts%block_v(order(i)), &
             of_e => contacts%block_e(order(i)))
-            if (own%block_v(i) == fixed_block) motion = motion &
-               + relative_motion(own, i, system%d(:, of_v), still)
-            if (own%block_e(i) == fixed_block) motion = motion &
-               + relative_motion(own, i, still, system%d(:, of_e))
+            if (copy%block_v(i) == fixed_block) motion = motion &
+               + relative_motion(copy, i, system%d(:, of_v), at_rest)
+            if (copy%block_e(i) == fixed_block) motion = motion &
+               + relative_motion(copy, i, at_rest, system%d(:, of_e))
          end associate
       end do
-      call allocate_pairs(part, own, fixed_block)
+      call allocate_pairs(part, copy, fixed_block)
    end subroutine copy_region_contacts
 
    !> Number the pairs of blocks in contact, and allocate K̂ for them.
-   subroutine allocate_pairs(part, own, fixed_block)
+   subroutine allocate_pairs(part, region_contacts, fixed_block)
       type(system_type), intent(inout) :: part  !< system of the region; pattern is set
-      type(contacts_type), intent(inout) :: own  !< contacts sorted by pairs; `pair` is set
+      type(contacts_type), intent(inout) :: region_contacts  !< sorted by pairs; sets `pair`
       integer, intent(in) :: fixed_block  !< block that represents all fixed blocks
-      integer :: pairs(2, own%n), n, i
+      integer :: pairs(2, region_contacts%n), n, i
 
       n = 0
-      own%pair = own%block_v
-      do i = 1, own%n
-         associate (pair => [min(own%block_v(i), own%block_e(i)), max(own%block_v(i), &
-            own%block_e(i))])
+      region_contacts%pair = region_contacts%block_v
+      do i = 1, region_contacts%n
+         associate (pair => [min(region_contacts%block_v(i), region_contacts%block_e(i)), &
+            max(region_contacts%block_v(i), region_contacts%block_e(i))])
             if (n == 0) then
                n = 1
             else if (any(pairs(:, n) /= pair)) then
@@ -270,7 +270,7 @@ contains
             end if
             pairs(:, n) = pair
          end associate
-         own%pair(i) = n
+         region_contacts%pair(i) = n
       end do
       call set_pattern(part%matrix, fixed_block, pairs(:, :n))
       allocate (part%pair_of_entry(n), part%first_contact(n + 2))

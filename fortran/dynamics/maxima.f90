@@ -133,7 +133,7 @@ contains
       real(wp), intent(in) :: size_of(:)   !< [blocks] square root of the area, m
       real(wp), intent(in) :: least_size   !< smallest size of all blocks, m
       real(wp), intent(in) :: time         !< s
-      real(wp) :: most(3, most_pieces), bound
+      real(wp) :: peak(3, most_pieces), bound
       integer :: p, n
 
       n = pieces(contacts%n)
@@ -141,18 +141,18 @@ contains
       if (contacts%n < parallel_from) then
          do p = 1, n
             call scan_contacts(contacts, size_of, first_of(p, contacts%n), &
-               last_of(p, contacts%n), bound, most(:, p))
+               last_of(p, contacts%n), bound, peak(:, p))
          end do
       else
          !$omp parallel do schedule(static)
          do p = 1, n
             call scan_contacts(contacts, size_of, first_of(p, contacts%n), &
-               last_of(p, contacts%n), bound, most(:, p))
+               last_of(p, contacts%n), bound, peak(:, p))
          end do
       end if
-      if (any(most(1, :n) > largest(of_penetration)%value) .or. &
-         any(most(2, :n) > square_to_exceed(largest(of_contact_force))) .or. &
-         any(most(3, :n) > largest(of_penetration_ratio)%value)) &
+      if (any(peak(1, :n) > largest(of_penetration)%value) .or. &
+         any(peak(2, :n) > square_to_exceed(largest(of_contact_force))) .or. &
+         any(peak(3, :n) > largest(of_penetration_ratio)%value)) &
          call update_contact_maxima(largest, contacts, size_of, time)
    end subroutine add_contacts
 
@@ -165,12 +165,12 @@ contains
 
    !> Find three maxima of contacts first … last: penetration, squared force, penetration ratio.
    !> The ratio (penetration/block size) is 0 unless the penetration exceeds `bound`.
-   pure subroutine scan_contacts(contacts, size_of, first, last, bound, most)
+   pure subroutine scan_contacts(contacts, size_of, first, last, bound, peak)
       type(contacts_type), intent(in) :: contacts  !< contacts of the last step
       real(wp), intent(in) :: size_of(:)           !< [blocks] square root of the area, m
       integer, intent(in) :: first, last           !< first and last in the range
       real(wp), intent(in) :: bound       !< least penetration for a new largest ratio, m
-      real(wp), intent(out) :: most(3)             !< maxima, m; (N/m)²; 1
+      real(wp), intent(out) :: peak(3)             !< maxima, m; (N/m)²; 1
       real(wp) :: depth, square
       integer :: c
 
@@ -181,11 +181,11 @@ contains
          depth = max(depth, -(contacts%new_gap(c) + contacts%offset(c)))
          square = max(square, contacts%normal_force(c)**2 + contacts%shear_force(c)**2)
       end do
-      most = [depth, square, 0.0_wp]
+      peak = [depth, square, 0.0_wp]
       if (.not. depth > bound) return
       do c = first, last
          depth = -(contacts%new_gap(c) + contacts%offset(c))
-         if (depth > bound) most(3) = max(most(3), depth/min(size_of(contacts%block_v(c)), &
+         if (depth > bound) peak(3) = max(peak(3), depth/min(size_of(contacts%block_v(c)), &
             size_of(contacts%block_e(c))))
       end do
    end subroutine scan_contacts

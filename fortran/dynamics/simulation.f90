@@ -211,28 +211,28 @@ contains
    end function summary
 
    !> Return ', ' with a count and its noun; blank if the count is zero.
-   pure function count_text(count, one, many, what) result(text)
+   pure function count_text(count, one, many, suffix) result(text)
       integer(long), intent(in) :: count         !< count
       character(len=*), intent(in) :: one, many  !< see `counted`
-      character(len=*), intent(in), optional :: what  !< words after the noun
+      character(len=*), intent(in), optional :: suffix  !< words after the noun
       character(len=:), allocatable :: text
 
       text = ''
       if (count == 0) return
       text = ', '//counted(to_text(count), one, many)
-      if (present(what)) text = text//what
+      if (present(suffix)) text = text//suffix
    end function count_text
 
    !> Return the reason for the end of the run; blank until then.
-   pure function ending(simulation) result(words)
+   pure function ending(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = ''
+      text = ''
       if (simulation%stop%reason /= '') then
-         words = 'stopped at t = '//to_text(simulation%time)//' s: '//simulation%stop%reason
+         text = 'stopped at t = '//to_text(simulation%time)//' s: '//simulation%stop%reason
       else if (finished(simulation)) then
-         words = 'duration reached'
+         text = 'duration reached'
       end if
    end function ending
 

@@ -57,16 +57,16 @@ contains
       if (contacts%with_net_slip) weight = contacts%acting_damage(c)
    end function friction_fraction
 
-   !> Allocate the arrays for `wanted` sliding contacts.
-   subroutine allocate_slides(slides, wanted)
+   !> Allocate the arrays for `n` sliding contacts.
+   subroutine allocate_slides(slides, n)
       type(slides_type), intent(inout) :: slides  !< sliding contacts
-      integer, intent(in) :: wanted  !< number of contacts
+      integer, intent(in) :: n  !< number of contacts
 
       if (allocated(slides%contact)) then
-         if (size(slides%contact) >= wanted) return
+         if (size(slides%contact) >= n) return
          deallocate (slides%contact, slides%force, slides%response)
       end if
-      allocate (slides%contact(2*wanted), slides%force(2*wanted), slides%response(2*wanted))
+      allocate (slides%contact(2*n), slides%force(2*n), slides%response(2*n))
    end subroutine allocate_slides
 
    !> Evaluate the slide forces for the normal forces at d, in the assumed directions.
@@ -127,7 +127,7 @@ contains
       type(slides_type), intent(inout) :: slides  !< sliding contacts
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(system_type), intent(inout) :: system  !< equations of the step
-      real(wp) :: more(2)
+      real(wp) :: increment(2)
       integer :: i, c, first, last, n
 
       n = size(system%rhs, 2)
@@ -143,25 +143,26 @@ contains
       end if
       do i = 1, slides%n
          c = slides%contact(i)
-         more = next_increments(slides, contacts, i)
-         contacts%free_force(:, c) = contacts%free_force(:, c) + more
-         if (contacts%with_laws) contacts%line(1, c) = contacts%line(1, c) + more(1)
+         increment = next_increments(slides, contacts, i)
+         contacts%free_force(:, c) = contacts%free_force(:, c) + increment
+         if (contacts%with_laws) contacts%line(1, c) = contacts%line(1, c) + increment(1)
          contacts%slide_force(c) = slides%force(i)
       end do
    end subroutine assume_next_forces
 
    !> Return the increments of normal and shear force of sliding contact i to the next forces, N/m.
    !> More friction reduces slip and thus dilation, which changes the normal force.
-   pure function next_increments(slides, contacts, i) result(more)
+   pure function next_increments(slides, contacts, i) result(increment)
       type(slides_type), intent(in) :: slides      !< sliding contacts, with the next forces
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with the present forces
       integer, intent(in) :: i                     !< index in `slides`
-      real(wp) :: more(2)
+      real(wp) :: increment(2)
 
       associate (c => slides%contact(i))
-         more = [0.0_wp, friction_fraction(contacts, c)*(slides%force(i) - contacts%slide_force(c))]
-         if (contacts%with_laws) more(1) = -contacts%tilt(2, c)*contacts%spring(1, c) &
-            /contacts%tangent(2, c)*more(2)
+         increment = [0.0_wp, friction_fraction(contacts, c)*(slides%force(i) &
+            - contacts%slide_force(c))]
+         if (contacts%with_laws) increment(1) = -contacts%tilt(2, c)*contacts%spring(1, c) &
+            /contacts%tangent(2, c)*increment(2)
       end associate
    end function next_increments
 

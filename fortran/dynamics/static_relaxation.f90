@@ -63,17 +63,17 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical :: converged
-      integer :: before(3)
+      integer :: former_counts(3)
 
-      before = 0
+      former_counts = 0
       if (.not. iteration%relaxes) then
          call attempt_states(iteration, system, solver, contacts, laws, converged, error)
          if (converged .or. allocated(error)) return
-         before = counts_of(iteration)
+         former_counts = counts_of(iteration)
          iteration%relaxes = .true.
       end if
       call relax(iteration, system, solver, contacts, laws, error)
-      call add_counts(iteration, before)
+      call add_counts(iteration, former_counts)
    end subroutine solve_statics
 
    !> Attempt the open–close iteration; stop if too many states change in one iteration.
@@ -86,16 +86,16 @@ contains
       logical, intent(out) :: converged  !< if .false., contacts have their former states
       type(error_type), allocatable, intent(out) :: error  !< allocated if the step has failed
       integer, allocatable :: states(:)
-      integer :: most
+      integer :: max_iterations
 
       states = contacts%state(:contacts%n)
-      most = iteration%max_iterations
-      iteration%max_iterations = min(most, few_iterations)
+      max_iterations = iteration%max_iterations
+      iteration%max_iterations = min(max_iterations, few_iterations)
       iteration%most_changes = many_changes
       iteration%keeps_states = .false.
       call iterate(iteration, system, solver, contacts, laws, converged, error)
       iteration%most_changes = huge(1)
-      iteration%max_iterations = most
+      iteration%max_iterations = max_iterations
       if (converged .or. allocated(error)) return
       contacts%state(:contacts%n) = states
    end subroutine attempt_states

@@ -80,19 +80,19 @@ contains
    end subroutine solve_equations
 
    !> Solve with an earlier factorisation, if no contact spring has changed since then.
-   subroutine solve_unassembled(system, solver, contacts, done)
+   subroutine solve_unassembled(system, solver, contacts, success)
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
       type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
-      logical, intent(out) :: done  !< d is the solution; if .false., K̂ is needed
+      logical, intent(out) :: success  !< d is the solution; if .false., K̂ is needed
       type(step_equations_type) :: equations
 
-      done = .false.
+      success = .false.
       if (system%contact_terms%spring_changes%n > 0 .or. system%drifts .or. &
          allocated(contacts%imposed_spring)) return
       equations%system => system
       equations%contacts => contacts
-      call reuse_factor(solver, equations, system%d, done)
+      call reuse_factor(solver, equations, system%d, success)
    end subroutine solve_unassembled
 
    !> Assemble K̂ and f̂, and renew the solver if K̂ has changed.

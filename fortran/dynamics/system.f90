@@ -260,16 +260,16 @@ contains
 
    !> Set the load of one block: weight × Mv minus the generalised forces of the stress.
    pure subroutine set_load(weight, inertia, velocity, stiffness, strain, area, initial_stress, &
-      share, load)
+      fraction, load)
       real(wp), intent(in) :: weight  !< weight of Mv, 1/s
       real(wp), intent(in) :: inertia(4), velocity(6)     !< see `blocks_type`
       real(wp), intent(in) :: stiffness(3, 3), strain(3)  !< area × D, N; strains
       real(wp), intent(in) :: area, initial_stress(3)     !< area, m²; stress, Pa
-      real(wp), intent(in) :: share                     !< fraction of the area with this strain
+      real(wp), intent(in) :: fraction                     !< fraction of the area with this strain
       real(wp), intent(out) :: load(6)
 
       load = weight*momentum_of(inertia, velocity)
-      load(4:6) = load(4:6) - share*(matmul(stiffness, strain) + area*initial_stress)
+      load(4:6) = load(4:6) - fraction*(matmul(stiffness, strain) + area*initial_stress)
    end subroutine set_load
 
 end module dda_system

@@ -80,7 +80,7 @@ contains
    subroutine solve_step(simulation, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: round, changed, before(3)
+      integer :: round, changed, former_counts(3)
 
       associate (contacts => simulation%contacts(simulation%now), counters => simulation%counters)
          contacts%was_bonded(:contacts%n) = contacts%bonded(:contacts%n)
@@ -89,7 +89,7 @@ contains
          call predict(simulation%blocks, simulation%system%d, next_step(simulation))
          call prepare_elements(simulation%elements, simulation%blocks, next_step(simulation), &
             simulation%system%d)
-         before = 0
+         former_counts = 0
          do round = 1, most_rounds
             call assemble_step(simulation, error)
             if (allocated(error)) exit
@@ -100,8 +100,8 @@ contains
                simulation%laws, simulation%blocks, next_step(simulation))  ! no impacts yet
             if (simulation%elements%nonlinear) simulation%linear_about = simulation%system%d
             call iterate_contacts(simulation, error)
-            call add_counts(simulation%iteration, before)
-            before = counts_of(simulation%iteration)
+            call add_counts(simulation%iteration, former_counts)
+            former_counts = counts_of(simulation%iteration)
             if (allocated(error)) exit
             if (simulation%elements%nonlinear) call shorten_step(simulation)
             call revise_elements(simulation%elements, simulation%blocks, next_step(simulation), &
@@ -115,15 +115,15 @@ contains
    end subroutine solve_step
 
    !> Return the message on element states or stresses that have not converged in a step.
-   pure function unconverged_text(simulation) result(words)
+   pure function unconverged_text(simulation) result(text)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
       integer :: block
 
       block = unconverged_block(simulation%elements)
-      words = 'states of bolts or of water in joints do not converge in '//to_text(most_rounds)// &
+      text = 'states of bolts or of water in joints do not converge in '//to_text(most_rounds)// &
          ' rounds'
-      if (block > 0) words = 'the stress of the material law does not converge in block '// &
+      if (block > 0) text = 'the stress of the material law does not converge in block '// &
          to_text(block)
    end function unconverged_text
 
@@ -351,7 +351,7 @@ contains
    pure subroutine move_clock(simulation, time)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
       real(wp), intent(in) :: time  !< time at the end of the step, s
-      real(wp) :: left
+      real(wp) :: remaining
 
       associate (control => simulation%model%control)
          if (.not. control%adaptive) then
@@ -360,9 +360,9 @@ contains
             return
          end if
          simulation%time = time
-         left = simulation%first_time + real(control%step_count, wp)*control%time_step - time
+         remaining = simulation%first_time + real(control%step_count, wp)*control%time_step - time
          simulation%time_step = min(control%time_step, growth*simulation%time_step)
-         if (left > 0.0_wp) simulation%time_step = min(simulation%time_step, left)
+         if (remaining > 0.0_wp) simulation%time_step = min(simulation%time_step, remaining)
       end associate
    end subroutine move_clock
 

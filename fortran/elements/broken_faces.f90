@@ -10,7 +10,7 @@ module dda_broken_faces
       present_stress, total_strain
    use dda_overlap, only: weight
    use dda_strain_points, only: strain_points_type
-   use dda_weld, only: weld_type, weld_cracked, weld_whole
+   use dda_weld, only: weld_type, weld_cracked, weld_intact
    use dda_weld_springs, only: n_deformations
    use dda_welds, only: welds_type, weld_force
    implicit none
@@ -168,7 +168,7 @@ contains
       length = 0.0_wp
       do i = 1, size(welds)
          length(welds(i)%edge) = length(welds(i)%edge) + welds(i)%length
-         if (welds(i)%state == weld_whole) cycle
+         if (welds(i)%state == weld_intact) cycle
          face_damage = 1.0_wp
          if (welds(i)%state == weld_cracked) call joint_damage(elements, i, face_damage, spent)
          damage(welds(i)%edge) = damage(welds(i)%edge) + face_damage*welds(i)%length

@@ -17,7 +17,7 @@ module dda_material_points
    use dda_material_law, only: material_law_type, strain_point_type, loss_scheme, losses
    use dda_overlap, only: weight
    use dda_scheme, only: scheme_type, step_type
-   use dda_weld, only: weld_type, is_whole, weld_cracked
+   use dda_weld, only: weld_type, is_intact, weld_cracked
    use dda_weld_springs, only: n_deformations, jump_stiffness, strains_of
    use dda_welds, only: deformations_of
    implicit none
@@ -292,7 +292,7 @@ contains
       if (self%crack(p) > 0) then
          acts = acts .and. self%face(p)%state == weld_cracked
       else
-         acts = acts .and. is_whole(self%face(p))
+         acts = acts .and. is_intact(self%face(p))
       end if
    end function acts
 

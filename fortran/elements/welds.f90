@@ -17,7 +17,7 @@ module dda_welds
       at_theta, term_weld
    use dda_material, only: material_type, elasticity
    use dda_scheme, only: step_type
-   use dda_weld, only: weld_type, is_shifted, is_whole
+   use dda_weld, only: weld_type, is_shifted, is_intact
    use dda_weld_damping, only: damped_fractions, damping_factor, memory_stretch, relaxing_stretch, &
       damping_energy, add_damping_loss, change_memory
    use dda_weld_springs, only: weld_springs_type, springs_of, n_deformations, most_springs, &
@@ -206,12 +206,12 @@ contains
    end function initial_force
 
    !> .true. if the face is intact and both cells exist.
-   pure logical function is_intact(weld, blocks)
+   pure logical function is_active(weld, blocks)
       type(weld_type), intent(in) :: weld      !< face
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
-      is_intact = is_whole(weld) .and. .not. any(blocks%removed(weld%block))
-   end function is_intact
+      is_active = is_intact(weld) .and. .not. any(blocks%removed(weld%block))
+   end function is_active
 
    !> Return the deformations of a face in the present state.
    pure function deformations_of(weld, blocks) result(q)
@@ -333,7 +333,7 @@ contains
 
       term%kind = term_weld
       do i = 1, size(self%weld)
-         if (.not. is_intact(self%weld(i), blocks)) cycle
+         if (.not. is_active(self%weld(i), blocks)) cycle
          g = derivatives_of(self%weld(i), blocks, step)
          term%source = i
          term%block_a = self%weld(i)%block(1)
@@ -378,7 +378,7 @@ contains
       integer :: i, k
 
       do i = 1, size(self%weld)
-         if (.not. is_intact(self%weld(i), blocks)) cycle
+         if (.not. is_active(self%weld(i), blocks)) cycle
          g = derivatives_of(self%weld(i), blocks, step)
          q = deformations_of(self%weld(i), blocks)
          force = spring_force(self%springs(i), self%force(:, i), q) &
@@ -442,7 +442,7 @@ contains
 
       total = 0.0_wp
       do i = 1, size(self%weld)
-         if (.not. is_intact(self%weld(i), blocks)) cycle
+         if (.not. is_active(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks)
          damped = damping_energies(self, i, blocks, q)
          total = total + spring_energy(self%springs(i), self%force(:, i), q) + damped(1)
@@ -466,7 +466,7 @@ contains
       loss = 0.0_wp
       damped = 0.0_wp
       do i = 1, size(self%weld)
-         if (.not. is_intact(self%weld(i), blocks)) cycle
+         if (.not. is_active(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks)
          g = derivatives_of(self%weld(i), blocks, step)
          associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2))
@@ -492,7 +492,7 @@ contains
 
       do i = 1, size(self%weld)
          if (.not. is_damped(self, i, blocks)) cycle
-         if (.not. is_intact(self%weld(i), blocks)) cycle
+         if (.not. is_active(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks) - self%rest(:, i)
          g = derivatives_of(self%weld(i), blocks, step)
          associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2), &
@@ -577,7 +577,7 @@ contains
       integer :: i, k
 
       do i = 1, size(self%weld)
-         if (.not. is_intact(self%weld(i), blocks)) cycle
+         if (.not. is_active(self%weld(i), blocks)) cycle
          force = weld_force(self, i, blocks)
          do k = 1, 2
             associate (b => self%weld(i)%block(k))
@@ -599,7 +599,7 @@ contains
 
       none = 0.0_wp
       do i = 1, size(self%weld)
-         if (.not. is_intact(self%weld(i), blocks)) cycle
+         if (.not. is_active(self%weld(i), blocks)) cycle
          q = deformations_of(self%weld(i), blocks)
          ! The last four springs belong to the mean jump and the linear jump.
          associate (springs => self%springs(i))

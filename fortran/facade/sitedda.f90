@@ -60,19 +60,19 @@ contains
       logical, intent(out) :: passes               !< the report has no failure
       type(error_type), allocatable, intent(out) :: error  !< the check could not be performed
       type(simulation_type), allocatable :: simulation
-      type(report_type), allocatable :: found
+      type(report_type), allocatable :: result
 
       report = ''
       passes = .false.
       call require_that(allocated(analysis%model), 'no input has been read', error)
       if (allocated(error)) return
-      allocate (simulation, found)
-      call add_notes(found, model_notes(analysis%model))
+      allocate (simulation, result)
+      call add_notes(result, model_notes(analysis%model))
       call begin_simulation(simulation, analysis%model, error)
-      if (.not. allocated(error)) call check_simulation(simulation, found, error)
+      if (.not. allocated(error)) call check_simulation(simulation, result, error)
       if (allocated(error)) return
-      report = report_text(found)
-      passes = found%worst /= verdict_fail
+      report = report_text(result)
+      passes = result%worst /= verdict_fail
    end subroutine check_input
 
    !> Begin the run of the input, or continue a run that ended early.
@@ -203,12 +203,12 @@ contains
    end subroutine find_point
 
    !> Return an error unless a condition is true.
-   subroutine require_that(holds, message, error)
-      logical, intent(in) :: holds
+   subroutine require_that(condition, message, error)
+      logical, intent(in) :: condition
       character(len=*), intent(in) :: message  !< message of the error
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (.not. (holds .or. allocated(error))) call fail(error, error_input, message)
+      if (.not. (condition .or. allocated(error))) call fail(error, error_input, message)
    end subroutine require_that
 
 end module sitedda

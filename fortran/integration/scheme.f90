@@ -91,13 +91,13 @@ contains
       load_time = step%time + step%scheme%theta*step%time_step
    end function load_time
 
-   !> Velocity at the end of a step in which a coordinate moves by `moved`, per s.
-   elemental real(wp) function end_rate(step, moved, rate)
+   !> Velocity at the end of a step in which a coordinate moves by `increment`, per s.
+   elemental real(wp) function end_rate(step, increment, rate)
       type(step_type), intent(in) :: step  !< the present step
-      real(wp), intent(in) :: moved  !< increment of the coordinate
+      real(wp), intent(in) :: increment  !< increment of the coordinate
       real(wp), intent(in) :: rate   !< velocity at the start, per s
 
-      end_rate = momentum_weight(step)*moved - velocity_weight(step)*rate
+      end_rate = momentum_weight(step)*increment - velocity_weight(step)*rate
    end function end_rate
 
 end module dda_scheme

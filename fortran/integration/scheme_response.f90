@@ -66,25 +66,25 @@ contains
 
    !> Phase of one step in free vibration, rad: the argument of the complex roots.
    !> tan φ = Ω √(4 − (θ − χ)²Ω²)/(2 + (2θχ − θ − χ)Ω²).
-   elemental real(wp) function phase_of(scheme, turn)
+   elemental real(wp) function phase_of(scheme, omega_dt)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
-      real(wp), intent(in) :: turn  !< Ω = ωΔt of a mode that oscillates
+      real(wp), intent(in) :: omega_dt  !< Ω = ωΔt of a mode that oscillates
 
       associate (theta => scheme%theta, chi => scheme%chi)
-         phase_of = atan2(turn*sqrt(max(0.0_wp, 4.0_wp - ((theta - chi)*turn)**2)), &
-            2.0_wp + (2.0_wp*theta*chi - theta - chi)*turn**2)
+         phase_of = atan2(omega_dt*sqrt(max(0.0_wp, 4.0_wp - ((theta - chi)*omega_dt)**2)), &
+            2.0_wp + (2.0_wp*theta*chi - theta - chi)*omega_dt**2)
       end associate
    end function phase_of
 
    !> Decay ln(1/|λ|) per step of a mode that oscillates.
-   elemental real(wp) function decay_of(scheme, turn)
+   elemental real(wp) function decay_of(scheme, omega_dt)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
-      real(wp), intent(in) :: turn  !< Ω = ωΔt
+      real(wp), intent(in) :: omega_dt  !< Ω = ωΔt
 
       associate (theta => scheme%theta, chi => scheme%chi)
          ! (1 + a)/(1 + b) − 1 = (a − b)/(1 + b), a − b = −(θ + χ − 1)Ω², keeps small Ω exact.
-         decay_of = -0.5_wp*log_of_one_and(-(theta + chi - 1.0_wp)*turn**2 &
-            /(1.0_wp + theta*chi*turn**2))
+         decay_of = -0.5_wp*log_of_one_and(-(theta + chi - 1.0_wp)*omega_dt**2 &
+            /(1.0_wp + theta*chi*omega_dt**2))
       end associate
    end function decay_of
 
@@ -189,15 +189,15 @@ contains
 
    !> Decay ln(1/|λ|) of the larger of two real roots, without cancellation as λ tends to −1.
    !> 1 + λ = (1 + trace + determinant)/(1 + λ₂).
-   pure real(wp) function slow_decay(scheme, turn, roots) result(decay)
+   pure real(wp) function slow_decay(scheme, omega_dt, roots) result(decay)
       type(scheme_type), intent(in) :: scheme  !< member (θ, χ)
-      real(wp), intent(in) :: turn  !< Ω = ωΔt
+      real(wp), intent(in) :: omega_dt  !< Ω = ωΔt
       complex(wp), intent(in) :: roots(2)
       real(wp) :: sum
 
       associate (theta => scheme%theta, chi => scheme%chi)
-         sum = (4.0_wp + (2.0_wp*theta - 1.0_wp)*(2.0_wp*chi - 1.0_wp)*turn**2) &
-            /(1.0_wp + theta*chi*turn**2)
+         sum = (4.0_wp + (2.0_wp*theta - 1.0_wp)*(2.0_wp*chi - 1.0_wp)*omega_dt**2) &
+            /(1.0_wp + theta*chi*omega_dt**2)
       end associate
       decay = -log_of_one_and(-sum/(1.0_wp + real(roots(2))))
    end function slow_decay

@@ -376,11 +376,11 @@ contains
    pure logical function is_convex(blocks, v)  ! total
       type(blocks_type), intent(in) :: blocks  !< vertices of each block
       integer, intent(in) :: v                 !< vertex
-      real(wp) :: before(2), after(2)
+      real(wp) :: incoming(2), outgoing(2)
 
-      before = blocks%reference(:, v) - blocks%reference(:, blocks%previous(v))
-      after = blocks%reference(:, blocks%next(v)) - blocks%reference(:, v)
-      is_convex = before(1)*after(2) - before(2)*after(1) > 0.0_wp
+      incoming = blocks%reference(:, v) - blocks%reference(:, blocks%previous(v))
+      outgoing = blocks%reference(:, blocks%next(v)) - blocks%reference(:, v)
+      is_convex = incoming(1)*outgoing(2) - incoming(2)*outgoing(1) > 0.0_wp
    end function is_convex
 
    !> Present offset from the centroid, m, of the material point with reference offset ρ.
@@ -394,24 +394,24 @@ contains
    end function offset_of
 
    !> Present position, m, of the material point with reference offset ρ.
-   pure function position_of(blocks, b, reference) result(place)
+   pure function position_of(blocks, b, reference) result(position)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< number of the block
       real(wp), intent(in) :: reference(2)     !< offset ρ, m
-      real(wp) :: place(2)
+      real(wp) :: position(2)
 
-      place = blocks%position(1:2, b) + offset_of(blocks, b, reference)
+      position = blocks%position(1:2, b) + offset_of(blocks, b, reference)
    end function position_of
 
-   !> Reference offset ρ of the material point with present position `place`.
-   pure function reference_of(blocks, b, place) result(reference)
+   !> Reference offset ρ of the material point with present position `position`.
+   pure function reference_of(blocks, b, position) result(reference)
       type(blocks_type), intent(in) :: blocks  !< present state
       integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(in) :: place(2)         !< m
+      real(wp), intent(in) :: position(2)         !< m
       real(wp) :: reference(2)
       real(wp) :: offset(2), determinant
 
-      offset = place - blocks%position(1:2, b)
+      offset = position - blocks%position(1:2, b)
       associate (f => blocks%gradient(:, :, b))
          determinant = f(1, 1)*f(2, 2) - f(1, 2)*f(2, 1)
          reference(1) = (f(2, 2)*offset(1) - f(1, 2)*offset(2))/determinant

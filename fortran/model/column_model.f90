@@ -89,20 +89,20 @@ contains
    end subroutine copy_blocks
 
    !> Copy the pairs of cells of the column that have no contacts.
-   pure subroutine copy_joined_pairs(blocks, before, number)
+   pure subroutine copy_joined_pairs(blocks, original, number)
       type(blocks_type), intent(inout) :: blocks  !< blocks of the column
-      type(blocks_type), intent(in) :: before     !< blocks of the model
+      type(blocks_type), intent(in) :: original     !< blocks of the model
       integer, intent(in) :: number(:)  !< [blocks of the model] number in the column, or 0
       integer :: b, i
 
-      if (size(before%joined) == 0) return
+      if (size(original%joined) == 0) return
       deallocate (blocks%joined)
       allocate (blocks%joined(0), blocks%joined_first(blocks%n + 1))
       blocks%joined_first(1) = 1
-      do b = 1, before%n
+      do b = 1, original%n
          if (number(b) == 0) cycle
-         associate (list => number([(before%joined(i), &
-            i=before%joined_first(b), before%joined_first(b + 1) - 1)]))
+         associate (list => number([(original%joined(i), &
+            i=original%joined_first(b), original%joined_first(b + 1) - 1)]))
             blocks%joined = [blocks%joined, pack(list, list > 0)]
          end associate
          blocks%joined_first(number(b) + 1) = size(blocks%joined) + 1
@@ -114,21 +114,21 @@ contains
       type(model_type), intent(inout) :: column            !< column; receives the dashpots
       type(boundary_type), intent(in) :: boundaries(:)     !< boundaries of the model
       integer, intent(in) :: number(:)                     !< [blocks] number in the column, or 0
-      type(boundary_type) :: own
+      type(boundary_type) :: copy
       logical, allocatable :: has_point(:)
       integer :: i, k
 
       allocate (column%boundaries(0))
       do i = 1, size(boundaries)
-         own = boundaries(i)
-         has_point = number(own%piece%block) > 0
+         copy = boundaries(i)
+         has_point = number(copy%piece%block) > 0
          if (.not. any(has_point)) cycle
-         own%point = pack(own%point, [(has_point((k + 1)/2), k=1, 2*size(has_point))])
-         own%point%block = number(own%point%block)
-         own%normal = own%normal(:, pack([(k, k=1, size(has_point))], has_point))
-         own%dashpot = own%dashpot(:, pack([(k, k=1, size(has_point))], has_point))
-         own%piece = pack(own%piece, has_point)
-         column%boundaries = [column%boundaries, own]
+         copy%point = pack(copy%point, [(has_point((k + 1)/2), k=1, 2*size(has_point))])
+         copy%point%block = number(copy%point%block)
+         copy%normal = copy%normal(:, pack([(k, k=1, size(has_point))], has_point))
+         copy%dashpot = copy%dashpot(:, pack([(k, k=1, size(has_point))], has_point))
+         copy%piece = pack(copy%piece, has_point)
+         column%boundaries = [column%boundaries, copy]
       end do
    end subroutine add_dashpots
 

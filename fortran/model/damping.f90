@@ -178,23 +178,24 @@ contains
       type(damping_type), intent(inout) :: damping  !< damping; receives ω_l, Y_l, r and misfit
       integer, intent(in) :: n      !< mechanisms
       real(wp), intent(in) :: limit !< largest ω_l, rad/s
-      real(wp) :: matrix(samples*n, n), right(samples*n), weight(n), own(n), omega(samples*n)
-      integer :: l, kept
+      real(wp) :: matrix(samples*n, n), right(samples*n), weight(n), omega_l(n), omega(samples*n)
+      integer :: l, retained
 
-      own = 2.0_wp*pi*log_spaced(damping%band(1)/beyond, min(beyond*damping%band(2), &
+      omega_l = 2.0_wp*pi*log_spaced(damping%band(1)/beyond, min(beyond*damping%band(2), &
          limit/(2.0_wp*pi)), n)
       omega = 2.0_wp*pi*log_spaced(damping%band(1), damping%band(2), samples*n)
       do l = 1, n
-         matrix(:, l) = own(l)*(omega + 2.0_wp*damping%ratio*own(l))/(own(l)**2 + omega**2)
+         matrix(:, l) = omega_l(l)*(omega + 2.0_wp*damping%ratio*omega_l(l))/(omega_l(l)**2 &
+            + omega**2)
       end do
       right = 2.0_wp*damping%ratio
       call nonnegative_least_squares(matrix, right, weight)
-      kept = count(weight > 0.0_wp)
-      damping%n = kept
+      retained = count(weight > 0.0_wp)
+      damping%n = retained
       damping%omega = 0.0_wp
       damping%weight = 0.0_wp
-      damping%omega(:kept) = pack(own, weight > 0.0_wp)
-      damping%weight(:kept) = pack(weight, weight > 0.0_wp)
+      damping%omega(:retained) = pack(omega_l, weight > 0.0_wp)
+      damping%weight(:retained) = pack(weight, weight > 0.0_wp)
       damping%unrelaxed = 1.0_wp
       damping%unrelaxed = 1.0_wp/real(modulus_factor(damping, 2.0_wp*pi*damping%reference))
       damping%misfit = largest_misfit(damping)

@@ -91,12 +91,12 @@ contains
    pure real(wp) function value_at(boundary, time)
       type(flow_boundary_type), intent(in) :: boundary  !< boundary with its times
       real(wp), intent(in) :: time                      !< time, s
-      real(wp) :: share
+      real(wp) :: fraction
       integer :: k, last
 
       call find_interval(boundary%time, min(max(time, boundary%time(1)), &
-         boundary%time(size(boundary%time))), k, last, share)
-      value_at = boundary%value(k) + share*(boundary%value(last) - boundary%value(k))
+         boundary%time(size(boundary%time))), k, last, fraction)
+      value_at = boundary%value(k) + fraction*(boundary%value(last) - boundary%value(k))
    end function value_at
 
 end module dda_flow

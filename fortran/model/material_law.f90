@@ -48,8 +48,8 @@ module dda_material_law
       procedure :: shape_stress => no_shape_stress
       procedure :: pressure => no_pressure
       procedure :: secant => full_secant
-      procedure :: in_words => no_words
-      procedure :: unmet => no_words
+      procedure :: fit_text => no_text
+      procedure :: unmet => no_text
       procedure :: largest_thickness => any_thickness
    end type material_law_type
 
@@ -165,12 +165,12 @@ contains
    end function full_secant
 
    !> Text on the fit of the law to its curves; default: blank.
-   function no_words(self) result(words)
+   function no_text(self) result(text)
       class(material_law_type), intent(in) :: self  !< law
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = ''
-   end function no_words
+      text = ''
+   end function no_text
 
    !> Thickness of a point, m, above which it softens faster than it unloads; default: no limit.
    pure real(wp) function any_thickness(self, elasticity)

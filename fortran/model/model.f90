@@ -90,25 +90,25 @@ contains
    pure function drift_velocity(model) result(velocity)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp) :: velocity(2)
-      real(wp) :: own, after(0:size(model%motions))
-      logical :: found
+      real(wp) :: end_velocity, after(0:size(model%motions))
+      logical :: has_support
       integer :: i, axis
 
       after = [0.0_wp, (model%motions(i)%curve%velocity_after, i=1, size(model%motions))]
       do axis = 1, 2
-         found = .false.
+         has_support = .false.
          velocity(axis) = 0.0_wp
          do i = 1, size(model%fixed_points) + size(model%boundaries)
             if (i <= size(model%fixed_points)) then
                if (.not. model%fixed_points(i)%fixed_along(axis)) cycle
-               own = after(model%fixed_points(i)%motion(axis))
+               end_velocity = after(model%fixed_points(i)%motion(axis))
             else
-               own = after(model%boundaries(i - size(model%fixed_points))%motion(axis))
+               end_velocity = after(model%boundaries(i - size(model%fixed_points))%motion(axis))
             end if
-            if (found .and. own /= velocity(axis)) velocity = 0.0_wp
-            if (found .and. own /= velocity(axis)) return
-            found = .true.
-            velocity(axis) = own
+            if (has_support .and. end_velocity /= velocity(axis)) velocity = 0.0_wp
+            if (has_support .and. end_velocity /= velocity(axis)) return
+            has_support = .true.
+            velocity(axis) = end_velocity
          end do
       end do
    end function drift_velocity

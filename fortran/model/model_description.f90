@@ -24,48 +24,48 @@ contains
       lines(1) = 'analysis: '//merge('plane strain', 'plane stress', model%control%plane_strain)
       if (.not. model%control%analysis_given) lines(1) = trim(lines(1))//' (the default)'
       do i = 1, size(model%motions)
-         lines(i + 1) = motion_words(model%motions(i), any(model%control%base_motion == i))
+         lines(i + 1) = motion_text(model%motions(i), any(model%control%base_motion == i))
       end do
    end function model_description
 
    !> Text on a motion: peaks, removed drift, final values and continuation.
-   pure function motion_words(motion, as_body_force) result(words)
+   pure function motion_text(motion, as_body_force) result(text)
       type(motion_type), intent(in) :: motion   !< motion of the model
       logical, intent(in) :: as_body_force      !< the acceleration acts in the frame of the base
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
       associate (curve => motion%curve)
-         words = 'motion '//quoted(trim(motion%name))//': PGA '//peak_text(curve%acceleration)// &
+         text = 'motion '//quoted(trim(motion%name))//': PGA '//peak_text(curve%acceleration)// &
             ' m/s², PGV '//peak_text(curve%velocity)//' m/s, PGD '// &
             peak_text(curve%displacement)//' m; '
          if (any(curve%removed > 0.0_wp)) then
-            words = words//'drift removal changed it by up to '//short_text(curve%removed(1))// &
+            text = text//'drift removal changed it by up to '//short_text(curve%removed(1))// &
                ' m/s and '//short_text(curve%removed(2))//' m; '
          else
-            words = words//'no drift removed; '
+            text = text//'no drift removed; '
          end if
-         words = words//'ends with '//short_text(final_velocity(curve))//' m/s at '// &
+         text = text//'ends with '//short_text(final_velocity(curve))//' m/s at '// &
             short_text(curve%displacement(size(curve%displacement)))//' m'//motion_end_text(curve, &
             as_body_force)
-         if (abs(curve%cut_velocity) > 0.0_wp) words = words//' (its last two samples move at '// &
+         if (abs(curve%cut_velocity) > 0.0_wp) text = text//' (its last two samples move at '// &
             short_text(curve%cut_velocity)//" m/s: after_end = 'continue' keeps this velocity)"
       end associate
-   end function motion_words
+   end function motion_text
 
    !> Text on the continuation of a motion after its last sample.
-   pure function motion_end_text(curve, as_body_force) result(words)
+   pure function motion_end_text(curve, as_body_force) result(text)
       type(motion_curve_type), intent(in) :: curve  !< curve of the motion
       logical, intent(in) :: as_body_force  !< the acceleration acts in the frame of the base
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
       if (as_body_force) then
-         words = ', without a body force afterwards'
+         text = ', without a body force afterwards'
       else if (abs(curve%velocity_after) > 0.0_wp) then
-         words = ' and continues with this velocity'
+         text = ' and continues with this velocity'
       else if (abs(final_velocity(curve)) > 0.0_wp) then
-         words = ' and is stopped there within a step, which is an impact'
+         text = ' and is stopped there within a step, which is an impact'
       else
-         words = ' and is held there'
+         text = ' and is held there'
       end if
    end function motion_end_text
 

@@ -88,14 +88,14 @@ contains
    pure logical function folds_back(vertices, i)
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       integer, intent(in) :: i               !< vertex
-      real(wp) :: before(2), after(2)
+      real(wp) :: incoming(2), outgoing(2)
       integer :: m
 
       m = size(vertices, 2)
-      before = vertices(:, i) - vertices(:, mod(i + m - 2, m) + 1)
-      after = vertices(:, mod(i, m) + 1) - vertices(:, i)
-      folds_back = before(1)*after(2) - before(2)*after(1) == 0.0_wp .and. dot_product(before, &
-         after) < 0.0_wp
+      incoming = vertices(:, i) - vertices(:, mod(i + m - 2, m) + 1)
+      outgoing = vertices(:, mod(i, m) + 1) - vertices(:, i)
+      folds_back = incoming(1)*outgoing(2) - incoming(2)*outgoing(1) == 0.0_wp &
+         .and. dot_product(incoming, outgoing) < 0.0_wp
    end function folds_back
 
    !> .true. if edges i and j have at least one common point.
@@ -131,22 +131,22 @@ contains
       real(wp), intent(in) :: point(2)       !< m
       real(wp), intent(in) :: tolerance      !< m
       integer :: i, j
-      logical :: inside
+      logical :: is_inside
       real(wp) :: a(2), b(2)
 
-      inside = .false.
+      is_inside = .false.
       do i = 1, size(vertices, 2)
          j = mod(i, size(vertices, 2)) + 1
          a = vertices(:, i)
          b = vertices(:, j)
          if ((a(2) > point(2)) .neqv. (b(2) > point(2))) then
             if (point(1) < a(1) + (point(2) - a(2))/(b(2) - a(2))*(b(1) - a(1))) &
-               inside = .not. inside
+               is_inside = .not. is_inside
          end if
       end do
-      contains_point = inside
-      if (.not. inside .and. tolerance > 0.0_wp) contains_point = distance_to_boundary(vertices, &
-         point) <= tolerance
+      contains_point = is_inside
+      if (.not. is_inside .and. tolerance > 0.0_wp) &
+         contains_point = distance_to_boundary(vertices, point) <= tolerance
    end function contains_point
 
    !> Distance from a point to the nearest edge, m.
@@ -154,16 +154,16 @@ contains
       real(wp), intent(in) :: vertices(:,:)  !< [2, m] counter-clockwise, m
       real(wp), intent(in) :: point(2)       !< m
       integer :: i, j
-      real(wp) :: along(2), ratio
+      real(wp) :: edge(2), ratio
 
       distance_to_boundary = huge(1.0_wp)
       do i = 1, size(vertices, 2)
          j = mod(i, size(vertices, 2)) + 1
-         along = vertices(:, j) - vertices(:, i)
-         ratio = dot_product(point - vertices(:, i), along)/dot_product(along, along)
+         edge = vertices(:, j) - vertices(:, i)
+         ratio = dot_product(point - vertices(:, i), edge)/dot_product(edge, edge)
          ratio = min(1.0_wp, max(0.0_wp, ratio))
          distance_to_boundary = min(distance_to_boundary, &
-            norm2(point - vertices(:, i) - ratio*along))
+            norm2(point - vertices(:, i) - ratio*edge))
       end do
    end function distance_to_boundary
 

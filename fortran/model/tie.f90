@@ -57,24 +57,24 @@ contains
       real(wp), intent(in) :: shift(2)                    !< shift of the second face, m
       type(tie_type), allocatable, intent(inout) :: ties(:)
       type(weld_type), allocatable, intent(inout) :: welds(:)
-      real(wp) :: low, high, length, small
+      real(wp) :: low, high, length, tolerance
 
       associate (along => blocks%along(:, e), next => blocks%next)
          length = blocks%length(e)
-         small = same*min(length, blocks%length(f))
+         tolerance = same*min(length, blocks%length(f))
          ! The second face runs in the opposite direction.
          low = dot_product(along, blocks%vertex(:, next(f)) + shift - blocks%vertex(:, e))
          high = dot_product(along, blocks%vertex(:, f) + shift - blocks%vertex(:, e))
-         if (min(high, length) - max(low, 0.0_wp) <= small) return
+         if (min(high, length) - max(low, 0.0_wp) <= tolerance) return
          if (are_welded(blocks, e, f)) then
             welds = [welds, new_weld(blocks, e, f, max(low, 0.0_wp), min(high, length), shift)]
             return
          end if
          ties = [ties, &
-            tie_type([e, f], [merge(e, 0, low <= small), merge(next(f), 0, low >= -small)], &
-            shift), &
-            tie_type([e, f], [merge(next(e), 0, high >= length - small), &
-            merge(f, 0, high <= length + small)], shift)]
+            tie_type([e, f], [merge(e, 0, low <= tolerance), &
+            merge(next(f), 0, low >= -tolerance)], shift), &
+            tie_type([e, f], [merge(next(e), 0, high >= length - tolerance), &
+            merge(f, 0, high <= length + tolerance)], shift)]
       end associate
    end subroutine tie_pair
 

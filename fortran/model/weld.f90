@@ -9,10 +9,10 @@ module dda_weld
    use dda_blocks, only: blocks_type
    implicit none
    private
-   public :: weld_type, set_welds, new_weld, assign_triangles, welds_within, is_shifted, is_whole
-   public :: weld_whole, weld_cracked, weld_open
+   public :: weld_type, set_welds, new_weld, assign_triangles, welds_within, is_shifted, is_intact
+   public :: weld_intact, weld_cracked, weld_open
 
-   integer, parameter :: weld_whole = 0    !< intact face: springs connect its two cells
+   integer, parameter :: weld_intact = 0    !< intact face: springs connect its two cells
    integer, parameter :: weld_cracked = 1  !< face replaced by a joint, and closed
    integer, parameter :: weld_open = 2     !< face separated: its edges are sides of the body
 
@@ -27,7 +27,7 @@ module dda_weld
       !> added to positions of the second cell if it is an image in level ground, m; else 0
       real(wp) :: shift(2) = 0.0_wp
       integer :: joint = 0               !< joint that replaces the face when it breaks; 0: never
-      integer :: state = weld_whole
+      integer :: state = weld_intact
       !> [component,cell] initial stress of cells due to the break of the face, Pa m²
       real(wp) :: break_stress(3, 2) = 0.0_wp
       real(wp) :: break_fraction = 0.0_wp  !< remaining fraction of this stress
@@ -103,7 +103,7 @@ contains
       integer :: i, k
 
       do i = 1, size(welds)
-         if (.not. is_whole(welds(i))) cycle
+         if (.not. is_intact(welds(i))) cycle
          do k = 1, 2
             associate (b => welds(i)%block(k))
                blocks%interior_fraction(b) = blocks%interior_fraction(b) &
@@ -122,11 +122,11 @@ contains
    end function is_shifted
 
    !> .true. if the face is intact: springs connect its cells.
-   elemental logical function is_whole(weld)  ! total
+   elemental logical function is_intact(weld)  ! total
       type(weld_type), intent(in) :: weld  !< face
 
-      is_whole = weld%state == weld_whole
-   end function is_whole
+      is_intact = weld%state == weld_intact
+   end function is_intact
 
    !> Faces between some of the blocks, with the numbers of these blocks.
    pure function welds_within(welds, block, vertex) result(within)
@@ -149,26 +149,26 @@ contains
       type(blocks_type), intent(inout) :: blocks  !< blocks with inner edges
       type(weld_type), intent(in) :: welds(:)     !< all faces
       integer, parameter :: most_cells = 64       !< largest number of cells around a vertex
-      integer :: beyond(2, size(blocks%owner)), v, at, turn
+      integer :: neighbour(2, size(blocks%owner)), v, at, pass
 
       blocks%outline(1, :) = blocks%previous
       blocks%outline(2, :) = [(v, v=1, size(blocks%owner))]
-      beyond = 0
+      neighbour = 0
       do v = 1, size(welds)
-         call mark_ends(blocks, welds(v), beyond)
+         call mark_ends(blocks, welds(v), neighbour)
       end do
       do v = 1, size(blocks%owner)
          if (blocks%body(blocks%owner(v)) == 0) cycle
          at = v
-         do turn = 1, most_cells
-            if (.not. blocks%inner(blocks%previous(at)) .or. beyond(1, at) == 0) exit
-            at = beyond(1, at)
+         do pass = 1, most_cells
+            if (.not. blocks%inner(blocks%previous(at)) .or. neighbour(1, at) == 0) exit
+            at = neighbour(1, at)
          end do
          blocks%outline(1, v) = blocks%previous(at)
          at = v
-         do turn = 1, most_cells
-            if (.not. blocks%inner(at) .or. beyond(2, at) == 0) exit
-            at = beyond(2, at)
+         do pass = 1, most_cells
+            if (.not. blocks%inner(at) .or. neighbour(2, at) == 0) exit
+            at = neighbour(2, at)
          end do
          blocks%outline(2, v) = at
       end do
@@ -176,22 +176,22 @@ contains
 
    !> Record, for vertices at the ends of a face, the vertex of the other cell at the same position,
    !> as neighbour before or after the vertex.
-   pure subroutine mark_ends(blocks, weld, beyond)
+   pure subroutine mark_ends(blocks, weld, neighbour)
       type(blocks_type), intent(in) :: blocks    !< blocks at the start
       type(weld_type), intent(in) :: weld        !< face
-      integer, intent(inout) :: beyond(:,:)      !< [2, vertices] neighbours, or 0
+      integer, intent(inout) :: neighbour(:,:)      !< [2, vertices] neighbours, or 0
       real(wp), parameter :: near = 1.0e-5_wp    !< tolerance over the smaller radius
-      real(wp) :: least
+      real(wp) :: tolerance
 
-      least = near*minval(blocks%radius(weld%block))
+      tolerance = near*minval(blocks%radius(weld%block))
       associate (e => weld%edge(1), f => weld%edge(2), next => blocks%next)
          if (have_equal_positions(e, next(f))) then
-            beyond(2, e) = next(f)
-            beyond(1, next(f)) = e
+            neighbour(2, e) = next(f)
+            neighbour(1, next(f)) = e
          end if
          if (have_equal_positions(next(e), f)) then
-            beyond(1, next(e)) = f
-            beyond(2, f) = next(e)
+            neighbour(1, next(e)) = f
+            neighbour(2, f) = next(e)
          end if
       end associate
 
@@ -201,7 +201,7 @@ contains
       pure logical function have_equal_positions(v, w)
          integer, intent(in) :: v, w  !< vertices
 
-         have_equal_positions = norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) <= least
+         have_equal_positions = norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) <= tolerance
       end function have_equal_positions
    end subroutine mark_ends
 

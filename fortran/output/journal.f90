@@ -71,15 +71,15 @@ contains
    subroutine keep_name(journal, error)
       type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(file_status_type) :: found
+      type(file_status_type) :: entry
       type(byte_file_type) :: old, new
       logical :: locked
 
       if (allocated(error)) return
       associate (name => journal%file%name)
          if (is_under(journal%file, name)) return
-         found = status_of(name)
-         if (found%exists) then
+         entry = status_of(name)
+         if (entry%exists) then
             call fail(error, error_file, name//' has been replaced during the run: another run '// &
                'may be writing the same output')
             return
@@ -106,15 +106,15 @@ contains
       integer(long), intent(in) :: bytes            !< number of bytes
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), allocatable :: part(:)
-      integer(long) :: left, n
+      integer(long) :: remaining, n
 
       allocate (part(min(bytes_per_read, bytes)))
-      left = bytes
-      do while (left > 0 .and. .not. allocated(error))
-         n = min(bytes_per_read, left)
+      remaining = bytes
+      do while (remaining > 0 .and. .not. allocated(error))
+         n = min(bytes_per_read, remaining)
          call read_bytes(from, part(:n), error)
          call write_bytes(to, part(:n), error)
-         left = left - n
+         remaining = remaining - n
       end do
       call flush_stream(to, .false., error)
    end subroutine copy_bytes
@@ -140,19 +140,19 @@ contains
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(int8), allocatable :: bytes(:)
-      integer(long) :: left, on_disk
+      integer(long) :: remaining, on_disk
 
       call open_again(file, journal%file, error)
       if (allocated(error)) return
       call begin_checksum(checksum)
       on_disk = size_of_file(file)
-      left = min(journal%bytes, on_disk)
-      do while (left > 0 .and. .not. allocated(error))
+      remaining = min(journal%bytes, on_disk)
+      do while (remaining > 0 .and. .not. allocated(error))
          if (allocated(bytes)) deallocate (bytes)
-         allocate (bytes(min(left, bytes_per_read)))
+         allocate (bytes(min(remaining, bytes_per_read)))
          call read_bytes(file, bytes, error)
          call add_bytes(checksum, bytes)
-         left = left - size(bytes)
+         remaining = remaining - size(bytes)
       end do
       if (.not. allocated(error) .and. (on_disk < journal%bytes .or. checksum%value &
          /= journal%checksum%value)) call fail(error, error_file, journal%file%name// &

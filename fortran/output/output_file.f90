@@ -7,7 +7,7 @@
 module dda_output_file
    use, intrinsic :: iso_fortran_env, only: compiler_options, compiler_version
    use dda_kinds, only: wp, long
-   use dda_base_motion, only: base_words
+   use dda_base_motion, only: base_text
    use dda_byte_file, only: reserve_space, flush_file, close_file
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, is_special
@@ -103,7 +103,7 @@ contains
    !> The bound includes two frames, the samples, copies of parts of both, and texts.
    pure real(wp) function writing_memory(simulation) result(bytes)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      integer, parameter :: word = storage_size(1.0_wp)/8  ! bytes of a number
+      integer, parameter :: number_bytes = storage_size(1.0_wp)/8  ! bytes of a number
       real(wp) :: frame, samples
 
       associate (contacts => simulation%contacts(simulation%now)%n, n => simulation%blocks%n)
@@ -111,7 +111,7 @@ contains
             + 3*contacts
       end associate
       samples = 3*real(buffer_samples, wp)*size_of_sample(simulation)
-      bytes = library_bytes + word*(frame + samples) + 4*len(simulation%model%text) &
+      bytes = library_bytes + number_bytes*(frame + samples) + 4*len(simulation%model%text) &
          + 4*len(simulation%changes)
    end function writing_memory
 
@@ -219,7 +219,7 @@ contains
       call describe(dataset, 'ending', ending(simulation))
       call describe(dataset, 'solver', work_done(simulation%solver))
       call describe(dataset, 'complete', trim(complete))
-      call describe(dataset, 'maxima_base', base_words(simulation%maxima%base, simulation%model))
+      call describe(dataset, 'maxima_base', base_text(simulation%maxima%base, simulation%model))
    end subroutine describe_run
 
    !> Write the verdict on the run as attributes, in words and numbers.

@@ -74,11 +74,11 @@ contains
    contains
 
       !> Check the name of a checkpoint of the output.
-      subroutine check_checkpoint(ending, error)
-         character(len=*), intent(in) :: ending  !< ending of the name
+      subroutine check_checkpoint(suffix, error)
+         character(len=*), intent(in) :: suffix  !< ending of the name
          type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-         associate (name => checkpoint_name(model%output%file)//ending)
+         associate (name => checkpoint_name(model%output%file)//suffix)
             if (resumes) then
                call check_plain(name, status_of(name), error)
             else
@@ -113,12 +113,12 @@ contains
    contains
 
       !> Return an error if the path to be written is a file that the run reads.
-      subroutine refuse_read_file(file, words)
-         character(len=*), intent(in) :: file, words  !< path of the file; its role in a message
+      subroutine refuse_read_file(file, role)
+         character(len=*), intent(in) :: file, role  !< path of the file; its role in a message
 
          if (allocated(error)) return
          if (same_file(name, file)) call fail(error, error_file, 'the output '//name// &
-            ' would replace '//words)
+            ' would replace '//role)
       end subroutine refuse_read_file
    end subroutine check_name
 

@@ -4,7 +4,7 @@
 module dda_run_verdict
    use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
    use dda_kinds, only: wp
-   use dda_base_motion, only: base_words, has_reference_motion
+   use dda_base_motion, only: base_text, has_reference_motion
    use dda_check_report, only: first_mode, ringing_topic
    use dda_diagnostics, only: audit_warning, doubt_state
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
@@ -108,7 +108,7 @@ contains
    subroutine judge_movement(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< words, figures and values are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: warning
       integer :: i
 
       associate (maxima => simulation%maxima)
@@ -125,8 +125,8 @@ contains
       call doubt_state(simulation, verdict%doubts)
       if (gravity_is_sudden(simulation%model)) call add_doubt(verdict%doubts, 'start', &
          'gravity acted suddenly from the first step; settle = .true. begins in static equilibrium')
-      words = audit_warning(simulation)
-      if (words /= '') call add_doubt(verdict%doubts, 'energy', words)
+      warning = audit_warning(simulation)
+      if (warning /= '') call add_doubt(verdict%doubts, 'energy', warning)
    end subroutine judge_movement
 
    !> Warnings of the check before the run that are still relevant after the run.
@@ -157,29 +157,29 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< words and values are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=:), allocatable :: base
-      integer :: moved(3)
+      integer :: movement(3)
 
-      moved = simulation%maxima%moved
+      movement = simulation%maxima%moved
       if (is_without_movement(simulation)) then
          call add_sentence(verdict, 'The model is at rest')
       else
          associate (largest => simulation%maxima%largest(of_displacement))
             base = ''
             if (has_reference_motion(simulation%maxima%base, simulation%model)) base = ', '// &
-               base_words(simulation%maxima%base, simulation%model)
+               base_text(simulation%maxima%base, simulation%model)
             call add_sentence(verdict, 'Blocks moved by up to '//value_text(largest%value, 'm')// &
                base)
          end associate
       end if
-      if (moved(1) > 0) then
-         if (all(moved(2:3) == 0)) then
+      if (movement(1) > 0) then
+         if (all(movement(2:3) == 0)) then
             call add_sentence(verdict, 'no contact has slipped or opened at the end')
          else
-            call add_sentence(verdict, to_text(moved(2))//' of '//to_text(moved(1))// &
-               ' contacts have slipped and '//to_text(moved(3))//' have opened at the end')
+            call add_sentence(verdict, to_text(movement(2))//' of '//to_text(movement(1))// &
+               ' contacts have slipped and '//to_text(movement(3))//' have opened at the end')
          end if
-         call add_value(verdict, 'contacts_slipped', real(moved(2), wp))
-         call add_value(verdict, 'contacts_opened', real(moved(3), wp))
+         call add_value(verdict, 'contacts_slipped', real(movement(2), wp))
+         call add_value(verdict, 'contacts_opened', real(movement(3), wp))
       end if
       associate (broken => simulation%counters%broken)
          if (broken > 0) then
@@ -200,34 +200,34 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< words and values are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, parameter :: most_named = 6
-      logical :: named(simulation%blocks%n)
+      logical :: has_crushed(simulation%blocks%n)
       character(len=:), allocatable :: names
-      real(wp) :: most
+      real(wp) :: largest_closure
       integer :: b, c, k
 
       k = findloc(simulation%laws%columns%name == 'crushed', .true., 1)
       if (k == 0) return
-      named = .false.
+      has_crushed = .false.
       associate (contacts => simulation%contacts(simulation%now))
-         most = maxval([0.0_wp, contacts%memory(k, :contacts%n)])
-         if (.not. most > 0.0_wp) return
+         largest_closure = maxval([0.0_wp, contacts%memory(k, :contacts%n)])
+         if (.not. largest_closure > 0.0_wp) return
          do c = 1, contacts%n
             if (contacts%memory(k, c) > 0.0_wp) &
-               named([contacts%block_v(c), contacts%block_e(c)]) = .true.
+               has_crushed([contacts%block_v(c), contacts%block_e(c)]) = .true.
          end do
          call add_value(verdict, 'contacts_crushed', real(count(contacts%memory(k, :contacts%n) &
             > 0.0_wp), wp))
       end associate
       names = ''
-      do b = 1, size(named)
-         if (named(b) .and. count(named(:b)) <= most_named) &
+      do b = 1, size(has_crushed)
+         if (has_crushed(b) .and. count(has_crushed(:b)) <= most_named) &
             names = names//', '//block_label(simulation, b)
       end do
-      if (count(named) > most_named) names = names//' and '//to_text(count(named) - most_named)// &
-         ' more'
-      call add_value(verdict, 'crushed_m', most)
-      call add_sentence(verdict, 'joints have crushed by up to '//value_text(most, 'm')//' at '// &
-         names(3:))
+      if (count(has_crushed) > most_named) names = names//' and '// &
+         to_text(count(has_crushed) - most_named)//' more'
+      call add_value(verdict, 'crushed_m', largest_closure)
+      call add_sentence(verdict, 'joints have crushed by up to '// &
+         value_text(largest_closure, 'm')//' at '//names(3:))
    end subroutine add_crushing_sentence
 
    !> .true. if no movement exceeds rounding.
@@ -243,19 +243,19 @@ contains
    subroutine tabulate_maxima(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< figures are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
-      integer, parameter :: moving(*) = [of_displacement, of_tilt, of_velocity, &
+      integer, parameter :: motions(*) = [of_displacement, of_tilt, of_velocity, &
          of_point_displacement, of_point_drift], loaded(*) = [of_strain, of_plastic_strain, &
          of_penetration, of_contact_force], along(*) = [of_slip, of_opening]
       integer :: i
 
       associate (largest => simulation%maxima%largest)
          if (.not. is_without_movement(simulation)) then
-            do i = 1, size(moving)
-               if (moving(i) == of_tilt) then
+            do i = 1, size(motions)
+               if (motions(i) == of_tilt) then
                   if (.not. has_rotated(simulation)) cycle
                end if
-               if (largest(moving(i))%value > 0.0_wp) call add_maximum(verdict, simulation, &
-                  moving(i), moving(i) /= of_velocity)
+               if (largest(motions(i))%value > 0.0_wp) call add_maximum(verdict, simulation, &
+                  motions(i), motions(i) /= of_velocity)
             end do
          end if
          call add_distance_from_input(verdict, simulation)
@@ -286,14 +286,14 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< a figure and its value are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'stress_error'
-      real(wp) :: energies(2), share
+      real(wp) :: energies(2), error
 
       energies = body_energies(simulation%elements, simulation%blocks)
       if (.not. energies(2) > 0.0_wp) return
-      share = sqrt(energies(1)/energies(2))
-      call add_value(verdict, key, share)
+      error = sqrt(energies(1)/energies(2))
+      call add_value(verdict, key, error)
       call add_figure(verdict, 'error of stresses', [character(len=len(key)) :: '', key], &
-         [0.0_wp, share], '1', 'of bodies, in the energy norm, from jumps at faces')
+         [0.0_wp, error], '1', 'of bodies, in the energy norm, from jumps at faces')
    end subroutine add_bodies
 
    !> Add maximum k to the table.
@@ -303,29 +303,29 @@ contains
       integer, intent(in) :: k                           !< position in the list of maxima
       logical, intent(in) :: ends                        !< also add the value at the end
       character(len=32) :: keys(2)
-      character(len=:), allocatable :: place
+      character(len=:), allocatable :: owner
 
       associate (largest => simulation%maxima%largest(k), last => simulation%maxima%last(k), &
          kind => maxima_table(k))
          keys = [character(len=32) :: 'largest_'//kind%number, '']
          if (ends .and. last%value > rounding*largest%value) keys(2) = 'residual_'//kind%number
-         place = owner_names(simulation, k, largest%owners)//', '//short_text(largest%time)//' s'
-         call add_figure(verdict, output_words(kind%name), keys, [largest%value, last%value], &
-            trim(kind%units), place)
+         owner = owner_names(simulation, k, largest%owners)//', '//short_text(largest%time)//' s'
+         call add_figure(verdict, output_label(kind%name), keys, [largest%value, last%value], &
+            trim(kind%units), owner)
       end associate
    end subroutine add_maximum
 
    !> Name of an output variable in words.
-   pure function output_words(name) result(words)
+   pure function output_label(name) result(text)
       character(len=*), intent(in) :: name  !< name in the schema
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
       integer :: i
 
-      words = trim(name)
-      do i = 1, len(words)
-         if (words(i:i) == '_') words(i:i) = ' '
+      text = trim(name)
+      do i = 1, len(text)
+         if (text(i:i) == '_') text(i:i) = ' '
       end do
-   end function output_words
+   end function output_label
 
    !> Add the largest distance of a block from its position in the input.
    !> The distance is added only if displacements are measured from equilibrium.
@@ -334,33 +334,33 @@ contains
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       character(len=*), parameter :: key = 'displacement_from_drawn_m'
       real(wp) :: distance
-      real(wp), allocatable :: drawn(:,:)
+      real(wp), allocatable :: input_position(:,:)
       integer :: b
 
       if (.not. simulation%model%stages(1)%static) return
-      drawn = simulation%model%blocks%position
-      drawn(1:2, :) = drawn(1:2, :) + spread(simulation%maxima%base%displacement, 2, &
-         size(drawn, 2))
-      call find_farthest_block(simulation%blocks, drawn, b, distance)
+      input_position = simulation%model%blocks%position
+      input_position(1:2, :) = input_position(1:2, :) &
+         + spread(simulation%maxima%base%displacement, 2, size(input_position, 2))
+      call find_farthest_block(simulation%blocks, input_position, b, distance)
       call add_value(verdict, key, distance)
       if (b > 0) call add_figure(verdict, 'since drawn', [character(len=len(key)) :: '', key], &
          [0.0_wp, distance], 'm', block_label(simulation, b)//', settling included')
    end subroutine add_distance_from_input
 
    !> Text with the names of the blocks or points of a value.
-   pure function owner_names(simulation, k, who) result(text)
+   pure function owner_names(simulation, k, owners) result(text)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
       integer, intent(in) :: k                           !< position in the list of maxima
-      integer, intent(in) :: who(2)                      !< blocks or points; 0: none
+      integer, intent(in) :: owners(2)                      !< blocks or points; 0: none
       character(len=:), allocatable :: text
 
       if (maxima_table(k)%of_points) then
-         text = point_label(simulation%model%points(who(1))%name, who(1))
-         if (who(2) > 0) text = text//' over '//point_label(simulation%model%points(who(2))%name, &
-            who(2))
+         text = point_label(simulation%model%points(owners(1))%name, owners(1))
+         if (owners(2) > 0) text = text//' over '// &
+            point_label(simulation%model%points(owners(2))%name, owners(2))
       else
-         text = block_label(simulation, who(1))
-         if (who(2) > 0) text = text//' on '//block_label(simulation, who(2))
+         text = block_label(simulation, owners(1))
+         if (owners(2) > 0) text = text//' on '//block_label(simulation, owners(2))
       end if
    end function owner_names
 
@@ -396,10 +396,10 @@ contains
 
       !> Add a result along both axes.
       !> The table line has the larger value and then the smaller one.
-      subroutine add_point(title, key, values, units, words)
-         character(len=*), intent(in) :: title, key, units, words
+      subroutine add_point(title, key, values, units, suffix)
+         character(len=*), intent(in) :: title, key, units, suffix
          real(wp), intent(in) :: values(2)
-         character(len=:), allocatable :: place
+         character(len=:), allocatable :: location
          integer :: axis
 
          axis = maxloc(values, 1)
@@ -408,13 +408,13 @@ contains
          call add_value(verdict, key//'_x['//name//']', values(1))
          call add_value(verdict, key//'_y['//name//']', values(2))
          if (.not. with_table) return
-         place = name//', '//axes(axis)
+         location = name//', '//axes(axis)
          if (values(3 - axis) > least_shown*values(axis)) &
-            place = place//' ('//axes(3 - axis)//' '//value_text(values(3 - axis), units)//')'
-         if (index(key, 'resolved') > 0) place = place//', below '//short_text(verdict%frequency) &
-            //' Hz'
+            location = location//' ('//axes(3 - axis)//' '//value_text(values(3 - axis), units)//')'
+         if (index(key, 'resolved') > 0) location = location//', below '// &
+            short_text(verdict%frequency) //' Hz'
          call add_figure(verdict, title, [character(len=len(key) + len(name) + 2) :: &
-            key//'['//name//']', ''], [values(axis), 0.0_wp], units, place//words)
+            key//'['//name//']', ''], [values(axis), 0.0_wp], units, location//suffix)
       end subroutine add_point
    end subroutine judge_point
 
@@ -442,17 +442,17 @@ contains
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of all samples
       type(simulation_type), intent(in) :: simulation  !< simulation at the time of the last sample
       character(len=:), allocatable :: name
-      real(wp) :: least(size(verdict%joints, 2))
+      real(wp) :: threshold(size(verdict%joints, 2))
       integer :: i, k
 
       do i = 1, size(verdict%joints, 1)
          name = point_label(simulation%model%measured_joints(i)%name, i)
          associate (last => verdict%joints(i, :), most => verdict%largest_joints(i, :), &
-            variables => output_variables(out_joint_slip:out_joint_slip + size(least) - 1))
-            least = merge(least_movement(simulation), rounding*maxval(most, &
+            variables => output_variables(out_joint_slip:out_joint_slip + size(threshold) - 1))
+            threshold = merge(least_movement(simulation), rounding*maxval(most, &
                variables%units /= 'm'), variables%units == 'm')
             do k = 1, size(last)
-               call judge_joint(verdict, variables(k), name, [most(k), last(k)], least(k))
+               call judge_joint(verdict, variables(k), name, [most(k), last(k)], threshold(k))
             end do
             if (ieee_is_nan(last(1))) call add_sentence(verdict, &
                'no contact is left at the joint '//name)
@@ -461,13 +461,13 @@ contains
    end subroutine judge_joints
 
    !> Add the last value and, for a length, the largest value of a variable of a measured joint.
-   !> Values below `least` count as 0; components of the resultant force are omitted.
-   subroutine judge_joint(verdict, variable, joint, peak_and_last, least)
+   !> Values below `threshold` count as 0; components of the resultant force are omitted.
+   subroutine judge_joint(verdict, variable, joint, peak_and_last, threshold)
       type(run_verdict_type), intent(inout) :: verdict       !< figures and values are added
       type(output_variable_type), intent(in) :: variable     !< variable of the joint
       character(len=*), intent(in) :: joint                  !< name of the joint
       real(wp), intent(in) :: peak_and_last(2)  !< largest absolute value, last value; NaN: none
-      real(wp), intent(in) :: least             !< least value above rounding errors
+      real(wp), intent(in) :: threshold             !< least value above rounding errors
       character(len=160) :: key(2)
       real(wp) :: values(2)
       integer :: k
@@ -477,21 +477,21 @@ contains
       key(1) = 'largest_'//key(2)
       if (variable%units /= 'm') key(1) = ''
       if (ieee_is_nan(peak_and_last(2))) key(2) = ''
-      values = merge(0.0_wp, peak_and_last, abs(peak_and_last) <= least)
+      values = merge(0.0_wp, peak_and_last, abs(peak_and_last) <= threshold)
       do k = 1, 2
          if (key(k) /= '') call add_value(verdict, trim(key(k)), values(k))
       end do
-      if (any(key /= '')) call add_figure(verdict, output_words(variable%name(len('joint_') &
+      if (any(key /= '')) call add_figure(verdict, output_label(variable%name(len('joint_') &
          + 1:)), key, values, trim(variable%units), joint)
    end subroutine judge_joint
 
    !> Text on the fraction of an intensity at unresolved frequencies, if this fraction is large.
-   pure function high_frequency_text(share) result(text)
-      real(wp), intent(in) :: share  !< fraction, 0 … 1
+   pure function high_frequency_text(fraction) result(text)
+      real(wp), intent(in) :: fraction  !< fraction, 0 … 1
       character(len=:), allocatable :: text
 
       text = ''
-      if (share > least_excess) text = '; '//to_text(nint(100*share))// &
+      if (fraction > least_excess) text = '; '//to_text(nint(100*fraction))// &
          ' % more at higher frequencies, due to ringing or impacts'
    end function high_frequency_text
 

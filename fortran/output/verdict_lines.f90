@@ -65,12 +65,12 @@ module dda_verdict_lines
 contains
 
    !> Append a text to the sentence on the events.
-   pure subroutine add_sentence(lines, words)
+   pure subroutine add_sentence(lines, clause)
       class(verdict_lines_type), intent(inout) :: lines  !< verdict that is being computed
-      character(len=*), intent(in) :: words              !< main clause
+      character(len=*), intent(in) :: clause              !< main clause
 
       if (lines%events /= '') lines%events = lines%events//'; '
-      lines%events = lines%events//words
+      lines%events = lines%events//clause
    end subroutine add_sentence
 
    !> Add a number.
@@ -90,28 +90,28 @@ contains
       real(wp), intent(in) :: value(2)                   !< value; ignored for a blank key
       character(len=*), intent(in) :: units              !< unit of the values
       character(len=*), intent(in) :: place              !< position and time of the largest value
-      character(len=:), allocatable :: shown
+      character(len=:), allocatable :: displayed
       real(wp) :: scale
 
-      call displayed_unit(units, maxval(abs(value), keys /= ''), shown, scale)
+      call displayed_unit(units, maxval(abs(value), keys /= ''), displayed, scale)
       lines%figures = [lines%figures, figure_type(name, [key_type(trim(keys(1))), &
-         key_type(trim(keys(2)))], shown, place, scale*value)]
+         key_type(trim(keys(2)))], displayed, place, scale*value)]
    end subroutine add_figure
 
    !> Find the displayed unit of a value, and its factor; a zero is displayed in the given unit.
-   pure subroutine displayed_unit(units, value, shown, scale)
+   pure subroutine displayed_unit(units, value, displayed, scale)
       character(len=*), intent(in) :: units  !< units as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
-      character(len=:), allocatable, intent(out) :: shown  !< displayed unit
+      character(len=:), allocatable, intent(out) :: displayed  !< displayed unit
       real(wp), intent(out) :: scale         !< factor from the unit to the displayed unit
       integer :: i
 
-      shown = units
+      displayed = units
       scale = 1.0_wp
       do i = 1, size(displayed_units)
          if (displayed_units(i)%units /= units .or. value < displayed_units(i)%from) cycle
          if (.not. value > 0.0_wp .and. any(units == ['m  ', 'N/m'])) return
-         shown = trim(displayed_units(i)%shown)
+         displayed = trim(displayed_units(i)%shown)
          scale = displayed_units(i)%scale
          return
       end do
@@ -121,11 +121,11 @@ contains
    pure function value_text(value, units) result(text)
       real(wp), intent(in) :: value          !< value in its unit
       character(len=*), intent(in) :: units  !< units as in the list of maxima
-      character(len=:), allocatable :: text, shown
+      character(len=:), allocatable :: text, displayed
       real(wp) :: scale
 
-      call displayed_unit(units, abs(value), shown, scale)
-      text = short_text(scale*value)//' '//shown
+      call displayed_unit(units, abs(value), displayed, scale)
+      text = short_text(scale*value)//' '//displayed
    end function value_text
 
    !> Table for an output: displayed name, names of numbers, displayed unit and location of each

@@ -63,16 +63,16 @@ module dda_byte_file
          type(c_ptr), value :: stream
       end function c_fclose
 
-      integer(c_size_t) function c_fwrite(from, each, count, stream) bind(c, name='fwrite')
+      integer(c_size_t) function c_fwrite(from, item_size, count, stream) bind(c, name='fwrite')
          import :: c_ptr, c_size_t
          type(c_ptr), value :: from, stream
-         integer(c_size_t), value :: each, count
+         integer(c_size_t), value :: item_size, count
       end function c_fwrite
 
-      integer(c_size_t) function c_fread(to, each, count, stream) bind(c, name='fread')
+      integer(c_size_t) function c_fread(to, item_size, count, stream) bind(c, name='fread')
          import :: c_ptr, c_size_t
          type(c_ptr), value :: to, stream
-         integer(c_size_t), value :: each, count
+         integer(c_size_t), value :: item_size, count
       end function c_fread
 
       integer(c_int) function c_fseek(stream, offset, origin) bind(c, name='fseek')
@@ -148,8 +148,8 @@ contains
       character(len=*), intent(in) :: name, mode  !< path; mode
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      type(file_status_type) :: found
-      logical :: anew
+      type(file_status_type) :: entry
+      logical :: create
 
       file%name = name
       if (mode == to_read) then
@@ -162,26 +162,26 @@ contains
          call add_buffer(file)
          return
       end if
-      found = status_of(name)
-      call check_plain(name, found, error)
+      entry = status_of(name)
+      call check_plain(name, entry, error)
       if (allocated(error)) return
-      if (found%names > 1 .and. mode == to_append) then
+      if (entry%names > 1 .and. mode == to_append) then
          call fail(error, error_file, name//' has another name (a hard link): '// &
             'appending would change both files; remove one, or name another output')
          return
       end if
-      anew = mode == to_create .or. (found%names > 1 .and. mode == to_overwrite)
-      if (found%exists .and. anew) call remove_file(name)
-      if (found%exists .and. .not. anew) then
+      create = mode == to_create .or. (entry%names > 1 .and. mode == to_overwrite)
+      if (entry%exists .and. create) call remove_file(name)
+      if (entry%exists .and. .not. create) then
          file%stream = c_fopen(name//c_null_char, mode//c_null_char)
       else  ! x: only if the name does not exist, not even as a link
          file%stream = c_fopen(name//c_null_char, merge(mode, to_create, mode == to_append)//'x'// &
             c_null_char)
-         if (c_associated(file%stream)) found = status_of(name)  ! else errno contains the reason
+         if (c_associated(file%stream)) entry = status_of(name)  ! else errno contains the reason
       end if
       if (.not. c_associated(file%stream)) then
          call system_failure(file, 'cannot be written', error)
-      else if (.not. is_same(found, status_of_descriptor(c_fileno(file%stream)))) then
+      else if (.not. is_same(entry, status_of_descriptor(c_fileno(file%stream)))) then
          call fail(error, error_file, name//' cannot be written: it was replaced during the run')
          call close_file(file, error)
       end if
@@ -201,33 +201,33 @@ contains
    end subroutine add_buffer
 
    !> Check that a file to be written or replaced is a regular file.
-   subroutine check_plain(name, found, error)
+   subroutine check_plain(name, entry, error)
       character(len=*), intent(in) :: name            !< path
-      type(file_status_type), intent(in) :: found     !< the existing entry
+      type(file_status_type), intent(in) :: entry     !< the existing entry
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (allocated(error) .or. .not. found%exists) return
-      if (found%link) then
+      if (allocated(error) .or. .not. entry%exists) return
+      if (entry%link) then
          call fail(error, error_file, name//' is a link, and links are never overwritten; '// &
             'remove it, or name another output')
-      else if (.not. found%regular) then
+      else if (.not. entry%regular) then
          call fail(error, error_file, name//' is not a regular file and is not replaced; '// &
             'name another output')
-      else if (found%protected) then
+      else if (entry%protected) then
          call fail(error, error_file, name//' is write-protected and is not replaced; '// &
             'make it writable, or name another output')
       end if
    end subroutine check_plain
 
    !> Open an open file again, to read it from its beginning; its name may have changed.
-   subroutine open_again(file, other, error)
+   subroutine open_again(file, original, error)
       type(byte_file_type), intent(out) :: file       !< opened file
-      type(byte_file_type), intent(in) :: other       !< open file, flushed; not written meanwhile
+      type(byte_file_type), intent(in) :: original      !< open file, flushed; not written meanwhile
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(long) :: unused
 
-      file%name = other%name
-      file%stream = c_fdopen(c_dup(c_fileno(other%stream)), to_read//c_null_char)
+      file%name = original%name
+      file%stream = c_fdopen(c_dup(c_fileno(original%stream)), to_read//c_null_char)
       call add_buffer(file)
       if (c_associated(file%stream)) then
          unused = size_of_file(file)
@@ -265,11 +265,11 @@ contains
       type(byte_file_type), intent(in) :: file  !< open
       integer(int8), contiguous, target, intent(in) :: bytes(:)  !< [bytes]
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer(c_size_t) :: wanted
+      integer(c_size_t) :: length
 
-      wanted = size(bytes, kind=c_size_t)
-      if (allocated(error) .or. wanted == 0) return
-      if (c_fwrite(c_loc(bytes), 1_c_size_t, wanted, file%stream) /= wanted) &
+      length = size(bytes, kind=c_size_t)
+      if (allocated(error) .or. length == 0) return
+      if (c_fwrite(c_loc(bytes), 1_c_size_t, length, file%stream) /= length) &
          call system_failure(file, 'cannot be written', error)
    end subroutine write_bytes
 
@@ -278,11 +278,11 @@ contains
       type(byte_file_type), intent(in) :: file  !< open
       integer(int8), contiguous, target, intent(inout) :: bytes(:)  !< [bytes] filled
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer(c_size_t) :: wanted
+      integer(c_size_t) :: length
 
-      wanted = size(bytes, kind=c_size_t)
-      if (allocated(error) .or. wanted == 0) return
-      if (c_fread(c_loc(bytes), 1_c_size_t, wanted, file%stream) /= wanted) &
+      length = size(bytes, kind=c_size_t)
+      if (allocated(error) .or. length == 0) return
+      if (c_fread(c_loc(bytes), 1_c_size_t, length, file%stream) /= length) &
          call fail(error, error_file, file%name//': the file ends too early')
    end subroutine read_bytes
 

@@ -54,15 +54,15 @@ contains
       type(archive_type), intent(inout) :: archive  !< archive being written
       logical, intent(in) :: to_disk  !< flush to disk; .false.: only to the system
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer(int8) :: word(length_bytes)
+      integer(int8) :: buffer(length_bytes)
 
       select type (stream => archive%stream)
        type is (checked_stream_type)
          call stream%put(archive%bytes(:archive%at - archive%before))
-         word = transfer(archive%at, word)
-         call stream%put(word)
-         word = transfer(stream%checksum%value, word)
-         call write_bytes(stream%file, word, stream%error)
+         buffer = transfer(archive%at, buffer)
+         call stream%put(buffer)
+         buffer = transfer(stream%checksum%value, buffer)
+         call write_bytes(stream%file, buffer, stream%error)
          call cut_file(stream%file, head_bytes + archive%at + length_bytes + sum_bytes, &
             stream%error)
          call flush_stream(stream%file, to_disk, stream%error)
@@ -146,13 +146,13 @@ contains
       character(len=*), intent(in) :: name  !< path
       integer(int8), intent(in) :: head(head_bytes)  !< first bytes of the file
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer(long) :: words(2)
+      integer(long) :: fields(2)
 
-      words = transfer(head, words)
-      if (transfer(words(1), mark) /= mark) then
+      fields = transfer(head, fields)
+      if (transfer(fields(1), mark) /= mark) then
          call fail(error, error_file, name//' is not a checkpoint of sitedda')
-      else if (words(2) /= format_version) then
-         call fail(error, error_file, name//' has the format version '//to_text(words(2))// &
+      else if (fields(2) /= format_version) then
+         call fail(error, error_file, name//' has the format version '//to_text(fields(2))// &
             ', but this program reads version '//to_text(format_version))
       end if
    end subroutine check_head
@@ -165,30 +165,30 @@ contains
       integer(long), intent(in) :: bytes             !< bytes between head and length
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer(int8), allocatable :: part(:)
-      integer(int8) :: length(length_bytes), found(sum_bytes), again(head_bytes)
+      integer(int8) :: length(length_bytes), stored_sum(sum_bytes), second_head(head_bytes)
       type(checksum_type) :: checksum
-      integer(long) :: left, n
+      integer(long) :: remaining, n
 
       allocate (part(min(chunk, bytes)))
       call begin_checksum(checksum)
       call add_bytes(checksum, head)
-      left = bytes
-      do while (left > 0)
-         n = min(chunk, left)
+      remaining = bytes
+      do while (remaining > 0)
+         n = min(chunk, remaining)
          call read_bytes(file, part(:n), error)
          call add_bytes(checksum, part(:n))
-         left = left - n
+         remaining = remaining - n
       end do
       call read_bytes(file, length, error)
       call add_bytes(checksum, length)
-      call read_bytes(file, found, error)
+      call read_bytes(file, stored_sum, error)
       if (allocated(error)) return
       if (transfer(length, bytes) /= bytes) then
          call fail(error, error_file, name//' is cut short or has grown')
-      else if (transfer(found, bytes) /= checksum%value) then
+      else if (transfer(stored_sum, bytes) /= checksum%value) then
          call fail(error, error_file, name//' is damaged: its checksum is wrong')
       else if (size_of_file(file) > 0) then  ! size_of_file returns to the beginning
-         call read_bytes(file, again, error)
+         call read_bytes(file, second_head, error)
       end if
    end subroutine check_content
 

@@ -58,11 +58,11 @@ module dda_file_system
          character(kind=c_char), intent(in) :: path(*)  !< path that ends in NUL
       end function c_unlink
 
-      integer(c_int) function c_statx(folder, path, flags, mask, found) bind(c, name='statx')
+      integer(c_int) function c_statx(folder, path, flags, mask, info) bind(c, name='statx')
          import :: c_char, c_int, statx_type
          integer(c_int), value :: folder, flags, mask  !< descriptor or AT_FDCWD; AT_…; STATX_…
          character(kind=c_char), intent(in) :: path(*)  !< path that ends in NUL
-         type(statx_type), intent(out) :: found  !< status, valid if the function returns 0
+         type(statx_type), intent(out) :: info  !< status, valid if the function returns 0
       end function c_statx
    end interface
 
@@ -112,43 +112,43 @@ contains
       character(len=*), intent(in) :: name           !< path
       logical, intent(in), optional :: follow        !< follow a link to its target
       integer(c_int) :: flags
-      type(statx_type) :: found
+      type(statx_type) :: info
 
       flags = not_through_links
       if (present(follow)) flags = merge(0_c_int, flags, follow)
-      if (c_statx(working_folder, name//c_null_char, flags, basic, found) == 0) &
-         status = status_from(found)
+      if (c_statx(working_folder, name//c_null_char, flags, basic, info) == 0) &
+         status = status_from(info)
    end function status_of
 
    !> Status of an open file.
    type(file_status_type) function status_of_descriptor(descriptor) result(status)
       integer(c_int), intent(in) :: descriptor  !< descriptor of an open file
-      type(statx_type) :: found
+      type(statx_type) :: info
 
-      if (c_statx(descriptor, c_null_char, of_descriptor, basic, found) == 0) &
-         status = status_from(found)
+      if (c_statx(descriptor, c_null_char, of_descriptor, basic, info) == 0) &
+         status = status_from(info)
    end function status_of_descriptor
 
    !> Convert a statx structure of Linux to a status.
-   pure type(file_status_type) function status_from(found) result(status)
-      type(statx_type), intent(in) :: found  !< structure, filled by Linux
+   pure type(file_status_type) function status_from(info) result(status)
+      type(statx_type), intent(in) :: info  !< structure, filled by Linux
 
       status%exists = .true.
-      status%regular = iand(int(found%mode), kinds) == regular
-      status%link = iand(int(found%mode), kinds) == link
-      status%protected = iand(int(found%mode), writable) == 0
-      status%names = found%names
-      status%inode = found%inode
-      status%device = found%device
+      status%regular = iand(int(info%mode), kinds) == regular
+      status%link = iand(int(info%mode), kinds) == link
+      status%protected = iand(int(info%mode), writable) == 0
+      status%names = info%names
+      status%inode = info%inode
+      status%device = info%device
    end function status_from
 
    !> .true. if a name belongs to a pipe, a device, a socket or a folder; a read might never end.
    logical function is_special(name)
       character(len=*), intent(in) :: name  !< path; links are followed
-      type(file_status_type) :: found
+      type(file_status_type) :: entry
 
-      found = status_of(name, follow=.true.)
-      is_special = found%exists .and. .not. found%regular
+      entry = status_of(name, follow=.true.)
+      is_special = entry%exists .and. .not. entry%regular
    end function is_special
 
    !> .true. if a file exists.

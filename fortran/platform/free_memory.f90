@@ -52,36 +52,36 @@ module dda_free_memory
 contains
 
    !> Return an error if a given amount of memory is not free.
-   subroutine require_memory(bytes, what, advice, error)
+   subroutine require_memory(bytes, user, advice, error)
       real(wp), intent(in) :: bytes            !< bytes needed
-      character(len=*), intent(in) :: what     !< user of the memory, for the message
+      character(len=*), intent(in) :: user     !< user of the memory, for the message
       character(len=*), intent(in) :: advice   !< advice in the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: free
 
       if (allocated(error)) return
       free = free_memory()
-      if (bytes > free) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
+      if (bytes > free) call fail(error, error_memory, user//' needs '//short_text(bytes/giga)// &
          ' GB of memory, '//short_text(max(0.0_wp, free)/giga)//' GB are free'// &
          buffer_addresses_text()//'; '//advice)
    end subroutine require_memory
 
    !> Text on the address space for BLAS that a limit must permit in addition to the free memory.
-   function buffer_addresses_text() result(words)
-      character(len=:), allocatable :: words
+   function buffer_addresses_text() result(text)
+      character(len=:), allocatable :: text
 
-      words = ''
-      if (missing_buffers(1) > 0.0_wp .and. free_addresses() < unknown) words = ' besides '// &
+      text = ''
+      if (missing_buffers(1) > 0.0_wp .and. free_addresses() < unknown) text = ' besides '// &
          short_text(missing_buffers(1)/giga)//' GB of addresses for BLAS'
    end function buffer_addresses_text
 
    !> Return an error if a factor and the buffers of BLAS leave no memory for the steps; otherwise
    !> let BLAS allocate its buffers.  Unused pages are returned to the system before the test.
-   subroutine require_for_factor(bytes, blocks, threads, what, error)
+   subroutine require_for_factor(bytes, blocks, threads, user, error)
       real(wp), intent(in) :: bytes         !< bytes of the factor
       integer, intent(in) :: blocks         !< blocks of the matrix
       integer, intent(in) :: threads        !< threads that call BLAS at the same time
-      character(len=*), intent(in) :: what  !< user of the memory, for the message
+      character(len=*), intent(in) :: user  !< user of the memory, for the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), parameter :: room = ', with room for the steps'
       real(wp) :: needed, buffers
@@ -91,9 +91,9 @@ contains
       if (allocated(error) .or. bytes + buffers <= worth_asking) return
       unused = malloc_trim(0_c_size_t)
       needed = bytes + blocks*step_bytes
-      call require_memory(needed, what//room//',', advice_on_factors, error)
+      call require_memory(needed, user//room//',', advice_on_factors, error)
       if (allocated(error) .or. buffers <= 0.0_wp) return
-      call require_addresses(needed + buffers, what//room//' and the buffers of BLAS,', &
+      call require_addresses(needed + buffers, user//room//' and the buffers of BLAS,', &
          advice_on_factors, error)
       if (.not. allocated(error)) call allocate_buffers(threads)
    end subroutine require_for_factor
@@ -109,38 +109,38 @@ contains
    end subroutine require_for_blas
 
    !> Return an error if the system refuses a reservation of address space, most of it never used.
-   subroutine require_addresses(bytes, what, advice, error)
+   subroutine require_addresses(bytes, user, advice, error)
       real(wp), intent(in) :: bytes            !< bytes of addresses
-      character(len=*), intent(in) :: what     !< user of the addresses, for the message
+      character(len=*), intent(in) :: user     !< user of the addresses, for the message
       character(len=*), intent(in) :: advice   !< advice in the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reserve_type), volatile :: trial  ! prevents compilers from removing the unread array
 
-      call make_reserve(trial, bytes, what, advice, error)
+      call make_reserve(trial, bytes, user, advice, error)
    end subroutine require_addresses
 
    !> Reserve memory, or return an error.
-   subroutine make_reserve(reserve, bytes, what, advice, error)
+   subroutine make_reserve(reserve, bytes, user, advice, error)
       type(reserve_type), intent(inout) :: reserve  !< reserve; allocated unless it exists
       real(wp), intent(in) :: bytes            !< bytes to reserve
-      character(len=*), intent(in) :: what     !< user of the memory, for the message
+      character(len=*), intent(in) :: user     !< user of the memory, for the message
       character(len=*), intent(in) :: advice   !< advice in the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: status
 
       if (allocated(error) .or. allocated(reserve%bytes)) return
       allocate (reserve%bytes(int(bytes, long)), stat=status)
-      if (status /= 0) call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
+      if (status /= 0) call fail(error, error_memory, user//' needs '//short_text(bytes/giga)// &
          ' GB of memory, which the system refuses; '//advice)
    end subroutine make_reserve
 
    !> Return the error that the system has no memory for a factor.
-   subroutine fail_allocation(bytes, what, error)
+   subroutine fail_allocation(bytes, user, error)
       real(wp), intent(in) :: bytes         !< bytes needed
-      character(len=*), intent(in) :: what  !< user of the memory, for the message
+      character(len=*), intent(in) :: user  !< user of the memory, for the message
       type(error_type), allocatable, intent(inout) :: error  !< error, allocated
 
-      call fail(error, error_memory, what//' needs '//short_text(bytes/giga)// &
+      call fail(error, error_memory, user//' needs '//short_text(bytes/giga)// &
          ' GB of memory, which the system refuses; '//advice_on_factors)
    end subroutine fail_allocation
 
@@ -157,15 +157,15 @@ contains
    end function free_addresses
 
    !> Bytes that a limit of the process leaves.
-   real(wp) function bytes_to_limit(resource, taken) result(bytes)
+   real(wp) function bytes_to_limit(resource, key) result(bytes)
       integer(c_int), intent(in) :: resource  !< RLIMIT_…
-      character(len=*), intent(in) :: taken !< name of the used amount in the status of a process
+      character(len=*), intent(in) :: key !< name of the used amount in the status of a process
       integer(c_long) :: limits(2)
 
       bytes = unknown
       if (getrlimit(resource, limits) /= 0) return
       if (limits(1) < 0) return
-      bytes = real(limits(1), wp) - kibi*number_after(own_status, taken, 0.0_wp)
+      bytes = real(limits(1), wp) - kibi*number_after(own_status, key, 0.0_wp)
    end function bytes_to_limit
 
    !> Bytes that the control groups (version 2) leave to this process.
@@ -187,15 +187,15 @@ contains
    end function free_in_groups
 
    !> Number after a key at the start of a line.
-   real(wp) function number_after(file, key, otherwise) result(value)
+   real(wp) function number_after(file, key, default) result(value)
       character(len=*), intent(in) :: file, key  !< path; key; '': the first line
-      real(wp), intent(in) :: otherwise          !< value if the line or file is missing
+      real(wp), intent(in) :: default          !< value if the line or file is missing
       character(len=:), allocatable :: text
       integer :: status
 
       text = text_after(file, key)
       read (text, *, iostat=status) value
-      if (status /= 0) value = otherwise
+      if (status /= 0) value = default
    end function number_after
 
    !> Text after a key at the start of a line of a file; blank if missing.

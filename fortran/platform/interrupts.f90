@@ -55,13 +55,13 @@ contains
    !> Begin to watch signals, which then only set a flag.
    !> A write beyond a file size limit then returns an error instead of ending the process.
    subroutine watch_interrupts()
-      type(c_funptr) :: before, ignore
+      type(c_funptr) :: former_handler, ignore
 
       ignore = transfer(ignored, ignore)
-      before = c_signal(interrupt, c_funloc(record_signal))
-      before = c_signal(user, c_funloc(record_signal))
-      before = c_signal(terminate, c_funloc(record_signal))
-      before = c_signal(file_size, ignore)
+      former_handler = c_signal(interrupt, c_funloc(record_signal))
+      former_handler = c_signal(user, c_funloc(record_signal))
+      former_handler = c_signal(terminate, c_funloc(record_signal))
+      former_handler = c_signal(file_size, ignore)
    end subroutine watch_interrupts
 
    !> Handle a signal by recording it.
@@ -106,11 +106,11 @@ contains
 
    !> Poll the host, unless it was polled recently without a request.
    subroutine poll_host()
-      integer(long) :: now, rate
+      integer(long) :: time, rate
 
-      call system_clock(now, rate)
-      if (.not. request%host .and. abs(now - request%asked) < between*rate) return
-      request%asked = now
+      call system_clock(time, rate)
+      if (.not. request%host .and. abs(time - request%asked) < between*rate) return
+      request%asked = time
       request%host = host() /= 0
    end subroutine poll_host
 

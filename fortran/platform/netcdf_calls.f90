@@ -163,12 +163,12 @@ contains
    end subroutine put
 
    !> Write names that end in NUL; bytes that are not UTF-8 become question marks.
-   subroutine put_names(dataset, variable, names, otherwise)
+   subroutine put_names(dataset, variable, names, substitute)
       type(dataset_type), intent(inout) :: dataset  !< open; retains the first error
       character(len=*), intent(in) :: variable  !< variable with the dimension `name_length` first
       character(len=*), intent(in) :: names(:)  !< [names] blank-padded
-      character(len=*), intent(in), optional :: otherwise !< text and number for a blank name
-      character(len=name_length) :: ended(names_at_once), name
+      character(len=*), intent(in), optional :: substitute !< text and number for a blank name
+      character(len=name_length) :: c_names(names_at_once), name
       integer :: first, i, n, id
 
       if (allocated(dataset%error) .or. size(names) == 0) return
@@ -178,11 +178,11 @@ contains
          n = min(names_at_once, size(names) - first + 1)
          do i = 1, n
             name = names(first + i - 1)
-            if (name == '' .and. present(otherwise)) name = otherwise//to_text(first + i - 1)
-            ended(i) = valid_text(name)
-            ended(i)(len_trim(name) + 1:) = repeat(c_null_char, name_length)
+            if (name == '' .and. present(substitute)) name = substitute//to_text(first + i - 1)
+            c_names(i) = valid_text(name)
+            c_names(i)(len_trim(name) + 1:) = repeat(c_null_char, name_length)
          end do
-         call checked(dataset, nf90_put_var(dataset%id, id, ended(:n), start=[1, first], &
+         call checked(dataset, nf90_put_var(dataset%id, id, c_names(:n), start=[1, first], &
             count=[name_length, n]), 'write '//variable)
       end do
    end subroutine put_names

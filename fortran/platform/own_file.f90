@@ -37,12 +37,12 @@ contains
       character(len=*), intent(in) :: name     !< path
       type(own_kind_type), intent(in) :: kind  !< kind of a file that may be replaced
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(file_status_type) :: found
+      type(file_status_type) :: entry
 
       if (allocated(error)) return
-      found = status_of(name)
-      if (.not. found%exists) return
-      call check_plain(name, found, error)
+      entry = status_of(name)
+      if (.not. entry%exists) return
+      call check_plain(name, entry, error)
       if (allocated(error)) return
       if (begins_as(name, kind, error)) return
       if (.not. allocated(error)) call fail(error, error_file, name//' exists and is not '// &
@@ -55,10 +55,10 @@ contains
       character(len=*), intent(in) :: name     !< path
       type(own_kind_type), intent(in) :: kind  !< kind of a file that may be removed
       type(error_type), allocatable :: other
-      type(file_status_type) :: found
+      type(file_status_type) :: entry
 
-      found = status_of(name)
-      if (.not. found%regular) return
+      entry = status_of(name)
+      if (.not. entry%regular) return
       if (begins_as(name, kind, other)) call remove_file(name)
    end subroutine remove_own
 

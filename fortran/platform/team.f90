@@ -13,7 +13,7 @@ module dda_team
    use dda_text, only: short_text, to_text
    implicit none
    private
-   public :: begin_team, adjust_team, largest_team, team_words
+   public :: begin_team, adjust_team, largest_team, team_text
 
    real(wp), parameter :: between = 0.3_wp  !< time between checks, many time slices, s
    real(wp), parameter :: tolerated_loss = 0.25_wp  !< mean number of processors that may be lost
@@ -38,14 +38,14 @@ contains
 
    !> Begin with the number of threads that the user allows.
    subroutine begin_team()
-      integer :: allowed
+      integer :: threads
 
-      allowed = 1
-      !$ allowed = omp_get_max_threads()
-      if (allowed == team%now) allowed = team%full  ! an earlier run reduced the team
+      threads = 1
+      !$ threads = omp_get_max_threads()
+      if (threads == team%now) threads = team%full  ! an earlier run reduced the team
       team = team_type()
-      team%full = allowed
-      call set_size(allowed)
+      team%full = threads
+      call set_size(threads)
    end subroutine begin_team
 
    !> Largest number of threads that the team may have.
@@ -56,32 +56,33 @@ contains
 
    !> Adjust the team size between two iterations, at intervals.
    subroutine adjust_team()
-      integer(long) :: now, rate
-      real(wp) :: seconds, before
+      integer(long) :: time, rate
+      real(wp) :: seconds, former_waiting
 
       if (team%full == 1) return
-      call system_clock(now, rate)
-      seconds = real(now - team%looked, wp)/real(rate, wp)
+      call system_clock(time, rate)
+      seconds = real(time - team%looked, wp)/real(rate, wp)
       if (seconds < between) return
-      before = team%waited
-      team%looked = now
+      former_waiting = team%waited
+      team%looked = time
       team%waited = waiting_time()
-      if (before >= 0.0_wp) call resize_team((team%waited - before)/seconds, seconds)
+      if (former_waiting >= 0.0_wp) call resize_team((team%waited - former_waiting)/seconds, &
+         seconds)
    end subroutine adjust_team
 
    !> Set the team size by the waiting times of the last seconds.
-   subroutine resize_team(lost, seconds)
-      real(wp), intent(in) :: lost     !< mean number of processors for which the team waited
+   subroutine resize_team(waiting, seconds)
+      real(wp), intent(in) :: waiting     !< mean number of processors for which the team waited
       real(wp), intent(in) :: seconds  !< time since the last check, s
 
       if (team%now < team%full) then
          team%reduced_for = team%reduced_for + seconds
          team%reduced_in_total = team%reduced_in_total + seconds
       end if
-      if (lost > tolerated_loss .and. team%now > 1) then
+      if (waiting > tolerated_loss .and. team%now > 1) then
          if (team%now == team%full .and. team%reduced_in_total > 0.0_wp) &
             team%pause = min(2*team%pause, longest_pause)
-         call set_size(max(1, min(team%now - 1, int(team%now - lost + tolerated_loss))))
+         call set_size(max(1, min(team%now - 1, int(team%now - waiting + tolerated_loss))))
       else if (team%now < team%full .and. team%reduced_for > team%pause) then
          call set_size(team%full)
       else if (team%now == team%full) then
@@ -102,12 +103,12 @@ contains
 
    !> Time for which the threads of the team have waited for processors since their start, s.
    real(wp) function waiting_time() result(total)
-      real(wp) :: each
+      real(wp) :: seconds
 
       total = 0.0_wp
-      !$omp parallel private(each) reduction(+: total)
-      each = thread_waiting_time()
-      total = total + each
+      !$omp parallel private(seconds) reduction(+: total)
+      seconds = thread_waiting_time()
+      total = total + seconds
       !$omp end parallel
    end function waiting_time
 
@@ -126,13 +127,13 @@ contains
    end function thread_waiting_time
 
    !> Text on the time lost to other programs; blank if the team was never reduced.
-   function team_words() result(words)
-      character(len=:), allocatable :: words
+   function team_text() result(text)
+      character(len=:), allocatable :: text
 
-      words = ''
+      text = ''
       if (team%reduced_in_total <= 0.0_wp) return
-      words = 'other programs used the processors: '//short_text(team%reduced_in_total)// &
+      text = 'other programs used the processors: '//short_text(team%reduced_in_total)// &
          ' s with fewer than '//to_text(team%full)//' threads'
-   end function team_words
+   end function team_text
 
 end module dda_team

@@ -41,8 +41,8 @@ contains
       !> format cosmos: number of the section with this quantity, from 1 (default)
       integer, intent(in), optional :: channel
       type(line_reader_type) :: reader
-      type(unit_type) :: given
-      character(len=:), allocatable :: wanted
+      type(unit_type) :: stated_unit
+      character(len=:), allocatable :: stated_quantity
       real(wp) :: step
       integer :: section
 
@@ -50,12 +50,12 @@ contains
       if (present(time_step)) step = time_step
       section = 1
       if (present(channel)) section = channel
-      given = find_unit(unit)
-      call check_request(file, format, quantity, unit, given, step, error)
+      stated_unit = find_unit(unit)
+      call check_request(file, format, quantity, unit, stated_unit, step, error)
       if (allocated(error)) return
       ! The caller names the quantity, or the unit implies it.
-      wanted = trim(lower_case(quantity))
-      if (wanted == '') wanted = trim(given%quantity)
+      stated_quantity = trim(lower_case(quantity))
+      if (stated_quantity == '') stated_quantity = trim(stated_unit%quantity)
       record%file = trim(file)
       record%format = trim(lower_case(format))
       record%quantity = ''
@@ -65,17 +65,17 @@ contains
       call open_lines(reader, file)
       if (record%format == 'auto') call detect_format(reader, record%format)
       if (record%format == 'text') record%time_step = max(step, 0.0_wp)
-      call read_format(reader, record, wanted, section)
-      if (.not. allocated(reader%error)) call check_header(reader, record, wanted, unit, given, &
-         step)
+      call read_format(reader, record, stated_quantity, section)
+      if (.not. allocated(reader%error)) call check_header(reader, record, stated_quantity, unit, &
+         stated_unit, step)
       if (.not. allocated(reader%error)) call to_si(reader, record)
       if (allocated(reader%error)) error = reader%error
    end subroutine read_record
 
    !> Check that the requested format, quantity, unit and time step are known and consistent.
-   subroutine check_request(file, format, quantity, unit, given, step, error)
+   subroutine check_request(file, format, quantity, unit, stated_unit, step, error)
       character(len=*), intent(in) :: file, format, quantity, unit  !< values given by the caller
-      type(unit_type), intent(in) :: given  !< unit that the caller names
+      type(unit_type), intent(in) :: stated_unit  !< unit that the caller names
       real(wp), intent(in) :: step  !< time step, s; ≤ 0: not given
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       character(len=:), allocatable :: failure
@@ -88,11 +88,11 @@ contains
          displacement])) then
          failure = 'the quantity '//quoted(quantity)//' is unknown; known are '// &
             'acceleration, velocity, displacement'
-      else if (len_trim(unit) > 0 .and. given%scale <= 0.0_wp) then
+      else if (len_trim(unit) > 0 .and. stated_unit%scale <= 0.0_wp) then
          failure = 'the unit '//quoted(unit)//' is unknown; known are '//known_units
-      else if (len_trim(unit) > 0 .and. len_trim(quantity) > 0 .and. given%quantity &
+      else if (len_trim(unit) > 0 .and. len_trim(quantity) > 0 .and. stated_unit%quantity &
          /= lower_case(quantity)) then
-         failure = quoted(unit)//' is a unit of '//trim(given%quantity)// &
+         failure = quoted(unit)//' is a unit of '//trim(stated_unit%quantity)// &
             ', but the quantity is '//trim(quantity)
       else if (.not. ieee_is_finite(step)) then
          failure = 'the time step is not a finite number'
@@ -128,29 +128,29 @@ contains
 
    !> Set quantity, unit and time step from the header or the caller.  If both give a value, the
    !> values must agree.
-   subroutine check_header(reader, record, wanted, unit, given, step)
+   subroutine check_header(reader, record, stated_quantity, unit, stated_unit, step)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       type(record_type), intent(inout) :: record  !< record; receives what the header lacks
-      character(len=*), intent(in) :: wanted, unit  !< quantity and unit of the caller, or blank
-      type(unit_type), intent(in) :: given  !< unit that the caller names
+      character(len=*), intent(in) :: stated_quantity, unit  !< of the caller, or blank
+      type(unit_type), intent(in) :: stated_unit  !< unit that the caller names
       real(wp), intent(in) :: step  !< time step, s; ≤ 0: not given
       real(wp), parameter :: close_enough = 1.0e-3_wp
       type(unit_type) :: stated
 
-      if (record%quantity == '') record%quantity = wanted
+      if (record%quantity == '') record%quantity = stated_quantity
       if (record%unit == '') record%unit = trim(unit)
       stated = find_unit(record%unit)
       call check_time_step(reader, record%time_step)
       if (record%quantity == '') then
          call refuse_file(reader, ' does not state its quantity; give quantity or unit')
-      else if (wanted /= '' .and. wanted /= record%quantity) then
-         call refuse_file(reader, ' contains '//record%quantity//', not '//wanted)
+      else if (stated_quantity /= '' .and. stated_quantity /= record%quantity) then
+         call refuse_file(reader, ' contains '//record%quantity//', not '//stated_quantity)
       else if (record%unit == '') then
          call refuse_file(reader, ' does not state its unit; give one of '//known_units)
       else if (stated%quantity /= record%quantity) then
          call refuse_file(reader, ' states the unit '//quoted(record%unit)// &
             ', which is not one of '//record%quantity)
-      else if (len_trim(unit) > 0 .and. stated%name /= given%name) then
+      else if (len_trim(unit) > 0 .and. stated%name /= stated_unit%name) then
          call refuse_file(reader, ' states the unit '//quoted(record%unit)//', but '// &
             quoted(unit)//' was given; leave the unit blank')
       else if (step > 0.0_wp .and. abs(step - record%time_step) &
@@ -176,12 +176,12 @@ contains
    end subroutine to_si
 
    !> Return an input error of the file as a whole; an earlier error is retained.
-   subroutine refuse_file(reader, what)
+   subroutine refuse_file(reader, message)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      character(len=*), intent(in) :: what  !< message after the name of the file
+      character(len=*), intent(in) :: message  !< message after the name of the file
 
       if (.not. allocated(reader%error)) call fail(reader%error, error_input, &
-         quoted(reader%file)//what)
+         quoted(reader%file)//message)
    end subroutine refuse_file
 
 end module dda_record

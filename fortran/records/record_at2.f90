@@ -88,14 +88,14 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text, name  !< line in lower case; name: 'npts' or 'dt'
       real(wp), intent(out) :: value  !< value as stated
-      character(len=:), allocatable :: rest
+      character(len=:), allocatable :: remainder
       integer :: at
 
       at = index(text, name)
-      rest = adjustl(text(at + len(name):))
-      if (at == 0 .or. index(rest, '=') /= 1) &
+      remainder = adjustl(text(at + len(name):))
+      if (at == 0 .or. index(remainder, '=') /= 1) &
          call fail_at(reader, quoted(text)//" does not state '"//name//"= number'")
-      call first_number(reader, rest(2:), name, value)
+      call first_number(reader, remainder(2:), name, value)
    end subroutine read_named
 
 end module dda_record_at2

@@ -47,15 +47,15 @@ contains
       integer, intent(in) :: channel
       type(state_type) :: state
       character(len=:), allocatable :: text
-      logical :: found
+      logical :: has_line
 
       record%quantity = quantity
       state%wanted = channel
       state%title = ''
       state%station = ''
       do
-         call next_line(reader, text, found)
-         if (.not. found) exit
+         call next_line(reader, text, has_line)
+         if (.not. has_line) exit
          call read_part(reader, text, lower_case(text), record, state)
       end do
       if (allocated(record%values)) then
@@ -137,23 +137,23 @@ contains
    end subroutine read_wanted_section
 
    !> Text after the last occurrence of a word; blank if it does not occur.
-   pure function text_after(text, word) result(rest)
-      character(len=*), intent(in) :: text, word  !< text to be searched; word to be found
-      character(len=:), allocatable :: rest
+   pure function text_after(text, key) result(remainder)
+      character(len=*), intent(in) :: text, key  !< text to be searched; word to be found
+      character(len=:), allocatable :: remainder
       integer :: at
 
-      rest = ''
-      at = index(text, word, back=.true.)
-      if (at > 0) rest = text(at + len(word):)
+      remainder = ''
+      at = index(text, key, back=.true.)
+      if (at > 0) remainder = text(at + len(key):)
    end function text_after
 
    !> First word of a text, without a suffix `(04)`, a comma or a full stop.
-   pure function unit_word(text) result(word)
+   pure function unit_word(text) result(name)
       character(len=*), intent(in) :: text  !< line of the file
-      character(len=:), allocatable :: word
+      character(len=:), allocatable :: name
 
-      word = adjustl(text)
-      word = word(:scan(word//' ', ' (),.;') - 1)
+      name = adjustl(text)
+      name = name(:scan(name//' ', ' (),.;') - 1)
    end function unit_word
 
    !> Read the samples of a section.
@@ -195,29 +195,29 @@ contains
    end subroutine read_header_reals
 
    !> Read the numbers that a line announces.
-   subroutine read_header(reader, lowered, what, list)
+   subroutine read_header(reader, lowered, items, list)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       !> line in lower case; items that the line counts, for messages
-      character(len=*), intent(in) :: lowered, what
+      character(len=*), intent(in) :: lowered, items
       type(sample_list_type), intent(out) :: list  !< numbers read
       integer(long) :: count
 
-      call read_announced_count(reader, lowered, what, count)
-      call read_values(reader, count, what, list)
+      call read_announced_count(reader, lowered, items, count)
+      call read_values(reader, count, items, list)
    end subroutine read_header
 
    !> Read the count at the beginning of an announcing line.
-   pure subroutine read_announced_count(reader, lowered, what, count)
+   pure subroutine read_announced_count(reader, lowered, items, count)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       !> line in lower case; items that the line counts, for messages
-      character(len=*), intent(in) :: lowered, what
+      character(len=*), intent(in) :: lowered, items
       integer(long), intent(out) :: count  !< count stated in the line
       real(wp) :: value
 
-      call first_number(reader, lowered, 'number of '//what, value)
+      call first_number(reader, lowered, 'number of '//items, value)
       count = whole_number(value)
       if (count < 0 .or. count > most_header_numbers) call fail_at(reader, &
-         to_text(value)//' '//what//' are declared, an impossible number')
+         to_text(value)//' '//items//' are declared, an impossible number')
    end subroutine read_announced_count
 
 end module dda_record_cosmos

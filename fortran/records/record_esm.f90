@@ -24,16 +24,16 @@ contains
       character(len=:), allocatable :: text
       real(wp) :: count, duration  ! number of samples, s; < 0: not in the header
       integer(long) :: samples
-      logical :: found
+      logical :: has_line
 
       count = -1.0_wp
       duration = -1.0_wp
       do
-         call next_line(reader, text, found)
-         if (.not. found .or. index(text, ':') == 0) exit
+         call next_line(reader, text, has_line)
+         if (.not. has_line .or. index(text, ':') == 0) exit
          call read_item(reader, text, record, count, duration)
       end do
-      if (found) call repeat_line(reader)
+      if (has_line) call repeat_line(reader)
       if (count < 0.0_wp .or. record%time_step <= 0.0_wp) call fail_at(reader, &
          'NDATA and SAMPLING_INTERVAL_S must be positive numbers in the header above')
       call check_count(reader, count, samples)

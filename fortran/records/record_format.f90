@@ -24,7 +24,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader, rewound to the start of the file
       character(len=:), allocatable, intent(out) :: format    !< 'smc', 'at2', …
       character(len=:), allocatable :: text, first
-      logical :: found, open
+      logical :: has_line, open
       integer :: heading
 
       format = ''
@@ -32,8 +32,8 @@ contains
       heading = 0
       open = .true.
       do while (reader%line < lines_to_look_at .and. format == '')
-         call next_line(reader, text, found)
-         if (.not. found) exit
+         call next_line(reader, text, has_line)
+         if (.not. has_line) exit
          if (reader%line == 1) first = text
          format = identified_by(text, lower_case(text), first, reader%line)
          if (format == '' .and. open) call detect_columns(without_comment(text), heading, open, &
@@ -41,7 +41,7 @@ contains
       end do
       call rewind_lines(reader)
       if (format /= '') return
-      call next_line(reader, text, found)
+      call next_line(reader, text, has_line)
       call fail_at(reader, 'the format is not recognised; name one of '// &
          names)
    end subroutine detect_format

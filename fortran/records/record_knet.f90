@@ -51,7 +51,7 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
       real(wp), intent(out) :: frequency, duration, factor  !< samples/s, s, gal per count
-      character(len=:), allocatable :: text, rest
+      character(len=:), allocatable :: text, value
       integer :: line
 
       frequency = -1.0_wp
@@ -59,19 +59,19 @@ contains
       factor = -1.0_wp
       do line = 1, header_lines
          call read_line(reader, text, 'the 17 header lines of K-NET')
-         rest = trim(adjustl(text(min(name_columns, len(text)) + 1:)))
+         value = trim(adjustl(text(min(name_columns, len(text)) + 1:)))
          if (index(text, 'Origin Time') == 1) then
-            record%description = 'event of '//rest
+            record%description = 'event of '//value
          else if (index(text, 'Station Code') == 1) then
-            record%station = rest
+            record%station = value
          else if (index(text, 'Sampling Freq') == 1) then
-            call first_number(reader, rest, 'sampling frequency', frequency)
+            call first_number(reader, value, 'sampling frequency', frequency)
          else if (index(text, 'Duration Time') == 1) then
-            call first_number(reader, rest, 'duration', duration)
+            call first_number(reader, value, 'duration', duration)
          else if (index(text, 'Scale Factor') == 1) then
-            call read_factor(reader, rest, factor)
+            call read_factor(reader, value, factor)
          else if (index(text, 'Dir.') == 1) then
-            record%description = record%description//', direction '//rest
+            record%description = record%description//', direction '//value
          end if
       end do
    end subroutine read_header

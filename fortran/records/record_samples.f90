@@ -37,15 +37,15 @@ contains
    end subroutine append
 
    !> Read the next line, which must exist.
-   subroutine read_line(reader, text, what)
+   subroutine read_line(reader, text, item)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=:), allocatable, intent(out) :: text  !< line without its end
       !> expected content of the line, for the message
-      character(len=*), intent(in) :: what
-      logical :: found
+      character(len=*), intent(in) :: item
+      logical :: has_line
 
-      call next_line(reader, text, found)
-      if (.not. found) call fail_at(reader, 'the file ends here, before '//what)
+      call next_line(reader, text, has_line)
+      if (.not. has_line) call fail_at(reader, 'the file ends here, before '//item)
    end subroutine read_line
 
    !> Skip comment lines, each of which must begin with a mark.
@@ -66,38 +66,38 @@ contains
    end subroutine skip_comments
 
    !> Read a declared number of values from the following lines, with or without blanks between.
-   subroutine read_values(reader, expected, what, list)
+   subroutine read_values(reader, expected, items, list)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       integer(long), intent(in) :: expected                !< number declared by the header
-      character(len=*), intent(in) :: what                 !< 'samples', … for messages
+      character(len=*), intent(in) :: items                 !< 'samples', … for messages
       type(sample_list_type), intent(inout) :: list        !< list to which values are added
-      character(len=:), allocatable :: text, surplus
-      logical :: found
+      character(len=:), allocatable :: text, excess_message
+      logical :: has_line
 
-      surplus = 'more than the '//to_text(expected)//' '//what//' that the header declares'
+      excess_message = 'more than the '//to_text(expected)//' '//items//' that the header declares'
       do while (list%count < expected)
-         call next_line(reader, text, found)
-         if (.not. found) call fail_at(reader, 'the file ends after '//to_text(list%count)// &
-            ' of the '//to_text(expected)//' '//what//' that its header declares')
-         call read_row(reader, text, .false., expected, surplus, list)
+         call next_line(reader, text, has_line)
+         if (.not. has_line) call fail_at(reader, 'the file ends after '//to_text(list%count)// &
+            ' of the '//to_text(expected)//' '//items//' that its header declares')
+         call read_row(reader, text, .false., expected, excess_message, list)
          if (allocated(reader%error)) return
       end do
    end subroutine read_values
 
    !> Read a declared number of samples, followed only by blank lines.
-   subroutine read_trace(reader, expected, what, values)
+   subroutine read_trace(reader, expected, items, values)
       type(line_reader_type), intent(inout) :: reader      !< reader before the first sample
       integer(long), intent(in) :: expected                !< number declared by the header
-      character(len=*), intent(in) :: what                 !< 'samples', … for messages
+      character(len=*), intent(in) :: items                 !< 'samples', … for messages
       real(wp), allocatable, intent(out) :: values(:)      !< [samples] values in the file's unit
       type(sample_list_type) :: list
       character(len=:), allocatable :: text
-      logical :: found
+      logical :: has_line
 
-      call read_values(reader, expected, what, list)
+      call read_values(reader, expected, items, list)
       do
-         call next_line(reader, text, found)
-         if (.not. found) exit
+         call next_line(reader, text, has_line)
+         if (.not. has_line) exit
          if (len(word_at(text, 1)) > 0) call fail_at(reader, quoted(text)//' follows the '// &
             to_text(expected)//' samples that the header declares')
       end do
@@ -105,12 +105,12 @@ contains
    end subroutine read_trace
 
    !> Read the numbers of one line.
-   subroutine read_row(reader, text, commas, most, surplus, list)
+   subroutine read_row(reader, text, commas, max_count, excess_message, list)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text  !< line of the file
       logical, intent(in) :: commas  !< .true.: commas may separate numbers; .false.: fixed width
-      integer(long), intent(in) :: most  !< largest number of values in the list
-      character(len=*), intent(in) :: surplus  !< message if the line has more numbers
+      integer(long), intent(in) :: max_count  !< largest number of values in the list
+      character(len=*), intent(in) :: excess_message  !< message if the line has more numbers
       type(sample_list_type), intent(inout) :: list  !< list to which values are added
       integer :: position, state
       real(wp) :: value
@@ -123,8 +123,8 @@ contains
             call fail_at(reader, quoted(word_at(text, position))//' is too large a number')
          else if (state /= number_found) then
             call fail_at(reader, quoted(word_at(text, position))//' is not a number')
-         else if (list%count >= most) then
-            call fail_at(reader, surplus)
+         else if (list%count >= max_count) then
+            call fail_at(reader, excess_message)
          end if
          if (allocated(reader%error)) return
          call append(list, value)
@@ -146,27 +146,27 @@ contains
    end subroutine read_quantity
 
    !> Read the number at the start of a header text; a unit directly after it is ignored.
-   pure subroutine first_number(reader, text, what, value)
+   pure subroutine first_number(reader, text, name, value)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text                 !< '100Hz', ' .005 SEC,', …
-      character(len=*), intent(in) :: what                 !< name of the number, for the message
+      character(len=*), intent(in) :: name                 !< name of the number, for the message
       real(wp), intent(out) :: value  !< value stated
       integer :: position, state, last
-      character(len=:), allocatable :: word
+      character(len=:), allocatable :: number
 
-      word = word_at(text, 1)
-      last = verify(word//' ', '+-.0123456789EeDd') - 1
+      number = word_at(text, 1)
+      last = verify(number//' ', '+-.0123456789EeDd') - 1
       ! A unit may begin with the letter of an exponent ('2e' of '2east'): drop such letters.
       do while (last > 0)
-         if (index('EeDd', word(last:last)) == 0) exit
+         if (index('EeDd', number(last:last)) == 0) exit
          last = last - 1
       end do
       position = 1
-      call next_number(word(:last), position, value, state)
+      call next_number(number(:last), position, value, state)
       if (state == number_large) then
-         call fail_at(reader, what//': '//quoted(word)//' is too large a number')
+         call fail_at(reader, name//': '//quoted(number)//' is too large a number')
       else if (state /= number_found) then
-         call fail_at(reader, what//': '//quoted(word)//' is not a number')
+         call fail_at(reader, name//': '//quoted(number)//' is not a number')
       end if
    end subroutine first_number
 

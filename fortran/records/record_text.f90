@@ -34,11 +34,11 @@ contains
       type(record_type), intent(inout) :: record  !< record, filled from the file
       type(column_type) :: column
       character(len=:), allocatable :: text
-      logical :: found
+      logical :: has_line
 
       do
-         call next_line(reader, text, found)
-         if (.not. found) exit
+         call next_line(reader, text, has_line)
+         if (.not. has_line) exit
          call read_line(reader, without_comment(text), column)
       end do
       call set_samples(reader, record, column)
@@ -88,16 +88,16 @@ contains
    end function heading_columns
 
    !> A text without brackets and their content, with blanks instead of tabs.
-   pure function without_brackets(text) result(rest)
+   pure function without_brackets(text) result(outside)
       character(len=*), intent(in) :: text  !< any
-      character(len=:), allocatable :: rest
+      character(len=:), allocatable :: outside
       integer :: i, depth
 
-      rest = ''
+      outside = ''
       depth = 0
       do i = 1, len(text)
          if (scan(text(i:i), '([') > 0) depth = depth + 1
-         if (depth == 0) rest = rest//merge(' ', text(i:i), text(i:i) == achar(9))
+         if (depth == 0) outside = outside//merge(' ', text(i:i), text(i:i) == achar(9))
          if (scan(text(i:i), ')]') > 0) depth = max(0, depth - 1)
       end do
    end function without_brackets

@@ -60,21 +60,21 @@ contains
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=:), allocatable, intent(out) :: text     !< the line
       logical, intent(out) :: found                          !< a line was found
-      integer :: after
+      integer :: line_end
 
       text = ''
       found = .false.
       if (allocated(reader%error)) return
       if (reader%next > len(reader%text)) return
-      after = scan(reader%text(reader%next:), line_feed//carriage_return) + reader%next - 1
-      if (after < reader%next) after = len(reader%text) + 1
-      text = reader%text(reader%next:min(after, reader%next + longest_line) - 1)
+      line_end = scan(reader%text(reader%next:), line_feed//carriage_return) + reader%next - 1
+      if (line_end < reader%next) line_end = len(reader%text) + 1
+      text = reader%text(reader%next:min(line_end, reader%next + longest_line) - 1)
       reader%last = reader%next
-      reader%next = after + 1
-      if (reader%text(after:min(after + 1, len(reader%text))) == carriage_return//line_feed) &
-         reader%next = after + 2
+      reader%next = line_end + 1
+      if (reader%text(line_end:min(line_end + 1, len(reader%text))) == carriage_return//line_feed) &
+         reader%next = line_end + 2
       reader%line = reader%line + 1
-      if (after - reader%last > longest_line) call fail_at(reader, 'the line is longer than '// &
+      if (line_end - reader%last > longest_line) call fail_at(reader, 'the line is longer than '// &
          to_text(longest_line)//' characters: not a text record')
       if (reader%line == 1 .and. index(text, byte_order_mark) == 1) &
          text = text(len(byte_order_mark) + 1:)
@@ -112,12 +112,12 @@ contains
    end subroutine check_bytes
 
    !> Return an input error with file and number of the last line; an earlier error is retained.
-   pure subroutine fail_at(reader, what)
+   pure subroutine fail_at(reader, message)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
-      character(len=*), intent(in) :: what                   !< sentence without the full stop
+      character(len=*), intent(in) :: message                   !< sentence without the full stop
 
       if (.not. allocated(reader%error)) call fail(reader%error, error_input, &
-         "'"//short_path(reader%file)//"', line "//to_text(reader%line)//': '//what)
+         "'"//short_path(reader%file)//"', line "//to_text(reader%line)//': '//message)
    end subroutine fail_at
 
 end module dda_text_lines

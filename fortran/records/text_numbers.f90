@@ -187,8 +187,8 @@ contains
    end function ends_number
 
    !> Convert a scanned number to its value, rounded correctly.
-   pure subroutine to_value(word, scan, value, state)
-      character(len=*), intent(in) :: word  !< complete text of the number
+   pure subroutine to_value(number, scan, value, state)
+      character(len=*), intent(in) :: number  !< complete text of the number
       type(scan_type), intent(in) :: scan  !< complete number
       real(wp), intent(out) :: value  !< value; 0 if there is no number
       integer, intent(out) :: state  !< `number_…`
@@ -209,7 +209,7 @@ contains
          if (scan%power < 0) value = value/10.0_wp**(-scan%power)
          if (scan%negative) value = -value
       else
-         padded = word
+         padded = number
          read (padded, '(f64.0)', iostat=status) value
          if (status /= 0) state = number_bad
       end if

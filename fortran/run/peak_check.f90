@@ -26,9 +26,9 @@ module dda_peak_check
 contains
 
    !> Warning if the peak of a run is incorrect; blank if it is correct or cannot be compared.
-   subroutine peak_warning(simulation, wanted, peak, text)
+   subroutine peak_warning(simulation, request, peak, text)
       type(simulation_type), intent(in) :: simulation   !< simulation at the end of the run
-      type(amplification_type), intent(in) :: wanted    !< points, axis, band (Hz)
+      type(amplification_type), intent(in) :: request    !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak      !< peak found in the output
       character(len=:), allocatable, intent(out) :: text  !< blank if both peaks agree
       type(linear_model_type) :: linear
@@ -41,11 +41,11 @@ contains
       if (any(simulation%model%materials%has_law())) return
       call linearise(linear, simulation, 'present', error)
       if (.not. allocated(error)) call prepare_transfer(transfer, linear, &
-         [wanted%surface, wanted%base], spread(wanted%axis, 1, 2), wanted%axis, wanted%highest, &
-         error)
+         [request%surface, request%base], spread(request%axis, 1, 2), request%axis, &
+         request%highest, error)
       if (allocated(error)) return
-      call transfer_peak(transfer, wanted%lowest, &
-         min(wanted%highest, 0.499_wp/linear%time_step), exact)
+      call transfer_peak(transfer, request%lowest, &
+         min(request%highest, 0.499_wp/linear%time_step), exact)
       if (.not. exact%inside) return
       if (abs(peak%spectral%amplitude/exact%amplitude - 1.0_wp) <= most_difference .and. &
          abs(peak%spectral%frequency/exact%frequency - 1.0_wp) <= most_difference) return

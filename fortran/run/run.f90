@@ -283,12 +283,12 @@ contains
    logical function is_checkpoint_due(run, minutes)
       type(run_type), intent(in) :: run  !< run and its files
       real(wp), intent(in) :: minutes  !< minutes of clock time
-      integer(long) :: now, rate
+      integer(long) :: time, rate
 
       is_checkpoint_due = .false.
       if (minutes <= 0.0_wp) return
-      call system_clock(now, rate)
-      is_checkpoint_due = real(now - run%saved, wp) >= 60.0_wp*minutes*real(rate, wp)
+      call system_clock(time, rate)
+      is_checkpoint_due = real(time - run%saved, wp) >= 60.0_wp*minutes*real(rate, wp)
    end function is_checkpoint_due
 
    !> Append a sample to the journal.
@@ -356,10 +356,10 @@ contains
    end subroutine save_run
 
    !> Apply a changed input to the variables that may change between two steps.
-   subroutine change_run(run, text, words, error)
+   subroutine change_run(run, text, description, error)
       type(run_type), intent(inout) :: run  !< run and its files
       character(len=*), intent(in) :: text  !< text of the changed input
-      character(len=*), intent(in) :: words !< description of the changes
+      character(len=*), intent(in) :: description !< description of the changes
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(model_type) :: model
 
@@ -374,7 +374,8 @@ contains
       associate (simulation => run%simulation)
          simulation%changed_text = text
          if (simulation%changes /= '') simulation%changes = simulation%changes//'; '
-         simulation%changes = simulation%changes//'t = '//to_text(simulation%time)//' s: '//words
+         simulation%changes = simulation%changes//'t = '//to_text(simulation%time)//' s: '// &
+            description
       end associate
    end subroutine change_run
 

@@ -22,22 +22,22 @@ module dda_site_response
 contains
 
    !> Find the peak of the ratio of the accelerations at two points of an output file.
-   subroutine amplification_peak(file, wanted, peak, error)
+   subroutine amplification_peak(file, request, peak, error)
       character(len=*), intent(in) :: file  !< complete output
-      type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
+      type(amplification_type), intent(in) :: request  !< points, axis, band (Hz)
       type(response_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: surface(:), base(:), frequency(:)
       complex(wp), allocatable :: ratio(:)
       real(wp) :: time_step
 
-      call read_series(file, wanted%surface, wanted%axis, surface, time_step, error)
-      if (.not. allocated(error)) call read_series(file, wanted%base, wanted%axis, base, &
+      call read_series(file, request%surface, request%axis, surface, time_step, error)
+      if (.not. allocated(error)) call read_series(file, request%base, request%axis, base, &
          time_step, error)
       if (.not. allocated(error)) call amplification(surface, base, time_step, frequency, ratio, &
-         error, wanted%padding)
-      if (.not. allocated(error)) call find_peak(frequency, abs(ratio), wanted%lowest, &
-         wanted%highest, peak%spectral, error)
+         error, request%padding)
+      if (.not. allocated(error)) call find_peak(frequency, abs(ratio), request%lowest, &
+         request%highest, peak%spectral, error)
       if (.not. allocated(error)) &
          peak%residual_ratio = &
          maxval(abs(surface(size(surface) - size(surface)/20:))) /max(maxval(abs(surface)), &
@@ -59,17 +59,17 @@ contains
    end subroutine read_series
 
    !> Text that states a peak in one line.
-   pure function peak_text(model, wanted, peak) result(text)
+   pure function peak_text(model, request, peak) result(text)
       type(model_type), intent(in) :: model  !< model as read from the input
-      type(amplification_type), intent(in) :: wanted  !< points, axis, band (Hz)
+      type(amplification_type), intent(in) :: request  !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak  !< frequency (Hz) and amplitude
       character(len=:), allocatable :: text
       character(len=16) :: amplitude, frequency
 
       write (amplitude, '(f0.3)') peak%spectral%amplitude
       write (frequency, '(f0.4)') peak%spectral%frequency
-      text = 'amplification '//trim(model%points(wanted%surface)%name)//'/'// &
-         trim(model%points(wanted%base)%name)//' ("within"): '//trim(amplitude)//' at '// &
+      text = 'amplification '//trim(model%points(request%surface)%name)//'/'// &
+         trim(model%points(request%base)%name)//' ("within"): '//trim(amplitude)//' at '// &
          trim(frequency)//' Hz (bin width '//to_text(peak%spectral%bin_width)//' Hz, '// &
          merge('peak interpolated)', 'peak at a bin)    ', peak%spectral%interpolated)
    end function peak_text

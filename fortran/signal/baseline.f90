@@ -57,49 +57,51 @@ contains
       type(error_type), allocatable, intent(out) :: error      !< allocated if an argument is wrong
       !> default: order 2, at rest, no taper
       type(baseline_type), intent(in), optional :: baseline
-      type(baseline_type) :: wanted
+      type(baseline_type) :: processing
 
-      if (present(baseline)) wanted = baseline
-      call check_arguments(quantity, values, time_step, wanted, error)
+      if (present(baseline)) processing = baseline
+      call check_arguments(quantity, values, time_step, processing, error)
       if (allocated(error)) return
       if (quantity == 'displacement') then
-         call shift_displacement(curve, wanted%scale*values, time_step, wanted)
+         call shift_displacement(curve, processing%scale*values, time_step, processing)
       else
-         call integrate_rates(curve, quantity == 'velocity', wanted%scale*values, time_step, wanted)
+         call integrate_rates(curve, quantity == 'velocity', processing%scale*values, time_step, &
+            processing)
       end if
-      call continue_velocity(curve, wanted)
+      call continue_velocity(curve, processing)
    end subroutine make_motion_curve
 
    !> Continue the motion at its final velocity, unless it ends at rest or its displacement is held.
-   pure subroutine continue_velocity(curve, wanted)
+   pure subroutine continue_velocity(curve, processing)
       type(motion_curve_type), intent(inout) :: curve  !< joined samples
-      type(baseline_type), intent(in) :: wanted        !< processing of the record
-      real(wp) :: left
+      type(baseline_type), intent(in) :: processing        !< processing of the record
+      real(wp) :: end_velocity
 
-      left = curve%velocity(size(curve%velocity))
-      curve%ends_at_rest = .not. abs(left) > rest_ratio*maxval(abs(curve%velocity))
-      if (ends_at_rest(wanted) .and. wanted%order > 0) curve%ends_at_rest = .true.
-      if (wanted%after_end == 'hold' .or. curve%ends_at_rest) return
-      curve%velocity_after = left
-      curve%method = curve%method//'; after the end it continues with '//to_text(left)//' m/s'
+      end_velocity = curve%velocity(size(curve%velocity))
+      curve%ends_at_rest = .not. abs(end_velocity) > rest_ratio*maxval(abs(curve%velocity))
+      if (ends_at_rest(processing) .and. processing%order > 0) curve%ends_at_rest = .true.
+      if (processing%after_end == 'hold' .or. curve%ends_at_rest) return
+      curve%velocity_after = end_velocity
+      curve%method = curve%method//'; after the end it continues with '//to_text(end_velocity)// &
+         ' m/s'
    end subroutine continue_velocity
 
    !> .true. if the corrected velocity is zero at the last sample.
-   pure logical function ends_at_rest(wanted)  ! total
-      type(baseline_type), intent(in) :: wanted  !< processing of the record
+   pure logical function ends_at_rest(processing)  ! total
+      type(baseline_type), intent(in) :: processing  !< processing of the record
 
-      ends_at_rest = wanted%at_rest .and. wanted%after_end /= 'continue'
+      ends_at_rest = processing%at_rest .and. processing%after_end /= 'continue'
    end function ends_at_rest
 
    !> Make a motion from accelerations or velocities, without drift.
    !> Accelerations are integrated, their drift is removed, and the result is integrated again.
    !> The fitted drift is subtracted from velocities, which are then joined by cubics.
-   subroutine integrate_rates(curve, is_velocity, values, time_step, wanted)
+   subroutine integrate_rates(curve, is_velocity, values, time_step, processing)
       type(motion_curve_type), intent(out) :: curve  !< complete motion
       logical, intent(in) :: is_velocity         !< else acceleration
       real(wp), intent(in) :: values(:)          !< m/s or m/s² [samples]
       real(wp), intent(in) :: time_step          !< Δt, s
-      type(baseline_type), intent(in) :: wanted  !< processing of the record
+      type(baseline_type), intent(in) :: processing  !< processing of the record
       real(wp) :: corrected(size(values)), drift(2)
       character(len=:), allocatable :: method
 
@@ -108,13 +110,13 @@ contains
       if (is_velocity) method = 'velocities joined by cubics with continuous acceleration and '// &
          'integrated exactly'
       drift = 0.0_wp
-      call apply_taper(corrected, wanted, method)
-      if (wanted%order > 0 .and. is_velocity) then
-         drift = fit_drift(corrected, wanted)
+      call apply_taper(corrected, processing, method)
+      if (processing%order > 0 .and. is_velocity) then
+         drift = fit_drift(corrected, processing)
          corrected = corrected - polynomial(drift, size(corrected))
-      else if (wanted%order > 0) then
+      else if (processing%order > 0) then
          call join_accelerations(curve, corrected, time_step)
-         drift = fit_drift(curve%velocity, wanted)
+         drift = fit_drift(curve%velocity, processing)
          corrected = corrected - (drift(1) + 2.0_wp*drift(2)*unit_times(size(corrected))) &
             /(real(size(corrected) - 1, wp)*time_step)
       end if
@@ -124,54 +126,55 @@ contains
          call join_accelerations(curve, corrected, time_step)
       end if
       curve%removed = largest_drift(drift, curve%duration)
-      curve%method = scale_text(wanted)//method//drift_text(drift, curve%duration, wanted)// &
+      curve%method = scale_text(processing)//method// &
+         drift_text(drift, curve%duration, processing)// &
          '; displacement at the end '//to_text(curve%displacement(size(corrected)))//' m'
    end subroutine integrate_rates
 
    !> Make a motion from displacements, shifted to start at zero.
-   subroutine shift_displacement(curve, displacement, time_step, wanted)
+   subroutine shift_displacement(curve, displacement, time_step, processing)
       type(motion_curve_type), intent(out) :: curve  !< complete motion
       real(wp), intent(in) :: displacement(:)    !< m [samples]
       real(wp), intent(in) :: time_step          !< Δt, s
-      type(baseline_type), intent(in) :: wanted  !< processing of the record
+      type(baseline_type), intent(in) :: processing  !< processing of the record
       character(len=:), allocatable :: method
 
-      call join_displacements(curve, displacement - displacement(1), time_step, wanted%at_rest, &
-         ends_at_rest(wanted))
-      if (ends_at_rest(wanted)) curve%cut_velocity = (displacement(size(displacement)) &
+      call join_displacements(curve, displacement - displacement(1), time_step, &
+         processing%at_rest, ends_at_rest(processing))
+      if (ends_at_rest(processing)) curve%cut_velocity = (displacement(size(displacement)) &
          - displacement(size(displacement) - 1))/time_step
       method = 'displacements joined by quintics with continuous acceleration'
       if (abs(displacement(1)) > 0.0_wp) method = method//', shifted by '// &
          to_text(-displacement(1))//' m so that it begins at zero'
-      if (ends_at_rest(wanted)) then
+      if (ends_at_rest(processing)) then
          method = method//', at rest at both ends'
-      else if (wanted%at_rest) then
+      else if (processing%at_rest) then
          method = method//', at rest at the start'
       end if
-      curve%method = scale_text(wanted)//method//'; no drift removed'
+      curve%method = scale_text(processing)//method//'; no drift removed'
    end subroutine shift_displacement
 
    !> Taper a series; if a baseline is removed, the mean is removed first.
    !> Otherwise the taper would turn the mean into a pulse.
-   pure subroutine apply_taper(series, wanted, method)
+   pure subroutine apply_taper(series, processing, method)
       real(wp), intent(inout) :: series(:)       !< [samples]
-      type(baseline_type), intent(in) :: wanted  !< processing of the record
+      type(baseline_type), intent(in) :: processing  !< processing of the record
       character(len=:), allocatable, intent(inout) :: method  !< report on the processing, extended
 
-      if (.not. wanted%taper > 0.0_wp) return
-      if (wanted%order > 0) then
+      if (.not. processing%taper > 0.0_wp) return
+      if (processing%order > 0) then
          series = series - sum(series)/real(size(series), wp)
          method = method//', mean removed'
       end if
-      series = series*cosine_taper(size(series), wanted%taper)
-      method = method//', cosine taper over '//to_text(50.0_wp*wanted%taper)// &
+      series = series*cosine_taper(size(series), processing%taper)
+      method = method//', cosine taper over '//to_text(50.0_wp*processing%taper)// &
          ' % of the length at each end'
    end subroutine apply_taper
 
    !> Fit the drift by least squares: v ≈ c₁ τ + c₂ τ², τ = t/T from 0 to 1.
-   pure function fit_drift(velocity, wanted) result(drift)
+   pure function fit_drift(velocity, processing) result(drift)
       real(wp), intent(in) :: velocity(:)      !< m/s
-      type(baseline_type), intent(in) :: wanted  !< processing of the record
+      type(baseline_type), intent(in) :: processing  !< processing of the record
       real(wp) :: drift(2)                     ! c₁, c₂ (m/s)
       real(wp) :: tau(size(velocity)), bow(size(velocity))
       integer :: n
@@ -179,14 +182,14 @@ contains
       n = size(velocity)
       tau = unit_times(n)
       drift = 0.0_wp
-      if (ends_at_rest(wanted) .or. n < 3) then
+      if (ends_at_rest(processing) .or. n < 3) then
          ! With c₁ + c₂ = v(T), one function remains free; it vanishes at both ends.
          drift(1) = velocity(n)
-         if (wanted%order < 2 .or. n < 3) return
+         if (processing%order < 2 .or. n < 3) return
          bow = tau**2 - tau
          drift(2) = dot_product(bow, velocity - velocity(n)*tau)/dot_product(bow, bow)
          drift(1) = drift(1) - drift(2)
-      else if (wanted%order == 1) then
+      else if (processing%order == 1) then
          drift(1) = dot_product(tau, velocity)/dot_product(tau, tau)
       else
          drift = fit_parabola(tau, velocity)
@@ -210,17 +213,17 @@ contains
    end function fit_parabola
 
    !> Largest |c₁ τ + c₂ τ²| and its largest integral, for τ from 0 to 1.
-   pure function largest_drift(drift, duration) result(most)
+   pure function largest_drift(drift, duration) result(peak)
       real(wp), intent(in) :: drift(2), duration  !< c₁, c₂ (m/s); s
-      real(wp) :: most(2)                         ! m/s, m
+      real(wp) :: peak(2)                         ! m/s, m
       real(wp) :: tau(3), extremes(2)
 
       ! The ends of the record, and zeros of the derivatives: c₁ + 2 c₂ τ, c₁ + c₂ τ.
       extremes = 1.0_wp
       if (abs(drift(2)) > 0.0_wp) extremes = -drift(1)/[2.0_wp*drift(2), drift(2)]
       tau = [1.0_wp, min(max(extremes, 0.0_wp), 1.0_wp)]
-      most(1) = maxval(abs(tau*(drift(1) + tau*drift(2))))
-      most(2) = duration*maxval(abs(tau**2*(drift(1)/2.0_wp + tau*drift(2)/3.0_wp)))
+      peak(1) = maxval(abs(tau*(drift(1) + tau*drift(2))))
+      peak(2) = duration*maxval(abs(tau**2*(drift(1)/2.0_wp + tau*drift(2)/3.0_wp)))
    end function largest_drift
 
    !> Times t/T of the samples.
@@ -243,34 +246,35 @@ contains
    end function polynomial
 
    !> Text on the factor of the record; blank if it is 1.
-   pure function scale_text(wanted) result(text)
-      type(baseline_type), intent(in) :: wanted  !< processing of the record
+   pure function scale_text(processing) result(text)
+      type(baseline_type), intent(in) :: processing  !< processing of the record
       character(len=:), allocatable :: text
 
       text = ''
-      if (abs(wanted%scale - 1.0_wp) > 0.0_wp) text = 'scaled by '//to_text(wanted%scale)//'; '
+      if (abs(processing%scale - 1.0_wp) > 0.0_wp) text = 'scaled by '// &
+         to_text(processing%scale)//'; '
    end function scale_text
 
    !> Text on the removed drift.
-   pure function drift_text(drift, duration, wanted) result(text)
+   pure function drift_text(drift, duration, processing) result(text)
       real(wp), intent(in) :: drift(2), duration !< c₁, c₂ (m/s); s
-      type(baseline_type), intent(in) :: wanted  !< processing of the record
+      type(baseline_type), intent(in) :: processing  !< processing of the record
       character(len=:), allocatable :: text
 
       text = '; no drift removed'
-      if (wanted%order == 0) return
+      if (processing%order == 0) return
       text = '; drift removed: velocity '//to_text(drift(1)/duration)//' t'
-      if (wanted%order > 1) text = text//' + '//to_text(drift(2)/duration**2)//' t² (m/s, s)'
+      if (processing%order > 1) text = text//' + '//to_text(drift(2)/duration**2)//' t² (m/s, s)'
       text = text//' by least squares'
-      if (ends_at_rest(wanted)) text = text//', to end at rest'
+      if (ends_at_rest(processing)) text = text//', to end at rest'
    end function drift_text
 
    !> Check the arguments of `make_motion_curve`.
-   subroutine check_arguments(quantity, values, time_step, wanted, error)
+   subroutine check_arguments(quantity, values, time_step, processing, error)
       character(len=*), intent(in) :: quantity   !< see `make_motion_curve`
       real(wp), intent(in) :: values(:)          !< [samples]
       real(wp), intent(in) :: time_step          !< Δt, s
-      type(baseline_type), intent(in) :: wanted  !< processing of the record
+      type(baseline_type), intent(in) :: processing  !< processing of the record
       type(error_type), allocatable, intent(out) :: error  !< message on the first invalid argument
 
       if (.not. any(quantity == [character(len=12) :: 'acceleration', 'velocity', &
@@ -283,18 +287,18 @@ contains
       else if (.not. (time_step > 1.0_wp/largest .and. time_step < largest/real(size(values), &
          wp))) then
          call fail(error, error_input, 'a motion needs a positive time step')
-      else if (wanted%order < 0 .or. wanted%order > 2) then
+      else if (processing%order < 0 .or. processing%order > 2) then
          call fail(error, error_input, 'the order of the baseline is 0, 1 or 2, not '// &
-            to_text(wanted%order))
-      else if (.not. (wanted%taper >= 0.0_wp .and. wanted%taper <= 1.0_wp)) then
+            to_text(processing%order))
+      else if (.not. (processing%taper >= 0.0_wp .and. processing%taper <= 1.0_wp)) then
          call fail(error, error_input, 'the taper fraction of a record must be between 0 and 1')
-      else if (wanted%taper > 0.0_wp .and. quantity == 'displacement') then
+      else if (processing%taper > 0.0_wp .and. quantity == 'displacement') then
          call fail(error, error_input, 'a displacement cannot be tapered: the taper would '// &
             'return it to its start')
-      else if (.not. any(wanted%after_end == [character(len=8) :: '', 'continue', 'hold'])) then
+      else if (.not. any(processing%after_end == [character(len=8) :: '', 'continue', 'hold'])) then
          call fail(error, error_input, 'after_end must be continue or hold, not '// &
-            quoted(wanted%after_end))
-      else if (.not. abs(wanted%scale) <= largest) then
+            quoted(processing%after_end))
+      else if (.not. abs(processing%scale) <= largest) then
          call fail(error, error_input, 'the factor of a record is too large, or not a number')
       else if (.not. all(ieee_is_finite(values))) then
          call fail(error, error_input, 'a sample of the record is not a finite number')

@@ -13,11 +13,11 @@ module dda_fftw
 contains
 
    !> Compute X(k) = Σ x(j) exp(−2πi j k/n), k = 0 … n/2, of a real series; not scaled.
-   subroutine forward_transform(series, spectrum, planned)
+   subroutine forward_transform(series, spectrum, success)
       real(wp), intent(inout) :: series(:)                  !< [n] series, unchanged on return
       complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
       !> .false.: FFTW has no plan, because memory is lacking
-      logical, intent(out) :: planned
+      logical, intent(out) :: success
       ! An estimated plan is the same in every run.  Without assumptions on the alignment of arrays,
       ! the order of summation is the same too: results are bit-identical.
       integer(c_int), parameter :: flags = ior(FFTW_ESTIMATE, &
@@ -26,8 +26,8 @@ contains
 
       spectrum = (0.0_wp, 0.0_wp)
       plan = fftw_plan_dft_r2c_1d(int(size(series), c_int), series, spectrum, flags)
-      planned = c_associated(plan)
-      if (.not. planned) return
+      success = c_associated(plan)
+      if (.not. success) return
       call fftw_execute_dft_r2c(plan, series, spectrum)
       call fftw_destroy_plan(plan)
    end subroutine forward_transform

@@ -40,21 +40,21 @@ contains
       real(wp), intent(in) :: acceleration          !< acceleration, m/s²
       real(wp), intent(in) :: step                  !< time since the last acceleration, s
       real(wp), intent(out) :: low                  !< filtered acceleration, m/s²
-      real(wp) :: both, rate
+      real(wp) :: sum, rate
       integer :: i
 
       if (abs(step - filter%step) > same_step*step) then
          filter%step = step
          filter%factor = tan(pi*min(filter%frequency*step, largest_ratio))
       end if
-      both = filter%passed(0) + acceleration
+      sum = filter%passed(0) + acceleration
       filter%passed(0) = acceleration
       do i = 1, sections
          associate (c => filter%factor, u => filter%passed(i), w => filter%rate(i))
-            rate = (w*(1.0_wp - c*(c + 2.0_wp*damping(i))) + c*(both - 2.0_wp*u)) &
+            rate = (w*(1.0_wp - c*(c + 2.0_wp*damping(i))) + c*(sum - 2.0_wp*u)) &
                /(1.0_wp + c*(c + 2.0_wp*damping(i)))
-            both = u + u + c*(w + rate)
-            u = both - u
+            sum = u + u + c*(w + rate)
+            u = sum - u
             w = rate
          end associate
       end do

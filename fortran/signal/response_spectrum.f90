@@ -78,7 +78,7 @@ contains
       type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
       real(wp), intent(in) :: step           !< time between them, s; 0: nothing is done
-      real(wp) :: change, one, other, q(2)
+      real(wp) :: change, start, other, q(2)
       integer :: i, last, part
 
       if (step <= 0.0_wp .or. step > coarsest) return
@@ -92,11 +92,11 @@ contains
             end do
             do i = 0, last
                change = (after - before)*by%part_length(i)
-               one = before + (part - 1)*change
+               start = before + (part - 1)*change
                other = before + part*change
-               q(1) = by%decay(i, 1)*s%q(i, 1) - by%decay(i, 2)*s%q(i, 2) + by%before(i, 1)*one &
+               q(1) = by%decay(i, 1)*s%q(i, 1) - by%decay(i, 2)*s%q(i, 2) + by%before(i, 1)*start &
                   + by%after(i, 1)*other
-               q(2) = by%decay(i, 2)*s%q(i, 1) + by%decay(i, 1)*s%q(i, 2) + by%before(i, 2)*one &
+               q(2) = by%decay(i, 2)*s%q(i, 1) + by%decay(i, 1)*s%q(i, 2) + by%before(i, 2)*start &
                   + by%after(i, 2)*other
                s%q(i, :) = q
                s%largest(i) = max(s%largest(i), by%weight(i)*abs(q(2)))
@@ -200,17 +200,17 @@ contains
       real(wp), intent(out) :: largest  !< largest spectral acceleration, m/s²
       real(wp), intent(out) :: at       !< its period, s
       type(response_spectrum_type) :: free
-      type(oscillators_type) :: own
+      type(oscillators_type) :: copy
       real(wp) :: step
       integer :: i
 
       free = spectrum
-      own = oscillators
-      call continue_motion(own, free, last, 0.0_wp, own%step)
-      if (own%step > 0.0_wp) then
-         step = max(own%step, finest)
+      copy = oscillators
+      call continue_motion(copy, free, last, 0.0_wp, copy%step)
+      if (copy%step > 0.0_wp) then
+         step = max(copy%step, finest)
          do i = 1, ceiling(longest/step)
-            call continue_motion(own, free, 0.0_wp, 0.0_wp, step)
+            call continue_motion(copy, free, 0.0_wp, 0.0_wp, step)
          end do
       end if
       largest = maxval(free%largest(1:))

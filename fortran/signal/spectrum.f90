@@ -42,14 +42,14 @@ contains
       !> fraction of the length under the cosine taper, 0 … 1 (default 0)
       real(wp), intent(in), optional :: taper
       real(wp), allocatable :: padded(:)
-      logical :: planned
+      logical :: success
       integer :: bin
 
       call prepare_series(series, time_step, padded, error, padding, taper)
       if (allocated(error)) return
       allocate (spectrum(size(padded)/2 + 1), frequency(size(padded)/2 + 1))
-      call forward_transform(padded, spectrum, planned)
-      if (.not. planned) then
+      call forward_transform(padded, spectrum, success)
+      if (.not. success) then
          call fail(error, error_solver, 'FFTW has no plan for '//to_text(size(padded))//' samples')
          return
       end if

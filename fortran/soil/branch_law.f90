@@ -48,16 +48,16 @@ contains
       real(wp), intent(in) :: elastic(:)           !< [n] e₀
       real(wp), intent(in) :: change               !< Δγ
       type(response_type), intent(inout) :: response   !< response, extended
-      real(wp) :: after, mean, modulus
+      real(wp) :: end_strain, mean, modulus
       integer :: j
 
       do j = 1, branches%n
          modulus = branches%slipping(j)*branches%modulus(j)
-         after = clip(elastic(j) + change, branches%strain(j))
-         mean = 0.5_wp*(elastic(j) + after)
+         end_strain = clip(elastic(j) + change, branches%strain(j))
+         mean = 0.5_wp*(elastic(j) + end_strain)
          response%acting = response%acting + modulus*mean
-         response%end = response%end + modulus*after
-         response%loss = response%loss + modulus*mean*(change - (after - elastic(j)))
+         response%end = response%end + modulus*end_strain
+         response%loss = response%loss + modulus*mean*(change - (end_strain - elastic(j)))
          if (abs(elastic(j) + change) < branches%strain(j)) response%tangent = response%tangent &
             + 0.5_wp*modulus
       end do
@@ -121,30 +121,30 @@ contains
       real(wp), intent(in) :: time_step            !< Δt, s
       type(response_type), intent(out) :: response     !< response of the body
       real(wp), intent(out) :: body_change         !< Δe
-      real(wp) :: before, relaxing, stiffness, weight, h
+      real(wp) :: elastic_stress, relaxing, stiffness, weight, h
       integer :: l
 
       body_change = change
       if (branches%body%n == 0) return
       associate (body => branches%body)
-         before = 0.0_wp
+         elastic_stress = 0.0_wp
          relaxing = 0.0_wp
          stiffness = 0.0_wp
          do l = 1, body%n
             h = 0.5_wp*body%omega(l)*time_step
             weight = body%weight(l)*strain - memory(l)
-            before = before + body%unrelaxed*weight
+            elastic_stress = elastic_stress + body%unrelaxed*weight
             relaxing = relaxing - body%unrelaxed*2.0_wp*h/(1.0_wp + h)*weight
             stiffness = stiffness + body%unrelaxed*body%weight(l)/(1.0_wp + h)
          end do
       end associate
-      response%end = clip(before + relaxing + stiffness*change, branches%body_cap)
+      response%end = clip(elastic_stress + relaxing + stiffness*change, branches%body_cap)
       response%tangent = 0.5_wp*stiffness
-      if (abs(before + relaxing + stiffness*change) >= branches%body_cap) then
-         body_change = (response%end - before - relaxing)/stiffness
+      if (abs(elastic_stress + relaxing + stiffness*change) >= branches%body_cap) then
+         body_change = (response%end - elastic_stress - relaxing)/stiffness
          response%tangent = 0.0_wp
       end if
-      response%acting = 0.5_wp*(before + response%end)
+      response%acting = 0.5_wp*(elastic_stress + response%end)
       response%loss = response%acting*(change - body_change)
    end subroutine respond_body
 
@@ -156,17 +156,17 @@ contains
       real(wp), intent(in) :: time_step            !< Δt, s
       real(wp), intent(inout) :: memory(:)  !< [mechanisms] ζ at the start; on return at the end
       real(wp), intent(out) :: loss                !< J/m³ over G
-      real(wp) :: h, more
+      real(wp) :: h, increment
       integer :: l
 
       loss = 0.0_wp
       associate (body => branches%body)
          do l = 1, body%n
             h = 0.5_wp*body%omega(l)*time_step
-            more = (2.0_wp*h*(body%weight(l)*strain - memory(l)) + h*body%weight(l)*body_change) &
-               /(1.0_wp + h)
-            loss = loss + body%unrelaxed*more**2/(body%weight(l)*body%omega(l)*time_step)
-            memory(l) = memory(l) + more
+            increment = (2.0_wp*h*(body%weight(l)*strain - memory(l)) &
+               + h*body%weight(l)*body_change) /(1.0_wp + h)
+            loss = loss + body%unrelaxed*increment**2/(body%weight(l)*body%omega(l)*time_step)
+            memory(l) = memory(l) + increment
          end do
       end associate
    end subroutine advance_body

@@ -213,7 +213,7 @@ contains
       type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve           !< curve of the soil
       real(wp), allocatable :: matrix(:,:), right(:), weight(:), strain(:), damping(:), off(:)
-      real(wp) :: unknown(2*branches%n - 1), best(branches%n, 2), least
+      real(wp) :: unknown(2*branches%n - 1), best(branches%n, 2), smallest
       integer :: fit, m, n
 
       n = branches%n
@@ -226,7 +226,7 @@ contains
       damping = curve_value(curve, curve%damping, strain)
       allocate (weight(m), source=loop_weight)
       off = curve_value(curve, curve%reduction, strain)
-      least = huge(1.0_wp)
+      smallest = huge(1.0_wp)
       do fit = 1, most_fits
          matrix(:m, :n) = spread(weight, 2, n)*branch_damping(branches, strain, off)
          right(:m) = weight*(damping - body_loops(branches, strain, off))
@@ -234,8 +234,8 @@ contains
          call set_branch_moduli(branches, unknown)
          off = abs(loop_damping(branches, strain) - damping)
          associate (largest => maxval(off, mask=is_counted(strain)))
-            if (largest < least) best = reshape([branches%modulus, branches%slipping], [n, 2])
-            least = min(least, largest)
+            if (largest < smallest) best = reshape([branches%modulus, branches%slipping], [n, 2])
+            smallest = min(smallest, largest)
             if (largest <= small_misfit .and. fit > 1) exit
             weight = weight*sqrt(least_weight + off/largest)
          end associate

@@ -34,18 +34,18 @@ module dda_hysteretic_law
       procedure :: stored
       procedure :: rests
       procedure :: secant
-      procedure :: in_words => fit_words
-      procedure :: unmet => misfit_words
+      procedure :: fit_text => body_fit_text
+      procedure :: unmet => misfit_text
    end type hysteretic_law_type
 
    !> Small-strain body in a step: shear (two components) and volume.
-   type :: body_type
+   type :: maxwell_type
       real(wp) :: before(3) = 0.0_wp    !< stress at the start, over the modulus
       real(wp) :: trial(3) = 0.0_wp     !< trial stress at the end without slip
       real(wp) :: stiffness = 0.0_wp    !< derivative of the trial stress with respect to the strain
       real(wp) :: after(3) = 0.0_wp     !< stress at the end, over the modulus
       real(wp) :: slope(2, 2) = 0.0_wp  !< derivative of `after` in shear with respect to the strain
-   end type body_type
+   end type maxwell_type
 
 contains
 
@@ -101,20 +101,21 @@ contains
       real(wp), intent(in) :: strain(3), change(3)       !< ε at the start, Δε
       type(step_type), intent(in) :: step                !< the present step
       real(wp), intent(out) :: stress(3), tangent(3, 3)  !< Pa
-      real(wp) :: e(3), more(3), acting(3), slope(2, 2), volume, modulus(2)
-      type(body_type) :: body
+      real(wp) :: e(3), increment(3), acting(3), slope(2, 2), volume, modulus(2)
+      type(maxwell_type) :: maxwell
 
       e = strain_components(strain)
-      more = strain_components(change)
+      increment = strain_components(change)
       modulus = shear_and_bulk(point)
       associate (theta => step%scheme%theta, relaxed => relaxed_modulus(self%branches%body))
-         call add_branches(self%branches, state, e(1:2), more(1:2), theta, acting(1:2), slope)
-         body = body_of(self%branches, state, more, step%time_step)
-         acting(1:2) = acting(1:2) + body%before(1:2) + theta*(body%after(1:2) - body%before(1:2))
-         slope = slope + theta*body%slope
-         acting(3) = relaxed*(e(3) + theta*more(3)) + body%before(3) + theta*(body%after(3) &
-            - body%before(3))
-         volume = modulus(2)*theta*(relaxed + body%stiffness)
+         call add_branches(self%branches, state, e(1:2), increment(1:2), theta, acting(1:2), slope)
+         maxwell = maxwell_of(self%branches, state, increment, step%time_step)
+         acting(1:2) = acting(1:2) + maxwell%before(1:2) &
+            + theta*(maxwell%after(1:2) - maxwell%before(1:2))
+         slope = slope + theta*maxwell%slope
+         acting(3) = relaxed*(e(3) + theta*increment(3)) + maxwell%before(3) &
+            + theta*(maxwell%after(3) - maxwell%before(3))
+         volume = modulus(2)*theta*(relaxed + maxwell%stiffness)
       end associate
       acting = acting*[modulus(1), modulus(1), modulus(2)]
       stress = [acting(3) + acting(1), acting(3) - acting(1), acting(2)]
@@ -131,7 +132,7 @@ contains
       real(wp), intent(in) :: e(2), change(2)       !< shear strains at the start, and their change
       real(wp), intent(in) :: theta                 !< θ
       real(wp), intent(out) :: acting(2), slope(2, 2)
-      real(wp) :: p(2), own(2, 2), modulus
+      real(wp) :: p(2), slope_of_branch(2, 2), modulus
       integer :: j
 
       acting = 0.0_wp
@@ -140,22 +141,22 @@ contains
          associate (before => state(2*j - 1:2*j), share => branches%slipping(j))
             modulus = share*branches%modulus(j)
             if (modulus > 0.0_wp) then
-               call return_to_cap(before + change, branches%strain(j), p, own)
+               call return_to_cap(before + change, branches%strain(j), p, slope_of_branch)
                acting = acting + modulus*(before + theta*(p - before))
-               slope = slope + modulus*theta*own
+               slope = slope + modulus*theta*slope_of_branch
             end if
             modulus = (1.0_wp - share)*branches%modulus(j)
             if (modulus > 0.0_wp) then
-               call recoverable_stress(e, change, branches%strain(j), theta, p, own)
+               call recoverable_stress(e, change, branches%strain(j), theta, p, slope_of_branch)
                acting = acting + modulus*p
-               slope = slope + modulus*own
+               slope = slope + modulus*slope_of_branch
             end if
          end associate
       end do
    end subroutine add_branches
 
    !> Set up the small-strain body in a step.
-   pure type(body_type) function body_of(branches, state, change, time_step) result(body)
+   pure type(maxwell_type) function maxwell_of(branches, state, change, time_step) result(maxwell)
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: state(:)             !< [any] state of the point at the start
       real(wp), intent(in) :: change(3)            !< change of the strains of shear and volume
@@ -166,18 +167,19 @@ contains
          do l = 1, law%n
             do i = 1, 3
                associate (e => state(n + i), memory => state(n + 3*l + i))
-                  body%before(i) = body%before(i) + r*(law%weight(l)*e - memory)
-                  body%trial(i) = body%trial(i) - r*relaxing(law, l, time_step, e, memory)
+                  maxwell%before(i) = maxwell%before(i) + r*(law%weight(l)*e - memory)
+                  maxwell%trial(i) = maxwell%trial(i) - r*relaxing(law, l, time_step, e, memory)
                end associate
             end do
-            body%stiffness = body%stiffness + r*(law%weight(l) - following(law, l, time_step))
+            maxwell%stiffness = maxwell%stiffness + r*(law%weight(l) - following(law, l, time_step))
          end do
-         body%trial = body%before + body%trial + body%stiffness*change
-         body%after = body%trial
-         call return_to_cap(body%trial(1:2), branches%body_cap, body%after(1:2), body%slope)
-         body%slope = body%stiffness*body%slope
+         maxwell%trial = maxwell%before + maxwell%trial + maxwell%stiffness*change
+         maxwell%after = maxwell%trial
+         call return_to_cap(maxwell%trial(1:2), branches%body_cap, maxwell%after(1:2), &
+            maxwell%slope)
+         maxwell%slope = maxwell%stiffness*maxwell%slope
       end associate
-   end function body_of
+   end function maxwell_of
 
    !> Find the state at the end of a step, and its losses.
    pure subroutine finish_step(self, point, state, strain, change, step, loss)
@@ -187,19 +189,20 @@ contains
       real(wp), intent(in) :: strain(3), change(3)    !< ε at the start, Δε
       type(step_type), intent(in) :: step             !< the present step
       real(wp), intent(out) :: loss(losses)           !< J/m³
-      real(wp) :: e(3), more(3), modulus(2), scheme
+      real(wp) :: e(3), increment(3), modulus(2), scheme
 
       e = strain_components(strain)
-      more = strain_components(change)
+      increment = strain_components(change)
       modulus = shear_and_bulk(point)
       loss = 0.0_wp
-      call finish_branches(self%branches, state, e(1:2), more(1:2), step%scheme%theta, loss, scheme)
+      call finish_branches(self%branches, state, e(1:2), increment(1:2), step%scheme%theta, loss, &
+         scheme)
       scheme = scheme + (step%scheme%theta - 0.5_wp)*relaxed_modulus(self%branches%body) &
-         *more(3)**2*modulus(2)/modulus(1)
+         *increment(3)**2*modulus(2)/modulus(1)
       loss = modulus(1)*loss
       loss(loss_scheme) = modulus(1)*scheme
-      if (self%branches%body%n > 0) call finish_body(self%branches, state, more, modulus, step, &
-         loss)
+      if (self%branches%body%n > 0) call finish_maxwell(self%branches, state, increment, modulus, &
+         step, loss)
    end subroutine finish_step
 
    !> Update the strains of the branches at the end of a step; find the losses by slip and scheme.
@@ -210,13 +213,13 @@ contains
       real(wp), intent(in) :: theta                !< θ
       real(wp), intent(inout) :: loss(losses)      !< losses; the loss by slip is set
       real(wp), intent(out) :: scheme              !< loss by the scheme
-      real(wp) :: p(2), own(2, 2), modulus, grown
+      real(wp) :: p(2), slope_of_branch(2, 2), modulus, stored
       integer :: j
 
       scheme = 0.0_wp
       do j = 1, branches%n
          associate (before => state(2*j - 1:2*j), share => branches%slipping(j))
-            call return_to_cap(before + change, branches%strain(j), p, own)
+            call return_to_cap(before + change, branches%strain(j), p, slope_of_branch)
             modulus = share*branches%modulus(j)
             loss(loss_plastic) = loss(loss_plastic) + modulus*dot_product(0.5_wp*(before + p), &
                change - (p - before))
@@ -224,48 +227,49 @@ contains
             before = p
             if (theta > 0.5_wp .and. share < 1.0_wp) then
                modulus = (1.0_wp - share)*branches%modulus(j)
-               call recoverable_stress(e, change, branches%strain(j), theta, p, own)
-               grown = potential(e + change, branches%strain(j)) - potential(e, branches%strain(j))
-               scheme = scheme + modulus*(dot_product(p, change) - grown)
+               call recoverable_stress(e, change, branches%strain(j), theta, p, slope_of_branch)
+               stored = potential(e + change, branches%strain(j)) - potential(e, branches%strain(j))
+               scheme = scheme + modulus*(dot_product(p, change) - stored)
             end if
          end associate
       end do
    end subroutine finish_branches
 
    !> Update strain and mechanisms of the body at the end of a step, and find its losses.
-   pure subroutine finish_body(branches, state, change, modulus, step, loss)
+   pure subroutine finish_maxwell(branches, state, change, modulus, step, loss)
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(inout) :: state(:)          !< [any] state of the point
       real(wp), intent(in) :: change(3)            !< change of the strains of shear and volume
       real(wp), intent(in) :: modulus(2)           !< moduli of shear and volume, Pa
       type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(inout) :: loss(losses)      !< J/m³
-      type(body_type) :: body
-      real(wp) :: body_change, more, stiffness(3)
+      type(maxwell_type) :: maxwell
+      real(wp) :: maxwell_change, memory_change, stiffness(3)
       integer :: l, i
 
       stiffness = [modulus(1), modulus(1), modulus(2)]
-      body = body_of(branches, state, change, step%time_step)
+      maxwell = maxwell_of(branches, state, change, step%time_step)
       associate (law => branches%body, n => 2*branches%n)
          do i = 1, 3
-            body_change = change(i) - (body%trial(i) - body%after(i))/body%stiffness
-            loss(loss_plastic) = loss(loss_plastic) + stiffness(i)*0.5_wp*(body%before(i) &
-               + body%after(i))*(change(i) - body_change)
+            maxwell_change = change(i) - (maxwell%trial(i) - maxwell%after(i))/maxwell%stiffness
+            loss(loss_plastic) = loss(loss_plastic) + stiffness(i)*0.5_wp*(maxwell%before(i) &
+               + maxwell%after(i))*(change(i) - maxwell_change)
             loss(loss_scheme) = loss(loss_scheme) + stiffness(i)*(step%scheme%theta - 0.5_wp) &
-               *(body%after(i) - body%before(i))*change(i)
+               *(maxwell%after(i) - maxwell%before(i))*change(i)
             do l = 1, law%n
                associate (memory => state(n + 3*l + i))
-                  more = relaxing(law, l, step%time_step, state(n + i), memory) &
-                     + following(law, l, step%time_step)*body_change
-                  loss(loss_damping) = loss(loss_damping) + stiffness(i)*law%unrelaxed*more**2 &
+                  memory_change = relaxing(law, l, step%time_step, state(n + i), memory) &
+                     + following(law, l, step%time_step)*maxwell_change
+                  loss(loss_damping) = loss(loss_damping) &
+                     + stiffness(i)*law%unrelaxed*memory_change**2 &
                      /(law%weight(l)*law%omega(l)*step%time_step)
-                  memory = memory + more
+                  memory = memory + memory_change
                end associate
             end do
-            state(n + i) = state(n + i) + body_change
+            state(n + i) = state(n + i) + maxwell_change
          end do
       end associate
-   end subroutine finish_body
+   end subroutine finish_maxwell
 
    !> Stored energy ψ, J/m³.
    pure real(wp) function stored(self, point, state, strain)
@@ -309,28 +313,28 @@ contains
    end function secant
 
    !> Text on the fit of the branches to their curves.
-   function fit_words(self) result(words)
+   function body_fit_text(self) result(text)
       class(hysteretic_law_type), intent(in) :: self  !< law
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
       associate (misfit => 100*self%branches%misfit)
-         words = to_text(self%branches%n)//' branches, moduli within '//short_text(misfit(1))//' %'
-         if (misfit(2) > 0.0_wp) words = words//', damping ratios within '// &
+         text = to_text(self%branches%n)//' branches, moduli within '//short_text(misfit(1))//' %'
+         if (misfit(2) > 0.0_wp) text = text//', damping ratios within '// &
             short_text(misfit(2))//' percentage points'
       end associate
-   end function fit_words
+   end function body_fit_text
 
    !> Text on parts of the curve that the branches do not match; blank: none.
-   function misfit_words(self) result(words)
+   function misfit_text(self) result(text)
       class(hysteretic_law_type), intent(in) :: self  !< law
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = ''
+      text = ''
       associate (misfit_points => 100*self%branches%misfit(2))
-         if (misfit_points > most_misfit) words = 'damping ratios are up to '// &
+         if (misfit_points > most_misfit) text = 'damping ratios are up to '// &
             short_text(misfit_points)// &
             ' percentage points off their curve, more than '//short_text(most_misfit)
       end associate
-   end function misfit_words
+   end function misfit_text
 
 end module dda_hysteretic_law

@@ -72,11 +72,11 @@ contains
       class(mohr_coulomb_solid_type), intent(in) :: self  !< law
       type(strain_point_type), intent(in) :: point        !< at its position
       real(wp), intent(in) :: strain                      !< κ
-      real(wp) :: lost
+      real(wp) :: fraction
 
       strength = self%peak
       if (self%softening <= 0.0_wp) return
-      lost = min(1.0_wp, strain*point%thickness/self%softening)
+      fraction = min(1.0_wp, strain*point%thickness/self%softening)
       associate (peak => self%peak, rest => self%residual)
          strength%cohesion = interpolate(peak%cohesion, rest%cohesion)
          strength%friction = atan(interpolate(tan(peak%friction), tan(rest%friction)))
@@ -93,7 +93,7 @@ contains
          real(wp), intent(in) :: from, to  !< peak value, residual value
 
          interpolate = from
-         if (to < from) interpolate = from + lost*(to - from)
+         if (to < from) interpolate = from + fraction*(to - from)
       end function interpolate
    end function strength_at
 
@@ -174,7 +174,7 @@ contains
       type(step_type), intent(in) :: step                 !< the present step
       real(wp), intent(out) :: stress(3), tangent(3, 3)   !< Pa
       type(circle_type) :: circle
-      real(wp) :: basis(3, 3), small(3, 3)
+      real(wp) :: basis(3, 3), principal_slope(3, 3)
 
       call return_stress(self, point, state, strain + step%scheme%theta*change, circle)
       associate (to => circle%to, u => circle%direction)
@@ -190,11 +190,11 @@ contains
          basis(:, 1) = plane_components(u, [1.0_wp, 0.0_wp])
          basis(:, 2) = plane_components(u, [0.0_wp, 1.0_wp])
          basis(:, 3) = [-u(2), u(2), u(1)]
-         small = 0.0_wp
-         small(1:2, 1:2) = to%slope(1:2, 1:2)
-         if (circle%radius > 0.0_wp) small(3, 3) = point%elasticity(3, 3) &
+         principal_slope = 0.0_wp
+         principal_slope(1:2, 1:2) = to%slope(1:2, 1:2)
+         if (circle%radius > 0.0_wp) principal_slope(3, 3) = point%elasticity(3, 3) &
             *0.5_wp*(to%stress(1) - to%stress(2))/circle%radius
-         tangent = step%scheme%theta*matmul(basis, matmul(small, transpose(basis)))
+         tangent = step%scheme%theta*matmul(basis, matmul(principal_slope, transpose(basis)))
       end associate
    end subroutine find_stress
 

@@ -22,16 +22,16 @@ contains
    pure subroutine return_to_cap(e, cap, p, slope)
       real(wp), intent(in) :: e(2), cap               !< strain; y
       real(wp), intent(out) :: p(2), slope(2, 2)      !< p(e), ∂p/∂e
-      real(wp) :: r, along(2)
+      real(wp) :: r, direction(2)
 
       r = hypot(e(1), e(2))
       p = e
       slope = eye
       if (r <= cap) return
-      along = e/r
-      p = cap*along
-      slope(:, 1) = cap/r*(eye(:, 1) - along(1)*along)
-      slope(:, 2) = cap/r*(eye(:, 2) - along(2)*along)
+      direction = e/r
+      p = cap*direction
+      slope(:, 1) = cap/r*(eye(:, 1) - direction(1)*direction)
+      slope(:, 2) = cap/r*(eye(:, 2) - direction(2)*direction)
    end subroutine return_to_cap
 
    !> Potential of p: ½|e|² within the cap, y|e| − ½y² beyond.
@@ -71,7 +71,7 @@ contains
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(out) :: mean(2), slope(2, 2)
       real(wp), parameter :: rounding = 1.0e-13_wp  !< fraction of the cap: rounding
-      real(wp) :: length, along(2), foot(2), start, ends(2), half
+      real(wp) :: length, direction(2), foot(2), start, ends(2), half
 
       length = hypot(change(1), change(2))
       if (length <= rounding*cap) then
@@ -79,15 +79,15 @@ contains
          slope = 0.5_wp*slope
          return
       end if
-      along = change/length
-      start = dot_product(e, along)
-      foot = e - start*along
+      direction = change/length
+      start = dot_product(e, direction)
+      foot = e - start*direction
       half = sqrt(max(0.0_wp, cap**2 - sum(foot**2)))
       ends = max(0.0_wp, min(length, [-half, half] - start))
-      mean = (ends(2) - ends(1))*(foot + (start + 0.5_wp*(ends(1) + ends(2)))*along)
+      mean = (ends(2) - ends(1))*(foot + (start + 0.5_wp*(ends(1) + ends(2)))*direction)
       slope = 0.5_wp*(ends(2) - ends(1))*(ends(1) + ends(2))*eye
-      call add_beyond_cap(foot, along, cap, start, 0.0_wp, ends(1), mean, slope)
-      call add_beyond_cap(foot, along, cap, start, ends(2), length, mean, slope)
+      call add_beyond_cap(foot, direction, cap, start, 0.0_wp, ends(1), mean, slope)
+      call add_beyond_cap(foot, direction, cap, start, ends(2), length, mean, slope)
       mean = mean/length
       slope = slope/length**2
    end subroutine average_projection
@@ -116,13 +116,13 @@ contains
    !> Compute ∫ ds/|e| = ln((s₁ + r₁)/(s₀ + r₀)), without differences of large numbers.
    pure real(wp) function log_ratio(foot, length, ends, r)
       real(wp), intent(in) :: foot(2), length, ends(2), r(2)  !< q; s₁ − s₀; s₀ and s₁; r₀ and r₁
-      real(wp) :: turn, distance
+      real(wp) :: ratio, distance
 
-      turn = sum(ends)/sum(r)  ! (r₁ − r₀)/(s₁ − s₀)
+      ratio = sum(ends)/sum(r)  ! (r₁ − r₀)/(s₁ − s₀)
       if (ends(1) >= 0.0_wp) then
-         log_ratio = log_1p(length*(1.0_wp + turn)/(ends(1) + r(1)))
+         log_ratio = log_1p(length*(1.0_wp + ratio)/(ends(1) + r(1)))
       else if (ends(2) <= 0.0_wp) then
-         log_ratio = log_1p(length*(1.0_wp - turn)/(r(2) - ends(2)))
+         log_ratio = log_1p(length*(1.0_wp - ratio)/(r(2) - ends(2)))
       else
          distance = norm2(foot)  ! at least the cap, since the segment is beyond it
          log_ratio = asinh(ends(2)/distance) - asinh(ends(1)/distance)

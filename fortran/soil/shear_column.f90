@@ -110,17 +110,17 @@ contains
       real(wp), intent(inout) :: stress(:), tangent(:) !< [cells] stress and tangent at d, Pa
       real(wp), intent(inout) :: residual(:)           !< [nodes] residual at d, Pa
       real(wp), intent(inout) :: scale                 !< largest force, Pa
-      real(wp) :: correction(size(d)), from(size(d)), before, factor
+      real(wp) :: correction(size(d)), from(size(d)), initial_residual, factor
       integer :: halving
 
       call solve_tangents(column, time_step, tangent, residual, correction)
       from = d
-      before = maxval(abs(residual))
+      initial_residual = maxval(abs(residual))
       factor = 1.0_wp
       do halving = 0, most_halvings
          d = from + factor*correction
          call find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
-         if (maxval(abs(residual)) < max(before, tolerance*scale)) exit
+         if (maxval(abs(residual)) < max(initial_residual, tolerance*scale)) exit
          factor = 0.5_wp*factor
       end do
    end subroutine newton_iteration
@@ -166,53 +166,53 @@ contains
       real(wp), intent(in) :: tangent(:)    !< [cells] Pa
       real(wp), intent(in) :: residual(:)   !< [nodes] Pa
       real(wp), intent(out) :: correction(:)  !< [nodes] m
-      real(wp) :: diagonal(size(correction)), beside(size(tangent))
+      real(wp) :: diagonal(size(correction)), off_diagonal(size(tangent))
       integer :: n
 
       n = size(tangent)
-      call mass_matrix(column, diagonal, beside)
+      call mass_matrix(column, diagonal, off_diagonal)
       diagonal = 2.0_wp/time_step**2*diagonal
-      beside = 2.0_wp/time_step**2*beside - tangent/column%thickness
+      off_diagonal = 2.0_wp/time_step**2*off_diagonal - tangent/column%thickness
       diagonal(:n) = diagonal(:n) + tangent/column%thickness
       diagonal(2:) = diagonal(2:) + tangent/column%thickness
       diagonal(n + 1) = diagonal(n + 1) + column%dashpot/time_step
       if (column%dashpot <= 0.0_wp) then
          diagonal(n + 1) = 1.0_wp
-         beside(n) = 0.0_wp
+         off_diagonal(n) = 0.0_wp
       end if
-      call solve_tridiagonal(diagonal, beside, residual, correction)
+      call solve_tridiagonal(diagonal, off_diagonal, residual, correction)
    end subroutine solve_tangents
 
    !> Solve with a symmetric positive definite tridiagonal matrix.
-   pure subroutine solve_tridiagonal(diagonal, beside, right, x)
+   pure subroutine solve_tridiagonal(diagonal, off_diagonal, right, x)
       real(wp), intent(inout) :: diagonal(:)  !< [n] diagonal, overwritten
-      real(wp), intent(in) :: beside(:)       !< [n-1]
+      real(wp), intent(in) :: off_diagonal(:)       !< [n-1]
       real(wp), intent(in) :: right(:)        !< [n]
       real(wp), intent(out) :: x(:)           !< [n] vector
       integer :: i
 
       x = right
       do i = 2, size(x)
-         associate (factor => beside(i - 1)/diagonal(i - 1))
-            diagonal(i) = diagonal(i) - factor*beside(i - 1)
+         associate (factor => off_diagonal(i - 1)/diagonal(i - 1))
+            diagonal(i) = diagonal(i) - factor*off_diagonal(i - 1)
             x(i) = x(i) - factor*x(i - 1)
          end associate
       end do
       x(size(x)) = x(size(x))/diagonal(size(x))
       do i = size(x) - 1, 1, -1
-         x(i) = (x(i) - beside(i)*x(i + 1))/diagonal(i)
+         x(i) = (x(i) - off_diagonal(i)*x(i + 1))/diagonal(i)
       end do
    end subroutine solve_tridiagonal
 
    !> Mass matrix M, the mean of lumped and consistent mass.
-   pure subroutine mass_matrix(column, diagonal, beside)
+   pure subroutine mass_matrix(column, diagonal, off_diagonal)
       type(shear_column_type), intent(in) :: column  !< column
-      real(wp), intent(out) :: diagonal(:), beside(:)  !< [nodes], [cells] kg/m²
+      real(wp), intent(out) :: diagonal(:), off_diagonal(:)  !< [nodes], [cells] kg/m²
       integer :: n
 
-      n = size(beside)
+      n = size(off_diagonal)
       associate (mass => column%density*column%thickness)
-         beside = mass/12.0_wp
+         off_diagonal = mass/12.0_wp
          diagonal = 0.0_wp
          diagonal(:n) = 5.0_wp/12.0_wp*mass
          diagonal(2:) = diagonal(2:) + 5.0_wp/12.0_wp*mass
@@ -223,20 +223,20 @@ contains
    pure function mass_times(column, x) result(product_of)
       type(shear_column_type), intent(in) :: column  !< column
       real(wp), intent(in) :: x(:)   !< [nodes]
-      real(wp) :: product_of(size(x)), diagonal(size(x)), beside(size(x) - 1)
+      real(wp) :: product_of(size(x)), diagonal(size(x)), off_diagonal(size(x) - 1)
 
-      call mass_matrix(column, diagonal, beside)
+      call mass_matrix(column, diagonal, off_diagonal)
       product_of = diagonal*x
-      product_of(:size(beside)) = product_of(:size(beside)) + beside*x(2:)
-      product_of(2:) = product_of(2:) + beside*x(:size(beside))
+      product_of(:size(off_diagonal)) = product_of(:size(off_diagonal)) + off_diagonal*x(2:)
+      product_of(2:) = product_of(2:) + off_diagonal*x(:size(off_diagonal))
    end function mass_times
 
    !> Advance the state to the end of a step.
-   subroutine end_step(column, state, time_step, base, d, stress, load)
+   subroutine end_step(column, state, time_step, base_velocity, d, stress, load)
       type(shear_column_type), intent(in) :: column  !< column
       type(shear_state_type), intent(inout) :: state  !< state of the column
       real(wp), intent(in) :: time_step      !< Δt, s
-      real(wp), intent(in) :: base           !< velocity of base or outcrop, m/s
+      real(wp), intent(in) :: base_velocity           !< velocity of base or outcrop, m/s
       real(wp), intent(in) :: d(:), load(:)  !< [nodes] Δu, m; Pa
       real(wp), intent(in) :: stress(:)      !< [cells] stress in the step, Pa
       real(wp) :: force(size(d))
@@ -244,7 +244,7 @@ contains
 
       n = size(stress)
       if (column%dashpot > 0.0_wp) then
-         state%reaction = column%dashpot*(base - d(n + 1)/time_step)
+         state%reaction = column%dashpot*(base_velocity - d(n + 1)/time_step)
       else
          force = 2.0_wp/time_step**2*mass_times(column, d) - load
          state%reaction = force(n + 1) - stress(n)
@@ -291,23 +291,23 @@ contains
       real(wp), intent(in) :: outcrop  !< velocity of an outcrop of the half-space, m/s
       real(wp) :: acceleration(size(state%velocity))
       real(wp), dimension(size(acceleration)) :: diagonal, force
-      real(wp) :: beside(size(state%strain))
+      real(wp) :: off_diagonal(size(state%strain))
       integer :: n
 
-      n = size(beside)
+      n = size(off_diagonal)
       force = 0.0_wp
       force(:n) = -state%stress
       force(2:) = force(2:) + state%stress
-      call mass_matrix(column, diagonal, beside)
+      call mass_matrix(column, diagonal, off_diagonal)
       if (column%dashpot > 0.0_wp) then
          force(n + 1) = force(n + 1) + column%dashpot*(outcrop - state%velocity(n + 1))
       else
-         force(n) = force(n) - beside(n)*base
+         force(n) = force(n) - off_diagonal(n)*base
          force(n + 1) = base
          diagonal(n + 1) = 1.0_wp
-         beside(n) = 0.0_wp
+         off_diagonal(n) = 0.0_wp
       end if
-      call solve_tridiagonal(diagonal, beside, force, acceleration)
+      call solve_tridiagonal(diagonal, off_diagonal, force, acceleration)
    end function end_accelerations
 
    !> Work at the base, kinetic and stored energy, losses by slip and by damping, J/m².

@@ -42,7 +42,7 @@ contains
       type(soil_type), intent(in) :: soil     !< soil as described in the input
       type(curve_type), intent(out) :: curve  !< table of its curves
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: fine((below + samples - 1)*parts + 1), share
+      real(wp) :: fine((below + samples - 1)*parts + 1), largest_theta
 
       if (soil%curve == 'table') then
          curve = soil%table
@@ -56,9 +56,9 @@ contains
       fine = log_spaced(strains(1)*(strains(1)/strains(2))**(real(below, wp)/(samples - 1)), &
          strains(2), size(fine))
       if (soil%curve == 'gqh') then
-         share = maxval(gqh_theta(soil, fine/soil%reference))
-         if (share > 1.0_wp) then
-            call fail(error, error_input, 'curve_fit gives θ = '//to_text(share)// &
+         largest_theta = maxval(gqh_theta(soil, fine/soil%reference))
+         if (largest_theta > 1.0_wp) then
+            call fail(error, error_input, 'curve_fit gives θ = '//to_text(largest_theta)// &
                ': θ must not exceed 1 at any strain')
             return
          end if
@@ -89,10 +89,10 @@ contains
    elemental real(wp) function gqh_theta(soil, x) result(theta)
       type(soil_type), intent(in) :: soil  !< soil as described in the input
       real(wp), intent(in) :: x            !< above 0
-      real(wp) :: grown
+      real(wp) :: power
 
-      grown = soil%theta(4)*x**soil%theta(5)
-      theta = soil%theta(1) + soil%theta(2)*grown/(soil%theta(3)**soil%theta(5) + grown)
+      power = soil%theta(4)*x**soil%theta(5)
+      theta = soil%theta(1) + soil%theta(2)*power/(soil%theta(3)**soil%theta(5) + power)
    end function gqh_theta
 
    !> Damping by Masing's rules at the strains of a table: D = (2/π) [2 ∫τ dγ/(τγ) − 1].
@@ -120,20 +120,20 @@ contains
       real(wp), parameter :: a = 0.919_wp
       real(wp), parameter :: c(3) = [-1.1143_wp*a**2 + 1.8618_wp*a + 0.2523_wp, &
          0.0805_wp*a**2 - 0.0710_wp*a - 0.0095_wp, -0.0005_wp*a**2 + 0.0002_wp*a + 0.0003_wp]
-      real(wp) :: reference, least, x, loop, stress
+      real(wp) :: reference, minimum, x, loop, stress
       integer :: i
 
       stress = soil%stress/atmosphere
       reference = 0.01_wp*(0.0352_wp + 0.0010_wp*soil%plasticity*soil%consolidation**0.3246_wp) &
          *stress**0.3483_wp
-      least = (0.8005_wp + 0.0129_wp*soil%plasticity*soil%consolidation**(-0.1069_wp)) &
+      minimum = (0.8005_wp + 0.0129_wp*soil%plasticity*soil%consolidation**(-0.1069_wp)) &
          *stress**(-0.2889_wp)*(1.0_wp + 0.2919_wp*log(soil%frequency))
       allocate (curve%reduction(samples), curve%damping(samples))
       do i = 1, samples
          x = curve%strain(i)/reference
          curve%reduction(i) = 1.0_wp/(1.0_wp + x**a)
          loop = 100.0_wp*hyperbola_loop(x)
-         curve%damping(i) = 0.01_wp*(least + (0.6329_wp - 0.00566_wp*log(soil%cycles)) &
+         curve%damping(i) = 0.01_wp*(minimum + (0.6329_wp - 0.00566_wp*log(soil%cycles)) &
             *curve%reduction(i)**0.1_wp*loop*(c(1) + loop*(c(2) + loop*c(3))))
          if (i > 1) curve%damping(i) = max(curve%damping(i), curve%damping(i - 1))
       end do

@@ -52,26 +52,26 @@ contains
       real(wp), intent(in) :: elastic(3, 3)        !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)             !< σ₁ ≥ σ₂, σ₃, Pa
       real(wp), intent(in) :: frozen(3)            !< principal stresses with frozen means, Pa
-      real(wp) :: gradient(3, bounds), bound(bounds), violation, least
-      type(return_type) :: other
+      real(wp) :: gradient(3, bounds), bound(bounds), violation, least_violation
+      type(return_type) :: candidate
       integer :: n
-      integer, parameter :: every(bounds) = [(n, n=1, bounds)]
+      integer, parameter :: indices(bounds) = [(n, n=1, bounds)]
       integer :: set, list(bounds)
 
       to%stress = trial
       to%slope = elastic
       call set_strength_planes(strength, frozen, gradient, bound)
       if (all(matmul(trial, gradient) <= bound)) return
-      least = huge(1.0_wp)
+      least_violation = huge(1.0_wp)
       do n = 1, 3
          do set = 1, 2**bounds - 1
             if (popcnt(set) /= n) cycle
-            list(:n) = pack(every, btest(set, every - 1))
+            list(:n) = pack(indices, btest(set, indices - 1))
             if (any(bound(list(:n)) >= huge(1.0_wp))) cycle
-            call return_to_planes(elastic, trial, gradient, bound, list(:n), other, violation)
-            if (violation >= least) cycle
-            least = violation
-            to = other
+            call return_to_planes(elastic, trial, gradient, bound, list(:n), candidate, violation)
+            if (violation >= least_violation) cycle
+            least_violation = violation
+            to = candidate
             if (violation <= rounding*maxval(abs(trial))) return
          end do
       end do

@@ -148,18 +148,18 @@ contains
       type(checkpoints_type), intent(inout) :: checkpoints  !< checkpoints of the output
       logical, intent(in) :: on_disk  !< the coming checkpoint is flushed to the disk
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical :: done
+      logical :: success
 
       if (checkpoints%newest_on_disk) then
-         done = rename_file(checkpoints%newest, checkpoints%previous)
-         done = rename_file(checkpoints%coming, checkpoints%newest)
+         success = rename_file(checkpoints%newest, checkpoints%previous)
+         success = rename_file(checkpoints%coming, checkpoints%newest)
       else
-         done = exchange_files(checkpoints%coming, checkpoints%newest)
-         if (.not. done) done = rename_file(checkpoints%coming, checkpoints%newest)
+         success = exchange_files(checkpoints%coming, checkpoints%newest)
+         if (.not. success) success = rename_file(checkpoints%coming, checkpoints%newest)
       end if
       checkpoints%newest_on_disk = on_disk
-      if (.not. done) call fail(error, error_file, checkpoints%coming//' cannot be renamed to '// &
-         checkpoints%newest)
+      if (.not. success) call fail(error, error_file, checkpoints%coming// &
+         ' cannot be renamed to '//checkpoints%newest)
    end subroutine rename_written
 
    !> Set a started run to the state of the newest valid checkpoint.
@@ -249,16 +249,16 @@ contains
       character(len=:), allocatable :: build
       character(len=:), allocatable :: options
       integer :: gap
-      logical :: place
+      logical :: is_folder
 
       build = compiler_version()
       options = compiler_options()//' '
-      place = .false.
+      is_folder = .false.
       do while (len(options) > 0)
          gap = index(options, ' ')
-         if (.not. place .and. index(options, '-I ') /= 1 .and. index(options, '-J ') /= 1) &
+         if (.not. is_folder .and. index(options, '-I ') /= 1 .and. index(options, '-J ') /= 1) &
             build = build//' '//options(:gap - 1)
-         place = index(options, '-I ') == 1 .or. index(options, '-J ') == 1
+         is_folder = index(options, '-I ') == 1 .or. index(options, '-J ') == 1
          options = options(gap + 1:)
       end do
    end function build_of_program

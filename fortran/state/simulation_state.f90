@@ -20,7 +20,7 @@ module dda_simulation_state
    use dda_linear_solver, only: solver_type, is_solver_name, set_method
    use dda_stages, only: restore_stages
    use dda_support, only: point_type
-   use dda_weld, only: weld_open, weld_whole
+   use dda_weld, only: weld_open, weld_intact
    use dda_base_motion, only: base_type, base_kinds
    use dda_first_contacts, only: first_contacts_type
    use dda_maxima, only: maxima_table, number_of_maxima
@@ -154,7 +154,7 @@ contains
       if (.not. can_break(simulation%model)) return
       associate (welds => simulation%model%welds)
          do i = 1, size(welds)
-            call serialise_number(archive, welds(i)%state, weld_whole, weld_open)
+            call serialise_number(archive, welds(i)%state, weld_intact, weld_open)
             call serialise(archive, welds(i)%break_stress)
             call serialise(archive, welds(i)%break_fraction)
          end do
@@ -320,15 +320,15 @@ contains
    subroutine serialise_largest(archive, simulation)
       type(archive_type), intent(inout) :: archive        !< archive that is written or read
       type(simulation_type), intent(inout) :: simulation  !< simulation and its state
-      integer :: i, most
+      integer :: i, upper
 
       do i = 1, number_of_maxima
          associate (largest => simulation%maxima%largest(i))
-            most = simulation%blocks%n
-            if (maxima_table(i)%of_points) most = size(simulation%model%points)
+            upper = simulation%blocks%n
+            if (maxima_table(i)%of_points) upper = size(simulation%model%points)
             call serialise(archive, largest%value)
             call serialise(archive, largest%time)
-            call serialise_list(archive, largest%owners, 0, most)
+            call serialise_list(archive, largest%owners, 0, upper)
          end associate
       end do
    end subroutine serialise_largest

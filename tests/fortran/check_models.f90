@@ -21,12 +21,12 @@ contains
    !> Text of Table I of the paper: 15 equal layers on a base of the same rock.
    function layered_site(damping) result(text)
       character(len=*), intent(in), optional :: damping  !< in &material
-      character(len=:), allocatable :: text, more
+      character(len=:), allocatable :: text, attributes
 
-      more = ''
-      if (present(damping)) more = damping
+      attributes = ''
+      if (present(damping)) attributes = damping
       text = head('1.0e-3', '', '1.5e12')//"&material name='rock', density=2643.0, "// &
-         'young_modulus=4.788e9, poisson_ratio=0.25 '//more//' /'//nl// &
+         'young_modulus=4.788e9, poisson_ratio=0.25 '//attributes//' /'//nl// &
          "&layers name='base', bottom=-1.0, width=15.0, thickness=1.0 /"//nl// &
          "&layers name='layer', bottom=0.0, width=15.0, thickness=1.0, count=15 /"//nl// &
          feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
@@ -55,13 +55,13 @@ contains
    end function layered_site_two
 
    !> Text of ten drums of 0.6 × 0.5 m, E 17 GPa, ν 0.22, ρ 2250, on a base held at four points.
-   function drum_column(penalty, more, bonded) result(text)
+   function drum_column(penalty, settings, bonded) result(text)
       character(len=*), intent(in) :: penalty    !< N/m
-      character(len=*), intent(in) :: more       !< in &control
+      character(len=*), intent(in) :: settings       !< in &control
       logical, intent(in), optional :: bonded    !< default: yes
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', more, penalty, bonded)// &
+      text = head('1.0e-3', settings, penalty, bonded)// &
          "&material name='stone', density=2250.0, young_modulus=17.0e9, poisson_ratio=0.22 /"// &
          nl//"&layers name='base', left=-0.3, bottom=-0.5, width=0.6, thickness=0.5 /"//nl// &
          "&drums name='drum', centre=0.0, width=0.6, height=0.5, count=10 /"//nl// &
@@ -75,13 +75,13 @@ contains
    !>
    !> E 10 GPa, ν 0.25, ρ 2500. The displacement ratio keeps the search, whose reach follows the
    !> size of the model, short of a brick.
-   function brick_wall(bricks, courses, penalty, more) result(text)
+   function brick_wall(bricks, courses, penalty, settings) result(text)
       integer, intent(in) :: bricks, courses
       character(len=*), intent(in) :: penalty  !< N/m
-      character(len=*), intent(in) :: more     !< in &control
+      character(len=*), intent(in) :: settings     !< in &control
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', ', max_displacement_ratio=0.001'//more, penalty)// &
+      text = head('1.0e-3', ', max_displacement_ratio=0.001'//settings, penalty)// &
          "&material name='clay', density=2500.0, young_modulus=10.0e9, poisson_ratio=0.25 /"//nl// &
          "&layers name='base', bottom=-1.0, width="//to_text(bricks)//'.0, thickness=1.0 /'//nl// &
          "&wall name='brick', brick_length=1.0, brick_height=0.5, bricks="//to_text(bricks)// &
@@ -91,12 +91,12 @@ contains
    end function brick_wall
 
    !> Text of the groups &control, &contact and &joint.
-   function head(time_step, more, penalty, bonded) result(text)
-      character(len=*), intent(in) :: time_step, more, penalty
+   function head(time_step, settings, penalty, bonded) result(text)
+      character(len=*), intent(in) :: time_step, settings, penalty
       logical, intent(in), optional :: bonded
       character(len=:), allocatable :: text
 
-      text = '&control time_step='//time_step//', steps=1000'//more//' /'//nl// &
+      text = '&control time_step='//time_step//', steps=1000'//settings//' /'//nl// &
          '&contact normal_stiffness='//penalty//' /'//nl
       if (present(bonded)) then
          if (.not. bonded) then
@@ -172,13 +172,13 @@ contains
    end function feet
 
    !> Linearise the model of an input text.
-   subroutine linear_of(linear, text, which)
+   subroutine linear_of(linear, text, contact_choice)
       type(linear_model_type), intent(out) :: linear
-      character(len=*), intent(in) :: text, which
+      character(len=*), intent(in) :: text, contact_choice
       type(simulation_type) :: simulation
 
       call begin(simulation, text)
-      call linearise(linear, simulation, which, error)
+      call linearise(linear, simulation, contact_choice, error)
       call check_no_error(error, 'linearise')
    end subroutine linear_of
 

@@ -24,11 +24,11 @@ contains
    function roots_of(matrix) result(roots)
       real(wp), intent(in) :: matrix(2, 2)
       complex(wp) :: roots(2)
-      real(wp) :: a(2, 2), re(2), im(2), left(1, 1), right(1, 1), work(32)
+      real(wp) :: a(2, 2), re(2), im(2), left_vector(1, 1), right_vector(1, 1), work(32)
       integer :: info
 
       a = matrix
-      call dgeev('N', 'N', 2, a, 2, re, im, left, 1, right, 1, work, size(work), info)
+      call dgeev('N', 'N', 2, a, 2, re, im, left_vector, 1, right_vector, 1, work, size(work), info)
       roots = cmplx(re, im, wp)
       if (info /= 0) roots = huge(1.0_wp)
    end function roots_of

@@ -26,7 +26,7 @@ module models
    public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, &
       block_text, rock
    public :: random, random_pairs, random_vector, sow, star, rectangle, turned, shifted, &
-      blocks_of, place_blocks, fan, relative_balance, walk, on_floor
+      make_rock_blocks, place_blocks, fan, relative_balance, walk, on_floor
 
    !> E = 5 GPa, ν = 0.25, ρ = 2500 kg/m³.
    character(len=*), parameter :: rock = &
@@ -98,23 +98,23 @@ contains
    end function number
 
    !> Text of the group &control.
-   pure function control_text(time_step, steps, more) result(text)
+   pure function control_text(time_step, steps, attributes) result(text)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: steps
-      character(len=*), intent(in) :: more   !< further variables
+      character(len=*), intent(in) :: attributes   !< further variables
       character(len=:), allocatable :: text
 
       text = ' &control time_step = '//number(time_step)//' steps = '//number(real(steps, wp))// &
-         ' '//more//' /'
+         ' '//attributes//' /'
    end function control_text
 
    !> Text of the group &contact.
-   pure function contact_text(normal_stiffness, more) result(text)
+   pure function contact_text(normal_stiffness, attributes) result(text)
       real(wp), intent(in) :: normal_stiffness
-      character(len=*), intent(in) :: more
+      character(len=*), intent(in) :: attributes
       character(len=:), allocatable :: text
 
-      text = ' &contact normal_stiffness = '//number(normal_stiffness)//' '//more//' /'
+      text = ' &contact normal_stiffness = '//number(normal_stiffness)//' '//attributes//' /'
    end function contact_text
 
    !> Text of a group &joint.
@@ -230,18 +230,18 @@ contains
    end function shifted
 
    !> Set blocks of the gathered outlines, all of one material, ready for steps.
-   subroutine blocks_of(outlines, blocks)
+   subroutine make_rock_blocks(outlines, blocks)
       type(outlines_type), intent(in) :: outlines
       type(blocks_type), intent(out) :: blocks
-      type(material_type) :: rocks(1)
-      integer :: one(outlines%n_vertices)
+      type(material_type) :: materials(1)
+      integer :: material(outlines%n_vertices)
 
-      rocks(1) = material_type('rock', 2500.0_wp, 5.0e9_wp, 0.25_wp, 0.0_wp, 0.0_wp)
-      one = 1
+      materials(1) = material_type('rock', 2500.0_wp, 5.0e9_wp, 0.25_wp, 0.0_wp, 0.0_wp)
+      material = 1
       call set_blocks(blocks, outlines%first(:outlines%n + 1), outlines%vertices, &
-         one(:outlines%n), one, rocks, .false.)
+         material(:outlines%n), material, materials, .false.)
       call begin_motion(blocks)
-   end subroutine blocks_of
+   end subroutine make_rock_blocks
 
    !> Set one or two blocks of one rock.
    subroutine place_blocks(blocks, first, second)
@@ -252,7 +252,7 @@ contains
 
       call add_outline(outlines, first, 1, 1, 1, '')
       if (present(second)) call add_outline(outlines, second, 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call make_rock_blocks(outlines, blocks)
    end subroutine place_blocks
 
    !> Find points and weights that integrate quadratics exactly over a polygon.

@@ -50,22 +50,22 @@ contains
       type(model_type) :: model
       type(run_type), allocatable :: run
       type(error_type), allocatable :: error
-      character(len=:), allocatable :: what
+      character(len=:), allocatable :: fault
 
-      what = ''
+      fault = ''
       call read_model_file(model, file, error)
       allocate (run)
       if (.not. allocated(error)) call begin_run(run, model, .false., error)
       call ieee_set_halting_mode(ieee_all, halting)
       if (.not. allocated(error) .and. run%simulation%blocks%n <= most_checked) &
-         what = strange_line(run%simulation)
+         fault = strange_line(run%simulation)
       if (.not. allocated(error) .and. run%simulation%blocks%n <= most_stepped) &
          call continue_run(run, steps, error)
       if (allocated(error)) then
          call refuse(error)
       else
-         if (what == '') what = strange_part(run%simulation)
-         call judge(what)
+         if (fault == '') fault = strange_part(run%simulation)
+         call judge(fault)
       end if
    end subroutine answer_input
 
@@ -101,30 +101,31 @@ contains
    end function strange_line
 
    !> Which part of the state is not finite, or nothing.
-   function strange_part(simulation) result(what)
+   function strange_part(simulation) result(fault)
       type(simulation_type), intent(in) :: simulation
-      character(len=:), allocatable :: what
+      character(len=:), allocatable :: fault
       real(wp) :: motion(2, 3)
       integer :: i
 
-      what = ''
+      fault = ''
       do i = 1, size(simulation%model%points)
          call measure_point(simulation%blocks, simulation%model%points(i), motion(:, 1), &
             motion(:, 2), motion(:, 3))
-         if (strange(reshape(motion, [6]))) what = 'measured point '//to_text(i)
+         if (strange(reshape(motion, [6]))) fault = 'measured point '//to_text(i)
       end do
       associate (contacts => simulation%contacts(simulation%now))
          if (strange(contacts%normal_force(:contacts%n)) &
             .or. strange(contacts%shear_force(:contacts%n)) &
             .or. strange(contacts%new_gap(:contacts%n)) &
-            .or. strange(contacts%stretch(:contacts%n))) what = 'contacts'
+            .or. strange(contacts%stretch(:contacts%n))) fault = 'contacts'
       end associate
-      if (strange(energy_values(simulation%energy))) what = 'energies'
-      if (strange(reshape(simulation%blocks%velocity, [6*simulation%blocks%n]))) what = 'velocities'
+      if (strange(energy_values(simulation%energy))) fault = 'energies'
+      if (strange(reshape(simulation%blocks%velocity, &
+         [6*simulation%blocks%n]))) fault = 'velocities'
       if (strange(reshape(simulation%blocks%vertex, [size(simulation%blocks%vertex)]))) &
-         what = 'vertices'
+         fault = 'vertices'
       if (strange(reshape(simulation%blocks%position, [6*simulation%blocks%n]))) &
-         what = 'coordinates'
+         fault = 'coordinates'
    end function strange_part
 
    subroutine answer_record(file)
@@ -132,7 +133,7 @@ contains
       type(record_type) :: record
       type(motion_curve_type) :: curve
       type(error_type), allocatable :: error
-      character(len=:), allocatable :: what
+      character(len=:), allocatable :: fault
 
       call read_record(record, file, 'auto', '', '', error)
       if (.not. allocated(error)) call make_motion_curve(curve, record%quantity, record%values, &
@@ -141,11 +142,11 @@ contains
          call refuse(error)
          return
       end if
-      what = ''
+      fault = ''
       if (strange(curve%acceleration) .or. strange(curve%velocity) &
-         .or. strange(curve%displacement)) what = 'motion'
-      if (strange([curve%time_step, curve%duration])) what = 'times'
-      call judge(what)
+         .or. strange(curve%displacement)) fault = 'motion'
+      if (strange([curve%time_step, curve%duration])) fault = 'times'
+      call judge(fault)
    end subroutine answer_record
 
    pure logical function strange(values)
@@ -154,11 +155,11 @@ contains
       strange = .not. all(abs(values) <= huge(1.0_wp))
    end function strange
 
-   subroutine judge(what)
-      character(len=*), intent(in) :: what
+   subroutine judge(fault)
+      character(len=*), intent(in) :: fault
 
-      if (what == '') print '(a)', 'ok'
-      if (what /= '') print '(2a)', 'not finite ', what
+      if (fault == '') print '(a)', 'ok'
+      if (fault /= '') print '(2a)', 'not finite ', fault
    end subroutine judge
 
    subroutine refuse(error)

@@ -24,9 +24,9 @@ contains
       end do
    end subroutine affine_maps
 
-   !> x = A x + b with ‖A‖ about `size_a`: the solution after `most` evaluations.
-   subroutine converge(n, size_a, most)
-      integer, intent(in) :: n, most
+   !> x = A x + b with ‖A‖ about `size_a`: the solution after `evaluations` evaluations.
+   subroutine converge(n, size_a, evaluations)
+      integer, intent(in) :: n, evaluations
       real(wp), intent(in) :: size_a
       type(anderson_type) :: memory
       real(wp) :: a(n, n), solution(n), x(n)
@@ -38,7 +38,7 @@ contains
       end do
       solution = random_vector(n)
       x = 0.0_wp
-      do i = 1, most
+      do i = 1, evaluations
          call accelerate(memory, x, solution + matmul(a, x - solution))
       end do
       call check_close(x, solution, 'solution', absolute=1.0e-6_wp)
@@ -48,18 +48,18 @@ contains
    subroutine more_unknowns_than_memory()
       integer, parameter :: n = 40
       type(anderson_type) :: memory
-      real(wp) :: x(n), plain(n), rate(n), solution(n)
+      real(wp) :: x(n), plain_iterate(n), rate(n), solution(n)
       integer :: i
 
       rate = [(0.95_wp*real(i, wp)/real(n, wp), i=1, n)]
       solution = random_vector(n)
       x = 0.0_wp
-      plain = 0.0_wp
+      plain_iterate = 0.0_wp
       do i = 1, 40
          call accelerate(memory, x, solution + rate*(x - solution))
-         plain = solution + rate*(plain - solution)
+         plain_iterate = solution + rate*(plain_iterate - solution)
       end do
-      call check(norm2(x - solution) < 1.0e-3_wp*norm2(plain - solution), &
+      call check(norm2(x - solution) < 1.0e-3_wp*norm2(plain_iterate - solution), &
          'a thousand times nearer in 40 iterations')
    end subroutine more_unknowns_than_memory
 
@@ -78,20 +78,20 @@ contains
 
    !> After `discard_iterations`, other sizes and other maps leave no trace.
    subroutine used_again()
-      type(anderson_type) :: used, new
+      type(anderson_type) :: memory, fresh
       real(wp) :: x(2), y(2), long(30)
       integer :: i
 
       long = 1.0_wp
       do i = 1, 9
-         call accelerate(used, long, 0.5_wp*cos(long))
+         call accelerate(memory, long, 0.5_wp*cos(long))
       end do
-      call discard_iterations(used)
+      call discard_iterations(memory)
       x = 0.0_wp
       y = 0.0_wp
       do i = 1, 3
-         call accelerate(used, x, [1.0_wp - 2.0_wp*x(2), 0.5_wp*x(1)])
-         call accelerate(new, y, [1.0_wp - 2.0_wp*y(2), 0.5_wp*y(1)])
+         call accelerate(memory, x, [1.0_wp - 2.0_wp*x(2), 0.5_wp*x(1)])
+         call accelerate(fresh, y, [1.0_wp - 2.0_wp*y(2), 0.5_wp*y(1)])
       end do
       call check_close(x, y, 'as with a new memory')
       call check_close(x, [0.5_wp, 0.25_wp], 'solution', absolute=1.0e-10_wp)

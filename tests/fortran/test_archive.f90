@@ -12,7 +12,7 @@ module test_archive
    !> One of each kind.
    type :: state_type
       integer :: number = 0
-      integer(long) :: large = 0
+      integer(long) :: large_value = 0
       real(wp) :: value = 0.0_wp
       logical :: flag = .false.
       character(len=:), allocatable :: text
@@ -30,7 +30,7 @@ contains
 
       call serialise_label(archive, 'state')
       call serialise(archive, state%number)
-      call serialise(archive, state%large)
+      call serialise(archive, state%large_value)
       call serialise(archive, state%value)
       call serialise(archive, state%flag)
       call serialise(archive, state%text)
@@ -45,7 +45,7 @@ contains
       type(state_type) :: state
 
       state%number = -7
-      state%large = 2_long**60
+      state%large_value = 2_long**60
       state%value = -0.0_wp
       state%flag = .true.
       state%text = 'größer'
@@ -65,7 +65,7 @@ contains
    end subroutine write_full
 
    subroutine there_and_back()
-      type(archive_type) :: archive, again
+      type(archive_type) :: archive, second
       type(state_type) :: state
 
       call write_full(archive)
@@ -75,10 +75,10 @@ contains
       call check(.not. allocated(archive%failure), 'all is read')
       call check(state%text == 'größer' .and. state%flag .and. state%flags(1) &
          .and. .not. state%flags(2), 'text and flags')
-      call write_archive(again)
-      call carry_state(again, state)
-      call check(again%at == archive%at, 'as many bytes')
-      call check(all(again%bytes(:again%at) == archive%bytes(:archive%at)), 'the same bytes')
+      call write_archive(second)
+      call carry_state(second, state)
+      call check(second%at == archive%at, 'as many bytes')
+      call check(all(second%bytes(:second%at) == archive%bytes(:archive%at)), 'the same bytes')
    end subroutine there_and_back
 
    !> Whatever is missing at the end is noticed, and what is read goes nowhere else.
@@ -146,7 +146,7 @@ contains
       integer, parameter :: sizes(4) = [0, 131072 - 1, 131072, 400001]  ! 131072 reals are a buffer
       type(archive_type) :: archive
       type(state_type) :: state
-      real(wp), allocatable :: long_list(:), found(:)
+      real(wp), allocatable :: long_list(:), restored(:)
       integer :: i, j
 
       do i = 1, size(sizes)
@@ -158,21 +158,22 @@ contains
          call carry_state(archive, state)
          call serialise(archive, long_list)
          call end_writing(archive, .false., error)
-         allocate (found(sizes(i)))
+         allocate (restored(sizes(i)))
          state%text = ''
          call begin_reading(scratch_name, archive, error)
-         call serialise(archive, found)
-         call check(all(found == long_list), 'what was written first')
+         call serialise(archive, restored)
+         call check(all(restored == long_list), 'what was written first')
          call carry_state(archive, state)
-         found = 0.0_wp
-         call serialise(archive, found)
-         call check(all(found == long_list) .and. state%text == 'größer', 'what was written last')
+         restored = 0.0_wp
+         call serialise(archive, restored)
+         call check(all(restored == long_list) .and. state%text == 'größer', &
+            'what was written last')
          call check(archive%at == archive%length, 'all of it')
          call serialise(archive, state%number)
          call check(allocated(archive%failure) .and. state%number == -7, 'nothing behind it')
          call end_reading(archive, error)
          call check(.not. allocated(error), 'no error')
-         deallocate (found)
+         deallocate (restored)
       end do
       call remove_scratch()
    end subroutine through_a_file

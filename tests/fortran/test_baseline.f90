@@ -252,13 +252,13 @@ contains
    subroutine two_samples_and_a_few()
       character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
          'velocity', 'displacement']
-      real(wp), parameter :: few(6) = [0.0_wp, 1.0_wp, -2.0_wp, 4.0_wp, 0.0_wp, 1.0_wp]
+      real(wp), parameter :: samples(6) = [0.0_wp, 1.0_wp, -2.0_wp, 4.0_wp, 0.0_wp, 1.0_wp]
       integer :: i, n, order
 
       do i = 1, 3
          do n = 2, 6
             do order = 0, 2
-               call make_motion_curve(curve, trim(quantity(i)), few(:n), &
+               call make_motion_curve(curve, trim(quantity(i)), samples(:n), &
                   0.5_wp, error, baseline_type(order=order))
                call check_no_error(error, 'a short record')
                call check_close(displacement_at(curve, curve%duration), curve%displacement(n), &
@@ -287,17 +287,17 @@ contains
    end subroutine a_real_record
 
    subroutine requests_that_make_no_motion()
-      real(wp), parameter :: few(3) = [0.0_wp, 1.0_wp, 0.0_wp]
+      real(wp), parameter :: samples(3) = [0.0_wp, 1.0_wp, 0.0_wp]
 
-      call refused('jerk', few, 0.1_wp, baseline_type(), 'jerk')
-      call refused('acceleration', few(:1), 0.1_wp, baseline_type(), '2 samples')
-      call refused('acceleration', few, 0.0_wp, baseline_type(), 'time step')
-      call refused('acceleration', few, 1.0e300_wp, baseline_type(), 'time step')
-      call refused('acceleration', few, 0.1_wp, baseline_type(order=3), 'order')
-      call refused('acceleration', few, 0.1_wp, baseline_type(taper=1.5_wp), 'taper')
-      call refused('displacement', few, 0.1_wp, baseline_type(taper=0.1_wp), 'tapered')
-      call refused('acceleration', few, 0.1_wp, baseline_type(scale=1.0e300_wp), 'factor')
-      call refused('acceleration', few*1.0e300_wp, 0.1_wp, baseline_type(), 'beyond')
+      call refused('jerk', samples, 0.1_wp, baseline_type(), 'jerk')
+      call refused('acceleration', samples(:1), 0.1_wp, baseline_type(), '2 samples')
+      call refused('acceleration', samples, 0.0_wp, baseline_type(), 'time step')
+      call refused('acceleration', samples, 1.0e300_wp, baseline_type(), 'time step')
+      call refused('acceleration', samples, 0.1_wp, baseline_type(order=3), 'order')
+      call refused('acceleration', samples, 0.1_wp, baseline_type(taper=1.5_wp), 'taper')
+      call refused('displacement', samples, 0.1_wp, baseline_type(taper=0.1_wp), 'tapered')
+      call refused('acceleration', samples, 0.1_wp, baseline_type(scale=1.0e300_wp), 'factor')
+      call refused('acceleration', samples*1.0e300_wp, 0.1_wp, baseline_type(), 'beyond')
       call refused('acceleration', [0.0_wp, ieee_value(0.0_wp, ieee_quiet_nan)], 0.1_wp, &
          baseline_type(), 'finite')
    end subroutine requests_that_make_no_motion

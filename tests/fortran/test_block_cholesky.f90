@@ -26,16 +26,16 @@ contains
    subroutine orders_of_elimination()
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
-      logical :: done
+      logical :: success
 
       call grid_graph(30, 20, graph)
       call fill_order(graph, order)
       call check_permutation(order, 'fill')
-      call minimum_degree_order(graph, order, done)
-      call check(done, 'minimum degree does not give up')
+      call minimum_degree_order(graph, order, success)
+      call check(success, 'minimum degree does not give up')
       call check_permutation(order, 'minimum degree')
-      call dissection_order(graph, order, done)
-      call check(done, 'dissection does not give up')
+      call dissection_order(graph, order, success)
+      call check(success, 'dissection does not give up')
       call check_permutation(order, 'dissection')
       call bandwidth_order(graph, order)
       call check_permutation(order, 'bandwidth')
@@ -225,20 +225,21 @@ contains
 
    subroutine check_same_bits(matrix)
       type(block_matrix_type), intent(in) :: matrix
-      real(wp) :: b(6, matrix%n), one(6, matrix%n), more(6, matrix%n)
-      integer :: threads, before
+      real(wp) :: b(6, matrix%n), x_one(6, matrix%n), x_many(6, matrix%n)
+      integer :: threads, default_threads
 
-      before = 1
-      !$ before = omp_get_max_threads()
+      default_threads = 1
+      !$ default_threads = omp_get_max_threads()
       call random_number(b)
       !$ call omp_set_num_threads(1)
-      call solve_both(matrix, b, one)
+      call solve_both(matrix, b, x_one)
       do threads = 2, 4
          !$ call omp_set_num_threads(threads)
-         call solve_both(matrix, b, more)
-         call check(all(abs(one - more) <= 0.0_wp), 'bits differ on '//to_text(threads)//' threads')
+         call solve_both(matrix, b, x_many)
+         call check(all(abs(x_one - x_many) <= 0.0_wp), 'bits differ on '//to_text(threads)// &
+            ' threads')
       end do
-      !$ call omp_set_num_threads(before)
+      !$ call omp_set_num_threads(default_threads)
    end subroutine check_same_bits
 
    !> The sum of the solutions in both precisions.

@@ -30,7 +30,7 @@ contains
       integer, intent(in) :: n, pairs(:,:)
       type(block_matrix_type) :: matrix
       logical :: coupled(n, n)
-      integer :: p, i, j, found, wrong
+      integer :: p, i, j, entry, wrong
 
       call set_pattern(matrix, n, pairs)
       coupled = .false.
@@ -44,10 +44,10 @@ contains
       do i = 1, n
          do j = 1, n
             if (i == j) cycle
-            found = entry_of(matrix, i, j)
-            if ((found > 0) .neqv. coupled(i, j)) wrong = wrong + 1
-            if (found /= entry_of(matrix, j, i)) wrong = wrong + 1
-            if (found > 0) wrong = wrong + merge(0, 1, matrix%column(found) == min(i, j))
+            entry = entry_of(matrix, i, j)
+            if ((entry > 0) .neqv. coupled(i, j)) wrong = wrong + 1
+            if (entry /= entry_of(matrix, j, i)) wrong = wrong + 1
+            if (entry > 0) wrong = wrong + merge(0, 1, matrix%column(entry) == min(i, j))
          end do
          associate (row => matrix%column(matrix%row_start(i):matrix%row_start(i + 1) - 1))
             if (any(row(2:) <= row(:size(row) - 1)) .or. any(row >= i)) wrong = wrong + 1

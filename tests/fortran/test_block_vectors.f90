@@ -12,10 +12,10 @@ module test_block_vectors
 contains
 
    subroutine any_length()
-      integer :: before, threads
+      integer :: default_threads, threads
 
-      before = 1
-      !$ before = omp_get_max_threads()
+      default_threads = 1
+      !$ default_threads = omp_get_max_threads()
       do threads = 1, 4
          !$ call omp_set_num_threads(threads)
          call case('a short vector')
@@ -23,7 +23,7 @@ contains
          call case('a long one, which threads share')
          call against_whole_arrays(parallel_from + 7)
       end do
-      !$ call omp_set_num_threads(before)
+      !$ call omp_set_num_threads(default_threads)
    end subroutine any_length
 
    subroutine against_whole_arrays(n)

@@ -54,7 +54,7 @@ contains
    subroutine shape_matrices()
       real(wp), allocatable :: vertices(:,:)
       real(wp), parameter :: h = 1.0e-5_wp
-      real(wp) :: t(2, 6), expected(2, 6), reference(2), q(6), ahead(2), behind(2)
+      real(wp) :: t(2, 6), expected(2, 6), reference(2), q(6), forward(2), backward(2)
       integer :: i, k
 
       do i = 1, 50
@@ -65,11 +65,11 @@ contains
             blocks%position(:, 1) = q
             blocks%position(k, 1) = q(k) + h
             call update_geometry(blocks)
-            ahead = position_of(blocks, 1, reference)
+            forward = position_of(blocks, 1, reference)
             blocks%position(k, 1) = q(k) - h
             call update_geometry(blocks)
-            behind = position_of(blocks, 1, reference)
-            expected(:, k) = (ahead - behind)/(2.0_wp*h)
+            backward = position_of(blocks, 1, reference)
+            expected(:, k) = (forward - backward)/(2.0_wp*h)
          end do
          blocks%position(:, 1) = q
          call update_geometry(blocks)
@@ -82,7 +82,7 @@ contains
 
    subroutine places_and_references()
       real(wp), allocatable :: vertices(:,:)
-      real(wp) :: place(2)
+      real(wp) :: position(2)
       integer :: i, v
 
       do i = 1, 50
@@ -90,8 +90,8 @@ contains
          call check_close(blocks%vertex, vertices, 'vertices at the start')
          blocks%position(:, 1) = random_vector(6)*[3.0_wp, 3.0_wp, 9.0_wp, 0.1_wp, 0.1_wp, 0.2_wp]
          call update_geometry(blocks)
-         place = random_vector(2)
-         call check_close(position_of(blocks, 1, reference_of(blocks, 1, place)), place, &
+         position = random_vector(2)
+         call check_close(position_of(blocks, 1, reference_of(blocks, 1, position)), position, &
             'there and back', absolute=1.0e-13_wp)
          do v = 1, 6
             call check_close(position_of(blocks, 1, blocks%reference(:, v)), blocks%vertex(:, v), &
@@ -137,29 +137,30 @@ contains
    !> Stress turns with the block: by 90°, σx and σy change places; by any angle, Mohr's circle.
    subroutine stresses()
       real(wp), allocatable :: vertices(:,:)
-      real(wp) :: own(3), angle, mean, half
+      real(wp) :: stress(3), angle, mean, half
       integer :: i
 
       call make_star(vertices, 5)
       blocks%initial_stress(:, 1) = [-1.0e6_wp, 2.0e6_wp, 3.0e5_wp]
       blocks%position(4:6, 1) = [1.0e-4_wp, -3.0e-4_wp, 2.0e-4_wp]
-      own = blocks%initial_stress(:, 1) + matmul(elasticity(material_type('', 2500.0_wp, 5.0e9_wp, &
-         0.25_wp, 0.0_wp, 0.0_wp), .false.), blocks%position(4:6, 1))
+      stress = blocks%initial_stress(:, 1) + matmul(elasticity(material_type('', 2500.0_wp, &
+         5.0e9_wp, 0.25_wp, 0.0_wp, 0.0_wp), .false.), blocks%position(4:6, 1))
       call update_geometry(blocks)
-      call check_close(stress_of(blocks, 1), own, 'as it lies', relative=1.0e-14_wp)
+      call check_close(stress_of(blocks, 1), stress, 'as it lies', relative=1.0e-14_wp)
       blocks%position(3, 1) = 0.5_wp*pi
       call update_geometry(blocks)
-      call check_close(stress_of(blocks, 1), [own(2), own(1), -own(3)], 'turned by 90°', &
+      call check_close(stress_of(blocks, 1), [stress(2), stress(1), -stress(3)], 'turned by 90°', &
          relative=1.0e-14_wp)
-      mean = 0.5_wp*(own(1) + own(2))
-      half = 0.5_wp*(own(1) - own(2))
+      mean = 0.5_wp*(stress(1) + stress(2))
+      half = 0.5_wp*(stress(1) - stress(2))
       do i = 1, 20
          angle = random(-7.0_wp, 7.0_wp)
          blocks%position(3, 1) = angle
          call update_geometry(blocks)
-         call check_close(stress_of(blocks, 1), [mean + half*cos(2*angle) - own(3)*sin(2*angle), &
-            mean - half*cos(2*angle) + own(3)*sin(2*angle), half*sin(2*angle) &
-            + own(3)*cos(2*angle)], 'turned', relative=1.0e-13_wp)
+         call check_close(stress_of(blocks, 1), [mean + half*cos(2*angle) &
+            - stress(3)*sin(2*angle), &
+            mean - half*cos(2*angle) + stress(3)*sin(2*angle), half*sin(2*angle) &
+            + stress(3)*cos(2*angle)], 'turned', relative=1.0e-13_wp)
       end do
    end subroutine stresses
 

@@ -18,9 +18,9 @@ module test_bonds
 contains
 
    !> So many bonds stick, over so long a joint.
-   subroutine check_bonds(number, what, length)
+   subroutine check_bonds(number, label, length)
       integer, intent(in) :: number
-      character(len=*), intent(in) :: what
+      character(len=*), intent(in) :: label
       real(wp), intent(in), optional :: length
       integer :: c
 
@@ -28,9 +28,9 @@ contains
          do c = 1, contacts%n
             if (contacts%bonded(c)) call check(contacts%state(c) == contact_stick, 'a bond sticks')
          end do
-         call check(count(contacts%bonded(:contacts%n)) == number, what)
+         call check(count(contacts%bonded(:contacts%n)) == number, label)
          if (present(length)) call check_close(sum(contacts%bond_length(:contacts%n), &
-            contacts%bonded(:contacts%n)), length, what, relative=1.0e-12_wp)
+            contacts%bonded(:contacts%n)), length, label, relative=1.0e-12_wp)
       end associate
    end subroutine check_bonds
 

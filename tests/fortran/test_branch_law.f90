@@ -34,17 +34,17 @@ contains
    end subroutine both_kinds_of_loops
 
    !> A hyperbola with a damping ratio of 1 % and, beyond it, half of that of Masing's rules.
-   subroutine make(masing, least, branches)
+   subroutine make(masing, least_damping, branches)
       logical, intent(in) :: masing
-      real(wp), intent(in) :: least
+      real(wp), intent(in) :: least_damping
       type(branches_type), intent(out) :: branches
       type(curve_type) :: curve
       integer :: i
 
       curve%strain = [(10.0_wp**(-7.0_wp + 6.0_wp*(i - 1)/(rows - 1)), i=1, rows)]
       curve%reduction = 1.0_wp/(1.0_wp + curve%strain/reference)
-      curve%damping = least + 0.5_wp*masing_ratio(curve%strain/reference)
-      call fit_branches(curve, 40, masing, damping_type(ratio=least, reference=1.0_wp), &
+      curve%damping = least_damping + 0.5_wp*masing_ratio(curve%strain/reference)
+      call fit_branches(curve, 40, masing, damping_type(ratio=least_damping, reference=1.0_wp), &
          huge(1.0_wp), branches, error)
       call check_no_error(error, 'fitted')
    end subroutine make
@@ -77,29 +77,30 @@ contains
    end subroutine backbone_of_branches
 
    !> Closed loops at 1 Hz, driven by a sine, against the curves and the closed form of the fit.
-   subroutine loops(masing, least)
+   subroutine loops(masing, least_damping)
       logical, intent(in) :: masing
-      real(wp), intent(in) :: least
+      real(wp), intent(in) :: least_damping
       integer, parameter :: steps = 2000
       real(wp), parameter :: amplitude(4) = [1.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
       type(branches_type) :: branches
       type(point_type) :: point
-      real(wp) :: ratio, wanted, before, next
+      real(wp) :: ratio, expected, start_work, next
       integer :: a, i
 
-      call case('loops of branches, least ratio '//to_text(least))
-      call make(masing, least, branches)
+      call case('loops of branches, least ratio '//to_text(least_damping))
+      call make(masing, least_damping, branches)
       do a = 1, size(amplitude)
          point = point_type()
          do i = 1, 12*steps
             next = amplitude(a)*sin(2.0_wp*pi*i/steps)
-            if (i == 11*steps + 1) before = point%work
+            if (i == 11*steps + 1) start_work = point%work
             call step(branches, next - point%strain, 1.0_wp/steps, point)
          end do
-         ratio = (point%work - before)/(2.0_wp*pi*amplitude(a)**2 &
+         ratio = (point%work - start_work)/(2.0_wp*pi*amplitude(a)**2 &
             *sum(secant_ratio(branches, amplitude(a:a))))
-         wanted = least + merge(1.0_wp, 0.5_wp, masing)*masing_ratio(amplitude(a)/reference)
-         call check_close(ratio, wanted, 'damping ratio at '//to_text(amplitude(a)), &
+         expected = least_damping + merge(1.0_wp, 0.5_wp, &
+            masing)*masing_ratio(amplitude(a)/reference)
+         call check_close(ratio, expected, 'damping ratio at '//to_text(amplitude(a)), &
             absolute=0.003_wp)
          call check_close(ratio, sum(loop_damping(branches, amplitude(a:a))), &
             'closed form at '//to_text(amplitude(a)), absolute=0.0015_wp)
@@ -133,7 +134,7 @@ contains
       type(branches_type) :: branches
       type(point_type) :: point
       type(response_type) :: low, high, soil, body
-      real(wp) :: change(1), taken, slope
+      real(wp) :: change(1), body_change, slope
       real(wp), parameter :: h = 1.0e-12_wp
       integer :: i, wrong
 
@@ -146,9 +147,12 @@ contains
          high = respond(branches, point%elastic, point%strain, change(1) + h)
          slope = (high%acting - low%acting)/(2.0_wp*h)
          if (abs(slope - soil%tangent) > 1.0e-3_wp) wrong = wrong + 1
-         call respond_body(branches, point%memory, point%body, change(1), 0.01_wp, body, taken)
-         call respond_body(branches, point%memory, point%body, change(1) + h, 0.01_wp, high, taken)
-         call respond_body(branches, point%memory, point%body, change(1) - h, 0.01_wp, low, taken)
+         call respond_body(branches, point%memory, point%body, change(1), 0.01_wp, body, &
+            body_change)
+         call respond_body(branches, point%memory, point%body, change(1) + h, 0.01_wp, high, &
+            body_change)
+         call respond_body(branches, point%memory, point%body, change(1) - h, 0.01_wp, low, &
+            body_change)
          slope = (high%acting - low%acting)/(2.0_wp*h)
          if (abs(slope - body%tangent) > 1.0e-3_wp) wrong = wrong + 1
          call step(branches, change(1), 0.01_wp, point)
@@ -162,18 +166,18 @@ contains
       real(wp), intent(in) :: change, time_step
       type(point_type), intent(inout) :: point
       type(response_type) :: soil, body
-      real(wp) :: taken, damped
+      real(wp) :: body_change, loss
 
       soil = respond(branches, point%elastic, point%strain, change)
-      call respond_body(branches, point%memory, point%body, change, time_step, body, taken)
-      call advance_body(branches, point%body, taken, time_step, point%memory, damped)
+      call respond_body(branches, point%memory, point%body, change, time_step, body, body_change)
+      call advance_body(branches, point%body, body_change, time_step, point%memory, loss)
       call advance_branches(branches, change, point%elastic(:branches%n))
-      point%body = point%body + taken
+      point%body = point%body + body_change
       point%strain = point%strain + change
       point%stress = soil%acting + body%acting
       point%work = point%work + point%stress*change
-      point%lost = point%lost + soil%loss + body%loss + damped
-      point%least = min(point%least, soil%loss, body%loss, damped)
+      point%lost = point%lost + soil%loss + body%loss + loss
+      point%least = min(point%least, soil%loss, body%loss, loss)
    end subroutine step
 
 end module test_branch_law

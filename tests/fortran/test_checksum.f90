@@ -14,10 +14,10 @@ contains
    subroutine check_value_of_crc_64_xz()
       integer(int8), parameter :: digits(9) = [49_int8, 50_int8, 51_int8, 52_int8, 53_int8, &
          54_int8, 55_int8, 56_int8, 57_int8]
-      integer(int8) :: nothing(0)
+      integer(int8) :: no_bytes(0)
 
       call check(checksum_of(digits) == -7395533204333446662_long, '995DC9BBDF1939FA')
-      call check(checksum_of(nothing) == 0_long, 'nothing has the sum 0')
+      call check(checksum_of(no_bytes) == 0_long, 'nothing has the sum 0')
    end subroutine check_value_of_crc_64_xz
 
    !> The remainder of the division itself, one bit at a time.
@@ -68,15 +68,15 @@ contains
 
    subroutine single_bits()
       integer(int8) :: bytes(50)
-      integer(long) :: whole
+      integer(long) :: original
       integer :: i, bit
 
       bytes = sown(50)
-      whole = checksum_of(bytes)
+      original = checksum_of(bytes)
       do i = 1, 50
          do bit = 0, 7
             bytes(i) = ieor(bytes(i), ibset(0_int8, bit))
-            call check(checksum_of(bytes) /= whole, 'a changed bit is found')
+            call check(checksum_of(bytes) /= original, 'a changed bit is found')
             bytes(i) = ieor(bytes(i), ibset(0_int8, bit))
          end do
       end do

@@ -188,36 +188,36 @@ contains
 
    !> Rows are dealt out to the threads; their sums are not.
    subroutine any_number_of_threads()
-      type(system_type) :: system, others
+      type(system_type) :: system, parallel_system
       type(contacts_type) :: contacts
-      integer :: before, threads
+      integer :: default_threads, threads
 
       call random_contacts(system, contacts, 520)
-      before = 1
-      !$ before = omp_get_max_threads()
+      default_threads = 1
+      !$ default_threads = omp_get_max_threads()
       !$ call omp_set_num_threads(1)
       call assemble_all(system, contacts)
       do threads = 2, 4
-         others = system
+         parallel_system = system
          !$ call omp_set_num_threads(threads)
-         call assemble_all(others, contacts)
-         call check_same(others, system)
+         call assemble_all(parallel_system, contacts)
+         call check_same(parallel_system, system)
       end do
-      !$ call omp_set_num_threads(before)
+      !$ call omp_set_num_threads(default_threads)
    end subroutine any_number_of_threads
 
    !> More shear force in contact c, as two threads add it.
-   subroutine add_shear_force(system, contacts, c, more)
+   subroutine add_shear_force(system, contacts, c, force)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(inout) :: contacts
       integer, intent(in) :: c
-      real(wp), intent(in) :: more
+      real(wp), intent(in) :: force
       integer :: middle
 
       middle = system%matrix%n/2
-      contacts%free_force(2, c) = contacts%free_force(2, c) + more
-      call add_to_rows(system, contacts, c, [0.0_wp, more], 1, middle)
-      call add_to_rows(system, contacts, c, [0.0_wp, more], middle + 1, system%matrix%n)
+      contacts%free_force(2, c) = contacts%free_force(2, c) + force
+      call add_to_rows(system, contacts, c, [0.0_wp, force], 1, middle)
+      call add_to_rows(system, contacts, c, [0.0_wp, force], middle + 1, system%matrix%n)
    end subroutine add_shear_force
 
    !> States, forces, multipliers and retained shares change, a few at a time, as in the iteration

@@ -40,7 +40,7 @@ contains
       type(strain_point_type) :: point
       type(step_type) :: step
       real(wp) :: state(2), strain(3), change(3), stress(3), tangent(3, 3), loss(losses)
-      real(wp) :: before, damage, worst, work, least
+      real(wp) :: stored, damage, worst, work, smallest_loss
       integer :: i, k
 
       do k = 1, 3
@@ -51,11 +51,11 @@ contains
          strain = 0.0_wp
          work = 0.0_wp
          worst = 0.0_wp
-         least = 0.0_wp
+         smallest_loss = 0.0_wp
          do i = 1, 2000
             change = 2.0e-6_wp*random_vector(3) - 0.03_wp*strain
             change(3) = 0.0_wp
-            before = law%stored(point, state, strain)
+            stored = law%stored(point, state, strain)
             damage = state(1)
             point%bounding = law%frozen_stress(point, state, strain, change, step)
             call law%respond(point, state, strain, change, step, stress, tangent)
@@ -63,12 +63,12 @@ contains
             strain = strain + change
             work = work + abs(dot_product(stress, change))
             worst = max(worst, abs(dot_product(stress, change) - law%stored(point, state, strain) &
-               + before - sum(loss)))
-            least = min(least, loss(loss_plastic), loss(loss_scheme))
+               + stored - sum(loss)))
+            smallest_loss = min(smallest_loss, loss(loss_plastic), loss(loss_scheme))
             call check(state(1) >= damage, 'damage does not fall')
          end do
          call check(worst <= 1.0e-12_wp*work, 'the step balances')
-         call check(least >= -1.0e-12_wp*work, 'fracture and scheme lose')
+         call check(smallest_loss >= -1.0e-12_wp*work, 'fracture and scheme lose')
          call check(state(1) > 0.1_wp, 'it is damaged')
       end do
    end subroutine steps_of_a_broken_face_balance

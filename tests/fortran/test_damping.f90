@@ -52,7 +52,7 @@ contains
    subroutine fitted_bodies()
       real(wp), parameter :: ratio(5) = [0.001_wp, 0.01_wp, 0.05_wp, 0.1_wp, 0.2_wp]
       !> largest errors over 0.1 … 50 Hz with 6, 8 and 10 mechanisms, published to two digits
-      real(wp), parameter :: known(3) = [1.7e-2_wp, 3.2e-3_wp, 8.0e-4_wp]
+      real(wp), parameter :: misfit_limit(3) = [1.7e-2_wp, 3.2e-3_wp, 8.0e-4_wp]
       type(damping_type) :: damping
       complex(wp) :: factor
       integer :: i, k
@@ -74,11 +74,11 @@ contains
          call check(real(modulus_factor(damping, 1.0e9_wp)) <= damping%unrelaxed .and. &
             damping%unrelaxed > 1.0_wp, 'stiffest at once')
       end do
-      do k = 1, size(known)
+      do k = 1, size(misfit_limit)
          damping = damping_type(ratio=0.2_wp, reference=1.0_wp, n=4 + 2*k)
          call fit_body(damping, huge(1.0_wp), error)
-         call check(damping%n == 4 + 2*k .and. damping%misfit < known(k), to_text(4 + 2*k)// &
-            ' mechanisms')
+         call check(damping%n == 4 + 2*k .and. damping%misfit < misfit_limit(k), &
+            to_text(4 + 2*k)//' mechanisms')
       end do
       call case('mechanisms that a time step admits')
       damping = damping_type(ratio=0.05_wp, reference=1.0_wp)
@@ -146,25 +146,26 @@ contains
    subroutine rest(damping)
       character(len=*), intent(in) :: damping
       type(simulation_type) :: simulation
-      real(wp) :: before(6, 2), sag
+      real(wp) :: initial_position(6, 2), sag
 
       call case('rest, '//damping)
       call begin(simulation, pair_text(1.0e-2_wp, 'settle = .true. gravity = 0.0 -10.0', damping))
-      before = simulation%blocks%position
-      sag = maxval(abs(before(4:5, :)))
+      initial_position = simulation%blocks%position
+      sag = maxval(abs(initial_position(4:5, :)))
       call run(simulation, 1000)
       call check(sag > 1.0e-7_wp, 'the weight acts')
       ! Statics leave 10⁻⁶ of the weight; a body that creeps moves by more than half of the sag.
-      call check_close(simulation%blocks%position, before, 'no creep', absolute=1.0e-8_wp*sag)
+      call check_close(simulation%blocks%position, initial_position, 'no creep', &
+         absolute=1.0e-8_wp*sag)
    end subroutine rest
 
    !> Two soft blocks on top of each other, bonded, the lower one held.
-   function pair_text(time_step, more, damping) result(text)
+   function pair_text(time_step, settings, damping) result(text)
       real(wp), intent(in) :: time_step
-      character(len=*), intent(in) :: more, damping
+      character(len=*), intent(in) :: settings, damping
       character(len=:), allocatable :: text
 
-      text = control_text(time_step, 10000, more)//contact_text(2.0e9_wp, '')// &
+      text = control_text(time_step, 10000, settings)//contact_text(2.0e9_wp, '')// &
          ' &material density = 2000.0 young_modulus = 5.0e7 poisson_ratio = 0.3 '//damping// &
          ' /'//joint_text(40.0_wp, 1.0e9_wp, 1.0e9_wp)// &
          block_text('low', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))// &

@@ -10,8 +10,8 @@ module test_detection
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_layers, add_wall, outlines_type
    use dda_text, only: to_text
-   use models, only: blocks_of, place_blocks, random, random_vector, rectangle, shifted, star, &
-      turned
+   use models, only: make_rock_blocks, place_blocks, random, random_vector, rectangle, shifted, &
+      star, turned
    use testing, only: case, check, check_close
    implicit none
 
@@ -36,34 +36,34 @@ contains
 
    !> A strained, turned star with a triangle's corner at a random place of one of its edges.
    subroutine rows_of_vertex_on_edge()
-      integer :: i, c, met
+      integer :: i, c, n_contacts
 
-      met = 0
+      n_contacts = 0
       do i = 1, 60
          call vertex_near_edge(random(-0.01_wp, 0.015_wp), random(0.2_wp, 0.8_wp))
          call list(blocks, contacts, distance)
          do c = 1, contacts%n
-            met = met + 1
+            n_contacts = n_contacts + 1
             call check_rows(c)
          end do
       end do
-      call check(met >= 60, 'a contact each time')
+      call check(n_contacts >= 60, 'a contact each time')
    end subroutine rows_of_vertex_on_edge
 
    !> Corner near corner, at random: whatever is listed has exact rows.
    subroutine rows_corner_to_corner()
-      integer :: i, c, met
+      integer :: i, c, n_contacts
 
-      met = 0
+      n_contacts = 0
       do i = 1, 60
          call vertex_near_edge(random(-0.004_wp, 0.004_wp), random(-0.003_wp, 0.003_wp))
          call list(blocks, contacts, distance)
          do c = 1, contacts%n
-            if (contacts%corner(c) > 0) met = met + 1
+            if (contacts%corner(c) > 0) n_contacts = n_contacts + 1
             call check_rows(c)
          end do
       end do
-      call check(met >= 30, 'corners met')
+      call check(n_contacts >= 30, 'corners met')
    end subroutine rows_corner_to_corner
 
    !> Block 1 a strained star; block 2 a strained needle with its tip at `part` of an edge and `gap`
@@ -91,20 +91,20 @@ contains
    end subroutine vertex_near_edge
 
    !> Gap and slip of a vertex along an edge, from places alone; slip counts from the material point
-   !> that stood at `share` of the edge.
-   function gap_and_slip(v, e, share) result(values)
+   !> that stood at `fraction` of the edge.
+   function gap_and_slip(v, e, fraction) result(values)
       integer, intent(in) :: v, e
-      real(wp), intent(in) :: share
+      real(wp), intent(in) :: fraction
       real(wp) :: values(2)
-      real(wp) :: a(2), along(2), length
+      real(wp) :: a(2), tangent(2), length
 
       a = blocks%vertex(:, e)
-      along = blocks%vertex(:, blocks%next(e)) - a
-      length = norm2(along)
-      along = along/length
+      tangent = blocks%vertex(:, blocks%next(e)) - a
+      length = norm2(tangent)
+      tangent = tangent/length
       associate (from => blocks%vertex(:, v) - a)
-         values(1) = along(2)*from(1) - along(1)*from(2)
-         values(2) = dot_product(along, from) - share*length
+         values(1) = tangent(2)*from(1) - tangent(1)*from(2)
+         values(2) = dot_product(tangent, from) - fraction*length
       end associate
    end function gap_and_slip
 
@@ -113,28 +113,28 @@ contains
       integer, intent(in) :: c
       real(wp), parameter :: h = 1.0e-6_wp
       type(rows_type) :: got
-      real(wp) :: rows(6, 2, 2), q, ahead(2), behind(2), share, here(2), edge_length
+      real(wp) :: rows(6, 2, 2), q, forward(2), backward(2), fraction, present(2), edge_length
       integer :: side, k, b, v, e
 
       v = contacts%vertex(c)
       e = contacts%edge(c)
-      here = gap_and_slip(v, e, 0.0_wp)
-      call check_close(contacts%gap(c), here(1), 'gap', absolute=1.0e-14_wp)
+      present = gap_and_slip(v, e, 0.0_wp)
+      call check_close(contacts%gap(c), present(1), 'gap', absolute=1.0e-14_wp)
       edge_length = norm2(blocks%vertex(:, blocks%next(e)) - blocks%vertex(:, e))
-      share = here(2)/edge_length
+      fraction = present(2)/edge_length
       do side = 1, 2
          b = merge(contacts%block_v(c), contacts%block_e(c), side == 1)
          do k = 1, 6
             q = blocks%position(k, b)
             blocks%position(k, b) = q + h
             call update_geometry(blocks)
-            ahead = gap_and_slip(v, e, share)
+            forward = gap_and_slip(v, e, fraction)
             blocks%position(k, b) = q - h
             call update_geometry(blocks)
-            behind = gap_and_slip(v, e, share)
+            backward = gap_and_slip(v, e, fraction)
             blocks%position(k, b) = q
             call update_geometry(blocks)
-            rows(k, :, side) = (ahead - behind)/(2.0_wp*h)
+            rows(k, :, side) = (forward - backward)/(2.0_wp*h)
          end do
       end do
       call find_rows(contacts, c, got)
@@ -148,28 +148,28 @@ contains
          '∂slip/∂q of the edge''s block', absolute=1.0e-8_wp)
       ! A strain of the edge's block also turns the edge: a fraction of the gap, left out.
       call check_close(-got%shear_e(4:6), rows(4:6, 2, 2), &
-         '∂slip/∂ε of the edge''s block', absolute=1.0e-8_wp + 1.2_wp*abs(here(1)))
-      call compare_with_shapes(c, share)
+         '∂slip/∂ε of the edge''s block', absolute=1.0e-8_wp + 1.2_wp*abs(present(1)))
+      call compare_with_shapes(c, fraction)
    end subroutine check_rows
 
    !> All digits of the rows nᵀT and tᵀT, and what they make of a motion.
-   subroutine compare_with_shapes(c, share)
+   subroutine compare_with_shapes(c, fraction)
       integer, intent(in) :: c
-      real(wp), intent(in) :: share  !< of the edge before the foot
+      real(wp), intent(in) :: fraction  !< of the edge before the foot
       type(rows_type) :: rows
-      real(wp) :: of_v(6), of_e(6), along(2, 2), lever(6)
+      real(wp) :: of_v(6), of_e(6), axes(2, 2), lever(6)
 
       call find_rows(contacts, c, rows)
       associate (v => contacts%vertex(c), e => contacts%edge(c), next => blocks%next, &
          normal => contacts%normal(:, c), reference => blocks%reference)
-         along = reshape([normal(1), -normal(2), normal(2), normal(1)], [2, 2])
+         axes = reshape([normal(1), -normal(2), normal(2), normal(1)], [2, 2])
          call check_close(reshape([rows%normal_v, rows%shear_v], [6, 2]), &
-            transpose(matmul(along, shape_matrix(blocks, contacts%block_v(c), reference(:, v)))), &
+            transpose(matmul(axes, shape_matrix(blocks, contacts%block_v(c), reference(:, v)))), &
             'rows of the vertex'' block', absolute=1.0e-13_wp)
          lever = [0.0_wp, 0.0_wp, contacts%gap(c), 0.0_wp, 0.0_wp, 0.0_wp]
          call check_close(reshape([rows%normal_e, rows%shear_e - lever], [6, 2]), &
-            transpose(matmul(along, shape_matrix(blocks, contacts%block_e(c), reference(:, e) &
-            + share*(reference(:, next(e)) - reference(:, e))))), &
+            transpose(matmul(axes, shape_matrix(blocks, contacts%block_e(c), reference(:, e) &
+            + fraction*(reference(:, next(e)) - reference(:, e))))), &
             'rows of the edge''s block', absolute=1.0e-13_wp)
       end associate
       of_v = random_vector(6)
@@ -189,7 +189,7 @@ contains
       do k = 0, 10
          tilted = outlines
          tilted%vertices = turned(outlines%vertices, 0.37_wp*k)
-         call blocks_of(tilted, blocks)
+         call make_rock_blocks(tilted, blocks)
          call list(blocks, contacts, distance)
          call check(contacts%n == 14, 'fourteen contacts for seven joints')
          do i = 1, 7
@@ -238,7 +238,7 @@ contains
       call add_wall(outlines, 0.0_wp, 0.0_wp, [0.6_wp, 0.3_wp], 3, 3, 1, 1, 1, '', 0.0_wp)
       do k = 0, 5
          if (k > 0) outlines%vertices = turned(outlines%vertices, 0.61_wp)
-         call blocks_of(outlines, blocks)
+         call make_rock_blocks(outlines, blocks)
          call list(blocks, contacts, distance)
          ! Bricks 1–3 below, 4–7 above them (4 and 7 are halves), 8–10 on top.
          call check(count_pair(1, 5) == 2 .and. count_pair(2, 5) == 2, &
@@ -409,26 +409,26 @@ contains
 
    !> Which of two blocks is first makes no difference to how many contacts there are, and how deep.
    subroutine either_block_first()
-      type(contacts_type) :: one, other
+      type(contacts_type) :: contacts_ab, contacts_ba
       real(wp) :: first(2, 4), second(2, 5)
-      integer :: i, met
+      integer :: i, n_contacts
 
-      met = 0
+      n_contacts = 0
       do i = 1, 100
          first = turned(rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp), 3.0_wp*random(-1.0_wp, 1.0_wp))
          second = shifted(star(5, 0.5_wp, 0.7_wp), random(0.9_wp, 1.2_wp)*[cos(0.7_wp*i), &
             sin(0.7_wp*i)])
          call place_blocks(blocks, first, second)
-         call list(blocks, one, distance)
+         call list(blocks, contacts_ab, distance)
          call place_blocks(blocks, second, first)
-         call list(blocks, other, distance)
-         call check(one%n == other%n, 'as many')
-         met = met + one%n
-         if (one%n == 0 .or. one%n /= other%n) cycle
-         call check_close(sum(one%gap(:one%n)), sum(other%gap(:one%n)), 'as deep', &
-            absolute=1.0e-12_wp)
+         call list(blocks, contacts_ba, distance)
+         call check(contacts_ab%n == contacts_ba%n, 'as many')
+         n_contacts = n_contacts + contacts_ab%n
+         if (contacts_ab%n == 0 .or. contacts_ab%n /= contacts_ba%n) cycle
+         call check_close(sum(contacts_ab%gap(:contacts_ab%n)), &
+            sum(contacts_ba%gap(:contacts_ab%n)), 'as deep', absolute=1.0e-12_wp)
       end do
-      call check(met > 20, 'some meet')
+      call check(n_contacts > 20, 'some meet')
    end subroutine either_block_first
 
    !> Two blocks that pass each other, corner by corner, so fast that a step leads beyond the
@@ -454,9 +454,9 @@ contains
       type(neighbours_type) :: near
       type(detection_type) :: detection
       real(wp) :: second(2, size(place, 2))
-      integer :: i, met
+      integer :: i, n_contacts
 
-      met = 0
+      n_contacts = 0
       do i = 1, 1000
          second = shifted(place, about*random_vector(2))
          if (separation_of(first, second) < 0.0_wp) cycle
@@ -467,10 +467,10 @@ contains
          detection%travel = within
          detection%depth = 0.5_wp*tolerance
          call detect_contacts(contacts, blocks, near, detection)
-         met = met + contacts%n
+         n_contacts = n_contacts + contacts%n
          call check(all(contacts%gap(:contacts%n) >= -tolerance), 'apart')
       end do
-      call check(met > 500, 'many meet')
+      call check(n_contacts > 500, 'many meet')
    end subroutine pass_by
 
    !> Two corners in vibrating contact keep the edge that they press on.

@@ -115,8 +115,8 @@ contains
       logical, intent(in) :: definite
       type(mass_factor_type) :: factor
       real(wp), allocatable :: mass(:,:,:), values(:)
-      integer :: wanted, above
-      logical :: certain
+      integer :: n_lowest, above
+      logical :: is_certain
 
       call random_system(n, definite, mass)
       call dense_values(mass, values)
@@ -124,17 +124,17 @@ contains
       call check_no_error(error, 'largest')
       call check_close(pairs%value(1), values(6*n), 'largest eigenvalue', relative=1.0e-8_wp)
       call check(pairs%residual(1) <= 1.0e-9_wp, 'its residual')
-      wanted = min(5, 6*n)
-      call lowest_eigenvalues(matrix, mass, wanted, pairs, error)
+      n_lowest = min(5, 6*n)
+      call lowest_eigenvalues(matrix, mass, n_lowest, pairs, error)
       call check_no_error(error, 'lowest')
-      call check_close(pairs%value, values(:wanted), 'lowest eigenvalues', relative=1.0e-8_wp, &
+      call check_close(pairs%value, values(:n_lowest), 'lowest eigenvalues', relative=1.0e-8_wp, &
          absolute=1.0e-13_wp*values(6*n))
       call check_normalised(mass)
       call factor_mass(factor, mass, error)
       call count_above(matrix, factor, 0.5_wp*(values(2*n) + values(2*n + 1)), 1.0e9_wp, above, &
-         certain)
-      if (certain) call check(above == 4*n, 'count by inertia')
-      call check(certain .or. .not. definite, 'the count is certain')
+         is_certain)
+      if (is_certain) call check(above == 4*n, 'count by inertia')
+      call check(is_certain .or. .not. definite, 'the count is certain')
    end subroutine against_lapack
 
    subroutine check_normalised(mass)
@@ -217,7 +217,7 @@ contains
 
    !> A null space that is given is left out, dense or not.
    subroutine a_known_null_space()
-      type(null_space_type) :: known
+      type(null_space_type) :: null_space
       real(wp), allocatable :: mass(:,:,:)
       real(wp) :: k(6, 6)
       integer :: n, i, b
@@ -226,11 +226,11 @@ contains
          call sow(n)
          call set_pattern(matrix, n, reshape([integer ::], [2, 0]))
          allocate (mass(6, 6, n), source=0.0_wp)
-         known = null_space_type()
-         known%groups = n
-         known%group = [(b, b=1, n)]
-         known%dimension = 2*n
-         allocate (known%basis(6, 3, n), source=0.0_wp)
+         null_space = null_space_type()
+         null_space%groups = n
+         null_space%group = [(b, b=1, n)]
+         null_space%dimension = 2*n
+         allocate (null_space%basis(6, 3, n), source=0.0_wp)
          do b = 1, n
             do i = 1, 6
                mass(i, i, b) = 2.0_wp*b
@@ -240,16 +240,16 @@ contains
                k(i, i) = 1.0e3_wp*b*i*2.0_wp*(1.0_wp + 0.01_wp*b)
             end do
             matrix%diagonal(:, :, b) = k
-            known%basis(1, 1, b) = 1.0_wp/sqrt(2.0_wp*b)
-            known%basis(2, 3, b) = 1.0_wp/sqrt(2.0_wp*b)
+            null_space%basis(1, 1, b) = 1.0_wp/sqrt(2.0_wp*b)
+            null_space%basis(2, 3, b) = 1.0_wp/sqrt(2.0_wp*b)
          end do
-         call lowest_eigenvalues(matrix, mass, 3, pairs, error, known)
+         call lowest_eigenvalues(matrix, mass, 3, pairs, error, null_space)
          call check_no_error(error, 'lowest')
          call check_close(pairs%value, [(3.0e3_wp*(1.0_wp + 0.01_wp*b), b=1, 3)], &
             'only the others', relative=1.0e-9_wp)
-         call all_eigenvalues(matrix, mass, pairs, error, known)
+         call all_eigenvalues(matrix, mass, pairs, error, null_space)
          call check(pairs%n == 4*n .and. pairs%value(1) > 2.9e3_wp, 'all others')
-         deallocate (mass, known%basis)
+         deallocate (mass, null_space%basis)
       end do
    end subroutine a_known_null_space
 

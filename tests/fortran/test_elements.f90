@@ -55,24 +55,25 @@ contains
    end subroutine every_member
 
    !> One block of 1 m × 1 m on supports of stiffness `stiffness` at some places.
-   subroutine begin_supported(member, stiffness, places, more, rates)
+   subroutine begin_supported(member, stiffness, positions, groups, rates)
       character(len=*), intent(in) :: member   !< in &control
       real(wp), intent(in) :: stiffness        !< N/m
-      real(wp), intent(in) :: places(:,:)      !< [2,points] m
-      character(len=*), intent(in) :: more     !< in each &fixed_point and before them
+      real(wp), intent(in) :: positions(:,:)      !< [2,points] m
+      character(len=*), intent(in) :: groups     !< in each &fixed_point and before them
       real(wp), intent(in), optional :: rates(:,:)
       character(len=:), allocatable :: text
       integer :: i
 
       text = ''
-      do i = 1, size(places, 2)
-         text = text//' &fixed_point x = '//number(places(1, i))//' y = '//number(places(2, i))
-         if (more /= '') text = text//" motion_x = 'm' motion_y = 'm'"
+      do i = 1, size(positions, 2)
+         text = text//' &fixed_point x = '//number(positions(1, i))//' y = '// &
+            number(positions(2, i))
+         if (groups /= '') text = text//" motion_x = 'm' motion_y = 'm'"
          text = text//' /'
       end do
       call begin(simulation, control_text(1.0e-3_wp, 100, trim(member)// &
          ' max_displacement_ratio = 0.1')//contact_text(stiffness, 'fixed_point_ratio = 1.0')// &
-         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//rock//more//block_text('b', rectangle(-0.5_wp, &
+         joint_text(0.0_wp, 0.0_wp, 0.0_wp)//rock//groups//block_text('b', rectangle(-0.5_wp, &
          -0.5_wp, 0.5_wp, 0.5_wp))//text, rates)
    end subroutine begin_supported
 
@@ -80,27 +81,27 @@ contains
    subroutine supports_at_rest(member)
       character(len=*), intent(in) :: member
       real(wp), parameter :: centroid(2, 1) = 0.0_wp
-      type(energy_type) :: before
-      real(wp) :: growth, worst, turn
+      type(energy_type) :: former
+      real(wp) :: growth, worst, omega_dt
       integer :: i, k
 
       call case('supports at rest, '//trim(member))
       growth = 0.0_wp
       worst = 0.0_wp
       do i = 1, 20
-         turn = 10.0_wp**random(-1.0_wp, 4.0_wp)
-         call begin_supported(member, mass*turn**2/1.0e-3_wp**2, centroid, '')
+         omega_dt = 10.0_wp**random(-1.0_wp, 4.0_wp)
+         call begin_supported(member, mass*omega_dt**2/1.0e-3_wp**2, centroid, '')
          associate (blocks => simulation%blocks, energy => simulation%energy)
             blocks%position(1:2, 1) = 1.0e-3_wp*random_vector(2)
-            blocks%velocity(1:2, 1) = min(turn, 10.0_wp)*random_vector(2)
+            blocks%velocity(1:2, 1) = min(omega_dt, 10.0_wp)*random_vector(2)
             call update_geometry(blocks)
             call start_energy_budget(energy, blocks, simulation%contacts(simulation%now), &
                simulation%laws, simulation%elements, next_step(simulation))
             do k = 1, 20
-               before = energy
+               former = energy
                call run(simulation, 1)
-               growth = max(growth, (total_energy(energy) - total_energy(before)) &
-                  /total_energy(before))
+               growth = max(growth, (total_energy(energy) - total_energy(former)) &
+                  /total_energy(former))
                worst = max(worst, abs(balance(energy))/turnover(energy))
             end do
          end associate
@@ -171,15 +172,15 @@ contains
    end subroutine first_velocities
 
    !> Two blocks 1 m apart in x.
-   subroutine begin_pair(member, dt, more)
-      character(len=*), intent(in) :: member, more
+   subroutine begin_pair(member, dt, groups)
+      character(len=*), intent(in) :: member, groups
       real(wp), intent(in) :: dt
 
       call begin(simulation, control_text(dt, 1000, trim(member)// &
          ' max_displacement_ratio = 0.1')//contact_text(1.0e9_wp, '')// &
          joint_text(20.0_wp, 0.0_wp, 0.0_wp)//rock// &
          block_text('a', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))// &
-         block_text('b', rectangle(2.0_wp, 0.0_wp, 3.0_wp, 1.0_wp))//more)
+         block_text('b', rectangle(2.0_wp, 0.0_wp, 3.0_wp, 1.0_wp))//groups)
    end subroutine begin_pair
 
    !> A load on a bolt stretches it by F/k.
@@ -292,7 +293,7 @@ contains
       type(bolt_type) :: bolt(5)
       character(len=:), allocatable :: text
       real(wp) :: rates(6, 7)
-      real(wp) :: left
+      real(wp) :: left_end
       integer :: i
 
       text = control_text(2.0e-3_wp, 1000, 'gravity = 0.0 -9.81 max_displacement_ratio = 0.02 '// &
@@ -300,8 +301,8 @@ contains
          block_text('floor', rectangle(-3.0_wp, -1.0_wp, 3.0_wp, 0.0_wp))// &
          ' &fixed_point x = -2.0 y = -0.5 / &fixed_point x = 2.0 y = -0.5 /'
       do i = 1, 6
-         left = -0.5_wp + 0.1_wp*modulo(i, 3)
-         text = text//block_text('b', rectangle(left, 0.51_wp*i - 0.505_wp, left + 1.0_wp, &
+         left_end = -0.5_wp + 0.1_wp*modulo(i, 3)
+         text = text//block_text('b', rectangle(left_end, 0.51_wp*i - 0.505_wp, left_end + 1.0_wp, &
             0.51_wp*i - 0.005_wp))
       end do
       rates = 0.0_wp
@@ -318,15 +319,15 @@ contains
    subroutine linear_solvers()
       character(len=*), parameter :: names(5) = [character(len=6) :: 'direct', 'lagged', 'jacobi', &
          'sor', 'auto']
-      real(wp), allocatable :: first(:,:), moved(:,:)
+      real(wp), allocatable :: first(:,:), increments(:,:)
       integer :: i
 
       do i = 1, size(names)
          call begin_heap("solver = '"//trim(names(i))//"'")
          first = simulation%blocks%position
          call run(simulation, 30)
-         if (i == 1) moved = simulation%blocks%position - first
-         call check_close(simulation%blocks%position - first, moved, trim(names(i)), &
+         if (i == 1) increments = simulation%blocks%position - first
+         call check_close(simulation%blocks%position - first, increments, trim(names(i)), &
             relative=1.0e-9_wp)
       end do
    end subroutine linear_solvers

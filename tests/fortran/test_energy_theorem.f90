@@ -21,7 +21,7 @@ module test_energy_theorem
       "integration = 'backward_euler'"]
    integer, parameter :: chains = 200, steps = 30
    !> of the first energy: work of the residual that a solve may leave; most chains gain below 1e-14
-   real(wp), parameter :: allowed = accuracy
+   real(wp), parameter :: tolerance = accuracy
 
 contains
 
@@ -37,9 +37,9 @@ contains
    subroutine random_chains(member)
       character(len=*), intent(in) :: member
       type(simulation_type) :: simulation
-      type(energy_type) :: before
+      type(energy_type) :: former
       real(wp) :: growth, gain, scale, loss
-      integer :: chain, i, closings, was, now
+      integer :: chain, i, closings, former_closed, closed
 
       call case('random chains, '//member)
       growth = 0.0_wp
@@ -49,25 +49,25 @@ contains
       do chain = 1, chains
          call begin_chain(simulation, member)
          scale = total_energy(simulation%energy)
-         was = 0
+         former_closed = 0
          do i = 1, steps
-            before = simulation%energy
+            former = simulation%energy
             call advance(simulation, error)
             if (allocated(error)) exit
-            growth = max(growth, (total_energy(simulation%energy) - total_energy(before))/scale)
-            gain = max(gain, (before%value(energy_algorithmic) &
+            growth = max(growth, (total_energy(simulation%energy) - total_energy(former))/scale)
+            gain = max(gain, (former%value(energy_algorithmic) &
                - simulation%energy%value(energy_algorithmic))/scale)
             associate (contacts => simulation%contacts(simulation%now))
-               now = count(contacts%state(:contacts%n) /= contact_open)
+               closed = count(contacts%state(:contacts%n) /= contact_open)
             end associate
-            if (now /= was) closings = closings + 1
-            was = now
+            if (closed /= former_closed) closings = closings + 1
+            former_closed = closed
          end do
          call check_no_error(error, 'all steps close')
          loss = loss + (scale - total_energy(simulation%energy))/scale/chains
       end do
-      call check(growth <= allowed, 'no step gains energy: '//number(growth))
-      call check(gain <= allowed, 'the scheme only takes: '//number(gain))
+      call check(growth <= tolerance, 'no step gains energy: '//number(growth))
+      call check(gain <= tolerance, 'the scheme only takes: '//number(gain))
       call check(closings > 3*chains, 'contacts open and close')
       call check(loss > 0.01_wp .or. index(member, 'midpoint') > 0, 'and energy is lost')
    end subroutine random_chains
@@ -79,13 +79,13 @@ contains
       character(len=*), intent(in) :: member
       character(len=:), allocatable :: text
       real(wp), allocatable :: rates(:,:)
-      real(wp) :: top, height, penalty, turn, dt
+      real(wp) :: top, height, penalty, omega_dt, dt
       integer :: i, n
 
       n = int(random(3.0_wp, 7.0_wp))
       penalty = 1.0e8_wp
-      turn = 10.0_wp**random(-1.0_wp, 2.5_wp)
-      dt = turn/sqrt(penalty/1250.0_wp)
+      omega_dt = 10.0_wp**random(-1.0_wp, 2.5_wp)
+      dt = omega_dt/sqrt(penalty/1250.0_wp)
       text = control_text(dt, steps, member//' max_displacement_ratio = 0.05')// &
          contact_text(penalty, 'force_tolerance = 1.0e-13')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
          ' &material density = 2500.0 young_modulus = '// &

@@ -90,7 +90,7 @@ contains
    !> No dead band, no jump: forces are Lipschitz in gap and stretch.
    subroutine continuity()
       type(coulomb_contact_type) :: law
-      type(response_type) :: one, other
+      type(response_type) :: first, second
       real(wp) :: gap, stretch, worst
       real(wp), parameter :: h = 1.0e-9_wp
       integer :: i
@@ -101,10 +101,10 @@ contains
       do i = -1000, 1000
          gap = 0.5_wp*h*real(i, wp)
          stretch = 0.3_wp*gap + h*modulo(i, 7)
-         call respond(law, gap, stretch, one)
-         call respond(law, gap + h, stretch + h, other)
-         worst = max(worst, abs(one%normal_force - other%normal_force), &
-            abs(one%shear_force - other%shear_force))
+         call respond(law, gap, stretch, first)
+         call respond(law, gap + h, stretch + h, second)
+         worst = max(worst, abs(first%normal_force - second%normal_force), &
+            abs(first%shear_force - second%shear_force))
       end do
       call check(worst <= stiffness*h*(1.0_wp + 1.0e-9_wp), &
          'no force changes faster than its spring')

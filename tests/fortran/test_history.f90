@@ -57,17 +57,17 @@ contains
       contacts%slide_force(c) = 7.0_wp*stretch
    end subroutine mark
 
-   subroutine expect(contacts, c, state, stretch, what)
+   subroutine expect(contacts, c, state, stretch, label)
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: c, state
       real(wp), intent(in) :: stretch
-      character(len=*), intent(in) :: what
+      character(len=*), intent(in) :: label
 
-      call check(contacts%state(c) == state, what//': state')
-      call check(contacts%bonded(c) .eqv. stretch /= 0.0_wp, what//': bond')
-      call check(contacts%joint(c) == nint(1.0e5_wp*stretch), what//': joint')
+      call check(contacts%state(c) == state, label//': state')
+      call check(contacts%bonded(c) .eqv. stretch /= 0.0_wp, label//': bond')
+      call check(contacts%joint(c) == nint(1.0e5_wp*stretch), label//': joint')
       call check_close([contacts%stretch(c), contacts%bond_length(c), contacts%slide_force(c)], &
-         stretch*[1.0_wp, 3.0_wp, 7.0_wp], what//': stretch, length, force')
+         stretch*[1.0_wp, 3.0_wp, 7.0_wp], label//': stretch, length, force')
    end subroutine expect
 
    subroutine transfer(new, old)
@@ -200,7 +200,7 @@ contains
       type(history_type) :: history
       real(wp), parameter :: distance(6) = [-4.0_wp, -1.0_wp, -7.0_wp, 2.0_wp, -9.0_wp, &
          -2.0_wp]*1.0e-6_wp
-      integer, parameter :: kept(4) = [1, 2, 4, 6]
+      integer, parameter :: retained(4) = [1, 2, 4, 6]
       integer :: c
 
       call prepare_history(history, vertices, 0.0_wp)
@@ -218,19 +218,21 @@ contains
          new%gradient_e(:, c) = -0.5_wp*c
       end do
       call inherit(new, old, history, .true.)
-      call check(new%n == size(kept), 'how many stay')
-      if (new%n /= size(kept)) return
-      call check(all(new%vertex(:4) == kept .and. new%edge(:4) == 10 + kept .and. new%corner(:4) &
-         == 20 + kept .and. new%pair(:4) == 30 + kept .and. new%close_count(:4) == 40 + kept), &
-         'which stay')
-      call check_close(new%gap(:4) + new%offset(:4), distance(kept), 'distances', &
+      call check(new%n == size(retained), 'how many stay')
+      if (new%n /= size(retained)) return
+      call check(all(new%vertex(:4) == retained .and. new%edge(:4) == 10 + retained &
+         .and. new%corner(:4) &
+         == 20 + retained .and. new%pair(:4) == 30 + retained .and. new%close_count(:4) == 40 &
+         + retained), 'which stay')
+      call check_close(new%gap(:4) + new%offset(:4), distance(retained), 'distances', &
          absolute=1.0e-20_wp)
       call check_close(new%gap(:4), [distance(1), 0.0_wp, distance(4), 0.0_wp], 'what presses', &
          absolute=1.0e-20_wp)
       call check_close(new%stretch(:4), [0.25_wp, 0.0_wp, 0.0_wp, 0.0_wp], 'histories')
       call check(all(new%joint(:4) == [25000, 0, 0, 0]), 'joints')
-      call check_close(new%normal(2, :4), 0.1_wp*kept, 'normals')
-      call check_close(new%gradient_v(6, :4) - new%gradient_e(1, :4), real(kept, wp), 'gradients')
+      call check_close(new%normal(2, :4), 0.1_wp*retained, 'normals')
+      call check_close(new%gradient_v(6, :4) - new%gradient_e(1, :4), real(retained, wp), &
+         'gradients')
    end subroutine met_too_deep
 
    !> The spring energy of a contact that ends goes over to one of the same vertex on the next
@@ -368,7 +370,7 @@ contains
 
    !> Every variable of a list is copied, and the arrays that exist only within a step.
    subroutine some_contacts_are_copied()
-      type(contacts_type) :: contacts, own
+      type(contacts_type) :: contacts, copy
       type(marker_type) :: marker
       integer, parameter :: list(3) = [5, 1, 4]
       integer :: variables
@@ -386,14 +388,14 @@ contains
       variables = marker%n
       contacts%frozen_bound = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp, 5.0_wp, 6.0_wp]
       contacts%fixed_motion = spread(contacts%frozen_bound, 1, 2)
-      call copy_contacts(contacts, list, own)
+      call copy_contacts(contacts, list, copy)
       marker = marker_type(expected=list)
-      call for_each_variable(own, marker)
-      call check(marker%n == variables .and. own%n == 3, 'all variables')
+      call for_each_variable(copy, marker)
+      call check(marker%n == variables .and. copy%n == 3, 'all variables')
       call check(marker%equal, 'their values')
-      call check(all(own%frozen_bound == list) .and. all(own%fixed_motion(2, :) == list), &
+      call check(all(copy%frozen_bound == list) .and. all(copy%fixed_motion(2, :) == list), &
          'arrays of a step')
-      call check(own%time_step == 2.0_wp, 'time step')
+      call check(copy%time_step == 2.0_wp, 'time step')
    end subroutine some_contacts_are_copied
 
 end module test_history

@@ -28,7 +28,7 @@ module test_input
    character(len=*), parameter :: joint = '&joint friction_angle = 30.0 /'//newline
    character(len=*), parameter :: square = '&block vertices = 0 0 1 0 1 1 0 1 /'//newline
    ! groups on lines 1 to 4
-   character(len=*), parameter :: whole = control//rock//newline//joint//square
+   character(len=*), parameter :: complete_input = control//rock//newline//joint//square
    type(model_type) :: model
 
 contains
@@ -130,7 +130,7 @@ contains
    end subroutine run_control_contact_output
 
    subroutine defaults()
-      call accept(model, whole)
+      call accept(model, complete_input)
       call check(.not. model%control%adaptive .and. .not. model%control%plane_strain, &
          'fixed step, plane stress')
       call check_close(model%control%gravity, [0.0_wp, 0.0_wp], 'no gravity')
@@ -149,7 +149,7 @@ contains
    subroutine published_defaults()
       type(amplification_type) :: amplification
 
-      call accept(model, whole)
+      call accept(model, complete_input)
       associate (control => model%control, contact => model%contact, output => model%output)
          call published('control', 'dynamic_factor', control%dynamic_factor)
          call published('control', 'max_displacement_ratio', control%max_displacement_ratio)
@@ -240,7 +240,7 @@ contains
    subroutine points()
       type(model_type) :: model
 
-      call accept(model, whole//'&fixed_point x = 0.25 y = 0.5 direction = ''x'' /'// &
+      call accept(model, complete_input//'&fixed_point x = 0.25 y = 0.5 direction = ''x'' /'// &
          '&measured_point name = ''top'' x = 1.0 y = 1.0 block = ''1'' /'// &
          '&measured_point name = ''foot'' x = 0.5 y = 0.0 /'// &
          '&load x = 0.5 y = 1.0 time = 0.0 1.0 2.0 force_y = 3.0 4.0 5.0 /'// &
@@ -289,11 +289,12 @@ contains
    end subroutine origin
 
    subroutine files()
-      call write_scratch(whole)
+      call write_scratch(complete_input)
       call read_model_file(model, scratch_name, error)
       call remove_scratch()
       call check_no_error(error, 'a name with a blank and an accent')
-      call check(model%text == whole .and. model%file == scratch_name, 'text and name are kept')
+      call check(model%text == complete_input .and. model%file == scratch_name, &
+         'text and name are kept')
       call read_model_file(model, 'no/such.nml', error)
       call check_fails(error, 'no/such.nml')
       if (allocated(error)) call check(error%kind == error_file .or. error%kind == error_input, &
@@ -301,34 +302,36 @@ contains
    end subroutine files
 
    subroutine bad_groups()
-      call refuse(whole//'&blok /', '&blok', 'line 5', 'no such group', 'is &block meant?')
-      call refuse(whole//'&qqqqqq /', '&qqqqqq', 'known are &run, &control')
-      call refuse(whole//'&run titel = ''x'' /', '&run', 'line 5', 'is ''title'' meant?')
-      call refuse(whole//'&run density = 1.0 /', '&run', 'it belongs to &material')
-      call refuse(whole//'&control time_step = 1.0 steps = 1 /', '&control', 'line 5', 'once')
-      call refuse(whole//'&contact / &contact /', '&contact', 'line 5')
+      call refuse(complete_input//'&blok /', '&blok', 'line 5', 'no such group', 'is &block meant?')
+      call refuse(complete_input//'&qqqqqq /', '&qqqqqq', 'known are &run, &control')
+      call refuse(complete_input//'&run titel = ''x'' /', '&run', 'line 5', 'is ''title'' meant?')
+      call refuse(complete_input//'&run density = 1.0 /', '&run', 'it belongs to &material')
+      call refuse(complete_input//'&control time_step = 1.0 steps = 1 /', '&control', 'line 5', &
+         'once')
+      call refuse(complete_input//'&contact / &contact /', '&contact', 'line 5')
       call refuse(rock//joint//square, '&control')
       call refuse(control//joint//square, '&material')
       call refuse(control//rock//square, '&joint')
       call refuse(control//rock//joint, 'no blocks')
-      call refuse(whole//'stray', 'line 5', 'stray')
-      call refuse(whole//'&run title = ''x', '&run', 'line 5')
+      call refuse(complete_input//'stray', 'line 5', 'stray')
+      call refuse(complete_input//'&run title = ''x', '&run', 'line 5')
       call refuse('&control time_step = 1.0e-3 st'//char(255)//'eps = 10 /'//newline//rock// &
          joint//square, '&control', 'line 1', 'cannot be read here')
       call refuse('', '&control')
    end subroutine bad_groups
 
    subroutine overlaps()
-      call refuse(whole//'&block name = ''b'' vertices = 0.9 0 2 0 2 1 0.9 1 /', '&block', &
-         'line 5', 'overlaps', '0.1 m')
-      call refuse(whole//'&block vertices = 0 0 1 0 1 1 0 1 /', 'line 5', 'overlaps')
-      call refuse(whole//'&block vertices = 0.4 0.4 0.6 0.4 0.6 0.6 0.4 0.6 /', 'line 5', &
+      call refuse(complete_input//'&block name = ''b'' vertices = 0.9 0 2 0 2 1 0.9 1 /', &
+         '&block', 'line 5', 'overlaps', '0.1 m')
+      call refuse(complete_input//'&block vertices = 0 0 1 0 1 1 0 1 /', 'line 5', 'overlaps')
+      call refuse(complete_input//'&block vertices = 0.4 0.4 0.6 0.4 0.6 0.6 0.4 0.6 /', 'line 5', &
          'overlaps')
-      call refuse(whole//'&block vertices = -1 0.4 2 0.4 2 0.6 -1 0.6 /', 'line 5', 'overlaps')
-      call refuse(whole//'&layers width = 1.0 thickness = 1.0 count = 2 /', '&layers', 'line 5', &
+      call refuse(complete_input//'&block vertices = -1 0.4 2 0.4 2 0.6 -1 0.6 /', 'line 5', &
          'overlaps')
-      call accept(model, whole//'&block vertices = 1 0 2 0 2 1 1 1 / &block vertices = 0 1 2 1 '// &
-         '2 2 0 2 /')
+      call refuse(complete_input//'&layers width = 1.0 thickness = 1.0 count = 2 /', '&layers', &
+         'line 5', 'overlaps')
+      call accept(model, complete_input// &
+         '&block vertices = 1 0 2 0 2 1 1 1 / &block vertices = 0 1 2 1 '//'2 2 0 2 /')
       call check(model%blocks%n == 3, 'touching blocks are read')
    end subroutine overlaps
 
@@ -338,10 +341,11 @@ contains
 
       call refuse(before//'&layers bottom = 1e16 width = 10.0 thickness = 1.0 count = 3 /', &
          '&layers', 'line 5', 'block 1 layer_1 reaches farther')
-      call refuse(whole//'&layers left = -2e9 width = 1.0 thickness = 1.0 /', '&layers', 'line 5', &
-         'block 2 layer_1')
+      call refuse(complete_input//'&layers left = -2e9 width = 1.0 thickness = 1.0 /', '&layers', &
+         'line 5', 'block 2 layer_1')
       call refuse(before//'&layers width = 1e-100 thickness = 1e-100 /', 'less than 1e-9 m')
-      call refuse(whole//'&layers left = -9e8 width = 1e7 thickness = 1e7 / &layers left = 9e8 '// &
+      call refuse(complete_input// &
+         '&layers left = -9e8 width = 1e7 thickness = 1e7 / &layers left = 9e8 '// &
          'width = 1e7 thickness = 1e7 /', '&block', 'line 4', &
          'block 1 measures 1 m, too little compared with')
       call refuse(before//'&drums width = 1e6 height = 1e-9 count = 2 /', '&drums', &
@@ -360,12 +364,12 @@ contains
       text = repeat('1.0 ', 5000000)
       call refuse(control//rock//newline//joint//newline//'&block vertices = '//text//' /', &
          '&block', 'line 5', 'has all its values')
-      call refuse(whole//'&block '//repeat('x', 20000000)//' = 1 /', '&block', 'line 5')
+      call refuse(complete_input//'&block '//repeat('x', 20000000)//' = 1 /', '&block', 'line 5')
    end subroutine long_groups
 
    !> An input cut off anywhere is read or refused with a message; nothing else happens.
    subroutine cut_off_anywhere()
-      character(len=*), parameter :: text = whole// &
+      character(len=*), parameter :: text = complete_input// &
          '&motion name = ''m'' quantity = ''velocity'' time_step = 0.1 values ='// &
          ' 0.0 1.0 0.0 / &fixed_point x = 0.5 y = 0.5 motion_x = ''m'' / &load x = 0.5 y = 1.0 '// &
          'time = 0.0 1.0'//' force_x = 3.0 4.0 /'

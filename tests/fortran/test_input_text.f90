@@ -48,14 +48,14 @@ contains
       character(len=*), intent(in) :: values   !< of the text, with the name
       real(wp), intent(in) :: times(:)
       type(group_type) :: group
-      type(traction_values) :: found
+      type(traction_values) :: traction
 
       call parse('&traction normal = 1 '//values//' /', group)
-      if (.not. allocated(error)) call read_values(group, found, error)
+      if (.not. allocated(error)) call read_values(group, traction, error)
       call check_no_error(error, values)
       if (.not. allocated(error)) then
-         call check(size(found%time) == size(times), 'number of '//values)
-         if (size(found%time) == size(times)) call check(all(found%time == times), values)
+         call check(size(traction%time) == size(times), 'number of '//values)
+         if (size(traction%time) == size(times)) call check(all(traction%time == times), values)
       end if
    end subroutine expect_times
 
@@ -63,13 +63,13 @@ contains
    subroutine expect_title(value, title)
       character(len=*), intent(in) :: value, title
       type(group_type) :: group
-      type(run_values) :: found
+      type(run_values) :: run
 
       call parse('&run title = '//value//' /', group)
       call check_no_error(error, value)
       if (allocated(error)) return
-      call read_values(group, found, error)
-      call check(found%title == title, value//' is "'//found%title//'"')
+      call read_values(group, run, error)
+      call check(run%title == title, value//' is "'//run%title//'"')
    end subroutine expect_title
 
    !> Whether a model settles.
@@ -77,21 +77,21 @@ contains
       character(len=*), intent(in) :: value
       logical, intent(in) :: settles
       type(group_type) :: group
-      type(control_values) :: found
+      type(control_values) :: control
 
-      found%settle = .not. settles
+      control%settle = .not. settles
       call parse('&control settle = '//value//' time_step = 1 /', group)
       call check_no_error(error, value)
-      if (.not. allocated(error)) call read_values(group, found, error)
-      call check(found%settle .eqv. settles, 'settle = '//value)
+      if (.not. allocated(error)) call read_values(group, control, error)
+      call check(control%settle .eqv. settles, 'settle = '//value)
    end subroutine expect_settle
 
-   subroutine wrong(text, words)
-      character(len=*), intent(in) :: text, words
+   subroutine wrong(text, message)
+      character(len=*), intent(in) :: text, message
       type(group_type) :: group
 
       call parse(text, group)
-      call check_fails(error, words)
+      call check_fails(error, message)
    end subroutine wrong
 
    subroutine refused(text, names)

@@ -29,7 +29,7 @@ module test_integration
       20.0_wp, 1.0e2_wp, 1.0e3_wp, 1.0e4_wp]
    real(wp), parameter :: mass = 2500.0_wp, penalty = 1.0e6_wp, depth = 1.0e-3_wp, &
       size_of_x = 0.3_wp*depth
-   real(wp), parameter :: allowed = 1.0e-6_wp
+   real(wp), parameter :: tolerance = 1.0e-6_wp
    type(simulation_type) :: simulation
 
 contains
@@ -57,26 +57,26 @@ contains
    end function member_text
 
    !> Start a model of one oscillator; `push` presses the two blocks together, N/m.
-   subroutine begin_on(what, member, dt, push)
-      integer, intent(in) :: what, member
+   subroutine begin_on(kind, member, dt, push)
+      integer, intent(in) :: kind, member
       real(wp), intent(in) :: dt, push
       character(len=*), parameter :: stiff = &
          ' &material density = 2500.0 young_modulus = 1.0e14 poisson_ratio = 0.25 /'
       character(len=:), allocatable :: text
 
       text = control_text(dt, 100, member_text(member))//stiff
-      select case (what)
+      select case (kind)
       case (on_support)
          text = text//contact_text(penalty, 'fixed_point_ratio = 1.0')//joint_text(0.0_wp, 0.0_wp, &
             0.0_wp)//block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
             ' &fixed_point x = 0.0 y = 0.0 /'
       case default
          text = text//contact_text(penalty, 'force_tolerance = 1.0e-14')
-         if (what == on_bond) text = text//joint_text(30.0_wp, 1.0e9_wp, 1.0e9_wp)
-         if (what == on_contact) text = text//joint_text(0.0_wp, 0.0_wp, 0.0_wp)
+         if (kind == on_bond) text = text//joint_text(30.0_wp, 1.0e9_wp, 1.0e9_wp)
+         if (kind == on_contact) text = text//joint_text(0.0_wp, 0.0_wp, 0.0_wp)
          text = text//block_text('low', rectangle(-0.5_wp, -1.0_wp, 0.5_wp, 0.0_wp))// &
             block_text('high', rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp))
-         if (what == on_contact) text = text//' &load x = 0.0 y = -0.5 time = 0.0 1.0e9 '// &
+         if (kind == on_contact) text = text//' &load x = 0.0 y = -0.5 time = 0.0 1.0e9 '// &
             'force_y = 2*'//number(push)//' / &load x = 0.0 y = 0.5 time = 0.0 1.0e9 '// &
             'force_y = 2*'//number(-push)//' /'
       end select
@@ -84,13 +84,13 @@ contains
    end subroutine begin_on
 
    !> Sum of the springs that act on the coordinate, N/m.
-   real(wp) function spring_of(what) result(stiffness)
-      integer, intent(in) :: what
+   real(wp) function spring_of(kind) result(stiffness)
+      integer, intent(in) :: kind
 
       stiffness = penalty
-      if (what == on_support) return
-      call begin_on(what, 1, 1.0e-3_wp, penalty)
-      if (what == on_contact) call run(simulation, 1)
+      if (kind == on_support) return
+      call begin_on(kind, 1, 1.0e-3_wp, penalty)
+      if (kind == on_contact) call run(simulation, 1)
       associate (contacts => simulation%contacts(simulation%now))
          stiffness = penalty*count(contacts%state(:contacts%n) /= contact_open)
       end associate
@@ -98,19 +98,19 @@ contains
 
    !> Start with a displacement from rest and a velocity of the coordinate; a unilateral contact
    !> rests where its spring bears the push.
-   subroutine begin_from(what, member, dt, push, x, v)
-      integer, intent(in) :: what, member
+   subroutine begin_from(kind, member, dt, push, x, v)
+      integer, intent(in) :: kind, member
       real(wp), intent(in) :: dt, push
       real(wp), intent(in) :: x, v  !< m, m/s
 
-      call begin_on(what, member, dt, push)
+      call begin_on(kind, member, dt, push)
       associate (blocks => simulation%blocks)
-         if (what == on_support) then
+         if (kind == on_support) then
             blocks%position(1, 1) = blocks%position(1, 1) + x
             blocks%velocity(1, 1) = v
          else
             blocks%position(2, :) = blocks%position(2, :) &
-               + 0.5_wp*(x - merge(depth, 0.0_wp, what == on_contact))*[-1, 1]
+               + 0.5_wp*(x - merge(depth, 0.0_wp, kind == on_contact))*[-1, 1]
             blocks%velocity(2, :) = 0.5_wp*v*[-1, 1]
          end if
          call update_geometry(blocks)
@@ -118,62 +118,62 @@ contains
    end subroutine begin_from
 
    !> The coordinate and its velocity, m, m/s.
-   pure function state_of(what) result(state)
-      integer, intent(in) :: what
+   pure function state_of(kind) result(state)
+      integer, intent(in) :: kind
       real(wp) :: state(2)
 
       associate (q => simulation%blocks%position, v => simulation%blocks%velocity)
          state = [q(1, 1), v(1, 1)]
-         if (what /= on_support) state = [q(2, 2) - q(2, 1), v(2, 2) - v(2, 1)]
+         if (kind /= on_support) state = [q(2, 2) - q(2, 1), v(2, 2) - v(2, 1)]
       end associate
    end function state_of
 
    !> The state after one step.
-   function step_from(what, member, dt, push, x, v) result(state)
-      integer, intent(in) :: what, member
+   function step_from(kind, member, dt, push, x, v) result(state)
+      integer, intent(in) :: kind, member
       real(wp), intent(in) :: dt, push, x, v
       real(wp) :: state(2)
 
-      call begin_from(what, member, dt, push, x, v)
+      call begin_from(kind, member, dt, push, x, v)
       call run(simulation, 1)
-      state = state_of(what)
+      state = state_of(kind)
    end function step_from
 
    !> Roots, damping ratio and period, and a sequence of displacements that obeys their recursion.
-   subroutine roots_on(what, member, turn)
-      integer, intent(in) :: what, member
-      real(wp), intent(in) :: turn  !< Ω = ωΔt
-      character(len=*), parameter :: of(3) = [character(len=10) :: 'a bond', 'a contact', &
+   subroutine roots_on(kind, member, omega_dt)
+      integer, intent(in) :: kind, member
+      real(wp), intent(in) :: omega_dt  !< Ω = ωΔt
+      character(len=*), parameter :: kind_names(3) = [character(len=10) :: 'a bond', 'a contact', &
          'a support']
       type(scheme_type) :: scheme
       complex(wp) :: roots(2), expected(2)
-      real(wp) :: matrix(2, 2), rest(2), omega, dt, spring, size_of_v
+      real(wp) :: matrix(2, 2), equilibrium(2), omega, dt, spring, size_of_v
 
-      call case(trim(names(member))//' on '//trim(of(what))//' at Ω = '//number(turn))
+      call case(trim(names(member))//' on '//trim(kind_names(kind))//' at Ω = '//number(omega_dt))
       scheme = scheme_named(names(member), thetas(member))
-      if (what == on_contact) scheme%theta = 1.0_wp
-      if (what == on_support) scheme = scheme_type(1.0_wp, 1.0_wp)
-      spring = spring_of(what)
-      omega = sqrt(spring*merge(1.0_wp, 2.0_wp, what == on_support)/mass)
-      dt = turn/omega
+      if (kind == on_contact) scheme%theta = 1.0_wp
+      if (kind == on_support) scheme = scheme_type(1.0_wp, 1.0_wp)
+      spring = spring_of(kind)
+      omega = sqrt(spring*merge(1.0_wp, 2.0_wp, kind == on_support)/mass)
+      dt = omega_dt/omega
       size_of_v = size_of_x/max(dt, 1.0_wp/omega)
-      rest = step_from(what, member, dt, depth*spring, 0.0_wp, 0.0_wp)
-      matrix(:, 1) = (step_from(what, member, dt, depth*spring, size_of_x, 0.0_wp) - rest) &
+      equilibrium = step_from(kind, member, dt, depth*spring, 0.0_wp, 0.0_wp)
+      matrix(:, 1) = (step_from(kind, member, dt, depth*spring, size_of_x, 0.0_wp) - equilibrium) &
          *[1.0_wp, 1.0_wp/omega]/size_of_x
-      matrix(:, 2) = (step_from(what, member, dt, depth*spring, 0.0_wp, size_of_v) - rest) &
+      matrix(:, 2) = (step_from(kind, member, dt, depth*spring, 0.0_wp, size_of_v) - equilibrium) &
          *[omega, 1.0_wp]/size_of_v
       roots = roots_of(matrix)
       expected = amplification_roots(scheme, omega, dt)
-      if (what == on_support) then
-         expected = 1.0_wp/cmplx(1.0_wp, turn*[1.0_wp, -1.0_wp], wp)
-         if (turn >= 1.0e4_wp) call check(maxval(abs(roots)) < 1.01e-4_wp, 'nothing is left')
+      if (kind == on_support) then
+         expected = 1.0_wp/cmplx(1.0_wp, omega_dt*[1.0_wp, -1.0_wp], wp)
+         if (omega_dt >= 1.0e4_wp) call check(maxval(abs(roots)) < 1.01e-4_wp, 'nothing is left')
       end if
-      call check_close(distance_of(roots, expected), 0.0_wp, 'roots', absolute=allowed)
+      call check_close(distance_of(roots, expected), 0.0_wp, 'roots', absolute=tolerance)
       call check_damping(scheme, roots, omega, dt)
       ! The normal of a compressed contact rotates with its edge after each step.  At larger Ω this
       ! explicit term amplifies the rounding of rotations by depth·Ω² per step.
-      if (what /= on_contact .or. turn <= 100.0_wp) &
-         call check_sequence(what, member, dt, depth*spring, size_of_v, expected)
+      if (kind /= on_contact .or. omega_dt <= 100.0_wp) &
+         call check_sequence(kind, member, dt, depth*spring, size_of_v, expected)
    end subroutine roots_on
 
    !> Damping ratio and period of measured roots.
@@ -184,31 +184,31 @@ contains
       real(wp) :: angle, decay
 
       if (.not. oscillates(scheme, omega, dt)) then
-         call check(all(abs(aimag(roots)) <= allowed), 'it does not oscillate')
+         call check(all(abs(aimag(roots)) <= tolerance), 'it does not oscillate')
          return
       end if
       angle = abs(atan2(aimag(roots(1)), real(roots(1))))
       decay = -log(abs(roots(1)))
       call check_close(decay/hypot(angle, decay), free_damping(scheme, omega, dt), 'ζ', &
-         absolute=allowed)
+         absolute=tolerance)
       call check_close(omega*dt/angle/(1.0_wp + period_elongation(scheme, omega, dt)), 1.0_wp, &
-         'period', absolute=allowed)
+         'period', absolute=tolerance)
    end subroutine check_damping
 
    !> x₂ = (λ₁ + λ₂) x₁ − λ₁λ₂ x₀ for the displacements of the steps of a run.
-   subroutine check_sequence(what, member, dt, push, speed, roots)
-      integer, intent(in) :: what, member
+   subroutine check_sequence(kind, member, dt, push, speed, roots)
+      integer, intent(in) :: kind, member
       real(wp), intent(in) :: dt, push, speed
       complex(wp), intent(in) :: roots(2)
       integer, parameter :: steps = 8
-      real(wp) :: x(0:steps), moved(steps), state(2)
-      real(wp), allocatable :: rest(:)
+      real(wp) :: x(0:steps), increments(steps), state(2)
+      real(wp), allocatable :: deviation(:)
       integer :: i, last
 
-      call begin_from(what, member, dt, push, size_of_x, speed)
+      call begin_from(kind, member, dt, push, size_of_x, speed)
       do i = 0, steps
          if (i > 0) call run(simulation, 1)
-         state = state_of(what)
+         state = state_of(kind)
          x(i) = state(1)
          if (i < 2) cycle
          ! What has come to rest shows rounding only.
@@ -216,11 +216,11 @@ contains
       end do
       last = min(i, steps)
       ! Increments, as the place of rest is known except for the compression of the blocks.
-      moved(:last) = x(1:last) - x(:last - 1)
-      rest = moved(3:last) - real(roots(1) + roots(2))*moved(2:last - 1) &
-         + real(roots(1)*roots(2))*moved(:last - 2)
-      call check_close(rest, 0.0_wp*rest, 'displacements', &
-         absolute=allowed*maxval(abs(moved(:last))))
+      increments(:last) = x(1:last) - x(:last - 1)
+      deviation = increments(3:last) - real(roots(1) + roots(2))*increments(2:last - 1) &
+         + real(roots(1)*roots(2))*increments(:last - 2)
+      call check_close(deviation, 0.0_wp*deviation, 'displacements', &
+         absolute=tolerance*maxval(abs(increments(:last))))
    end subroutine check_sequence
 
    !> Two bonded blocks fly apart: in the step in which the bond breaks, taken again, the contact

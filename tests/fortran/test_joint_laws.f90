@@ -179,28 +179,29 @@ contains
 
    !> tan(φ ± α), ± tan α, α₀ exp(−cW); the normal force is that of the lift of the same slip.
    subroutine asperities()
-      type(joint_state_type) :: state, after
+      type(joint_state_type) :: state, end_state
       real(wp) :: force, slip, angle
-      integer :: way
+      integer :: direction
 
       call new_joint_law(slot, worn(), 1.0_wp, 1.0_wp)
-      do way = -1, 1, 2
+      do direction = -1, 1, 2
          state = state_of(0.0_wp, 0.0_wp)
          state%memory(net_slip:lifted) = [0.02_wp, 5.0e-3_wp]
-         state%slip_sign = real(way, wp)
+         state%slip_sign = real(direction, wp)
          call check_close(slot%law%strength(state, 1.0e6_wp), 1.0e6_wp &
-            *tan((30 + way*15)*pi/180), 'strength', 1.0e-12_wp)
+            *tan((30 + direction*15)*pi/180), 'strength', 1.0e-12_wp)
          force = slot%law%sliding_force(state, 1.5e-3_wp, 4.0e-3_wp)
          slip = 4.0e-3_wp - slot%law%strength(state, force)/slot%law%shear_spring(state)
-         after = slot%law%state_after_slip(state, way*slip, slot%law%strength(state, force))
-         call check_close(after%memory(lifted) - state%memory(lifted), way*tan(15*pi/180)*slip, &
-            'lift', 1.0e-12_wp)
-         call check_close(force, slot%law%normal_force(state, 1.5e-3_wp + after%memory(lifted) &
+         end_state = slot%law%state_after_slip(state, direction*slip, &
+            slot%law%strength(state, force))
+         call check_close(end_state%memory(lifted) - state%memory(lifted), &
+            direction*tan(15*pi/180)*slip, 'lift', 1.0e-12_wp)
+         call check_close(force, slot%law%normal_force(state, 1.5e-3_wp + end_state%memory(lifted) &
             - state%memory(lifted)), 'normal force', 1.0e-12_wp)
          angle = 15*exp(-5.0e-6_wp*slot%law%strength(state, force)*slip/length)
-         after%memory(net_slip) = 0.02_wp
-         after%slip_sign = 1.0_wp
-         call check_close(slot%law%strength(after, 1.0_wp), tan((30 + angle)*pi/180), 'wear', &
+         end_state%memory(net_slip) = 0.02_wp
+         end_state%slip_sign = 1.0_wp
+         call check_close(slot%law%strength(end_state, 1.0_wp), tan((30 + angle)*pi/180), 'wear', &
             1.0e-12_wp)
       end do
    end subroutine asperities
@@ -315,8 +316,8 @@ contains
    !> small steps to the plastic closure 2 G_c/σ_c lose G_c per area.
    subroutine crushing()
       type(joint_state_type) :: state
-      real(wp), parameter :: k_n = 1.0e10_wp*length, most = 2.0e6_wp*length, h = 1.0e-9_wp
-      real(wp) :: x, lost, before
+      real(wp), parameter :: k_n = 1.0e10_wp*length, crushing_force = 2.0e6_wp*length, h = 1.0e-9_wp
+      real(wp) :: x, dissipated, start_closure
       integer :: i
 
       call new_joint_law(slot, soft(), 1.0_wp, 2.5_wp)
@@ -324,29 +325,32 @@ contains
          state = joint_state_type(length)
          do i = -2, 8
             x = (i + 0.5_wp)*1.0e-4_wp
-            call check_close(law%normal_force(state, x), min(k_n*x, most), 'force', 1.0e-12_wp)
+            call check_close(law%normal_force(state, x), min(k_n*x, crushing_force), 'force', &
+               1.0e-12_wp)
             call check_close((law%stored(state, x + h) - law%stored(state, x - h))/(2*h), &
                law%normal_force(state, x), 'slope of the potential', 1.0e-6_wp)
-            call check_close(law%tangent(state, x), merge(k_n, 0.0_wp, k_n*x < most), 'slope')
+            call check_close(law%tangent(state, x), merge(k_n, 0.0_wp, k_n*x < crushing_force), &
+               'slope')
          end do
          state%closure = 3.0e-4_wp
          state = law%state_after_slip(state, 0.0_wp, 0.0_wp)
-         call check_close(-law%lift(state), 3.0e-4_wp - most/k_n, 'plastic closure', 1.0e-12_wp)
+         call check_close(-law%lift(state), 3.0e-4_wp - crushing_force/k_n, 'plastic closure', &
+            1.0e-12_wp)
          call check_close(law%normal_force(state, 1.0e-5_wp), k_n*1.0e-5_wp, 'unloads', 1.0e-12_wp)
          state%closure = 2.5e-4_wp
          call check_close(law%lift(law%state_after_slip(state, 0.0_wp, 0.0_wp)), law%lift(state), &
             'kept')
          state = joint_state_type(length)
-         lost = 0.0_wp
+         dissipated = 0.0_wp
          do i = 1, 10000
-            before = -law%lift(state)
+            start_closure = -law%lift(state)
             state%closure = 1.0e-7_wp*i
-            associate (force => law%normal_force(state, state%closure - before))
+            associate (force => law%normal_force(state, state%closure - start_closure))
                state = law%state_after_slip(state, 0.0_wp, 0.0_wp)
-               lost = lost - force*(law%lift(state) + before)
+               dissipated = dissipated - force*(law%lift(state) + start_closure)
             end associate
          end do
-         call check_close(lost, 500*length, 'fracture energy', 1.0e-3_wp)
+         call check_close(dissipated, 500*length, 'fracture energy', 1.0e-3_wp)
          call check(law%normal_force(state, 1.0_wp) == 0.0_wp, 'no strength is left')
       end associate
    end subroutine crushing

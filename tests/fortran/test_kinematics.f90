@@ -8,8 +8,8 @@ module test_kinematics
    use dda_scheme, only: scheme_type, step_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_simulation, only: simulation_type
-   use models, only: begin, block_text, blocks_of, contact_text, control_text, fan, joint_text, &
-      number, place_blocks, random_vector, rectangle, run, star
+   use models, only: begin, block_text, make_rock_blocks, contact_text, control_text, fan, &
+      joint_text, number, place_blocks, random_vector, rectangle, run, star
    use testing, only: case, check, check_close
    implicit none
 
@@ -36,15 +36,15 @@ contains
       call accepted_step(1.0_wp)
    end subroutine vibrations
 
-   subroutine begin_oscillator(step, steps, more, motion)
+   subroutine begin_oscillator(step, steps, velocity, motion)
       real(wp), intent(in) :: step
       integer, intent(in) :: steps
-      character(len=*), intent(in) :: more, motion
+      character(len=*), intent(in) :: velocity, motion
 
       call begin(simulation, control_text(step, steps, '')//contact_text(stiffness, &
          'fixed_point_ratio = 1.0')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
          ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2'// &
-         ' initial_velocity = '//more//' 0.0 0.0 /'//motion// &
+         ' initial_velocity = '//velocity//' 0.0 0.0 /'//motion// &
          block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
          ' &fixed_point x = 0.0 y = 0.0 '//merge("motion_x = 'm'", '              ', &
          motion /= '')//' /')
@@ -151,13 +151,13 @@ contains
       do i = 1, n
          call add_outline(outlines, star(7, 0.5_wp, 1.5_wp), 1, 1, 1, '')
       end do
-      call blocks_of(outlines, blocks)
+      call make_rock_blocks(outlines, blocks)
    end subroutine make_blocks
 
    !> d = Δt [(1 − χ) v₀ + χ v₁], a = (v₁ − v₀)/Δt, and the loss of a dynamic factor.
    subroutine accepted_step(chi)
       real(wp), intent(in) :: chi
-      real(wp) :: d(6, 3), v(6, 3), q(6, 3), loss, before
+      real(wp) :: d(6, 3), v(6, 3), q(6, 3), loss, start_energy
       real(wp), parameter :: step = 0.03_wp
 
       call case('an accepted step')
@@ -174,17 +174,17 @@ contains
          'd = Δt [(1 − χ) v₀ + χ v₁]', relative=1.0e-14_wp)
       call check_close(blocks%acceleration, (d - v*step)/(chi*step**2), 'accelerations', &
          relative=1.0e-13_wp)
-      before = kinetic_energy(blocks)
+      start_energy = kinetic_energy(blocks)
       call damp_velocity(blocks, 1.0_wp, loss)
       call check_close(loss, 0.0_wp, 'a factor of 1 takes nothing')
       call damp_velocity(blocks, 0.6_wp, loss)
-      call check_close([loss, kinetic_energy(blocks)], [0.64_wp, 0.36_wp]*before, &
+      call check_close([loss, kinetic_energy(blocks)], [0.64_wp, 0.36_wp]*start_energy, &
          'one of 0.6 takes 1 − 0.36', relative=1.0e-14_wp)
    end subroutine accepted_step
 
    !> The bound holds for every vertex, and is met by a translation.
    subroutine moves()
-      real(wp) :: d(6, 4), before(2, 28), bound
+      real(wp) :: d(6, 4), former(2, 28), bound
       integer :: i, wrong
 
       call make_blocks(4)
@@ -194,12 +194,12 @@ contains
          blocks%position(3, :) = 50.0_wp*blocks%position(3, :)
          blocks%position(4:6, :) = 1.0e-3_wp*blocks%position(4:6, :)
          call update_geometry(blocks)
-         before = blocks%vertex
+         former = blocks%vertex
          d = 10.0_wp**(-modulo(i, 6))*reshape(random_vector(24), [6, 4])
          d(4:6, :) = 0.01_wp*d(4:6, :)
          bound = largest_displacement(blocks, d)
          call integrate(blocks, d, step_type(time_step=1.0_wp))
-         if (maxval(norm2(blocks%vertex - before, 1)) > bound*(1.0_wp + 1.0e-3_wp)) &
+         if (maxval(norm2(blocks%vertex - former, 1)) > bound*(1.0_wp + 1.0e-3_wp)) &
             wrong = wrong + 1
       end do
       call check(wrong == 0, 'no vertex moves farther')

@@ -34,7 +34,7 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      real(wp) :: from(6, 2), to(6, 2), part, least, found, scale, largest, residual
+      real(wp) :: from(6, 2), to(6, 2), part, minimum, result, scale, largest, residual
       integer :: k
 
       call random_system(system, contacts, laws, count, 0.0_wp)
@@ -46,15 +46,15 @@ contains
       call evaluate_contacts(contacts, laws, to, largest, residual)
       call descend(system, contacts, laws, part)
       call check(part > 0.0_wp .and. part <= 1.0_wp, 'a part of the way')
-      found = energy(system, contacts, system%d)
-      least = huge(1.0_wp)
+      result = energy(system, contacts, system%d)
+      minimum = huge(1.0_wp)
       do k = 0, 200
-         least = min(least, energy(system, contacts, from + real(k, wp)/200*(to - from)))
+         minimum = min(minimum, energy(system, contacts, from + real(k, wp)/200*(to - from)))
       end do
-      scale = energy(system, contacts, from) - least
+      scale = energy(system, contacts, from) - minimum
       ! A slope that is 1 % of the first one, of a convex function: 2 % of the descent are left at
       ! most.
-      call check(found <= least + 0.02_wp*scale, 'no place on the way is much lower')
+      call check(result <= minimum + 0.02_wp*scale, 'no place on the way is much lower')
       call check(maxval(abs(system%d - from - part*(to - from))) <= 1.0e-12_wp*maxval(abs(to)), &
          'it is on the way')
    end subroutine search

@@ -49,10 +49,10 @@ contains
       call check(factor%half_width == 11, 'half width 11')
    end subroutine a_chain_numbered_at_random
 
-   !> A chain of blocks joined by stiff springs; `least` is the stiffness that holds each alone.
-   subroutine chain(n, least)
+   !> A chain of blocks joined by stiff springs; `own_stiffness` holds each block alone.
+   subroutine chain(n, own_stiffness)
       integer, intent(in) :: n
-      real(wp), intent(in) :: least
+      real(wp), intent(in) :: own_stiffness
       integer :: pairs(2, n - 1), i, k
 
       do i = 1, n - 1
@@ -62,7 +62,7 @@ contains
       call sow(n)
       do i = 1, n
          do k = 1, 6
-            matrix%diagonal(k, k, i) = least
+            matrix%diagonal(k, k, i) = own_stiffness
          end do
       end do
       do i = 1, n - 1
@@ -91,13 +91,13 @@ contains
       call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
    end subroutine prepare
 
-   subroutine solves(name, n, least)
+   subroutine solves(name, n, own_stiffness)
       character(len=*), intent(in) :: name
       integer, intent(in) :: n
-      real(wp), intent(in) :: least
+      real(wp), intent(in) :: own_stiffness
       real(wp) :: b(6, n)
 
-      call chain(n, least)
+      call chain(n, own_stiffness)
       b = reshape(random_vector(6*n), [6, n])
       call prepare(name)
       call check_no_error(error, name)
@@ -189,20 +189,20 @@ contains
    end subroutine a_pivot_lost_to_single_precision
 
    !> A chain whose springs leave no freedom but that of the whole, and what holds each block alone.
-   subroutine stiff_chain(n, least, alone)
+   subroutine stiff_chain(n, own_stiffness, alone)
       integer, intent(in) :: n
-      real(wp), intent(in) :: least
+      real(wp), intent(in) :: own_stiffness
       real(wp), intent(out) :: alone(compact_size, n)
       real(wp) :: block(6, 6)
       integer :: i, k
 
-      call chain(n, least)
+      call chain(n, own_stiffness)
       do i = 1, n - 1
          call add_springs(i, 6)
       end do
       block = 0.0_wp
       do k = 1, 6
-         block(k, k) = least
+         block(k, k) = own_stiffness
       end do
       alone = spread(compact(block), 2, n)
    end subroutine stiff_chain

@@ -5,7 +5,7 @@ module test_neighbours
    use dda_blocks, only: blocks_type, is_convex, update_geometry
    use dda_neighbours, only: find_neighbours, neighbours_type
    use dda_outlines, only: add_outline, outlines_type
-   use models, only: blocks_of, place_blocks, random, random_vector, rectangle, shifted, star
+   use models, only: make_rock_blocks, place_blocks, random, random_vector, rectangle, shifted, star
    use testing, only: check
    implicit none
 
@@ -34,7 +34,7 @@ contains
          call add_outline(outlines, shifted(scale*star(3 + modulo(i, 7), 0.3_wp, 1.0_wp), &
             15.0_wp*random_vector(2)), 1, 1, 1, '')
       end do
-      call blocks_of(outlines, blocks)
+      call make_rock_blocks(outlines, blocks)
       call find_neighbours(near, blocks, 0.3_wp)
       call compare(near, 0.3_wp)
       blocks%position(1:2, :) = 20.0_wp*reshape(random_vector(2*n), [2, n])
@@ -50,7 +50,7 @@ contains
       type(neighbours_type), intent(in) :: near
       real(wp), intent(in) :: reach
       logical, allocatable :: listed(:,:), paired(:,:)
-      integer :: p, i, v, e, missed, surplus, repeated, wrong_pair
+      integer :: p, i, v, e, missed, extra, repeated, wrong_pair
 
       allocate (listed(size(blocks%owner), size(blocks%owner)), paired(blocks%n, blocks%n), &
          source=.false.)
@@ -74,15 +74,15 @@ contains
          end do
       end do
       missed = 0
-      surplus = 0
+      extra = 0
       do v = 1, size(blocks%owner)
          do e = 1, size(blocks%owner)
             if (within(v, e, reach) .and. .not. listed(v, e)) missed = missed + 1
-            if (listed(v, e) .and. .not. within(v, e, reach)) surplus = surplus + 1
+            if (listed(v, e) .and. .not. within(v, e, reach)) extra = extra + 1
          end do
       end do
       call check(missed == 0, 'none missed')
-      call check(surplus == 0, 'none beyond reach')
+      call check(extra == 0, 'none beyond reach')
       call check(repeated == 0, 'none twice')
       call check(wrong_pair == 0, 'probes name their pair, pairs ascend')
       call check(all([(corners_listed(near, p, reach), p=1, near%n_probes)]), &
@@ -141,7 +141,7 @@ contains
                real(j + 1, wp)), 1, 1, 1, '')
          end do
       end do
-      call blocks_of(outlines, blocks)
+      call make_rock_blocks(outlines, blocks)
    end subroutine make_lattice
 
    !> n × n squares side by side: 2n(n−1) joints and 2(n−1)² diagonals.
@@ -184,7 +184,7 @@ contains
       end do
       call add_outline(outlines, rectangle(1.0e6_wp, 1.0e6_wp, 1.0e6_wp + 1.0_wp, &
          1.0e6_wp + 1.0_wp), 1, 1, 1, '')
-      call blocks_of(outlines, blocks)
+      call make_rock_blocks(outlines, blocks)
       call find_neighbours(near, blocks, 0.01_wp)
       call check(near%n_pairs == 99, 'the row has 99 joints')
       call compare(near, 0.01_wp)
@@ -193,13 +193,13 @@ contains
    !> Thirty-six times the blocks: as many pairs and probes per block but for the rim, and about as
    !> much time.
    subroutine cost_per_block()
-      real(wp) :: small(2), large(2)
+      real(wp) :: small_grid(2), large_grid(2)
 
-      small = measure(25)
-      large = measure(150)
-      call check(abs(large(1)/small(1) - 1.0_wp) < 0.1_wp, 'probes per block do not grow')
-      call check(large(2) < 6.0_wp*small(2), 'time per block does not grow sixfold for 36 '// &
-         'times the blocks')
+      small_grid = measure(25)
+      large_grid = measure(150)
+      call check(abs(large_grid(1)/small_grid(1) - 1.0_wp) < 0.1_wp, 'probes per block do not grow')
+      call check(large_grid(2) < 6.0_wp*small_grid(2), &
+         'time per block does not grow sixfold for 36 '//'times the blocks')
    end subroutine cost_per_block
 
    !> Probes and least seconds for each block of an n × n lattice.

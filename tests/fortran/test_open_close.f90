@@ -49,9 +49,9 @@ contains
    subroutine against_all_combinations()
       type(open_close_type) :: iteration
       real(wp) :: expected(unknowns)
-      integer :: i, solutions, most
+      integer :: i, solutions, largest_count
 
-      most = 0
+      largest_count = 0
       do i = 1, 80
          call random_system(system, contacts, laws, 1 + modulo(i, 8), 0.0_wp)
          call try_all(expected, solutions)
@@ -59,9 +59,9 @@ contains
          call close_all(system, contacts, iteration)
          call check_no_error(error, 'converges')
          call check_close(flat(system%d), expected, 'd', relative=1.0e-9_wp)
-         most = max(most, iteration%iterations)
+         largest_count = max(largest_count, iteration%iterations)
       end do
-      call check(most <= 8, 'in no more iterations than contacts')
+      call check(largest_count <= 8, 'in no more iterations than contacts')
    end subroutine against_all_combinations
 
    !> The combination whose solution penetrates where it is closed and only there.
@@ -96,23 +96,23 @@ contains
 
    !> Without friction the solution does not depend on where the iteration begins.
    subroutine from_any_first_states()
-      type(system_type) :: system, again
-      type(contacts_type) :: contacts, others
+      type(system_type) :: system, second_system
+      type(contacts_type) :: contacts, second_contacts
       type(open_close_type) :: iteration
       integer :: i, c
 
       do i = 1, 60
          call random_system(system, contacts, laws, 20, 0.0_wp)
-         again = system
-         others = contacts
+         second_system = system
+         second_contacts = contacts
          do c = 1, 20
-            others%state(c) = modulo(c*i, 3)
+            second_contacts%state(c) = modulo(c*i, 3)
          end do
          call close_all(system, contacts, iteration)
          call check_no_error(error, 'converges')
-         call close_all(again, others, iteration)
+         call close_all(second_system, second_contacts, iteration)
          call check_no_error(error, 'converges from other states')
-         call check_close(again%d, system%d, 'd', relative=1.0e-9_wp)
+         call check_close(second_system%d, system%d, 'd', relative=1.0e-9_wp)
       end do
    end subroutine from_any_first_states
 
@@ -134,9 +134,9 @@ contains
       type(contacts_type) :: first, contacts
       type(open_close_type) :: iteration
       type(solver_type) :: solver
-      real(wp) :: before, after
+      real(wp) :: former_energy, new_energy
       logical :: converged
-      integer :: c, most
+      integer :: c, limit
 
       call random_system(start, first, laws, count, 60.0_wp)
       start%d = far*reshape(random_vector(unknowns), [6, 2])
@@ -144,19 +144,20 @@ contains
       first%state(:count) = [(modulo(c, 3), c=1, count)]
       iteration%weight = 10.0_wp
       iteration%relative_tolerance = 1.0e-12_wp
-      before = energy(start, first, start%d, first%frozen_bound)
-      do most = 1, 100
+      former_energy = energy(start, first, start%d, first%frozen_bound)
+      do limit = 1, 100
          system = start
          contacts = first
-         iteration%max_iterations = most
+         iteration%max_iterations = limit
          call choose_solver(solver, 'auto', error)
          call analyse(solver, system%matrix)
          call iterate(iteration, system, solver, contacts, laws, converged, error)
          call check_no_error(error, 'iterates')
-         after = energy(system, contacts, system%d, first%frozen_bound)
-         call check(after <= before + 1.0e-11_wp*abs(before), 'the energy does not rise')
+         new_energy = energy(system, contacts, system%d, first%frozen_bound)
+         call check(new_energy <= former_energy + 1.0e-11_wp*abs(former_energy), &
+            'the energy does not rise')
          if (converged) exit
-         before = after
+         former_energy = new_energy
       end do
       call check(converged, 'converges')
       call check(maxval(abs(gradient(system, contacts, system%d, &
@@ -202,9 +203,9 @@ contains
    end subroutine keeps_what_is_tolerated
 
    !> Solve systems of one closed contact each beside each other, which ends at a tension.
-   subroutine pull_contacts(systems, share, opened)
+   subroutine pull_contacts(systems, tension, opened)
       integer, intent(in) :: systems
-      real(wp), intent(in) :: share    !< tension, of the tolerance
+      real(wp), intent(in) :: tension    !< tension, of the tolerance
       integer, intent(out) :: opened   !< contacts
       type(system_type) :: whole, system
       type(contacts_type) :: all, contacts
@@ -228,7 +229,7 @@ contains
          call dposv('L', unknowns, 2, k, unknowns, x, unknowns, info)
          contacts%state(1) = contact_stick
          contacts%stretch(1) = 0.0_wp
-         contacts%gap(1) = share*iteration%noise*(1.0_wp/stiffness + dot_product(row, x(:, 2))) &
+         contacts%gap(1) = tension*iteration%noise*(1.0_wp/stiffness + dot_product(row, x(:, 2))) &
             - dot_product(row, x(:, 1))
          call put(system, contacts, 2*i - 2, whole, all)
       end do
@@ -299,24 +300,24 @@ contains
    end subroutine side_by_side
 
    !> Put a system of two blocks beside others, behind so many blocks.
-   subroutine put(system, contacts, before, whole, all)
+   subroutine put(system, contacts, offset, whole, all)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts
-      integer, intent(in) :: before
+      integer, intent(in) :: offset
       type(system_type), intent(inout) :: whole
       type(contacts_type), intent(inout) :: all
       integer :: first, last
 
-      whole%has_terms(before + 1:before + 2) = .true.
-      whole%linear%diagonal(:, :, before + 1:before + 2) = system%linear%diagonal
-      whole%load(:, before + 1:before + 2) = system%load
+      whole%has_terms(offset + 1:offset + 2) = .true.
+      whole%linear%diagonal(:, :, offset + 1:offset + 2) = system%linear%diagonal
+      whole%load(:, offset + 1:offset + 2) = system%load
       first = all%n + 1
       last = all%n + contacts%n
       all%n = last
       associate (n => contacts%n)
-         all%block_v(first:last) = contacts%block_v(:n) + before
-         all%block_e(first:last) = contacts%block_e(:n) + before
-         all%pair(first:last) = before/2 + 1
+         all%block_v(first:last) = contacts%block_v(:n) + offset
+         all%block_e(first:last) = contacts%block_e(:n) + offset
+         all%pair(first:last) = offset/2 + 1
          all%joint(first:last) = contacts%joint(:n)
          all%state(first:last) = contacts%state(:n)
          all%gap(first:last) = contacts%gap(:n)
@@ -332,11 +333,11 @@ contains
       real(wp), intent(in) :: angle
       integer, intent(in) :: most_allowed
       type(open_close_type) :: iteration
-      integer :: i, c, failed, most, states(0:2)
+      integer :: i, c, failed, largest_count, states(0:2)
 
       call case('with friction')
       failed = 0
-      most = 0
+      largest_count = 0
       states = 0
       do i = 1, 200
          call random_system(system, contacts, laws, 1 + modulo(i, 10), angle)
@@ -345,14 +346,14 @@ contains
             failed = failed + 1
             cycle
          end if
-         most = max(most, iteration%iterations)
+         largest_count = max(largest_count, iteration%iterations)
          do c = 1, contacts%n
             states(contacts%state(c)) = states(contacts%state(c)) + 1
          end do
          call check_balance(system, contacts, tan(angle*pi/180.0_wp))
       end do
       call check(failed == 0, 'all converge')
-      call check(most <= most_allowed, 'in few iterations')
+      call check(largest_count <= most_allowed, 'in few iterations')
       call check(all(states([contact_open, contact_slide, contact_stick]) > 20), 'all states occur')
    end subroutine with_friction
 
@@ -454,10 +455,10 @@ contains
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: mu
-      real(wp) :: rest(unknowns), normal, shear, largest
+      real(wp) :: unbalanced(unknowns), normal, shear, largest
       integer :: c
 
-      rest = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
+      unbalanced = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
       largest = maxval(abs(system%load))
       do c = 1, contacts%n
          normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), &
@@ -465,10 +466,11 @@ contains
          shear = stiffness/2.5_wp*(contacts%stretch(c) + dot_product(slip_row(contacts, c), &
             flat(system%d)))
          shear = max(-mu*normal, min(mu*normal, shear))
-         rest = rest + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
+         unbalanced = unbalanced + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
          largest = max(largest, normal)
       end do
-      call check_close(rest, 0.0_wp*rest, 'forces in balance', absolute=1.0e-9_wp*largest)
+      call check_close(unbalanced, 0.0_wp*unbalanced, 'forces in balance', &
+         absolute=1.0e-9_wp*largest)
    end subroutine check_balance
 
    subroutine no_contacts()

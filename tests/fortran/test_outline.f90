@@ -6,7 +6,7 @@ module test_outline
    use dda_edge_piece, only: edge_piece_type, piece_length, piece_normal, gauss_points, reference_at
    use dda_outline, only: outline_of, pieces_on_side, pieces_along
    use dda_outlines, only: outlines_type, add_outline
-   use models, only: blocks_of, rectangle
+   use models, only: make_rock_blocks, rectangle
    use testing, only: check, check_close
    implicit none
 
@@ -24,7 +24,7 @@ contains
       do i = 1, size(first) - 1
          call add_outline(outlines, vertices(:, first(i):first(i + 1) - 1), 1, 1, 1, '')
       end do
-      call blocks_of(outlines, blocks)
+      call make_rock_blocks(outlines, blocks)
    end subroutine make
 
    pure real(wp) function length_of(pieces)
@@ -36,7 +36,7 @@ contains
 
    !> Three by two blocks of 2 m × 1 m.
    subroutine grid()
-      type(edge_piece_type), allocatable :: all(:), found(:)
+      type(edge_piece_type), allocatable :: all(:), edges(:)
       real(wp) :: vertices(2, 24)
       integer :: i, j
 
@@ -50,18 +50,18 @@ contains
       call outline_of(blocks, spread(.true., 1, 6), all)
       call check(size(all) == 10, 'ten edges are free')
       call check_close(length_of(all), 16.0_wp, 'their length', relative=1.0e-12_wp)
-      found = pieces_on_side(blocks, all, 'left')
-      call check(all_equal(found%block, [1, 4]), 'blocks of the left side')
-      call check_close(piece_normal(blocks, found(1)), [-1.0_wp, 0.0_wp], 'normal of the left side')
-      found = pieces_on_side(blocks, all, 'bottom')
-      call check(all_equal(found%block, [1, 2, 3]), 'blocks of the bottom')
+      edges = pieces_on_side(blocks, all, 'left')
+      call check(all_equal(edges%block, [1, 4]), 'blocks of the left side')
+      call check_close(piece_normal(blocks, edges(1)), [-1.0_wp, 0.0_wp], 'normal of the left side')
+      edges = pieces_on_side(blocks, all, 'bottom')
+      call check(all_equal(edges%block, [1, 2, 3]), 'blocks of the bottom')
       call check(size(pieces_on_side(blocks, all, 'surface')) == 3, 'three edges face upwards')
-      found = pieces_along(blocks, all, reshape([1.0_wp, 2.0_wp, 6.0_wp, 2.0_wp, 6.0_wp, 1.5_wp], &
+      edges = pieces_along(blocks, all, reshape([1.0_wp, 2.0_wp, 6.0_wp, 2.0_wp, 6.0_wp, 1.5_wp], &
          [2, 3]))
-      call check_close(length_of(found), 5.5_wp, 'pieces along a polyline', &
+      call check_close(length_of(edges), 5.5_wp, 'pieces along a polyline', &
          relative=1.0e-12_wp)
-      call outline_of(blocks, [.false., .true., spread(.false., 1, 4)], found)
-      call check(size(found) == 1 .and. found(1)%block == 2, 'the one free edge of a block')
+      call outline_of(blocks, [.false., .true., spread(.false., 1, 4)], edges)
+      call check(size(edges) == 1 .and. edges(1)%block == 2, 'the one free edge of a block')
    end subroutine grid
 
    pure logical function all_equal(a, b)
@@ -73,32 +73,32 @@ contains
 
    !> A narrow block on the middle of a wide one leaves two parts of its top.
    subroutine steps()
-      type(edge_piece_type), allocatable :: found(:)
+      type(edge_piece_type), allocatable :: edges(:)
 
       call make([1, 5, 9, 13], reshape([rectangle(0.0_wp, 0.0_wp, 10.0_wp, 1.0_wp), &
          rectangle(4.0_wp, 1.0_wp, 5.0_wp, 2.0_wp), rectangle(5.0_wp, 1.0_wp, 7.0_wp, 2.0_wp)], &
          [2, 12]))
-      call outline_of(blocks, [.true., .false., .false.], found)
-      found = pieces_on_side(blocks, found, 'surface')
-      call check(size(found) == 2, 'two pieces are free')
-      call check_close([found%from, found%to], [0.0_wp, 0.6_wp, 0.3_wp, 1.0_wp], 'shares of '// &
+      call outline_of(blocks, [.true., .false., .false.], edges)
+      edges = pieces_on_side(blocks, edges, 'surface')
+      call check(size(edges) == 2, 'two pieces are free')
+      call check_close([edges%from, edges%to], [0.0_wp, 0.6_wp, 0.3_wp, 1.0_wp], 'shares of '// &
          'the edge', absolute=1.0e-12_wp)
-      call outline_of(blocks, spread(.true., 1, 3), found)
-      call check_close(length_of(found), 10.0_wp + 2.0_wp + 7.0_wp + 2.0_wp + 3.0_wp, &
+      call outline_of(blocks, spread(.true., 1, 3), edges)
+      call check_close(length_of(edges), 10.0_wp + 2.0_wp + 7.0_wp + 2.0_wp + 3.0_wp, &
          'length of the outline', relative=1.0e-12_wp)
    end subroutine steps
 
    !> A face that is no side of the box.
    subroutine slope()
-      type(edge_piece_type), allocatable :: found(:)
+      type(edge_piece_type), allocatable :: edges(:)
 
       call make([1, 4], reshape([0.0_wp, 0.0_wp, 4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], &
          [2, 3]))
-      call outline_of(blocks, [.true.], found)
-      found = pieces_along(blocks, found, reshape([4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], [2, 2]))
-      call check(size(found) == 1, 'the slope')
-      call check_close(piece_normal(blocks, found(1)), [0.6_wp, 0.8_wp], 'its normal')
-      call check_close(piece_length(blocks, found(1)), 5.0_wp, 'its length')
+      call outline_of(blocks, [.true.], edges)
+      edges = pieces_along(blocks, edges, reshape([4.0_wp, 0.0_wp, 0.0_wp, 3.0_wp], [2, 2]))
+      call check(size(edges) == 1, 'the slope')
+      call check_close(piece_normal(blocks, edges(1)), [0.6_wp, 0.8_wp], 'its normal')
+      call check_close(piece_length(blocks, edges(1)), 5.0_wp, 'its length')
    end subroutine slope
 
    !> The two points integrate squares of linear functions along a piece.

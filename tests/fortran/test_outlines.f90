@@ -51,22 +51,23 @@ contains
       type(outlines_type) :: outlines
       real(wp) :: vertices(2, 12, 100)
       integer :: i
-      logical :: kept
+      logical :: unchanged
 
       do i = 1, 100
          vertices(:, :, i) = star(12, 0.5_wp, 2.0_wp)
          call add_outline(outlines, vertices(:, :3 + modulo(i, 10), i), i, 2*i, 3*i, 'b'// &
             to_text(i))
       end do
-      kept = outlines%n == 100
+      unchanged = outlines%n == 100
       do i = 1, 100
-         kept = kept .and. outlines%material(i) == i .and. outlines%source(i) == 3*i
-         kept = kept .and. all(outlines%joint(outlines%first(i):outlines%first(i + 1) - 1) == 2*i)
-         kept = kept .and. outlines%name(i) == 'b'//to_text(i)
-         kept = kept .and. outlines%first(i + 1) - outlines%first(i) == 3 + modulo(i, 10)
-         kept = kept .and. all(outline(outlines, i) == vertices(:, :3 + modulo(i, 10), i))
+         unchanged = unchanged .and. outlines%material(i) == i .and. outlines%source(i) == 3*i
+         unchanged = unchanged .and. all(outlines%joint(outlines%first(i):outlines%first(i + 1) &
+            - 1) == 2*i)
+         unchanged = unchanged .and. outlines%name(i) == 'b'//to_text(i)
+         unchanged = unchanged .and. outlines%first(i + 1) - outlines%first(i) == 3 + modulo(i, 10)
+         unchanged = unchanged .and. all(outline(outlines, i) == vertices(:, :3 + modulo(i, 10), i))
       end do
-      call check(kept, 'all as they were added')
+      call check(unchanged, 'all as they were added')
    end subroutine growth
 
    subroutine layers()

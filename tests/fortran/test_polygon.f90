@@ -118,21 +118,21 @@ contains
    subroutine points_inside()
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: point(2), outside(2), square(2, 4)
-      integer :: i, k, wrong, inside
+      integer :: i, k, wrong, n_inside
 
       wrong = 0
-      inside = 0
+      n_inside = 0
       do i = 1, 100
          vertices = star(3 + modulo(i, 15), 0.2_wp, 2.0_wp)
          do k = 1, 50
             point = 2.0_wp*random_vector(2)
-            if (contains_point(vertices, point, 0.0_wp)) inside = inside + 1
+            if (contains_point(vertices, point, 0.0_wp)) n_inside = n_inside + 1
             if (contains_point(vertices, point, 0.0_wp) .neqv. winding(vertices, point) > pi) &
                wrong = wrong + 1
          end do
       end do
       call check(wrong == 0, 'as the winding number says')
-      call check(inside > 500 .and. inside < 4500, 'both kinds occur')
+      call check(n_inside > 500 .and. n_inside < 4500, 'both kinds occur')
       square = turned(rectangle(-1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp), 0.4_wp)
       outside = 0.5_wp*(square(:, 1) + square(:, 2))*(1.0_wp + 1.0e-6_wp)
       call check(.not. contains_point(square, outside, 0.0_wp), 'a hair outside')
@@ -160,21 +160,21 @@ contains
    !> Against many points along the boundary.
    subroutine distance_to_the_boundary()
       real(wp), allocatable :: vertices(:,:)
-      real(wp) :: point(2), least
+      real(wp) :: point(2), nearest
       integer :: i, j, k
       integer, parameter :: parts = 2000
 
       do i = 1, 10
          vertices = star(7, 0.2_wp, 2.0_wp)
          point = 2.0_wp*random_vector(2)
-         least = huge(1.0_wp)
+         nearest = huge(1.0_wp)
          do j = 1, 7
             do k = 0, parts
-               least = min(least, norm2(point - vertices(:, j) &
+               nearest = min(nearest, norm2(point - vertices(:, j) &
                   - real(k, wp)/parts*(vertices(:, modulo(j, 7) + 1) - vertices(:, j))))
             end do
          end do
-         call check_close(distance_to_boundary(vertices, point), least, 'distance', &
+         call check_close(distance_to_boundary(vertices, point), nearest, 'distance', &
             absolute=1.0e-4_wp)
       end do
    end subroutine distance_to_the_boundary
@@ -200,29 +200,30 @@ contains
       end do
    end subroutine touching_neighbours
 
-   subroutine touch(a, b, angle, what)
+   subroutine touch(a, b, angle, label)
       real(wp), intent(in) :: a(:,:), b(:,:), angle
-      character(len=*), intent(in) :: what
+      character(len=*), intent(in) :: label
 
-      call check_close(overlap_depth(turned(a, angle), turned(b, angle)), 0.0_wp, what, &
+      call check_close(overlap_depth(turned(a, angle), turned(b, angle)), 0.0_wp, label, &
          absolute=1.0e-14_wp)
-      call check_close(overlap_depth(turned(b, angle), turned(a, angle)), 0.0_wp, what// &
+      call check_close(overlap_depth(turned(b, angle), turned(a, angle)), 0.0_wp, label// &
          ', other way', absolute=1.0e-14_wp)
    end subroutine touch
 
    !> A star cut from vertex to centre to vertex: the parts touch along two edges.
    subroutine halves_of_a_star()
-      real(wp) :: vertices(2, 9), one(2, 6), other(2, 6)
+      real(wp) :: vertices(2, 9), first_half(2, 6), second_half(2, 6)
       integer :: i
 
       do i = 1, 50
          vertices = star(9, 0.5_wp, 2.0_wp)
-         one(:, :5) = vertices(:, 1:5)
-         one(:, 6) = 0.0_wp
-         other(:, :5) = vertices(:, 5:9)
-         other(:, 6) = 0.0_wp
-         call check_close(overlap_depth(one, other), 0.0_wp, 'they touch', absolute=1.0e-14_wp)
-         call check(overlap_depth(one, vertices) > 0.05_wp, 'a part and the whole overlap')
+         first_half(:, :5) = vertices(:, 1:5)
+         first_half(:, 6) = 0.0_wp
+         second_half(:, :5) = vertices(:, 5:9)
+         second_half(:, 6) = 0.0_wp
+         call check_close(overlap_depth(first_half, second_half), 0.0_wp, 'they touch', &
+            absolute=1.0e-14_wp)
+         call check(overlap_depth(first_half, vertices) > 0.05_wp, 'a part and the whole overlap')
       end do
    end subroutine halves_of_a_star
 

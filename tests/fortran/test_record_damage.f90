@@ -144,7 +144,7 @@ contains
       character(len=8), parameter :: names(7) = [character(len=8) :: '.smc', '.at2', '.knet', &
          '.esm', '.v2c', '.v2', '_old.at2']
       character(len=:), allocatable :: bytes
-      integer :: i, length, kept
+      integer :: i, length, retained
 
       do i = 1, size(names)
          bytes = contents(data_file('sine'//trim(names(i))))
@@ -152,8 +152,8 @@ contains
          length = len(bytes)
          if (names(i) == '.v2c') length = index(bytes, 'Corrected velocity')
          if (names(i) == '.v2') length = index(bytes, 'points of veloc')
-         do kept = 1, length - 200, 37
-            call write_scratch(bytes(:kept))
+         do retained = 1, length - 200, 37
+            call write_scratch(bytes(:retained))
             call read_record(record, scratch_name, 'auto', 'acceleration', '', error)
             call check(allocated(error), trim(names(i))//' cut short is an error')
          end do
@@ -176,12 +176,12 @@ contains
    end subroutine line_ends
 
    !> Replace the first occurrence in a good file; the damage must be found and named.
-   subroutine damaged(ending, old, new, names)
-      character(len=*), intent(in) :: ending, old, new, names
+   subroutine damaged(suffix, old, new, names)
+      character(len=*), intent(in) :: suffix, old, new, names
       character(len=:), allocatable :: bytes
       integer :: at
 
-      bytes = contents(data_file('sine'//ending))
+      bytes = contents(data_file('sine'//suffix))
       at = index(bytes, old)
       call check(at > 0, "the file has '"//old//"'")
       if (at == 0) return

@@ -78,7 +78,7 @@ contains
    !> Roots, damping and period of a mode that is left to itself.
    subroutine free_vibration(scheme)
       type(scheme_type), intent(in) :: scheme
-      complex(wp) :: expected(2), found(2)
+      complex(wp) :: expected(2), roots(2)
       real(wp) :: angle, decay, dt
       integer :: i
 
@@ -86,9 +86,9 @@ contains
       do i = 1, size(resolutions)
          dt = resolutions(i)/omega
          expected = roots_of(amplification(scheme, resolutions(i)))
-         found = amplification_roots(scheme, omega, dt)
-         call check_close(distance_of(found, expected), 0.0_wp, 'roots', absolute=1.0e-10_wp)
-         call check(abs(found(1)) >= abs(found(2))*(1.0_wp - 1.0e-14_wp), 'the larger one first')
+         roots = amplification_roots(scheme, omega, dt)
+         call check_close(distance_of(roots, expected), 0.0_wp, 'roots', absolute=1.0e-10_wp)
+         call check(abs(roots(1)) >= abs(roots(2))*(1.0_wp - 1.0e-14_wp), 'the larger one first')
          call check(oscillates(scheme, omega, dt) .eqv. &
             abs(scheme%theta - scheme%chi)*resolutions(i) < 2.0_wp, 'where it oscillates')
          call check(oscillates(scheme, omega, dt) .eqv. abs(aimag(expected(1))) > 0.0_wp, &
@@ -191,14 +191,14 @@ contains
    subroutine ringing()
       type(scheme_type) :: scheme
       complex(wp) :: roots(2)
-      real(wp) :: turn
+      real(wp) :: omega_dt
       integer :: i, j
 
       scheme = scheme_type(1.0_wp, 0.5_wp)
       do i = 2, 7
-         turn = 10.0_wp**i
-         call check_close(steps_to_decay(scheme, omega, turn/omega), turn**2/8.0_wp, &
-            'DDA: Ω²/8', relative=10.0_wp/turn**2 + 1.0e-8_wp)
+         omega_dt = 10.0_wp**i
+         call check_close(steps_to_decay(scheme, omega, omega_dt/omega), omega_dt**2/8.0_wp, &
+            'DDA: Ω²/8', relative=10.0_wp/omega_dt**2 + 1.0e-8_wp)
       end do
       do i = 1, size(parameters)
          scheme = scheme_type(1.0_wp, parameters(i))

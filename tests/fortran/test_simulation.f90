@@ -119,7 +119,7 @@ contains
       real(wp), intent(in) :: friction_angle, stiffness, step
       integer, intent(in) :: steps
       real(wp), parameter :: alpha = -pi/6.0_wp
-      real(wp) :: held(2, 4)
+      real(wp) :: base(2, 4)
       character(len=:), allocatable :: text
       integer :: i
 
@@ -128,9 +128,9 @@ contains
          ' &material density = 1000.0 young_modulus = 1.0e10 poisson_ratio = 0.2 /'// &
          block_text('plane', turned(rectangle(0.0_wp, -1.0_wp, 16.0_wp, 0.0_wp), alpha))// &
          block_text('slider', turned(rectangle(1.0_wp, 0.0_wp, 2.0_wp, 0.5_wp), alpha))
-      held = turned(rectangle(0.5_wp, -0.9_wp, 15.5_wp, -0.1_wp), alpha)
+      base = turned(rectangle(0.5_wp, -0.9_wp, 15.5_wp, -0.1_wp), alpha)
       do i = 1, 4
-         text = text//' &fixed_point x = '//number(held(1, i))//' y = '//number(held(2, i))// &
+         text = text//' &fixed_point x = '//number(base(1, i))//' y = '//number(base(2, i))// &
             " block = 'plane' /"
       end do
       call begin(simulation, text)

@@ -49,67 +49,67 @@ contains
    subroutine goes_on(control, contact, bricks)
       character(len=*), intent(in) :: control, contact
       integer, intent(in) :: bricks
-      type(simulation_type), allocatable :: one, other
+      type(simulation_type), allocatable :: interrupted, continuous
       type(archive_type) :: archive
 
       call case('goes on: '//trim(control)//' '//contact)
-      allocate (one, other)
-      call begin(one, wall_text(control, contact, bricks))
-      call run(one, steps)
+      allocate (interrupted, continuous)
+      call begin(interrupted, wall_text(control, contact, bricks))
+      call run(interrupted, steps)
       call write_archive(archive)
-      call serialise_simulation(archive, one)
-      call run(one, steps/2)
-      call begin(other, wall_text(control, contact, bricks))
-      call run(other, 2*steps + 7)
+      call serialise_simulation(archive, interrupted)
+      call run(interrupted, steps/2)
+      call begin(continuous, wall_text(control, contact, bricks))
+      call run(continuous, 2*steps + 7)
       call read_archive(archive)
-      call serialise_simulation(archive, other)
+      call serialise_simulation(archive, continuous)
       call check(.not. allocated(archive%failure), 'the state is read')
-      call run(other, steps/2)
-      call check(same(one, other), 'the same bits')
+      call run(continuous, steps/2)
+      call check(same(interrupted, continuous), 'the same bits')
    end subroutine goes_on
 
    !> Two runs whose states have the same bytes.
-   logical function same(one, other)
-      type(simulation_type), intent(inout) :: one, other
+   logical function same(run_a, run_b)
+      type(simulation_type), intent(inout) :: run_a, run_b
       type(archive_type) :: first, second
 
       call write_archive(first)
-      call serialise_simulation(first, one)
+      call serialise_simulation(first, run_a)
       call write_archive(second)
-      call serialise_simulation(second, other)
+      call serialise_simulation(second, run_b)
       same = first%at == second%at
       if (same) same = all(first%bytes(:first%at) == second%bytes(:second%at))
    end function same
 
    !> Also before the first step, where vertices are the input's own.
    subroutine at_the_start()
-      type(simulation_type), allocatable :: one, other
+      type(simulation_type), allocatable :: original, restored
       type(archive_type) :: archive
 
-      allocate (one, other)
-      call begin(one, wall_text(gravity, '', 2))
+      allocate (original, restored)
+      call begin(original, wall_text(gravity, '', 2))
       call write_archive(archive)
-      call serialise_simulation(archive, one)
-      call begin(other, wall_text(gravity, '', 2))
-      call run(other, 5)
+      call serialise_simulation(archive, original)
+      call begin(restored, wall_text(gravity, '', 2))
+      call run(restored, 5)
       call read_archive(archive)
-      call serialise_simulation(archive, other)
-      call run(one, 5)
-      call run(other, 5)
-      call check(same(one, other), 'the same bits')
+      call serialise_simulation(archive, restored)
+      call run(original, 5)
+      call run(restored, 5)
+      call check(same(original, restored), 'the same bits')
    end subroutine at_the_start
 
    subroutine another_model()
-      type(simulation_type), allocatable :: one, other
+      type(simulation_type), allocatable :: original, different
       type(archive_type) :: archive
 
-      allocate (one, other)
-      call begin(one, wall_text(gravity, '', 2))
-      call begin(other, wall_text(gravity, '', 3))
+      allocate (original, different)
+      call begin(original, wall_text(gravity, '', 2))
+      call begin(different, wall_text(gravity, '', 3))
       call write_archive(archive)
-      call serialise_simulation(archive, one)
+      call serialise_simulation(archive, original)
       call read_archive(archive)
-      call serialise_simulation(archive, other)
+      call serialise_simulation(archive, different)
       call check(allocated(archive%failure), 'is refused')
    end subroutine another_model
 

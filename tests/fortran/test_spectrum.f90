@@ -56,17 +56,17 @@ contains
    end subroutine the_sum_that_defines_it
 
    !> Parseval: Σ x² Δt = Δf Σ |S|² over both sides.
-   subroutine energy()
+   subroutine parseval_theorem()
       integer, parameter :: n = 256
-      real(wp) :: x(n), both
+      real(wp) :: x(n), two_sided_sum
       integer :: i
 
       x = [(sin(0.01_wp*real(i, wp)**2), i=1, n)]
       call fourier_spectrum(x, step, frequency, spectrum, error)
       call check_no_error(error, 'spectrum')
-      both = sum(abs([spectrum, spectrum(2:n/2)])**2)
-      call check_close(frequency(2)*both, step*sum(x**2), 'Parseval', relative=1.0e-13_wp)
-   end subroutine energy
+      two_sided_sum = sum(abs([spectrum, spectrum(2:n/2)])**2)
+      call check_close(frequency(2)*two_sided_sum, step*sum(x**2), 'Parseval', relative=1.0e-13_wp)
+   end subroutine parseval_theorem
 
    !> y(n) = x(n) + 2r cos θ y(n−1) − r² y(n−2): H = 1/(1 − 2r cos θ z⁻¹ + r² z⁻²), z = exp(iωΔt).
    subroutine a_filter_that_is_known()
@@ -155,16 +155,16 @@ contains
    end subroutine same_bits
 
    subroutine requests_without_a_spectrum()
-      real(wp), parameter :: few(4) = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
+      real(wp), parameter :: samples(4) = [1.0_wp, 2.0_wp, 3.0_wp, 4.0_wp]
 
-      call refused(few(:1), step, 1, 0.0_wp, '2 samples')
-      call refused(few, 0.0_wp, 1, 0.0_wp, 'time step')
-      call refused(few, 1.0e-305_wp, 1, 0.0_wp, 'time step')
-      call refused(few, step, 0, 0.0_wp, 'padding')
-      call refused(few, step, huge(1), 0.0_wp, 'padding')
-      call refused(few, step, 1, -0.1_wp, 'taper')
-      call refused(few*1.0e200_wp, step, 1, 0.0_wp, 'too large')
-      call refused([few, ieee_value(0.0_wp, ieee_quiet_nan)], step, 1, 0.0_wp, 'finite')
+      call refused(samples(:1), step, 1, 0.0_wp, '2 samples')
+      call refused(samples, 0.0_wp, 1, 0.0_wp, 'time step')
+      call refused(samples, 1.0e-305_wp, 1, 0.0_wp, 'time step')
+      call refused(samples, step, 0, 0.0_wp, 'padding')
+      call refused(samples, step, huge(1), 0.0_wp, 'padding')
+      call refused(samples, step, 1, -0.1_wp, 'taper')
+      call refused(samples*1.0e200_wp, step, 1, 0.0_wp, 'too large')
+      call refused([samples, ieee_value(0.0_wp, ieee_quiet_nan)], step, 1, 0.0_wp, 'finite')
    end subroutine requests_without_a_spectrum
 
    subroutine refused(series, time_step, padding, taper, names)

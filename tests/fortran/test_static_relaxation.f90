@@ -55,59 +55,59 @@ contains
    end subroutine accept
 
    !> Forces on the blocks at d by the law, in the geometry before the step.
-   function unbalanced(mu) result(rest)
+   function unbalanced(mu) result(residual)
       real(wp), intent(in) :: mu
-      real(wp) :: rest(unknowns), normal, shear
+      real(wp) :: residual(unknowns), normal, shear
       integer :: c
 
-      rest = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
+      residual = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
       do c = 1, contacts%n
          normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), &
             flat(system%d))))
          shear = shear_stiffness*(contacts%stretch(c) + dot_product(slip_row(contacts, c), &
             flat(system%d)))
          shear = max(-mu*normal, min(mu*normal, shear))
-         rest = rest + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
+         residual = residual + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
       end do
    end function unbalanced
 
    !> Where no path matters, the steps end at the solution of the open–close iteration.
    subroutine without_friction()
-      type(system_type) :: system, again
-      type(contacts_type) :: contacts, others
-      real(wp) :: way(unknowns)
-      integer :: i, step, most
+      type(system_type) :: system, relaxed
+      type(contacts_type) :: contacts, relaxed_contacts
+      real(wp) :: total(unknowns)
+      integer :: i, step, largest_count
 
-      most = 0
+      largest_count = 0
       do i = 1, 40
          call random_system(system, contacts, laws, n_contacts, 0.0_wp)
-         again = system
-         others = contacts
+         relaxed = system
+         relaxed_contacts = contacts
          call prepare(iteration, solver, system)
          call solve_contacts(iteration, system, solver, contacts, laws, error)
          call check_no_error(error, 'the states converge')
-         call prepare(iteration, solver, again)
-         way = 0.0_wp
+         call prepare(iteration, solver, relaxed)
+         total = 0.0_wp
          do step = 1, most_steps
-            call relax(iteration, again, solver, others, laws, error)
+            call relax(iteration, relaxed, solver, relaxed_contacts, laws, error)
             call check_no_error(error, 'relaxes')
-            way = way + flat(again%d)
+            total = total + flat(relaxed%d)
             if (iteration%converged) exit
-            call accept(again, others)
+            call accept(relaxed, relaxed_contacts)
          end do
-         most = max(most, step)
-         call check_close(way, flat(system%d), 'd', relative=1.0e-6_wp)
-         call check(all(others%state(:n_contacts) == contacts%trial_state(:n_contacts)), &
+         largest_count = max(largest_count, step)
+         call check_close(total, flat(system%d), 'd', relative=1.0e-6_wp)
+         call check(all(relaxed_contacts%state(:n_contacts) == contacts%trial_state(:n_contacts)), &
             'same states')
       end do
-      call check(most < most_steps, 'all close')
+      call check(largest_count < most_steps, 'all close')
    end subroutine without_friction
 
    !> The steps end in balance by the law; what they leave unbalanced before does the work that is
    !> told of it.
    subroutine with_friction(angle)
       real(wp), intent(in) :: angle  !< degrees
-      real(wp) :: rest(unknowns), mu
+      real(wp) :: residual(unknowns), mu
       integer :: i, step, open_steps, failed
 
       call case('with friction')
@@ -120,8 +120,8 @@ contains
          do step = 1, most_steps
             call relax(iteration, system, solver, contacts, laws, error)
             call check_no_error(error, 'relaxes')
-            rest = unbalanced(mu)
-            call check_close(iteration%unbalanced_work, dot_product(rest, flat(system%d)), &
+            residual = unbalanced(mu)
+            call check_close(iteration%unbalanced_work, dot_product(residual, flat(system%d)), &
                'work of unbalanced forces', absolute=1.0e-12_wp, relative=1.0e-6_wp)
             if (iteration%converged) exit
             open_steps = open_steps + 1
@@ -131,7 +131,7 @@ contains
             failed = failed + 1
             cycle
          end if
-         call check_close(rest, 0.0_wp*rest, 'forces in balance', absolute=1.0e-6_wp)
+         call check_close(residual, 0.0_wp*residual, 'forces in balance', absolute=1.0e-6_wp)
       end do
       call check(open_steps > 10, 'some steps do not converge')
       call check(failed == 0, 'all end')
@@ -139,10 +139,10 @@ contains
 
    !> Bonds are checked when the contacts are closed, and those that break hold nothing any more.
    subroutine overloaded_bonds()
-      integer :: i, step, broken, kept
+      integer :: i, step, broken, n_bonded
 
       broken = 0
-      kept = 0
+      n_bonded = 0
       do i = 1, 20
          call random_system(system, contacts, laws, n_contacts, 10.0_wp)
          laws%cohesion = 5.0_wp
@@ -161,11 +161,11 @@ contains
             call accept(system, contacts)
          end do
          call check(iteration%converged, 'ends')
-         kept = kept + count(contacts%bonded(:n_contacts))
+         n_bonded = n_bonded + count(contacts%bonded(:n_contacts))
          call check(all(contacts%normal_force(:n_contacts) >= -5.0_wp*(1 + 1.0e-9_wp)), &
             'no bond holds more than its strength')
       end do
-      call check(broken > 20 .and. kept > 20, 'some break, some hold')
+      call check(broken > 20 .and. n_bonded > 20, 'some break, some hold')
    end subroutine overloaded_bonds
 
    !> A static step of many changes counts the iteration before it is relaxed, and begins again.

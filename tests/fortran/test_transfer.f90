@@ -86,7 +86,7 @@ contains
       real(wp), intent(in) :: dynamic_factor
       character(len=*), intent(in), optional :: damping  !< in &material
       type(simulation_type) :: simulation
-      complex(wp) :: measured(size(probed)), expected(size(probed))
+      complex(wp) :: ratio(size(probed)), expected(size(probed))
       integer :: i
 
       call case('time stepping'//merge(' with body force', '                ', body_force))
@@ -96,12 +96,12 @@ contains
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
       call check_no_error(error, 'transfer')
       if (allocated(error)) return
-      call measure_ratio(simulation, body_force, measured)
+      call measure_ratio(simulation, body_force, ratio)
       do i = 1, size(probed)
          expected(i) = transfer_at(transfer, probed(i))
       end do
-      call check_close(real(measured), real(expected), 'real part', relative=2.0e-4_wp)
-      call check_close(aimag(measured), aimag(expected), 'imaginary part', relative=2.0e-4_wp)
+      call check_close(real(ratio), real(expected), 'real part', relative=2.0e-4_wp)
+      call check_close(aimag(ratio), aimag(expected), 'imaginary part', relative=2.0e-4_wp)
    end subroutine time_stepping
 
    !> The layered site with a short pulse at its base.
@@ -202,16 +202,16 @@ contains
    !> Whatever the end of the band is: what rounding leaves of the residual requires no vectors.
    subroutine rounding_adds_no_vectors()
       integer, parameter :: ends = 200
-      integer :: i, most
+      integer :: i, largest_count
 
       call linear_of(linear, layered_site(), 'closed')
-      most = 0
+      largest_count = 0
       do i = 1, ends
          call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 24.0_wp + 2.0_wp*i/ends, error)
          call check_no_error(error, 'transfer')
-         most = max(most, transfer%reduced%m)
+         largest_count = max(largest_count, transfer%reduced%m)
       end do
-      call check(most <= 40, 'vectors')
+      call check(largest_count <= 40, 'vectors')
    end subroutine rounding_adds_no_vectors
 
    !> [K + iω̃ C + ω̃ i (1 − 1/z)/Δt M] x = F + iω̃ F_c by LAPACK, dense and complex: DDA with

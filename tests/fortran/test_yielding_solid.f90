@@ -26,14 +26,14 @@ contains
    end function rock
 
    !> A point in its stress.
-   type(strain_point_type) function point_in(plane_strain, held) result(point)
+   type(strain_point_type) function point_in(plane_strain, stress) result(point)
       logical, intent(in) :: plane_strain
-      real(wp), intent(in) :: held(3)  !< Pa
+      real(wp), intent(in) :: stress(3)  !< Pa
 
       point%plane_strain = plane_strain
       point%elasticity = elasticity(material_type(young_modulus=7.0e9_wp, poisson_ratio=0.21_wp), &
          plane_strain)
-      point%start_stress = held
+      point%start_stress = stress
       point%thickness = 0.1_wp
    end function point_in
 

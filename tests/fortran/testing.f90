@@ -33,61 +33,61 @@ contains
       if (allocated(error)) deallocate (error)
    end subroutine case
 
-   subroutine check(holds, what)
-      logical, intent(in) :: holds
-      character(len=*), intent(in) :: what
+   subroutine check(condition, label)
+      logical, intent(in) :: condition
+      character(len=*), intent(in) :: label
 
       checks = checks + 1
-      if (holds) return
+      if (condition) return
       failures = failures + 1
-      print '(5a)', 'FAILED  ', current, ': ', what
+      print '(5a)', 'FAILED  ', current, ': ', label
    end subroutine check
 
-   subroutine check_close_number(got, expected, what, relative, absolute)
+   subroutine check_close_number(got, expected, label, relative, absolute)
       real(wp), intent(in) :: got, expected
-      character(len=*), intent(in) :: what
+      character(len=*), intent(in) :: label
       real(wp), intent(in), optional :: relative, absolute
 
-      call check_close_vector([got], [expected], what, relative, absolute)
+      call check_close_vector([got], [expected], label, relative, absolute)
    end subroutine check_close_number
 
-   subroutine check_close_matrix(got, expected, what, relative, absolute)
+   subroutine check_close_matrix(got, expected, label, relative, absolute)
       real(wp), intent(in) :: got(:,:), expected(:,:)
-      character(len=*), intent(in) :: what
+      character(len=*), intent(in) :: label
       real(wp), intent(in), optional :: relative, absolute
 
       call check_close_vector(reshape(got, [size(got)]), reshape(expected, [size(expected)]), &
-         what, relative, absolute)
+         label, relative, absolute)
    end subroutine check_close_matrix
 
-   subroutine check_close_vector(got, expected, what, relative, absolute)
+   subroutine check_close_vector(got, expected, label, relative, absolute)
       real(wp), intent(in) :: got(:), expected(:)
-      character(len=*), intent(in) :: what
+      character(len=*), intent(in) :: label
       real(wp), intent(in), optional :: relative, absolute
-      real(wp) :: allowed, worst
+      real(wp) :: tolerance, worst
       integer :: where_worst
       character(len=160) :: detail
 
-      call check(size(got) == size(expected), what//' (sizes differ)')
+      call check(size(got) == size(expected), label//' (sizes differ)')
       if (size(got) /= size(expected) .or. size(got) == 0) return
-      allowed = 0.0_wp
-      if (present(relative)) allowed = relative*maxval(abs(expected))
-      if (present(absolute)) allowed = allowed + absolute
+      tolerance = 0.0_wp
+      if (present(relative)) tolerance = relative*maxval(abs(expected))
+      if (present(absolute)) tolerance = tolerance + absolute
       where_worst = maxloc(abs(got - expected), 1)
       worst = abs(got(where_worst) - expected(where_worst))
       write (detail, '(a,es23.15,a,es23.15,a,es9.2,a,es9.2)') ' got', got(where_worst), &
-         ' expected', expected(where_worst), ' off by', worst, ' allowed', allowed
-      call check(all(abs(got - expected) <= allowed), what//trim(detail))
+         ' expected', expected(where_worst), ' off by', worst, ' allowed', tolerance
+      call check(all(abs(got - expected) <= tolerance), label//trim(detail))
    end subroutine check_close_vector
 
-   subroutine check_no_error(error, what)
+   subroutine check_no_error(error, label)
       type(error_type), allocatable, intent(in) :: error
-      character(len=*), intent(in) :: what
+      character(len=*), intent(in) :: label
 
       if (allocated(error)) then
-         call check(.false., what//': '//error%message)
+         call check(.false., label//': '//error%message)
       else
-         call check(.true., what)
+         call check(.true., label)
       end if
    end subroutine check_no_error
 

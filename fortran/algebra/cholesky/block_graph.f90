@@ -42,22 +42,22 @@ contains
    pure subroutine drop_uncoupled(coupled, graph)
       logical, intent(in) :: coupled(:)               !< [entries] couplings that remain
       type(block_graph_type), intent(inout) :: graph  !< graph of all couplings
-      integer :: v, e, first, kept
+      integer :: v, e, first, retained
 
-      kept = 0
+      retained = 0
       do v = 1, graph%n
          first = graph%start(v)
-         graph%start(v) = kept + 1
+         graph%start(v) = retained + 1
          do e = first, graph%start(v + 1) - 1
             if (.not. coupled(graph%entry(e))) cycle
-            kept = kept + 1
-            graph%neighbour(kept) = graph%neighbour(e)
-            graph%entry(kept) = graph%entry(e)
+            retained = retained + 1
+            graph%neighbour(retained) = graph%neighbour(e)
+            graph%entry(retained) = graph%entry(e)
          end do
       end do
-      graph%start(graph%n + 1) = kept + 1
-      graph%neighbour = graph%neighbour(:kept)
-      graph%entry = graph%entry(:kept)
+      graph%start(graph%n + 1) = retained + 1
+      graph%neighbour = graph%neighbour(:retained)
+      graph%entry = graph%entry(:retained)
    end subroutine drop_uncoupled
 
 end module dda_block_graph

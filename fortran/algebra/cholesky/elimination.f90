@@ -90,7 +90,7 @@ contains
    pure subroutine merge_clusters(n, clusters)
       integer, intent(in) :: n  !< number of block rows
       type(clusters_type), intent(inout) :: clusters  !< clusters; changed by the merger
-      integer :: k, child, later
+      integer :: k, child, next_sibling
 
       allocate (clusters%columns(n), clusters%head(n), clusters%next(n), source=1)
       allocate (clusters%child(n), clusters%sibling(n), source=0)
@@ -100,13 +100,13 @@ contains
          child = clusters%child(k)
          clusters%child(k) = 0
          do while (child > 0)
-            later = clusters%sibling(child)
+            next_sibling = clusters%sibling(child)
             if (is_cheaper_merged(clusters, child, k)) then
                call merge_child(clusters, child, k)
             else
                call add_child(clusters, child, k)
             end if
-            child = later
+            child = next_sibling
          end do
          if (clusters%parent(k) > 0) call add_child(clusters, k, clusters%parent(k))
       end do
@@ -143,7 +143,7 @@ contains
    pure subroutine merge_child(clusters, child, k)
       type(clusters_type), intent(inout) :: clusters  !< clusters; changed by the merger
       integer, intent(in) :: child, k  !< clusters by their last columns
-      integer :: grandchild, later
+      integer :: grandchild, next_sibling
 
       clusters%next(child) = clusters%head(k)
       clusters%head(k) = clusters%head(child)
@@ -152,9 +152,9 @@ contains
       clusters%columns(child) = 0
       grandchild = clusters%child(child)
       do while (grandchild > 0)
-         later = clusters%sibling(grandchild)
+         next_sibling = clusters%sibling(grandchild)
          call add_child(clusters, grandchild, k)
-         grandchild = later
+         grandchild = next_sibling
       end do
    end subroutine merge_child
 
@@ -174,20 +174,20 @@ contains
       type(clusters_type), intent(in) :: clusters  !< clusters of the tree
       type(front_tree_type), intent(out) :: tree  !< fronts in postorder
       integer, allocatable :: cluster(:)
-      integer :: front, k, filled
+      integer :: front, k, columns
 
       tree%n = n
       tree%fronts = count(clusters%columns > 0)
       allocate (tree%order(n), tree%first(tree%fronts + 1), tree%parent(tree%fronts), &
          cluster(tree%fronts))
       call find_postorder(n, clusters, cluster, tree%parent)
-      filled = 0
+      columns = 0
       do front = 1, tree%fronts
-         tree%first(front) = filled + 1
+         tree%first(front) = columns + 1
          k = clusters%head(cluster(front))
          do while (k > 0)
-            filled = filled + 1
-            tree%order(filled) = order(k)
+            columns = columns + 1
+            tree%order(columns) = order(k)
             k = clusters%next(k)
          end do
       end do

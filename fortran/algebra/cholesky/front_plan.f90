@@ -116,10 +116,10 @@ contains
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
       type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
       integer, allocatable :: of_front(:), row(:), order(:)
-      integer :: mark(plan%fronts), i, e, front, noted
+      integer :: mark(plan%fronts), i, e, front, n
 
       mark = 0
-      noted = 0
+      n = 0
       do i = 1, plan%n
          mark(front_at(i)) = i
          do e = graph%start(plan%order(i)), graph%start(plan%order(i) + 1) - 1
@@ -127,18 +127,18 @@ contains
             front = front_at(permuted(graph%neighbour(e)))
             do while (mark(front) /= i)
                mark(front) = i
-               noted = noted + 1
-               call grow(of_front, noted)
-               call grow(row, noted)
-               of_front(noted) = front
-               row(noted) = i
+               n = n + 1
+               call grow(of_front, n)
+               call grow(row, n)
+               of_front(n) = front
+               row(n) = i
                front = plan%parent(front)
             end do
          end do
       end do
-      call grow(row, noted)
-      call grow(of_front, noted)
-      call counting_sort(plan%fronts, of_front(:noted), plan%row_start, order)
+      call grow(row, n)
+      call grow(of_front, n)
+      call counting_sort(plan%fronts, of_front(:n), plan%row_start, order)
       plan%row = row(order)
    end subroutine list_rows
 
@@ -193,11 +193,11 @@ contains
       !> permuted index of each row; front of each permuted index
       integer, intent(in) :: permuted(graph%n), front_at(graph%n)
       type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
-      integer :: local(graph%n), front, pivots, i, j, e, filled
+      integer :: local(graph%n), front, pivots, i, j, e, count
 
       allocate (plan%entry_start(plan%n + 1), plan%entry(plan%entries), &
          plan%entry_row(plan%entries))
-      filled = 0
+      count = 0
       do j = 1, plan%n
          front = front_at(j)
          pivots = plan%first(front + 1) - plan%first(front)
@@ -209,17 +209,17 @@ contains
                local(plan%row(i)) = pivots + i - plan%row_start(front) + 1
             end do
          end if
-         plan%entry_start(j) = filled + 1
+         plan%entry_start(j) = count + 1
          do e = graph%start(plan%order(j)), graph%start(plan%order(j) + 1) - 1
             i = permuted(graph%neighbour(e))
             if (i < j) cycle
-            filled = filled + 1
-            plan%entry(filled) = graph%entry(e)
-            if (plan%order(i) < plan%order(j)) plan%entry(filled) = -graph%entry(e)
-            plan%entry_row(filled) = local(i)
+            count = count + 1
+            plan%entry(count) = graph%entry(e)
+            if (plan%order(i) < plan%order(j)) plan%entry(count) = -graph%entry(e)
+            plan%entry_row(count) = local(i)
          end do
       end do
-      plan%entry_start(plan%n + 1) = filled + 1
+      plan%entry_start(plan%n + 1) = count + 1
    end subroutine list_entries
 
    !> Divide the fronts between threads.
@@ -415,16 +415,16 @@ contains
    end function update_length
 
    !> Find the position of a block column in an update.
-   pure subroutine locate_column(rows, column, before, ld, skipped)
+   pure subroutine locate_column(rows, column, offset, ld, skipped)
       integer, intent(in) :: rows, column    !< block rows of the update; column of the update
-      integer(long), intent(out) :: before   !< number of values before the column
+      integer(long), intent(out) :: offset   !< number of values before the column
       integer, intent(out) :: ld, skipped  !< length of the column; omitted block rows above
       integer :: bands
 
       bands = (column - 1)/band
       skipped = bands*band
       ld = 6*(rows - skipped)
-      before = 18*skipped*int(2*rows - skipped + band, long) &
+      offset = 18*skipped*int(2*rows - skipped + band, long) &
          + 6*int(ld, long)*(column - 1 - skipped)
    end subroutine locate_column
 

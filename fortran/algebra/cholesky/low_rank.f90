@@ -62,28 +62,28 @@ contains
    end subroutine plan_low_rank
 
    !> Add changes to the update, unless they are too many or the update would be inaccurate.
-   subroutine update_low_rank(low, factor, changes, done)
+   subroutine update_low_rank(low, factor, changes, success)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L of the matrix before all changes
       type(rank_one_type), intent(in) :: changes  !< changes of the matrix that `low` represents
-      logical, intent(out) :: done  !< .false.: the matrix must be factorised
-      integer :: before, first, i, known
+      logical, intent(out) :: success  !< .false.: the matrix must be factorised
+      integer :: n_old, first, i, term
 
-      done = changes%n <= most_changes
-      if (.not. done) return
-      before = low%terms%n
+      success = changes%n <= most_changes
+      if (.not. success) return
+      n_old = low%terms%n
       do i = 1, changes%n
-         known = find_term(low%terms, changes%block(:, i), changes%u(:, :, i))
-         if (known == 0) then
+         term = find_term(low%terms, changes%block(:, i), changes%u(:, :, i))
+         if (term == 0) then
             call add_change(low%terms, changes%block(1, i), changes%u(:, 1, i), &
                changes%block(2, i), -changes%u(:, 2, i), changes%k(i))
          else
-            low%terms%k(known) = added_stiffness(low%terms%k(known), changes%k(i))
+            low%terms%k(term) = added_stiffness(low%terms%k(term), changes%k(i))
          end if
       end do
-      done = low%terms%n <= most_changes
-      first = merge(before/vector_width, column_panels, low%terms%n > before) + 1
-      if (done) call rebuild_low_rank(low, factor, first, done)
+      success = low%terms%n <= most_changes
+      first = merge(n_old/vector_width, column_panels, low%terms%n > n_old) + 1
+      if (success) call rebuild_low_rank(low, factor, first, success)
    end subroutine update_low_rank
 
    !> Find the existing term with the same u, apart from changes of geometry; 0 if there is none.
@@ -110,44 +110,44 @@ contains
    end function added_stiffness
 
    !> Compute W, WᵀW and C, starting with the first panel that has new terms.
-   subroutine rebuild_low_rank(low, factor, first, done)
+   subroutine rebuild_low_rank(low, factor, first, success)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
       type(factor_type), intent(in) :: factor  !< L of the matrix before all changes
       integer, intent(in) :: first  !< first panel of columns to compute
-      logical, intent(out) :: done  !< .false.: the matrix must be factorised
+      logical, intent(out) :: success  !< .false.: the matrix must be factorised
       integer :: last
 
       last = (low%terms%n + vector_width - 1)/vector_width
       call make_columns(low%columns, factor, low%terms, first, last)
       call multiply_columns(low%columns, factor%plan, first, last, low%gram)
       call order_terms(low)
-      call factorise_capacity(low, done)
+      call factorise_capacity(low, success)
    end subroutine rebuild_low_rank
 
    !> Order the terms with added terms first, because their block of C is positive definite.
    pure subroutine order_terms(low)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
-      integer :: i, filled, pass
+      integer :: i, n, pass
 
-      filled = 0
+      n = 0
       do pass = 1, 2
          do i = 1, low%terms%n
             if (.not. merge(1.0_wp, -1.0_wp, pass == 1)*low%terms%k(i) > 0.0_wp) cycle
-            filled = filled + 1
-            low%order(filled) = i
+            n = n + 1
+            low%order(n) = i
          end do
       end do
-      low%n = filled
+      low%n = n
    end subroutine order_terms
 
    !> Factorise C = T D Tᵀ; fail if the sign of a pivot differs from that of its term.
-   pure subroutine factorise_capacity(low, done)
+   pure subroutine factorise_capacity(low, success)
       type(low_rank_type), intent(inout) :: low  !< update of the factor
-      logical, intent(out) :: done  !< .false.: the matrix must be factorised
+      logical, intent(out) :: success  !< .false.: the matrix must be factorised
       integer :: i, j, n
 
       n = low%n
-      done = .true.
+      success = .true.
       do j = 1, n
          do i = j, n
             low%t(i, j) = low%gram(max(low%order(i), low%order(j)), min(low%order(i), low%order(j)))
@@ -156,8 +156,8 @@ contains
       end do
       do j = 1, n
          low%pivot(j) = low%t(j, j)
-         done = low%pivot(j)*low%terms%k(low%order(j)) > 0.0_wp
-         if (.not. done) return
+         success = low%pivot(j)*low%terms%k(low%order(j)) > 0.0_wp
+         if (.not. success) return
          low%t(j + 1:n, j) = low%t(j + 1:n, j)/low%pivot(j)
          do i = j + 1, n
             low%t(i:n, i) = low%t(i:n, i) - low%t(i:n, j)*(low%t(i, j)*low%pivot(j))
@@ -170,13 +170,13 @@ contains
       type(low_rank_type), intent(in) :: low  !< update of the factor
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       real(sp), intent(inout) :: y(6, plan%n)  !< vector in permuted order
-      real(wp) :: share(vector_width, column_panels)
-      integer :: used
+      real(wp) :: projection(vector_width, column_panels)
+      integer :: panels
 
-      used = (low%terms%n + vector_width - 1)/vector_width
-      call project_vector(low%columns, plan, used, y, share)
-      call solve_capacity(low, share)
-      call subtract_columns(low%columns, plan, used, share, y)
+      panels = (low%terms%n + vector_width - 1)/vector_width
+      call project_vector(low%columns, plan, panels, y, projection)
+      call solve_capacity(low, projection)
+      call subtract_columns(low%columns, plan, panels, projection, y)
    end subroutine correct
 
    !> Solve C x = b in place; x is zero for columns without a term and for cancelled terms.

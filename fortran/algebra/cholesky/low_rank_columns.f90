@@ -44,12 +44,12 @@ contains
       type(low_rank_columns_type), intent(out) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      character(len=*), parameter :: what = 'the update of the factor'
+      character(len=*), parameter :: purpose = 'the update of the factor'
       real(wp), parameter :: of_block = storage_size(1.0_sp)/8*vector_width*6*column_panels ! bytes
       integer :: front, i, status
 
       call require_for_factor(of_block*plan%n, plan%n, merge(largest_team(), 1, &
-         plan%sharing%is_shared), what, error)
+         plan%sharing%is_shared), purpose, error)
       if (allocated(error)) return
       allocate (columns%permuted(plan%n), columns%front_of(plan%n))
       allocate (columns%is_nonzero(plan%fronts, column_panels))
@@ -57,7 +57,7 @@ contains
       allocate (columns%front_vector(vector_width, longest_front_vector(plan), column_panels))
       allocate (columns%w(vector_width, 6, plan%n, column_panels), stat=status)
       if (status /= 0) then
-         call fail_allocation(of_block*plan%n, what, error)
+         call fail_allocation(of_block*plan%n, purpose, error)
          return
       end if
       do front = 1, plan%fronts
@@ -162,9 +162,9 @@ contains
       !> rows of W in the front
       real(sp), intent(inout) :: front_vector(vector_width, 6*(pivots + below) + 2*packed_rows)
       real(sp), intent(inout) :: w(vector_width, 6, *)  !< one panel of W
-      integer :: j, s, r, at, under
+      integer :: j, s, r, at, offset
 
-      under = 6*pivots + packed_rows
+      offset = 6*pivots + packed_rows
       call gather_front(pivots, below, row, first, w, front_vector)
       at = 1
       do j = 1, pivots
@@ -178,7 +178,7 @@ contains
       do j = 1, pivots
          do s = 1, panels_of(below)
             call subtract_panel(packed(1, 1, at + s - 1), front_vector(1, 6*j - 5), &
-               front_vector(1, under + 1 + packed_rows*(s - 1)))
+               front_vector(1, offset + 1 + packed_rows*(s - 1)))
          end do
          at = at + panels_of(below)
       end do
@@ -186,7 +186,7 @@ contains
          w(:, :, first + r - 1) = front_vector(:, 6*r - 5:6*r)
       end do
       do r = 1, below
-         w(:, :, row(r)) = front_vector(:, under + 6*r - 5:under + 6*r)
+         w(:, :, row(r)) = front_vector(:, offset + 6*r - 5:offset + 6*r)
       end do
    end subroutine forward_front
 
@@ -198,17 +198,17 @@ contains
       real(sp), intent(in) :: w(vector_width, 6, *)  !< one panel of W
       !> rows of W in the front
       real(sp), intent(inout) :: front_vector(vector_width, 6*(pivots + below) + 2*packed_rows)
-      integer :: r, under
+      integer :: r, offset
 
-      under = 6*pivots + packed_rows
+      offset = 6*pivots + packed_rows
       do r = 1, pivots
          front_vector(:, 6*r - 5:6*r) = w(:, :, first + r - 1)
       end do
-      front_vector(:, 6*pivots + 1:under) = 0.0_sp
+      front_vector(:, 6*pivots + 1:offset) = 0.0_sp
       do r = 1, below
-         front_vector(:, under + 6*r - 5:under + 6*r) = w(:, :, row(r))
+         front_vector(:, offset + 6*r - 5:offset + 6*r) = w(:, :, row(r))
       end do
-      front_vector(:, under + 6*below + 1:) = 0.0_sp
+      front_vector(:, offset + 6*below + 1:) = 0.0_sp
    end subroutine gather_front
 
    !> Compute x = T x for a panel of columns; T is lower triangular, with zeros above the diagonal.
@@ -281,16 +281,16 @@ contains
    end subroutine multiply_panels
 
    !> Compute Wᵀ y of several panels.
-   subroutine project_vector(columns, plan, used, y, projection)
+   subroutine project_vector(columns, plan, panels, y, projection)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: used  !< number of panels with columns
+      integer, intent(in) :: panels  !< number of panels with columns
       real(sp), intent(in) :: y(6, plan%n)  !< vector in permuted order
       real(wp), intent(out) :: projection(vector_width, column_panels)  !< Wᵀ y
       integer :: panel
 
       !$omp parallel do schedule(dynamic, 1) if (plan%sharing%is_shared)
-      do panel = 1, used
+      do panel = 1, panels
          call multiply_transposed_panel(columns, plan, panel, y, projection(:, panel))
       end do
    end subroutine project_vector
@@ -320,34 +320,34 @@ contains
    end subroutine multiply_transposed_panel
 
    !> Compute y = y − W x of several panels.
-   subroutine subtract_columns(columns, plan, used, x, y)
+   subroutine subtract_columns(columns, plan, panels, x, y)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: used  !< number of panels with columns
+      integer, intent(in) :: panels  !< number of panels with columns
       real(wp), intent(in) :: x(vector_width, column_panels)  !< value for each column
       real(sp), intent(inout) :: y(6, plan%n)  !< vector in permuted order
       integer :: front
 
       !$omp parallel do schedule(static) if (plan%sharing%is_shared)
       do front = 1, plan%fronts
-         call subtract_front(columns, plan, front, used, x, y)
+         call subtract_front(columns, plan, front, panels, x, y)
       end do
    end subroutine subtract_columns
 
    !> Compute y = y − W x in the pivot rows of one front.
-   pure subroutine subtract_front(columns, plan, front, used, x, y)
+   pure subroutine subtract_front(columns, plan, front, panels, x, y)
       type(low_rank_columns_type), intent(in) :: columns  !< W
       type(front_plan_type), intent(in) :: plan  !< symbolic factor
-      integer, intent(in) :: front, used  !< number of the front; number of panels with columns
+      integer, intent(in) :: front, panels  !< number of the front; number of panels with columns
       real(wp), intent(in) :: x(vector_width, column_panels)  !< value for each column
       real(sp), intent(inout) :: y(6, plan%n)  !< vector in permuted order
       real(sp) :: partial(vector_width, 6)
       integer :: panel, pivot, k
 
-      if (.not. any(columns%is_nonzero(front, :used))) return
+      if (.not. any(columns%is_nonzero(front, :panels))) return
       do pivot = plan%first(front), plan%first(front + 1) - 1
          partial = 0.0_sp
-         do panel = 1, used
+         do panel = 1, panels
             if (.not. columns%is_nonzero(front, panel)) cycle
             do k = 1, 6
                partial(:, k) = partial(:, k) + columns%w(:, k, pivot, panel)*real(x(:, panel), sp)

@@ -50,38 +50,38 @@ contains
    subroutine fill_order(graph, order)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
-      logical :: done
+      logical :: success
 
       if (graph%n >= dissection_from .and. size(graph%neighbour) >= graph%n) then
-         call dissection_order(graph, order, done)
+         call dissection_order(graph, order, success)
       else
-         call minimum_degree_order(graph, order, done)
+         call minimum_degree_order(graph, order, success)
       end if
-      if (.not. done) call bandwidth_order(graph, order)
+      if (.not. success) call bandwidth_order(graph, order)
    end subroutine fill_order
 
    !> Find the approximate minimum degree order.
-   subroutine minimum_degree_order(graph, order, done)
+   subroutine minimum_degree_order(graph, order, success)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
-      logical, intent(out) :: done !< .false.: the library lacks memory
+      logical, intent(out) :: success !< .false.: the library lacks memory
       real(c_double) :: info(20)
 
       allocate (order(graph%n))
-      done = amd_order(int(graph%n, c_int), graph%start - 1, graph%neighbour - 1, order, &
+      success = amd_order(int(graph%n, c_int), graph%start - 1, graph%neighbour - 1, order, &
                        c_null_ptr, info) >= 0
       order = order + 1
    end subroutine minimum_degree_order
 
    !> Find the nested dissection order.
-   subroutine dissection_order(graph, order, done)
+   subroutine dissection_order(graph, order, success)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
-      logical, intent(out) :: done !< .false.: the library lacks memory
+      logical, intent(out) :: success !< .false.: the library lacks memory
       integer(c_int32_t), allocatable :: permuted(:)
 
       allocate (order(graph%n), permuted(graph%n))
-      done = metis_node_nd(int(graph%n, c_int32_t), graph%start - 1, graph%neighbour - 1, &
+      success = metis_node_nd(int(graph%n, c_int32_t), graph%start - 1, graph%neighbour - 1, &
          c_null_ptr, c_null_ptr, order, permuted) == 1
       order = order + 1
    end subroutine dissection_order
@@ -91,14 +91,14 @@ contains
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, allocatable, intent(out) :: order(:)  !< [n] block row eliminated k-th
       integer, allocatable :: list(:), mark(:)
-      integer :: v, filled, last_level
+      integer :: v, n, last_level
 
       allocate (list(graph%n), mark(graph%n))
       mark = 0
-      filled = 0
+      n = 0
       do v = 1, graph%n
          if (mark(v) > 0) cycle
-         call append_connected(graph, peripheral_vertex(graph, v), mark, list, filled, last_level)
+         call append_connected(graph, peripheral_vertex(graph, v), mark, list, n, last_level)
       end do
       allocate (order(graph%n))
       order = list(graph%n:1:-1)
@@ -110,7 +110,7 @@ contains
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: v  !< number of the vertex
       integer, allocatable :: list(:), mark(:)
-      integer :: candidate, depth, deepest, filled, last_level
+      integer :: candidate, depth, deepest, n, last_level
 
       allocate (list(graph%n), mark(graph%n))
       candidate = v
@@ -118,45 +118,45 @@ contains
       deepest = 0
       do
          mark = 0
-         filled = 0
-         call append_connected(graph, candidate, mark, list, filled, last_level)
-         depth = mark(list(filled))
+         n = 0
+         call append_connected(graph, candidate, mark, list, n, last_level)
+         depth = mark(list(n))
          if (depth <= deepest) exit
          deepest = depth
          peripheral_vertex = candidate
-         associate (last => list(last_level:filled))
+         associate (last => list(last_level:n))
             candidate = last(minloc(degree(graph, last), 1))
          end associate
       end do
    end function peripheral_vertex
 
    !> Append all vertices connected to a vertex, level by level, in ascending degree.
-   pure subroutine append_connected(graph, from, mark, list, filled, last_level)
+   pure subroutine append_connected(graph, from, mark, list, n, last_level)
       type(block_graph_type), intent(in) :: graph  !< graph of the block matrix
       integer, intent(in) :: from  !< number of the vertex
       integer, intent(inout) :: mark(:)    !< [n] level of each vertex, 1 for `from`; 0: not reached
       integer, intent(inout) :: list(:)    !< [n] vertices found
-      integer, intent(inout) :: filled     !< number of vertices found
+      integer, intent(inout) :: n     !< number of vertices found
       integer, intent(out) :: last_level   !< position of the last level in the list
-      integer :: head, v, w, e, found
+      integer :: head, v, w, e, start
 
-      head = filled + 1
-      filled = head
+      head = n + 1
+      n = head
       last_level = head
-      list(filled) = from
+      list(n) = from
       mark(from) = 1
-      do while (head <= filled)
+      do while (head <= n)
          v = list(head)
          if (mark(v) > mark(list(last_level))) last_level = head
-         found = filled + 1
+         start = n + 1
          do e = graph%start(v), graph%start(v + 1) - 1
             w = graph%neighbour(e)
             if (mark(w) > 0) cycle
-            filled = filled + 1
-            list(filled) = w
+            n = n + 1
+            list(n) = w
             mark(w) = mark(v) + 1
          end do
-         associate (met => list(found:filled))
+         associate (met => list(start:n))
             met = met(ascending_order(real(degree(graph, met), wp)))
          end associate
          head = head + 1

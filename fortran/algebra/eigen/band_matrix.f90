@@ -25,20 +25,20 @@ contains
       type(block_matrix_type), intent(in) :: matrix      !< matrix; only its pattern is read
       type(block_graph_type) :: graph
       integer, allocatable :: order(:)
-      integer :: i, e, apart
+      integer :: i, e, distance
 
       call graph_of(matrix, graph)
       call bandwidth_order(graph, order)
       factor%n = matrix%n
       factor%permuted = order
       factor%permuted(order) = [(i, i=1, matrix%n)]
-      apart = 0
+      distance = 0
       do i = 1, matrix%n
          do e = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            apart = max(apart, abs(factor%permuted(i) - factor%permuted(matrix%column(e))))
+            distance = max(distance, abs(factor%permuted(i) - factor%permuted(matrix%column(e))))
          end do
       end do
-      factor%half_width = 6*apart + 5
+      factor%half_width = 6*distance + 5
    end subroutine order_band
 
    !> Copy the values of a matrix into the band.

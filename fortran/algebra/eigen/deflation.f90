@@ -31,17 +31,17 @@ module dda_deflation
 contains
 
    !> Begin a deflation with the null space, if there is one, and without full vectors.
-   pure subroutine prepare_deflation(deflation, mass, known)
+   pure subroutine prepare_deflation(deflation, mass, null_space)
       type(deflation_type), intent(out) :: deflation  !< deflation without full vectors
       type(mass_factor_type), intent(in) :: mass  !< factor of M
-      type(null_space_type), intent(in), optional :: known  !< vectors in block coordinates
+      type(null_space_type), intent(in), optional :: null_space  !< vectors in block coordinates
       integer :: i
 
-      if (.not. present(known)) return
-      if (known%dimension == 0) return
-      deflation%known = known
+      if (.not. present(null_space)) return
+      if (null_space%dimension == 0) return
+      deflation%known = null_space
       do i = 1, 3
-         call multiply_transposed(mass%g, known%basis(:, i, :), deflation%known%basis(:, i, :))
+         call multiply_transposed(mass%g, null_space%basis(:, i, :), deflation%known%basis(:, i, :))
       end do
    end subroutine prepare_deflation
 
@@ -68,18 +68,19 @@ contains
    end subroutine project_out
 
    !> Remove the components along the null vectors, group by group.
-   pure subroutine remove_null_components(known, y)
-      type(null_space_type), intent(in) :: known  !< vectors of the standard problem
+   pure subroutine remove_null_components(null_space, y)
+      type(null_space_type), intent(in) :: null_space  !< vectors of the standard problem
       real(wp), intent(inout) :: y(6, *)  !< [6,n]
-      real(wp) :: part(3, known%groups)
+      real(wp) :: part(3, null_space%groups)
       integer :: b
 
       part = 0.0_wp
-      do b = 1, size(known%group)
-         part(:, known%group(b)) = part(:, known%group(b)) + matmul(y(:, b), known%basis(:, :, b))
+      do b = 1, size(null_space%group)
+         part(:, null_space%group(b)) = part(:, null_space%group(b)) &
+            + matmul(y(:, b), null_space%basis(:, :, b))
       end do
-      do b = 1, size(known%group)
-         y(:, b) = y(:, b) - matmul(known%basis(:, :, b), part(:, known%group(b)))
+      do b = 1, size(null_space%group)
+         y(:, b) = y(:, b) - matmul(null_space%basis(:, :, b), part(:, null_space%group(b)))
       end do
    end subroutine remove_null_components
 

@@ -94,33 +94,33 @@ contains
    end subroutine largest_eigenvalue
 
    !> Find the `count` lowest ω² (or all, if fewer exist), without those of a known null space.
-   subroutine lowest_eigenvalues(stiffness, mass, count, pairs, error, known)
+   subroutine lowest_eigenvalues(stiffness, mass, count, pairs, error, null_space)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
       integer, intent(in) :: count  !< requested number of eigenvalues
       type(eigenpairs_type), intent(out) :: pairs   !< pairs in ascending order
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
-      type(null_space_type), intent(in), optional :: known  !< null vectors of K to omit
+      type(null_space_type), intent(in), optional :: null_space  !< null vectors of K to omit
       type(shifted_inverse_type) :: operator
       real(wp), allocatable :: values(:), vectors(:,:)
-      integer :: left, wanted, i
+      integer :: available, request, i
 
-      left = 6*stiffness%n
-      if (present(known)) left = left - known%dimension
-      wanted = min(count, left)
+      available = 6*stiffness%n
+      if (present(null_space)) available = available - null_space%dimension
+      request = min(count, available)
       if (stiffness%n <= dense_blocks &
-         .or. (wanted > left/2 .and. stiffness%n <= most_dense_blocks)) then
-         call all_eigenvalues(stiffness, mass, pairs, error, known)
-         if (.not. allocated(error)) call select_pairs(pairs, [(i, i=1, min(wanted, pairs%n))])
+         .or. (request > available/2 .and. stiffness%n <= most_dense_blocks)) then
+         call all_eigenvalues(stiffness, mass, pairs, error, null_space)
+         if (.not. allocated(error)) call select_pairs(pairs, [(i, i=1, min(request, pairs%n))])
          return
-      else if (wanted > left/2) then
-         call fail(error, error_solver, to_text(wanted)//' of '//to_text(left)// &
+      else if (request > available/2) then
+         call fail(error, error_solver, to_text(request)//' of '//to_text(available)// &
             ' modes requested, but at most half can be computed')
          return
       end if
-      call prepare_inverse(operator, stiffness, mass, error, known)
+      call prepare_inverse(operator, stiffness, mass, error, null_space)
       if (allocated(error)) return
-      call largest_pairs(operator, 6*stiffness%n, wanted, low_tolerance, values, vectors, &
+      call largest_pairs(operator, 6*stiffness%n, request, low_tolerance, values, vectors, &
          pairs%residual, error)
       if (.not. allocated(error)) call add_missing_copies(operator, values, vectors, &
          pairs%residual, error)
@@ -130,12 +130,12 @@ contains
    end subroutine lowest_eigenvalues
 
    !> Find all eigenvalues by LAPACK, ascending, without those of a known null space.
-   subroutine all_eigenvalues(stiffness, mass, pairs, error, known)
+   subroutine all_eigenvalues(stiffness, mass, pairs, error, null_space)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
       type(eigenpairs_type), intent(out) :: pairs  !< pairs in ascending order
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
-      type(null_space_type), intent(in), optional :: known  !< null vectors of K to omit
+      type(null_space_type), intent(in), optional :: null_space  !< null vectors of K to omit
       type(scaled_stiffness_type) :: operator
       type(mass_factor_type) :: factor
       type(deflation_type) :: deflation
@@ -146,7 +146,7 @@ contains
       if (allocated(error)) return
       operator%matrix = stiffness
       call scale_matrix(factor, operator%matrix)
-      call prepare_deflation(deflation, factor, known)
+      call prepare_deflation(deflation, factor, null_space)
       size_all = 6*stiffness%n
       allocate (a(size_all, size_all), unit(size_all))
       do i = 1, size_all
@@ -188,19 +188,19 @@ contains
    end subroutine deflate_matrix
 
    !> Factorise K − σM with the least |σ| for which rounding leaves it regular if K is singular.
-   subroutine prepare_inverse(operator, stiffness, mass, error, known)
+   subroutine prepare_inverse(operator, stiffness, mass, error, null_space)
       type(shifted_inverse_type), intent(out) :: operator  !< operator that can be applied
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
-      type(null_space_type), intent(in), optional :: known  !< null vectors of K to omit
+      type(null_space_type), intent(in), optional :: null_space  !< null vectors of K to omit
       real(wp), parameter :: first_shift = 1.0e-12_wp, last_shift = 1.0e-6_wp
       type(block_matrix_type) :: shifted
       real(wp) :: relative
 
       call factor_mass(operator%mass, mass, error)
       if (allocated(error)) return
-      call prepare_deflation(operator%deflation, operator%mass, known)
+      call prepare_deflation(operator%deflation, operator%mass, null_space)
       allocate (operator%force(6, stiffness%n))
       shifted = stiffness
       call analyse(operator%factor, shifted)

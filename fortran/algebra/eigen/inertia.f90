@@ -18,18 +18,18 @@ module dda_inertia
 contains
 
    !> Count the eigenvalues above `value`.
-   subroutine count_above(stiffness, mass, value, affordable, count, certain)
+   subroutine count_above(stiffness, mass, value, affordable, count, is_certain)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       type(mass_factor_type), intent(in) :: mass      !< G
       real(wp), intent(in) :: value                     !< s, 1/s²
       real(wp), intent(in) :: affordable                !< largest number of multiplications
       integer, intent(out) :: count                     !< number of eigenvalues above
-      logical, intent(out) :: certain  !< .false.: too costly, or uncertain sign of a pivot
+      logical, intent(out) :: is_certain  !< .false.: too costly, or uncertain sign of a pivot
       type(block_matrix_type) :: scaled
       type(band_type) :: factor
 
       count = 0
-      certain = .false.
+      is_certain = .false.
       call order_band(factor, stiffness)
       if (3.0_wp*real(stiffness%n, wp)*real(factor%half_width, wp)**2 > affordable) return
       allocate (factor%band(factor%half_width + 1, 6*stiffness%n))
@@ -37,33 +37,33 @@ contains
       call scale_matrix(mass, scaled)
       call fill_band(factor, scaled)
       factor%band(1, :) = factor%band(1, :) - value
-      call count_pivots(factor%band, count, certain)
+      call count_pivots(factor%band, count, is_certain)
    end subroutine count_above
 
    !> Eliminate column by column and count positive pivots.
-   pure subroutine count_pivots(band, count, certain)
+   pure subroutine count_pivots(band, count, is_certain)
       real(wp), intent(inout) :: band(:,:)  !< [width+1, n] S − sI, lower storage; destroyed
       integer, intent(out) :: count  !< number of positive pivots
-      logical, intent(out) :: certain  !< the signs of all pivots are certain
-      real(wp) :: least, pivot, factor
-      integer :: j, k, reach
+      logical, intent(out) :: is_certain  !< the signs of all pivots are certain
+      real(wp) :: smallest, pivot, factor
+      integer :: j, k, width
 
       count = 0
-      certain = .true.
-      least = least_pivot*maxval(abs(band))
+      is_certain = .true.
+      smallest = least_pivot*maxval(abs(band))
       do j = 1, size(band, 2)
          pivot = band(1, j)
-         if (abs(pivot) < least) then
-            certain = .false.
-            pivot = sign(least, pivot)
+         if (abs(pivot) < smallest) then
+            is_certain = .false.
+            pivot = sign(smallest, pivot)
          end if
          if (pivot > 0.0_wp) count = count + 1
-         reach = min(size(band, 1) - 1, size(band, 2) - j)
-         do k = 1, reach
+         width = min(size(band, 1) - 1, size(band, 2) - j)
+         do k = 1, width
             if (band(k + 1, j) == 0.0_wp) cycle
             factor = band(k + 1, j)/pivot
-            band(1:reach - k + 1, j + k) = band(1:reach - k + 1, j + k) &
-               - factor*band(k + 1:reach + 1, j)
+            band(1:width - k + 1, j + k) = band(1:width - k + 1, j + k) &
+               - factor*band(k + 1:width + 1, j)
          end do
       end do
    end subroutine count_pivots

@@ -38,36 +38,37 @@ contains
       real(wp), intent(inout) :: x(:)  !< [n] present x; on return, next x
       real(wp), intent(in) :: image(:)  !< [n] g(x)
       real(wp) :: coefficient(depth), part(2*depth, most_pieces)
-      integer :: n, used, slot, p
+      integer :: n, columns, slot, p
 
       n = size(x)
       call allocate_memory(memory, n)
       slot = 0
       if (memory%count > 0) slot = modulo(memory%count - 1, depth) + 1
-      used = min(memory%count, depth)
+      columns = min(memory%count, depth)
       memory%count = memory%count + 1
       if (n < long) then
-         call store_change(memory, slot, used, x, image, 1, n, part(:, 1))
-         call solve_normal(memory, slot, used, part(:, 1), coefficient)
-         call combine_iterates(memory, coefficient(:used), x, 1, n)
+         call store_change(memory, slot, columns, x, image, 1, n, part(:, 1))
+         call solve_normal(memory, slot, columns, part(:, 1), coefficient)
+         call combine_iterates(memory, coefficient(:columns), x, 1, n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
-         call store_change(memory, slot, used, x, image, first_of(p, n), last_of(p, n), part(:, p))
+         call store_change(memory, slot, columns, x, image, first_of(p, n), last_of(p, n), &
+            part(:, p))
       end do
-      call solve_normal(memory, slot, used, sum(part(:, :pieces(n)), 2), coefficient)
+      call solve_normal(memory, slot, columns, sum(part(:, :pieces(n)), 2), coefficient)
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
-         call combine_iterates(memory, coefficient(:used), x, first_of(p, n), last_of(p, n))
+         call combine_iterates(memory, coefficient(:columns), x, first_of(p, n), last_of(p, n))
       end do
    end subroutine accelerate
 
    !> Store the differences from the last iteration for the unknowns first … last.
    !> Return the products of all columns of d_residual with the new column and with the residual.
-   pure subroutine store_change(memory, slot, used, x, image, first, last, products)
+   pure subroutine store_change(memory, slot, columns, x, image, first, last, products)
       type(anderson_type), intent(inout) :: memory  !< memory; receives this iteration
-      integer, intent(in) :: slot, used             !< column to store; number of columns
+      integer, intent(in) :: slot, columns             !< column to store; number of columns
       real(wp), intent(in) :: x(:), image(:)        !< [n] x and g(x)
       integer, intent(in) :: first, last            !< first and last index
       real(wp), intent(out) :: products(2*depth)
@@ -81,7 +82,7 @@ contains
       memory%image(first:last) = image(first:last)
       memory%residual(first:last) = image(first:last) - x(first:last)
       products = 0.0_wp
-      do j = 1, used
+      do j = 1, columns
          products(j) = dot_product(memory%d_residual(first:last, j), &
             memory%d_residual(first:last, slot))
          products(depth + j) = dot_product(memory%d_residual(first:last, j), &
@@ -90,18 +91,18 @@ contains
    end subroutine store_change
 
    !> Find the coefficients y that minimise ‖residual − Σ y d_residual‖, by the normal equations.
-   pure subroutine solve_normal(memory, slot, used, products, coefficient)
+   pure subroutine solve_normal(memory, slot, columns, products, coefficient)
       type(anderson_type), intent(inout) :: memory  !< memory; receives the products
-      integer, intent(in) :: slot, used             !< stored column; number of columns
+      integer, intent(in) :: slot, columns             !< stored column; number of columns
       real(wp), intent(in) :: products(2*depth)  !< products from `store_change`
       real(wp), intent(out) :: coefficient(depth)
 
       if (slot > 0) then
-         memory%normal(:used, slot) = products(:used)
-         memory%normal(slot, :used) = products(:used)
+         memory%normal(:columns, slot) = products(:columns)
+         memory%normal(slot, :columns) = products(:columns)
       end if
       coefficient = products(depth + 1:)
-      call solve_definite(memory%normal(:used, :used), coefficient(:used))
+      call solve_definite(memory%normal(:columns, :columns), coefficient(:columns))
    end subroutine solve_normal
 
    !> Compute the unknowns first … last of the next x.
@@ -136,23 +137,23 @@ contains
    pure subroutine solve_definite(a, y)
       real(wp), intent(in) :: a(:,:)   !< [m,m] A
       real(wp), intent(inout) :: y(:)  !< [m] b; on return, the solution
-      real(wp) :: rest(size(y), size(y)), factor
+      real(wp) :: reduced(size(y), size(y)), factor
       integer :: i, j, m
 
       m = size(y)
-      rest = a
+      reduced = a
       do j = 1, m
-         rest(j, j) = a(j, j)*(1.0_wp + regular) + tiny(1.0_wp)
+         reduced(j, j) = a(j, j)*(1.0_wp + regular) + tiny(1.0_wp)
       end do
       do j = 1, m
          do i = j + 1, m
-            factor = rest(i, j)/rest(j, j)
-            rest(i, j:m) = rest(i, j:m) - factor*rest(j, j:m)
+            factor = reduced(i, j)/reduced(j, j)
+            reduced(i, j:m) = reduced(i, j:m) - factor*reduced(j, j:m)
             y(i) = y(i) - factor*y(j)
          end do
       end do
       do j = m, 1, -1
-         y(j) = (y(j) - dot_product(rest(j, j + 1:m), y(j + 1:m)))/rest(j, j)
+         y(j) = (y(j) - dot_product(reduced(j, j + 1:m), y(j + 1:m)))/reduced(j, j)
       end do
    end subroutine solve_definite
 

@@ -58,37 +58,38 @@ contains
    !>
    !> After `trusted_iterations`, the residual is recomputed, because the updated residual may
    !> differ.
-   subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, most, &
-      work, iterations, residual, enough)
+   subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, &
+      max_iterations, work, iterations, residual, success)
       type(block_matrix_type), intent(in) :: matrix  !< K
       class(preconditioner_type), intent(inout) :: preconditioner  !< its workspace changes
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side
       real(wp), intent(in) :: size  !< reference value of residuals, at least ‖b‖
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess; on return, solution
       real(wp), intent(in) :: tolerance, reduction !< limits of ‖r‖/size and of ‖r‖/‖first r‖
-      integer, intent(in) :: most                !< largest number of iterations
+      integer, intent(in) :: max_iterations                !< largest number of iterations
       type(workspace_type), intent(inout) :: work  !< vectors of the iteration
       integer, intent(out) :: iterations  !< number of iterations
       real(wp), intent(out) :: residual          !< reached ‖r‖/size
-      logical, intent(out) :: enough             !< the requested residual is reached
-      real(wp) :: wanted, slope, old_slope, alpha
+      logical, intent(out) :: success             !< the requested residual is reached
+      real(wp) :: target, slope, old_slope, alpha
       integer :: n
 
       n = matrix%n
       iterations = 0
       residual = 0.0_wp
-      enough = .true.
+      success = .true.
       if (size <= 0.0_wp) then
          x = 0.0_wp
          return
       end if
-      wanted = tolerance*size
+      target = tolerance*size
       call find_residual(matrix, b, x, work)
       slope = 1.0_wp
       do
          residual = sqrt(inner_product(n, work%r, work%r))
-         if (iterations == 0) wanted = max(wanted, reduction*residual)
-         if (residual <= wanted .or. iterations == most .or. .not. residual <= huge(1.0_wp)) exit
+         if (iterations == 0) target = max(target, reduction*residual)
+         if (residual <= target .or. iterations == max_iterations .or. .not. residual &
+            <= huge(1.0_wp)) exit
          if (is_stop_requested(n)) exit
          call preconditioner%apply(n, work%r, work%z)
          old_slope = slope
@@ -103,9 +104,9 @@ contains
       if (iterations > trusted_iterations) then
          call find_residual(matrix, b, x, work)
          residual = sqrt(inner_product(n, work%r, work%r))
-         wanted = accepted_drift*wanted
+         target = accepted_drift*target
       end if
-      enough = residual <= wanted .and. residual <= huge(1.0_wp)
+      success = residual <= target .and. residual <= huge(1.0_wp)
       residual = residual/size
    end subroutine iterate_to_solution
 

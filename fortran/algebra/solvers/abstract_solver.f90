@@ -93,25 +93,25 @@ contains
    end subroutine keep_error
 
    !> Update x for a change of b by one preconditioner application; default: not possible.
-   subroutine correct_nothing(self, n, change, x, done)
+   subroutine correct_nothing(self, n, change, x, success)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< number of block rows
       real(wp), intent(in) :: change(6, n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
-      logical, intent(out) :: done  !< .false.: x is unchanged
+      logical, intent(out) :: success  !< .false.: x is unchanged
 
-      done = .false.
+      success = .false.
    end subroutine correct_nothing
 
    !> Solve with the factor of an earlier matrix; default: not possible.
-   subroutine solve_nothing(self, equations, x, convergence, done)
+   subroutine solve_nothing(self, equations, x, convergence, success)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
-      logical, intent(out) :: done  !< .false.: x is not the solution
+      logical, intent(out) :: success  !< .false.: x is not the solution
 
-      done = .false.
+      success = .false.
    end subroutine solve_nothing
 
    !> Save or restore stored values; default: none, because the solver is rebuilt from the matrix.

@@ -127,19 +127,19 @@ contains
    end subroutine refine_assembled
 
    !> Refine x with the factor of an earlier matrix; discard the factor if it is too inaccurate.
-   subroutine reuse_factor(self, equations, x, convergence, done)
+   subroutine reuse_factor(self, equations, x, convergence, success)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
-      logical, intent(out) :: done  !< .false.: x is not the solution
+      logical, intent(out) :: success  !< .false.: x is not the solution
 
       self%exact = .false.
       if (self%reusable) then
          call equations%residual(x, self%work%r)
          call refine(self, equations, x, convergence)
       end if
-      done = self%reusable
+      success = self%reusable
    end subroutine reuse_factor
 
    !> Compute the residual of equations with an assembled matrix.

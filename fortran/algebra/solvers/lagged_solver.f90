@@ -53,12 +53,12 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(rank_one_type), intent(in) :: changes  !< changes of the values since the last call
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
-      logical :: good
+      logical :: reusable
 
-      good = self%lagged%factorised .and. self%lagged%extra_iterations <= factor_cost
-      if (good .and. changes%n > 0) &
-         call update_low_rank(self%lagged%low, self%lagged%factor, changes, good)
-      if (good) return
+      reusable = self%lagged%factorised .and. self%lagged%extra_iterations <= factor_cost
+      if (reusable .and. changes%n > 0) &
+         call update_low_rank(self%lagged%low, self%lagged%factor, changes, reusable)
+      if (reusable) return
       call refactorise(self%lagged, matrix, error, .false.)
       self%factors = 1
    end subroutine renew
@@ -98,15 +98,15 @@ contains
    end subroutine solve
 
    !> Compute x = x + P⁻¹ change, if the last solve with this matrix took one application of P⁻¹.
-   subroutine correct(self, n, change, x, done)
+   subroutine correct(self, n, change, x, success)
       class(lagged_solver_type), intent(inout) :: self  !< the solver
       integer, intent(in) :: n  !< number of block rows
       real(wp), intent(in) :: change(6, n)  !< change of the right-hand side, N
       real(wp), intent(inout) :: x(6, n)  !< solution, m
-      logical, intent(out) :: done  !< .false.: x is unchanged
+      logical, intent(out) :: success  !< .false.: x is unchanged
 
-      done = self%iterations == 1
-      if (.not. done) return
+      success = self%iterations == 1
+      if (.not. success) return
       call self%lagged%apply(n, change, self%work%z)
       call add_multiple(n, 1.0_wp, self%work%z, x)
    end subroutine correct
@@ -140,7 +140,7 @@ contains
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
       !> receives the terms and the update for them
       type(lagged_factor_type), intent(inout) :: lagged
-      logical :: done
+      logical :: success
       integer :: i
 
       associate (terms => lagged%low%terms)
@@ -152,8 +152,8 @@ contains
          call serialise(archive, terms%k(:terms%n))
          if (.not. archive%reading .or. allocated(archive%failure)) return
       end associate
-      call rebuild_low_rank(lagged%low, lagged%factor, 1, done)
-      if (.not. done) call fail_archive(archive, 'the changed terms do not match the factor')
+      call rebuild_low_rank(lagged%low, lagged%factor, 1, success)
+      if (.not. success) call fail_archive(archive, 'the changed terms do not match the factor')
    end subroutine serialise_changes
 
 end module dda_lagged_solver

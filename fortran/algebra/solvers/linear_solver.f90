@@ -68,15 +68,15 @@ contains
       character(len=*), intent(in) :: name  !< name in the input
       type(error_type), allocatable, intent(out) :: error  !< the name is unknown
       integer :: i
-      character(len=:), allocatable :: known
+      character(len=:), allocatable :: names
 
       solver%name = name
       if (is_solver_name(name)) return
-      known = ''
+      names = ''
       do i = 1, size(solver_names)
-         known = known//' '//trim(solver_names(i))
+         names = names//' '//trim(solver_names(i))
       end do
-      call fail(error, error_input, 'unknown solver '//quoted(name)//'; use one of:'//known)
+      call fail(error, error_input, 'unknown solver '//quoted(name)//'; use one of:'//names)
    end subroutine choose_solver
 
    !> Analyse the pattern of a matrix; must be repeated only when the pattern changes.
@@ -223,18 +223,18 @@ contains
    end subroutine solve
 
    !> Solve K x = b with an earlier factor of nearly the same K, if there is one.
-   subroutine reuse_factor(solver, equations, x, done)
+   subroutine reuse_factor(solver, equations, x, success)
       type(solver_type), intent(inout) :: solver      !< solver and counts
       class(equations_type), intent(in) :: equations  !< K x = b
       real(wp), intent(inout), contiguous :: x(:,:)   !< [6,n] first guess, becomes the solution, m
-      logical, intent(out) :: done                    !< .false.: x is not the solution
+      logical, intent(out) :: success                    !< .false.: x is not the solution
       type(convergence_type) :: convergence
 
-      done = .false.
+      success = .false.
       if (.not. allocated(solver%active)) return
       convergence%scale = solver%loads
-      call solver%active%reuse_factor(equations, x, convergence, done)
-      if (.not. done) return
+      call solver%active%reuse_factor(equations, x, convergence, success)
+      if (.not. success) return
       solver%solves = solver%solves + 1
       solver%last_iterations = solver%active%iterations
       solver%iterations = solver%iterations + solver%last_iterations
@@ -252,10 +252,10 @@ contains
       real(wp), intent(inout) :: x(6, matrix%n)  !< last solution; on return the new solution, m
       type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
       real(wp), intent(in) :: reduction  !< required residual/first residual
-      logical :: done
+      logical :: success
 
-      call solver%active%correct(matrix%n, change, x, done)
-      if (.not. done) then
+      call solver%active%correct(matrix%n, change, x, success)
+      if (.not. success) then
          call solve(solver, matrix, b, x, error, reduction)
          return
       end if
