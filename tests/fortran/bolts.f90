@@ -42,7 +42,7 @@ module bolts
 
 contains
 
-   !> Give a started simulation bolts that are free of force as it stands; its next step searches
+   !> Give a started simulation bolts without force in the present state; its next step searches
    !> for neighbours, so that the pattern of the matrix follows.
    subroutine put_bolts(simulation, list)
       type(simulation_type), intent(inout) :: simulation

@@ -135,7 +135,7 @@ contains
       end do
    end function loose_blocks
 
-   !> Text of a stack that nothing holds.
+   !> Text of a stack without supports.
    function free_stack(count) result(text)
       integer, intent(in) :: count
       character(len=:), allocatable :: text

@@ -59,7 +59,7 @@ contains
       if (.not. allocated(error)) call begin_simulation(simulation, model, error)
    end subroutine begin_or_fail
 
-   !> Take steps up to the first that fails, which is a failed check.
+   !> Take steps until one fails; a failed step is a failed check.
    subroutine run(simulation, steps)
       type(simulation_type), intent(inout) :: simulation
       integer, intent(in) :: steps

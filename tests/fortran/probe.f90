@@ -69,8 +69,8 @@ contains
       end if
    end subroutine answer_input
 
-   !> What of the pre-check's report is no number or has no room, or nothing; it may refuse the
-   !> model, but must come back.
+   !> Return the part of the check report that is not finite; blank: none.  The check may reject
+   !> the model, but must return.
    function strange_line(simulation) result(what)
       type(simulation_type), intent(in) :: simulation
       character(len=:), allocatable :: what
@@ -100,7 +100,7 @@ contains
       end do
    end function strange_line
 
-   !> Which part of the state is not finite, or nothing.
+   !> Return the part of the state that is not finite; blank: none.
    function strange_part(simulation) result(fault)
       type(simulation_type), intent(in) :: simulation
       character(len=:), allocatable :: fault

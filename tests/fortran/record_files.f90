@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Files for the tests of records: where the data are, and scratch files that a test writes itself.
+!> Files for the tests of records: paths of the data, and scratch files that tests write.
 module record_files
    implicit none
    private
@@ -24,7 +24,7 @@ contains
       path = path//'/records/'//name
    end function data_file
 
-   !> Write bytes as they are.
+   !> Write bytes without conversion.
    subroutine write_scratch(bytes)
       character(len=*), intent(in) :: bytes
       integer :: unit
@@ -42,7 +42,7 @@ contains
       if (status == 0) close (unit, status='delete')
    end subroutine remove_scratch
 
-   !> All bytes of a file; nothing if there is none.
+   !> Return all bytes of a file; empty if it does not exist.
    function contents(path) result(bytes)
       character(len=*), intent(in) :: path
       character(len=:), allocatable :: bytes

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The inverse questions give what was requested.
+!> The recommended parameters yield the requested values.
 module test_advice
    use dda_kinds, only: wp
    use dda_advice, only: penalty_type, first_frequency, stiff_limit, penalty_for_frequency, &

@@ -76,8 +76,8 @@ contains
       call check_close(x, solution, 'it stays', relative=1.0e-15_wp)
    end subroutine begun_at_the_solution
 
-   !> After `discard_iterations`, other sizes and other maps leave no trace.
-   subroutine used_again()
+   !> After `discard_iterations`, earlier sizes and maps have no effect.
+   subroutine reuse_after_discard()
       type(anderson_type) :: memory, fresh
       real(wp) :: x(2), y(2), long(30)
       integer :: i
@@ -95,6 +95,6 @@ contains
       end do
       call check_close(x, y, 'as with a new memory')
       call check_close(x, [0.5_wp, 0.25_wp], 'solution', absolute=1.0e-10_wp)
-   end subroutine used_again
+   end subroutine reuse_after_discard
 
 end module test_anderson

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Archives give back what was put in, and notice what does not fit.
+!> Archives restore what was written, and detect data that do not match.
 module test_archive
    use dda_archive, only: archive_type, serialise, serialise_count, serialise_label, &
       serialise_list, serialise_number, read_archive, write_archive
@@ -64,7 +64,7 @@ contains
       call carry_state(archive, state)
    end subroutine write_full
 
-   subroutine there_and_back()
+   subroutine write_and_read()
       type(archive_type) :: archive, second
       type(state_type) :: state
 
@@ -79,10 +79,10 @@ contains
       call carry_state(second, state)
       call check(second%at == archive%at, 'as many bytes')
       call check(all(second%bytes(:second%at) == archive%bytes(:archive%at)), 'the same bytes')
-   end subroutine there_and_back
+   end subroutine write_and_read
 
-   !> Whatever is missing at the end is noticed, and what is read goes nowhere else.
-   subroutine cut_short()
+   !> A truncated archive is detected, and reading writes to no other memory.
+   subroutine truncated_archives()
       type(archive_type) :: archive, part
       type(state_type) :: state
       integer :: length
@@ -95,9 +95,9 @@ contains
          call carry_state(part, state)
          call check(allocated(part%failure), 'trouble is noted')
       end do
-   end subroutine cut_short
+   end subroutine truncated_archives
 
-   subroutine misfits()
+   subroutine mismatched_sizes()
       type(archive_type) :: archive
       real(wp) :: four(4), five(5)
 
@@ -114,7 +114,7 @@ contains
       call read_archive(archive)
       call serialise_label(archive, 'contacts')
       call check(index(archive%failure, 'contacts') > 0, 'the part that is missing is named')
-   end subroutine misfits
+   end subroutine mismatched_sizes
 
    subroutine limits()
       type(archive_type) :: archive

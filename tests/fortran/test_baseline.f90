@@ -248,7 +248,7 @@ contains
       call check(index(twice%method, 'scaled by -2') > 0, twice%method)
    end subroutine taper_and_scale
 
-   !> The shortest records and every option: no division by zero, at rest where asked.
+   !> The shortest records and every option: no division by zero, and rest at the end if requested.
    subroutine two_samples_and_a_few()
       character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
          'velocity', 'displacement']

@@ -96,7 +96,7 @@ contains
    end subroutine test_forest
 
    !> A factor serves again, with and without a new analysis.
-   subroutine new_numbers_and_new_pattern()
+   subroutine new_values_and_new_pattern()
       type(factor_type) :: factor
       integer :: i
 
@@ -111,11 +111,11 @@ contains
          call check_no_error(error, 'new numbers')
          call check(residual(factor) < 1.0e-12_wp, 'residual after new numbers')
       end do
-   end subroutine new_numbers_and_new_pattern
+   end subroutine new_values_and_new_pattern
 
    !> Lower blocks that are zero fill nothing in, until they are not zero any more: then the factor
    !> is planned again.  It stays planned for what has become zero again.
-   subroutine couplings_that_are_zero()
+   subroutine zero_couplings()
       type(factor_type) :: factor
       integer, parameter :: coupled(4) = [3, 1, 3, 5]
       integer :: i
@@ -137,7 +137,7 @@ contains
             'planned anew where a coupling has come')
          call check(residual(factor) < 1.0e-12_wp, 'residual with couplings')
       end do
-   end subroutine couplings_that_are_zero
+   end subroutine zero_couplings
 
    !> b and x may hold the same values.
    subroutine solution_in_place()
@@ -154,8 +154,8 @@ contains
       call check(all(abs(b - x) <= 0.0_wp), 'the same values whether or not x was b')
    end subroutine solution_in_place
 
-   !> A coupling that is no number is not left out as if it were zero.
-   subroutine no_number()
+   !> A coupling that is NaN is not omitted as if it were zero.
+   subroutine nan_couplings()
       use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode  ! restored on return
       type(factor_type) :: factor
 
@@ -167,7 +167,7 @@ contains
       call analyse(factor, matrix)
       call factorise(factor, matrix, error)
       call check_fails(error, 'positive pivot')
-   end subroutine no_number
+   end subroutine nan_couplings
 
    !> A pivot that is not positive is an error that names the row of blocks.
    subroutine not_positive_definite()
@@ -211,7 +211,7 @@ contains
       call check_fails(error, 'analysed')
    end subroutine pattern_not_analysed
 
-   !> Threads share the work but not the order of sums, whatever the widths of the fronts on top.
+   !> The order of sums does not depend on threads, for any widths of the top fronts.
    subroutine the_same_bits_on_1_to_4_threads()
       integer, parameter :: width(6) = [2, 4, 6, 9, 14, 40]
       integer :: i
@@ -292,7 +292,7 @@ contains
       call check_close(reshape(x, [6*n]), expected(:, 1), 'single solution', relative=2.0e-5_wp)
    end subroutine check_against_dense
 
-   !> Residuals of both factors where the system is too large for LAPACK.
+   !> Residuals of both factors for a system that is too large for LAPACK.
    subroutine check_residuals(n, pairs)
       integer, intent(in) :: n, pairs(:,:)
       type(factor_type) :: factor

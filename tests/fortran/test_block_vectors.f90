@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Sums of block vectors against those of whole arrays, to the bit, by any number of threads.
+!> Sums of block vectors are bit-identical to sums of arrays, for any number of threads.
 module test_block_vectors
    !$ use omp_lib, only: omp_get_max_threads, omp_set_num_threads
    use dda_kinds, only: wp
@@ -11,7 +11,7 @@ module test_block_vectors
 
 contains
 
-   subroutine any_length()
+   subroutine sums_of_any_length()
       integer :: default_threads, threads
 
       default_threads = 1
@@ -24,7 +24,7 @@ contains
          call against_whole_arrays(parallel_from + 7)
       end do
       !$ call omp_set_num_threads(default_threads)
-   end subroutine any_length
+   end subroutine sums_of_any_length
 
    subroutine against_whole_arrays(n)
       integer, intent(in) :: n

@@ -14,7 +14,7 @@ module test_blocks
 
 contains
 
-   !> One star at a place.
+   !> One star at a random position.
    subroutine make_star(vertices, m)
       real(wp), allocatable, intent(out) :: vertices(:,:)
       integer, intent(in) :: m
@@ -80,7 +80,7 @@ contains
       end do
    end subroutine shape_matrices
 
-   subroutine places_and_references()
+   subroutine positions_and_references()
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: position(2)
       integer :: i, v
@@ -100,7 +100,7 @@ contains
          call check_close(blocks%radius(1), maxval(norm2(blocks%reference, 1)), 'radius', &
             relative=1.0e-15_wp)
       end do
-   end subroutine places_and_references
+   end subroutine positions_and_references
 
    !> A thousand large increments of rotation: no growth of area or edges.
    subroutine a_thousand_large_rotations()
@@ -134,7 +134,7 @@ contains
          - 0.25_wp*e(3)**2), 'area', relative=1.0e-13_wp)
    end subroutine strained_area
 
-   !> Stress turns with the block: by 90°, σx and σy change places; by any angle, Mohr's circle.
+   !> Stress turns with the block: by 90°, σx and σy are exchanged; by any angle, Mohr's circle.
    subroutine stresses()
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: stress(3), angle, mean, half

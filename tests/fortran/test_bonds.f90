@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Bonds: which joints are whole at the start, over what length, and at what load they break.
+!> Bonds: joints that are intact at the start, their lengths, and the loads at which they break.
 module test_bonds
    use dda_kinds, only: wp
    use dda_contact, only: contact_stick
@@ -17,7 +17,7 @@ module test_bonds
 
 contains
 
-   !> So many bonds stick, over so long a joint.
+   !> Check the number of bonds and the total bonded length.
    subroutine check_bonds(number, label, length)
       integer, intent(in) :: number
       character(len=*), intent(in) :: label
@@ -66,8 +66,8 @@ contains
       end do
    end subroutine lengths
 
-   !> Each bond has the joint of the edges it holds together, over their overlap: also where the
-   !> floor goes straight on with another joint.
+   !> Each bond has the joint of the edges that it connects, over their overlap, also if the
+   !> floor continues with another joint.
    subroutine joints_of_edges()
       character(len=:), allocatable :: joints, floor, upper
       integer :: order, c

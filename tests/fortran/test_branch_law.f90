@@ -14,7 +14,7 @@ module test_branch_law
    integer, parameter :: rows = 101
    real(wp), parameter :: reference = 1.0e-3_wp  !< γ_r of the hyperbola
 
-   !> A strain point, and what it has stored, lost and taken in.
+   !> A strain point, and its stored, lost and supplied energy.
    type :: point_type
       real(wp) :: elastic(200) = 0.0_wp
       real(wp) :: memory(16) = 0.0_wp
@@ -107,7 +107,7 @@ contains
       end do
    end subroutine loops
 
-   !> Random paths: work is what is stored and lost, and no step gains.
+   !> Random paths: work equals stored plus lost energy, and no step gains energy.
    subroutine losses_of_branches()
       type(branches_type) :: branches
       type(point_type) :: point
@@ -129,7 +129,7 @@ contains
       end do
    end subroutine losses_of_branches
 
-   !> Tangents are derivatives of what acts.
+   !> Tangents are derivatives of the acting stress.
    subroutine tangents_of_branches()
       type(branches_type) :: branches
       type(point_type) :: point

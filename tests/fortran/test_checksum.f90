@@ -52,7 +52,7 @@ contains
       end do
    end subroutine eight_bytes_at_a_time_and_one_by_one
 
-   subroutine in_pieces()
+   subroutine parts_of_any_length()
       type(checksum_type) :: checksum
       integer(int8) :: bytes(100)
       integer :: cut
@@ -64,7 +64,7 @@ contains
          call add_bytes(checksum, bytes(cut + 1:))
          call check(checksum%value == checksum_of(bytes), 'the same as at once')
       end do
-   end subroutine in_pieces
+   end subroutine parts_of_any_length
 
    subroutine single_bits()
       integer(int8) :: bytes(50)

@@ -25,11 +25,11 @@ module test_contact_assembly
 
 contains
 
-   subroutine any_changes()
+   subroutine assembly_of_changes()
       call after_changes(40, augmented=.false.)
       call after_changes(800, augmented=.false.)
       call after_changes(40, augmented=.true.)
-   end subroutine any_changes
+   end subroutine assembly_of_changes
 
    !> Blocks with random near pairs and up to three contacts in each, in random states.
    subroutine random_contacts(system, contacts, n)
@@ -101,7 +101,7 @@ contains
    end subroutine check_same
 
    !> The residual without the matrix is that of the assembled equations, also if slip lifts.
-   subroutine without_the_matrix()
+   subroutine residual_without_matrix()
       type(system_type) :: system
       type(contacts_type) :: contacts
       integer, parameter :: n = 40
@@ -122,7 +122,7 @@ contains
          call check_close(r, system%rhs - product, 'residual', absolute=1.0e-12_wp)
          call check(maxval(abs(r)) > 1.0_wp, 'it is not zero')
       end do
-   end subroutine without_the_matrix
+   end subroutine residual_without_matrix
 
    !> Springs along the rows of gap and slip, written out.
    subroutine against_dense_sums()
@@ -223,7 +223,7 @@ contains
    !> States, forces, multipliers and retained shares change, a few at a time, as in the iteration
    !> of a step; K̂ changes by the springs that are noted for the solver.
    !>
-   !> Without an augmented Lagrangian the forces of contacts that do not slide stay as they are.
+   !> Without an augmented Lagrangian the forces of contacts that do not slide do not change.
    subroutine after_changes(n, augmented)
       integer, intent(in) :: n
       logical, intent(in) :: augmented

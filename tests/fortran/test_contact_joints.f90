@@ -106,7 +106,7 @@ contains
       joint = contacts%joint(1)
    end function joint_at
 
-   !> Without history the nearer parallel counts; both where neither is.
+   !> Without history the nearer parallel edge counts; both edges count if neither is parallel.
    subroutine a_corner_between_two_edges()
       integer :: i, k
 

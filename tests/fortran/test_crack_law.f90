@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A point of a broken face: energies of each step, what opening and slip take, where damage begins.
+!> A point of a broken face: energies of each step, fracture energy, and onset of damage.
 module test_crack_law
    use dda_kinds, only: wp
    use dda_cohesive, only: cohesive_type, new_cohesive
@@ -34,7 +34,7 @@ contains
       law%joint = bond
    end function law_of
 
-   !> s·Δw = Δψ + losses to rounding, whatever is held, and damage never falls.
+   !> s·Δw = Δψ + losses to rounding, in all states, and damage never decreases.
    subroutine steps_of_a_broken_face_balance()
       type(crack_law_type) :: law
       type(strain_point_type) :: point

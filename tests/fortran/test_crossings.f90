@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Crossings of joints: which corners lie across, and until when.
+!> Crossings of joints: corners that lie across, and the end of this state.
 module test_crossings
    use dda_crossings, only: release_separated, release_removed
    use dda_kinds, only: wp
@@ -13,7 +13,7 @@ module test_crossings
 
 contains
 
-   !> Four rectangles round a place, the second row shifted to the right, all turned.
+   !> Four rectangles around a point, the second row shifted to the right, all rotated.
    subroutine lattice(shift, gap, angle)
       real(wp), intent(in) :: shift, gap, angle
 
@@ -58,7 +58,7 @@ contains
       end do
    end subroutine four_blocks
 
-   !> Where the joint is offset, two of the four share a face.
+   !> If the joint is offset, two of the four share a face.
    subroutine an_offset()
       call lattice(0.3_wp, 0.0_wp, 0.0_wp)
       call run(simulation, 2)
@@ -92,7 +92,7 @@ contains
       call check(across() == 0, 'nothing across')
    end subroutine an_open_joint
 
-   !> Once block c is taken away, a and d can meet, and b has nothing across.
+   !> After block c is removed, a and d can touch, and b has no block across.
    subroutine a_block_is_removed()
       call lattice(0.0_wp, 0.0_wp, 0.0_wp)
       associate (list => simulation%contacts(simulation%now))

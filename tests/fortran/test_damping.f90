@@ -30,7 +30,7 @@ contains
       call rest('rayleigh_alpha = 1.0')
    end subroutine every_member
 
-   !> The conditions of Karush, Kuhn and Tucker: x ≥ 0, slope ≤ 0 where x = 0, slope 0 elsewhere.
+   !> The conditions of Karush, Kuhn and Tucker: x ≥ 0, slope ≤ 0 if x = 0, otherwise slope = 0.
    subroutine least_squares_without_negative_unknowns()
       real(wp) :: a(12, 5), b(12), x(5), slope(5)
       integer :: trial, j
@@ -88,7 +88,7 @@ contains
       call check(damping%misfit < 1.0e-3_wp, 'over a narrower band')
    end subroutine fitted_bodies
 
-   subroutine bodies_that_cannot_be()
+   subroutine impossible_fits()
       type(damping_type) :: damping
 
       damping = damping_type(ratio=0.05_wp, reference=1.0_wp, n=3)
@@ -98,7 +98,7 @@ contains
       damping = damping_type(ratio=0.05_wp, reference=1.0_wp, band=[0.1_wp, 50.0_wp])
       call fit_body(damping, highest_relaxation(1.0_wp, 0.1_wp), error)
       call check_fails(error, 'smaller time_step')
-   end subroutine bodies_that_cannot_be
+   end subroutine impossible_fits
 
    !> 5 % at 2 and 12 Hz.
    subroutine rayleigh_damping()
@@ -142,7 +142,7 @@ contains
       call check_close(balance(simulation%energy), 0.0_wp, 'balance', absolute=1.0e-9_wp*first)
    end subroutine losses
 
-   !> Two blocks on top of each other that have come to rest under gravity stay where they are.
+   !> Two stacked blocks at rest under gravity do not move.
    subroutine rest(damping)
       character(len=*), intent(in) :: damping
       type(simulation_type) :: simulation

@@ -21,7 +21,7 @@ module test_detection
 
 contains
 
-   !> All contacts of the present places.
+   !> List all contacts in the present positions.
    subroutine list(blocks, contacts, within)
       type(blocks_type), intent(in) :: blocks
       type(contacts_type), intent(out) :: contacts
@@ -34,7 +34,7 @@ contains
       call detect_contacts(contacts, blocks, near, detection)
    end subroutine list
 
-   !> A strained, turned star with a triangle's corner at a random place of one of its edges.
+   !> A strained, turned star with a corner of a triangle at a random position on an edge.
    subroutine rows_of_vertex_on_edge()
       integer :: i, c, n_contacts
 
@@ -50,7 +50,7 @@ contains
       call check(n_contacts >= 60, 'a contact each time')
    end subroutine rows_of_vertex_on_edge
 
-   !> Corner near corner, at random: whatever is listed has exact rows.
+   !> Random corners near corners: all listed contacts have exact rows.
    subroutine rows_corner_to_corner()
       integer :: i, c, n_contacts
 
@@ -152,7 +152,7 @@ contains
       call compare_with_shapes(c, fraction)
    end subroutine check_rows
 
-   !> All digits of the rows nᵀT and tᵀT, and what they make of a motion.
+   !> The rows nᵀT and tᵀT to all digits, and their products with a motion.
    subroutine compare_with_shapes(c, fraction)
       integer, intent(in) :: c
       real(wp), intent(in) :: fraction  !< of the edge before the foot
@@ -214,17 +214,17 @@ contains
    end function count_pair
 
    !> Distance between the touching vertices of blocks a and a + 1.
-   real(wp) function spread_along(a) result(apart)
+   real(wp) function spread_along(a) result(separated_blocks)
       integer, intent(in) :: a
       integer :: c, k
 
-      apart = 0.0_wp
+      separated_blocks = 0.0_wp
       do c = 1, contacts%n
          do k = 1, c - 1
             if (min(contacts%block_v(c), contacts%block_e(c)) /= a) cycle
             if (min(contacts%block_v(k), contacts%block_e(k)) /= a) cycle
-            apart = max(apart, norm2(blocks%vertex(:, contacts%vertex(c)) - blocks%vertex(:, &
-               contacts%vertex(k))))
+            separated_blocks = max(separated_blocks, &
+               norm2(blocks%vertex(:, contacts%vertex(c)) - blocks%vertex(:, contacts%vertex(k))))
          end do
       end do
    end function spread_along
@@ -277,7 +277,7 @@ contains
    end subroutine a_corner_in_a_notch
 
    !> A block slides over the end of an equal one: vertex on edge, corner to corner, vertex on edge.
-   !> Two contacts push up all the way, and none has another gap than the penetration.
+   !> Two contacts push upwards at all times, and their gaps equal the penetration.
    subroutine over_the_end_of_a_block()
       real(wp), parameter :: depth = 1.0e-4_wp
       real(wp) :: x
@@ -391,7 +391,7 @@ contains
       call check(is_pressed(dented, [2.0_wp, 0.1_wp]), 'in it, below the dent')
    end subroutine behind_a_block
 
-   !> A needle's tip at a place has a contact in penetration, where contacts are listed far off.
+   !> The tip of a needle has a contact in penetration, also with a large search distance.
    logical function is_pressed(shape_of, tip) result(pressed)
       real(wp), intent(in) :: shape_of(:,:), tip(2)
       type(neighbours_type) :: near
@@ -407,7 +407,7 @@ contains
          .and. contacts%vertex(:contacts%n) == size(shape_of, 2) + 1)
    end function is_pressed
 
-   !> Which of two blocks is first makes no difference to how many contacts there are, and how deep.
+   !> The number of contacts and their penetrations do not depend on the order of two blocks.
    subroutine either_block_first()
       type(contacts_type) :: contacts_ab, contacts_ba
       real(wp) :: first(2, 4), second(2, 5)
@@ -531,7 +531,7 @@ contains
       end do
    end function beyond_edges
 
-   subroutine apart()
+   subroutine separated_blocks()
       type(blocks_type) :: blocks
       type(contacts_type) :: contacts
 
@@ -541,6 +541,6 @@ contains
       call check(contacts%n == 0, 'nothing beyond the distance')
       call list(blocks, contacts, 1.02_wp*distance)
       call check(contacts%n == 2, 'two within a larger one')
-   end subroutine apart
+   end subroutine separated_blocks
 
 end module test_detection

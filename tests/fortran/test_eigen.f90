@@ -14,7 +14,7 @@ module test_eigen
    use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
 
-   !> A diagonal matrix whose largest values lie closer together than an iteration can tell.
+   !> A diagonal matrix whose largest values are too close for an iteration to separate.
    type, extends(operator_type) :: crowded_type
    contains
       procedure :: apply => apply_crowded
@@ -156,7 +156,7 @@ contains
    end subroutine check_normalised
 
    !> The Cholesky test of a block against its eigenvalues.
-   subroutine blocks_alone()
+   subroutine uncoupled_blocks()
       real(wp) :: k(6, 6), m(6, 6), values(6), vectors(6, 6)
       integer :: i
 
@@ -170,7 +170,7 @@ contains
          call check(is_above(values(6)*(1.0_wp + 1.0e-10_wp), k, m), 'just above')
          call check(.not. is_above(values(6)*(1.0_wp - 1.0e-10_wp), k, m), 'just below')
       end do
-   end subroutine blocks_alone
+   end subroutine uncoupled_blocks
 
    !> Twelve equal blocks that do not touch: each eigenvalue twelve times.
    subroutine multiple_eigenvalues()
@@ -194,7 +194,7 @@ contains
 
    !> 1 − (i/n)²: the two largest differ by n⁻² of the whole.  3,000 restarts took minutes where
    !> there are many blocks.
-   subroutine eigenvalues_that_an_iteration_cannot_tell_apart()
+   subroutine nearly_equal_eigenvalues()
       integer, parameter :: n = 20000
       type(crowded_type) :: operator
       real(wp), allocatable :: values(:), vectors(:,:), residuals(:)
@@ -202,7 +202,7 @@ contains
       call largest_pairs(operator, n, 1, 1.0e-10_wp, values, vectors, residuals, error)
       call check_fails(error, 'the eigenvalues are too close together')
       call check(operator%products < 5000, 'the work is bound by the size')
-   end subroutine eigenvalues_that_an_iteration_cannot_tell_apart
+   end subroutine nearly_equal_eigenvalues
 
    subroutine apply_crowded(self, x, y)
       class(crowded_type), intent(inout) :: self
@@ -253,7 +253,7 @@ contains
       end do
    end subroutine a_known_null_space
 
-   subroutine to_the_last_bit()
+   subroutine bit_identical_eigenvalues()
       type(eigenpairs_type) :: first, second
       real(wp), allocatable :: mass(:,:,:)
 
@@ -263,9 +263,9 @@ contains
       call largest_eigenvalue(matrix, mass, 1.0e-10_wp, second, error)
       call check(all(first%vector == second%vector) .and. all(first%value == second%value), &
          'the same again')
-   end subroutine to_the_last_bit
+   end subroutine bit_identical_eigenvalues
 
-   subroutine what_cannot_be_solved()
+   subroutine unsolvable_systems()
       real(wp), allocatable :: mass(:,:,:)
 
       call random_system(12, .true., mass)
@@ -275,6 +275,6 @@ contains
       call random_system(310, .true., mass)
       call lowest_eigenvalues(matrix, mass, 1000, pairs, error)
       call check_fails(error, 'at most half')
-   end subroutine what_cannot_be_solved
+   end subroutine unsolvable_systems
 
 end module test_eigen

@@ -54,7 +54,7 @@ contains
       end do
    end subroutine every_member
 
-   !> One block of 1 m × 1 m on supports of stiffness `stiffness` at some places.
+   !> One block of 1 m × 1 m on supports of stiffness `stiffness` at given positions.
    subroutine begin_supported(member, stiffness, positions, groups, rates)
       character(len=*), intent(in) :: member   !< in &control
       real(wp), intent(in) :: stiffness        !< N/m
@@ -77,7 +77,7 @@ contains
          -0.5_wp, 0.5_wp, 0.5_wp))//text, rates)
    end subroutine begin_supported
 
-   !> From any place and velocity, at any Ω, the energy never grows and the budget closes.
+   !> From any position and velocity, at any Ω, the energy never grows and the budget closes.
    subroutine supports_at_rest(member)
       character(len=*), intent(in) :: member
       real(wp), parameter :: centroid(2, 1) = 0.0_wp

@@ -110,7 +110,7 @@ contains
          'no force changes faster than its spring')
    end subroutine continuity
 
-   !> While it lasts, a bond holds whatever is asked; it says by how much it is over its strength.
+   !> An intact bond transmits any force, and reports the ratio of force to strength.
    subroutine bonds()
       type(coulomb_contact_type) :: law
       type(response_type) :: response
@@ -132,7 +132,7 @@ contains
       call check(response%strength_ratio <= 0.0_wp, 'compression adds its friction')
    end subroutine bonds
 
-   !> Overload is positive exactly where tension or shear passes its limit.
+   !> Overload is positive exactly if tension or shear exceeds its limit.
    subroutine strength_ratio()
       type(laws_type) :: laws
       type(response_type) :: response

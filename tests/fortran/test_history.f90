@@ -138,7 +138,7 @@ contains
       call expect(new, 1, contact_open, 0.0_wp, 'by 90°')
    end subroutine corner_travel
 
-   subroutine the_vertex_goes_on_the_block_is_another()
+   subroutine vertex_moves_to_another_block()
       type(contacts_type) :: old, new
 
       call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
@@ -146,7 +146,7 @@ contains
       call put(new, 1, 9, 0, 1, 3, up, -1.0e-6_wp)
       call transfer(new, old)
       call expect(new, 1, contact_stick, 0.0_wp, 'nothing is transferred')
-   end subroutine the_vertex_goes_on_the_block_is_another
+   end subroutine vertex_moves_to_another_block
 
    !> Two new contacts that could both succeed one old one.
    subroutine transferred_once()
@@ -169,7 +169,7 @@ contains
 
    !> Only what is built up presses: beyond the depth that a contact was first met at, until it has
    !> opened.
-   subroutine met_in_penetration()
+   subroutine new_contact_in_penetration()
       type(contacts_type) :: old, new
       type(history_type) :: history
       real(wp), parameter :: distance(5) = [-4.0_wp, -6.0_wp, -3.0_wp, 1.0_wp, -2.0_wp]*1.0e-6_wp
@@ -191,11 +191,11 @@ contains
       call put(new, 1, 6, 0, 1, 2, [0.0_wp, -1.0_wp], -7.0e-6_wp)
       call inherit(new, old, history, .false.)
       call check_close(new%gap(1), -7.0e-6_wp, 'penetration of the first state presses')
-   end subroutine met_in_penetration
+   end subroutine new_contact_in_penetration
 
    !> New contacts deeper than a step leads are dropped; those before and behind them stay what they
    !> are.
-   subroutine met_too_deep()
+   subroutine new_contact_too_deep()
       type(contacts_type) :: old, new
       type(history_type) :: history
       real(wp), parameter :: distance(6) = [-4.0_wp, -1.0_wp, -7.0_wp, 2.0_wp, -9.0_wp, &
@@ -233,7 +233,7 @@ contains
       call check_close(new%normal(2, :4), 0.1_wp*retained, 'normals')
       call check_close(new%gradient_v(6, :4) - new%gradient_e(1, :4), real(retained, wp), &
          'gradients')
-   end subroutine met_too_deep
+   end subroutine new_contact_too_deep
 
    !> The spring energy of a contact that ends goes over to one of the same vertex on the next
    !> block.
@@ -262,7 +262,7 @@ contains
       call check_close(new%gap(1), 0.0_wp, 'nothing in another direction', absolute=0.0_wp)
    end subroutine across_a_joint
 
-   !> Whatever the lists: no stretch is used twice or invented, and the index is left clean for the
+   !> Whatever the lists: no stretch is used twice or created, and the index is cleared for the
    !> next step.
    subroutine random_lists()
       type(contacts_type) :: old, new

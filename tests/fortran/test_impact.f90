@@ -84,7 +84,7 @@ contains
          ' &fixed_point x = -2.0 y = 0.0 / &fixed_point x = 2.0 y = 0.0 /', rates)
    end subroutine begin_drop
 
-   !> Take steps; the largest growth of the energy in one of them, of the first energy.
+   !> Take steps; return the largest growth of the energy in a step, relative to the initial energy.
    subroutine follow(steps, growth)
       integer, intent(in) :: steps
       real(wp), intent(inout) :: growth
@@ -101,7 +101,7 @@ contains
       call check_no_error(error, 'all steps close')
    end subroutine follow
 
-   !> Two free blocks: momentum stays, the relative velocity is e of what it was.
+   !> Two free blocks: momentum is conserved, the relative velocity is multiplied by −e.
    subroutine free_blocks_of_two_masses()
       real(wp) :: rates(6, 2)
 
@@ -216,7 +216,7 @@ contains
          absolute=3.0e-3_wp)
    end subroutine resolved_dashpot
 
-   subroutine what_is_refused()
+   subroutine rejected_settings()
       call begin_or_fail(simulation, model('restitution = 1.5', ''), error)
       call check_fails(error, 'restitution = 1.5')
       call begin_or_fail(simulation, model('restitution = -0.1', ''), error)
@@ -229,7 +229,7 @@ contains
       call begin_or_fail(simulation, model('damping = 5.0', 'penetration_tolerance = 1e-6'), &
          error)
       call check_fails(error, 'damping cannot be combined with penetration_tolerance')
-   end subroutine what_is_refused
+   end subroutine rejected_settings
 
    !> One block on a joint and with settings of the contacts.
    function model(joint, contact) result(text)

@@ -33,7 +33,7 @@ module test_input
 
 contains
 
-   !> Words of the schema are those that the engine has, in its order.
+   !> The words of the schema are the words of the engine, in the same order.
    subroutine published_words()
       type(law_slot_type) :: slot
       type(joint_type) :: joint
@@ -145,7 +145,7 @@ contains
          relative=1.0e-15_wp)
    end subroutine defaults
 
-   !> The defaults that the catalogue publishes are those of the reader.
+   !> The defaults in the catalogue are the defaults of the reader.
    subroutine published_defaults()
       type(amplification_type) :: amplification
 
@@ -201,7 +201,7 @@ contains
       call check_close(model%blocks%mass, [1000.0_wp, 1250.0_wp], 'masses', relative=1.0e-14_wp)
    end subroutine materials_and_joints
 
-   !> One joint an edge; those left out, blank or missing take the block's.
+   !> One joint per edge; omitted and blank ones are the joint of the block.
    subroutine edge_joints()
       character(len=*), parameter :: three = control//rock// &
          '&joint name = ''a'' friction_angle '// &
@@ -335,7 +335,7 @@ contains
       call check(model%blocks%n == 3, 'touching blocks are read')
    end subroutine overlaps
 
-   !> Sizes and places at which rounding would eat the shape, in generated blocks too.
+   !> Sizes and positions at which rounding would destroy the shape, also in generated blocks.
    subroutine bad_sizes_and_places()
       character(len=*), parameter :: before = control//rock//newline//joint//newline
 
@@ -368,7 +368,7 @@ contains
    end subroutine long_groups
 
    !> An input cut off anywhere is read or refused with a message; nothing else happens.
-   subroutine cut_off_anywhere()
+   subroutine truncated_input()
       character(len=*), parameter :: text = complete_input// &
          '&motion name = ''m'' quantity = ''velocity'' time_step = 0.1 values ='// &
          ' 0.0 1.0 0.0 / &fixed_point x = 0.5 y = 0.5 motion_x = ''m'' / &load x = 0.5 y = 1.0 '// &
@@ -382,6 +382,6 @@ contains
          if (index(error%message, 'in.nml') == 0) empty = empty + 1
       end do
       call check(empty == 0, 'every message names the file')
-   end subroutine cut_off_anywhere
+   end subroutine truncated_input
 
 end module test_input

@@ -140,10 +140,10 @@ contains
       call expect(text, spread('block', 1, count), [(i, i=1, count)])
    end subroutine many_groups
 
-   subroutine nothing()
+   subroutine empty_input()
       call expect('', [character(len=1) ::], [integer ::])
       call expect('  '//newline//'! only a comment', [character(len=1) ::], [integer ::])
-   end subroutine nothing
+   end subroutine empty_input
 
    subroutine numbers()
       call expect_times('time = 1 2.5, -3e2 4d-1 5q0 +6. .7', [1.0_wp, 2.5_wp, -300.0_wp, 0.4_wp, &
@@ -174,7 +174,7 @@ contains
       call expect_settle('false,', .false.)
    end subroutine logical_values
 
-   subroutine what_is_no_value()
+   subroutine invalid_values()
       call wrong('&load time = 1 x2 /', '''x2'' is not a number')
       call wrong('&load time = ''1'' /', 'is not a number')
       call wrong('&load time = 5000*1 /', '5000*')
@@ -187,7 +187,7 @@ contains
       call wrong('&load xx = 1 /', '''xx''')
       call wrong('&run title = word /', '''word'' must be in quotes')
       call wrong('&control settle = 1 /', 'neither .true. nor .false.')
-   end subroutine what_is_no_value
+   end subroutine invalid_values
 
    subroutine refusals()
       call refused(newline//newline//'run', 'line 3')
@@ -199,7 +199,7 @@ contains
    end subroutine refusals
 
    !> A text cut off anywhere is read or refused; nothing else happens.
-   subroutine cut_off_anywhere()
+   subroutine truncated_text()
       character(len=*), parameter :: text = char(239)//char(187)//char(191)//'! c'//newline// &
          '&a x = ''it''''s/'' ! d / '// &
          carriage_return//newline//tab//'/ &b y(2) = 1, "&" /'//newline
@@ -212,6 +212,6 @@ contains
          if (.not. allocated(error)) read = read + 1
       end do
       call check(read > 5 .and. read < len(text), 'some cuts are whole')
-   end subroutine cut_off_anywhere
+   end subroutine truncated_text
 
 end module test_input_text

@@ -280,7 +280,7 @@ contains
          - response%normal_force*(contacts%memory(lifted, 1) - lift)
    end subroutine step_contact
 
-   !> What two laws remember is one table, in which equal names are one column.
+   !> The memory of two laws is one table, in which equal names are one column.
    subroutine memory_of_two_laws()
       type(laws_type) :: laws
       type(contacts_type) :: contacts

@@ -124,7 +124,7 @@ contains
          'transfer function', relative=1.0e-5_wp)
    end subroutine harmonic
 
-   !> Without force, velocity is f times that of the step before.
+   !> Without force, velocity is f times the velocity of the last step.
    subroutine dynamic_factor()
       call begin(simulation, control_text(1.0e-2_wp, 100, 'dynamic_factor = 0.99')// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
@@ -182,8 +182,8 @@ contains
          'one of 0.6 takes 1 − 0.36', relative=1.0e-14_wp)
    end subroutine accepted_step
 
-   !> The bound holds for every vertex, and is met by a translation.
-   subroutine moves()
+   !> No vertex exceeds the bound, and a translation reaches it.
+   subroutine displacement_bound()
       real(wp) :: d(6, 4), former(2, 28), bound
       integer :: i, wrong
 
@@ -207,7 +207,7 @@ contains
       d(1:2, 3) = [0.3_wp, -0.4_wp]
       call check_close(largest_displacement(blocks, d), 0.5_wp, 'a translation', &
          relative=1.0e-15_wp)
-   end subroutine moves
+   end subroutine displacement_bound
 
    !> ½ ρ ∫ |ẋ|² by quadrature.
    subroutine kinetic()

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The line search finds the least energy on its way, and leaves a way that does not rise alone.
+!> The line search minimises the energy, and retains a full step on which it does not rise.
 module test_line_search
    use dda_kinds, only: wp
    use dda_system, only: system_type
@@ -27,7 +27,7 @@ contains
       end do
    end subroutine random_directions
 
-   !> From a random place down the gradient, by any length.
+   !> From a random position down the gradient, by any length.
    subroutine search(count, length)
       integer, intent(in) :: count
       real(wp), intent(in) :: length

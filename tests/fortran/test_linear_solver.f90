@@ -188,7 +188,7 @@ contains
          'handed over at once')
    end subroutine a_pivot_lost_to_single_precision
 
-   !> A chain whose springs leave no freedom but that of the whole, and what holds each block alone.
+   !> A chain with only rigid-body modes, and the springs that hold each block.
    subroutine stiff_chain(n, own_stiffness, alone)
       integer, intent(in) :: n
       real(wp), intent(in) :: own_stiffness
@@ -232,7 +232,7 @@ contains
       call check(solver%method == 'lagged' .and. solver%factors == 2, 'a second factor')
    end subroutine a_factor_that_is_too_old
 
-   !> Where the diagonal blocks come to need many iterations, `auto` takes a factor instead.
+   !> If diagonal blocks require many iterations, `auto` changes to a factor.
    subroutine slow_iterations_with_the_diagonal_blocks()
       integer, parameter :: n = 80
       real(wp) :: x(6, n), b(6, n)
@@ -252,7 +252,7 @@ contains
       call check_solution(b, 1.0e-8_wp)
    end subroutine slow_iterations_with_the_diagonal_blocks
 
-   !> A NaN on the right must not come back as a solution.
+   !> A NaN in the right-hand side must not yield a solution.
    subroutine no_numbers(name)
       use, intrinsic :: ieee_exceptions, only: ieee_all, ieee_set_halting_mode  ! restored on return
       character(len=*), intent(in) :: name

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A factor that follows springs put in and taken out, against the changed matrix itself.
+!> A factor updated for added and removed springs, against the changed matrix.
 module test_low_rank
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
@@ -166,7 +166,7 @@ contains
 
    !> Springs taken out leave the first matrix; put in again, after the geometry has drifted, they
    !> need no further column and nothing is left to correct.
-   subroutine springs_put_in_and_taken_out()
+   subroutine added_and_removed_springs()
       type(block_matrix_type) :: matrix, first
       type(rank_one_type) :: back
 
@@ -185,10 +185,10 @@ contains
       call check(done, 'put in again')
       call check(lagged%low%terms%n == 60 .and. lagged%low%n == 0, 'the same columns')
       call check_inverse(lagged, matrix)
-   end subroutine springs_put_in_and_taken_out
+   end subroutine added_and_removed_springs
 
-   !> What is too much to follow is refused.
-   subroutine more_changes_than_can_be_followed()
+   !> Too many changes are rejected.
+   subroutine too_many_changes()
       call factor_wall(12, 9)
       call change(matrix, changes, most_changes + 1)
       call check(changes%n == most_changes + 1, 'counted')
@@ -202,17 +202,17 @@ contains
       call change(matrix, changes, 4)
       call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'one more')
-   end subroutine more_changes_than_can_be_followed
+   end subroutine too_many_changes
 
-   !> A spring that was never there cannot be taken out.
-   subroutine a_spring_that_was_never_there()
+   !> A spring that does not exist cannot be removed.
+   subroutine removal_of_a_missing_spring()
       call factor_wall(12, 9)
       call add_change(changes, 5, random_vector(6), 6, random_vector(6), -100.0_wp*stiff)
       call update_low_rank(lagged%low, lagged%factor, changes, done)
       call check(.not. done, 'refused')
-   end subroutine a_spring_that_was_never_there
+   end subroutine removal_of_a_missing_spring
 
-   !> Neither threads nor the parts in which the changes came alter a bit.
+   !> The bits do not depend on threads or on the partition of the changes.
    subroutine the_same_bits_on_1_to_4_threads_in_one_or_three_parts()
       real(wp), allocatable :: b(:,:), one(:,:), more(:,:)
       integer :: before, threads, part

@@ -8,7 +8,7 @@ module test_material
 
 contains
 
-   subroutine any_ratio()
+   subroutine elasticity_for_any_poisson_ratio()
       real(wp), parameter :: ratio(5) = [-0.5_wp, 0.0_wp, 0.2_wp, 0.25_wp, 0.45_wp]
       integer :: i
 
@@ -16,7 +16,7 @@ contains
          call inverse_of_compliance(material_type('', 2643.0_wp, 4.788e9_wp, ratio(i), 0.0_wp, &
             0.0_wp))
       end do
-   end subroutine any_ratio
+   end subroutine elasticity_for_any_poisson_ratio
 
    !> ε = S σ: plane stress as it stands; plane strain with σz = ν(σx + σy).
    subroutine inverse_of_compliance(rock)

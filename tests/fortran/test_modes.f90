@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Lowest modes: the paper's models, free vibration in time stepping, models that are not held.
+!> Lowest modes: the paper's models, free vibration in time stepping, unsupported models.
 module test_modes
    use dda_kinds, only: wp
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, linearise, &
@@ -168,7 +168,7 @@ contains
    end subroutine contacts_that_gravity_closes
 
    !> Models without enough support are answered in words.
-   subroutine not_held()
+   subroutine unsupported_blocks()
       call case('blocks that do not touch')
       call linear_of(linear, loose_blocks(), 'closed')
       call find_modes(linear, 4, modes, error)
@@ -202,7 +202,7 @@ contains
       call check_no_error(error, 'modes')
       call check(modes%rigid == 3 .and. modes%mechanisms == 11 .and. modes%n == 3, &
          'eleven joints slide')
-   end subroutine not_held
+   end subroutine unsupported_blocks
 
    !> Make the shear springs void.
    subroutine slide(linear)

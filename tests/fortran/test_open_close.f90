@@ -64,7 +64,7 @@ contains
       call check(largest_count <= 8, 'in no more iterations than contacts')
    end subroutine against_all_combinations
 
-   !> The combination whose solution penetrates where it is closed and only there.
+   !> The combination whose solution penetrates exactly at its closed contacts.
    subroutine try_all(d, solutions)
       real(wp), intent(out) :: d(unknowns)
       integer, intent(out) :: solutions
@@ -94,7 +94,7 @@ contains
       end do
    end subroutine try_all
 
-   !> Without friction the solution does not depend on where the iteration begins.
+   !> Without friction the solution does not depend on the initial states.
    subroutine from_any_first_states()
       type(system_type) :: system, second_system
       type(contacts_type) :: contacts, second_contacts
@@ -191,7 +191,7 @@ contains
    !> Closed contacts that would pull at the gap of the solution without them stay closed where that
    !> force is half the tolerance, once they are more than a low-rank update takes; they open where
    !> it is twice as large.
-   subroutine keeps_what_is_tolerated()
+   subroutine tolerated_tension()
       integer :: opened
 
       call pull_contacts(most_changes + 1, 0.5_wp, opened)
@@ -200,7 +200,7 @@ contains
       call check(opened == most_changes, 'no more than an update takes all open')
       call pull_contacts(most_changes + 1, 2.0_wp, opened)
       call check(opened == most_changes + 1, 'all open beyond the tolerance')
-   end subroutine keeps_what_is_tolerated
+   end subroutine tolerated_tension
 
    !> Solve systems of one closed contact each beside each other, which ends at a tension.
    subroutine pull_contacts(systems, tension, opened)
@@ -269,7 +269,7 @@ contains
 
    !> Systems beside each other, each a region of its own, end as each does alone, and the whole,
    !> most of which is at rest, needs no more iterations than to find that.
-   subroutine side_by_side()
+   subroutine independent_regions()
       integer, parameter :: systems = 60, idle = 200, each = 40
       type(system_type) :: whole, system
       type(contacts_type) :: all, contacts
@@ -297,9 +297,9 @@ contains
       call check_no_error(error, 'all converge')
       call check_close(whole%d, expected, 'd', relative=1.0e-9_wp)
       call check(iteration%iterations <= 3 .and. most > 6, 'in few iterations of the whole')
-   end subroutine side_by_side
+   end subroutine independent_regions
 
-   !> Put a system of two blocks beside others, behind so many blocks.
+   !> Insert a system of two blocks after `offset` blocks.
    subroutine put(system, contacts, offset, whole, all)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts
@@ -359,7 +359,7 @@ contains
 
    !> Friction so high that some steps do not converge: frozen bounds find some of them,
    !> with forces in balance, and are gone after the others.
-   subroutine where_friction_locks()
+   subroutine locking_friction()
       type(system_type) :: system, again
       type(contacts_type) :: contacts, contacts_again
       type(open_close_type) :: iteration
@@ -385,7 +385,7 @@ contains
       end do
       call check(locked > 0, 'some do not converge')
       call check(4*closed > locked, 'a share of them does with bounds from outside')
-   end subroutine where_friction_locks
+   end subroutine locking_friction
 
    !> Falling masonry in the midpoint rule, which shakes: steps close in which bricks lock.
    subroutine a_wall_that_locks()
@@ -425,7 +425,7 @@ contains
       call check(simulation%step == 20, 'every step converges with dilation')
    end subroutine a_wall_with_regions
 
-   !> Twenty steps of a wall on which gravity comes suddenly.
+   !> Twenty steps of a wall on which gravity acts suddenly.
    subroutine settle(time_step, joint, bricks, courses, simulation)
       real(wp), intent(in) :: time_step        !< s
       character(len=*), intent(in) :: joint    !< variables of the joints

@@ -71,7 +71,7 @@ contains
       if (all_equal) all_equal = all(a == b)
    end function all_equal
 
-   !> A narrow block on the middle of a wide one leaves two parts of its top.
+   !> A narrow block on the middle of a wide one leaves two free parts of its top.
    subroutine steps()
       type(edge_piece_type), allocatable :: edges(:)
 

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Generators: as many blocks as requested, of the right size, filling their place without overlap.
+!> Generators: the requested number of blocks, of the right size, without gaps and overlaps.
 module test_outlines
    use dda_kinds, only: wp
    use dda_outlines, only: add_drums, add_layers, add_outline, add_wall, outlines_type
@@ -46,7 +46,7 @@ contains
       end do
    end function deepest_overlap
 
-   !> The list grows and keeps what is in it.
+   !> The list grows and retains its content.
    subroutine growth()
       type(outlines_type) :: outlines
       real(wp) :: vertices(2, 12, 100)

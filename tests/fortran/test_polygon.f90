@@ -114,7 +114,7 @@ contains
       vertices = reshape([0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 4])
    end function bow_tie
 
-   !> Against the sum of the angles under which a point sees the edges.
+   !> Against the sum of the angles that the edges subtend at a point.
    subroutine points_inside()
       real(wp), allocatable :: vertices(:,:)
       real(wp) :: point(2), outside(2), square(2, 4)

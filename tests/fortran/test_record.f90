@@ -15,7 +15,7 @@ module test_record
 
 contains
 
-   subroutine each_format_gives_the_motion_back()
+   subroutine each_format_yields_the_motion()
       call expect_sine('sine.smc', 'smc', 1.0e-5_wp)
       call expect_sine('sine.at2', 'at2', printed)
       call expect_sine('sine_old.at2', 'at2', 1.0e-2_wp)
@@ -24,7 +24,7 @@ contains
       call expect_sine('sine.v2c', 'cosmos', printed)
       call expect_sine('sine.v2', 'cosmos', printed)
       call expect_sine('sine_old.v2', 'cosmos', printed)
-   end subroutine each_format_gives_the_motion_back
+   end subroutine each_format_yields_the_motion
 
    !> By name and by content; quantity and unit come from the header.
    subroutine expect_sine(name, format, precision)
@@ -107,7 +107,7 @@ contains
          record%description)
    end subroutine words_of_the_header
 
-   !> Good files whose headers say something else: what they say is what the samples are.
+   !> Valid files with changed headers: the header defines the meaning of the samples.
    subroutine headers_of_other_kinds()
       character(len=:), allocatable :: smc, at2
 

@@ -14,7 +14,7 @@ module test_record_damage
 
 contains
 
-   subroutine what_is_not_a_file()
+   subroutine missing_files()
       call read_record(record, data_file(''), 'auto', '', '', error)
       call check_fails(error, 'records')
       if (allocated(error)) call check(error%kind == error_file, 'a folder is an error of the file')
@@ -26,17 +26,17 @@ contains
       call check_fails(error, "'sac'")
       call write_scratch('')
       call expect_error('auto', 'empty')
-   end subroutine what_is_not_a_file
+   end subroutine missing_files
 
-   !> A time step that is none, a path without end.
-   subroutine odd_requests()
+   !> An invalid time step, and a path that is too long.
+   subroutine invalid_requests()
       call read_record(record, scratch_name, 'text', '', 'm', error, time_step=ieee_value(1.0_wp, &
          ieee_positive_inf))
       call check_fails(error, 'not a finite number')
       call read_record(record, repeat('folder/', 100)//'record.smc', 'smc', '', '', error)
       call check_fails(error, 'record.smc')
       if (allocated(error)) call check(len(error%message) < 500, 'a long path is shortened')
-   end subroutine odd_requests
+   end subroutine invalid_requests
 
    !> A hole of 300 MB behind the first byte: refused by its size, not read.
    subroutine a_file_that_is_too_large()
@@ -49,7 +49,7 @@ contains
       call expect_error('text', 'bytes long')
    end subroutine a_file_that_is_too_large
 
-   subroutine what_is_not_text()
+   subroutine binary_files()
       call write_scratch('1.0'//nl//'2.0'//achar(0)//nl)
       call expect_error('text', 'line 2: the byte 0')
       call write_scratch(repeat('1.0 ', 500000))
@@ -58,7 +58,7 @@ contains
       call expect_error('auto', 'the byte 3')
       call write_scratch('once upon a time'//nl//'there was no record'//nl)
       call expect_error('auto', 'format is not recognised')
-   end subroutine what_is_not_text
+   end subroutine binary_files
 
    subroutine counts_that_do_not_fit()
       call damaged('.smc', '        50    -32768', '        51    -32768', 'after 50 of the 51')
@@ -78,7 +78,7 @@ contains
       call damaged('.v2c', ' 100 Integer-header', '9999 Integer-header', 'Real-header')
    end subroutine counts_that_do_not_fit
 
-   subroutine numbers_that_are_none()
+   subroutine invalid_numbers()
       call damaged('.at2', '0.0000000E+00', '          NaN', "line 5: 'NaN'")
       call damaged('.at2', '0.0000000E+00', '       1e400 ', "'1e400' is too large")
       call damaged('.at2', '0.0000000E+00', '   3*5       ', "'3*5'")
@@ -88,7 +88,7 @@ contains
       call damaged('.smc', ' 0.0000E+0 1.2533E+1', '12.345678901.2533E+1', '12.34567890')
       call damaged('_time.csv', '12.533323', '12.53,3323', 'more than two columns')
       call damaged('.knet', '   52569 ', '   52569e12 ', 'counts')
-   end subroutine numbers_that_are_none
+   end subroutine invalid_numbers
 
    subroutine columns_that_do_not_fit()
       call expect_text('0 1'//nl//'1 2'//nl//'3 2'//nl//'4 3', &
@@ -139,7 +139,7 @@ contains
       call damaged('.v2c', '       1.000000', '       9.000000', '9 s')
    end subroutine headers_that_do_not_fit
 
-   !> A file that ends anywhere is an error, except where only a line end is lost.
+   !> A truncated file is an error, unless only a line end is missing.
    subroutine a_file_that_is_cut_anywhere()
       character(len=8), parameter :: names(7) = [character(len=8) :: '.smc', '.at2', '.knet', &
          '.esm', '.v2c', '.v2', '_old.at2']
@@ -160,7 +160,7 @@ contains
       end do
    end subroutine a_file_that_is_cut_anywhere
 
-   !> LF, CR LF, CR, none at the end, and Ctrl-Z at the end are all the same.
+   !> LF, CR LF, CR, a missing last line end and a final Ctrl-Z are equivalent.
    subroutine line_ends()
       character(len=2), parameter :: ends(3) = [achar(10)//' ', achar(13)//achar(10), achar(13)// &
          ' ']

@@ -32,7 +32,7 @@ contains
    end subroutine inclines
 
    !> Steps without a water table are counted and doubted; a run without them says nothing of it.
-   subroutine water_tables_that_are_not_found()
+   subroutine unconverged_water_tables()
       type(doubt_type), allocatable :: doubts(:)
 
       call begin(simulation, control_text(1.0e-3_wp, 1, gravity)//rock// &
@@ -47,9 +47,9 @@ contains
       call check(doubts(1)%topic == 'water table', doubts(1)%text)
       call check(index(summary(simulation), ', 2 steps without a water table') > 0, &
          summary(simulation))
-   end subroutine water_tables_that_are_not_found
+   end subroutine unconverged_water_tables
 
-   !> ½ g t² is exact for the scheme, whatever the step.
+   !> ½ g t² is exact for the scheme at any step.
    subroutine free_fall()
       real(wp) :: from(2)
       real(wp), parameter :: step(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
@@ -232,7 +232,7 @@ contains
          absolute=1.0e-9_wp)
    end subroutine contacts_that_are_deeper_than_their_force_explains
 
-   !> Static steps in which a block falls are shortened; contacts are not searched so far away.
+   !> Static steps in which a block falls are shortened; the search distance does not grow.
    subroutine a_fall_in_statics_is_searched_nearby()
       type(equilibrium_type) :: equilibrium
 
@@ -279,7 +279,7 @@ contains
    end subroutine adaptive_time_step
 
    !> A corner hits a stack: more than two iterations; the error names step, time and blocks.
-   subroutine a_step_that_cannot_close()
+   subroutine a_step_that_cannot_converge()
       integer :: i
 
       call begin_or_fail(simulation, control_text(1.0e-3_wp, 1000, gravity)// &
@@ -310,7 +310,7 @@ contains
          write (buffer, '(i0)') step
          text = trim(buffer)
       end function step_number
-   end subroutine a_step_that_cannot_close
+   end subroutine a_step_that_cannot_converge
 
    !> With a fixed step, time is its exact multiple and the run ends after its number of steps.
    subroutine fixed_clock()

@@ -68,7 +68,7 @@ contains
       call check(same(interrupted, continuous), 'the same bits')
    end subroutine goes_on
 
-   !> Two runs whose states have the same bytes.
+   !> .true. if the states of two runs have the same bytes.
    logical function same(run_a, run_b)
       type(simulation_type), intent(inout) :: run_a, run_b
       type(archive_type) :: first, second
@@ -81,7 +81,7 @@ contains
       if (same) same = all(first%bytes(:first%at) == second%bytes(:second%at))
    end function same
 
-   !> Also before the first step, where vertices are the input's own.
+   !> Also before the first step, when the vertices are those of the input.
    subroutine at_the_start()
       type(simulation_type), allocatable :: original, restored
       type(archive_type) :: archive

@@ -34,7 +34,7 @@ contains
    end subroutine sine_and_constant
 
    !> With padding, against the sum that defines it; odd and prime lengths, with a taper.
-   subroutine the_sum_that_defines_it()
+   subroutine definition_as_a_sum()
       integer, parameter :: n = 31, padding = 3
       complex(wp) :: direct
       real(wp) :: x(n), weight
@@ -53,7 +53,7 @@ contains
          end do
          call check_close(abs(spectrum(k) - direct), 0.0_wp, 'bin', absolute=1.0e-14_wp)
       end do
-   end subroutine the_sum_that_defines_it
+   end subroutine definition_as_a_sum
 
    !> Parseval: Σ x² Δt = Δf Σ |S|² over both sides.
    subroutine parseval_theorem()
@@ -69,7 +69,7 @@ contains
    end subroutine parseval_theorem
 
    !> y(n) = x(n) + 2r cos θ y(n−1) − r² y(n−2): H = 1/(1 − 2r cos θ z⁻¹ + r² z⁻²), z = exp(iωΔt).
-   subroutine a_filter_that_is_known()
+   subroutine known_filter()
       integer, parameter :: n = 4096
       real(wp), parameter :: r = 0.98_wp, theta = 0.3_wp
       complex(wp), allocatable :: ratio(:), back(:)
@@ -98,9 +98,9 @@ contains
          relative=1.0e-6_wp)
       call check_close(peak%bin_width, 1.0_wp/(4.0_wp*real(n, wp)*step), 'bin width', &
          relative=1.0e-12_wp)
-   end subroutine a_filter_that_is_known
+   end subroutine known_filter
 
-   !> Where the base is silent there is no ratio, and nothing is divided by zero.
+   !> Without motion of the base the ratio is 0, and nothing is divided by zero.
    subroutine silent_bins()
       integer, parameter :: n = 64
       complex(wp), allocatable :: ratio(:)
@@ -141,7 +141,7 @@ contains
       call check_fails(error, '11 and 10')
    end subroutine parabola
 
-   !> The last bit does not depend on where the arrays lie.
+   !> The result is bit-identical for any address of the arrays.
    subroutine same_bits()
       integer, parameter :: n = 1000
       real(wp) :: x(n + 1)

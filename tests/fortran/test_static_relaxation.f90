@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Relaxed static steps on random systems: what they end at, what they leave unbalanced.
+!> Relaxed static steps on random systems: their final states and unbalanced forces.
 module test_static_relaxation
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_stick, contacts_type
@@ -41,7 +41,7 @@ contains
       call analyse(solver, system%matrix)
    end subroutine prepare
 
-   !> The next step begins where this one has ended.
+   !> Accept the step: the next step begins at its end.
    subroutine accept(system, contacts)
       type(system_type), intent(inout) :: system
       type(contacts_type), intent(inout) :: contacts
@@ -71,7 +71,7 @@ contains
       end do
    end function unbalanced
 
-   !> Where no path matters, the steps end at the solution of the open–close iteration.
+   !> Without friction, the steps end at the solution of the open–close iteration.
    subroutine without_friction()
       type(system_type) :: system, relaxed
       type(contacts_type) :: contacts, relaxed_contacts
@@ -137,7 +137,7 @@ contains
       call check(failed == 0, 'all end')
    end subroutine with_friction
 
-   !> Bonds are checked when the contacts are closed, and those that break hold nothing any more.
+   !> Bonds are checked after the contacts converge; broken bonds transmit no force.
    subroutine overloaded_bonds()
       integer :: i, step, broken, n_bonded
 

@@ -21,7 +21,7 @@ contains
       call check_close(load_at(load, 3.001_wp), [0.0_wp, 0.0_wp], 'after')
    end subroutine a_ramp
 
-   !> A time given twice is a step; from it on, the second value holds.
+   !> A time given twice is a jump to the second value.
    subroutine steps()
       type(load_type) :: load
 

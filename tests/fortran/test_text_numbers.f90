@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The strict number parser: what is a number, what is not, and that rounding is right.
+!> The strict number parser: valid numbers, invalid numbers, and correct rounding.
 module test_text_numbers
    use dda_kinds, only: long, wp
    use dda_text, only: short_text
@@ -10,7 +10,7 @@ module test_text_numbers
 
 contains
 
-   !> Exponents of one and of three digits, as they are read.
+   !> Exponents of one and of three digits.
    subroutine written_in_four_digits()
       call check(short_text(7.66412e305_wp) == '7.664e305', 'large: '//short_text(7.66412e305_wp))
       call check(short_text(-1.2e-120_wp) == '-1.2e-120', 'small: '//short_text(-1.2e-120_wp))
@@ -19,7 +19,7 @@ contains
       call check(short_text(12.5_wp) == '12.5', 'short: '//short_text(12.5_wp))
    end subroutine written_in_four_digits
 
-   subroutine numbers_are_read()
+   subroutine valid_numbers()
       call expect('1', 1.0_wp)
       call expect('  +1.5', 1.5_wp)
       call expect('-.5', -0.5_wp)
@@ -30,9 +30,9 @@ contains
       call expect('0e999', 0.0_wp)
       call expect('1e-400', 0.0_wp)
       call expect('000000000000000000000000001', 1.0_wp)
-   end subroutine numbers_are_read
+   end subroutine valid_numbers
 
-   subroutine what_is_not_a_number_is_refused()
+   subroutine invalid_numbers_are_rejected()
       character(len=8), parameter :: bad(16) = [character(len=8) :: 'NaN', 'Inf', '3*5', '/', &
          '1.2.3', 'e5', '.', '-', '1e', '1e+', '0x10', '1_8', '--1', '1,5', '****', '1.0-2.0']
       integer :: i
@@ -43,7 +43,7 @@ contains
       call check(state_of('  ') == number_none, 'blanks hold no number')
       call check(state_of('') == number_none, 'nothing holds no number')
       call check(word_at(' a 12x '//achar(9), 3) == '12x', 'the word is named')
-   end subroutine what_is_not_a_number_is_refused
+   end subroutine invalid_numbers_are_rejected
 
    subroutine numbers_beyond_the_range()
       call check(state_of('1e400') == number_large, '1e400')

@@ -199,7 +199,7 @@ contains
       end do
    end subroutine ritz_vectors
 
-   !> Whatever the end of the band is: what rounding leaves of the residual requires no vectors.
+   !> For any band, residuals at the level of rounding require no vectors.
    subroutine rounding_adds_no_vectors()
       integer, parameter :: ends = 200
       integer :: i, largest_count

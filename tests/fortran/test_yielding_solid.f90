@@ -160,7 +160,7 @@ contains
       end do
    end subroutine each_step_balances_and_loses
 
-   !> Tangents agree with differences where no corner is near, and are symmetric.
+   !> Away from corners, tangents agree with differences and are symmetric.
    subroutine tangents_are_derivatives()
       type(mohr_coulomb_solid_type) :: law
       type(strain_point_type) :: point

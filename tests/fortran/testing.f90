@@ -25,7 +25,7 @@ module testing
 
 contains
 
-   !> Name what the next checks belong to.
+   !> Set the name of the case of the next checks.
    subroutine case(name)
       character(len=*), intent(in) :: name
 
@@ -91,7 +91,7 @@ contains
       end if
    end subroutine check_no_error
 
-   !> The error must be there and its message must name what it is about.
+   !> Check that an error exists and its message contains the given text.
    subroutine check_fails(error, names)
       type(error_type), allocatable, intent(in) :: error
       character(len=*), intent(in) :: names
