@@ -12,7 +12,7 @@ module dda_messages
 
    !> Times of the start of the run and of the last line.
    type :: progress_type
-      integer(long) :: has_started = 0, shown = 0, rate = 1
+      integer(long) :: has_started = 0, last_shown = 0, rate = 1
       real(wp) :: first = 0.0_wp     !< time of the model at the start, s
       logical :: quiet = .false.
    end type progress_type
@@ -52,7 +52,7 @@ contains
       progress%quiet = quiet
       progress%first = time
       call system_clock(progress%has_started, progress%rate)
-      progress%shown = progress%has_started
+      progress%last_shown = progress%has_started
    end subroutine start_progress
 
    !> Write a progress line if the interval has passed or the run has ended.
@@ -65,8 +65,8 @@ contains
 
       if (progress%quiet) return
       call system_clock(clock)
-      if (clock - progress%shown < interval*progress%rate .and. time < duration) return
-      progress%shown = clock
+      if (clock - progress%last_shown < interval*progress%rate .and. time < duration) return
+      progress%last_shown = clock
       spent = real(clock - progress%has_started, wp)/real(progress%rate, wp)
       remaining = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
       write (line, '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)') 't = ', time, ' of ', duration, &

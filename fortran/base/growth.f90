@@ -21,117 +21,117 @@ module dda_growth
 contains
 
    !> Enlarge an array of default integers.
-   pure subroutine grow_integers(list, least, exactly)
+   pure subroutine grow_integers(list, required, exactly)
       integer, allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then 0
-      integer, intent(in) :: least  !< elements needed
+      integer, intent(in) :: required  !< elements needed
       logical, intent(in), optional :: exactly  !< .true.: exactly this number
       integer, allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) >= least) return
-      allocate (longer(enlarged_size(size(list), least, exactly)))
+      if (size(list) >= required) return
+      allocate (longer(enlarged_size(size(list), required, exactly)))
       longer(:size(list)) = list
       longer(size(list) + 1:) = 0
       call move_alloc(longer, list)
    end subroutine grow_integers
 
    !> Enlarge an array of double-precision numbers.
-   pure subroutine grow_reals(list, least, exactly)
+   pure subroutine grow_reals(list, required, exactly)
       real(wp), allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then 0
-      integer, intent(in) :: least  !< elements needed
+      integer, intent(in) :: required  !< elements needed
       logical, intent(in), optional :: exactly  !< .true.: exactly this number
       real(wp), allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) >= least) return
-      allocate (longer(enlarged_size(size(list), least, exactly)))
+      if (size(list) >= required) return
+      allocate (longer(enlarged_size(size(list), required, exactly)))
       longer(:size(list)) = list
       longer(size(list) + 1:) = 0.0_wp
       call move_alloc(longer, list)
    end subroutine grow_reals
 
    !> Enlarge an array of logical values.
-   pure subroutine grow_logicals(list, least, exactly)
+   pure subroutine grow_logicals(list, required, exactly)
       logical, allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then .false.
-      integer, intent(in) :: least  !< elements needed
+      integer, intent(in) :: required  !< elements needed
       logical, intent(in), optional :: exactly  !< .true.: exactly this number
       logical, allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) >= least) return
-      allocate (longer(enlarged_size(size(list), least, exactly)))
+      if (size(list) >= required) return
+      allocate (longer(enlarged_size(size(list), required, exactly)))
       longer(:size(list)) = list
       longer(size(list) + 1:) = .false.
       call move_alloc(longer, list)
    end subroutine grow_logicals
 
    !> Enlarge an array of texts of equal length.
-   pure subroutine grow_texts(list, least)
+   pure subroutine grow_texts(list, required)
       character(len=*), allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then blank
-      integer, intent(in) :: least  !< elements needed
+      integer, intent(in) :: required  !< elements needed
       character(len=len(list)), allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list) >= least) return
-      allocate (longer(enlarged_size(size(list), least)))
+      if (size(list) >= required) return
+      allocate (longer(enlarged_size(size(list), required)))
       longer(:size(list)) = list
       longer(size(list) + 1:) = ' '
       call move_alloc(longer, list)
    end subroutine grow_texts
 
    !> Enlarge an array of bytes, possibly to more than 2³¹ elements.
-   pure subroutine grow_bytes(list, least)
+   pure subroutine grow_bytes(list, required)
       integer(int8), allocatable, intent(inout) :: list(:)  !< [≥ least] old elements, then 0
-      integer(long), intent(in) :: least  !< elements needed
+      integer(long), intent(in) :: required  !< elements needed
       integer(int8), allocatable :: longer(:)
 
       if (.not. allocated(list)) allocate (list(0))
-      if (size(list, kind=long) >= least) return
-      allocate (longer(max(least, 2*size(list, kind=long))))
+      if (size(list, kind=long) >= required) return
+      allocate (longer(max(required, 2*size(list, kind=long))))
       longer(:size(list, kind=long)) = list
       longer(size(list, kind=long) + 1:) = 0_int8
       call move_alloc(longer, list)
    end subroutine grow_bytes
 
    !> Enlarge an array by columns of default integers.
-   pure subroutine grow_integer_columns(list, rows, least, exactly)
+   pure subroutine grow_integer_columns(list, rows, required, exactly)
       integer, allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] old elements, then 0
       integer, intent(in) :: rows  !< size of a column
-      integer, intent(in) :: least  !< columns needed
+      integer, intent(in) :: required  !< columns needed
       logical, intent(in), optional :: exactly  !< .true.: exactly this number
       integer, allocatable :: longer(:,:)
 
       if (.not. allocated(list)) allocate (list(rows, 0))
-      if (size(list, 2) >= least) return
-      allocate (longer(rows, enlarged_size(size(list, 2), least, exactly)))
+      if (size(list, 2) >= required) return
+      allocate (longer(rows, enlarged_size(size(list, 2), required, exactly)))
       longer(:, :size(list, 2)) = list
       longer(:, size(list, 2) + 1:) = 0
       call move_alloc(longer, list)
    end subroutine grow_integer_columns
 
    !> Enlarge an array by columns of double-precision numbers.
-   pure subroutine grow_real_columns(list, rows, least, exactly)
+   pure subroutine grow_real_columns(list, rows, required, exactly)
       real(wp), allocatable, intent(inout) :: list(:,:)  !< [rows, ≥ least] old elements, then 0
       integer, intent(in) :: rows  !< size of a column
-      integer, intent(in) :: least  !< columns needed
+      integer, intent(in) :: required  !< columns needed
       logical, intent(in), optional :: exactly  !< .true.: exactly this number
       real(wp), allocatable :: longer(:,:)
 
       if (.not. allocated(list)) allocate (list(rows, 0))
-      if (size(list, 2) >= least) return
-      allocate (longer(rows, enlarged_size(size(list, 2), least, exactly)))
+      if (size(list, 2) >= required) return
+      allocate (longer(rows, enlarged_size(size(list, 2), required, exactly)))
       longer(:, :size(list, 2)) = list
       longer(:, size(list, 2) + 1:) = 0.0_wp
       call move_alloc(longer, list)
    end subroutine grow_real_columns
 
    !> New size of an array that has become too small.
-   pure integer function enlarged_size(present_size, least, exactly)
-      integer, intent(in) :: present_size, least  !< present and required number of elements
+   pure integer function enlarged_size(present_size, required, exactly)
+      integer, intent(in) :: present_size, required  !< present and required number of elements
       logical, intent(in), optional :: exactly    !< .true.: exactly this number
 
-      enlarged_size = max(least, 2*present_size)
-      if (present(exactly)) enlarged_size = merge(least, enlarged_size, exactly)
+      enlarged_size = max(required, 2*present_size)
+      if (present(exactly)) enlarged_size = merge(required, enlarged_size, exactly)
    end function enlarged_size
 
 end module dda_growth

@@ -122,9 +122,9 @@ contains
    end function quoted
 
    !> Remove an incomplete character of several bytes from the end of a cut text (UTF-8).
-   pure function whole_characters(text) result(whole)
+   pure function whole_characters(text) result(complete)
       character(len=*), intent(in) :: text  !< any
-      character(len=:), allocatable :: whole
+      character(len=:), allocatable :: complete
       integer :: last
 
       last = len(text)
@@ -133,9 +133,9 @@ contains
          last = last - 1
          if (iachar(text(last + 1:last + 1)) >= 192) exit
       end do
-      whole = text(:last)
+      complete = text(:last)
       if (last < len(text)) then
-         if (length_of_character(text(last + 1:last + 1)) == len(text) - last) whole = text
+         if (length_of_character(text(last + 1:last + 1)) == len(text) - last) complete = text
       end if
    end function whole_characters
 
@@ -189,13 +189,13 @@ contains
    end function is_character
 
    !> Text of a count with its noun: 1 step, 3 steps.
-   pure function counted(count, one, many) result(text)
+   pure function counted(count, singular, plural) result(text)
       character(len=*), intent(in) :: count      !< digits of the count
-      character(len=*), intent(in) :: one, many  !< singular and plural of the noun
+      character(len=*), intent(in) :: singular, plural  !< singular and plural of the noun
       character(len=:), allocatable :: text
 
-      text = count//' '//many
-      if (count == '1') text = count//' '//one
+      text = count//' '//plural
+      if (count == '1') text = count//' '//singular
    end function counted
 
    !> Number of characters of a text in UTF-8.
@@ -245,37 +245,37 @@ contains
    end function wrapped
 
    !> Join words with a separator.
-   pure function joined(words, between) result(text)
-      character(len=*), intent(in) :: words(:)   !< trailing blanks are dropped
+   pure function joined(items, between) result(text)
+      character(len=*), intent(in) :: items(:)   !< trailing blanks are dropped
       character(len=*), intent(in) :: between    !< ', ' for example
       character(len=:), allocatable :: text
       integer :: i
 
       text = ''
-      do i = 1, size(words)
+      do i = 1, size(items)
          if (i > 1) text = text//between
-         text = text//trim(words(i))
+         text = text//trim(items(i))
       end do
    end function joined
 
    !> Find the most similar word; 0 if none is similar.
    !> A similar word differs in at most about a third of its letters (Levenshtein 1966), or begins
    !> with the given word.
-   pure integer function closest(word, words) result(best)
-      character(len=*), intent(in) :: word       !< word to find
-      character(len=*), intent(in) :: words(:)   !< known words; trailing blanks are ignored
-      integer :: i, difference, least
+   pure integer function closest(name, names) result(best)
+      character(len=*), intent(in) :: name       !< word to find
+      character(len=*), intent(in) :: names(:)   !< known words; trailing blanks are ignored
+      integer :: i, difference, smallest
 
       best = 0
-      if (len_trim(word) < 2) return
-      least = max(1, (min(len_trim(word), 64) + 1)/3) + 1
-      do i = 1, size(words)
-         difference = edit_distance(lower_case(trim(word(:min(len(word), 64)))), trim(words(i)))
-         if (difference < least) best = i
-         least = min(least, difference)
+      if (len_trim(name) < 2) return
+      smallest = max(1, (min(len_trim(name), 64) + 1)/3) + 1
+      do i = 1, size(names)
+         difference = edit_distance(lower_case(trim(name(:min(len(name), 64)))), trim(names(i)))
+         if (difference < smallest) best = i
+         smallest = min(smallest, difference)
       end do
-      do i = 1, size(words)
-         if (best == 0 .and. index(words(i), lower_case(trim(word))) == 1) best = i
+      do i = 1, size(names)
+         if (best == 0 .and. index(names(i), lower_case(trim(name))) == 1) best = i
       end do
    end function closest
 

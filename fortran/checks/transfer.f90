@@ -37,7 +37,7 @@ module dda_transfer
    type :: transfer_peak_type
       real(wp) :: frequency = 0.0_wp  !< Hz
       real(wp) :: amplitude = 0.0_wp
-      logical :: inside = .false.     !< the maximum is not at an end of the band
+      logical :: is_interior = .false.     !< the maximum is not at an end of the band
    end type transfer_peak_type
 
 contains
@@ -274,7 +274,7 @@ contains
          peak%frequency = frequency(best)
          peak%amplitude = amplitude(best)
       end if
-      peak%inside = min(peak%frequency - low, high - peak%frequency) > 1.0e-6_wp*(high - low)
+      peak%is_interior = min(peak%frequency - low, high - peak%frequency) > 1.0e-6_wp*(high - low)
    end subroutine transfer_peak
 
    !> Find the maximum between two frequencies by golden section.

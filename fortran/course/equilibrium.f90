@@ -61,7 +61,7 @@ module dda_equilibrium
       real(wp) :: largest = huge(1.0_wp)        !< largest unbalanced force on a block, N/m
       integer :: block = 0  !< block with the largest ratio of force to tolerance
       real(wp) :: unbalanced = huge(1.0_wp)     !< unbalanced force of that block, N/m
-      real(wp) :: allowed = 0.0_wp              !< tolerance of that force, N/m
+      real(wp) :: tolerance = 0.0_wp              !< tolerance of that force, N/m
       !> largest tolerance of an unsupported block over its weight
       real(wp) :: tolerance_ratio = 0.0_wp
       integer :: tolerance_block = 0            !< number of this unsupported block
@@ -72,7 +72,7 @@ module dda_equilibrium
       !> largest allowed displacement of a centroid, m
       real(wp) :: displacement_limit = huge(1.0_wp)
       !> displacement of `block` if it exceeds `displacement_limit`, else 0, m
-      real(wp) :: moved = 0.0_wp
+      real(wp) :: distance = 0.0_wp
       character(len=:), allocatable :: text    !< outcome as a text
    end type equilibrium_type
 
@@ -207,7 +207,8 @@ contains
       type(equilibrium_type), intent(in) :: equilibrium  !< record of the search so far
       type(error_type), allocatable, intent(in) :: error  !< error of the last step, if it failed
 
-      is_decided = equilibrium%at_rest .or. equilibrium%falling > 0 .or. equilibrium%moved > 0.0_wp
+      is_decided = equilibrium%at_rest .or. equilibrium%falling > 0 &
+         .or. equilibrium%distance > 0.0_wp
       if (allocated(error)) is_decided = is_decided .or. error%kind == error_interrupted .or. &
          error%kind == error_memory
    end function is_decided
@@ -268,7 +269,7 @@ contains
       do
          call find_unbalanced_forces(simulation, equilibrium, error)
          if (allocated(error)) return
-         equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%allowed &
+         equilibrium%at_rest = equilibrium%unbalanced <= equilibrium%tolerance &
             .and. simulation%iteration%converged
          call find_unexplained_penetration(simulation, equilibrium)
          if (.not. equilibrium%at_rest) call record_falling(simulation, equilibrium)
@@ -295,7 +296,7 @@ contains
          distance = distance + largest_displacement(simulation%blocks, simulation%system%d)
          if (distance > equilibrium%displacement_limit) &
             call limit_movement(simulation, equilibrium, initial_positions)
-         if (equilibrium%moved > 0.0_wp) return
+         if (equilibrium%distance > 0.0_wp) return
       end do
    end subroutine step_to_rest
 
@@ -311,7 +312,7 @@ contains
       if (distance <= equilibrium%displacement_limit) return
       equilibrium%at_rest = .false.
       equilibrium%block = block
-      equilibrium%moved = distance
+      equilibrium%distance = distance
    end subroutine limit_movement
 
    !> Perform one static step; if it fails, the blocks do not move and Δt is reduced.
@@ -406,7 +407,7 @@ contains
       integer :: b
 
       equilibrium%largest = 0.0_wp
-      equilibrium%allowed = 1.0_wp
+      equilibrium%tolerance = 1.0_wp
       equilibrium%tolerance_ratio = 0.0_wp
       associate (blocks => simulation%blocks, system => simulation%system)
          do b = 1, blocks%n
@@ -415,11 +416,11 @@ contains
             tolerance = allowed_force(simulation, b)
             is_largest = equilibrium%block == 0
             if (.not. is_largest) is_largest = &
-               .not. size_of*equilibrium%allowed <= equilibrium%unbalanced*tolerance
+               .not. size_of*equilibrium%tolerance <= equilibrium%unbalanced*tolerance
             if (is_largest) then
                equilibrium%block = b
                equilibrium%unbalanced = size_of
-               equilibrium%allowed = tolerance
+               equilibrium%tolerance = tolerance
             end if
             if (.not. size_of <= huge(size_of)) return
             equilibrium%largest = max(equilibrium%largest, size_of)
@@ -548,16 +549,16 @@ contains
             ': no forces at the contacts can balance the loads, and no block is below'
          return
       end if
-      if (equilibrium%moved > 0.0_wp) then
+      if (equilibrium%distance > 0.0_wp) then
          equilibrium%text = equilibrium%text//': block '//block_name(simulation, &
-            equilibrium%block)//' has moved by '//short_text(equilibrium%moved)// &
+            equilibrium%block)//' has moved by '//short_text(equilibrium%distance)// &
             ' m; displacement of &stage is '//short_text(equilibrium%displacement_limit)//' m'// &
             sliding_contact_text(simulation, equilibrium%block)
          return
       end if
       if (equilibrium%block > 0) equilibrium%text = equilibrium%text//': block '// &
          block_name(simulation, equilibrium%block)//' has an unbalanced force of '// &
-         short_text(equilibrium%unbalanced)//' N/m, allowed '//short_text(equilibrium%allowed)// &
+         short_text(equilibrium%unbalanced)//' N/m, allowed '//short_text(equilibrium%tolerance)// &
          sliding_contact_text(simulation, equilibrium%block)
       if (.not. simulation%iteration%converged) equilibrium%text = equilibrium%text// &
          ', and the contacts of the last step do not converge'
@@ -624,17 +625,17 @@ contains
    end function larger_force
 
    !> Text ' falls', or ' and N others fall'.
-   pure function falling_text(others) result(text)
-      integer, intent(in) :: others  !< number of other blocks
+   pure function falling_text(n) result(text)
+      integer, intent(in) :: n  !< number of other blocks
       character(len=:), allocatable :: text
 
-      select case (others)
+      select case (n)
       case (0)
          text = ' falls'
       case (1)
          text = ' and another fall'
       case default
-         text = ' and '//to_text(others)//' others fall'
+         text = ' and '//to_text(n)//' others fall'
       end select
    end function falling_text
 

@@ -198,20 +198,20 @@ contains
    subroutine update_cell_areas(simulation, opened)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: opened                       !< some faces have been separated
-      type(blocks_type) :: drawn
+      type(blocks_type) :: initial_blocks
       integer :: i, e, b
 
-      drawn = simulation%blocks
-      drawn%position = simulation%model%blocks%position
-      call update_geometry(drawn)
+      initial_blocks = simulation%blocks
+      initial_blocks%position = simulation%model%blocks%position
+      call update_geometry(initial_blocks)
       associate (welds => simulation%model%welds, blocks => simulation%blocks)
-         call set_welds(drawn, pack(welds, .not. is_shifted(welds)))
-         call assign_triangles(drawn, pack(welds, is_shifted(welds)))
-         blocks%interior_fraction = drawn%interior_fraction
+         call set_welds(initial_blocks, pack(welds, .not. is_shifted(welds)))
+         call assign_triangles(initial_blocks, pack(welds, is_shifted(welds)))
+         blocks%interior_fraction = initial_blocks%interior_fraction
          simulation%system%constant_step%time_step = 0.0_wp  ! K has changed
          if (.not. opened) return
-         blocks%inner = drawn%inner
-         blocks%outline = drawn%outline
+         blocks%inner = initial_blocks%inner
+         blocks%outline = initial_blocks%outline
          call separate_cells(blocks, simulation%model%blocks, welds)
          do i = 1, size(welds)
             if (welds(i)%state /= weld_open) cycle

@@ -211,15 +211,15 @@ contains
    end function summary
 
    !> Return ', ' with a count and its noun; blank if the count is zero.
-   pure function count_text(count, one, many, suffix) result(text)
+   pure function count_text(count, singular, plural, suffix) result(text)
       integer(long), intent(in) :: count         !< count
-      character(len=*), intent(in) :: one, many  !< see `counted`
+      character(len=*), intent(in) :: singular, plural  !< see `counted`
       character(len=*), intent(in), optional :: suffix  !< words after the noun
       character(len=:), allocatable :: text
 
       text = ''
       if (count == 0) return
-      text = ', '//counted(to_text(count), one, many)
+      text = ', '//counted(to_text(count), singular, plural)
       if (present(suffix)) text = text//suffix
    end function count_text
 

@@ -43,12 +43,12 @@ contains
       real(wp), intent(in) :: reduction  !< required residual over the first residual
       real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
       logical, intent(out), optional :: measured  !< gaps and slips at d are already computed
-      logical :: done
+      logical :: success
 
-      done = .false.
-      if (system%contact_terms%rebuild) call solve_unassembled(system, solver, contacts, done)
-      if (present(measured)) measured = done
-      if (done) return
+      success = .false.
+      if (system%contact_terms%rebuild) call solve_unassembled(system, solver, contacts, success)
+      if (present(measured)) measured = success
+      if (success) return
       call renew_matrix(system, solver, contacts, error)
       if (allocated(error)) return
       call lap(system%watch, phase_factorise)

@@ -129,16 +129,16 @@ contains
 
    !> Solve the step for the free-field columns, and pass the solutions to the sides of the model.
    !> In statics the columns are already in equilibrium.
-   subroutine solve_columns(simulation, again, error)
+   subroutine solve_columns(simulation, repeated, error)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
-      logical, intent(in) :: again  !< another attempt at the same step
+      logical, intent(in) :: repeated  !< another attempt at the same step
       type(error_type), allocatable, intent(out) :: error  !< error of the last column that fails
       type(error_type), allocatable :: failure
       integer :: i
 
       if (simulation%in_statics) return
       do i = 1, column_count(simulation)
-         call solve_column(column_of(simulation, i), simulation%time_step, again, failure)
+         call solve_column(column_of(simulation, i), simulation%time_step, repeated, failure)
          call name_column(simulation, i, failure)
          if (allocated(failure)) call move_alloc(failure, error)
       end do
@@ -146,17 +146,17 @@ contains
    end subroutine solve_columns
 
    !> Solve the step of a column; repeat it with a wider contact search if the column moves too far.
-   subroutine solve_column(run, time_step, again, error)
+   subroutine solve_column(run, time_step, repeated, error)
       type(simulation_type), intent(inout) :: run  !< run of the column
       real(wp), intent(in) :: time_step            !< Δt of the model, s
-      logical, intent(in) :: again                 !< another attempt at the same step
+      logical, intent(in) :: repeated                 !< another attempt at the same step
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: move
       integer :: search
 
       run%time_step = time_step
       do search = 1, most_searches
-         if (again .or. search > 1) call exchange_lists(run)
+         if (repeated .or. search > 1) call exchange_lists(run)
          call find_contacts(run, error)
          if (.not. allocated(error)) call solve_step(run, error)
          if (allocated(error)) return

@@ -323,7 +323,7 @@ contains
       if (size(input%time) > 0) call check_times(error, group, input%time)
       if (size(new%value) == 1) new%value = spread(new%value(1), 1, size(new%time))
       if (size(new%value) /= size(new%time)) call input_error(error, group, &
-         '`head`, `pressure` '//'or `inflow` must have one value, or as many values as `time` ('// &
+         '`head`, `pressure` or `inflow` must have one value, or as many values as `time` ('// &
          to_text(size(new%time))//')')
       if (.not. allocated(error)) model%flow%boundary = [model%flow%boundary, new]
    end subroutine read_boundary

@@ -90,20 +90,21 @@ contains
    pure function drift_velocity(model) result(velocity)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp) :: velocity(2)
-      real(wp) :: end_velocity, after(0:size(model%motions))
+      real(wp) :: end_velocity, velocity_after(0:size(model%motions))
       logical :: has_support
       integer :: i, axis
 
-      after = [0.0_wp, (model%motions(i)%curve%velocity_after, i=1, size(model%motions))]
+      velocity_after = [0.0_wp, (model%motions(i)%curve%velocity_after, i=1, size(model%motions))]
       do axis = 1, 2
          has_support = .false.
          velocity(axis) = 0.0_wp
          do i = 1, size(model%fixed_points) + size(model%boundaries)
             if (i <= size(model%fixed_points)) then
                if (.not. model%fixed_points(i)%fixed_along(axis)) cycle
-               end_velocity = after(model%fixed_points(i)%motion(axis))
+               end_velocity = velocity_after(model%fixed_points(i)%motion(axis))
             else
-               end_velocity = after(model%boundaries(i - size(model%fixed_points))%motion(axis))
+               end_velocity = velocity_after(model%boundaries(i &
+                  - size(model%fixed_points))%motion(axis))
             end if
             if (has_support .and. end_velocity /= velocity(axis)) velocity = 0.0_wp
             if (has_support .and. end_velocity /= velocity(axis)) return

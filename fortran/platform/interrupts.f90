@@ -25,7 +25,7 @@ module dda_interrupts
    type :: request_type
       integer(c_int) :: signal = 0      !< signal that requested this thread to stop; 0: none
       logical :: host = .false.         !< the host requests a stop
-      integer(long) :: asked = 0        !< clock count of the last call of the host
+      integer(long) :: last_poll = 0        !< clock count of the last call of the host
       real(wp) :: since = -1.0_wp       !< processor time when a step first noticed the request, s
    end type request_type
 
@@ -109,8 +109,8 @@ contains
       integer(long) :: time, rate
 
       call system_clock(time, rate)
-      if (.not. request%host .and. abs(time - request%asked) < between*rate) return
-      request%asked = time
+      if (.not. request%host .and. abs(time - request%last_poll) < between*rate) return
+      request%last_poll = time
       request%host = host() /= 0
    end subroutine poll_host
 

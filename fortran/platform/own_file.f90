@@ -54,12 +54,12 @@ contains
    subroutine remove_own(name, kind)
       character(len=*), intent(in) :: name     !< path
       type(own_kind_type), intent(in) :: kind  !< kind of a file that may be removed
-      type(error_type), allocatable :: other
+      type(error_type), allocatable :: failure
       type(file_status_type) :: entry
 
       entry = status_of(name)
       if (.not. entry%regular) return
-      if (begins_as(name, kind, other)) call remove_file(name)
+      if (begins_as(name, kind, failure)) call remove_file(name)
    end subroutine remove_own
 
    !> .true. if a file begins like files of a kind.

@@ -24,9 +24,9 @@ module dda_team
    !> Threads of this process.
    type :: team_type
       integer :: full = 1                   !< threads that the user allows
-      integer :: now = 1
-      integer(long) :: looked = 0           !< clock count of the last check
-      real(wp) :: waited = -1.0_wp  !< total waiting time at the last check, s; < 0: unknown
+      integer :: n_threads = 1
+      integer(long) :: last_check = 0           !< clock count of the last check
+      real(wp) :: last_waiting = -1.0_wp  !< total waiting time at the last check, s; < 0: unknown
       real(wp) :: pause = first_pause       !< time until all threads are tried again, s
       real(wp) :: reduced_for = 0.0_wp      !< time since the team was reduced, s
       real(wp) :: reduced_in_total = 0.0_wp  !< time with fewer threads than allowed, s
@@ -42,7 +42,7 @@ contains
 
       threads = 1
       !$ threads = omp_get_max_threads()
-      if (threads == team%now) threads = team%full  ! an earlier run reduced the team
+      if (threads == team%n_threads) threads = team%full  ! an earlier run reduced the team
       team = team_type()
       team%full = threads
       call set_size(threads)
@@ -61,12 +61,12 @@ contains
 
       if (team%full == 1) return
       call system_clock(time, rate)
-      seconds = real(time - team%looked, wp)/real(rate, wp)
+      seconds = real(time - team%last_check, wp)/real(rate, wp)
       if (seconds < between) return
-      former_waiting = team%waited
-      team%looked = time
-      team%waited = waiting_time()
-      if (former_waiting >= 0.0_wp) call resize_team((team%waited - former_waiting)/seconds, &
+      former_waiting = team%last_waiting
+      team%last_check = time
+      team%last_waiting = waiting_time()
+      if (former_waiting >= 0.0_wp) call resize_team((team%last_waiting - former_waiting)/seconds, &
          seconds)
    end subroutine adjust_team
 
@@ -75,17 +75,18 @@ contains
       real(wp), intent(in) :: waiting     !< mean number of processors for which the team waited
       real(wp), intent(in) :: seconds  !< time since the last check, s
 
-      if (team%now < team%full) then
+      if (team%n_threads < team%full) then
          team%reduced_for = team%reduced_for + seconds
          team%reduced_in_total = team%reduced_in_total + seconds
       end if
-      if (waiting > tolerated_loss .and. team%now > 1) then
-         if (team%now == team%full .and. team%reduced_in_total > 0.0_wp) &
+      if (waiting > tolerated_loss .and. team%n_threads > 1) then
+         if (team%n_threads == team%full .and. team%reduced_in_total > 0.0_wp) &
             team%pause = min(2*team%pause, longest_pause)
-         call set_size(max(1, min(team%now - 1, int(team%now - waiting + tolerated_loss))))
-      else if (team%now < team%full .and. team%reduced_for > team%pause) then
+         call set_size(max(1, min(team%n_threads - 1, &
+            int(team%n_threads - waiting + tolerated_loss))))
+      else if (team%n_threads < team%full .and. team%reduced_for > team%pause) then
          call set_size(team%full)
-      else if (team%now == team%full) then
+      else if (team%n_threads == team%full) then
          team%pause = first_pause
       end if
    end subroutine resize_team
@@ -94,10 +95,10 @@ contains
    subroutine set_size(threads)
       integer, intent(in) :: threads  !< threads of the team
 
-      team%now = threads
+      team%n_threads = threads
       team%reduced_for = 0.0_wp
-      team%looked = 0
-      team%waited = -1.0_wp
+      team%last_check = 0
+      team%last_waiting = -1.0_wp
       !$ call omp_set_num_threads(threads)
    end subroutine set_size
 

@@ -46,7 +46,7 @@ contains
       if (allocated(error)) return
       call transfer_peak(transfer, request%lowest, &
          min(request%highest, 0.499_wp/linear%time_step), exact)
-      if (.not. exact%inside) return
+      if (.not. exact%is_interior) return
       if (abs(peak%spectral%amplitude/exact%amplitude - 1.0_wp) <= most_difference .and. &
          abs(peak%spectral%frequency/exact%frequency - 1.0_wp) <= most_difference) return
       text = 'the exact peak of this linear model at this time step is '// &

@@ -78,7 +78,7 @@ contains
       type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum of the motion so far
       real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
       real(wp), intent(in) :: step           !< time between them, s; 0: nothing is done
-      real(wp) :: change, start, other, q(2)
+      real(wp) :: change, start, finish, q(2)
       integer :: i, last, part
 
       if (step <= 0.0_wp .or. step > coarsest) return
@@ -93,11 +93,11 @@ contains
             do i = 0, last
                change = (after - before)*by%part_length(i)
                start = before + (part - 1)*change
-               other = before + part*change
+               finish = before + part*change
                q(1) = by%decay(i, 1)*s%q(i, 1) - by%decay(i, 2)*s%q(i, 2) + by%before(i, 1)*start &
-                  + by%after(i, 1)*other
+                  + by%after(i, 1)*finish
                q(2) = by%decay(i, 2)*s%q(i, 1) + by%decay(i, 1)*s%q(i, 2) + by%before(i, 2)*start &
-                  + by%after(i, 2)*other
+                  + by%after(i, 2)*finish
                s%q(i, :) = q
                s%largest(i) = max(s%largest(i), by%weight(i)*abs(q(2)))
             end do

@@ -49,7 +49,7 @@ contains
       call prepare_transfer(transfer, linear, [2, 1], [1, 1], 1, 50.0_wp, error)
       call check_no_error(error, 'transfer')
       call transfer_peak(transfer, 10.0_wp, 20.0_wp, peak)
-      call check(peak%inside, 'a peak inside the band')
+      call check(peak%is_interior, 'a peak inside the band')
       call check_close(peak%amplitude, amplitude, 'amplification', relative=1.0e-3_wp)
       call check_close(peak%frequency, frequency, 'resonance', relative=1.0e-3_wp)
       call check_close(abs(transfer_at(transfer, 1.0e-3_wp)), 1.0_wp, 'static', absolute=1.0e-6_wp)
@@ -178,7 +178,7 @@ contains
       end do
       call check_close(peak%amplitude, largest, 'second peak', relative=1.0e-6_wp)
       call transfer_peak(transfer, 16.0_wp, 18.0_wp, peak)
-      call check(.not. peak%inside, 'the flank of a peak is not a peak')
+      call check(.not. peak%is_interior, 'the flank of a peak is not a peak')
    end subroutine peak_against_a_fine_grid
 
    !> A wall answers as a direct solution of all its equations does.

@@ -306,12 +306,12 @@ contains
    !> Stack the updates of the fronts of a task, or of the root fronts.
    !> Odd and even levels of the tree use different stacks, because an update is computed while the
    !> updates of its children still exist.
-   pure subroutine stack_updates(fronts, level, before, plan, most)
+   pure subroutine stack_updates(fronts, level, offset, plan, peak_size)
       integer, intent(in) :: fronts(:)  !< some fronts, in postorder
       integer, intent(in) :: level(:)   !< [fronts] distance of each front from its root
-      integer(long), intent(in) :: before  !< size of the memory before the stacks
+      integer(long), intent(in) :: offset  !< size of the memory before the stacks
       type(front_plan_type), intent(inout) :: plan  !< symbolic factor, incomplete
-      integer(long), intent(inout) :: most  !< largest size of the stacks so far
+      integer(long), intent(inout) :: peak_size  !< largest size of the stacks so far
       integer(long) :: height(0:1), peak(0:1)
       integer :: i, c, child
 
@@ -325,7 +325,7 @@ contains
                   height(1 - mine) = height(1 - mine) - update_length(plan, child)
             end do
             if (is_passed(plan, front)) cycle
-            plan%update_start(front) = before + height(mine)
+            plan%update_start(front) = offset + height(mine)
             height(mine) = height(mine) + update_length(plan, front)
             peak(mine) = max(peak(mine), height(mine))
          end associate
@@ -335,7 +335,7 @@ contains
          if (mod(level(fronts(i)), 2) == 1) plan%update_start(fronts(i)) = &
             plan%update_start(fronts(i)) + peak(0)
       end do
-      most = max(most, sum(peak))
+      peak_size = max(peak_size, sum(peak))
    end subroutine stack_updates
 
    !> Assign positions in the solve vector to the rows below each front.

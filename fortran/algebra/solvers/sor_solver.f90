@@ -33,14 +33,14 @@ contains
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< convergence; scale is set to ‖b‖
-      real(wp) :: size_of_b, wanted, enough
+      real(wp) :: size_of_b, target, limit
 
       self%iterations = 0
       size_of_b = sqrt(inner_product(matrix%n, b, b))
       convergence%residual = 0.0_wp
       convergence%enough = .false.
-      wanted = diverged
-      enough = accuracy
+      target = diverged
+      limit = accuracy
       associate (r => self%work%r)
          do
             if (modulo(self%iterations, sweeps_between) == 0) then
@@ -48,13 +48,13 @@ contains
                r = b - r
                convergence%residual = sqrt(inner_product(matrix%n, r, r)) &
                   /max(size_of_b, tiny(1.0_wp))
-               if (self%iterations == 0) enough = max(accuracy, &
+               if (self%iterations == 0) limit = max(accuracy, &
                   convergence%reduction*convergence%residual)
-               convergence%enough = convergence%residual <= enough
+               convergence%enough = convergence%residual <= limit
                if (convergence%enough) return
                if (modulo(self%iterations, stall_sweeps) == 0) then
-                  if (.not. convergence%residual < wanted) return
-                  wanted = stall_reduction*convergence%residual
+                  if (.not. convergence%residual < target) return
+                  target = stall_reduction*convergence%residual
                end if
             end if
             call sweep(matrix, self%diagonal, b, x)
