@@ -180,7 +180,10 @@ def test_faces_between_two_materials_have_a_separate_joint(names):
 
 @pytest.mark.parametrize(
     ("names", "message"),
-    [(("left",), "`between` needs two materials"), (("left", "sand"), "'sand' is not the name of a")],
+    [
+        (("left",), "`between` needs two materials"),
+        (("left", "sand"), "'sand' is not the name of a"),
+    ],
 )
 def test_faces_between_invalid_materials_are_refused(names, message):
     with pytest.raises(sitedda.InputError, match=message):
