@@ -21,12 +21,12 @@ contains
    !> Text of Table I of the paper: 15 equal layers on a base of the same rock.
    function layered_site(damping) result(text)
       character(len=*), intent(in), optional :: damping  !< in &material
-      character(len=:), allocatable :: text, attributes
+      character(len=:), allocatable :: text, damping_text
 
-      attributes = ''
-      if (present(damping)) attributes = damping
+      damping_text = ''
+      if (present(damping)) damping_text = damping
       text = head('1.0e-3', '', '1.5e12')//"&material name='rock', density=2643.0, "// &
-         'young_modulus=4.788e9, poisson_ratio=0.25 '//attributes//' /'//nl// &
+         'young_modulus=4.788e9, poisson_ratio=0.25 '//damping_text//' /'//nl// &
          "&layers name='base', bottom=-1.0, width=15.0, thickness=1.0 /"//nl// &
          "&layers name='layer', bottom=0.0, width=15.0, thickness=1.0, count=15 /"//nl// &
          feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"//nl// &
