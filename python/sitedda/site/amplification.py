@@ -167,16 +167,14 @@ def _fit_period(rock, factor, levels):
     x, y = rock[good], np.log(factor[good])
     if x.size < _FEWEST:
         raise InputError(f"only {x.size} cases succeed at a period: a fit needs {_FEWEST}")
-    best, least = None, np.inf
-    spread = float(np.ptp(np.log(x)))
-    for corner in _CORNERS * np.median(x) if spread > 0.1 else (np.median(x),):
-        basis = np.column_stack([np.ones(x.size), np.log((x + corner) / corner)])
-        if spread <= 0.1:  # with one level, no dependence can be fitted
-            basis[:, 1] = 0.0
+    several = np.ptp(np.log(x)) > 0.1  # with one level, no dependence can be fitted
+
+    def fit(corner):
+        basis = np.column_stack([np.ones(x.size), several * np.log((x + corner) / corner)])
         share = np.linalg.lstsq(basis, y, rcond=None)[0]
-        off = float(((basis @ share - y) ** 2).sum())
-        if off < least:
-            best, least = (*map(float, share), float(corner)), off
+        return float(np.sum((basis @ share - y) ** 2)), *map(float, share), float(corner)
+
+    _, *best = min(map(fit, np.median(x) * (_CORNERS if several else np.ones(1))))
     median = best[0] + best[1] * np.log((levels + best[2]) / best[2])
     residual = y - best[0] - best[1] * np.log((x + best[2]) / best[2])
     near = np.abs(np.log(x[None, :] / levels[:, None])) <= _KERNEL

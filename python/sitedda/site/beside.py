@@ -160,21 +160,11 @@ def beside(
     band = (frequency >= 0.2) & (frequency <= min(25.0, 0.4 / step))
     top = float(history.point_place.sel(point=surface).values[1])
     points, strains = _peaks_over_depth(history, series, top, column.depth)
-    return Beside(
-        columns,
-        series[surface],
-        ground,
-        frequency[band],
-        ratio[band],
-        {
-            name: _surface_over_base(one, ground, step, frequency[band])
-            for name, one in columns.items()
-        },
-        points,
-        strains,
-        words,
-        str(history.attrs.get("title", "")),
-    )
+    ratios = {name: _surface_over_base(one, ground, step, frequency[band])
+              for name, one in columns.items()}  # fmt: skip
+    title = str(history.attrs.get("title", ""))
+    return Beside(columns, series[surface], ground, frequency[band], ratio[band], ratios, points,
+                  strains, words, title)  # fmt: skip
 
 
 def _compute_columns(
@@ -199,9 +189,8 @@ def _compute_columns(
         fixed = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
         response = fixed.response(ground, step, kind="within")
         response.check_bounded()
-        words = f"damping ratio {100 * damping:g} % at all frequencies, " + convention_words(
-            fixed.convention
-        )
+        convention = convention_words(fixed.convention)
+        words = f"damping ratio {100 * damping:g} % at all frequencies, {convention}"
     return {"column": response}, f"{words}; {response.words}"
 
 

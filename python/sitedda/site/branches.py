@@ -81,16 +81,10 @@ class Branches:
         if least_damping is None:
             least_damping = float(curves.damping[0]) if damping_curve == "target" else 0.0
         ratio = float(not_negative("least_damping", least_damping))
-        fitted, numbers = checked(
-            api.soil_branches,
-            curves.strain,
-            curves.reduction,
-            curves.damping,
-            damping_curve == "masing",
-            ratio,
-            float(positive("reference_frequency", reference_frequency)),
-            int(branches),
-        )
+        reference = float(positive("reference_frequency", reference_frequency))
+        soil = curves.strain, curves.reduction, curves.damping
+        fitted, numbers = checked(api.soil_branches, *soil, damping_curve == "masing", ratio,
+                                  reference, int(branches))  # fmt: skip
         strain, modulus_of, slipping = fitted.T
         body_strain, body_cap, modulus, damping = map(float, numbers)
         misfit = (modulus, damping)
@@ -113,9 +107,8 @@ class Branches:
         """Return the modulus reduction and damping curves of the branches."""
         strain = np.minimum(STRAINS, self.strain[-1])
         strain = strain[: np.searchsorted(STRAINS, self.strain[-1]) + 1]
-        return SoilCurves(
-            strain, np.minimum(1.0, self.reduction_at(strain)), self.damping_at(strain), "branches"
-        )
+        moduli = np.minimum(1.0, self.reduction_at(strain))
+        return SoilCurves(strain, moduli, self.damping_at(strain), "branches")
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
         """Return G/G_max of the branches at shear strains above 0."""

@@ -12,29 +12,15 @@ from ..base.stop import SIGNALS, Stop
 
 def add_site(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda site`."""
-    parser.add_argument(
-        "file",
-        type=Path,
-        metavar="FILE",
-        help="output, input to run, CSV profile, or TOML file of a suite",
-    )
-    parser.add_argument(
-        "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
-    )
+    _add_files(parser, "FILE", "output, input to run, CSV profile, or TOML file of a suite")
     parser.add_argument("--surface", help="measured point at the surface (as in &amplification)")
     parser.add_argument("--base", help="measured point at the base (as in &amplification)")
-    parser.add_argument(
-        "--damping",
-        type=DAMPING_RATIO,
-        metavar="RATIO",
-        help="damping ratio of the layers of the column, such as 0.05 (as in the run)",
-    )
+    parser.add_argument("--damping", type=DAMPING_RATIO, metavar="RATIO",
+        help="damping ratio of the layers of the column, such as 0.05 (as in the run)")  # fmt: skip
     parser.add_argument("--record", type=Path, help="for a CSV profile: ground motion")
-    parser.add_argument(
-        "--within", action="store_true", help="the record is a within motion, not an outcrop motion"
-    )
-    parser.add_argument(
-        "--water-table", type=NOT_NEGATIVE, default=float("inf"), metavar="M",
+    parser.add_argument("--within", action="store_true",
+        help="the record is a within motion, not an outcrop motion")  # fmt: skip
+    parser.add_argument("--water-table", type=NOT_NEGATIVE, default=float("inf"), metavar="M",
         help="for a CSV profile: depth of the water table, for effective stresses (none)",
     )  # fmt: skip
     parser.add_argument("--fill", choices=("above", "interpolate"), default="",
@@ -48,10 +34,7 @@ def add_site(parser: argparse.ArgumentParser) -> None:
 
 def add_surface(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda surface`."""
-    parser.add_argument("file", type=Path, metavar="FILE.nc")
-    parser.add_argument(
-        "-o", "--output", type=picture_name, metavar="PICTURE", help="file to write"
-    )
+    _add_files(parser, "FILE.nc")
     parser.add_argument("--axis", choices=("x", "y"), default="x", help="direction of motion (x)")
     for name, usual in (("lowest", 0.5), ("highest", 15.0)):
         parser.add_argument(f"--{name}", type=POSITIVE, default=usual, metavar="HZ",
@@ -59,6 +42,13 @@ def add_surface(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--section", action="store_true",
         help="draw a section: velocity histories of the points, side by side")  # fmt: skip
     parser.set_defaults(act=_compute_surface)
+
+
+def _add_files(parser: argparse.ArgumentParser, file: str, words: str | None = None) -> None:
+    """Add the arguments of the file to read, and of the picture."""
+    parser.add_argument("file", type=Path, metavar=file, help=words)
+    parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE",
+        help="file to write")  # fmt: skip
 
 
 def _compute_surface(options: argparse.Namespace) -> int:
@@ -73,9 +63,8 @@ def _compute_surface(options: argparse.Namespace) -> int:
     print(found)
     name = "section" if options.section else "surface"
     picture = options.output or options.file.with_name(f"{options.file.stem}_{name}.png")
-    _save_figure(
-        found.section(options.axis) if options.section else found.plot(), picture, options.file
-    )
+    figure = found.section(options.axis) if options.section else found.plot()
+    _save_figure(figure, picture, options.file)
     return 0
 
 
@@ -155,9 +144,8 @@ def _compare_with_column(options: argparse.Namespace) -> int:
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
     print(found)
-    _save_figure(
-        found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), options.file
-    )
+    picture = options.output or path.with_name(f"{path.stem}_site.png")
+    _save_figure(found.plot(), picture, options.file)
     return 0
 
 

@@ -31,7 +31,7 @@ class Analyses:
         The unbounded response of a column without damping is omitted.
         """
         found = {name: one for name, one in self._columns.items() if not one.unbounded}
-        return found | {"nonlinear": self.nonlinear}
+        return {**found, "nonlinear": self.nonlinear}
 
     @property
     def _columns(self) -> dict[str, ColumnResponse]:

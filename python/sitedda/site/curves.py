@@ -317,12 +317,8 @@ def curves_of(material: Mapping, shear_modulus: float) -> SoilCurves:
     value = material.get
     curve = material["curve"]
     if curve == "darendeli":
-        return darendeli(
-            material["mean_stress"],
-            value("plasticity_index", 0.0),
-            value("ocr", 1.0),
-            value("reference_frequency", 1.0),
-        )
+        state = value("plasticity_index", 0.0), value("ocr", 1.0), value("reference_frequency", 1.0)
+        return darendeli(material["mean_stress"], *state)
     if curve == "table":
         return SoilCurves(material["strains"], material["reductions"], material["dampings"])
     reference = value("reference_strain") or material["shear_strength"] / shear_modulus

@@ -161,9 +161,8 @@ def _iterate_properties(
         left = change / before if before else 1.0
         if change == 0 or (left < 1 and change * max(1.0, left / (1 - left)) <= tolerance):
             _check_damping(fitted, damping, strain)
-            return EquivalentLinear(
-                response, strain, reduction, damping, iteration, change, strain_ratio
-            )
+            soil = strain, reduction, damping
+            return EquivalentLinear(response, *soil, iteration, change, strain_ratio)
         (reduction, damping), before = wanted, change
     raise ConvergenceError(
         f"the equivalent-linear iteration does not converge: after {most_iterations} iterations "

@@ -69,19 +69,12 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     if not np.any(series):
         raise InputError("the motion has no acceleration: every sample is 0")
     arias = arias_growth(series, step)
-    growth = arias / arias[-1]
-    times = step * np.arange(series.size)
-    low, high = np.interp([0.05, 0.95], growth, times)
+    low, high = np.interp([0.05, 0.95], arias / arias[-1], step * np.arange(series.size))
     frequency = np.fft.rfftfreq(series.size, step)
     power = np.abs(np.fft.rfft(series)) ** 2
     band = (frequency >= 0.25) & (frequency <= 20.0)
     total = power[band].sum()
     mean = float((power[band] / frequency[band]).sum() / total) if total > 0 else float("nan")
-    return Intensity(
-        float(np.abs(series).max()),
-        float(np.abs(running_integral(series, step)).max()),
-        float(arias[-1]),
-        float(high - low),
-        mean,
-        float(running_integral(np.abs(series), step)[-1]),
-    )
+    peaks = (np.abs(one).max() for one in (series, running_integral(series, step)))
+    cumulative = running_integral(np.abs(series), step)[-1]
+    return Intensity(*map(float, (*peaks, arias[-1], high - low, mean, cumulative)))

@@ -15,7 +15,7 @@ from ..base.arguments import positive
 from ..base.core import api, checked
 from ..base.errors import InputError
 from ..engine.damping import ConstantRatio
-from ..engine.signals import fast_length, low_pass, running_integral
+from ..engine.signals import fast_length, low_pass, running_integral, spectral_acceleration
 from .branches import Branches
 from .column import Column, HalfSpace
 from .curves import SoilCurves
@@ -171,9 +171,8 @@ class NonlinearResponse(SiteResponse):
         """Return Sa (m/s²) of the run with cells and steps twice as large, or NaN."""
         if self.coarse is None:
             return np.full(np.shape(periods), np.nan)
-        return self._spectral_acceleration(
-            self._filter_resolved(self.coarse.acceleration[0]), periods, 0.05
-        )
+        surface = self._filter_resolved(self.coarse.acceleration[0])
+        return spectral_acceleration(surface, self.motion.time_step, periods)
 
     @property
     def figures(self) -> dict[str, tuple[float, float]]:
@@ -188,7 +187,7 @@ class NonlinearResponse(SiteResponse):
 
     def _compute_results(self, kept: Histories) -> dict[str, float]:
         surface = self._filter_resolved(kept.acceleration[0])
-        spectrum = self._spectral_acceleration(surface, PERIODS, 0.05)
+        spectrum = spectral_acceleration(surface, self.motion.time_step, PERIODS)
         return {
             "pga": float(np.abs(surface).max()),
             "strain": float(kept.largest_strain.max()),
@@ -232,13 +231,9 @@ class NonlinearResponse(SiteResponse):
         if self.kind == "outcrop" and getattr(self.column.base, "damping", None):
             lines.append("the damping of the half-space is ignored")
         if self.beyond_curves:
-            layers = ", ".join(
-                f"layer {i} {100 * most:.3g} %" for i, most in self.beyond_curves.items()
-            )
-            lines.append(
-                f"strains exceed the curves, so the soil flows: {layers}; give curves up to these "
-                "strains, with a shear strength (gqh)"
-            )
+            layers = ", ".join(f"layer {i} {100 * e:.3g} %" for i, e in self.beyond_curves.items())
+            lines.append(f"strains exceed the curves, so the soil flows: {layers}; give curves up "
+                         "to these strains, with a shear strength (gqh)")  # fmt: skip
         return "\n".join(filter(None, lines))
 
     def _describe_noise(self) -> str:
@@ -335,14 +330,12 @@ def nonlinear(
     ground = Motion.of(motion, time_step)
     reference = float(positive("reference_frequency", reference_frequency))
     ratios = [_layer_ratio(i, column) for i in range(len(curves))]
-    soils = tuple(
-        curve
-        if curve is None or isinstance(curve, Branches)
-        else _fit_branches(
-            curve, branches, damping_curve, None if damping_curve == "target" else ratio, reference
-        )
-        for curve, ratio in zip(curves, ratios, strict=True)
-    )
+    soils: list[Branches | None] = []
+    for curve, ratio in zip(curves, ratios, strict=True):
+        if curve is not None and not isinstance(curve, Branches):
+            least = None if damping_curve == "target" else ratio
+            curve = _fit_branches(curve, branches, damping_curve, least, reference)
+        soils.append(curve)
     every_soil = [
         soil or _linear_branches(ratio, reference)
         for soil, ratio in zip(soils, ratios, strict=True)
@@ -355,7 +348,8 @@ def nonlinear(
         for resolved in ((highest, highest / 2) if compare else (highest,))
     ]
     fine, coarse = runs if compare else (*runs, None)
-    return NonlinearResponse(column, ground, column.depth, kind, soils, fine, coarse, highest)
+    depth = column.depth
+    return NonlinearResponse(column, ground, depth, kind, tuple(soils), fine, coarse, highest)
 
 
 _fit_branches = lru_cache(maxsize=2048)(Branches.of)  # once for all layers and motions
@@ -409,17 +403,10 @@ def _run_column(
         samples,
     )
     names = ("work", "kinetic", "stored", "slipped", "damped")
-    return Histories(
-        np.cumsum([0.0, *layers[0]]),
-        acceleration,
-        displacement,
-        -strain,  # depth increases downwards
-        -stress,
-        largest[0],
-        largest[1],
-        dict(zip(names, map(float, energy), strict=True)),
-        iterations,
-    )
+    balance = dict(zip(names, map(float, energy), strict=True))
+    strain, stress = -strain, -stress  # depth increases downwards
+    return Histories(np.cumsum([0.0, *layers[0]]), acceleration, displacement, strain, stress,
+                     largest[0], largest[1], balance, iterations)  # fmt: skip
 
 
 def _layer_ratio(i: int, column: Column) -> float:

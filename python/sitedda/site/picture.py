@@ -93,11 +93,18 @@ def analyses_figure(analyses) -> Figure:
 
 def _draw_motion_panel(axes, response) -> None:
     """Draw surface and reference motion over time."""
-    time, ground = response.time, response.motion.acceleration
-    axes.plot(time, response.acceleration(), color=COLUMN, lw=0.8, label="surface")
-    axes.plot(time, ground, color=REFERENCE, lw=0.8, label="reference motion")
-    axes.set(xlabel="time (s)", ylabel="acceleration (m/s²)", xlim=(0, time[-1]))
-    axes.legend(frameon=False, ncols=2, loc="upper right")
+    _draw_histories(axes, response.time, "acceleration (m/s²)", {
+        "surface": (response.acceleration(), COLUMN, "-"),
+        "reference motion": (response.motion.acceleration, REFERENCE, "-"),
+    })  # fmt: skip
+
+
+def _draw_histories(axes, time, label: str, series) -> None:
+    """Draw accelerations over time, each with its colour and line; the legend is above."""
+    for name, (values, color, style) in series.items():
+        axes.plot(time, values, color=color, ls=style, lw=0.8, label=name)
+    axes.set(xlabel="time (s)", ylabel=label, xlim=(time[0], time[-1]))
+    axes.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 
 _ANALYSES = {
@@ -152,18 +159,12 @@ def beside_figure(beside) -> Figure:
         series = {"base": (beside.base, REFERENCE, "-"), **blocks,
                   "column": (beside.column_surface, COLUMN, "--")}  # fmt: skip
         _draw_spectra(axes["spectra"], beside.response.motion.time_step, series)
-    _draw_motions(axes["motion"], beside)
+    _draw_histories(axes["motion"], beside.time, "surface (m/s²)", blocks | {
+        f"column, {beside.words.partition(';')[0]}": (beside.column_surface, COLUMN, "--"),
+    })  # fmt: skip
     axes["acceleration"].plot(peak, depth, "o", color=BLOCKS, ms=5)
     headline(figure, plain(beside.title))
     return figure
-
-
-def _draw_motions(axes, beside) -> None:
-    axes.plot(beside.time, beside.surface, color=BLOCKS, lw=0.9, label="blocks (DDA)")
-    label = f"column, {beside.words.partition(';')[0]}"
-    axes.plot(beside.time, beside.column_surface, color=COLUMN, lw=0.7, ls="--", label=label)
-    axes.set(xlabel="time (s)", ylabel="surface (m/s²)", xlim=(beside.time[0], beside.time[-1]))
-    axes.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 
 def _draw_ratio(axes, beside) -> None:

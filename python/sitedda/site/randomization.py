@@ -212,9 +212,7 @@ def _draw_realisation(profile: Profile, ends, model: Toro | None, draw: _Deviate
     """Draw a realisation with layers down to `ends`, depths in m."""
     tops = np.concatenate([[0.0], ends[:-1]])
     middles = (tops + ends) / 2
-    rows = np.minimum(
-        np.searchsorted(profile.tops, middles, side="right") - 1, len(profile.layers) - 1
-    )
+    rows = np.searchsorted(profile.tops[1:-1], middles, side="right")
     speeds = np.array([profile.layers[row].shear_velocity for row in rows])
     if model is not None:
         deviates = draw.normal(ends.size, np.clip(model.correlation(middles), -1.0, 1.0))

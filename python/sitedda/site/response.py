@@ -58,16 +58,12 @@ class SiteResponse:
         self, periods: ArrayLike, depth: float = 0.0, damping: float = 0.05
     ) -> NDArray[np.float64]:
         """Return the pseudo-spectral acceleration at natural periods (s, shape (n,)), m/s²."""
-        return self._spectral_acceleration(self.acceleration(depth), periods, damping)
+        surface = self.acceleration(depth)
+        return spectral_acceleration(surface, self.motion.time_step, periods, damping)
 
     def intensity(self, depth: float = 0.0) -> Intensity:
         """Return the intensity measures at a depth (m)."""
         return intensity(self.acceleration(depth), self.motion.time_step)
-
-    def _spectral_acceleration(
-        self, acceleration, periods: ArrayLike, damping: float
-    ) -> NDArray[np.float64]:
-        return spectral_acceleration(acceleration, self.motion.time_step, periods, damping)
 
     @property
     def words(self) -> str:
@@ -153,16 +149,14 @@ class ColumnResponse(SiteResponse):
             raise ValueError(f"the motion of the column is unbounded: {self.unbounded}")
 
     def _integrate_motion(
-        self, ratio, order: int, depth: ArrayLike, first: complex = 0.0
+        self, ratio, order: int, depth: ArrayLike, first: complex = 0.0, trial: bool = False
     ) -> NDArray[np.float64]:
-        """Return the histories of `_integrate_any` if the motion is bounded."""
-        self.check_bounded()
-        return self._integrate_any(ratio, order, depth, first)
+        """Return histories of the motion × `ratio`/(iω)^order; `first` is the value at 0 Hz.
 
-    def _integrate_any(
-        self, ratio, order: int, depth: ArrayLike, first: complex = 0.0
-    ) -> NDArray[np.float64]:
-        """Return histories of the motion × `ratio`/(iω)^order; `first` is the value at 0 Hz."""
+        Without `trial`, the motion must be bounded.
+        """
+        if not trial:
+            self.check_bounded()
         omega = 2j * np.pi * self._frequencies
         spectrum = self.motion.spectrum[1 : 1 + omega.size] / omega**order
         whole = np.zeros(self.motion.frequencies.size, dtype=complex)
@@ -192,7 +186,7 @@ class ColumnResponse(SiteResponse):
 
     def trial_strain(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear strain as `strain`, of a column without damping too: a trial of an iteration."""
-        return self._integrate_any(self._strain_ratio(depth)[0], 2, depth)
+        return self._integrate_motion(self._strain_ratio(depth)[0], 2, depth, trial=True)
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
         """Shear stress at a depth or depths (m), Pa, shape (..., samples)."""

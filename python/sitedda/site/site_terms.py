@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _FEWEST = 20  # least number of plane runs, to which nine slopes are fitted
 _TERMS = 12  # largest number of controls
+_MISSED = 0.1  # least σ of ln AF of a column, over its whole, that adds a control of its own
 _PRODUCT = 0.5  # size of a product of components, over the product of their sizes
 _WORTH = 1.2  # least saving of runs by columns
 _HEADS = {"point": "point", "period": "period (s)", "median": "median AF", "sampling": "± %",
@@ -83,7 +84,8 @@ def site_term(
     """Estimate amplification over random profiles from few plane runs and many columns.
 
     1. Controls b are up to 12 principal components of ln AF of the columns at all points and
-       periods, and products of components, made orthonormal over all columns.
+       periods, and products of components, made orthonormal over all columns, and ln AF of the
+       column itself if these miss a tenth of it.
     2. Samples of the plane runs are drawn with probabilities p = (1 + (1 + |b|²)/(1 + terms))/2
        over the number of columns, so that profiles with unusual columns are not missed
        (Cohen and Migliorati 2017).
@@ -133,7 +135,12 @@ def site_term(
     if not 0 < level < 1:
         raise InputError(f"level = {level:g}: give a confidence between 0 and 1")
     shape = (len(points), len(np.atleast_1d(periods)))
-    control = np.log([np.asarray(column(i), dtype=float).reshape(shape) for i in range(columns)])
+    factors = np.array([np.reshape(column(i), shape) for i in range(columns)], dtype=float)
+    bad = ~((factors > 0) & (factors < np.inf)).all(axis=(1, 2))
+    if bad.any():
+        raise InputError(f"column {bad.argmax()} has an amplification that is not finite and above "
+                         "0: check its layers")  # fmt: skip
+    control = np.log(factors)
     samples = draw_samples(control, runs, np.random.default_rng(1))
     found = _log_amplification(plane, samples, shape, folder, workers)
     changes = {}
@@ -164,14 +171,18 @@ def term_of(
     shape, changes = found.shape[1:], changes or {}
     terms = _controls(control, len(found))
     weights = 1 / _chances(terms)[samples] / len(control)
-    flat, own = found.reshape(len(found), -1), control.reshape(len(control), -1)
-    by_columns, plain = (
-        _estimate(flat, basis, samples, weights, own, level) for basis in (terms, terms[:, :0])
-    )
-    useful = plain["sampling"] ** 2 > _WORTH * by_columns["sampling"] ** 2
+    rows = []
+    for i, j in np.ndindex(shape):
+        own = control[:, i, j]
+        rest = own - own.mean() - terms @ (terms.T @ own) / len(own)
+        own_terms = [rest / rest.std()] if rest.std() > _MISSED * own.std() else []
+        every = np.column_stack([terms, *own_terms])
+        by_columns, plain = (_estimate(found[:, i, j], basis, samples, weights, own, level)
+                             for basis in (every, every[:, :0]))  # fmt: skip
+        useful = plain["sampling"] ** 2 > _WORTH * by_columns["sampling"] ** 2
+        rows.append(by_columns if useful else plain)
     dims = ("point", "period")
-    data: dict = {name: (dims, np.where(useful, one, plain[name]).reshape(shape))
-                  for name, one in by_columns.items()}  # fmt: skip
+    data: dict = {name: (dims, np.reshape([row[name] for row in rows], shape)) for name in rows[0]}
     parts = np.array([
         _RICHARDSON * np.abs(np.average(one, axis=0, weights=weights[: len(one)]))
         for one in changes.values()
@@ -219,32 +230,31 @@ def _chances(terms) -> NDArray[np.float64]:
     return (1 + leverage) / (2 * len(terms))
 
 
-def _estimate(found, terms, samples, weights, control, level: float) -> dict[str, NDArray]:
-    """Return means and σ of plane runs, a column each result, by controls `terms`."""
+def _estimate(found, terms, samples, weights, control, level: float) -> dict[str, float]:
+    """Return mean and σ of plane runs by controls `terms`; `control` is ln AF of the columns."""
     from scipy.special import ndtri, stdtrit
 
-    number, many = found.shape[0], len(terms)
+    number, many, total = len(found), len(terms), weights.sum()
     design = np.column_stack([np.ones(number), terms[samples]])
     factors = np.linalg.pinv(design.T @ (weights[:, None] * design)) @ (weights * design.T)
-    mean, slope = (factors @ found)[0], (factors @ found)[1:]
+    mean, *slope = factors @ found
     rest = found - design @ (factors @ found)
-    alone = rest / np.maximum(1 - np.sum(design.T * factors, axis=0), 1e-3)[:, None]
-    sampled = factors[0] ** 2 @ alone**2
-    explained, scatter = np.sum(slope**2, axis=0), weights @ (rest * alone) / weights.sum()
+    alone = rest / np.maximum(1 - np.sum(design.T * factors, axis=0), 1e-3)  # without its run
+    sampled = np.sum((factors[0] * alone) ** 2)
+    explained, scatter = np.sum(np.square(slope)), weights @ (rest * alone) / total
     quantile = float(stdtrit(number - design.shape[1], (1 + level) / 2))
     half = quantile * np.sqrt(sampled + explained / many)
-    share = weights[:, None] / weights.sum()
-    plain = np.sum(share * (found - np.sum(share * found, axis=0)) ** 2, axis=0)
+    plain = weights @ (found - weights @ found / total) ** 2 / total
     sigma = np.sqrt(explained + scatter)
-    off = 2 * (factors[1:].T @ slope) * alone + share * (rest * alone - scatter)  # of σ²
-    wide = np.sum(off**2, axis=0) + 2 * explained**2 / many
-    beside = np.var(terms @ slope - control, axis=0) / many
+    off = 2 * (slope @ factors[1:]) * alone + weights / total * (rest * alone - scatter)  # of σ²
+    wide = np.sum(off**2) + 2 * explained**2 / many
+    beside = np.var(terms @ slope - control) / many
     return {
         "median": np.exp(mean),
         "sampling": half,
         "sigma_ln": sigma,
         "sigma_error": quantile * np.sqrt(wide) / (2 * sigma),
-        "aggravation": np.exp(mean - control.mean(axis=0)),
+        "aggravation": np.exp(mean - control.mean()),
         "aggravation_sampling": quantile * np.sqrt(sampled + beside),
         "saving": ndtri((1 + level) / 2) ** 2 * plain / half**2 / number,
     }

@@ -142,23 +142,18 @@ def surface(
     below = _smooth(felt, step, frequency)
     if not np.all(below > 0):
         raise InputError(f"the {words} has no motion along {axis}")
-    ratios = np.array([_peak_motion(one, step) / _peak_motion(felt, step) for one in series])
+    pga, pgv = np.transpose([_peak_motion(one, step) for one in series])
+    reference_pga, reference_pgv = _peak_motion(felt, step)
     place = np.array([history.point_place.sel(point=name).values for name in names])
     columns = [None] * len(names)
     if axis == "x":
         columns = _column_motions(history, scene, place, felt, step)
-    return Surface(
-        scene,
-        names,
-        place,
-        frequency,
-        np.array([_smooth(one, step, frequency) / below for one in series]),
-        ratios[:, 0],
-        ratios[:, 1],
-        words,
-        np.array([np.full(frequency.size, np.nan) if one is None
-                  else _smooth(one, step, frequency) / below for one in columns]),
-    )  # fmt: skip
+    found = np.array([_smooth(one, step, frequency) / below for one in series])
+    missing = np.full(frequency.size, np.nan)
+    by_columns = [missing if one is None else _smooth(one, step, frequency) / below
+                  for one in columns]  # fmt: skip
+    return Surface(scene, names, place, frequency, found, pga / reference_pga, pgv / reference_pgv,
+                   words, np.array(by_columns))  # fmt: skip
 
 
 def _column_motions(history: xr.Dataset, scene: Scene, place, felt, step: float) -> list:

@@ -2,9 +2,11 @@
 """Processing of records for an analysis, and amplification tables for hazard analyses."""
 
 import numpy as np
+import pandas as pd
 import pytest
 import test_site
 import xarray as xr
+from scipy.stats import norm
 
 from sitedda import Column, ConvergenceError, HalfSpace, InputError, Layer
 from sitedda.signals import spectral_acceleration
@@ -80,18 +82,11 @@ def test_rotated_spectra_are_those_of_all_directions(record):
     periods = np.array([0.2, 0.5, 1.0])
     ours = rotated_spectra(record, other, periods, (0, 50, 100))
     step = float(record.time[1])
-    theirs = pyrotd.calc_rotated_spec_accels(
-        step, record.acceleration.values, other.acceleration.values, 1 / periods, 0.05
-    )
+    x, y = record.acceleration.values, other.acceleration.values
+    theirs = pyrotd.calc_rotated_spec_accels(step, x, y, 1 / periods, 0.05)
     np.testing.assert_array_equal(ours[1], theirs.spec_accel[theirs.percentile == 50])
-    angles = np.radians(np.arange(0, 180, 15))
-    turned = [
-        spectral_acceleration(
-            np.cos(t) * record.acceleration.values + np.sin(t) * other.acceleration.values,
-            step, periods,
-        )
-        for t in angles
-    ]  # fmt: skip
+    turned = [spectral_acceleration(np.cos(t) * x + np.sin(t) * y, step, periods)
+              for t in np.radians(np.arange(0, 180, 15))]  # fmt: skip
     assert np.all(np.max(turned, axis=0) <= ours[2] * 1.01)
     assert np.all(np.min(turned, axis=0) >= ours[0] * 0.99)
     short = other.isel(time=slice(None, None, 2))
@@ -112,14 +107,11 @@ def test_scaling_and_selection_to_a_conditional_mean(record, tmp_path):
     mean, spread = conditional_mean(periods, median, sigma, 1.0, 2.0)
     assert mean[5] == pytest.approx(np.exp(1.2)) and spread[5] == pytest.approx(0.0, abs=1e-7)
     assert np.all(mean / median <= np.exp(1.2)) and 0 < spread[0] < 0.6
-    rows = ["file," + ",".join(f"T{p:.3f}S" for p in periods)]
-    tilts = (-0.4, 0.0, 0.3)
-    for tilt in tilts:
-        values = 0.5 * mean * periods**tilt / 9.80665
-        rows.append(f"tilt{tilt}.at2," + ",".join(f"{v:.8g}" for v in values))
-    rows.append("broken.at2," + ",".join(["-999"] * 8))
+    rows = {f"tilt{t}.at2": 0.5 * mean * periods**t / 9.80665 for t in (-0.4, 0.0, 0.3)}
+    flat = pd.DataFrame([*rows.values(), [-999] * 8], columns=[f"T{p:.3f}S" for p in periods])
+    flat.insert(0, "file", [*rows, "broken.at2"])
     file = tmp_path / "flat.csv"
-    file.write_text("\n".join(rows) + "\n")
+    flat.to_csv(file, index=False)
     found = read_flatfile(file)
     assert len(found.names) == 3  # the record without a spectrum is omitted
     best = found.select((periods, mean), 2, found.periods[1:-1])
@@ -129,16 +121,13 @@ def test_scaling_and_selection_to_a_conditional_mean(record, tmp_path):
         found.select((periods, mean), 4, found.periods[1:-1])
 
 
-def test_the_spectrum_of_asce_7_has_its_corners():
+def test_spectra_of_asce_7_and_ec8_2024_have_their_corners():
+    """EC8: T_A = 0.02 s, T_B = T_C / 4 from 0.05 to 0.1 s, T_C = S_β / S_α, T_D = 1 + S_β,RP."""
     spectrum = asce7(9.0, 5.4, 6.0)  # T_S = 0.6, T_0 = 0.12 s
     periods = [0.0, 0.06, 0.12, 0.6, 1.0, 6.0, 12.0]
     np.testing.assert_allclose(spectrum(periods), [3.6, 6.3, 9, 9, 5.4, 0.9, 0.225])
     with pytest.raises(InputError, match="S_DS = 9"):
         asce7(9.0, 100.0)
-
-
-def test_the_spectrum_of_ec8_2024_has_its_corners():
-    """T_A = 0.02 s, T_B = T_C / 4 from 0.05 to 0.1 s, T_C = S_β / S_α, T_D = 1 + S_β,RP."""
     spectrum = eurocode8_2024(5.0, 2.0, (1.5, 1.5))  # T_C 0.4, T_B 0.1, T_D 3 s; S_α 7.5, S_β 3
     periods = [0.0, 0.02, 0.06, 0.1, 0.4, 1.0, 3.0, 6.0]
     np.testing.assert_allclose(spectrum(periods), [3, 3, 5.25, 7.5, 7.5, 3, 1, 0.25])
@@ -218,36 +207,25 @@ def test_a_table_has_the_known_amplification_and_scatter(known):
         amplification_table(known, levels, "linear")
 
 
-def openquake_convolution(rows, imt, rock_levels, poes, soil_levels):
+def openquake_convolution(table, imt, rock_levels, poes, soil_levels):
     """Return exceedance probabilities at the surface by OpenQuake's method 'convolution'."""
-    level = np.array([float(r["level"]) for r in rows])
-    median = np.array([float(r[imt]) for r in rows])
-    sigma = np.array([float(r[f"sigma_{imt}"]) for r in rows])
-    from scipy.stats import norm
-
-    found = np.zeros(len(soil_levels))
-    for low, high, p in zip(rock_levels[:-1], rock_levels[1:], -np.diff(poes), strict=True):
-        middle = (low + high) / 2
-        a, s = np.interp(middle, level, median), np.interp(middle, level, sigma)
-        found += norm.sf(np.log(np.asarray(soil_levels) / middle), np.log(a), s) * p
-    return found
+    middle = (rock_levels[:-1] + rock_levels[1:]) / 2
+    median, sigma = (np.interp(middle, table.level, table[name]) for name in (imt, f"sigma_{imt}"))
+    return norm.sf(np.log(soil_levels[:, None] / middle), np.log(median), sigma) @ -np.diff(poes)
 
 
 def test_openquake_reads_the_table_and_convolves_equally(known, tmp_path):
-    import csv
-
     found = amplification_table(known, np.geomspace(0.3, 6.0, 25), "nonlinear")
     file = found.to_openquake(tmp_path / "af.csv", "S1", 760)
     lines = file.read_text().splitlines()
     assert lines[0] == '#,,"vs30_ref=760"'
-    heads = "ampcode,level,PGA,SA(0.2),SA(1),sigma_PGA,sigma_SA(0.2),sigma_SA(1)"
-    assert lines[1] == heads
-    rows = list(csv.DictReader(lines[1:]))
-    assert all(row["ampcode"] == "S1" for row in rows) and len(rows) == 25
+    assert lines[1] == "ampcode,level,PGA,SA(0.2),SA(1),sigma_PGA,sigma_SA(0.2),sigma_SA(1)"
+    table = pd.read_csv(file, skiprows=1)
+    assert (table.ampcode == "S1").all() and len(table) == 25
     rock = np.geomspace(0.005, 2.0, 400)  # g
     poes = 1e-2 * (rock / 0.01 + 1) ** -2.0
     wanted = np.geomspace(0.08, 0.4, 9)
-    by_rule = openquake_convolution(rows, "SA(1)", rock, poes, wanted)
+    by_rule = openquake_convolution(table, "SA(1)", rock, poes, wanted)
     ours = found.hazard(1.0, 9.80665 * rock, poes, 9.80665 * wanted)
     np.testing.assert_allclose(ours, by_rule, rtol=0.02)
     with pytest.raises(InputError, match="code = 'A B'"):

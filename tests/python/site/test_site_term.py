@@ -80,5 +80,7 @@ def test_a_term_reports_results_without_saving(tmp_path):
 def test_errors_of_terms_are_reported():
     with pytest.raises(InputError, match="runs = 10, columns = 100: give 20"):
         site_term(plane, columns, ["a", "b"], [0.2, 1.0], runs=10, columns=100)
+    with pytest.raises(InputError, match="column 0 has an amplification that is not finite"):
+        site_term(plane, lambda i: np.zeros((2, 2)), ["a", "b"], [0.2, 1.0], runs=20, columns=20)
     with pytest.raises(InputError, match=r"sample \d+ is no good"):
         site_term(failing, columns, ["a", "b"], [0.2, 1.0], runs=20, columns=20, workers=1)
