@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A kind of elements that the engine does not have, known to it by the abstract type alone: bolts,
+!> A kind of elements that is not part of the engine, which uses only its abstract type: bolts,
 !> each a spring and a dashpot on d/Δt along a direction between points of two blocks.
 !>
-!> The suites use it to show that an element is one file: what it gives here is read by assembly,
-!> energy budget, modes and transfer function.
+!> The suites use it to show that an element is one file: assembly, energy budget, modes and
+!> transfer function use its procedures.
 module bolts
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, position_of, shape_matrix

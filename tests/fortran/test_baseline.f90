@@ -82,7 +82,7 @@ contains
    end subroutine a_corrected_record_needs_no_correction
 
    !> Velocity and acceleration are the central differences of displacement and velocity: at the
-   !> samples, between them, and outside the record; of whatever record and correction.
+   !> samples, between them, and outside the record; for any record and correction.
    subroutine velocity_and_acceleration_are_derivatives()
       character(len=12), parameter :: quantity(3) = [character(len=12) :: 'acceleration', &
          'velocity', 'displacement']
@@ -268,7 +268,7 @@ contains
       end do
    end subroutine two_samples_and_a_few
 
-   !> The record of the project: what the correction does to it stays within what is known of it.
+   !> The record of the project: its correction is within the known bounds.
    subroutine a_real_record()
       type(record_type) :: record
 

@@ -113,8 +113,8 @@ contains
       end do
    end subroutine new_values_and_new_pattern
 
-   !> Lower blocks that are zero fill nothing in, until they are not zero any more: then the factor
-   !> is planned again.  It stays planned for what has become zero again.
+   !> Lower blocks that are zero cause no fill.  If nonzero later, the factor is planned again;
+   !> this plan is retained if they become zero again.
    subroutine zero_couplings()
       type(factor_type) :: factor
       integer, parameter :: coupled(4) = [3, 1, 3, 5]

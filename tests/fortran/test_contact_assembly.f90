@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Assembling what has changed gives the bits of assembling everything, and that gives the sums of
+!> Assembly of changed entries is bit-identical to complete assembly, which yields the sums of
 !> paper eq. 7.
 module test_contact_assembly
    use dda_kinds, only: wp

@@ -142,9 +142,9 @@ contains
       call check(joint_at(-85.0_wp) == base, 'a bond keeps its joint')
    end subroutine toppling
 
-   !> The vertex passes from the edge `floor` to the next one, `next`, and back: it changes its
-   !> joint where it is twice the penetration beyond the end if it slides, a corner's size if it
-   !> sticks.
+   !> The vertex passes from the edge `floor` to the next one, `next`, and back: its joint changes
+   !> at a distance beyond the end of twice the penetration if it slides, of the size of a corner if
+   !> it sticks.
    subroutine the_end_of_an_edge()
       real(wp), parameter :: depth = 1.0e-4_wp
       real(wp) :: x, tolerance

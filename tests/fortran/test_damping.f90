@@ -112,8 +112,8 @@ contains
          [8.92857e-2_wp, 0.05_wp, 3.49927e-2_wp, 0.05_wp, 8.92857e-2_wp], 'ζ', relative=1.0e-6_wp)
    end subroutine rayleigh_damping
 
-   !> Two bonded blocks with first rates: no energy without a name; what the material loses never
-   !> falls, nor does it together with the scheme's loss, at the longest step that mechanisms admit.
+   !> Two bonded blocks with initial velocities: all energy is explained; the loss of the material
+   !> never decreases, nor its sum with the loss of the scheme, at the longest admissible step.
    subroutine losses(member, damping)
       character(len=*), intent(in) :: member, damping
       type(simulation_type) :: simulation

@@ -90,8 +90,8 @@ contains
       call update_geometry(blocks)
    end subroutine vertex_near_edge
 
-   !> Gap and slip of a vertex along an edge, from places alone; slip counts from the material point
-   !> that stood at `fraction` of the edge.
+   !> Gap and slip of a vertex along an edge, from positions only; slip is relative to the material
+   !> point at `fraction` of the edge.
    function gap_and_slip(v, e, fraction) result(values)
       integer, intent(in) :: v, e
       real(wp), intent(in) :: fraction
@@ -323,8 +323,8 @@ contains
       end do
    end subroutine edges_that_are_almost_parallel
 
-   !> The tip of a needle goes round a blunt corner a little off it: the gap follows the distance
-   !> without jumps.
+   !> The tip of a needle passes around a blunt corner at a small distance: the gap follows the
+   !> distance without jumps.
    subroutine round_a_corner()
       real(wp) :: corner(2), normal(2), tip(2), angle, gap, last, step, jump
       integer :: i
@@ -373,8 +373,8 @@ contains
       end do
    end subroutine a_thin_slab
 
-   !> The tip of a needle off a corner, deep behind the far edge alone: it is not in the block,
-   !> convex or with a reentrant corner.  One in it, beyond the line of another edge or not, is.
+   !> The tip of a needle near a corner, deep behind the far edge only, is outside the block, convex
+   !> or with a reentrant corner.  A tip inside is detected, also beyond the line of another edge.
    subroutine behind_a_block()
       real(wp), parameter :: convex(2, 4) = reshape([-1.0_wp, 0.0_wp, 3.0_wp, 0.0_wp, 1.5_wp, &
          1.0_wp, 0.5_wp, 1.0_wp], [2, 4])
@@ -432,7 +432,7 @@ contains
    end subroutine either_block_first
 
    !> Two blocks that pass each other, corner by corner, so fast that a step leads beyond the
-   !> corner: while an edge line separates them, none of what is listed is deep in.
+   !> corner: while an edge line separates them, no listed contact has a large penetration.
    subroutine fast_corners()
       call case('corners that pass each other fast')
       call pass_by(reshape([-0.13_wp, -0.08_wp, -0.04_wp, -0.13_wp, 0.0_wp, 0.0_wp, -0.10_wp, &
@@ -446,8 +446,8 @@ contains
          1.5_wp*distance)
    end subroutine fast_corners
 
-   !> The second block at many places about its own, where a step may lead as far as contacts are
-   !> listed.
+   !> The second block at many positions near its own; a step may be as long as the distance within
+   !> which contacts are listed.
    subroutine pass_by(first, place, about, within)
       real(wp), intent(in) :: first(:,:), place(:,:), about, within
       real(wp), parameter :: tolerance = 4.0e-4_wp

@@ -192,8 +192,8 @@ contains
       end do
    end subroutine multiple_eigenvalues
 
-   !> 1 − (i/n)²: the two largest differ by n⁻² of the whole.  3,000 restarts took minutes where
-   !> there are many blocks.
+   !> 1 − (i/n)²: the two largest values differ by a relative n⁻².  3,000 restarts take minutes with
+   !> many blocks.
    subroutine nearly_equal_eigenvalues()
       integer, parameter :: n = 20000
       type(crowded_type) :: operator

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The energy audit of whole runs: nothing is left over, losses are losses, and energies are what
-!> mechanics says.
+!> The energy audit of complete runs: the budget closes, losses are positive, and energies agree
+!> with mechanics.
 module test_energy_budget
    use dda_energy, only: energy_algorithmic, energy_contact, energy_fracture, energy_friction, &
       energy_geometric, energy_gravity, energy_input, energy_kinetic, energy_kinetic_damping, &
@@ -21,8 +21,8 @@ module test_energy_budget
 
 contains
 
-   !> Take steps; the budget closes in each, losses never shrink, and if nothing puts energy in the
-   !> total never grows beyond what exact geometry adds.
+   !> Take steps; the budget closes in each, and losses never decrease.  Without energy input the
+   !> total never grows by more than the energy of exact geometry.
    subroutine audit(steps, alone)
       integer, intent(in) :: steps
       logical, intent(in) :: alone   !< no input of energy

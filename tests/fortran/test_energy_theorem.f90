@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> With θ, χ ≥ ½ no member gains energy, contacts opening and closing included: random chains of
-!> elastic blocks that hit, press and leave each other.
+!> With θ, χ ≥ ½ no member gains energy, also if contacts open and close: random chains of elastic
+!> blocks that hit, press and separate.
 !>
-!> All moves in y, so that the geometry is linear and a step ends where the next one begins.
+!> All blocks move in y, so the geometry is linear and a step ends in the state of the next one.
 module test_energy_theorem
    use dda_kinds, only: wp
    use dda_abstract_solver, only: accuracy

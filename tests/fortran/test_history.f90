@@ -167,8 +167,8 @@ contains
       call expect(new, 2, contact_slide, 1.0e-3_wp, 'and takes it')
    end subroutine transferred_once
 
-   !> Only what is built up presses: beyond the depth that a contact was first met at, until it has
-   !> opened.
+   !> A contact that first penetrates has no force; only further penetration exerts force, until the
+   !> contact has opened.
    subroutine new_contact_in_penetration()
       type(contacts_type) :: old, new
       type(history_type) :: history
@@ -193,8 +193,8 @@ contains
       call check_close(new%gap(1), -7.0e-6_wp, 'penetration of the first state presses')
    end subroutine new_contact_in_penetration
 
-   !> New contacts deeper than a step leads are dropped; those before and behind them stay what they
-   !> are.
+   !> New contacts with more penetration than a step can cause are removed; other contacts of the
+   !> list do not change.
    subroutine new_contact_too_deep()
       type(contacts_type) :: old, new
       type(history_type) :: history
@@ -235,8 +235,8 @@ contains
          'gradients')
    end subroutine new_contact_too_deep
 
-   !> The spring energy of a contact that ends goes over to one of the same vertex on the next
-   !> block.
+   !> The spring energy of a contact that ends is transferred to a contact of the same vertex with
+   !> the next block.
    subroutine across_a_joint()
       type(contacts_type) :: old, new
 

@@ -66,7 +66,7 @@ contains
       end do
    end subroutine contacts_that_have_just_touched
 
-   !> The block falls from a phase of a step of 1 ms; Ω is that of its two corners.
+   !> The block falls from a phase of a step of 1 ms; Ω is the value of its two corners.
    subroutine begin_drop(omega, phase, joint)
       real(wp), intent(in) :: omega, phase
       character(len=*), intent(in) :: joint

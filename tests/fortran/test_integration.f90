@@ -96,8 +96,8 @@ contains
       end associate
    end function spring_of
 
-   !> Start with a displacement from rest and a velocity of the coordinate; a unilateral contact
-   !> rests where its spring bears the push.
+   !> Start with a displacement from rest and a velocity of the coordinate; a unilateral contact is
+   !> at rest if its spring balances the push.
    subroutine begin_from(kind, member, dt, push, x, v)
       integer, intent(in) :: kind, member
       real(wp), intent(in) :: dt, push
@@ -223,8 +223,8 @@ contains
          absolute=tolerance*maxval(abs(increments(:last))))
    end subroutine check_sequence
 
-   !> Two bonded blocks fly apart: in the step in which the bond breaks, taken again, the contact
-   !> is open and exerts nothing; pressed ones continue with the force of the end of the step.
+   !> Two bonded blocks separate: in the repeated step in which the bond breaks, the contact is open
+   !> without force; closed contacts continue with the force of the end of the step.
    subroutine breaking_bond(member)
       integer, intent(in) :: member
       real(wp) :: rates(6, 2)

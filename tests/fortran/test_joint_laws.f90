@@ -206,8 +206,8 @@ contains
       end do
    end subroutine asperities
 
-   !> No step of 10,000 random cycles under random loads gains energy by slip and lift; what comes
-   !> down has gone up, as asperities only wear.
+   !> No step of 10,000 random cycles under random loads gains energy by slip and lift; a joint
+   !> descends only after it has risen, because asperities only wear.
    subroutine random_cycles_of_a_rough_joint()
       type(contacts_type) :: contacts
       type(laws_type) :: laws
@@ -256,8 +256,8 @@ contains
       contacts%normal_force = 0.0_wp
    end subroutine begin_contact
 
-   !> Slip, m, to a place from the centre at a closure, m, both at the end of a step; `lost` is the
-   !> work of friction less what the lift stores, J/m.
+   !> Slip to the position `place`, m, from the centre, at a closure, m, both at the end of a step;
+   !> `lost` is the work of friction minus the energy stored by the lift, J/m.
    subroutine step_contact(contacts, laws, place, closure, lost)
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The solvers behind one interface: every method against the direct one, hand-over where one
-!> cannot, and words where none can.
+!> The solvers with one interface: each method against the direct one, the change of method after
+!> a failure, and the message if all methods fail.
 module test_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use dda_kinds, only: wp
@@ -162,9 +162,9 @@ contains
       call check(solver%repeated_directly == 1 .and. solver%method == 'direct', 'handed over')
    end subroutine beyond_single_precision
 
-   !> A chain that is held so weakly that single precision loses a pivot: a larger diagonal in the
-   !> factor, and more iterations, still solve the system, but not time after time; and not where
-   !> double precision has few digits left, too.
+   !> A chain on supports so soft that single precision loses a pivot: a larger diagonal in the
+   !> factor, with more iterations, still solves the system, but not repeatedly, and not if double
+   !> precision retains only a few digits.
    subroutine a_pivot_lost_to_single_precision()
       integer, parameter :: n = 70
       real(wp) :: b(6, n), alone(compact_size, n)

@@ -31,8 +31,8 @@ contains
       end do
    end subroutine any_number_of_changes
 
-   !> A wall of blocks, each held softly and joined to its neighbours by some stiff springs; nothing
-   !> is factorised yet.
+   !> A wall of blocks on soft supports, joined to neighbours by some stiff springs; the matrix
+   !> is not factorised.
    subroutine wall(across, up, matrix)
       integer, intent(in) :: across, up
       type(block_matrix_type), intent(out) :: matrix
@@ -164,8 +164,8 @@ contains
       end do
    end subroutine springs_where_none_were
 
-   !> Springs taken out leave the first matrix; put in again, after the geometry has drifted, they
-   !> need no further column and nothing is left to correct.
+   !> Removal of springs restores the first matrix; springs added again, after a small change of
+   !> geometry, need no further column and no correction.
    subroutine added_and_removed_springs()
       type(block_matrix_type) :: matrix, first
       type(rank_one_type) :: back

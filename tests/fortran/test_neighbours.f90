@@ -89,8 +89,8 @@ contains
          'corners within reach are listed')
    end subroutine compare
 
-   !> Probe p lists every convex vertex of the other block that is within reach, and of the others
-   !> only such as are convex.
+   !> Probe p lists every convex vertex of the other block within reach; vertices beyond may be
+   !> listed if they are convex.
    pure logical function corners_listed(near, p, reach)
       type(neighbours_type), intent(in) :: near
       integer, intent(in) :: p
@@ -190,8 +190,8 @@ contains
       call compare(near, 0.01_wp)
    end subroutine a_distant_block
 
-   !> Thirty-six times the blocks: as many pairs and probes per block but for the rim, and about as
-   !> much time.
+   !> With 36 times as many blocks, pairs, probes and time per block are about the same, apart from
+   !> the rim.
    subroutine cost_per_block()
       real(wp) :: small_grid(2), large_grid(2)
 

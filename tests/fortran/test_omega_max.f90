@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> The highest frequency, its bracket, what governs it, and the modes that a time step cannot
-!> resolve.
+!> The highest frequency, its bracket, the part that governs it, and the modes that a time step
+!> cannot resolve.
 module test_omega_max
    use dda_kinds, only: wp
    use dda_eigen, only: eigenpairs_type, all_eigenvalues

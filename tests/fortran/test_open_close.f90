@@ -116,8 +116,8 @@ contains
       end do
    end subroutine from_any_first_states
 
-   !> With frozen bounds the energy falls in each iteration, from any start, and ends where its
-   !> gradient is none.
+   !> With frozen bounds the energy decreases in each iteration, from any start, until its gradient
+   !> is zero.
    subroutine frozen_bounds_descend()
       integer :: i
 
@@ -267,8 +267,8 @@ contains
       whole%constant = spread(compact(unit), 2, blocks)
    end subroutine systems_beside
 
-   !> Systems beside each other, each a region of its own, end as each does alone, and the whole,
-   !> most of which is at rest, needs no more iterations than to find that.
+   !> Independent systems, each a region, have the solution of each system alone.  The complete
+   !> system, mostly at rest, needs no more iterations than to establish this.
    subroutine independent_regions()
       integer, parameter :: systems = 60, idle = 200, each = 40
       type(system_type) :: whole, system
@@ -398,7 +398,7 @@ contains
          'no step goes round to the last iteration')
    end subroutine a_wall_that_locks
 
-   !> Where steps are short, each contact whose slip the whole step reverses sticks: else this takes
+   !> If steps are short, each contact whose slip the full step reverses sticks; else this takes
    !> 489 iterations.
    subroutine a_wall_that_slides()
       type(simulation_type) :: simulation

@@ -15,7 +15,7 @@ module test_plane_law
 
 contains
 
-   !> What a recoverable branch acts with works exactly what its potential grows by at θ = ½, and
+   !> The work of the stress of a recoverable branch equals the change of its potential for θ = ½;
    !> its slope agrees with differences.
    subroutine recoverable_branches_lose_nothing_and_are_gradients()
       real(wp) :: e(2), change(2), acting(2), slope(2, 2), more(2), of_more(2, 2), worst(3), scale

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Whole runs against mechanics: flight, spin, sliding and sticking, and what step control does and
-!> says.
+!> Complete runs against mechanics: flight, spin, sliding and sticking, and the actions and messages
+!> of step control.
 module test_simulation
    use dda_blocks, only: momentum_of, update_geometry
    use dda_diagnostics, only: doubt_state
@@ -209,8 +209,8 @@ contains
       end if
    end subroutine penetration_beyond_the_contact_distance
 
-   !> A block at rest as deep as forces explain, then pushed 30 cm into the floor by contacts
-   !> that bear nothing there: they balance, but rest is where it was.
+   !> A block at rest with the penetration of its forces, then moved 30 cm into the floor, where
+   !> contacts exert no force: forces balance, but equilibrium is the former position.
    subroutine contacts_that_are_deeper_than_their_force_explains()
       type(equilibrium_type) :: equilibrium
       real(wp) :: height
@@ -247,8 +247,8 @@ contains
       call check(simulation%neighbours%reach < 10*simulation%detection%least, 'its reach')
    end subroutine a_fall_in_statics_is_searched_nearby
 
-   !> Δt shrinks while a block falls fast, recovers when it lies, is told of, and the end is met
-   !> exactly.
+   !> Δt decreases while a block falls fast, recovers at rest and is reported; the run ends exactly
+   !> at its duration.
    subroutine adaptive_time_step()
       real(wp) :: least, largest_at_rest
       integer :: i

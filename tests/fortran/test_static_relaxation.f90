@@ -103,8 +103,8 @@ contains
       call check(largest_count < most_steps, 'all close')
    end subroutine without_friction
 
-   !> The steps end in balance by the law; what they leave unbalanced before does the work that is
-   !> told of it.
+   !> The steps end in balance by the law; earlier unbalanced forces do the work that the iteration
+   !> reports.
    subroutine with_friction(angle)
       real(wp), intent(in) :: angle  !< degrees
       real(wp) :: residual(unknowns), mu
