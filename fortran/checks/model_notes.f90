@@ -352,17 +352,23 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: j               !< joint
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
+      integer, parameter :: choices(3) = [5, 9, 17]  ! numbers of points above the default
       real(wp) :: zone, spacing
+      character(len=:), allocatable :: remedy
+      integer :: enough
 
+      remedy = 'smaller blocks'
       associate (joint => model%joints(j))
          zone = minval(model%materials%young_modulus)*joint%fracture_energy &
             /joint%tensile_strength**2
          spacing = longest_edge(model, j)/(joint%contact_points - 1)
          if (zone >= least_spacings*spacing) return
+         enough = findloc(zone*(choices - 1) >= least_spacings*longest_edge(model, j), .true., 1)
+         if (enough > 0) remedy = 'contact_points = '//to_text(choices(enough))//' or '//remedy
          call append_note(notes, 'the cohesive zone EG/T² of joint '//quoted(trim(joint%name))// &
             ' is '//short_text(zone)//' m long, but its contact points are up to '// &
             short_text(spacing)//' m apart: the strength depends on the size of the blocks; '// &
-            'try contact_points = 5 or smaller blocks')
+            'try '//remedy)
       end associate
    end subroutine note_coarse_points
 

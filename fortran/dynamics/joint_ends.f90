@@ -116,7 +116,8 @@ contains
             short_text(stress(1) - stress(2))//' Pa at the other'//deviation//', but its two '// &
             'contacts have '//short_text(stress(1) + stress(2)/linear)//' and '// &
             short_text(stress(1) - stress(2)/linear)//' Pa: its strength in bending is three '// &
-            'times too high; try contact_points = 3'
+            'times too high; try contact_points = '// &
+            merge('5', '3', any(simulation%model%stages%static))
       end associate
    end function overlap_text
 

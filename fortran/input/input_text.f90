@@ -11,7 +11,7 @@ module dda_input_text
    use dda_input_schema, only: input_groups, input_rules, input_variables
    use dda_input_variable, only: rule_type, variable_type
    use dda_input_value, only: value_type, take_values, skip_blank, is_assigned, first_word, &
-      name_characters
+      unreadable, name_characters
    use dda_text, only: to_text, lower_case, quoted
    implicit none
    private
@@ -109,8 +109,7 @@ contains
 
       v = 0
       if (.not. is_assigned(text, at)) then
-         failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a valid '// &
-            'value of the preceding variable, or that variable has all its values'
+         failure = unreadable(text(at:))
          return
       end if
       name = lower_case(text(at:min(len(text), at + 64)))
@@ -277,7 +276,8 @@ contains
          if (at > len(text)) exit
          if (text(at:at) /= '&') then
             call fail(error, error_input, file//', line '//to_text(line)// &
-               ': expected a group (&name), found '//quoted(first_word(text(at:))))
+               ': expected a group (&name), found '//first_word(text(at:))// &
+               slash_text(groups(:count), text(:at - 1)))
             return
          end if
          if (count == size(groups)) call reserve_groups(groups, 2*count)
@@ -286,6 +286,18 @@ contains
       end do
       call reserve_groups(groups, count)
    end subroutine split_groups
+
+   !> Text on a slash that is part of a unit but has closed a group; blank if there is none.
+   pure function slash_text(groups, text) result(words)
+      type(group_type), intent(in) :: groups(:)  !< groups so far
+      character(len=*), intent(in) :: text       !< text before a word that belongs to no group
+      character(len=:), allocatable :: words
+
+      words = ''
+      if (size(groups) == 0) return
+      if (groups(size(groups))%last == len(text)) words = '; the slash before it closes &'// &
+         groups(size(groups))%name//': values have no units'
+   end function slash_text
 
    !> Read one group up to its closing slash.
    subroutine read_group(file, text, at, line, group, error)

@@ -8,7 +8,8 @@ module dda_input_value
    use dda_text_numbers, only: next_number, number_found
    implicit none
    private
-   public :: value_type, take_values, skip_blank, is_assigned, first_word, name_characters
+   public :: value_type, take_values, skip_blank, is_assigned, first_word, unreadable, &
+      name_characters
 
    character(len=*), parameter :: name_characters = 'abcdefghijklmnopqrstuvwxyz0123456789_'
    character(len=*), parameter :: letters = name_characters(:26)
@@ -188,15 +189,14 @@ contains
       logical :: fits
 
       if (positions%count < 1) then
-         failure = quoted(first_word(text(at:)))//' cannot be read here: it is not a valid '// &
-            'value of the preceding variable, or that variable has all its values'
+         failure = unreadable(text(at:))
       else if (any(variable%kind == ['name', 'word', 'text'])) then
          call read_word(text, at, word)
          if (allocated(word)) then
             if (index(variable%allowed, "'"//lower_case(word)//"'") > 0) word = lower_case(word)
             call put_word(value, positions, word)
          else
-            failure = trim(variable%name)//': '//quoted(first_word(text(at:)))// &
+            failure = trim(variable%name)//': '//first_word(text(at:))// &
                ' must be in quotes'
          end if
       else
@@ -204,7 +204,7 @@ contains
          if (fits) then
             call put_number(value, positions, number)
          else
-            failure = trim(variable%name)//': '//quoted(first_word(text(at:)))//' is '// &
+            failure = trim(variable%name)//': '//first_word(text(at:))//' is '// &
                trim(merge('neither .true. nor .false.', 'not a number              ', &
                variable%kind == 'logical'))
          end if
@@ -360,16 +360,30 @@ contains
       end do
    end subroutine skip_blank
 
-   !> First word of a text, for messages.
+   !> First word of a text in quotes, for messages.
    pure function first_word(text) result(word)
       character(len=*), intent(in) :: text  !< text of the input
       character(len=:), allocatable :: word
       integer :: length
 
+      if (scan(text(:1), '''"') > 0) then
+         word = quoted(text(2:index(text(2:)//text(:1), text(:1))))
+         return
+      end if
       length = scan(text//' ', ends) - 1
       if (length == 0) length = 1
-      word = whole_characters(text(:min(length, 40)))
+      word = quoted(whole_characters(text(:min(length, 40))))
    end function first_word
+
+   !> Message on a word that is neither a value nor the name of a variable.
+   pure function unreadable(text) result(failure)
+      character(len=*), intent(in) :: text  !< text of the input
+      character(len=:), allocatable :: failure
+
+      failure = first_word(text)//' cannot be read here: it is not a valid value of the '// &
+         'preceding variable, or that variable has all its values'
+      if (scan(lower_case(text(:1)), letters) > 0) failure = failure//'; values have no units'
+   end function unreadable
 
    !> Text at a position of the list, if one is given there.
    pure subroutine text_at(value, i, text)

@@ -11,6 +11,7 @@ module dda_model_description
    public :: model_description
 
    integer, parameter :: line_length = 400
+   real(wp), parameter :: least_peak = 1.0e-14_wp  !< largest relative rounding error of a peak
 
 contains
 
@@ -33,11 +34,12 @@ contains
       type(motion_type), intent(in) :: motion   !< motion of the model
       logical, intent(in) :: as_body_force      !< the acceleration acts in the frame of the base
       character(len=:), allocatable :: text
+      real(wp) :: peak(3)
 
       associate (curve => motion%curve)
-         text = 'motion '//quoted(trim(motion%name))//': PGA '//peak_text(curve%acceleration)// &
-            ' m/s², PGV '//peak_text(curve%velocity)//' m/s, PGD '// &
-            peak_text(curve%displacement)//' m; '
+         peak = peaks_of(curve)
+         text = 'motion '//quoted(trim(motion%name))//': PGA '//short_text(peak(1))// &
+            ' m/s², PGV '//short_text(peak(2))//' m/s, PGD '//short_text(peak(3))//' m; '
          if (any(curve%removed > 0.0_wp)) then
             text = text//'drift removal changed it by up to '//short_text(curve%removed(1))// &
                ' m/s and '//short_text(curve%removed(2))//' m; '
@@ -45,8 +47,7 @@ contains
             text = text//'no drift removed; '
          end if
          text = text//'ends with '//short_text(final_velocity(curve))//' m/s at '// &
-            short_text(curve%displacement(size(curve%displacement)))//' m'//motion_end_text(curve, &
-            as_body_force)
+            short_text(final_place(curve))//' m'//motion_end_text(curve, as_body_force)
          if (abs(curve%cut_velocity) > 0.0_wp) text = text//' (its last two samples move at '// &
             short_text(curve%cut_velocity)//" m/s: after_end = 'continue' keeps this velocity)"
       end associate
@@ -77,12 +78,30 @@ contains
       if (curve%ends_at_rest) final_velocity = 0.0_wp
    end function final_velocity
 
-   !> Largest absolute value of a series, with four digits.
-   pure function peak_text(series) result(text)
-      real(wp), intent(in) :: series(:)  !< [samples] values
-      character(len=:), allocatable :: text
+   !> Displacement at the last sample, m; values within rounding are 0.
+   pure real(wp) function final_place(curve)
+      type(motion_curve_type), intent(in) :: curve  !< curve of a motion
 
-      text = short_text(maxval(abs(series)))
-   end function peak_text
+      final_place = curve%displacement(size(curve%displacement))
+      if (abs(final_place) < least_peak*max(maxval(abs(curve%displacement)), curve%removed(2))) &
+         final_place = 0.0_wp
+   end function final_place
+
+   !> Largest acceleration (m/s²), velocity (m/s) and displacement (m); values within rounding of
+   !> the others are 0.
+   pure function peaks_of(curve) result(peak)
+      type(motion_curve_type), intent(in) :: curve  !< curve of a motion
+      real(wp) :: peak(3), rounding(3)
+
+      peak = [maxval(abs(curve%acceleration)), maxval(abs(curve%velocity)), &
+         maxval(abs(curve%displacement))]
+      if (.not. curve%time_step > 0.0_wp) return
+      associate (step => curve%time_step, whole => curve%duration, &
+         velocity => max(peak(2), curve%removed(1)), place => max(peak(3), curve%removed(2)))
+         rounding = least_peak*[max(velocity/step, place/step**2), &
+            max(peak(1)*whole, place/step), max(peak(1)*whole**2, velocity*whole, place)]
+      end associate
+      where (peak < rounding) peak = 0.0_wp
+   end function peaks_of
 
 end module dda_model_description

@@ -176,7 +176,10 @@ contains
 
    subroutine invalid_values()
       call wrong('&load time = 1 x2 /', '''x2'' is not a number')
-      call wrong('&load time = ''1'' /', 'is not a number')
+      call wrong('&load time = ''1 2'' /', 'time: ''1 2'' is not a number')
+      call wrong('&load x = 1 kN /', 'has all its values; values have no units')
+      call refused('&load x = 1 kg/m3 /', &
+         'found ''m3''; the slash before it closes &load: values have no units')
       call wrong('&load time = 5000*1 /', '5000*')
       call wrong('&load time = 4000*1 200*1 /', 'has all its values')
       call wrong('&load time(5000) = 1 /', 'there is no element (5000)')

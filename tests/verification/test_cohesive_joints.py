@@ -161,3 +161,6 @@ def test_unresolved_joints_are_reported(tmp_path):
         if step:
             limits = re.search(r"above (\S+) s the .*; below (\S+) s the bounds", notes).groups()
             assert [float(one) for one in limits] == pytest.approx([8.7e-5, 8.7e-5 / 20], rel=5e-3)
+    for energy, advice in ((15.0, "contact_points = 9 or smaller blocks"), (6.0, "smaller blocks")):
+        file.write_text(bar(8000, 8e-5, fracture_energy=energy))
+        assert f"try {advice}" in " ".join(str(sitedda.check(file)).split())

@@ -243,7 +243,7 @@ class Model(Groups):
             return groups
         by_name = {group._values.get("name"): group for group in reversed(groups)}
         if name not in by_name:
-            raise KeyError(
+            raise InputError(
                 f"there is no &{kind} named {name!r}{nearest(name, filter(None, by_name))}"
             )
         return by_name[name]

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Measure and wrap the texts of figures, in the font that matplotlib provides."""
+"""Measure and wrap the texts of figures, in the font of matplotlib."""
 
 from functools import lru_cache
-from importlib.util import find_spec
-from pathlib import Path
 from textwrap import wrap
 
-from PIL import ImageFont
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 
 
 def plain(text: str) -> str:
@@ -15,18 +14,11 @@ def plain(text: str) -> str:
     return f"\u200b{text}" if text.startswith("_") else text
 
 
-@lru_cache(maxsize=64)
-def font_of(size: float, bold: bool = False) -> ImageFont.FreeTypeFont:
-    """Return the font of figures, which matplotlib provides, in a size in pixels."""
-    (folder,) = find_spec("matplotlib").submodule_search_locations
-    file = Path(folder, "mpl-data", "fonts", "ttf", f"DejaVuSans{'-Bold' * bold}.ttf")
-    return ImageFont.truetype(file, size, layout_engine=ImageFont.Layout.BASIC)
-
-
 @lru_cache(maxsize=4096)
 def _line_width(text: str, size: float, bold: bool) -> float:
     """Return the width of a line of text, inches."""
-    return font_of(size, bold).getlength(text) / 72.0
+    font = FontProperties(size=size, weight="bold" if bold else "normal")
+    return text_to_path.get_text_width_height_descent(text, font, False)[0] / 72.0
 
 
 def folded(text: str, room: float, size: float, bold: bool = False, most: int = 3) -> str:

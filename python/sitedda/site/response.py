@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..base.arguments import floats, not_negative
+from ..base.errors import InputError
 from ..engine.damping import MaterialDamping
 from ..engine.scheme import Scheme
 from ..engine.signals import running_integral, spectral_acceleration
@@ -119,7 +121,8 @@ class ColumnResponse(SiteResponse):
             waves = Waves.damped(frequencies, self.column.convention)
         else:
             waves = Waves.stepped(frequencies, self.motion.time_step, self.scheme)
-        return waves, *self.column.wave_field(waves, np.ravel(depth), self.bottom, self.kind)
+        depths = floats("depth", depth).ravel()
+        return waves, *self.column.wave_field(waves, depths, self.bottom, self.kind)
 
     @property
     def _frequencies(self) -> NDArray[np.float64]:
@@ -144,9 +147,9 @@ class ColumnResponse(SiteResponse):
         )
 
     def check_bounded(self) -> None:
-        """Raise a ValueError if free vibration never decays."""
+        """Raise InputError if free vibration never decays."""
         if self.unbounded:
-            raise ValueError(f"the motion of the column is unbounded: {self.unbounded}")
+            raise InputError(f"the motion of the column is unbounded: {self.unbounded}")
 
     def _integrate_motion(
         self, ratio, order: int, depth: ArrayLike, first: complex = 0.0, trial: bool = False
@@ -164,11 +167,12 @@ class ColumnResponse(SiteResponse):
         for history, row in zip(found, ratio, strict=True):
             np.multiply(row, spectrum, out=whole[1 : 1 + omega.size])
             history[:] = self.motion.history(whole)
-        return found.reshape(*np.shape(depth), -1)
+        return found.reshape(*np.shape(depth), found.shape[-1])
 
     def transfer(self, frequencies: ArrayLike, depth: float = 0.0) -> NDArray[np.complex128]:
-        """Return the motion at a depth over the reference motion at ``frequencies`` (Hz, (n,))."""
-        return self._displacement_ratio(np.asarray(frequencies, dtype=float), depth)[0]
+        """Return the motion at a depth over the reference motion at ``frequencies`` (Hz)."""
+        values = not_negative("frequencies", frequencies)
+        return self._displacement_ratio(values.ravel(), depth)[0].reshape(values.shape)
 
     def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth or depths (m), m/s², shape (..., samples)."""

@@ -74,6 +74,11 @@ def test_a_floor_stops_with_after_end_hold(write_input):
         ({"after_end": "hold"}, r"ends with 0.4 m/s at 0.04 m and is stopped .* an impact$"),
         ({"drift_order": 2}, r"changed it by up to 0.4 m/s and 0.04 m; ends with 0 m/s .*held"),
         ({"quantity": "velocity", "values": [0, 0.4, 0]}, r"0 m/s .*held there$"),
+        ({"drift_order": None, "values": [0.1, 0.3, 0.1, 0.3, 0.1]}, r"PGV 0 m/s, PGD [1-9]"),
+        (
+            {"drift_order": None, "values": [0.1] * 20},
+            r"PGA 0 m/s², PGV 0 m/s, PGD 0 m; .* 0 m/s at 0 m",
+        ),
         (
             {"drift_order": None, "quantity": "displacement", "values": [0, 0.1, 0.3]},
             r"ends with 0 m/s at 0.3 m and is held there \(its last two samples move at 2 m/s: "

@@ -96,8 +96,20 @@ def test_endless_free_vibration_is_reported():
 def test_no_quantity_of_an_unbounded_motion_is_returned(quantity):
     soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
     response = Column([soil]).response(ricker(), STEP)
-    with pytest.raises(ValueError, match="motion of the column is unbounded"):
+    with pytest.raises(InputError, match="motion of the column is unbounded"):
         getattr(response, quantity)(15.0)
+
+
+def test_arguments_of_a_response_are_checked():
+    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.05)
+    response = Column([soil], ROCK).response(ricker(), STEP)
+    for bad in ("deep", 31.0, [1.0, -1.0]):
+        with pytest.raises(InputError, match="depth must"):
+            response.acceleration(bad)
+    with pytest.raises(InputError, match="frequencies must"):
+        response.transfer([1.0, -1.0])
+    assert response.transfer(1.0) == response.transfer([1.0])[0]
+    assert response.strain([]).shape == (0, response.time.size)
 
 
 @pytest.mark.filterwarnings("ignore:more than 1 % of the free vibration")
