@@ -33,15 +33,15 @@ def main() -> None:
         mend_interfaces(output / "fortran" / "interface")
     dead = dead_links(output)
     if options.without_fortran:
-        dead = [one for one in dead if ": fortran/" not in one]
+        dead = [item for item in dead if ": fortran/" not in item]
     if dead:
         sys.exit("links that lead nowhere:\n" + "\n".join(dead))
     print(f"handbook: {output / 'index.html'}")
 
 
-def call(module: str, *words) -> None:
+def call(module: str, *arguments) -> None:
     """Run a module of this Python; end with its status if it fails."""
-    status = subprocess.run([sys.executable, "-m", module, *map(str, words)]).returncode
+    status = subprocess.run([sys.executable, "-m", module, *map(str, arguments)]).returncode
     if status:
         sys.exit(f"{module} failed ({status})")
 
@@ -64,10 +64,10 @@ class Links(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs) -> None:
         """Take its link and its names."""
-        found = dict(attrs)
-        if tag == "a" and found.get("href"):
-            self.links.add(found["href"])
-        self.anchors |= {found[name] for name in ("id", "name") if found.get(name)}
+        attributes = dict(attrs)
+        if tag == "a" and attributes.get("href"):
+            self.links.add(attributes["href"])
+        self.anchors |= {attributes[name] for name in ("id", "name") if attributes.get(name)}
 
 
 def dead_links(folder: Path) -> list[str]:

@@ -28,15 +28,15 @@ BUILT = ("slope", "tunnel", "arch", "colonnade", "retaining_wall")  # of buildin
 def main() -> None:
     """Run every command in a folder of its own and keep the pictures that the page shows."""
     text = (HERE / "gallery.md").read_text(encoding="utf-8")
-    wanted = re.findall(r"\]\(gallery/(\S+)\)", text) + re.findall(r"-o (\S+\.png)", MORE)
+    expected = re.findall(r"\]\(gallery/(\S+)\)", text) + re.findall(r"-o (\S+\.png)", MORE)
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "inputs").symlink_to(HERE.parent / "inputs")
         for block in [*re.findall(r"```sh\n(.*?)```", text, re.DOTALL), MORE]:
             for line in block.splitlines():
-                words = shlex.split(line)
-                program = [sys.executable, "-m", "sitedda", *words[1:]]
+                command = shlex.split(line)
+                program = [sys.executable, "-m", "sitedda", *command[1:]]
                 subprocess.run(program, cwd=folder, check=True)
-        for name in wanted:
+        for name in expected:
             shrink(Path(folder) / name, HERE / "gallery" / name)
         building(Path(folder) / "building.png")
         shrink(Path(folder) / "building.png", HERE / "building.png")

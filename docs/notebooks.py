@@ -27,9 +27,9 @@ def main() -> None:
 
 def notebook(page: Path, folder: Path) -> dict:
     """A page as a notebook: Python and commands are cells to run, the rest is text."""
-    text, *rest = CODE.split(page.read_text())
+    text, *remainder = CODE.split(page.read_text())
     cells = [_text(text, page, folder)]
-    for kind, code, text in zip(rest[::3], rest[1::3], rest[2::3], strict=True):
+    for kind, code, text in zip(remainder[::3], remainder[1::3], remainder[2::3], strict=True):
         lines = code if kind == "python" else re.sub("^(?=.)", "!", code, flags=re.M)
         ran = {"execution_count": None, "outputs": [], "source": lines.strip()}
         cells += [{"cell_type": "code", "metadata": {}} | ran, _text(text, page, folder)]

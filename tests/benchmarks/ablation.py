@@ -118,34 +118,34 @@ REMEDIES = {
 
 def cases(quick: bool) -> dict[str, tuple]:
     """Return the function that writes the input of each case, and the number of steps."""
-    found = {}
+    table = {}
     for ms, steps in ((1, 120), (5, 60)):
         for blocks in (200, 400, 800) if quick else (200, 300, 400, 600, 800, 1000):
             name = f"{blocks} at {ms} ms"
-            found[f"shaken {name}"] = (partial(shaken, blocks, ms * 1e-3), steps)
+            table[f"shaken {name}"] = (partial(shaken, blocks, ms * 1e-3), steps)
             if quick and blocks == 800:
                 continue
             less = steps // 4
-            found[f"settling {name}"] = (partial(settling, touching_wall, blocks, ms * 1e-3), less)
-            found[f"packing {name}"] = (partial(settling, packing, blocks, ms * 1e-3), less)
+            table[f"settling {name}"] = (partial(settling, touching_wall, blocks, ms * 1e-3), less)
+            table[f"packing {name}"] = (partial(settling, packing, blocks, ms * 1e-3), less)
     for blocks in (1000,) if quick else (1000, 3000, 10_000):
-        found[f"sudden {blocks}"] = (partial(settling, touching_wall, blocks, 1e-3), 5)
-        found[f"rest {blocks}"] = (partial(resting, blocks), 1)
+        table[f"sudden {blocks}"] = (partial(settling, touching_wall, blocks, 1e-3), 5)
+        table[f"rest {blocks}"] = (partial(resting, blocks), 1)
     if not quick:
-        found["quiet 3000"] = (partial(settling, wall, 3000, 1e-3), 60)
-        found["shaken 10000"] = (partial(shaken, 10_000, 1e-3), 160)
-    return found
+        table["quiet 3000"] = (partial(settling, wall, 3000, 1e-3), 60)
+        table["shaken 10000"] = (partial(shaken, 10_000, 1e-3), 160)
+    return table
 
 
 def hard_cases() -> dict[str, tuple]:
     """Walls with long steps and friction angles from small to large."""
-    found = {}
+    table = {}
     for ms, steps in ((10, 60), (20, 30)):
         for blocks in (110, 150, 200, 250, 300, 350, 400, 450):
             for angle in (15, 25, 35, 45, 60, 75):
                 name = f"shaken {blocks} at {ms} ms, {angle} degrees"
-                found[name] = (partial(with_friction, blocks, ms * 1e-3, angle), steps)
-    return found
+                table[name] = (partial(with_friction, blocks, ms * 1e-3, angle), steps)
+    return table
 
 
 def with_friction(blocks: int, time_step: float, angle: int) -> str:
@@ -170,23 +170,27 @@ class Engine:
             c["command"] for c in commands
             if c["file"].endswith(str(name)) and "sitedda_engine" in c["output"]
         )  # fmt: skip
-        changed_file, made = self.folder / source.name, self.folder / "changed.o"
+        changed_file, object_file = self.folder / source.name, self.folder / "changed.o"
         changed_file.write_text(text)
-        words = shlex.split(command)
-        words[words.index("-o") + 1] = str(made)
-        words[words.index("-c") + 1] = str(changed_file)
-        words = [f"-J{self.folder}" if w.startswith("-J") else w for w in words]
-        own = next((w[2:] for w in shlex.split(command) if w.startswith("-J")), ".")
-        subprocess.run([*words, f"-I{own}"], cwd=self.build, check=True, capture_output=True)
+        arguments = shlex.split(command)
+        arguments[arguments.index("-o") + 1] = str(object_file)
+        arguments[arguments.index("-c") + 1] = str(changed_file)
+        arguments = [f"-J{self.folder}" if w.startswith("-J") else w for w in arguments]
+        folder_of_modules = next((w[2:] for w in shlex.split(command) if w.startswith("-J")), ".")
+        subprocess.run(
+            [*arguments, f"-I{folder_of_modules}"], cwd=self.build, check=True, capture_output=True
+        )
         listed = subprocess.run(
             ["ninja", "-t", "commands", "sitedda-native"], cwd=self.build, check=True,
             capture_output=True, text=True,
         ).stdout.splitlines()  # fmt: skip
-        words = shlex.split(listed[-1])
+        arguments = shlex.split(listed[-1])
         program = self.folder / "native"
-        words[words.index("-o") + 1] = str(program)
-        words.insert(words.index("-o") + 2, str(made))  # before the library with the original
-        subprocess.run(words, cwd=self.build, check=True, capture_output=True)
+        arguments[arguments.index("-o") + 1] = str(program)
+        arguments.insert(
+            arguments.index("-o") + 2, str(object_file)
+        )  # before the library with the original
+        subprocess.run(arguments, cwd=self.build, check=True, capture_output=True)
         return program
 
 
@@ -201,13 +205,13 @@ def run(program: Path, file: Path, before: dict | str = "") -> dict | str:
     if isinstance(before, dict):
         limit = 1 + int(5 * before["seconds"])
         resource.prlimit(process.pid, resource.RLIMIT_CPU, (limit, limit))
-    said = process.stderr.read().strip()
+    text = process.stderr.read().strip()
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if os.WIFSIGNALED(status):
         return "takes too long"
     if status:
-        return said.splitlines()[-1][:70] if said else f"status {process.returncode}"
+        return text.splitlines()[-1][:70] if text else f"status {process.returncode}"
     with READING, xr.open_dataset(output) as data:
         work = list(map(int, re.findall(r"\d+", data.attrs["solver"])))
         iterations = int(data.iterations.sum())
@@ -231,43 +235,43 @@ def written(texts: dict[str, str], folder: Path) -> dict[str, Path]:
 def measured(program: Path, files: dict[str, Path], jobs: int, before: dict) -> dict:
     """Return the result of `run` for each input; `before` has the results of another engine."""
     with ThreadPoolExecutor(jobs) as pool:
-        found = pool.map(lambda name: run(program, files[name], before.get(name, "")), files)
-        return dict(zip(files, found, strict=True))
+        results = pool.map(lambda name: run(program, files[name], before.get(name, "")), files)
+        return dict(zip(files, results, strict=True))
 
 
-def variants(words: list[str]) -> dict[str, tuple[Path, str]]:
+def variants(prefixes: list[str]) -> dict[str, tuple[Path, str]]:
     """Return file and new text of each variant whose name contains one of the words."""
-    found = {}
+    table = {}
     for name, remedy in REMEDIES.items():
         text = remedy.file.read_text()
         if remedy.old not in text:
             raise SystemExit(f"{remedy.file}: expected {remedy.old!r}")
-        found[f"without: {name}"] = (remedy.file, text.replace(remedy.old, remedy.new))
+        table[f"without: {name}"] = (remedy.file, text.replace(remedy.old, remedy.new))
     for file in FILES:
         text = file.read_text()
         for match in _CONSTANT.finditer(text):
             name, number, power, kind = match.groups()
             if name in _FIXED or float(number) == 0:
                 continue
-            for word, factor in (("halved", 0.5), ("doubled", 2.0)):
+            for suffix, factor in (("halved", 0.5), ("doubled", 2.0)):
                 value = float(number) * factor
-                said = f"{value!r}{power}_wp" if kind else str(max(1, int(value)))
-                label = f"{file.stem}: {name} {word}"
+                literal = f"{value!r}{power}_wp" if kind else str(max(1, int(value)))
+                label = f"{file.stem}: {name} {suffix}"
                 start, end = match.span(2)[0], match.end()
-                found[label] = (file, text[:start] + said + text[end:])
-    return {k: v for k, v in found.items() if any(w in k for w in words)}
+                table[label] = (file, text[:start] + literal + text[end:])
+    return {k: v for k, v in table.items() if any(w in k for w in prefixes)}
 
 
 def row(name: str, results: dict, before: dict) -> str:
     """Return a table row: ratios over the cases that both engines complete, and the others."""
-    both = [c for c in before if isinstance(before[c], dict) and isinstance(results[c], dict)]
+    common = [c for c in before if isinstance(before[c], dict) and isinstance(results[c], dict)]
     ratios = []
     for key in ("iterations", "factors", "applications", "seconds"):
-        total = sum(before[c][key] for c in both)
-        ratios.append(sum(results[c][key] for c in both) / total if total else float("nan"))
-    others = [f"{c}: {results[c]}" for c in before if c not in both and results[c] != before[c]]
+        total = sum(before[c][key] for c in common)
+        ratios.append(sum(results[c][key] for c in common) / total if total else float("nan"))
+    changes = [f"{c}: {results[c]}" for c in before if c not in common and results[c] != before[c]]
     numbers = " | ".join(f"{ratio:.3f}" for ratio in ratios)
-    return f"| {name} | {numbers} | {'; '.join(others)} |"
+    return f"| {name} | {numbers} | {'; '.join(changes)} |"
 
 
 def main() -> None:
@@ -275,8 +279,8 @@ def main() -> None:
     options = parse_options(__doc__, "build", quick=False, hard=False, only=[""], jobs=1)
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        chosen = hard_cases() if options.hard else cases(options.quick)
-        texts = {name: changed(text(), steps, 1) for name, (text, steps) in chosen.items()}
+        selection = hard_cases() if options.hard else cases(options.quick)
+        texts = {name: changed(text(), steps, 1) for name, (text, steps) in selection.items()}
         files = written(texts, folder)
         engine = Engine(options.build.resolve(), folder)
         own = folder / "own"

@@ -36,9 +36,9 @@ def measure(program: str, without: Path, often: Path, checkpoints: int, steps: i
     pairs = [(spent(program, without), spent(program, often)) for _ in range(rounds)]
     for clock in (0, 1):
         base = statistics.median(pair[0][clock] for pair in pairs)
-        more = statistics.median(pair[1][clock] - pair[0][clock] for pair in pairs)
-        one = more / checkpoints
-        yield base, one, 100 * one * (steps / 1000) / base
+        increase = statistics.median(pair[1][clock] - pair[0][clock] for pair in pairs)
+        cost = increase / checkpoints
+        yield base, cost, 100 * cost * (steps / 1000) / base
 
 
 def main() -> int:
@@ -55,11 +55,13 @@ def main() -> int:
     for name, (steps, often, text) in models.items():
         with tempfile.TemporaryDirectory() as scratch:
             folders = [prepare(Path(scratch) / str(n), text(n)) for n in (0, often)]
-            found = measure(program, *folders, steps // often, steps, options.rounds)
-            for clock, (base, one, share) in zip(("processor", "wall"), found, strict=True):
-                print(f"{name:14s}  {clock:9s} {base:9.2f} s {1e3 * one:13.3f} ms {share:15.2f} %")
+            results = measure(program, *folders, steps // often, steps, options.rounds)
+            for clock, (base, cost, fraction) in zip(("processor", "wall"), results, strict=True):
+                print(
+                    f"{name:14s}  {clock:9s} {base:9.2f} s {1e3 * cost:13.3f} ms {fraction:15.2f} %"
+                )
                 if clock == "processor":
-                    worst = max(worst, share)
+                    worst = max(worst, fraction)
     print(f"target: less than {TARGET} %")
     return int(worst >= TARGET)
 

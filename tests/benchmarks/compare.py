@@ -80,7 +80,7 @@ def shaken(blocks: int, time_step: float) -> str:
 
 def cases() -> dict[str, Case]:
     """Return all cases by name."""
-    found = {
+    table = {
         "main job": Case(partial(layered, 15), 22000, 2000),
         "column 11": Case(partial(layered, 10), 22000, 2000),
         "quiet 1000": Case(partial(settling, wall, 1000, 1e-3), 660, 60),
@@ -90,25 +90,27 @@ def cases() -> dict[str, Case]:
     for blocks in (200, 400, 800, 1000):
         for milliseconds, steps in ((1, 400), (5, 80)):
             name, step = f"{blocks} at {milliseconds} ms", milliseconds * 1e-3
-            found[f"shaken {name}"] = Case(partial(shaken, blocks, step), steps)
-            found[f"settling {name}"] = Case(partial(settling, touching_wall, blocks, step), 60)
+            table[f"shaken {name}"] = Case(partial(shaken, blocks, step), steps)
+            table[f"settling {name}"] = Case(partial(settling, touching_wall, blocks, step), 60)
     for blocks in (1000, 10000, 100000):
-        found[f"sudden {blocks}"] = Case(partial(settling, touching_wall, blocks, 1e-3), 10)
-        found[f"rest {blocks}"] = Case(partial(resting, blocks), 1)
-    return found
+        table[f"sudden {blocks}"] = Case(partial(settling, touching_wall, blocks, 1e-3), 10)
+        table[f"rest {blocks}"] = Case(partial(resting, blocks), 1)
+    return table
 
 
 def main() -> None:
     """Measure alternately, then print."""
-    known = cases()
+    table = cases()
     options = parse_options(__doc__, "before", "after", pairs=5, cases=[str], wet=False)
     engines = (options.before.resolve(), options.after.resolve())
-    words = options.cases or list(known)
-    chosen = [name for name in known if any(f"{name} ".startswith(f"{word} ") for word in words)]
-    if not chosen:
-        raise SystemExit(f"no case begins with {words}; known are {', '.join(known)}")
-    for name in chosen:
-        case = known[name]
+    prefixes = options.cases or list(table)
+    selection = [
+        name for name in table if any(f"{name} ".startswith(f"{prefix} ") for prefix in prefixes)
+    ]
+    if not selection:
+        raise SystemExit(f"no case begins with {prefixes}; known are {', '.join(table)}")
+    for name in selection:
+        case = table[name]
         try:
             report(name, measured(engines, case, options.pairs, options.wet))
         except subprocess.CalledProcessError as failure:
@@ -151,10 +153,10 @@ def taken_by(engine: Path, file: Path) -> float:
 def report(name: str, times: list[tuple[float, float]]) -> None:
     """Print the ratio and the least times."""
     ratios = sorted(before / after for before, after in times)
-    least = [min(column) for column in zip(*times, strict=True)]
+    shortest = [min(column) for column in zip(*times, strict=True)]
     print(
         f"{name:22} {statistics.median(ratios):.2f} [{ratios[0]:.2f}, {ratios[-1]:.2f}]"
-        f"   least {least[0]:.3f} and {least[1]:.3f} s",
+        f"   least {shortest[0]:.3f} and {shortest[1]:.3f} s",
         flush=True,
     )
 

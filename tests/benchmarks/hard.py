@@ -72,23 +72,23 @@ LAWS = {
 
 def cases(law: str, adaptive: bool = False) -> dict[str, str]:
     """Return inputs by name."""
-    found = {}
+    table = {}
     for i, (start, ms, angle) in enumerate(product(STARTS, STEPS, ANGLES)):
         blocks = SIZES[i % len(SIZES)]
         text = model(law, start, blocks, ms * 1e-3, STEPS[ms], angle, adaptive)
-        found[f"{law}: {start}, {blocks} at {ms} ms, {angle} degrees"] = text
-    return found
+        table[f"{law}: {start}, {blocks} at {ms} ms, {angle} degrees"] = text
+    return table
 
 
 def model(
     law: str, start: str, blocks: int, step: float, steps: int, angle: int, adaptive: bool
 ) -> str:
     """The input of a wall."""
-    made = wall(blocks, 0.0 if start == "sudden" else HEAD_JOINT)
+    base_model = wall(blocks, 0.0 if start == "sudden" else HEAD_JOINT)
     if start != "shaken":
-        made.stress[:] = 0.0
-    words, groups = LAWS[law]
-    said = words.format(
+        base_model.stress[:] = 0.0
+    variables, groups = LAWS[law]
+    law_text = variables.format(
         low=0.7 * angle,
         high=0.5 * (89 + angle),
         dilation=min(15, 0.5 * angle),
@@ -102,31 +102,35 @@ def model(
         f"   time_step_control = '{'adaptive' if adaptive else 'fixed'}' /",
         f"&contact normal_stiffness = {PENALTY!r} /",
         "&output history_interval = 1 /",
-        f"&joint friction_angle = {float(angle)}{', ' if said else ''}{said} /",
+        f"&joint friction_angle = {float(angle)}{', ' if law_text else ''}{law_text} /",
         f"&motion name = 'shaking', quantity = 'acceleration', time_step = {SAMPLE}",
         f"   drift_order = 0, values = {', '.join(f'{a:.6f}' for a in acceleration)} /",
     ]
-    for stress in np.unique(made.stress):
+    for stress in np.unique(base_model.stress):
         lines.append(
             f"&material name = 'm{-stress:.0f}', density = 2500.0, young_modulus = 1e10"
             f", poisson_ratio = 0.25, initial_stress = 0.0, {stress}, 0.0 /"
         )
-    for i, (polygon, stress) in enumerate(zip(made.polygons, made.stress, strict=True)):
-        places = ", ".join(map(repr, polygon.ravel().tolist()))
+    for i, (polygon, stress) in enumerate(zip(base_model.polygons, base_model.stress, strict=True)):
+        coordinates = ", ".join(map(repr, polygon.ravel().tolist()))
         name = f"brick_{i}" if i else "base"
-        lines.append(f"&block name = '{name}', material = 'm{-stress:.0f}', vertices = {places} /")
-    lines += [f"&fixed_point x = {x!r}, y = {y!r}, block = {b + 1} /" for x, y, b in made.fixed]
+        lines.append(
+            f"&block name = '{name}', material = 'm{-stress:.0f}', vertices = {coordinates} /"
+        )
+    lines += [
+        f"&fixed_point x = {x!r}, y = {y!r}, block = {b + 1} /" for x, y, b in base_model.fixed
+    ]
     if groups == "bolts":
-        lines.append(bolts(made))
+        lines.append(bolts(base_model))
     return "\n".join(lines) + "\n"
 
 
-def bolts(made) -> str:
+def bolts(model) -> str:
     """Return vertical pretensioned bolts through the whole wall, which yield."""
-    width = made.polygons[0][1, 0] - 0.5
+    width = model.polygons[0][1, 0] - 0.5
     return "\n".join(
-        f"&bolt name = 'b{i}', from = {0.3 + i * 2.0}, -0.1, to = {0.3 + i * 2.0}, {made.top - 0.1}"
-        ", axial_stiffness = 1e8, pretension = 2e4, yield_force = 3e4 /"
+        f"&bolt name = 'b{i}', from = {0.3 + i * 2.0}, -0.1, to = {0.3 + i * 2.0},"
+        f" {model.top - 0.1}, axial_stiffness = 1e8, pretension = 2e4, yield_force = 3e4 /"
         for i in range(int(width // 2))
     )
 
@@ -141,10 +145,10 @@ def row(law: str, fixed: dict, adaptive: dict | None) -> str:
     """A row of the table."""
     ended = [r for r in fixed.values() if isinstance(r, dict)]
     sums = [sum(r[k] for r in ended) for k in ("iterations", "factors", "applications")]
-    words = f"| {law} | {len(ended)} of {len(fixed)} |"
+    cells = f"| {law} | {len(ended)} of {len(fixed)} |"
     if adaptive is not None:
-        words += f" {sum(isinstance(r, dict) for r in adaptive.values())} of {len(adaptive)} |"
-    return words + " {} / {} / {} | {:.1f} |".format(*sums, sum(r["seconds"] for r in ended))
+        cells += f" {sum(isinstance(r, dict) for r in adaptive.values())} of {len(adaptive)} |"
+    return cells + " {} / {} / {} | {:.1f} |".format(*sums, sum(r["seconds"] for r in ended))
 
 
 def main() -> None:
@@ -152,7 +156,7 @@ def main() -> None:
     options = parse_options(__doc__, "build", laws=[""], adaptive=False, keep=Path, jobs=1)
     print(f"| law | ends |{' adaptive |' * options.adaptive} it / F / S | s |")
     for law in LAWS:
-        if not any(word in law for word in options.laws):
+        if not any(part in law for part in options.laws):
             continue
         with tempfile.TemporaryDirectory() as folder:
             own = Path(folder)
@@ -163,13 +167,13 @@ def main() -> None:
             if options.adaptive:
                 adaptive = measured(own, cases(law, True), options.jobs)
         print(row(law, fixed, adaptive), flush=True)
-        for name, said in [*fixed.items(), *(adaptive or {}).items()]:
-            if isinstance(said, str):
-                print(f"    {name}: {said}", flush=True)
+        for name, outcome in [*fixed.items(), *(adaptive or {}).items()]:
+            if isinstance(outcome, str):
+                print(f"    {name}: {outcome}", flush=True)
                 if options.keep:
-                    kept = options.keep / (name.replace(" ", "_").replace(":", "") + ".nml")
+                    copy = options.keep / (name.replace(" ", "_").replace(":", "") + ".nml")
                     options.keep.mkdir(parents=True, exist_ok=True)
-                    kept.write_text(texts[name])
+                    copy.write_text(texts[name])
 
 
 if __name__ == "__main__":

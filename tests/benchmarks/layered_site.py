@@ -59,8 +59,8 @@ def machine(core: int) -> str:
 
 def processor(entry: str) -> str:
     """Return the last value of an entry of /proc/cpuinfo, or ''."""
-    found = re.findall(rf"(?m)^{entry}\s*:\s*(.*)$", Path("/proc/cpuinfo").read_text())
-    return found[-1] if found else ""
+    matches = re.findall(rf"(?m)^{entry}\s*:\s*(.*)$", Path("/proc/cpuinfo").read_text())
+    return matches[-1] if matches else ""
 
 
 def measured(options, folder: Path, steps: int, interval: int) -> list[tuple[float, float]]:
@@ -87,19 +87,19 @@ def changed(text: str, steps: int, interval: int) -> str:
     """Return the main job with other numbers of steps and samples, and without amplification."""
     text = re.sub(r"(?m)^&amplification.*$", "", text)
     for variable, value in (("steps", steps), ("history_interval", interval)):
-        text, found = re.subn(rf"\b{variable}\s*=\s*\d+", f"{variable} = {value}", text)
-        if found != 1:
-            raise SystemExit(f"{INPUT}: expected one {variable}, found {found}")
+        text, count = re.subn(rf"\b{variable}\s*=\s*\d+", f"{variable} = {value}", text)
+        if count != 1:
+            raise SystemExit(f"{INPUT}: expected one {variable}, found {count}")
     return text
 
 
 def report(name: str, times: list, start: list) -> None:
     """Print wall time and processor time per step, without those of the start."""
-    said = []
+    lines = []
     for kind, which in (("wall", 0), ("processor", 1)):
         micro = [1e6 * (run[which] - min(start)[which]) / STEPS for run in times]
-        said.append(f"{kind} {min(micro):.2f} (median {statistics.median(micro):.2f})")
-    print(f"{name}: {', '.join(said)} µs per step")
+        lines.append(f"{kind} {min(micro):.2f} (median {statistics.median(micro):.2f})")
+    print(f"{name}: {', '.join(lines)} µs per step")
 
 
 if __name__ == "__main__":

@@ -80,7 +80,7 @@ def renderer(page) -> str:
 
 def edits(page, spacing: float) -> list[float]:
     """Return the times from an edit to the drawn picture in the page, s."""
-    found = []
+    times = []
     for i in range(EDITS):
         begun = time.perf_counter()
         value = f"{spacing * (1 + 0.002 * (i + 1)):.6g}"
@@ -88,9 +88,9 @@ def edits(page, spacing: float) -> list[float]:
         page.evaluate("fields => page.ask('set', fields)", fields)
         until(page, f"page.model.text.includes('spacing = {value}')")
         drawn(page)
-        found.append(time.perf_counter() - begun)
+        times.append(time.perf_counter() - begun)
         page.evaluate("page.ask('settle')")
-    return found
+    return times
 
 
 def watch(page) -> tuple[float, float, float]:
@@ -109,8 +109,8 @@ def watch(page) -> tuple[float, float, float]:
 
 def spent(process: int) -> float:
     """Return the processor time of a process, s."""
-    words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
-    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 async def losses(server, turns: int) -> list[tuple[float, float, float]]:
@@ -147,12 +147,12 @@ def loss(folder: Path, turns: int) -> None:
     file = folder / "wall.nml"
     file.write_text(WALL)
     with live(folder, folder / "state", file.name) as server:
-        found = talk(losses(server, turns))
-    for quiet, watched, frames in found:
+        pairs = talk(losses(server, turns))
+    for quiet, watched, frames in pairs:
         print(f"  {quiet * 1e3:.2f} and {watched * 1e3:.2f} ms of processor time per step, "
               f"{frames:.1f} frames per second")  # fmt: skip
-    share = 100 * (1 - statistics.median(quiet / watched for quiet, watched, _ in found))
-    print(f"5000 bricks: a client slows down the engine by {share:.1f} % (target 5 %), "
+    percentage = 100 * (1 - statistics.median(quiet / watched for quiet, watched, _ in pairs))
+    print(f"5000 bricks: a client slows down the engine by {percentage:.1f} % (target 5 %), "
           f"{turns} turns of {WATCHED:g} s")  # fmt: skip
 
 
@@ -160,21 +160,21 @@ def main() -> None:
     """Measure and print."""
     quick = "--quick" in sys.argv
     if "--loss" in sys.argv:
-        with tempfile.TemporaryDirectory() as place:
-            loss(Path(place), 2 if quick else PAIRS)
+        with tempfile.TemporaryDirectory() as scratch:
+            loss(Path(scratch), 2 if quick else PAIRS)
         return
-    with tempfile.TemporaryDirectory() as place, sync_playwright() as playwright:
-        folder = Path(place)
+    with tempfile.TemporaryDirectory() as scratch, sync_playwright() as playwright:
+        folder = Path(scratch)
         browser = playwright.chromium.launch(executable_path=BROWSER, args=ARGUMENTS)
         for spacing, target in ((0.99, 0.3), (0.308, 1.5)):
             file, count = blocks_of(spacing, folder)
             with live(folder, folder / "state", file.name) as server:
                 page = enter(browser, server)
-                found = edits(page, spacing)
+                times = edits(page, spacing)
                 server_share = page.evaluate("page.view.state.seconds")
                 print(
-                    f"{count} blocks cut and drawn: median {statistics.median(found):.2f} s, least "
-                    f"{min(found):.2f} s (target {target} s); of the last time, "
+                    f"{count} blocks cut and drawn: median {statistics.median(times):.2f} s, least "
+                    f"{min(times):.2f} s (target {target} s); of the last time, "
                     f"{server_share:.2f} s in the server; {renderer(page)}",
                     flush=True,
                 )
@@ -191,8 +191,8 @@ def main() -> None:
             flush=True,
         )
         browser.close()
-    with tempfile.TemporaryDirectory() as place:
-        loss(Path(place), 2 if quick else PAIRS)
+    with tempfile.TemporaryDirectory() as scratch:
+        loss(Path(scratch), 2 if quick else PAIRS)
 
 
 if __name__ == "__main__":

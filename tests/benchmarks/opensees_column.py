@@ -57,14 +57,14 @@ def opensees(base, step):
     ops.algorithm("KrylovNewton")
     ops.integrator("Newmark", 0.5, 0.25)
     ops.analysis("Transient")
-    found = np.zeros((3, base.size))
+    response = np.zeros((3, base.size))
     for k in range(1, base.size):
         if ops.analyze(1, step) != 0:
             raise SystemExit(f"OpenSees does not converge in step {k}")
-        found[0, k] = ops.nodeAccel(2 * CELLS + 1, 1) + base[k]
-        found[1, k] = ops.nodeDisp(3, 1) / size
-        found[2, k] = ops.eleResponse(1, "material", 1, "stress")[3]  # xx, yy, zz, xy
-    return found
+        response[0, k] = ops.nodeAccel(2 * CELLS + 1, 1) + base[k]
+        response[1, k] = ops.nodeDisp(3, 1) / size
+        response[2, k] = ops.eleResponse(1, "material", 1, "stress")[3]  # xx, yy, zz, xy
+    return response
 
 
 def backbone():
@@ -92,18 +92,18 @@ def main() -> None:
     for scale in (0.2, 0.5, 1.5):
         step = sample / STEPS
         top, strain, stress = opensees(scale * base, step)
-        ours = nonlinear(column, [backbone()], scale * base, step, damping_curve="masing",
+        result = nonlinear(column, [backbone()], scale * base, step, damping_curve="masing",
                          branches=80, highest_frequency=50.0, compare=False)  # fmt: skip
-        surface = ours.acceleration()
+        surface = result.acceleration()
         low = HEIGHT - 0.5 * HEIGHT / CELLS
         theirs = spectral_acceleration(top, step, PERIODS)
-        ratio = 100 * (ours.spectrum(PERIODS) / theirs - 1)
+        ratio = 100 * (result.spectrum(PERIODS) / theirs - 1)
         print(
-            f"{scale:5g}{100 * abs(strain).max():9.4f}{100 * abs(ours.strain(low)).max():9.4f}"
+            f"{scale:5g}{100 * abs(strain).max():9.4f}{100 * abs(result.strain(low)).max():9.4f}"
             f"{abs(top).max():9.3f}{abs(surface).max():9.3f} "
             + "".join(f"{value:8.2f}" for value in ratio)
         )
-        loops.append((scale, strain, stress, -ours.strain(low), -ours.stress(low)))
+        loops.append((scale, strain, stress, -result.strain(low), -result.stress(low)))
     if options.plot:
         draw(loops, options.plot)
 

@@ -21,13 +21,14 @@ REPEATS = 3
 def main() -> None:
     """Measure, print a table row for each penalty, and draw."""
     options = parse_options(__doc__, docs=False)
-    found = {name: [measured(name, ratio) for ratio in RATIOS] for name in STEPS}
+    results = {name: [measured(name, ratio) for ratio in RATIOS] for name in STEPS}
     for i, ratio in enumerate(RATIOS):
-        cells = (f"{found[name][i][0] / found[name][0][0]:.2f}, {100 * found[name][i][1]:.2f} %"
-                 for name in STEPS)  # fmt: skip
+        cells = (
+            f"{rows[i][0] / rows[0][0]:.2f}, {100 * rows[i][1]:.2f} %" for rows in results.values()
+        )
         print(f"| {ratio} | {' | '.join(cells)} |", flush=True)
     if options.docs:
-        draw(found)
+        draw(results)
 
 
 def measured(name: str, ratio: float) -> tuple[float, float]:
@@ -50,15 +51,15 @@ def measured(name: str, ratio: float) -> tuple[float, float]:
     return min(seconds), 1 - first / sitedda.penalty_for_shift(file, 1.0, "closed").limit
 
 
-def draw(found: dict[str, list[tuple[float, float]]]) -> None:
+def draw(results: dict[str, list[tuple[float, float]]]) -> None:
     """Draw time and error versus penalty."""
     from matplotlib import pyplot
 
     figure, axes = pyplot.subplots(1, 2, figsize=(8, 3.2), layout="constrained")
-    for name, values in found.items():
+    for name, values in results.items():
         seconds, errors = zip(*values, strict=True)
-        axes[0].loglog(RATIOS, [one / seconds[0] for one in seconds], "o-", label=name)
-        axes[1].loglog(RATIOS, [100 * one for one in errors], "o-", label=name)
+        axes[0].loglog(RATIOS, [time / seconds[0] for time in seconds], "o-", label=name)
+        axes[1].loglog(RATIOS, [100 * time for time in errors], "o-", label=name)
     axes[1].axhline(1.0, color="0.6", linewidth=1)
     for axis, label in zip(axes, ("time of a run / that at 1 E", "error of f₁, %"), strict=True):
         axis.set(xlabel="penalty / (E · 1 m)", ylabel=label)

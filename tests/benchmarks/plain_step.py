@@ -48,39 +48,43 @@ class PlainStep:
     def axes(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rotation matrices and deformation gradients of the blocks."""
         c, s = np.cos(q[:, 2]), np.sin(q[:, 2])
-        turn = np.array([[c, -s], [s, c]]).transpose(2, 0, 1)
+        rotation = np.array([[c, -s], [s, c]]).transpose(2, 0, 1)
         strain = np.array([[1 + q[:, 3], q[:, 5] / 2], [q[:, 5] / 2, 1 + q[:, 4]]])
-        return turn, turn @ strain.transpose(2, 0, 1)
+        return rotation, rotation @ strain.transpose(2, 0, 1)
 
-    def rows(self, turn, offset, reference, direction) -> np.ndarray:
+    def rows(self, rotation, offset, reference, direction) -> np.ndarray:
         """Return the influence on material points along directions, shape (points, 6)."""
-        along = np.einsum("pij,pi->pj", turn, direction)
+        along = np.einsum("pij,pi->pj", rotation, direction)
         spin = direction[:, 1] * offset[:, 0] - direction[:, 0] * offset[:, 1]
         skew = (along[:, 0] * reference[:, 1] + along[:, 1] * reference[:, 0]) / 2
         return np.column_stack([direction, spin, along * reference, skew])
 
     def contact_rows(self, q, vertex, edge):
         """Return gaps, and the rows of gap and slip, of (vertex, edge) pairs."""
-        turn, gradient = self.axes(q)
-        places = q[self.owner, :2] + np.einsum("vij,vj->vi", gradient[self.owner], self.reference)
+        rotation, gradient = self.axes(q)
+        positions = q[self.owner, :2] + np.einsum(
+            "vij,vj->vi", gradient[self.owner], self.reference
+        )
         i, j, end = self.owner[vertex], self.owner[edge], self.next[edge]
-        along = places[end] - places[edge]
+        along = positions[end] - positions[edge]
         length = np.linalg.norm(along, axis=1, keepdims=True)
         tangent = along / length
         normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])
         tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-        gap = np.einsum("ci,ci->c", places[vertex] - places[edge], normal)
-        reach_v, reach_e = places[vertex] - q[i, :2], places[vertex] - q[j, :2]
-        share = np.einsum("ci,ci->c", places[vertex] - places[edge], tangent)[:, None] / length
-        foot = self.reference[edge] + share * (self.reference[end] - self.reference[edge])
-        own = self.reference[vertex]
+        gap = np.einsum("ci,ci->c", positions[vertex] - positions[edge], normal)
+        reach_v, reach_e = positions[vertex] - q[i, :2], positions[vertex] - q[j, :2]
+        fraction = (
+            np.einsum("ci,ci->c", positions[vertex] - positions[edge], tangent)[:, None] / length
+        )
+        foot = self.reference[edge] + fraction * (self.reference[end] - self.reference[edge])
+        reference = self.reference[vertex]
         gap_rows = np.stack(
-            [self.rows(turn[i], reach_v, own, normal),
-             -self.rows(turn[j], reach_e - gap[:, None] * normal, foot, normal)], axis=1
+            [self.rows(rotation[i], reach_v, reference, normal),
+             -self.rows(rotation[j], reach_e - gap[:, None] * normal, foot, normal)], axis=1
         )  # fmt: skip
         slip_rows = np.stack(
-            [self.rows(turn[i], reach_v, own, tangent),
-             -self.rows(turn[j], reach_e, foot, tangent)], axis=1
+            [self.rows(rotation[i], reach_v, reference, tangent),
+             -self.rows(rotation[j], reach_e, foot, tangent)], axis=1
         )  # fmt: skip
         return gap, gap_rows, slip_rows, np.column_stack([i, j])
 
@@ -92,15 +96,17 @@ class PlainStep:
         load[:, 3:] -= np.einsum("bij,bj->bi", self.stiffness, q[:, 3:]) + self.prestress
         load[:, 0] -= self.mass * acceleration
         load[:, 1] -= self.mass * given.GRAVITY
-        turn, gradient = self.axes(q)
+        rotation, gradient = self.axes(q)
         stiff = given.FIXED_POINT_RATIO * self.normal
         for (_, _, b), at, reference in zip(
             self.fixed, self.fixed_at, self.fixed_reference, strict=True
         ):
             offset = gradient[b] @ reference
-            away = q[b, :2] + offset - at
-            for direction, distance in zip(np.eye(2), away, strict=True):
-                row = self.rows(turn[b : b + 1], offset[None], reference[None], direction[None])[0]
+            displacement = q[b, :2] + offset - at
+            for direction, distance in zip(np.eye(2), displacement, strict=True):
+                row = self.rows(
+                    rotation[b : b + 1], offset[None], reference[None], direction[None]
+                )[0]
                 dashpot = 0.5 * stiff * self.step  # for the velocity at the end, 2 d / step - v
                 blocks[b] += (stiff + 2 / self.step * dashpot) * np.outer(row, row)
                 load[b] -= (stiff * distance - dashpot * row @ v[b]) * row
@@ -128,21 +134,21 @@ class PlainStep:
             slip = np.einsum("cki,cki->c", slip_rows, d[pair])
             pressed = np.where(closed, -self.normal * (gap + opening), 0.0)
             dragged = np.where(stuck, self.shear * (stretch + slip), drag)
-            push = -self.normal * np.minimum(gap + opening, 0.0)
+            pressure = -self.normal * np.minimum(gap + opening, 0.0)
             trial = self.shear * (stretch + slip)
-            bound = self.friction * push
-            answer = np.where(push > 0, np.where(np.abs(trial) <= bound, STICK, SLIDE), OPEN)
-            slipping = np.where(answer == SLIDE, np.sign(trial) * bound, 0.0)
-            shear = np.where(answer == STICK, trial, slipping)
-            error = max(np.abs(push - pressed).max(), np.abs(shear - dragged).max())
-            tolerance = 1e-9 * max(self.weight, push.max(), np.abs(shear).max())
+            bound = self.friction * pressure
+            new_state = np.where(pressure > 0, np.where(np.abs(trial) <= bound, STICK, SLIDE), OPEN)
+            slipping = np.where(new_state == SLIDE, np.sign(trial) * bound, 0.0)
+            shear = np.where(new_state == STICK, trial, slipping)
+            error = max(np.abs(pressure - pressed).max(), np.abs(shear - dragged).max())
+            tolerance = 1e-9 * max(self.weight, pressure.max(), np.abs(shear).max())
             if error <= tolerance:
                 break
             # Reversed slip sticks first, otherwise it would jump between its two bounds.
-            answer[(answer == SLIDE) & (state == SLIDE) & (shear * slide < 0)] = STICK
-            if (answer != state).any():
+            new_state[(new_state == SLIDE) & (state == SLIDE) & (shear * slide < 0)] = STICK
+            if (new_state != state).any():
                 factor = None
-            state, slide = answer, shear
+            state, slide = new_state, shear
         return q + d, error <= tolerance, count
 
     def factor(self, blocks, gap_rows, slip_rows, pair, state):
@@ -151,11 +157,11 @@ class PlainStep:
         closed, stuck = pair[state != OPEN], pair[state == STICK]
         normal, shear = gap_rows[state != OPEN], slip_rows[state == STICK]
         springs = np.einsum("cki,clj->cklij", self.normal * normal, normal)
-        more = np.einsum("cki,clj->cklij", self.shear * shear, shear)
+        shear_terms = np.einsum("cki,clj->cklij", self.shear * shear, shear)
         own = np.arange(n)
         row = np.concatenate([own, closed.repeat(2, 1).ravel(), stuck.repeat(2, 1).ravel()])
         column = np.concatenate([own, np.tile(closed, 2).ravel(), np.tile(stuck, 2).ravel()])
-        values = np.concatenate([blocks, springs.reshape(-1, 6, 6), more.reshape(-1, 6, 6)])
+        values = np.concatenate([blocks, springs.reshape(-1, 6, 6), shear_terms.reshape(-1, 6, 6)])
         rows = 6 * row[:, None, None] + np.arange(6)[:, None] + np.zeros(6, dtype=int)
         columns = 6 * column[:, None, None] + np.arange(6) + np.zeros((6, 1), dtype=int)
         entries = values.ravel(), (rows.ravel(), columns.ravel())
@@ -164,11 +170,11 @@ class PlainStep:
         return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
-def polygon_integrals(places, shape):
+def polygon_integrals(positions, shape):
     """Return areas, centroids and second moments (xx, yy, xy) about them of all polygons."""
     blocks = len(shape.first) - 1
-    at = places[shape.first[:-1]][shape.owner]
-    a, b = places - at, places[shape.next] - at
+    at = positions[shape.first[:-1]][shape.owner]
+    a, b = positions - at, positions[shape.next] - at
     cross = a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1]
 
     def total(values):
@@ -180,7 +186,7 @@ def polygon_integrals(places, shape):
     xy = total(cross * (a[:, 0] * (2 * a[:, 1] + b[:, 1]) + b[:, 0] * (2 * b[:, 1] + a[:, 1]))) / 24
     x, y = centre.T
     moments = np.column_stack([xx - area * x**2, yy - area * y**2, xy - area * x * y])
-    return area, centre + places[shape.first[:-1]], moments
+    return area, centre + positions[shape.first[:-1]], moments
 
 
 def mass_matrices(mass, moments):
@@ -234,21 +240,21 @@ def start_of_step(run, before: dict, after: dict):
     between its two blocks.
     """
     owner = np.repeat(np.arange(len(run.polygons)), [len(polygon) for polygon in run.polygons])
-    places = np.concatenate(run.polygons)
+    positions = np.concatenate(run.polygons)
     exact, near = {}, {}
     for i, (v, e) in enumerate(zip(before["vertex"], before["edge"], strict=True)):
         exact[v, e] = i
-        near.setdefault(frozenset((owner[v], owner[e])), []).append((i, places[v]))
+        near.setdefault(frozenset((owner[v], owner[e])), []).append((i, positions[v]))
     old = []
     for v, e in zip(after["vertex"], after["edge"], strict=True):
         i = exact.get((v, e), -1)
         others = near.get(frozenset((owner[v], owner[e])), [])
         if i < 0 and others:
-            i, _ = min(others, key=lambda other: np.hypot(*(other[1] - places[v])))
+            i, _ = min(others, key=lambda other: np.hypot(*(other[1] - positions[v])))
         old.append(i)
     old = np.array(old)
-    known = old >= 0
-    state = np.where(known, before["state"][old], OPEN).astype(int)
-    stretch = np.where(known, before["stretch"][old], 0.0)
-    slide = np.where(known, before["shear_force"][old], 0.0)
+    is_old = old >= 0
+    state = np.where(is_old, before["state"][old], OPEN).astype(int)
+    stretch = np.where(is_old, before["stretch"][old], 0.0)
+    slide = np.where(is_old, before["shear_force"][old], 0.0)
     return after["vertex"].astype(int), after["edge"].astype(int), state, stretch, slide

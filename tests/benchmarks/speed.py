@@ -60,7 +60,7 @@ SUDDEN_BUDGET = 10  # factor of these times for sudden and settling steps, which
 
 def cases(models: list[str], threads: list[int], full: bool) -> list[Case]:
     """Return all cases; large models and the small penalty only once unless `full`."""
-    chosen = []
+    selection = []
     for model in models:
         settings = SETTINGS if full or model == "wall 1000" else SETTINGS[:2]
         if model in ("wall 821", "wall 100000") and not full:
@@ -68,10 +68,10 @@ def cases(models: list[str], threads: list[int], full: bool) -> list[Case]:
         for penalty, step in settings:
             for count in threads:
                 compared = count == 1 and (penalty, step) == SETTINGS[0] and model in PLAIN
-                chosen.append(Case(model, penalty, step, count, compared=compared))
+                selection.append(Case(model, penalty, step, count, compared=compared))
         if model in SOR:
-            chosen.append(Case(model, solver_asked="sor"))
-    return chosen
+            selection.append(Case(model, solver_asked="sor"))
+    return selection
 
 
 PLAIN = ("stack 15", "wall 100", "wall 1000", "wall 10000")
@@ -131,15 +131,15 @@ def measured_apart(case: Case) -> dict:
     }
     command = [sys.executable, __file__, "--case", json.dumps(asdict(case))]
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             command, env=environment, capture_output=True, text=True, timeout=LIMIT
         )
     except subprocess.TimeoutExpired:
         return {"error": f"not done within {LIMIT} s"}
-    if done.returncode:
-        said = done.stderr.strip() or f"ended with status {done.returncode}"
-        return {"error": said.splitlines()[-1]}
-    return json.loads(done.stdout.splitlines()[-1])
+    if process.returncode:
+        output = process.stderr.strip() or f"ended with status {process.returncode}"
+        return {"error": output.splitlines()[-1]}
+    return json.loads(process.stdout.splitlines()[-1])
 
 
 def measure(case: Case) -> dict:
@@ -148,24 +148,24 @@ def measure(case: Case) -> dict:
 
     budget = BUDGET.get(case.model, DEFAULT_BUDGET)
     steps = steps_within(case, budget)
-    rest = 10 * -(-(SETTLING * REST + steps + 10) // 10)
+    settling = 10 * -(-(SETTLING * REST + steps + 10) // 10)
     model = MODELS[case.model]()
     result = {"blocks": len(model.polygons)}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.nml"
         shaken = LEAD + min(steps, LONGEST) + 10
         penalty = case.penalty * YOUNG_MODULUS
-        file.write_text(model.text(penalty, case.time_step, rest, shaken, case.solver_asked))
+        file.write_text(model.text(penalty, case.time_step, settling, shaken, case.solver_asked))
         with sitedda.Simulation(file) as run:
             if case.solver_asked == "auto":
                 settle(run)
             result["quiet"] = watch(run, steps, budget)
-            result["quiet"] |= beside(run, model, case, rest)
+            result["quiet"] |= beside(run, model, case, settling)
             result["solver"] = run.solver
             if case.solver_asked == "auto" and len(model.polygons) < QUIET_FROM:
-                run.advance(rest - run.steps + LEAD)
+                run.advance(settling - run.steps + LEAD)
                 result["shaken"] = watch(run, min(steps, LONGEST), budget)
-                result["shaken"] |= beside(run, model, case, rest)
+                result["shaken"] |= beside(run, model, case, settling)
             notes = [run.thread_notes]
         if (case.penalty, case.time_step) == SETTINGS[0] and case.solver_asked == "auto":
             result |= let_settle(case, file, budget, notes)
@@ -194,14 +194,14 @@ def most_memory() -> float:
     return int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
 
 
-def beside(run, model, case: Case, rest: int) -> dict:
+def beside(run, model, case: Case, settling: int) -> dict:
     """Compare with the plain step if the case requires it."""
     if not case.compared:
         return {}
     import plain_step
 
     plain = plain_step.PlainStep(model, case.penalty * YOUNG_MODULUS, case.time_step)
-    return plain_step.compare(run, plain, lambda step: model.shaking_at(max(0, step - rest)))
+    return plain_step.compare(run, plain, lambda step: model.shaking_at(max(0, step - settling)))
 
 
 def steps_within(case: Case, budget: float) -> int:
@@ -239,7 +239,7 @@ def watch(run, most: int, budget: float, single: bool = False) -> dict:
         run.advance(stretch)
         times.append((time.perf_counter() - start) / stretch)
     steps = len(times) * stretch
-    later, more = run.phase_times(), run.counts
+    later, end_counts = run.phase_times(), run.counts
     return {
         "step": statistics.median(times),
         "mean": statistics.fmean(times),
@@ -247,7 +247,7 @@ def watch(run, most: int, budget: float, single: bool = False) -> dict:
         "worst": max(times),
         "steps": steps,
         "phases": {name: (later[name] - phases[name]) / steps for name in PHASES},
-        "counts": {name: (more[name] - counts[name]) / steps for name in counts},
+        "counts": {name: (end_counts[name] - counts[name]) / steps for name in counts},
     }
 
 

@@ -58,8 +58,8 @@ class Model:
                 f", initial_stress = {self.lateral * stress}, {stress}, 0.0 /"
             )
         for polygon, stress in zip(self.polygons, self.stress, strict=True):
-            places = ", ".join(map(repr, polygon.ravel().tolist()))
-            lines.append(f"&block material = '{names[stress]}', vertices = {places} /")
+            coordinates = ", ".join(map(repr, polygon.ravel().tolist()))
+            lines.append(f"&block material = '{names[stress]}', vertices = {coordinates} /")
         for x, y, block in self.fixed:
             lines.append(f"&fixed_point x = {x!r}, y = {y!r}, block = {block + 1} /")
         return "\n".join(lines) + "\n"
@@ -133,19 +133,19 @@ def cells_of(seeds: np.ndarray, width: float, height: float) -> list[np.ndarray]
             image[:, axis] = 2 * wall_at - image[:, axis]
             images.append(image)
     diagram = Voronoi(np.concatenate(images))
-    places = np.round(diagram.vertices, 9)
+    positions = np.round(diagram.vertices, 9)
     cells = []
     for i in range(len(seeds)):
-        cell = places[diagram.regions[diagram.point_region[i]]]
-        turn = np.argsort(np.arctan2(*(cell - cell.mean(axis=0)).T[::-1]))
-        cells.append(without_short_edges(cell[turn]))
+        cell = positions[diagram.regions[diagram.point_region[i]]]
+        order = np.argsort(np.arctan2(*(cell - cell.mean(axis=0)).T[::-1]))
+        cells.append(without_short_edges(cell[order]))
     return cells
 
 
 def without_short_edges(cell: np.ndarray) -> np.ndarray:
     """Return a polygon without repeated vertices."""
-    apart = np.linalg.norm(cell - np.roll(cell, 1, axis=0), axis=1)
-    return cell[apart > 1e-6]
+    lengths = np.linalg.norm(cell - np.roll(cell, 1, axis=0), axis=1)
+    return cell[lengths > 1e-6]
 
 
 MODELS = {

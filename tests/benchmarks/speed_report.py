@@ -151,7 +151,7 @@ def growth_line(results: list[dict]) -> str:
         powers.setdefault((state, f"{n:,} to {m:,}"), {})[threads] = f"{power:.2f}"
     if not powers:
         return ""
-    lines = [row(*key, *(found.get(n, "–") for n in (1, 2))) for key, found in powers.items()]
+    lines = [row(*key, *(values.get(n, "–") for n in (1, 2))) for key, values in powers.items()]
     heads = ["state", "blocks", "exponent, 1 thread", "2 threads"]
     return "Exponent of mean step time versus number of blocks:\n\n" + table(heads, lines)
 
@@ -172,9 +172,9 @@ def summary_table(results: list[dict]) -> str:
             for wall in walls
         ]  # fmt: skip
         rows.append(row(state, *(cell or "–" for cell in cells)))
-    least = [min(wall.values(), key=lambda it: it["threads"]) for wall in walls]
-    rows.append(row("MB of the process", *(f"{it['memory']:.0f}" for it in least)))
-    return table(["", *(f"{it['blocks']:,} blocks" for it in least)], rows)
+    fastest = [min(wall.values(), key=lambda it: it["threads"]) for wall in walls]
+    rows.append(row("MB of the process", *(f"{it['memory']:.0f}" for it in fastest)))
+    return table(["", *(f"{it['blocks']:,} blocks" for it in fastest)], rows)
 
 
 def write(folder: Path, machine: str, results: list[dict]) -> None:
@@ -224,7 +224,9 @@ def rivals(results: list[dict], which: str, phase: str) -> list[tuple[int, float
     """Return blocks and milliseconds of SOR, or of the plain step."""
     walls = [result for result in results if "error" not in result and "wall" in result["model"]]
     if which == "sor":
-        chosen = [result for result in walls if result["solver_asked"] == "sor" and phase in result]
-        return sorted((result["blocks"], 1e3 * result[phase]["step"]) for result in chosen)
-    chosen = [result for result in walls if "plain" in result.get(phase, {})]
-    return sorted((result["blocks"], 1e3 * result[phase]["plain"]) for result in chosen)
+        selection = [
+            result for result in walls if result["solver_asked"] == "sor" and phase in result
+        ]
+        return sorted((result["blocks"], 1e3 * result[phase]["step"]) for result in selection)
+    selection = [result for result in walls if "plain" in result.get(phase, {})]
+    return sorted((result["blocks"], 1e3 * result[phase]["plain"]) for result in selection)

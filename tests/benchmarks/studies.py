@@ -70,7 +70,7 @@ def as_study(file: Path, count: int, folder: Path, workers: int) -> None:
 def measured(*programs: list[str]) -> tuple[float, float]:
     """Return wall and processor time, s, of this program with several arguments simultaneously."""
     begun, worked = time.perf_counter(), processor_time()
-    started = [subprocess.Popen([sys.executable, __file__, *words]) for words in programs]
+    started = [subprocess.Popen([sys.executable, __file__, *arguments]) for arguments in programs]
     if any([program.wait() for program in started]):
         sys.exit("a program has failed")
     return time.perf_counter() - begun, processor_time() - worked
@@ -87,15 +87,15 @@ def compare(count: int, workers: int, folder: Path) -> None:
         ("study, 1 worker", "1", 1),
         (f"study, {workers} workers", str(workers), 1),
     ):
-        whole, start = (
+        elapsed, start = (
             measured(*(["--mode", mode, "--file", str(file), "--cases", str(cases // programs),
                         "--folder", str(folder / f"{mode}_{cases}_{i}")]
                        for i in range(programs)))
             for cases in (count, workers)
         )  # fmt: skip
         cases = count - workers
-        rows[label] = [(a - b) / cases for a, b in zip(whole, start, strict=True)]
-        print(f"{label:18s} {whole[0]:7.1f} s wall time, {whole[1]:7.1f} s processor time; "
+        rows[label] = [(a - b) / cases for a, b in zip(elapsed, start, strict=True)]
+        print(f"{label:18s} {elapsed[0]:7.1f} s wall time, {elapsed[1]:7.1f} s processor time; "
               f"each case beyond the first {workers} {1e3 * rows[label][0]:6.1f} and "
               f"{1e3 * rows[label][1]:6.1f} ms", flush=True)  # fmt: skip
     alone, together, one, more = rows.values()
@@ -108,8 +108,8 @@ def compare(count: int, workers: int, folder: Path) -> None:
 def many(count: int, folder: Path) -> None:
     """Plan and collect very many cases with artificial results."""
     for step in ("plan", "fill", "collect"):
-        words = ["--mode", step, "--cases", str(count), "--folder", str(folder)]
-        subprocess.run([sys.executable, __file__, *words], check=True)
+        arguments = ["--mode", step, "--cases", str(count), "--folder", str(folder)]
+        subprocess.run([sys.executable, __file__, *arguments], check=True)
 
 
 def _plan(count: int, folder: Path):

@@ -48,13 +48,13 @@ def main() -> None:
             prove(release, source, options.output, (options.systems or Path(folder)).resolve())
 
 
-def call(*words, **options) -> str:
+def call(*arguments, **options) -> str:
     """What a command prints; ends with its error."""
-    words = list(map(str, words))
-    done = subprocess.run(words, stdout=subprocess.PIPE, text=True, **options)
-    if done.returncode:
-        sys.exit(f"failed ({done.returncode}): {' '.join(words)}\n{done.stdout}")
-    return done.stdout
+    arguments = list(map(str, arguments))
+    process = subprocess.run(arguments, stdout=subprocess.PIPE, text=True, **options)
+    if process.returncode:
+        sys.exit(f"failed ({process.returncode}): {' '.join(arguments)}\n{process.stdout}")
+    return process.stdout
 
 
 def report(file: Path) -> None:
@@ -103,7 +103,7 @@ def prove(release: str, source: Path, output: Path, systems: Path) -> None:
         timed(inside, bare, "pip", "install", "-q", deliver(wheel, bare)),
         timed(run_example, bare, "sitedda"),
     )
-    elapsed, busy = (sum(one) for one in zip(*parts, strict=True))
+    elapsed, busy = (sum(times) for times in zip(*parts, strict=True))
     print(f"{release}, wheel: installed and run in {elapsed:.0f} s, {busy:.0f} s of processors")
     run_example(bare, "sitedda-native")
     if busy > LONGEST:  # of a busy machine the clock says little
@@ -114,7 +114,7 @@ def make_bare(release: str, bare: Path) -> None:
     """A Debian system of nothing but Python."""
     if not bare.exists():
         targets = call("apt-get", "indextargets", "--format", "$(SITE)", "Created-By: Packages")
-        site = next(one for one in targets.split() if one.rstrip("/").endswith("debian"))
+        site = next(target for target in targets.split() if target.rstrip("/").endswith("debian"))
         include = "--include=python3,python3-venv,ca-certificates"
         call("debootstrap", "--variant=minbase", include, release, bare, site)
     for file in filter(Path.exists, (Path("/") / name for name in OF_MACHINE)):
@@ -148,10 +148,10 @@ def deliver(file: Path, system: Path) -> str:
     return f"/tmp/{file.name}"
 
 
-def timed(work, *words) -> tuple[float, float]:
+def timed(work, *arguments) -> tuple[float, float]:
     """Seconds of a call, by the clock and of processors."""
     before = os.times()
-    work(*words)
+    work(*arguments)
     after = os.times()
     return after.elapsed - before.elapsed, sum(after[2:4]) - sum(before[2:4])
 
@@ -159,21 +159,21 @@ def timed(work, *words) -> tuple[float, float]:
 def run_example(system: Path, program: str) -> None:
     """Write the example, run it by one of the programs, and compare its peak."""
     inside(system, "sitedda", "example", "layered_site")
-    said = inside(system, program, "run", "layered_site.nml")
-    line = next((line for line in said.splitlines() if PEAK.search(line)), None)
+    output = inside(system, program, "run", "layered_site.nml")
+    line = next((line for line in output.splitlines() if PEAK.search(line)), None)
     if line is None:
-        sys.exit(f"{program} prints another peak:\n{said}")
+        sys.exit(f"{program} prints another peak:\n{output}")
     print(f"{program}: {line.strip()}")
 
 
-def inside(system: Path, program: str, *words) -> str:
+def inside(system: Path, program: str, *arguments) -> str:
     """Run a program of the virtual environment of a system, in its folder /tmp."""
-    kept = {name: value for name, value in os.environ.items() if SETTINGS.match(name)}
-    clean = {**kept, "PATH": "/venv/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/tmp"}
+    environment = {name: value for name, value in os.environ.items() if SETTINGS.match(name)}
+    clean = {**environment, "PATH": "/venv/bin:/usr/sbin:/usr/bin:/sbin:/bin", "HOME": "/tmp"}
     # /proc is what the loader of an executable finds its libraries by.
-    apart = ("unshare", "--pid", "--fork", f"--mount-proc={system / 'proc'}", "chroot", system)
+    isolation = ("unshare", "--pid", "--fork", f"--mount-proc={system / 'proc'}", "chroot", system)
     script = ("/bin/sh", "-c", 'cd /tmp && exec "$@"', "sh")
-    return call(*apart, *script, f"/venv/bin/{program}", *words, env=clean)
+    return call(*isolation, *script, f"/venv/bin/{program}", *arguments, env=clean)
 
 
 if __name__ == "__main__":

@@ -41,11 +41,11 @@ def main() -> None:
     parser.add_argument("--before", default="HEAD~10", help="last commit that was pushed before")
     options = parser.parse_args()
     extra = dict(word.split("=", 1) for word in options.jobs if "=" in word)
-    wanted = {word for word in options.jobs if "=" not in word}
+    selection = {word for word in options.jobs if "=" not in word}
     before = call("git", "-C", ROOT, "rev-parse", options.before).strip()
-    jobs = {k: job for k, job in all_jobs() if not wanted or wanted & {k, k.split()[0]}}
+    jobs = {k: job for k, job in all_jobs() if not selection or selection & {k, k.split()[0]}}
     if options.list or not jobs:
-        sys.exit("\n".join(jobs) or f"there is no job {wanted}")
+        sys.exit("\n".join(jobs) or f"there is no job {selection}")
     with tempfile.TemporaryDirectory() as folder:
         for name, job in jobs.items():
             Job(name, job, (options.systems or Path(folder)).resolve(), before, extra).execute()
@@ -101,19 +101,19 @@ class Job:
     def expand(self, text: str) -> str:
         """Replace the expressions of a workflow."""
         names = re.compile(r"\$\{\{ *(matrix\.\w+|github\.event)[^}]*\}\}")
-        return names.sub(lambda found: self.values[found[1]], str(text))
+        return names.sub(lambda match: self.values[match[1]], str(text))
 
     def run(self, script: str, **environment) -> None:
         """Execute a script as the runners do; they have no rights but by sudo."""
         (self.system / "tmp/step.sh").write_text(f"cd /home/runner/work\n{script}\n")
-        kept = {name: value for name, value in os.environ.items() if SETTINGS.match(name)}
-        variables = {"PATH": PATH, "CI": "true"} | kept | environment
-        words = (f"{name}={value}" for name, value in variables.items())
-        apart = ("unshare", "--mount", "--pid", "--fork", "sh", "-ec", ENTER, "sh")
-        enter = (*apart, f"--userspec={self.user}", self.system)
-        done = subprocess.run([*enter, "env", "-i", "HOME=/home/runner", *words])
-        if done.returncode:
-            sys.exit(f"{self.name}: failed ({done.returncode}): {script}")
+        settings = {name: value for name, value in os.environ.items() if SETTINGS.match(name)}
+        variables = {"PATH": PATH, "CI": "true"} | settings | environment
+        assignments = (f"{name}={value}" for name, value in variables.items())
+        isolation = ("unshare", "--mount", "--pid", "--fork", "sh", "-ec", ENTER, "sh")
+        enter = (*isolation, f"--userspec={self.user}", self.system)
+        process = subprocess.run([*enter, "env", "-i", "HOME=/home/runner", *assignments])
+        if process.returncode:
+            sys.exit(f"{self.name}: failed ({process.returncode}): {script}")
 
     def checkout(self, **_) -> None:
         """Clone the last commit, with all others."""

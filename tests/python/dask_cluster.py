@@ -14,9 +14,9 @@ from environment import DEADLINE
 _ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
-def _start(module: str, *words: str) -> subprocess.Popen:
+def _start(module: str, *arguments: str) -> subprocess.Popen:
     return subprocess.Popen(
-        [sys.executable, "-m", f"distributed.cli.dask_{module}", "--no-dashboard", *words],
+        [sys.executable, "-m", f"distributed.cli.dask_{module}", "--no-dashboard", *arguments],
         env=os.environ | _ENVIRONMENT,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -66,8 +66,8 @@ class Cluster:
 @contextmanager
 def cluster(folder: Path, workers: int = 2):
     """Yield a cluster that ends with the context."""
-    found = Cluster(folder, workers)
+    instance = Cluster(folder, workers)
     try:
-        yield found
+        yield instance
     finally:
-        found.stop()
+        instance.stop()

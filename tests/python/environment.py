@@ -15,6 +15,6 @@ DEADLINE = 900  # wall-clock limit of a test that hangs, s; also sufficient on a
 def executable(name: str) -> str:
     """Return the path of a program in the environment of the tests, or in PATH."""
     beside = Path(sys.executable).parent / name
-    found = str(beside) if beside.exists() else shutil.which(name)
-    assert found, f"{name} is not installed"
-    return found
+    path = str(beside) if beside.exists() else shutil.which(name)
+    assert path, f"{name} is not installed"
+    return path

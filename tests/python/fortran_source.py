@@ -55,26 +55,26 @@ def read_tree(folder: Path) -> list[Source]:
 def _read(file: Path) -> Source:
     source, open_procedures, foreign = Source(file), [], False
     for number, last, statement, documented in _statements(file.read_text().splitlines()):
-        word = statement.split(None, 1)[0].lower().rstrip(":,") if statement.split() else ""
+        keyword = statement.split(None, 1)[0].lower().rstrip(":,") if statement.split() else ""
         if re.match(r"\s*(sub)?module\b(?!\s+procedure\b)", statement, re.I):
             source.modules.add(statement.split()[-1].lower())
-        elif word == "use" and "intrinsic" not in statement.lower():
+        elif keyword == "use" and "intrinsic" not in statement.lower():
             source.used.add(re.match(r"\s*use\s+(?:::)?\s*(\w+)", statement, re.I)[1].lower())
-        elif word == "public":
+        elif keyword == "public":
             source.public |= _names(statement.split("public", 1)[1].lstrip(" :"))
         elif match := _INTERFACE.match(statement):
             foreign = not match[1]
         elif re.match(r"\s*end\s+interface\b", statement, re.I):
             foreign = False
         elif _END.match(statement):
-            done = open_procedures.pop()
-            done.lines = last - done.lines + 1
+            procedure = open_procedures.pop()
+            procedure.lines = last - procedure.lines + 1
             if not foreign:
-                source.procedures.append(done)
+                source.procedures.append(procedure)
         elif match := _PROCEDURE.match(statement):
-            where = f"{file}:{number}"
+            location = f"{file}:{number}"
             names = [name.strip().lower() for name in (match[2] or "").split(",") if name.strip()]
-            open_procedures.append(Procedure(where, match[1].lower(), names, lines=number))
+            open_procedures.append(Procedure(location, match[1].lower(), names, lines=number))
         elif open_procedures and "::" in statement and documented:
             open_procedures[-1].documented |= _names(statement.split("::", 1)[1])
         elif match := _BINDING.match(statement):
@@ -131,8 +131,10 @@ _INTRINSIC = set(
 
 def read_statements(file: Path) -> list[tuple[int, str]]:
     """Return the statements of a file in lower case, without comments, with their first lines."""
-    found = _statements(file.read_text().splitlines())
-    return [(line, re.sub(r"'[^']*'|\"[^\"]*\"", "''", code).lower()) for line, _, code, _ in found]
+    statements = _statements(file.read_text().splitlines())
+    return [
+        (line, re.sub(r"'[^']*'|\"[^\"]*\"", "''", code).lower()) for line, _, code, _ in statements
+    ]
 
 
 def functions_in_scope(statements, tree_functions: set[str], bound: set[str]) -> set[str]:
@@ -199,19 +201,19 @@ def guards(operands: list[str], functions: set[str] = frozenset()) -> list[str]:
     These are optional arguments and allocatables that are used, and compared scalars that are also
     an index or the bound of an array section.
     """
-    found = []
+    names = []
     for i, operand in enumerate(operands):
         others = operands[:i] + operands[i + 1 :]
         for name in _STATUS.findall(operand):
             use = re.compile(rf"(?<![\w%]){re.escape(name)}(?!\w)")
             if any(use.search(_STATUS.sub("", other)) for other in others):
-                found.append(name)
-        found += [
+                names.append(name)
+        names += [
             name
             for name in _compared(operand)
             if any(_has_index(other, name, functions) for other in others)
         ]
-    return found
+    return names
 
 
 def _compared(operand: str) -> list[str]:
@@ -233,14 +235,14 @@ def _compared(operand: str) -> list[str]:
 def _has_index(operand: str, name: str, functions: set[str]) -> bool:
     """Return whether a name is within brackets, except those of a function."""
     for match in _CALL.finditer(operand):
-        inside = operand[match.end() : _closing(operand, match.end()) - 1]
+        arguments = operand[match.end() : _closing(operand, match.end()) - 1]
         plain = match[2] not in _INTRINSIC | functions
-        if plain and re.search(rf"(?<![\w%]){name}(?!\w|\s*\()", inside):
+        if plain and re.search(rf"(?<![\w%]){name}(?!\w|\s*\()", arguments):
             return True
     return False
 
 
 def functions_called(operands: list[str], scope: set[str]) -> set[str]:
     """Return the functions of the tree that operands call."""
-    calls = (mark + name for one in operands for mark, name in _CALL.findall(one))
+    calls = (mark + name for operand in operands for mark, name in _CALL.findall(operand))
     return {name.removeprefix("%") for name in calls if name in scope}

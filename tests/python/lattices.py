@@ -55,13 +55,15 @@ def _square(i: int, j: int) -> list[float]:
 
 def moved(model, columns: int = 10, rows: int = 3) -> np.ndarray:
     """Displacements of the blocks at every tenth step, shape (n, rows, columns, 2), m."""
-    found = []
+    displacements = []
     with sitedda.Simulation(model) as simulation:
         names = list(simulation.block_names)
         order = [names.index(f"b_{i}_{j}") for j in range(rows) for i in range(columns)]
         first = simulation.coordinates.copy()
-        done = False
-        while not done:
-            done = simulation.advance(10)
-            found.append((simulation.coordinates - first)[order, :2].reshape(rows, columns, 2))
-    return np.array(found)
+        at_end = False
+        while not at_end:
+            at_end = simulation.advance(10)
+            displacements.append(
+                (simulation.coordinates - first)[order, :2].reshape(rows, columns, 2)
+            )
+    return np.array(displacements)

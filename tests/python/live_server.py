@@ -151,9 +151,9 @@ async def connect(server: LiveProcess, **headers):
     return await websocket_connect(request, max_message_size=2**30)
 
 
-def wait_for(condition, words: str = "") -> None:
+def wait_for(condition, description: str = "") -> None:
     """Wait until a condition is true."""
     end = time.monotonic() + DEADLINE
     while not condition():
-        assert time.monotonic() < end, words
+        assert time.monotonic() < end, description
         time.sleep(0.05)

@@ -22,9 +22,9 @@ def group(name: str, /, **variables) -> tuple[str, dict]:
 
 def namelist(groups) -> str:
     """Return the text of groups (name, variables), one variable per line."""
-    given = [(n, "".join(f"   {k} = {value_text(v)}\n" for k, v in g.items() if v is not None))
+    texts = [(n, "".join(f"   {k} = {value_text(v)}\n" for k, v in g.items() if v is not None))
              for n, g in groups]  # fmt: skip
-    return "".join(f"&{name}\n{variables}/\n" for name, variables in given)
+    return "".join(f"&{name}\n{variables}/\n" for name, variables in texts)
 
 
 def changed(groups, group: str, which: int = 0, **values) -> list:

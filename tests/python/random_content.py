@@ -79,14 +79,14 @@ def _bricks(chance) -> list:
 
 def _courses(chance, columns, rows, wide, tall, stones, joints) -> list:
     """Return blocks in courses; some are missing at the top."""
-    left_out, found = chance.randint(0, columns - 1) * (rows > 1), []
+    left_out, rows_of_blocks = chance.randint(0, columns - 1) * (rows > 1), []
     for row in range(rows):
         for column in range(columns - left_out * (row == rows - 1)):
             outline = rectangle(column * wide, row * tall, wide, tall)
             made_of = {"material": chance.choice(stones), "joint": chance.choice(joints)}
             name = f"brick {row + 1}.{column + 1}"
-            found.append(group("block", name=name, vertices=outline, **made_of))
-    return found
+            rows_of_blocks.append(group("block", name=name, vertices=outline, **made_of))
+    return rows_of_blocks
 
 
 def _masonry(chance) -> list:
@@ -315,18 +315,20 @@ def _held(chance, base: str, box, tall, shaken: bool) -> list:
 
 def _more(chance, box, wide, tall) -> list:
     """Return some of: points, bolts, water, loads, a mesh."""
-    found = []
+    groups = []
     for i, name in enumerate(chance.sample(_WORDS, chance.randint(0, 6))):
         x, y = chance.uniform(0.02, 0.98) * box[0], chance.uniform(-0.9 * tall, box[1] - tall)
-        found.append(group("measured_point", name=f"{name} {i}", x=x, y=y))
+        groups.append(group("measured_point", name=f"{name} {i}", x=x, y=y))
     if chance.random() < 0.4:
         for i in range(chance.randint(1, 3)):
             x = chance.uniform(0.1, 0.9) * box[0]
-            found.append(group("bolt", name=f"bolt {i}", from_=[x, 0.4 * tall], to=[x, -0.5 * tall],
-                               axial_stiffness=1e8, pretension=1e4))  # fmt: skip
+            ends = {"from_": [x, 0.4 * tall], "to": [x, -0.5 * tall]}
+            groups.append(
+                group("bolt", name=f"bolt {i}", **ends, axial_stiffness=1e8, pretension=1e4)
+            )
     if chance.random() < 0.5:
         level = chance.uniform(-0.5, 0.5) * tall
-        found.append(group("water", surface=[-0.4 * wide, level, box[0] + 0.4 * wide, level]))
+        groups.append(group("water", surface=[-0.4 * wide, level, box[0] + 0.4 * wide, level]))
     load = group("load", x=0.5 * box[0], y=0.5 * tall, time=[0.0, 1.0], force_y=[0.0, -1e5 * tall])
-    found += _now_and_then(chance, 0.4, load)
-    return [*found, *_now_and_then(chance, 0.3, group("mesh", blocks="ground", size=0.5 * tall))]
+    groups += _now_and_then(chance, 0.4, load)
+    return [*groups, *_now_and_then(chance, 0.3, group("mesh", blocks="ground", size=0.5 * tall))]

@@ -45,7 +45,7 @@ def faces_of(polygons, near=1e-7):
     length = np.hypot(*(after - corners)[a].T)
     along = (after - corners)[a] / length[:, None]
     normal = np.column_stack([along[:, 1], -along[:, 0]])
-    off = [abs(((places[b] - corners[a]) * normal).sum(axis=1)) for places in (corners, after)]
+    off = [abs(((points[b] - corners[a]) * normal).sum(axis=1)) for points in (corners, after)]
     low = np.maximum(0.0, ((after[b] - corners[a]) * along).sum(axis=1))
     high = np.minimum(length, ((corners[b] - corners[a]) * along).sum(axis=1))
     good = (np.maximum(*off) < reach) & (high - low > reach)
@@ -55,9 +55,9 @@ def faces_of(polygons, near=1e-7):
     return Faces(owner[a], owner[b], start, end, normal, np.column_stack([a, b]))
 
 
-def displacement(places, centres):
+def displacement(points, centres):
     """Return the displacement operator of cells with these centroids, shape (k, 2, 6)."""
-    x, y = (places - centres).T
+    x, y = (points - centres).T
     one, zero = np.ones_like(x), np.zeros_like(x)
     rows = [[one, zero, -y, x, zero, 0.5 * y], [zero, one, x, zero, y, 0.5 * x]]
     return np.moveaxis(np.array(rows), -1, 0)
@@ -103,8 +103,8 @@ class Body:
         jump = [np.concatenate([one, -other], axis=2) for one, other in at]
         mean, linear = 0.5 * (jump[0] + jump[1]), 0.5 * (jump[1] - jump[0])
         own = np.zeros((len(length), 3, 12))
-        for k, share in enumerate(part / self.point_areas):
-            own[:, [0, 1, 2], [6 * k + 3, 6 * k + 4, 6 * k + 5]] = share[:, None]
+        for k, fraction in enumerate(part / self.point_areas):
+            own[:, [0, 1, 2], [6 * k + 3, 6 * k + 4, 6 * k + 5]] = fraction[:, None]
         x, y = f.normal.T
         zero = np.zeros_like(x)
         across = np.moveaxis(np.array([[x, zero], [zero, y], [y, x]]), -1, 0)
@@ -141,12 +141,16 @@ class Body:
         """Return the sparse mass matrix, shape (6 cells, 6 cells), exact for linear motion."""
         blocks = np.zeros((len(self.areas), 6, 6))
         for i, corners in enumerate(self.polygons):
-            here = corners - self.centres[i]
-            after = np.roll(here, -1, axis=0)
-            double = here[:, 0] * after[:, 1] - here[:, 1] * after[:, 0]
-            middles = [0.5 * here, 0.5 * after, 0.5 * (here + after)]  # exact for squares
-            for places in middles:
-                shape = displacement(places, 0.0)
+            corners_of_cell = corners - self.centres[i]
+            after = np.roll(corners_of_cell, -1, axis=0)
+            double = corners_of_cell[:, 0] * after[:, 1] - corners_of_cell[:, 1] * after[:, 0]
+            middles = [
+                0.5 * corners_of_cell,
+                0.5 * after,
+                0.5 * (corners_of_cell + after),
+            ]  # exact for squares
+            for points in middles:
+                shape = displacement(points, 0.0)
                 blocks[i] += np.einsum("kai,kaj,k->ij", shape, shape, double / 6)
         index = 6 * np.arange(len(blocks))[:, None] + np.arange(6)
         rows, columns = np.broadcast_arrays(index[:, :, None], index[:, None, :])
@@ -157,9 +161,9 @@ class Body:
     def linear_field(self, gradient):
         """Return the unknowns of cells in a displacement gradient (2, 2) about the origin."""
         move = self.centres @ gradient.T
-        turn = np.full(len(move), 0.5 * (gradient[1, 0] - gradient[0, 1]))
+        rotations = np.full(len(move), 0.5 * (gradient[1, 0] - gradient[0, 1]))
         strains = [gradient[0, 0], gradient[1, 1], gradient[0, 1] + gradient[1, 0]]
-        return np.column_stack([move, turn, np.tile(strains, (len(move), 1))])
+        return np.column_stack([move, rotations, np.tile(strains, (len(move), 1))])
 
     def free_edges(self):
         """Return cells, ends (k, 2) and outward normals of the edges without a face."""

@@ -13,10 +13,10 @@ def ishigami(x1: float, x2: float, x3: float) -> float:
     return np.sin(x1) + 7.0 * np.sin(x2) ** 2 + 0.1 * x3**4 * np.sin(x1)
 
 
-def plane(a: float, b: float, word: str = "") -> dict:
+def plane(a: float, b: float, text: str = "") -> dict:
     """Return numbers and an array; raise ValueError for b = 0."""
     if b == 0:
-        raise ValueError(f"b is nothing {word}".strip())
+        raise ValueError(f"b is nothing {text}".strip())
     return {"sum": a + b, "row": np.array([a, b, a * b])}
 
 
@@ -42,8 +42,8 @@ def first_frequency(file) -> dict:
     """Return the first frequency of an input, which needs no run."""
     import sitedda
 
-    found = sitedda.modes(file, 1)
-    return {"frequency_1": found.frequency[0], "damping_1": found.damping[0]}
+    modes = sitedda.modes(file, 1)
+    return {"frequency_1": modes.frequency[0], "damping_1": modes.damping[0]}
 
 
 def same(one, other) -> None:

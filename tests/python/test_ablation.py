@@ -15,9 +15,9 @@ pytestmark = pytest.mark.slow
 
 
 def test_each_remedy_and_constant_exists_in_its_file():
-    found = ablation.variants([""])
-    assert sum(name.startswith("without") for name in found) == len(ablation.REMEDIES)
-    for name, (file, text) in found.items():
+    variants = ablation.variants([""])
+    assert sum(name.startswith("without") for name in variants) == len(ablation.REMEDIES)
+    for name, (file, text) in variants.items():
         before = file.read_text().splitlines()
         changed = [
             pair for pair in zip(before, text.splitlines(), strict=False) if len(set(pair)) > 1

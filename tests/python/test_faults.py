@@ -37,9 +37,9 @@ def jammed(**control) -> list:
     return [*changed(groups, "joint", friction_angle=5.0), *more]
 
 
-def fault(case: str, groups, *words: str, exception="ConvergenceError", status=3):
+def fault(case: str, groups, *arguments: str, exception="ConvergenceError", status=3):
     """Return a case: name, input, words of the message, exception and exit status."""
-    return pytest.param(groups, exception, status, words, id=case)
+    return pytest.param(groups, exception, status, arguments, id=case)
 
 
 FAULTS = [
@@ -94,39 +94,39 @@ FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("groups", "exception", "status", "words"), FAULTS)
+@pytest.mark.parametrize(("groups", "exception", "status", "phrases"), FAULTS)
 def test_a_fault_is_one_message_and_a_status(
-    groups, exception, status, words, write_input, native, main, tmp_path
+    groups, exception, status, phrases, write_input, native, main, tmp_path
 ):
     file = write_input(groups)
-    said = []
+    messages = []
     for program in (native, main):
         output = tmp_path / f"{program.name}.nc"
-        done = program("run", file, "--quiet", "--output", output)
-        assert done.returncode == status, done.stderr
-        lines = done.stderr.strip().splitlines()
-        said.append(lines[-1].removeprefix(f"{program.name}: "))
-        for word in ["step ", "t = ", "; ", *words]:
-            assert word in said[-1], said[-1]
-        assert "nan" not in said[-1].lower()
+        process = program("run", file, "--quiet", "--output", output)
+        assert process.returncode == status, process.stderr
+        lines = process.stderr.strip().splitlines()
+        messages.append(lines[-1].removeprefix(f"{program.name}: "))
+        for phrase in ["step ", "t = ", "; ", *phrases]:
+            assert phrase in messages[-1], messages[-1]
+        assert "nan" not in messages[-1].lower()
         assert not output.exists()
         finite_and_unfinished(output.with_name(output.name + ".partial"))
-    assert said[0] == said[1]
+    assert messages[0] == messages[1]
     with pytest.raises(getattr(sitedda, exception)) as caught:
         sitedda.run(file)
-    assert said[0] in str(caught.value)
+    assert messages[0] in str(caught.value)
 
 
 def finite_and_unfinished(file) -> None:
     """Check that the results so far can be read, are marked incomplete, and are finite."""
-    with xr.open_dataset(file) as found:
-        assert found.attrs["complete"] == "no"
-        assert found.sizes["time"] >= 1
-        for name in found.data_vars:
-            if not np.issubdtype(found[name].dtype, np.floating):
+    with xr.open_dataset(file) as data:
+        assert data.attrs["complete"] == "no"
+        assert data.sizes["time"] >= 1
+        for name in data.data_vars:
+            if not np.issubdtype(data[name].dtype, np.floating):
                 continue
-            values = found[name].values
-            if "maximum" in found[name].dims:  # NaN: no such value
+            values = data[name].values
+            if "maximum" in data[name].dims:  # NaN: no such value
                 values = values[~np.isnan(values)]
             assert np.all(np.isfinite(values)), name
 

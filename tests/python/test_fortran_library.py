@@ -15,20 +15,20 @@ import sitedda
 @pytest.fixture(scope="module")
 def library(root, tmp_path_factory):
     """Install the library from the build folder; return an environment for pkg-config."""
-    build, place = root / "build", tmp_path_factory.mktemp("installed")
+    build, path = root / "build", tmp_path_factory.mktemp("installed")
     assert (build / "build.ninja").exists(), "meson setup build; ninja -C build"
     call(executable("meson"), "install", "-C", build, "--no-rebuild", "--quiet", "--tags", "devel",
-         "--destdir", place)  # fmt: skip
-    (description,) = place.rglob("sitedda.pc")
-    paths = {"PKG_CONFIG_PATH": f"{description.parent}", "PKG_CONFIG_SYSROOT_DIR": f"{place}"}
-    return SimpleNamespace(place=place, environment=os.environ | paths)
+         "--destdir", path)  # fmt: skip
+    (description,) = path.rglob("sitedda.pc")
+    paths = {"PKG_CONFIG_PATH": f"{description.parent}", "PKG_CONFIG_SYSROOT_DIR": f"{path}"}
+    return SimpleNamespace(place=path, environment=os.environ | paths)
 
 
-def call(*words, **options) -> subprocess.CompletedProcess:
+def call(*arguments, **options) -> subprocess.CompletedProcess:
     """Return the output of a command; fail if the command fails."""
-    done = subprocess.run([*map(str, words)], capture_output=True, text=True, **options)
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done
+    process = subprocess.run([*map(str, arguments)], capture_output=True, text=True, **options)
+    assert process.returncode == 0, process.stdout + process.stderr
+    return process
 
 
 def by_compiler(library, source, folder):
@@ -57,23 +57,27 @@ def test_only_required_files_are_installed(library):
 
 
 def test_the_program_prints_results_of_a_run(crest, root, tmp_path):
-    done = call(crest, root / "inputs" / "wedge.nml", "head", cwd=tmp_path)
+    process = call(crest, root / "inputs" / "wedge.nml", "head", cwd=tmp_path)
     run = sitedda.run(root / "inputs" / "wedge.nml")
-    way = np.hypot(*run.history.displacement.sel(point="head").transpose("axis", "time").values)
-    words = done.stdout.splitlines()[-1].split()
-    assert words[:1] + words[2:5] == ["largest", "m", "at", "t"]
-    assert float(words[1]) == pytest.approx(way.max(), rel=1e-5)
-    assert float(words[6]) == pytest.approx(float(run.history.time[way.argmax()]), abs=1e-3)
+    displacement = np.hypot(
+        *run.history.displacement.sel(point="head").transpose("axis", "time").values
+    )
+    fields = process.stdout.splitlines()[-1].split()
+    assert fields[:1] + fields[2:5] == ["largest", "m", "at", "t"]
+    assert float(fields[1]) == pytest.approx(displacement.max(), rel=1e-5)
+    assert float(fields[6]) == pytest.approx(
+        float(run.history.time[displacement.argmax()]), abs=1e-3
+    )
 
 
 @pytest.mark.parametrize(
-    ("file", "point", "words"),
+    ("file", "point", "message"),
     [
         ("none.nml", "head", "none.nml: there is no such file"),
         ("wedge.nml", "had", "there is no measured point 'had'; there are head"),
     ],
 )
-def test_errors_are_returned_to_the_program(crest, root, tmp_path, file, point, words):
+def test_errors_are_returned_to_the_program(crest, root, tmp_path, file, point, message):
     (tmp_path / "wedge.nml").write_text((root / "inputs" / "wedge.nml").read_text())
-    done = subprocess.run([crest, file, point], cwd=tmp_path, capture_output=True, text=True)
-    assert (done.returncode, done.stderr.count("\n")) == (1, 1) and words in done.stderr
+    process = subprocess.run([crest, file, point], cwd=tmp_path, capture_output=True, text=True)
+    assert (process.returncode, process.stderr.count("\n")) == (1, 1) and message in process.stderr

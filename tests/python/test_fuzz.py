@@ -61,7 +61,7 @@ def test_attacks_do_no_harm():
     counts, failures = attack(spread(90, 11, list(KINDS)))
     assert not failures
     assert set(counts) == set(KINDS)
-    assert sum(found["done"] for found in counts.values()) >= 10
+    assert sum(outcomes["done"] for outcomes in counts.values()) >= 10
 
 
 def test_attacks_that_once_succeeded():

@@ -46,16 +46,16 @@ def name_of(page: Path) -> str:
 
 def run_block(kind: str, text: str) -> str:
     """Return the printed output of code of a page, and text of the reports that it writes."""
-    with contextlib.redirect_stdout(io.StringIO()) as said:
+    with contextlib.redirect_stdout(io.StringIO()) as output:
         if kind == "python":
             exec(compile(text, "<handbook>", "exec"), {"__name__": "handbook"})
         for line in text.splitlines() if kind == "sh" else ():
-            program, *words = shlex.split(line, comments=True)
+            program, *report_texts = shlex.split(line, comments=True)
             assert program == "sitedda", line
-            assert command(words) == 0, line
-    reports = re.findall(r"^page: (\S+)$", said.getvalue(), re.M)
-    words = (re.sub(r"<[^>]+>", " ", Path(report).read_text()) for report in reports)
-    return said.getvalue() + " ".join(" ".join(words).split())
+            assert command(report_texts) == 0, line
+    reports = re.findall(r"^page: (\S+)$", output.getvalue(), re.M)
+    report_texts = (re.sub(r"<[^>]+>", " ", Path(report).read_text()) for report in reports)
+    return output.getvalue() + " ".join(" ".join(report_texts).split())
 
 
 @contextlib.contextmanager
@@ -70,14 +70,14 @@ def alone(folder: Path):
 def test_a_page_prints_what_it_shows(page, tmp_path, monkeypatch):
     """Each Python block runs alone in an empty folder; commands run beside all files so far."""
     monkeypatch.chdir(tmp_path)
-    said = ""
+    output = ""
     for kind, text in BLOCK.findall(page.read_text()):
         if kind == "text":
             for line in text.splitlines():
-                assert line in said
+                assert line in output
         else:
             with alone(tmp_path) if kind == "python" else contextlib.nullcontext():
-                said = run_block(kind, text)
+                output = run_block(kind, text)
 
 
 @pytest.mark.parametrize("name", NOTEBOOKS)
@@ -91,10 +91,12 @@ def test_a_tutorial_runs_as_a_notebook(name, tmp_path, monkeypatch):
     nbformat.validate(book)
     resources = {"metadata": {"path": tmp_path}}
     nbclient.NotebookClient(book, timeout=DEADLINE, resources=resources).execute()
-    outputs = [one for cell in book.cells for one in cell.get("outputs", ())]
-    said = "".join(one.get("text", "") for one in outputs)
-    shown = [text for kind, text in BLOCK.findall(page.read_text()) if kind == "text"]
-    assert shown and all(line in said for text in shown for line in text.splitlines())
+    outputs = [cell_output for cell in book.cells for cell_output in cell.get("outputs", ())]
+    output = "".join(cell_output.get("text", "") for cell_output in outputs)
+    expected_texts = [text for kind, text in BLOCK.findall(page.read_text()) if kind == "text"]
+    assert expected_texts and all(
+        line in output for text in expected_texts for line in text.splitlines()
+    )
 
 
 @pytest.mark.filterwarnings("ignore")
@@ -122,22 +124,22 @@ def pages(root) -> list:
 def test_every_input_is_in_the_gallery_with_its_sentence(root):
     text = (root / "docs/gallery.md").read_text()
     for file in (root / "inputs").glob("*.nml"):
-        told = re.search(rf"^### {file.stem}\n\n(.+)\n\n```sh\nsitedda run inputs/{file.name}",
+        match = re.search(rf"^### {file.stem}\n\n(.+)\n\n```sh\nsitedda run inputs/{file.name}",
                          text, re.M)  # fmt: skip
-        assert told and len(told[1]) > 30, file.name
+        assert match and len(match[1]) > 30, file.name
 
 
 def test_each_command_of_the_pages_exists(pages):
     """This includes programs and sub-commands."""
-    with contextlib.redirect_stdout(io.StringIO()) as said, pytest.raises(SystemExit):
+    with contextlib.redirect_stdout(io.StringIO()) as output, pytest.raises(SystemExit):
         command(["--help"])
-    known = set(re.findall(r"^    (\w+)", said.getvalue(), re.M))
-    shown = set()
+    commands = set(re.findall(r"^    (\w+)", output.getvalue(), re.M))
+    used = set()
     for page in pages:
         for kind, text in BLOCK.findall(page.read_text()):
             lines = text.splitlines() if kind == "sh" else ()
-            shown |= {m[1] for line in lines if (m := re.match(r"sitedda (\w+)", line))}
-    assert {"run", "resume", "check", "example"} <= shown <= known
+            used |= {m[1] for line in lines if (m := re.match(r"sitedda (\w+)", line))}
+    assert {"run", "resume", "check", "example"} <= used <= commands
 
 
 def test_links_of_pages_are_valid(pages):
@@ -155,8 +157,8 @@ def test_links_of_pages_are_valid(pages):
 def test_links_of_built_pages_are_valid(root, tmp_path):
     """`docs/build.py` reports invalid links as errors, and repairs those in lists of Ford."""
     build = runpy.run_path(str(root / "docs/build.py"))
-    shown = "<a href='#moduleprocedure-grow_reals'></a><p id='proc-grow_reals'></p>"
-    (tmp_path / "grow.html").write_text(shown)
+    page_text = "<a href='#moduleprocedure-grow_reals'></a><p id='proc-grow_reals'></p>"
+    (tmp_path / "grow.html").write_text(page_text)
     (tmp_path / "index.html").write_text("<a href='grow.html#x'></a><a href='no.html'></a>")
     assert build["dead_links"](tmp_path) == [
         "grow.html: #moduleprocedure-grow_reals", "index.html: grow.html#x", "index.html: no.html",
@@ -178,23 +180,25 @@ def test_every_page_is_in_a_table_of_contents(root):
         for tree in re.findall(r"```\{toctree\}\n(.*?)```", page.read_text(), re.S):
             for entry in re.findall(r"^(?!:)(\S+)$", tree, re.M):
                 listed.add((page.parent / f"{entry}.md").resolve())
-    there = {page.resolve() for page in docs.rglob("*.md")}
-    assert there - listed == {docs / "index.md", docs / "ford.md", docs / "joss/paper.md"}
-    assert listed <= there
+    pages = {page.resolve() for page in docs.rglob("*.md")}
+    assert pages - listed == {docs / "index.md", docs / "ford.md", docs / "joss/paper.md"}
+    assert listed <= pages
 
 
 @pytest.mark.parametrize("of", ["input", "output"])
 def test_the_reference_is_generated_from_the_schema(root, tmp_path, of):
-    made, source, page = tmp_path / "made", root / "fortran" / of, f"docs/{of}_reference.md"
-    command = [sys.executable, source / "make_schema.py", "page", source / "schema.txt", made]
+    generated, source, page = tmp_path / "made", root / "fortran" / of, f"docs/{of}_reference.md"
+    command = [sys.executable, source / "make_schema.py", "page", source / "schema.txt", generated]
     subprocess.run(command, check=True)
-    assert made.read_text() == (root / page).read_text(), (
+    assert generated.read_text() == (root / page).read_text(), (
         f"python fortran/{of}/make_schema.py page fortran/{of}/schema.txt {page}"
     )
 
 
 def test_the_references_have_every_group_and_variable(root):
-    inputs, outputs = ((root / f"docs/{of}_reference.md").read_text() for of in ("input", "output"))
+    inputs, outputs = (
+        (root / f"docs/{kind}_reference.md").read_text() for kind in ("input", "output")
+    )
     for group in GROUPS.values():
         assert f"### `&{group.name}`" in inputs
     for name in VARIABLES:

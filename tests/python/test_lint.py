@@ -33,10 +33,10 @@ DOCUMENTED = 0.7  # fraction of all arguments; those of public procedures all ar
     ids=" ".join,
 )
 def test_linters_find_nothing(command):
-    done = subprocess.run(
+    process = subprocess.run(
         [executable(command[0]), *command[1:]], cwd=ROOT, capture_output=True, text=True
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert process.returncode == 0, process.stdout + process.stderr
 
 
 def test_no_line_is_longer_than_the_limit():
@@ -56,11 +56,11 @@ def test_no_line_is_longer_than_the_limit():
 def test_prose_is_wrapped():
     """Code, formulas, tables, pictures, links and generated pages may be longer."""
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
-    made = ("input_reference", "output_reference", "benchmarks", "ford", "gallery")
+    generated = ("input_reference", "output_reference", "benchmarks", "ford", "gallery")
     long = [
         f"{page.relative_to(ROOT)}: {line}"
         for page in pages
-        if page.stem not in made
+        if page.stem not in generated
         for line in re.sub("```.*?```", "", page.read_text(), flags=re.DOTALL).splitlines()
         if len(line) > 110 and line.lstrip(" -*")[:1].isalpha() and "\\" not in line
     ]
@@ -134,16 +134,18 @@ def _imports() -> dict[tuple[str, ...], set[tuple[str, ...]]]:
                 base = name[: -node.level] + tuple(
                     (node.module or "").split(".") * bool(node.module)
                 )
-                places = [(*base, alias.name) for alias in node.names]
-                known = [one if one in files else base for one in places]
-                used[name] |= {one if one in files else (*one, "__init__") for one in known}
+                modules = [(*base, alias.name) for alias in node.names]
+                packages = [module if module in files else base for module in modules]
+                used[name] |= {
+                    module if module in files else (*module, "__init__") for module in packages
+                }
     return used
 
 
 def test_python_packages_are_layers():
     below: dict[str, set[str]] = {}
     for name, used in _imports().items():
-        below.setdefault(name[0], set()).update(one[0] for one in used)
+        below.setdefault(name[0], set()).update(imported[0] for imported in used)
     del below["__init__"], below["__main__"]  # the face of the package
     check_layers(below)
 
@@ -200,31 +202,35 @@ def logical_expressions():
     files = {file: read_statements(file) for file in [*files, *_files("python", "*.f90")]}
     functions = set().union(*map(own_functions, files.values()))
     bound = set().union(*map(bound_names, files.values()))
-    found = []
+    expressions = []
     for file, statements in files.items():
         scope = functions_in_scope(statements, functions, bound)
-        found += [
+        expressions += [
             (f"{file.relative_to(ROOT)}:{line}", operands, functions_called(operands, scope))
             for line, code in statements
             for operands in logical_operands(code)
         ]
-    return found
+    return expressions
 
 
 def test_no_operand_guards_another_one(logical_expressions):
     """Fortran may evaluate the operands of .and. and .or. in any order, or all of them."""
     assert len(logical_expressions) > 500
-    found = [(where, names) for where, *one in logical_expressions if (names := guards(*one))]
-    assert not found
+    guarded = [
+        (location, names) for location, *one in logical_expressions if (names := guards(*one))
+    ]
+    assert not guarded
 
 
 def test_operands_call_only_functions_without_preconditions(logical_expressions):
     """Other conditions must be nested; functions without preconditions are marked ``! total``."""
     lines = "\n".join(source.file.read_text() for source in TREE)
     total = set(re.findall(r"\bfunction (\w+) *\(.*! total$", lines, re.MULTILINE))
-    known = total | NAMES_OF_ARRAYS
-    found = {where: calls - known for where, _, calls in logical_expressions if calls - known}
-    assert not found
+    allowed = total | NAMES_OF_ARRAYS
+    violations = {
+        location: calls - allowed for location, _, calls in logical_expressions if calls - allowed
+    }
+    assert not violations
     assert total <= set().union(*(calls for _, _, calls in logical_expressions))
 
 

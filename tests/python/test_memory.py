@@ -25,11 +25,13 @@ PLAIN_CORE = "Nehalem" if platform.machine() == "x86_64" else ""
 
 def test_a_model_that_does_not_fit_is_refused_before_it_is_built(native, write_input, tmp_path):
     file = write_input(wall(20_000, "jacobi"))
-    done = limited(native.path, LITTLE, "run", file, folder=tmp_path)
-    assert done.returncode == 7, done.stderr
-    needed = re.search(r"of \d+ blocks needs ([\d.]+) GB of memory, ([\d.]+) GB are", done.stderr)
+    process = limited(native.path, LITTLE, "run", file, folder=tmp_path)
+    assert process.returncode == 7, process.stderr
+    needed = re.search(
+        r"of \d+ blocks needs ([\d.]+) GB of memory, ([\d.]+) GB are", process.stderr
+    )
     assert float(needed[1]) > float(needed[2])
-    assert [one.name for one in tmp_path.iterdir()] == [file.name]
+    assert [file_found.name for file_found in tmp_path.iterdir()] == [file.name]
 
 
 @pytest.fixture(scope="module")
@@ -57,13 +59,13 @@ def test_a_factor_that_does_not_fit_is_named_and_jacobi_runs(
 ):
     limit = enough_for_jacobi + 8 * MEBI
     file = write_input(wall(BLOCKS, solver))
-    done = limited(native.path, limit, "run", file, "-q", folder=tmp_path)
-    assert done.returncode == 7, (done.stdout, done.stderr)
-    assert "memory" in done.stderr and "'jacobi'" in done.stderr
-    assert done.stderr.count("\n") == 1 and not (tmp_path / "model.nc").exists()
+    process = limited(native.path, limit, "run", file, "-q", folder=tmp_path)
+    assert process.returncode == 7, (process.stdout, process.stderr)
+    assert "memory" in process.stderr and "'jacobi'" in process.stderr
+    assert process.stderr.count("\n") == 1 and not (tmp_path / "model.nc").exists()
     file = write_input(wall(BLOCKS, "jacobi"))
-    done = limited(native.path, limit, "run", file, "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    process = limited(native.path, limit, "run", file, "-q", folder=tmp_path)
+    assert process.returncode == 0, process.stderr
 
 
 @pytest.mark.parametrize(("solver", "core"), [("direct", PLAIN_CORE), ("lagged", "")])
@@ -71,14 +73,14 @@ def test_with_any_limit_a_run_completes_or_states_its_need(
     solver, core, native, enough_for_jacobi, tmp_path
 ):
     limits = range(enough_for_jacobi - 20 * MEBI, enough_for_jacobi + 60 * MEBI, 8 * MEBI)
-    found = sweep(native.path, limits, solver, BLOCKS, tmp_path, core)
-    assert is_sound(found) and set(found) == {REFUSED, DONE}, found
+    outcomes = sweep(native.path, limits, solver, BLOCKS, tmp_path, core)
+    assert is_sound(outcomes) and set(outcomes) == {REFUSED, DONE}, outcomes
 
 
 def test_a_limit_without_room_for_blas_is_refused_at_once(native, write_input, tmp_path):
     file = write_input(wall(16, "jacobi"))
     for command in ("run", "check"):
-        done = limited(native.path, LITTLE, command, file, folder=tmp_path, core=PLAIN_CORE)
-        assert outcome(done) == REFUSED and "of addresses for BLAS" in done.stderr
-        done = limited(native.path, 1000 * MEBI, command, file, folder=tmp_path, core=PLAIN_CORE)
-        assert outcome(done) == DONE
+        process = limited(native.path, LITTLE, command, file, folder=tmp_path, core=PLAIN_CORE)
+        assert outcome(process) == REFUSED and "of addresses for BLAS" in process.stderr
+        process = limited(native.path, 1000 * MEBI, command, file, folder=tmp_path, core=PLAIN_CORE)
+        assert outcome(process) == DONE

@@ -10,23 +10,23 @@ import mutants
 
 
 def test_each_mutant_changes_one_place_of_one_line():
-    drawn, _ = mutants.draw(35, 200)
-    assert drawn[:40] == mutants.draw(35, 40)[0] != mutants.draw(36, 40)[0]
-    assert {one.kind for one in drawn[:3]} == {"constant", "number", "operator"}
-    for one in drawn:
-        before = (mutants.ROOT / "fortran" / one.file).read_text().splitlines()
-        after = one.text().splitlines()
+    sample, _ = mutants.draw(35, 200)
+    assert sample[:40] == mutants.draw(35, 40)[0] != mutants.draw(36, 40)[0]
+    assert {mutant.kind for mutant in sample[:3]} == {"constant", "number", "operator"}
+    for mutant in sample:
+        before = (mutants.ROOT / "fortran" / mutant.file).read_text().splitlines()
+        after = mutant.text().splitlines()
         changed = [pair for pair in zip(before, after, strict=True) if len(set(pair)) > 1]
-        assert len(changed) == 1 and before[one.line - 1] == changed[0][0], one
+        assert len(changed) == 1 and before[mutant.line - 1] == changed[0][0], mutant
 
 
 def test_each_exclusion_is_needed():
-    found = [f"{file}:{name}:{kind} {match[group]}"
+    locations = [f"{file}:{name}:{kind} {match[group]}"
              for file, _, match, group, kind, name in mutants.places()]  # fmt: skip
     for why, pattern in mutants.EXCLUDED.items():
-        assert any(re.match(pattern, place) for place in found), why
-    kept = [place for place in found if not mutants.reason(place)]
-    assert len(kept) > len(found) // 2
+        assert any(re.match(pattern, location) for location in locations), why
+    unexplained = [location for location in locations if not mutants.reason(location)]
+    assert len(unexplained) > len(locations) // 2
 
 
 def test_tests_that_mention_a_file_run_first():

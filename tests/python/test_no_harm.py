@@ -52,12 +52,12 @@ def finished(tmp_path_factory):
     return file.with_name("o.nc")
 
 
-def refused(done, *words) -> None:
+def refused(process, *phrases) -> None:
     """Check that a command printed one line, without traceback, and failed."""
-    assert done.returncode in (1, 5), (done.stdout, done.stderr)
-    assert done.stderr.count("\n") == 1, done.stderr
-    for word in words:
-        assert word in done.stderr
+    assert process.returncode in (1, 5), (process.stdout, process.stderr)
+    assert process.stderr.count("\n") == 1, process.stderr
+    for phrase in phrases:
+        assert phrase in process.stderr
 
 
 WALL = """&control time_step = 1e-3, steps = 5 /
@@ -91,9 +91,9 @@ def test_an_input_names_outputs_in_its_folder_only(native, main, here, name):
     for program in (native, main):
         refused(program("run", "m.nml", "-q", folder=here), "x.nc", "--output")
     assert not (here.parent / "x.nc").exists()
-    for words in (["-o", "../y.nc"], ["--set", "output.file=../y.nc"]):
+    for options in (["-o", "../y.nc"], ["--set", "output.file=../y.nc"]):
         for program in (native, main):
-            program.ok("run", "m.nml", "-q", *words, folder=here)
+            program.ok("run", "m.nml", "-q", *options, folder=here)
             (here.parent / "y.nc").unlink()
     sitedda.run(here / "m.nml", True, changes={"output.file": str(here.parent / "z.nc")})
     assert (here.parent / "z.nc").exists()
@@ -130,14 +130,14 @@ def test_links_pipes_and_devices_are_not_replaced(native, main, here):
 
 def standing(file: Path) -> tuple:
     """Return type and content of a path."""
-    found = os.lstat(file)
-    return found.st_mode, found.st_ino, found.st_rdev, found.st_size
+    status = os.lstat(file)
+    return status.st_mode, status.st_ino, status.st_rdev, status.st_size
 
 
 def test_a_device_is_not_replaced_by_root(main, here):
     before = os.lstat("/dev/null")
-    done = main("view", "m.nml", "--no-open", "-o", "/dev/null", folder=here)
-    refused(done, "/dev/null")
+    process = main("view", "m.nml", "--no-open", "-o", "/dev/null", folder=here)
+    refused(process, "/dev/null")
     refused(main("run", "m.nml", "-q", "-o", "/dev/null", folder=here), "/dev/null")
     assert os.lstat("/dev/null").st_rdev == before.st_rdev
 
@@ -194,20 +194,20 @@ def test_no_command_replaces_the_file_that_it_reads(main, here, finished, comman
     shutil.copy(finished, here / "o.png")  # named like a picture
     (here / "o.gif").write_bytes(PRECIOUS)
     before = {file.name: file.read_bytes() for file in here.iterdir()}
-    more = ["--no-open"] if command == "view" else []
+    options = ["--no-open"] if command == "view" else []
     sources = ["o.nc"] if command in ("movie", "surface", "site") else ["o.nc", "m.nml"]
     for source in sources:
         for target in {source, "o.gif" if command == "movie" else "o.png"}:
-            done = main(command, source, "-o", target, *more, folder=here)
-            assert done.returncode in (1, 5) and "Traceback" not in done.stderr
+            process = main(command, source, "-o", target, *options, folder=here)
+            assert process.returncode in (1, 5) and "Traceback" not in process.stderr
     assert {file.name: file.read_bytes() for file in here.iterdir()} == before
 
 
 def test_files_of_a_kind_replace_each_other(main, here, finished):
     for name, command in (("v.html", "view"), ("d.png", "draw"), ("r.html", "report")):
         for _ in range(2):
-            more = ["--no-open"] if command == "view" else []
-            main.ok(command, finished, "-o", here / name, *more)
+            options = ["--no-open"] if command == "view" else []
+            main.ok(command, finished, "-o", here / name, *options)
     main.ok("view", "m.nml", "--no-open", "-o", "r.html", folder=here)
     for ending in ("svg", "pdf", "jpg"):
         for _ in range(2):
@@ -236,15 +236,15 @@ def test_inputs_of_the_user_are_not_replaced(main, here):
 @pytest.mark.parametrize("command", ["view", "report", "draw", "movie"])
 def test_a_full_disk_leaves_no_file(main, here, finished, command):
     name = {"draw": "x.png", "movie": "x.gif"}.get(command, "x.html")
-    more = ["--no-open"] if command == "view" else []
+    options = ["--no-open"] if command == "view" else []
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (3000, limits[1]))
     try:
-        done = main(command, finished, "-o", name, *more, folder=here)
+        process = main(command, finished, "-o", name, *options, folder=here)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert done.returncode == 5
-    assert f"{name} cannot be written: File too large" in done.stderr
+    assert process.returncode == 5
+    assert f"{name} cannot be written: File too large" in process.stderr
     assert sorted(os.listdir(here)) == ["m.nml"]
 
 
@@ -300,10 +300,14 @@ def test_write_protected_files_are_not_replaced(here, program):
         write(page, "<!doctype html><p>", "a page")
     program.ok("run", "m.nml", "-q", "-o", "o.nc", folder=here)
     (here / "o.nc").chmod(0o444)
-    whole = (here / "o.nc").read_bytes()
-    done = program("run", "m.nml", "-q", "-o", "o.nc", folder=here)
-    assert done.returncode == 5 and "o.nc is write-protected and is not replaced" in done.stderr
-    assert (here / "o.nc").read_bytes() == whole and (here / "o.nc").stat().st_mode & 0o777 == 0o444
+    content = (here / "o.nc").read_bytes()
+    process = program("run", "m.nml", "-q", "-o", "o.nc", folder=here)
+    assert (
+        process.returncode == 5 and "o.nc is write-protected and is not replaced" in process.stderr
+    )
+    assert (here / "o.nc").read_bytes() == content and (
+        here / "o.nc"
+    ).stat().st_mode & 0o777 == 0o444
 
 
 @pytest.fixture
@@ -318,23 +322,28 @@ def shut():
 
 
 @pytest.mark.parametrize("name", ["sitedda", "sitedda-native"])
-@pytest.mark.parametrize("words", [["run", "m.nml", "-q"], ["run", "m.nml", "-q", "-o", "n.nc"]])
-def test_a_folder_without_permission_is_reported(shut, name, words):
+@pytest.mark.parametrize("message", [["run", "m.nml", "-q"], ["run", "m.nml", "-q", "-o", "n.nc"]])
+def test_a_folder_without_permission_is_reported(shut, name, message):
     folder, user = shut
     if user and name == "sitedda":
         pytest.skip("a superuser's interpreter is seldom open to others")
-    more = {"env": os.environ | {"HOME": "/"}, "timeout": DEADLINE, **user}
-    done = subprocess.run(
-        [executable(name), *words], cwd=folder, capture_output=True, text=True, check=False, **more
+    options = {"env": os.environ | {"HOME": "/"}, "timeout": DEADLINE, **user}
+    process = subprocess.run(
+        [executable(name), *message],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        **options,
     )
-    assert done.returncode == 5 and "Permission denied" in done.stderr, done.stderr
-    assert len(done.stderr.splitlines()) == 1 and os.listdir(folder) == ["m.nml"]
+    assert process.returncode == 5 and "Permission denied" in process.stderr, process.stderr
+    assert len(process.stderr.splitlines()) == 1 and os.listdir(folder) == ["m.nml"]
 
 
 @pytest.mark.parametrize("host", ["a\u2028b", "../x.png", "a..b"])
 def test_an_invalid_host_name_is_refused(main, host):
-    done = main("live", "--no-open", "--host", host)
-    assert done.returncode == 5 and "host name is invalid" in done.stderr
+    process = main("live", "--no-open", "--host", host)
+    assert process.returncode == 5 and "host name is invalid" in process.stderr
 
 
 def umask() -> int:
@@ -349,7 +358,7 @@ def umask() -> int:
 
 def test_a_journal_that_was_removed_is_written_again(here, same_bits):
     (here / "m.nml").write_text(namelist(changed(tower(steps=40), "output", file="o.nc")))
-    whole = sitedda.run(here / "m.nml", here / "whole.nc")
+    reference = sitedda.run(here / "m.nml", here / "whole.nc")
     with sitedda.Simulation(here / "m.nml", here / "o.nc") as run:
         run.advance(10)
         for file in here.glob("o.nc.*"):
@@ -361,11 +370,11 @@ def test_a_journal_that_was_removed_is_written_again(here, same_bits):
     with xr.open_dataset(here / "o.nc.partial", engine="netcdf4") as partial:
         assert partial.sizes["time"] == 16
     sitedda.resume(here / "m.nml", here / "o.nc")
-    same_bits(here / "o.nc", whole.output)
+    same_bits(here / "o.nc", reference.output)
     with sitedda.Simulation(here / "m.nml", here / "o.nc") as run:
         run.advance(40)
         (here / "o.nc.journal").unlink()
-    same_bits(here / "o.nc", whole.output)
+    same_bits(here / "o.nc", reference.output)
 
 
 def test_a_journal_that_was_replaced_is_an_error(here):
@@ -391,10 +400,10 @@ def test_lost_results_are_not_reported_as_saved(native, here):
         time.sleep(0.02)
     shutil.move(folder, here / "moved")
     running.send_signal(signal.SIGTERM)
-    _, said = running.communicate(timeout=DEADLINE)
-    assert running.returncode == 5, said
-    assert "o.nc.journal has been removed" in said and "results so far" not in said
-    assert said.count("\n") == 1
+    _, output = running.communicate(timeout=DEADLINE)
+    assert running.returncode == 5, output
+    assert "o.nc.journal has been removed" in output and "results so far" not in output
+    assert output.count("\n") == 1
 
 
 # --- Studies -------------------------------------------------------------------------------------
@@ -500,11 +509,11 @@ def test_valid_figures_are_accepted(here, root):
 @pytest.mark.parametrize("part", ["model", "dims", "coordinates", "cases", "quantities"])
 def test_a_damaged_study_is_refused_with_the_part(main, here, part):
     (here / "s.toml").write_text(STUDY)
-    done = main.ok("study", "plan", "s.toml", "--folder", "st", folder=here)
-    assert "then: sitedda study collect s.toml --folder st\n" in done.stdout
+    process = main.ok("study", "plan", "s.toml", "--folder", "st", folder=here)
+    assert "then: sitedda study collect s.toml --folder st\n" in process.stdout
     manifest = json.loads((here / "st" / "study.json").read_text())
-    for wrong in (None, 3, [1], {"x": "y"}):
-        (here / "st" / "study.json").write_text(json.dumps(manifest | {part: wrong}))
+    for damaged in (None, 3, [1], {"x": "y"}):
+        (here / "st" / "study.json").write_text(json.dumps(manifest | {part: damaged}))
         refused(main("study", "collect", "st", "-q", "-o", "t.nc", folder=here), part[:-1])
     (here / "st" / "study.json").write_text("[" * 100_000)
     refused(main("study", "collect", "st", "-q", "-o", "t.nc", folder=here), "study.json")
@@ -512,14 +521,14 @@ def test_a_damaged_study_is_refused_with_the_part(main, here, part):
 
 def test_a_damaged_result_is_missing(main, here):
     (here / "s.toml").write_text(STUDY)
-    words = ["study", "collect", "s.toml", "-q", "-o", "t.nc"]
+    command = ["study", "collect", "s.toml", "-q", "-o", "t.nc"]
     main.ok("study", "plan", "s.toml", folder=here)
     folder = next((here / "s_study" / "cases").glob("*/*"))
-    for wrong in ({"numbers": {"x": None}}, {"numbers": [1]}, {"seconds": "x"}, {"status": 1},
+    for damaged in ({"numbers": {"x": None}}, {"numbers": [1]}, {"seconds": "x"}, {"status": 1},
                   {"shapes": {"x": {"dims": ["time"], "shape": [-1]}}}):  # fmt: skip
-        (folder / "result.json").write_text(json.dumps({"status": "complete"} | wrong))
-        done = main(*words, folder=here)
-        assert done.returncode == 0 and "complete" not in done.stdout, done.stderr
+        (folder / "result.json").write_text(json.dumps({"status": "complete"} | damaged))
+        process = main(*command, folder=here)
+        assert process.returncode == 0 and "complete" not in process.stdout, process.stderr
 
 
 def test_a_table_does_not_replace_other_folders(main, here):

@@ -28,11 +28,11 @@ HEAVY = ("ezdxf", "matplotlib", "netCDF4", "pandas", "scipy", "shapely", "tqdm",
 
 def python(code: str, folder=None) -> str:
     """Return the output of a fresh interpreter."""
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, timeout=DEADLINE
     )
-    assert done.returncode == 0, done.stderr
-    return done.stdout.strip()
+    assert process.returncode == 0, process.stderr
+    return process.stdout.strip()
 
 
 def test_the_import_and_the_help_need_no_heavy_library():
@@ -92,9 +92,9 @@ def test_names_of_packages_are_listed_before_their_import(name):
 def test_commands_of_the_evidence_name_their_package():
     code = "import sys, importlib.metadata as m; m.entry_points = lambda **_: ()\n{}"
     code = code.format("from sitedda.command import main; print(main(['paper', 'layers']))")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (0, "1\n")
-    assert done.stderr == (
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (process.returncode, process.stdout) == (0, "1\n")
+    assert process.stderr == (
         "sitedda: sitedda paper needs the distribution sitedda-evidence: in a clone, "
         "pip install ./python/evidence\n"
     )
@@ -110,10 +110,10 @@ def test_the_package_is_marked_as_typed():
 
 
 def test_the_package_runs_as_a_module():
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "sitedda", "--version"], capture_output=True, text=True
     )
-    assert (done.returncode, done.stdout) == (0, f"sitedda {sitedda.__version__}\n")
+    assert (process.returncode, process.stdout) == (0, f"sitedda {sitedda.__version__}\n")
 
 
 @pytest.mark.parametrize(
@@ -149,8 +149,8 @@ def _check_imports(folder: Path, declared: set[str]) -> None:
 def test_every_module_is_installed():
     source = {f.relative_to(ROOT / "python" / "sitedda") for f in _modules(ROOT / "python/sitedda")}
     installed = Path(sitedda.__file__).parent
-    made = {Path("input/schema.py"), Path("output/variables.py")}  # at build, from schema.txt
-    assert source | made == {f.relative_to(installed) for f in _modules(installed)}
+    generated = {Path("input/schema.py"), Path("output/variables.py")}  # at build, from schema.txt
+    assert source | generated == {f.relative_to(installed) for f in _modules(installed)}
     evidence = ROOT / "python" / "evidence" / "sitedda_evidence"
     installed = Path(importlib.util.find_spec("sitedda_evidence").origin).parent
     source = {f.relative_to(evidence) for f in _modules(evidence)}
@@ -263,5 +263,7 @@ def test_lack_of_memory_is_one_sentence(monkeypatch, megabytes):
     monkeypatch.syspath_prepend(ROOT / "tests" / "robustness")
     from little_memory import COMMANDS, failures
 
-    words = {name: COMMANDS[name] for name in (("check", "draw") if megabytes == 327 else ("run",))}
-    assert failures([megabytes], words) == []
+    commands = {
+        name: COMMANDS[name] for name in (("check", "draw") if megabytes == 327 else ("run",))
+    }
+    assert failures([megabytes], commands) == []

@@ -32,8 +32,8 @@ def root(request):
 
 @pytest.mark.parametrize("name", EXACT)
 def test_every_file_has_the_version_of_the_program(root, name):
-    found = re.search(EXACT[name], (root / name).read_text(), re.MULTILINE)
-    assert found[1] == sitedda.__version__
+    match = re.search(EXACT[name], (root / name).read_text(), re.MULTILINE)
+    assert match[1] == sitedda.__version__
 
 
 def test_metadata_can_be_read(root):
@@ -46,20 +46,27 @@ def test_recipes_follow_the_style_of_their_collections(root, file, width):
     """The collections provide names that are used without import."""
     text = next((root / "docs/packaging").glob(file)).read_text()
     ruff = [sys.executable, "-m", "ruff", "check", "--isolated", "--select=E,W,F"]
-    words = ("--ignore=F403,F405,F821", f"--line-length={width}", "--stdin-filename=recipe.py", "-")
-    done = subprocess.run([*ruff, *words], input=text, capture_output=True, text=True)
-    assert done.returncode == 0, done.stdout
+    options = (
+        "--ignore=F403,F405,F821",
+        f"--line-length={width}",
+        "--stdin-filename=recipe.py",
+        "-",
+    )
+    process = subprocess.run([*ruff, *options], input=text, capture_output=True, text=True)
+    assert process.returncode == 0, process.stdout
 
 
 def test_recipes_name_every_library_that_the_package_needs(root):
     """Otherwise, users would detect a missing library at installation."""
     project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
-    needed = {re.match(r"[\w-]+", one)[0].lower() for one in project["dependencies"]}
-    same = {"numpy": "numpy|scipy-bundle", "pandas": "pandas|scipy-bundle"}
+    needed = {
+        re.match(r"[\w-]+", requirement)[0].lower() for requirement in project["dependencies"]
+    }
+    other_names = {"numpy": "numpy|scipy-bundle", "pandas": "pandas|scipy-bundle"}
     for file in ("conda/meta.yaml", "spack/package.py", "easybuild/sitedda-0.3.0-foss-2025b.eb"):
         text = (root / "docs/packaging" / file).read_text().lower()
         for name in needed:
-            assert re.search(same.get(name, re.escape(name)), text), (file, name)
+            assert re.search(other_names.get(name, re.escape(name)), text), (file, name)
 
 
 def test_the_documented_packages_are_those_that_recipes_install(root):
@@ -80,8 +87,8 @@ def test_the_paper_has_the_form_of_the_journal(root):
     assert all(field in head for field in ("title:", "authors:", "affiliations:", "bibliography:"))
     assert "# Summary" in body and "# Statement of need" in body
     cited = set(re.findall(r"@(\w+)", body))
-    known = set(re.findall(r"^@\w+\{(\w+),", (root / "docs/joss/paper.bib").read_text(), re.M))
-    assert cited == known
+    keys = set(re.findall(r"^@\w+\{(\w+),", (root / "docs/joss/paper.bib").read_text(), re.M))
+    assert cited == keys
 
 
 # Claims of the README, and the beginning of the name of a test of each.
@@ -141,8 +148,8 @@ STATUSES = {  # exit statuses, and a test of each
 def is_there(root, test: str) -> bool:
     """Return whether a test file has a function whose name begins like this."""
     file, _, name = test.partition("::")
-    place = root / "tests" / (file if file.startswith("verification") else f"python/{file}")
-    return f"\ndef {name}" in place.read_text()
+    path = root / "tests" / (file if file.startswith("verification") else f"python/{file}")
+    return f"\ndef {name}" in path.read_text()
 
 
 def test_every_claim_of_the_readme_has_its_test(root):
@@ -160,11 +167,11 @@ def test_every_claim_of_the_readme_has_its_test(root):
 
 
 def test_every_exit_status_of_the_readme_has_a_test(root):
-    words = " ".join((root / "README.md").read_text().split())
-    told = words.partition("statuses of errors are: ")[2]
-    listed = re.findall(r"(\d+) ([a-z ]+)", told.partition(".")[0])
-    assert {int(number): word for number, word in listed} == {
-        number: words for number, (words, _) in STATUSES.items()
+    readme = " ".join((root / "README.md").read_text().split())
+    statuses = readme.partition("statuses of errors are: ")[2]
+    listed = re.findall(r"(\d+) ([a-z ]+)", statuses.partition(".")[0])
+    assert {int(number): label for number, label in listed} == {
+        number: readme for number, (readme, _) in STATUSES.items()
     }
     assert all(is_there(root, test) for _, test in STATUSES.values())
     constants = re.findall(
@@ -211,4 +218,6 @@ def test_metadata_agree(root):
                         for name in ("codemeta.json", ".zenodo.json"))  # fmt: skip
     assert codemeta["description"] == project["description"] == zenodo["description"].rstrip(".")
     citation = (root / "CITATION.cff").read_text()
-    assert all(word in project["keywords"] and word in citation for word in zenodo["keywords"])
+    assert all(
+        keyword in project["keywords"] and keyword in citation for keyword in zenodo["keywords"]
+    )

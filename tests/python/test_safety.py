@@ -128,15 +128,15 @@ def test_invalid_series_are_refused(series):
         sitedda.amplification(series, series, 0.01)
 
 
-@pytest.mark.parametrize("word", ["x" * 10_000_000, "a\0b", "地" * 100, "", " "])
-def test_arguments_may_be_texts_of_any_length(word, tmp_path):
+@pytest.mark.parametrize("text", ["x" * 10_000_000, "a\0b", "地" * 100, "", " "])
+def test_arguments_may_be_texts_of_any_length(text, tmp_path):
     file = tmp_path / "record.txt"
     file.write_text("0 1\n1 2\n2 1\n")
     with pytest.raises((sitedda.SiteddaError, ValueError)):
-        sitedda.read_record(file, word, "acceleration" if not word.strip() else word, "hands")
-    if word.strip():
+        sitedda.read_record(file, text, "acceleration" if not text.strip() else text, "hands")
+    if text.strip():
         with pytest.raises((sitedda.SiteddaError, ValueError, OSError)):
-            sitedda.Simulation(word)
+            sitedda.Simulation(text)
 
 
 # --- Handles -------------------------------------------------------------------------------------
@@ -146,7 +146,7 @@ def test_a_closed_simulation_raises_errors(write_input):
     run = sitedda.Simulation(write_input(tower(steps=5)))
     run.close()
     run.close()
-    kinds = {name: kind for one in sitedda.Simulation.__mro__ for name, kind in vars(one).items()}
+    kinds = {name: kind for base in sitedda.Simulation.__mro__ for name, kind in vars(base).items()}
     looks = [name for name, kind in kinds.items() if isinstance(kind, property)]
     looks.remove("is_open")
     assert len(looks) > 10 and not run.is_open
@@ -160,7 +160,7 @@ def test_a_closed_simulation_raises_errors(write_input):
 
 @pytest.mark.parametrize("handle", [-1, 0, 65536, 65537, 2**31 - 1, -(2**31)])
 def test_unknown_handles_are_refused(handle):
-    for name, more in [
+    for name, options in [
         ("advance_run", (1,)),
         ("finish_run", ()),
         ("make_table", ("blocks",)),
@@ -168,7 +168,7 @@ def test_unknown_handles_are_refused(handle):
         ("check_run", ()),
     ]:
         with pytest.raises(sitedda.InputError, match="closed"):
-            checked(getattr(api, name), handle, *more)
+            checked(getattr(api, name), handle, *options)
     api.close_run(handle)
 
 
@@ -200,17 +200,19 @@ def test_runs_in_threads_are_bit_identical(write_input, tmp_path):
     assert written[:4] == written[4:]
 
 
-@pytest.mark.parametrize("way", ["fork", "spawn", "forkserver"])
-def test_runs_in_other_processes_are_bit_identical(way, write_input):
+@pytest.mark.parametrize("method", ["fork", "spawn", "forkserver"])
+def test_runs_in_other_processes_are_bit_identical(method, write_input):
     file = write_input(tower(steps=60))
     expected = final_state(file)
-    context = multiprocessing.get_context(way)
-    with sitedda.Simulation(file) as here, ProcessPoolExecutor(2, mp_context=context) as pool:
-        here.advance(30)
+    context = multiprocessing.get_context(method)
+    with sitedda.Simulation(file) as simulation, ProcessPoolExecutor(2, mp_context=context) as pool:
+        simulation.advance(30)
         assert list(pool.map(final_state, 3 * [file], timeout=DEADLINE)) == 3 * [expected]
-        here.advance(30)
+        simulation.advance(30)
         state = (
-            here.coordinates.tobytes() + here.rates.tobytes() + here.contacts["stretch"].tobytes()
+            simulation.coordinates.tobytes()
+            + simulation.rates.tobytes()
+            + simulation.contacts["stretch"].tobytes()
         )
     assert state == expected
 
@@ -242,14 +244,16 @@ def test_threads_of_the_engine_survive_a_fork(write_input, tmp_path):
         """)
     )
     environment = os.environ | {"OMP_NUM_THREADS": "2"}
-    done = subprocess.run([sys.executable, script], env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    process = subprocess.run(
+        [sys.executable, script], env=environment, capture_output=True, text=True
+    )
+    assert process.returncode == 0, process.stderr
 
 
 def test_one_simulation_in_many_threads(write_input):
     """Simultaneous steps, reads and close of one object are executed in sequence."""
     run = sitedda.Simulation(write_input(tower(layers=6, steps=1_000_000)))
-    trouble = []
+    failure = []
 
     def use(call):
         try:
@@ -258,7 +262,7 @@ def test_one_simulation_in_many_threads(write_input):
         except sitedda.InputError as error:
             assert "closed" in str(error)
         except Exception as error:
-            trouble.append(error)
+            failure.append(error)
 
     calls = [
         lambda: run.advance(20),
@@ -274,7 +278,7 @@ def test_one_simulation_in_many_threads(write_input):
     for thread in threads:
         thread.join(60)
         assert not thread.is_alive()
-    assert not trouble
+    assert not failure
 
 
 # --- Life ----------------------------------------------------------------------------------------

@@ -31,12 +31,12 @@ OWN = {"crest.f90", "record_NAME.f90"}  # files of the reader
 def sentences(page: str) -> list[str]:
     """Sentences of a page, without code, formulas, tables and headings."""
     text = ITEM.sub("\n\n", CODE.sub("\n", page))
-    found = []
+    results = []
     for paragraph in re.split(r"\n\s*\n", text):
-        words = INLINE.sub("Code", " ".join(paragraph.split()))
-        words = SHORT.sub(r"\1", re.sub(r"\]\([^)]*\)", "]", words))
-        found += END.split(words)
-    return found
+        sentence_text = INLINE.sub("Code", " ".join(paragraph.split()))
+        sentence_text = SHORT.sub(r"\1", re.sub(r"\]\([^)]*\)", "]", sentence_text))
+        results += END.split(sentence_text)
+    return results
 
 
 @pytest.mark.parametrize(
@@ -45,10 +45,18 @@ def sentences(page: str) -> list[str]:
     ids=lambda one: str(one.relative_to(ROOT)),
 )
 def test_sentences_are_short_and_begin_with_their_subject(page):
-    found = sentences(page.read_text())
-    wordy = [one for one in found if len(re.findall(r"[^\W\d_]{2,}", one)) > LONGEST]
-    turned = [one for one in found if OPENING.match(one) and not one.rstrip("*").endswith("?")]
-    assert not wordy and not turned
+    page_sentences = sentences(page.read_text())
+    wordy = [
+        sentence
+        for sentence in page_sentences
+        if len(re.findall(r"[^\W\d_]{2,}", sentence)) > LONGEST
+    ]
+    inverted = [
+        sentence
+        for sentence in page_sentences
+        if OPENING.match(sentence) and not sentence.rstrip("*").endswith("?")
+    ]
+    assert not wordy and not inverted
 
 
 def test_long_and_turned_sentences_are_found():
@@ -63,19 +71,21 @@ def test_files_named_in_pages_exist():
              (ROOT / top).rglob("*.f90")}  # fmt: skip
     for page in PAGES:
         text = page.read_text()
-        missing = [one for one in PATH.findall(text) if not (ROOT / one.rstrip(".")).exists()]
-        missing += [one for one in FILE.findall(text) if one not in names]
-        assert {Path(one).name for one in missing} <= OWN, page.name
+        missing = [path for path in PATH.findall(text) if not (ROOT / path.rstrip(".")).exists()]
+        missing += [path for path in FILE.findall(text) if path not in names]
+        assert {Path(path).name for path in missing} <= OWN, page.name
 
 
 def words_of(group: str, variable: str) -> set[str]:
     """Return the permitted words of a variable of the input."""
-    found = next(one for one in GROUPS[group].variables if one.name == variable)
-    return set(re.findall(r"'(\w+)'", found.values))
+    variable_found = next(
+        candidate for candidate in GROUPS[group].variables if candidate.name == variable
+    )
+    return set(re.findall(r"'(\w+)'", variable_found.values))
 
 
 @pytest.mark.parametrize(
-    ("page", "known"),
+    ("page", "words"),
     [
         ("docs/joints.md", words_of("joint", "law")),
         ("docs/boundaries.md", words_of("boundary", "kind")),
@@ -84,9 +94,9 @@ def words_of(group: str, variable: str) -> set[str]:
         ("docs/site.md", set(CONVENTIONS)),
     ],
 )
-def test_each_word_of_the_program_is_in_its_page(page, known):
-    shown = set(re.findall(r"'(\w+)'", (ROOT / page).read_text()))
-    assert known and not known - shown
+def test_each_word_of_the_program_is_in_its_page(page, words):
+    page_words = set(re.findall(r"'(\w+)'", (ROOT / page).read_text()))
+    assert words and not words - page_words
 
 
 def test_each_command_is_documented():
@@ -96,5 +106,5 @@ def test_each_command_is_documented():
 
 def test_exit_statuses_are_those_of_the_errors():
     kinds = {type(SiteddaError.of(kind, "")).__name__: kind for kind in range(1, 8)}
-    told = dict(re.findall(r"`(\w+)` (\d)", (ROOT / "docs/howto/python.md").read_text()))
-    assert {name: int(status) for name, status in told.items()} == kinds
+    statuses = dict(re.findall(r"`(\w+)` (\d)", (ROOT / "docs/howto/python.md").read_text()))
+    assert {name: int(status) for name, status in statuses.items()} == kinds

@@ -144,20 +144,20 @@ def good_files(folder: Path) -> dict[str, bytes]:
     sitedda.run(folder / "m.nml", folder / "good.nc")
     with sitedda.Simulation(folder / "m.nml", folder / "stopped.nc") as run:
         run.advance(5)
-    found = {file.name: file.read_bytes() for file in folder.iterdir()}
+    contents = {file.name: file.read_bytes() for file in folder.iterdir()}
     region = "outline = 0, 0, 4, 0, 4, 3, 0, 3"
-    found["jointed.nml"] = JOINTED.format(region=region).encode()
-    found["imported.nml"] = JOINTED.format(region="file = 'part.csv'").encode()
-    found["part.csv"] = b"name, x, y\na, 0, 0\na, 4, 0\na, 4, 3\na, 0, 3\n"
-    found["blocks.nc"] = good_blocks()
-    found["blocks.nml"] = (
+    contents["jointed.nml"] = JOINTED.format(region=region).encode()
+    contents["imported.nml"] = JOINTED.format(region="file = 'part.csv'").encode()
+    contents["part.csv"] = b"name, x, y\na, 0, 0\na, 4, 0\na, 4, 3\na, 0, 3\n"
+    contents["blocks.nc"] = good_blocks()
+    contents["blocks.nml"] = (
         JOINTED.format(region=region).split("&region")[0] + "&blocks file = 'blocks.nc' /\n"
     ).encode()
-    found["record.smc"] = next(RECORDS.glob("*.smc")).read_bytes()
-    found["s.toml"] = STUDY.encode()
-    found |= good_store(folder)
-    found["mine.txt"] = PRECIOUS
-    return found | good_outputs(folder)
+    contents["record.smc"] = next(RECORDS.glob("*.smc")).read_bytes()
+    contents["s.toml"] = STUDY.encode()
+    contents |= good_store(folder)
+    contents["mine.txt"] = PRECIOUS
+    return contents | good_outputs(folder)
 
 
 def good_outputs(folder: Path) -> dict[str, bytes]:
@@ -178,9 +178,9 @@ def good_store(folder: Path) -> dict[str, bytes]:
     from sitedda.command import main
 
     (folder / "s.toml").write_text(STUDY)
-    words = ["run", str(folder / "s.toml"), "--folder", str(folder / "done"), "-q", "-w", "1"]
+    arguments = ["run", str(folder / "s.toml"), "--folder", str(folder / "done"), "-q", "-w", "1"]
     with contextlib.redirect_stdout(None):
-        if main(["study", *words]):
+        if main(["study", *arguments]):
             raise SystemExit("the valid study cannot be run")
     files = [file for file in (folder / "done").rglob("*") if file.is_file()]
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}
@@ -301,7 +301,7 @@ def hostile_study(case: Case, chance: random.Random, good: dict) -> None:
         at = chance.randrange(len(lines))
         name, equals, _ = lines[at].partition(" = ")
         literals = [
-            *(json.dumps(word) for word in HOSTILE_TEXTS),
+            *(json.dumps(value) for value in HOSTILE_TEXTS),
             *("nan", "inf", "-1", "0", "true", "[]", "{}", "[[1]]", "1e400", "9" * 30, "[1, 'a']"),
             *("{from = 1, to = 2, count = 1e9}", "1979-05-27", '["--x=a\\nb"]', '{x = "\\n"}'),
         ]
@@ -324,11 +324,11 @@ def hostile_store(case: Case, chance: random.Random, good: dict) -> None:
     name = chance.choice(sorted(name for name in good if name.startswith("done/")))
     data = good[name]
     if data and chance.random() < 0.5 and name.endswith((".json", ".nml", ".txt")):
-        words = re.findall(rb"[\w.]+|\W", data)
-        words[chance.randrange(len(words))] = chance.choice(
+        tokens = re.findall(rb"[\w.]+|\W", data)
+        tokens[chance.randrange(len(tokens))] = chance.choice(
             [*HOSTILE_TEXTS, *HOSTILE_NUMBERS, "null", "[]", "{}", '"x"', "true"]
         ).encode("utf-8", "replace")
-        case.files[name] = b"".join(words)
+        case.files[name] = b"".join(tokens)
     else:
         case.files[name] = mutated_bytes(chance, data)
     run = ["study", "run", "s.toml", "--folder", "done", "-q", "-w", "1"]
@@ -366,8 +366,8 @@ def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
     if command == "study":
         case.words = ["study", "plan", "s.toml"]
     elif command in ("example", "validate", "paper"):  # no complete case of validate and paper
-        known = {"example": "column", "validate": "--list"}.get(command, "--help")
-        case.words = [command, chance.choice([known, *HOSTILE_TEXTS])]
+        argument = {"example": "column", "validate": "--list"}.get(command, "--help")
+        case.words = [command, chance.choice([argument, *HOSTILE_TEXTS])]
     for option in chance.sample(
         OPTIONS[command], min(len(OPTIONS[command]), chance.choice([1, 2]))
     ):
@@ -388,9 +388,14 @@ def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
     if command in ("run", "resume"):
         case.words += ["-q", "--no-plot"]
         case.target = case.target or next(
-            (word.partition("=")[2] for word in case.words if word.startswith("output.file=")), ""
+            (
+                argument_text.partition("=")[2]
+                for argument_text in case.words
+                if argument_text.startswith("output.file=")
+            ),
+            "",
         )
-    case.words = [word.replace("\0", "") for word in case.words]
+    case.words = [argument_text.replace("\0", "") for argument_text in case.words]
     case.target = case.target.replace("\0", "")
 
 
@@ -413,7 +418,7 @@ def make_case(kind: str, seed: int, good: dict) -> Case:
     case, chance = Case(kind, str(seed)), random.Random(f"{kind} {seed}")
     KINDS[kind][0](case, chance, good)
     if case.words[0] in ("run", "resume", "check") and chance.random() < 0.4:
-        case.words = [NATIVE, *(word for word in case.words if word != "--no-plot")]
+        case.words = [NATIVE, *(argument for argument in case.words if argument != "--no-plot")]
     return case
 
 
@@ -441,31 +446,31 @@ class Yard:
             data = data.replace(b"{above}", above) if name == "m.nml" else data
             (self.here / name).parent.mkdir(parents=True, exist_ok=True)
             (self.here / name).write_bytes(data)
-        for name, what in case.traps:
-            self.set_trap(self.here / name, what)
+        for name, kind in case.traps:
+            self.set_trap(self.here / name, kind)
 
-    def set_trap(self, place: Path, what: str) -> None:
+    def set_trap(self, path: Path, kind: str) -> None:
         """Create something that the command must not overwrite."""
-        place.parent.mkdir(parents=True, exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         victim = self.above / "victim"
-        if what == "link":
-            place.symlink_to(victim)
-        elif what == "dangling":
-            place.symlink_to(self.above / "nothing")
-        elif what == "hard link":
-            os.link(victim, place)
-        elif what == "pipe" or (what == "device" and os.geteuid()):
-            os.mkfifo(place)
-        elif what == "device":
-            os.mknod(place, stat.S_IFCHR | 0o666, os.makedev(1, 3))
-        elif what == "folder":
-            place.mkdir()
+        if kind == "link":
+            path.symlink_to(victim)
+        elif kind == "dangling":
+            path.symlink_to(self.above / "nothing")
+        elif kind == "hard link":
+            os.link(victim, path)
+        elif kind == "pipe" or (kind == "device" and os.geteuid()):
+            os.mkfifo(path)
+        elif kind == "device":
+            os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, 3))
+        elif kind == "folder":
+            path.mkdir()
         else:
-            place.write_bytes(PRECIOUS)
+            path.write_bytes(PRECIOUS)
 
     def watch(self) -> dict[str, tuple]:
         """Return kind and content of each file, by name."""
-        found = {}
+        states = {}
         for folder, folders, files in os.walk(self.above):
             for name in [*folders, *files]:
                 path = Path(folder) / name
@@ -473,8 +478,8 @@ class Yard:
                 content = os.readlink(path) if stat.S_ISLNK(about.st_mode) else b""
                 if stat.S_ISREG(about.st_mode):
                     content = hashlib.sha256(path.read_bytes()).digest()
-                found[str(path.relative_to(self.above))] = (about.st_mode, about.st_rdev, content)
-        return found
+                states[str(path.relative_to(self.above))] = (about.st_mode, about.st_rdev, content)
+        return states
 
 
 def own_names(case: Case) -> tuple[str, ...]:
@@ -489,10 +494,10 @@ def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
     """Return a forbidden change of the disk in words; empty if there is none."""
     requested = case.target and os.path.normpath(os.path.join(yard.here, case.target))
     free = own_names(case)
-    for name, what in before.items():
-        if after.get(name) != what and not name.startswith(free) and not stat.S_ISDIR(what[0]):
+    for name, state in before.items():
+        if after.get(name) != state and not name.startswith(free) and not stat.S_ISDIR(state[0]):
             return f"{name} has been {'changed' if name in after else 'removed'}"
-        if stat.S_ISDIR(what[0]) and name not in after:
+        if stat.S_ISDIR(state[0]) and name not in after:
             return f"the folder {name} has been removed"
     for name in after.keys() - before.keys():
         path = str(yard.above / name)
@@ -502,8 +507,8 @@ def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
             return f"{name} is left over"
         if not name.startswith("here/") and not (requested and path.startswith(requested)):
             return f"{name} was made outside of the folder"
-        if not name.startswith(free) and (words := half_written(yard.above / name)):
-            return f"{name} {words}"
+        if not name.startswith(free) and (complaint := half_written(yard.above / name)):
+            return f"{name} {complaint}"
     return ""
 
 
@@ -535,8 +540,8 @@ def not_finite(file: Path) -> str:
                 values = variable[...]
                 if "maximum" in variable.dimensions:  # NaN marks a maximum without data
                     axis = variable.dimensions.index("maximum")
-                    there = ~np.isnan(data["largest"][...])
-                    values = np.compress(there, values, axis)
+                    present = ~np.isnan(data["largest"][...])
+                    values = np.compress(present, values, axis)
                 if not np.all(np.isfinite(values)):
                     return f"contains values that are not finite in {name}"
     except OSError as trouble:
@@ -551,19 +556,19 @@ def serve() -> None:
     """
     read_libraries()
     for request in sys.stdin:
-        folder, words = json.loads(request)
+        folder, arguments = json.loads(request)
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
             child = os.fork()
             if child == 0:
                 os.dup2(out.fileno(), 1)
                 os.dup2(err.fileno(), 2)
-                become(folder, words)
+                become(folder, arguments)
             status = ending(child)
-            said = []
+            texts = []
             for stream in (out, err):
                 stream.seek(0)
-                said.append(stream.read(20_000).decode("utf-8", "replace"))
-        print(json.dumps([status, *said]), flush=True)
+                texts.append(stream.read(20_000).decode("utf-8", "replace"))
+        print(json.dumps([status, *texts]), flush=True)
 
 
 def read_libraries() -> None:
@@ -574,7 +579,7 @@ def read_libraries() -> None:
             importlib.import_module(name)
 
 
-def become(folder: str, words: list[str]) -> NoReturn:
+def become(folder: str, arguments: list[str]) -> NoReturn:
     """Run a command in this process, and exit with its status."""
     status = 99
     try:
@@ -582,10 +587,10 @@ def become(folder: str, words: list[str]) -> NoReturn:
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 5))
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         os.chdir(folder)
-        if words[0] == NATIVE:
-            os.execv(native_program(), [os.fsencode(word) for word in words])
-        status = program.main([word.encode("utf-8", "surrogatepass").decode("utf-8", "replace")
-                               for word in words])  # fmt: skip
+        if arguments[0] == NATIVE:
+            os.execv(native_program(), [os.fsencode(argument) for argument in arguments])
+        status = program.main([argument.encode("utf-8", "surrogatepass").decode("utf-8", "replace")
+                               for argument in arguments])  # fmt: skip
     except SystemExit as end:
         status = end.code
     except BaseException:
@@ -618,8 +623,8 @@ def judge(answer: str) -> tuple[str, str]:
         return "failed", f"{signal.Signals(-status).name}: {err[-300:]}"
     if "Traceback" in err:
         lines = [line for line in err.strip().splitlines() if line.strip()]
-        where = next((x.strip() for x in reversed(lines) if x.strip().startswith("File ")), "")
-        return "failed", f"traceback: {lines[-1][:300]} {where}"
+        location = next((x.strip() for x in reversed(lines) if x.strip().startswith("File ")), "")
+        return "failed", f"traceback: {lines[-1][:300]} {location}"
     if status not in STATUSES:
         return "failed", f"status {status}"
     if status and not err.strip():
@@ -632,10 +637,10 @@ def run_script(yard: Yard) -> str:
     for script in yard.above.rglob("submit.sh"):
         if script.is_file() and not script.is_symlink() and b"#SBATCH" in script.read_bytes():
             numbers = {"SLURM_ARRAY_TASK_ID": "0", "SLURM_ARRAY_JOB_ID": "1"}
-            done = subprocess.run(["bash", str(script)], cwd=yard.here, env=os.environ | numbers,
+            process = subprocess.run(["bash", str(script)], cwd=yard.here, env=os.environ | numbers,
                                   capture_output=True, text=True, check=False)  # fmt: skip
-            if "command not found" in done.stderr or "syntax error" in done.stderr:
-                return done.stderr.strip().splitlines()[0]
+            if "command not found" in process.stderr or "syntax error" in process.stderr:
+                return process.stderr.strip().splitlines()[0]
     return ""
 
 
@@ -644,23 +649,23 @@ def carry_out(case: Case, yard: Yard, probe: Probe) -> tuple[str, str]:
     yard.lay_out(case)
     before = yard.watch()
     answer = probe.ask(json.dumps([str(yard.here), case.words]), TIME_LIMIT)
-    what, wrong = judge(answer)
-    if not wrong and case.words[0] == "study" and what == "done":
+    outcome, wrong = judge(answer)
+    if not wrong and case.words[0] == "study" and outcome == "done":
         wrong = run_script(yard)
     wrong = wrong or harm(case, yard, before, yard.watch())
-    return ("failed" if wrong else what), wrong
+    return ("failed" if wrong else outcome), wrong
 
 
 def keep_case(case: Case, wrong: str, folder: Path) -> None:
     """Keep the files of a failed case, so that it can be replayed."""
-    place = folder / f"{case.kind}_{case.seed}"
-    place.mkdir(parents=True, exist_ok=True)
+    target = folder / f"{case.kind}_{case.seed}"
+    target.mkdir(parents=True, exist_ok=True)
     for name, data in case.files.items():
-        (place / name).parent.mkdir(parents=True, exist_ok=True)
-        (place / name).write_bytes(data)
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        (target / name).write_bytes(data)
     about = {"kind": case.kind, "words": case.words, "traps": case.traps, "asked": case.target,
              "files": sorted(case.files), "wrong": wrong}  # fmt: skip
-    (place / "case.json").write_text(json.dumps(about, indent=1) + "\n")
+    (target / "case.json").write_text(json.dumps(about, indent=1) + "\n")
 
 
 def kept_case(folder: Path) -> Case:
@@ -681,11 +686,11 @@ def attack(cases: Callable, keep: Path | None = None, say: bool = False):
         yard = Yard(Path(above).resolve(), goods)
         with Probe(command) as probe:
             for case in cases(goods):
-                what, wrong = carry_out(case, yard, probe)
-                counts.setdefault(case.kind, Counter())[what] += 1
-                done = sum(map(Counter.total, counts.values()))
-                if say and done % 500 == 0:
-                    print(f"… {done} cases, {len(failures)} failed", flush=True)
+                outcome, wrong = carry_out(case, yard, probe)
+                counts.setdefault(case.kind, Counter())[outcome] += 1
+                total = sum(map(Counter.total, counts.values()))
+                if say and total % 500 == 0:
+                    print(f"… {total} cases, {len(failures)} failed", flush=True)
                 if wrong:
                     failures.append(f"{case.kind} {case.seed}: {' '.join(case.words)}: {wrong}")
                     if say:
@@ -699,9 +704,9 @@ def spread(count: int, first: int, kinds: list[str]) -> Callable:
     """Return a function that makes `count` cases from seed `first` on, by the weights of kinds."""
 
     def cases(good):
-        whole = sum(KINDS[kind][1] for kind in kinds)
+        total_weight = sum(KINDS[kind][1] for kind in kinds)
         for number in range(count):
-            at = number * 7919 % whole
+            at = number * 7919 % total_weight
             for kind in kinds:
                 at -= KINDS[kind][1]
                 if at < 0:
@@ -713,19 +718,19 @@ def spread(count: int, first: int, kinds: list[str]) -> Callable:
 
 def main() -> int:
     """Run the cases and print counts."""
-    wanted = parse_options(__doc__, cases=20_000, seed=1, kinds=",".join(KINDS),
+    options = parse_options(__doc__, cases=20_000, seed=1, kinds=",".join(KINDS),
                    keep=Path("attack_failures"), replay=Path, serve=False)  # fmt: skip
-    if wanted.serve:
+    if options.serve:
         serve()
         return 0
-    cases = spread(wanted.cases, wanted.seed, wanted.kinds.split(","))
-    if wanted.replay:
-        cases = lambda good: [kept_case(wanted.replay)]  # noqa: E731
-    counts, failures = attack(cases, None if wanted.replay else wanted.keep.resolve(), say=True)
-    for kind, found in counts.items():
-        words = ", ".join(f"{number} {what}" for what, number in sorted(found.items()))
-        print(f"{kind:11s} {sum(found.values()):6d}: {words}")
-    print(f"{sum(map(Counter.total, counts.values()))} cases, seed {wanted.seed}, "
+    cases = spread(options.cases, options.seed, options.kinds.split(","))
+    if options.replay:
+        cases = lambda good: [kept_case(options.replay)]  # noqa: E731
+    counts, failures = attack(cases, None if options.replay else options.keep.resolve(), say=True)
+    for kind, outcomes in counts.items():
+        summary = ", ".join(f"{number} {outcome}" for outcome, number in sorted(outcomes.items()))
+        print(f"{kind:11s} {sum(outcomes.values()):6d}: {summary}")
+    print(f"{sum(map(Counter.total, counts.values()))} cases, seed {options.seed}, "
           f"{len(failures)} failed")  # fmt: skip
     return min(len(failures), 1)
 

@@ -56,14 +56,14 @@ def disc(sides, cells, size, zone, seed=0) -> sitedda.Model:
     else:
         model["material"][-1].fracture = "bond"
     time = 2e-5 * np.arange(201)
-    way = SPEED * np.where(time < RISE, time**2 / (2 * RISE), time - RISE / 2)
-    model.motion("down", (-way).tolist(), 2e-5, "displacement")
-    for name, sign, more in (("bottom", -1, {}), ("top", 1, {"motion_y": "down"})):
+    motion = SPEED * np.where(time < RISE, time**2 / (2 * RISE), time - RISE / 2)
+    model.motion("down", (-motion).tolist(), 2e-5, "displacement")
+    for name, sign, motions in (("bottom", -1, {}), ("top", 1, {"motion_y": "down"})):
         low, high = sorted([sign * TOP, sign * (TOP + 0.02)])
         model.block(name=name, vertices=[-0.02, low, 0.02, low, 0.02, high, -0.02, high],
                     material="steel", joint="platen")  # fmt: skip
         for x in (-0.02, 0.02):
-            model.fixed_point(x=x, y=sign * (TOP + 0.02), block=name, **more)
+            model.fixed_point(x=x, y=sign * (TOP + 0.02), block=name, **motions)
     near = [shapely.LineString([(0, -TOP), (0, TOP)])] if len(sides) == 2 else []
     outlines = [outline(side) for side in sides]
     parts = [Part(one, ["platen"] * len(one), size) for one in outlines]
@@ -77,7 +77,7 @@ def disc(sides, cells, size, zone, seed=0) -> sitedda.Model:
 def largest_force(model, every=10, most=1400) -> float:
     """Return the largest force of a platen, N/m, before a drop to 0.9 of it or until the dissipated
     energy is 0.9 of the fracture energy of a diameter."""
-    largest, spent = 0.0, 0.9 * model["joint"][1].fracture_energy * DIAMETER
+    largest, energy_limit = 0.0, 0.9 * model["joint"][1].fracture_energy * DIAMETER
     with sitedda.Simulation(model) as run:
         for _ in range(most // every):
             run.advance(every)
@@ -86,7 +86,7 @@ def largest_force(model, every=10, most=1400) -> float:
             force = contacts["normal_force"][on_top].sum()
             largest = max(largest, force)
             broken = largest > 0.8 * UNIT and force < 0.9 * largest
-            if broken or run.energies["fracture"] > spent:
+            if broken or run.energies["fracture"] > energy_limit:
                 return float(largest)
     raise RuntimeError(f"{most} steps are too few to split the disc")
 
@@ -102,16 +102,16 @@ def meshed(size, zone, seed) -> float:
 
 
 def main():
-    given = parse_options(__doc__, meshes=20, first=1, size=0.005, zone=0.1)
-    exact = straight(given.size, given.zone)
+    options = parse_options(__doc__, meshes=20, first=1, size=0.005, zone=0.1)
+    exact = straight(options.size, options.zone)
     print(
         f"reference, straight crack: {exact / UNIT:.3f} of the force of a brittle disc", flush=True
     )
     forces = []
-    for seed in range(given.first, given.first + given.meshes):
-        forces.append(meshed(given.size, given.zone, seed))
-        share = forces[-1] / UNIT
-        print(f"seed {seed}: {share:.3f}, {forces[-1] / exact:.3f} of the reference", flush=True)
+    for seed in range(options.first, options.first + options.meshes):
+        forces.append(meshed(options.size, options.zone, seed))
+        ratio = forces[-1] / UNIT
+        print(f"seed {seed}: {ratio:.3f}, {forces[-1] / exact:.3f} of the reference", flush=True)
     forces = np.array(forces) / exact
     print(f"mean {forces.mean():.3f}, standard deviation {forces.std(ddof=1):.3f}, "
           f"{forces.min():.3f} to {forces.max():.3f} of the reference")  # fmt: skip

@@ -45,22 +45,22 @@ def interrupted_run(program: str, folder: Path) -> None:
     running.communicate()
 
 
-def case(program, folder, kept, reference, chance) -> tuple[str, str]:
+def case(program, folder, copies, reference, chance) -> tuple[str, str]:
     """Damage one file and resume; return the kind of damage, and what is wrong with the outcome."""
     for file in folder.glob("out.nc*"):
         file.unlink()
-    for file in kept.iterdir():
+    for file in copies.iterdir():
         shutil.copy(file, folder)
     kind = chance.choices(("alone", "with previous", "journal", "forged"), (60, 15, 10, 15))[0]
     name = "out.nc.journal" if kind == "journal" else "out.nc.checkpoint"
-    whole = (folder / name).read_bytes()
+    complete = (folder / name).read_bytes()
     seed = chance.randrange(2**31)
     if kind == "forged":
-        state = mutated_checkpoint(seed, whole[HEAD:-TAIL])
-        content = whole[:HEAD] + state + len(state).to_bytes(8, "little")
+        state = mutated_checkpoint(seed, complete[HEAD:-TAIL])
+        content = complete[:HEAD] + state + len(state).to_bytes(8, "little")
         (folder / name).write_bytes(content + crc64(content))
     else:
-        (folder / name).write_bytes(mutated_checkpoint(seed, whole))
+        (folder / name).write_bytes(mutated_checkpoint(seed, complete))
     if kind in ("alone", "forged"):
         (folder / "out.nc.checkpoint.previous").unlink()
     return kind, outcome(program, folder, kind, reference)
@@ -69,7 +69,7 @@ def case(program, folder, kept, reference, chance) -> tuple[str, str]:
 def outcome(program, folder, kind, reference) -> str:
     """Return what is wrong with a resumed run; empty if nothing is wrong."""
     try:
-        status, said, err = finish(program, "resume", folder, timeout=LONGEST)
+        status, output, err = finish(program, "resume", folder, timeout=LONGEST)
     except subprocess.TimeoutExpired:
         return "hangs"
     if status < 0 or "Fortran runtime error" in err or "SIG" in err:
@@ -82,8 +82,8 @@ def outcome(program, folder, kind, reference) -> str:
         return f"status {status}: {err}"
     if kind == "alone":
         return "a damaged checkpoint is accepted"
-    if kind == "with previous" and "checkpoint.previous, because" not in said:
-        return f"does not report the use of the previous checkpoint: {said}"
+    if kind == "with previous" and "checkpoint.previous, because" not in output:
+        return f"does not report the use of the previous checkpoint: {output}"
     wrong = difference(folder / "out.nc", reference)
     return f"{wrong} differs" if wrong else ""
 
@@ -98,12 +98,12 @@ def main() -> int:
         folder = prepare(Path(options.folder or scratch) / "run", wall(2000, 2, bricks=1))
         reference = reference_of(program, folder)
         interrupted_run(program, folder)
-        kept = folder.with_name("kept")
-        kept.mkdir(exist_ok=True)
+        copies = folder.with_name("kept")
+        copies.mkdir(exist_ok=True)
         for file in folder.glob("out.nc*"):
-            file.rename(kept / file.name)
+            file.rename(copies / file.name)
         for i in range(options.cases):
-            kind, wrong = case(program, folder, kept, reference, chance)
+            kind, wrong = case(program, folder, copies, reference, chance)
             counts[kind] += 1
             if wrong:
                 failures += 1

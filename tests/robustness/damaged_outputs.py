@@ -24,11 +24,11 @@ def rewrite(source: Path, target: Path, change) -> None:
             for dimension, length in zip(dimensions, np.shape(values), strict=True):
                 if dimension not in new.dimensions:
                     new.createDimension(dimension, length)
-            made = new.createVariable(name, kind, dimensions)
+            variable = new.createVariable(name, kind, dimensions)
             its = {k: v for k, v in its.items() if kind == "S1" or k != "_Encoding"}
-            made.setncatts({k: v for k, v in its.items() if k != "_FillValue"})
-            made.set_auto_maskandscale(False)
-            made[...] = values
+            variable.setncatts({k: v for k, v in its.items() if k != "_FillValue"})
+            variable.set_auto_maskandscale(False)
+            variable[...] = values
 
 
 def drop(chance, variables, attributes) -> str:
@@ -50,8 +50,8 @@ def retype(chance, variables, attributes) -> str:
     name = chance.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
     new = chance.choice(["i1", "i4", "f4", "f8", "S1"])
-    made = np.full(values.shape, b"x") if new == "S1" else np.zeros(values.shape, new)
-    variables[name] = [new, dimensions, made, its]
+    new_values = np.full(values.shape, b"x") if new == "S1" else np.zeros(values.shape, new)
+    variables[name] = [new, dimensions, new_values, its]
     return f"{name} of {new}"
 
 
@@ -94,10 +94,12 @@ def shorten(chance, variables, attributes) -> str:
     """Shorten a dimension, possibly to zero."""
     name = chance.choice(sorted({d for v in variables.values() for d in v[1]}))
     length = chance.choice([0, 1, 2])
-    for one in variables.values():
-        for axis, dimension in enumerate(one[1]):
+    for variable in variables.values():
+        for axis, dimension in enumerate(variable[1]):
             if dimension == name:
-                one[2] = np.take(one[2], range(min(length, one[2].shape[axis])), axis)
+                variable[2] = np.take(
+                    variable[2], range(min(length, variable[2].shape[axis])), axis
+                )
     return f"{name} of {length}"
 
 
@@ -136,9 +138,9 @@ def damaged(chance, source: Path, target: Path) -> str:
     """Damage an output; return a description of the damage."""
     if chance.random() < 0.25:
         return flip(chance, source, target)
-    change, words = chance.choice(CHANGES), []
+    change, descriptions = chance.choice(CHANGES), []
     try:
-        rewrite(source, target, lambda *parts: words.append(change(chance, *parts)))
+        rewrite(source, target, lambda *parts: descriptions.append(change(chance, *parts)))
     except RuntimeError:  # netCDF cannot write such a file
         return flip(chance, source, target)
-    return words[0]
+    return descriptions[0]

@@ -72,39 +72,41 @@ def model(dice: random.Random, rocks: bool) -> tuple[str, float]:
 
 def judged(file: Path, step: float, rocks: bool) -> dict[str, str]:
     """Return the outcome of each figure: 'inside', 'outside' or 'no bar'."""
-    found = sitedda.accuracy(file, workers=2)
+    figures = sitedda.accuracy(file, workers=2)
     truth = sitedda.run(file, time_step=step / FINER).verdict.values
-    words = {}
+    verdicts = {}
     for name in ROCKING if rocks else SLIDING:
-        if name not in found.figures:
+        if name not in figures.figures:
             continue
-        figure = found[name]
-        away = abs(truth[name] - figure.finest)
-        inside = "inside" if away <= figure.bar else "outside"
-        words[name] = inside if math.isfinite(figure.bar) else "no bar"
-    return words
+        figure = figures[name]
+        error = abs(truth[name] - figure.finest)
+        verdict = "inside" if error <= figure.bar else "outside"
+        verdicts[name] = verdict if math.isfinite(figure.bar) else "no bar"
+    return verdicts
 
 
 def judge_inputs(files: list[Path]) -> int:
     """Count for each input; return status 1 if a figure is outside or too many have no limit."""
     bad = 0
     for file in files:
-        found = sitedda.accuracy(file, workers=2)
+        figures = sitedda.accuracy(file, workers=2)
         changes = finer(facts_of(file, {}), FINER)
         truth = sitedda.run(file, changes=changes).verdict.values
-        words = {name: figure.doubt.partition(":")[0].partition(" of ")[0]
-                 for name, figure in found.figures.items()}  # fmt: skip
-        without = {w: sum(v == w for v in words.values()) for w in (OPEN, BLOW, BEYOND)}
+        reasons = {name: figure.doubt.partition(":")[0].partition(" of ")[0]
+                 for name, figure in figures.figures.items()}  # fmt: skip
+        without = {w: sum(v == w for v in reasons.values()) for w in (OPEN, BLOW, BEYOND)}
         outside = [
             f"{name} {figure}, but {truth.get(name, 0.0):.6g} at Δt/{FINER}"
-            for name, figure in found.figures.items()
-            if words[name] not in without
+            for name, figure in figures.figures.items()
+            if reasons[name] not in without
             and not abs(truth.get(name, 0.0) - figure.finest) <= figure.bar
         ]
-        total = len(found.figures)
-        said = ", ".join(f"{n} {word}" for word, n in without.items() if n)
-        print(f"{file.name}: {total} figures, {total - sum(without.values()) - len(outside)} inside"
-              f"{', ' + said if said else ''}, {len(outside)} outside", flush=True)  # fmt: skip
+        total = len(figures.figures)
+        summary = ", ".join(f"{n} {reason}" for reason, n in without.items() if n)
+        inside = total - sum(without.values()) - len(outside)
+        print(f"{file.name}: {total} figures, {inside} inside"
+              f"{', ' + summary if summary else ''}, {len(outside)} outside",
+              flush=True)  # fmt: skip
         print("".join(f"  {line}\n" for line in outside), end="", flush=True)
         bad += len(outside) > 0 or 5 * (without[OPEN] + without[BLOW]) > total
     return int(bad > 0)
@@ -151,10 +153,10 @@ def _surface(file: Path, step: float, grid: np.ndarray) -> dict[str, float]:
     """Return figures of a run with a time step, and the peak of its transfer function."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sitedda.PeakWarning)  # of motions that continue at the end
-        found = dict(sitedda.run(file, time_step=step).verdict.values)
+        values = dict(sitedda.run(file, time_step=step).verdict.values)
     grid = grid[grid <= 15.0]
     ratio = abs(sitedda.transfer(file, grid, time_step=step))
-    return found | {"amplification": ratio.max(),
+    return values | {"amplification": ratio.max(),
                     "amplification_frequency_hz": grid[ratio.argmax()]}  # fmt: skip
 
 
@@ -166,17 +168,17 @@ def judge_columns(count: int, seed: int) -> int:
         for number in range(count):
             text, step = column(random.Random(1000 * seed + number))
             file.write_text(text)
-            found = sitedda.accuracy(file)
-            grid = found["amplification_frequency_hz"].finest * np.linspace(0.95, 1.05, 2001)
+            figures = sitedda.accuracy(file)
+            grid = figures["amplification_frequency_hz"].finest * np.linspace(0.95, 1.05, 2001)
             coarse, fine = (_surface(file, step / times, grid) for times in (FINER, 2 * FINER))
             order = facts_of(file, {}).order
             truth = {n: fine[n] + (fine[n] - coarse[n]) / (2**order - 1) for n in SURFACE}
             for name in SURFACE:
-                away = abs(truth[name] - found[name].finest)
-                worst[name] = max(worst[name], away / truth[name])
-                outside += not away <= found[name].bar
-                if not away <= found[name].bar:
-                    print(f"column {number}: {name} {found[name]}, but {truth[name]:.6g}")
+                error = abs(truth[name] - figures[name].finest)
+                worst[name] = max(worst[name], error / truth[name])
+                outside += not error <= figures[name].bar
+                if not error <= figures[name].bar:
+                    print(f"column {number}: {name} {figures[name]}, but {truth[name]:.6g}")
     print(f"{count * len(SURFACE) - outside} of {count * len(SURFACE)} figures inside their bar")
     print("largest errors:", ", ".join(f"{n} {100 * v:.2g} %" for n, v in worst.items()))
     return int(outside > 0 or max(worst.values()) > 0.01)
@@ -203,13 +205,15 @@ def main(arguments: list[str]) -> int:
             rocks = bool(number % 2)
             text, step = model(random.Random(1000 * options.seed + number), rocks)
             file.write_text(text)
-            words = judged(file, step, rocks)
-            for word in words.values():
-                counts[rocks][word] += 1
-            if options.verbose and set(words.values()) != {"inside"}:
-                print(f"pair {number}: {words}", flush=True)
-    for rocks, found in counts.items():
-        print("rocking:" if rocks else "sliding:", ", ".join(f"{n} {w}" for w, n in found.items()))
+            verdicts = judged(file, step, rocks)
+            for verdict in verdicts.values():
+                counts[rocks][verdict] += 1
+            if options.verbose and set(verdicts.values()) != {"inside"}:
+                print(f"pair {number}: {verdicts}", flush=True)
+    for rocks, counter in counts.items():
+        print(
+            "rocking:" if rocks else "sliding:", ", ".join(f"{n} {w}" for w, n in counter.items())
+        )
     inside, outside, without = (sum(c[w] for c in counts.values()) for w in counts[True])
     print(f"{inside} of {inside + outside + without} figures inside their bar")
     return int(inside < 0.9 * (inside + outside + without))

@@ -35,35 +35,35 @@ def limited(size: int):
     return limit
 
 
-def judge(what, status, err, program, folder, reference) -> bool:
+def judge(kind, status, err, program, folder, reference) -> bool:
     """Return whether the run with a full disk ended correctly and the resumed run is complete."""
     if status not in (0, FILE_ERROR) or (status and len(err.strip().splitlines()) != 1):
-        print(f"{what}: status {status}: {err}")
+        print(f"{kind}: status {status}: {err}")
         return False
     if status:
         status, out, err = finish(program, "resume", folder)
         if status:
-            print(f"{what}: resume ends with status {status}: {err}")
+            print(f"{kind}: resume ends with status {status}: {err}")
             return False
-    return same(what, folder, reference)
+    return same(kind, folder, reference)
 
 
 def by_file_size(program, folder, reference, cases) -> list[bool]:
     """Test limits from zero to the size of the output, closer together where files begin."""
     largest = reference.stat().st_size
-    passed = []
+    results = []
     for i in range(cases):
         size = int(largest * 1.05 * (i / max(1, cases - 1)) ** 2)
         for file in folder.glob("out.nc*"):
             file.unlink()
         status, _, err = finish(program, "run", folder, preexec_fn=limited(size))
-        passed.append(judge(f"limit {size}", status, err, program, folder, reference))
-    return passed
+        results.append(judge(f"limit {size}", status, err, program, folder, reference))
+    return results
 
 
 def by_file_system(program, folder, reference, cases) -> list[bool]:
     """Test file systems of several sizes; the resumed run has a larger one."""
-    passed = []
+    results = []
     largest = 4 * reference.stat().st_size
     for i in range(cases):
         size = 65536 + int(largest * i / cases)
@@ -71,17 +71,17 @@ def by_file_system(program, folder, reference, cases) -> list[bool]:
         disk.mkdir(exist_ok=True)
         mounted = ["mount", "-t", "tmpfs", "-o", f"size={size}", "none", str(disk)]
         if subprocess.run(mounted, capture_output=True, check=False).returncode:
-            return passed
+            return results
         try:
             shutil.copy(folder / "model.nml", disk)
             (disk / "records").symlink_to((folder / "records").resolve())
             status, _, err = finish(program, "run", disk)
-            more = ["mount", "-o", f"remount,size={size + 2 * largest}", str(disk)]
-            subprocess.run(more, check=True)
-            passed.append(judge(f"disk of {size}", status, err, program, disk, reference))
+            command = ["mount", "-o", f"remount,size={size + 2 * largest}", str(disk)]
+            subprocess.run(command, check=True)
+            results.append(judge(f"disk of {size}", status, err, program, disk, reference))
         finally:
             subprocess.run(["umount", str(disk)], check=True)
-    return passed
+    return results
 
 
 def main() -> int:
@@ -97,9 +97,9 @@ def main() -> int:
             folder = prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
             reference = reference_of(program, folder)
             for kind, cases in (("file size", by_file_size), ("file system", by_file_system)):
-                passed = cases(program, folder, reference, options.cases)
-                failed += passed.count(False)
-                print(f"{name:14s} {kind:12s} {passed.count(True)} of {len(passed)}")
+                results = cases(program, folder, reference, options.cases)
+                failed += results.count(False)
+                print(f"{name:14s} {kind:12s} {results.count(True)} of {len(results)}")
     return int(failed > 0)
 
 

@@ -128,18 +128,18 @@ class Probe:
                     if self.processor_time() > most_used or time.monotonic() > deadline:
                         return None
                     continue
-                piece = os.read(self.process.stdout.fileno(), 65536)
-                if not piece:
+                chunk = os.read(self.process.stdout.fileno(), 65536)
+                if not chunk:
                     break
-                answer += piece
+                answer += chunk
         return answer
 
     def _last_words(self) -> str:
         self.errors.seek(0)
-        words = self.errors.read().decode("utf-8", "replace").strip()
+        text = self.errors.read().decode("utf-8", "replace").strip()
         self.errors.seek(0)
         self.errors.truncate()
-        return words[:1500]
+        return text[:1500]
 
 
 @dataclass
@@ -151,8 +151,8 @@ class Tally:
     slowest: float = 0.0
 
     def __str__(self) -> str:
-        words = ", ".join(f"{count} {what}" for what, count in sorted(self.answers.items()))
-        return f"{words}; slowest {self.slowest:.2f} s; {len(self.failures)} failed"
+        summary = ", ".join(f"{count} {kind}" for kind, count in sorted(self.answers.items()))
+        return f"{summary}; slowest {self.slowest:.2f} s; {len(self.failures)} failed"
 
 
 def fault(answer: str, file: Path) -> str:
@@ -202,15 +202,17 @@ def fuzz(command, kind, seeds, keep=None, limit=TIME_LIMIT, limit_memory=True) -
 
 def main() -> int:
     """Run many files of each kind."""
-    wanted = parse_options(__doc__, inputs=10_000, records=2_000, files=1_000, seed=0, probe=str,
+    options = parse_options(__doc__, inputs=10_000, records=2_000, files=1_000, seed=0, probe=str,
                    keep=Path("fuzz_failures"), time_limit=TIME_LIMIT, any_memory=False)  # fmt: skip
-    command = [wanted.probe] if wanted.probe else PYTHON_PROBE
+    command = [options.probe] if options.probe else PYTHON_PROBE
     failed = 0
-    kinds = {"input": wanted.inputs, "record": wanted.records} | dict.fromkeys(FILES, wanted.files)
+    kinds = {"input": options.inputs, "record": options.records} | dict.fromkeys(
+        FILES, options.files
+    )
     for kind, count in kinds.items():
-        seeds = range(wanted.seed, wanted.seed + count)
+        seeds = range(options.seed, options.seed + count)
         own = PYTHON_PROBE if kind in FILES else command
-        tally = fuzz(own, kind, seeds, wanted.keep, wanted.time_limit, not wanted.any_memory)
+        tally = fuzz(own, kind, seeds, options.keep, options.time_limit, not options.any_memory)
         print(f"{count} {kind}s: {tally}", flush=True)
         failed += len(tally.failures)
     return min(failed, 1)

@@ -78,10 +78,10 @@ def wet_wall(steps: int = 100, interval: int = 5, bricks: int = 20) -> str:
 def native_program(name: str | None = None) -> str:
     """Return a named executable, or that of this environment, or that in PATH."""
     beside = Path(sys.executable).parent / "sitedda-native"
-    found = name or (beside if beside.exists() else shutil.which("sitedda-native"))
-    if not found:
+    path = name or (beside if beside.exists() else shutil.which("sitedda-native"))
+    if not path:
         raise SystemExit("sitedda-native is not installed; name it with --program")
-    return str(Path(found).resolve())
+    return str(Path(path).resolve())
 
 
 def prepare(folder: Path, text: str) -> Path:
@@ -93,7 +93,7 @@ def prepare(folder: Path, text: str) -> Path:
     return folder
 
 
-def start(program: str, command: str, folder: Path, call=subprocess.Popen, **more):
+def start(program: str, command: str, folder: Path, call=subprocess.Popen, **options):
     """Run or resume the input of a folder; return a process, or the result of `call`."""
     return call(
         [program, command, "model.nml", "-q", "-o", "out.nc"],
@@ -103,14 +103,14 @@ def start(program: str, command: str, folder: Path, call=subprocess.Popen, **mor
         encoding="utf-8",
         errors="replace",
         env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"},
-        **more,
+        **options,
     )
 
 
-def finish(program: str, command: str, folder: Path, **more) -> tuple[int, str, str]:
+def finish(program: str, command: str, folder: Path, **options) -> tuple[int, str, str]:
     """Run or resume the input to its end within `timeout`, s; return status, output, errors."""
-    done = start(program, command, folder, subprocess.run, **more)
-    return done.returncode, done.stdout, done.stderr
+    process = start(program, command, folder, subprocess.run, **options)
+    return process.returncode, process.stdout, process.stderr
 
 
 def reference_of(program: str, folder: Path) -> Path:
@@ -138,10 +138,10 @@ def difference(file: Path, other: Path) -> str:
     return ""
 
 
-def same(what: str, folder: Path, reference: Path) -> bool:
+def same(kind: str, folder: Path, reference: Path) -> bool:
     """Return whether an output equals another bitwise and has no other files; print otherwise."""
     wrong = difference(folder / "out.nc", reference)
     left = sorted(file.name for file in folder.glob("out.nc?*"))
     if wrong or left:
-        print(f"{what}: {wrong or 'nothing'} differs, left behind: {left}")
+        print(f"{kind}: {wrong or 'nothing'} differs, left behind: {left}")
     return not wrong and not left

@@ -53,14 +53,14 @@ def models(quick: bool) -> dict[str, str]:
     }
 
 
-def attempt(program, command, folder, chance, whole, signals, kill) -> tuple[int | None, str]:
+def attempt(program, command, folder, chance, run_time, signals, kill) -> tuple[int | None, str]:
     """Start the program once; return its status (None: killed) and its output."""
     running = runs.start(program, command, folder)
     if not kill:
         out, err = running.communicate()
         return running.returncode, out + err
     try:
-        out, err = running.communicate(timeout=chance.uniform(0.0, whole))
+        out, err = running.communicate(timeout=chance.uniform(0.0, run_time))
     except subprocess.TimeoutExpired:
         running.send_signal(chance.choice(signals))
         out, err = running.communicate()
@@ -68,21 +68,21 @@ def attempt(program, command, folder, chance, whole, signals, kill) -> tuple[int
     return None if died else running.returncode, out + err
 
 
-def case(program, folder, chance, whole, tally, signals, reference) -> None:
+def case(program, folder, chance, run_time, tally, signals, reference) -> None:
     """Kill a run once or more often, and count the outcomes."""
     for file in folder.glob("out.nc*"):
         file.unlink()
     command, kill = "run", True
     while True:
-        status, said = attempt(program, command, folder, chance, whole, signals, kill)
+        status, message = attempt(program, command, folder, chance, run_time, signals, kill)
         if command == "resume":
             tally["resumes"] += 1
-            tally["anew"] += "starting at time 0" in said
+            tally["anew"] += "starting at time 0" in message
         if status == 0:
             break
         tally["cases"] += command == "run"
         if status is not None:
-            print(f"{folder.name}: {command} ends with status {status}: {said}")
+            print(f"{folder.name}: {command} ends with status {status}: {message}")
             return
         tally["kills"] += 1
         command, kill = "resume", chance.random() < 0.25
@@ -96,34 +96,34 @@ PAGE_SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 
 def kill_pages(folder: Path, output: Path, kills: int, chance: random.Random) -> list[str]:
     """Kill commands that show an output; return their forbidden remains."""
-    wrong, done, whole = [], 0, dict.fromkeys(PAGES, 0.0)
+    wrong, count, durations = [], 0, dict.fromkeys(PAGES, 0.0)
     folder.mkdir()
-    while done < kills:
+    while count < kills:
         command = chance.choice(list(PAGES))
         target = folder / PAGES[command]
-        words = [sys.executable, "-m", "sitedda", command, str(output), "-o", str(target)]
-        words += ["--no-open"] if command == "view" else []
-        words += ["-q", "--seconds", "2"] if command == "movie" else []
-        if not whole[command]:
+        arguments = [sys.executable, "-m", "sitedda", command, str(output), "-o", str(target)]
+        arguments += ["--no-open"] if command == "view" else []
+        arguments += ["-q", "--seconds", "2"] if command == "movie" else []
+        if not durations[command]:
             begun = time.perf_counter()
-            subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
-            whole[command] = time.perf_counter() - begun
+            subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL)
+            durations[command] = time.perf_counter() - begun
         before = target.read_bytes()
-        running = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        running = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         number = chance.choice(PAGE_SIGNALS)
         try:
-            running.communicate(timeout=whole[command] * chance.uniform(0.5, 1.0))
+            running.communicate(timeout=durations[command] * chance.uniform(0.5, 1.0))
             continue
         except subprocess.TimeoutExpired:
             running.send_signal(number)
-        _, said = running.communicate()
-        done += 1
+        _, message = running.communicate()
+        count += 1
         left = [file.name for file in folder.glob(".new-*")]
         after = target.read_bytes()
         if after != before and not after.endswith((b"</html>\n", b";", b"IEND\xaeB`\x82")):
             wrong.append(f"{command}, {number.name}: half of {target.name}")
         if left and number != signal.SIGKILL:
-            wrong.append(f"{command}, {number.name}: {left} remains: {said.decode()[-300:]}")
+            wrong.append(f"{command}, {number.name}: {left} remains: {message.decode()[-300:]}")
         for name in left:
             (folder / name).unlink()
     return wrong
@@ -139,22 +139,22 @@ def main() -> int:
     chance = random.Random(options.seed)
     tallies = {}
     with tempfile.TemporaryDirectory() as scratch:
-        chosen = models(options.quick)
-        for i, (name, text) in enumerate(chosen.items()):
+        selection = models(options.quick)
+        for i, (name, text) in enumerate(selection.items()):
             folder = runs.prepare(Path(options.folder or scratch) / name.replace(" ", "_"), text)
             tally = tallies[name] = dict.fromkeys(COUNTS, 0)
             begun = time.perf_counter()
             reference = runs.reference_of(program, folder)
-            whole = tally["whole"] = time.perf_counter() - begun
-            share = options.kills * (i + 1) // len(chosen)
-            while sum(one["kills"] for one in tallies.values()) < share:
-                case(program, folder, chance, whole, tally, signals, reference)
+            run_time = tally["whole"] = time.perf_counter() - begun
+            kills_so_far = options.kills * (i + 1) // len(selection)
+            while sum(t["kills"] for t in tallies.values()) < kills_so_far:
+                case(program, folder, chance, run_time, tally, signals, reference)
         wrong = kill_pages(Path(scratch) / "pages", reference, options.pages, chance)
         print(*wrong, f"pages: {options.pages} kills, {len(wrong)} wrong", sep="\n")
     print("model              whole    spared  kills  resumes   anew  identical")
     for name, tally in tallies.items():
         print(ROW.format(name=name, **tally))
-    return int(bool(wrong) or any(one["identical"] < one["cases"] for one in tallies.values()))
+    return int(bool(wrong) or any(t["identical"] < t["cases"] for t in tallies.values()))
 
 
 if __name__ == "__main__":

@@ -75,10 +75,10 @@ class Loaded:
             for block, (x, y), force in loads:
                 model.load(x, y, f"block_{block}", name=name, time=(0, 1),
                            force_x=[force[0]] * 2, force_y=[force[1]] * 2)  # fmt: skip
-        for i, (a, b, most) in enumerate(self.bolts):
+        for i, (a, b, yield_force) in enumerate(self.bolts):
             ends = [_mass(self.bare.polygons[k])[1] for k in (a, b)]
-            model.bolt(f"bolt_{i}", *ends, f"block_{a}", f"block_{b}", yield_force=most,
-                       axial_stiffness=most / YIELDS)  # fmt: skip
+            model.bolt(f"bolt_{i}", *ends, f"block_{a}", f"block_{b}", yield_force=yield_force,
+                       axial_stiffness=yield_force / YIELDS)  # fmt: skip
         if self.level is not None:
             model.water(surface=self.level.ravel())
         return model
@@ -100,8 +100,8 @@ class Loaded:
             if self.level is not None:
                 dead[i] += _pressed(polygon, centre, self.level)
         for rows, loads in ((dead, self.dead), (live, [self.live] if self.live else [])):
-            for i, place, force in loads:
-                rows[i] += _wrench(place - _mass(self.bare.polygons[i])[1], force)
+            for i, position, force in loads:
+                rows[i] += _wrench(position - _mass(self.bare.polygons[i])[1], force)
         return dead, live
 
     @property
@@ -131,8 +131,8 @@ def _pressed(polygon: np.ndarray, centre: np.ndarray, level: np.ndarray) -> np.n
             dry = a + (b - a) * p / (p - q)
             a, b, p, q = (dry, b, 0.0, q) if p < 0.0 else (a, dry, p, 0.0)
         inward = np.array([a[1] - b[1], b[0] - a[0]])
-        place = a + (b - a) * (p + 2 * q) / (3 * (p + q))
-        total += _wrench(place - centre, 0.5 * (p + q) * inward)
+        centroid = a + (b - a) * (p + 2 * q) / (3 * (p + q))
+        total += _wrench(centroid - centre, 0.5 * (p + q) * inward)
     return total
 
 
@@ -151,9 +151,9 @@ def random_model(rng: np.random.Generator, number: int) -> Loaded:
         {"law": "crushing", "crushing_strength": rng.uniform(3, 20) * weight / size},
     )[number % 4]
 
-    def load(share: float, way=(0.0, -1.0)) -> tuple:
+    def load(fraction: float, direction=(0.0, -1.0)) -> tuple:
         block = free[int(len(free) * rng.uniform(0.15, 0.35))]
-        return block, _mass(bare.polygons[block])[1], share * weight * np.array(way)
+        return block, _mass(bare.polygons[block])[1], fraction * weight * np.array(direction)
 
     dead = [load(rng.uniform(0.01, 0.1)) for _ in range(int(rng.integers(0, 3)))]
     live = None
@@ -161,8 +161,8 @@ def random_model(rng: np.random.Generator, number: int) -> Loaded:
         live = load(1.0, (0.0, -1.0) if make is not wall else (bare.sense, 0.0))
     bolts = [(*map(int, rng.choice(free, 2, replace=False)), rng.uniform(0.01, 0.1) * weight)
              for _ in range(int(rng.integers(0, 3)))]  # fmt: skip
-    places = np.vstack(bare.polygons)
-    (left, low), (right, top) = places.min(0) * (1 - 1e-9), places.max(0) * (1 - 1e-9)
+    vertices = np.vstack(bare.polygons)
+    (left, low), (right, top) = vertices.min(0) * (1 - 1e-9), vertices.max(0) * (1 - 1e-9)
     level = None
     if rng.random() < 0.5:
         level = low + (top - low) * rng.uniform(0.1, 0.6, 2)
@@ -177,14 +177,14 @@ def judged(models: int, first: int = 0, seed: int = SEED):
         while True:
             loaded = random_model(rng, number)
             try:
-                found = loaded.limits()
+                limits = loaded.limits()
                 if "tensile_strength" in loaded.joint:
-                    found = replace(found, lower=replace(loaded, joint={}).limits().lower)
+                    limits = replace(limits, lower=replace(loaded, joint={}).limits().lower)
             except (InputError, ConvergenceError):
                 continue
-            most = MOST_LIVE if loaded.live else MOST
-            if LEAST <= found.lower.factor and found.upper.factor < most:
-                yield loaded, found
+            limit = MOST_LIVE if loaded.live else MOST
+            if LEAST <= limits.lower.factor and limits.upper.factor < limit:
+                yield loaded, limits
                 break
 
 
@@ -192,38 +192,38 @@ def _strength(loaded: Loaded, name: str) -> float:
     return loaded.joint.get(name, np.inf if name == "crushing_strength" else 0.0)
 
 
-def _joints(found: Limit):
+def _joints(limit: Limit):
     """Yield the indices of both ends of each joint, and its length; single corners: one, and 0."""
     i = 0
-    while i < len(found.points):
-        pair = i + 1 < len(found.points) and (found.blocks[i] == found.blocks[i + 1]).all()
-        pair = pair and np.allclose(found.normals[i], found.normals[i + 1])
+    while i < len(limit.points):
+        pair = i + 1 < len(limit.points) and (limit.blocks[i] == limit.blocks[i + 1]).all()
+        pair = pair and np.allclose(limit.normals[i], limit.normals[i + 1])
         here = [i, i + 1] if pair else [i]
-        yield here, float(np.linalg.norm(found.points[here[-1]] - found.points[i]))
+        yield here, float(np.linalg.norm(limit.points[here[-1]] - limit.points[i]))
         i += len(here)
 
 
-def unbalanced(loaded: Loaded, found: Limit) -> float:
+def unbalanced(loaded: Loaded, limit: Limit) -> float:
     """Return the largest unbalanced or excessive force over the largest force of a joint."""
     dead, live = loaded.wrenches()
-    total = dead + found.factor * live
+    total = dead + limit.factor * live
     centres = [_mass(polygon)[1] for polygon in loaded.bare.polygons]
-    tangents = np.column_stack([-found.normals[:, 1], found.normals[:, 0]])
-    force = found.normal_force[:, None] * found.normals + found.shear_force[:, None] * tangents
-    for (a, b), place, one in zip(found.blocks, found.points, force, strict=True):
-        total[a] -= _wrench(place - centres[a], one)
-        total[b] += _wrench(place - centres[b], one)
+    tangents = np.column_stack([-limit.normals[:, 1], limit.normals[:, 0]])
+    force = limit.normal_force[:, None] * limit.normals + limit.shear_force[:, None] * tangents
+    for (a, b), position, force_pair in zip(limit.blocks, limit.points, force, strict=True):
+        total[a] -= _wrench(position - centres[a], force_pair)
+        total[b] += _wrench(position - centres[b], force_pair)
     excess = [0.0]
-    for i, (a, b, most) in enumerate(loaded.bolts):
-        pull = found.bolt_force[f"bolt_{i}"]
+    for i, (a, b, yield_force) in enumerate(loaded.bolts):
+        bolt_force = limit.bolt_force[f"bolt_{i}"]
         along = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
-        total[a, :2] += pull * along
-        total[b, :2] -= pull * along
-        excess += [pull - most, -pull]
+        total[a, :2] += bolt_force * along
+        total[b, :2] -= bolt_force * along
+        excess += [bolt_force - yield_force, -bolt_force]
     cohesion, tension = (_strength(loaded, n) for n in ("cohesion", "tensile_strength"))
     crushing = _strength(loaded, "crushing_strength")
-    for ends, length in _joints(found):
-        normal, shear = found.normal_force[ends], abs(found.shear_force[ends])
+    for ends, length in _joints(limit):
+        normal, shear = limit.normal_force[ends], abs(limit.shear_force[ends])
         excess += [*(-normal - tension * length / 2),
                    *(shear - cohesion * length / 2 - loaded.bare.friction * normal)]  # fmt: skip
         if np.isfinite(crushing) and length:
@@ -231,51 +231,51 @@ def unbalanced(loaded: Loaded, found: Limit) -> float:
             over = abs(normal[0] - normal[1]) - pressed * (1 - pressed / crushing / length)
             excess.append(over * EXACT / CRUSHED)
     free = [i for i in range(len(centres)) if i not in loaded.bare.held]
-    return max(abs(total[free]).max(), max(excess)) / abs(found.normal_force).max()
+    return max(abs(total[free]).max(), max(excess)) / abs(limit.normal_force).max()
 
 
-def bound(loaded: Loaded, found: Limit, dilates: bool = True) -> tuple[float, float]:
+def bound(loaded: Loaded, limit: Limit, dilates: bool = True) -> tuple[float, float]:
     """Return the upper bound of the mechanism, and its lack of dilation over its velocity.
 
     Joints and bolts dissipate at most their largest power over all forces within strength; without
     dilation, over those with the given normal forces.  The variable load has the rest of this power
     after the permanent loads.
     """
-    ways, centres = found.displacement, [_mass(p)[1] for p in loaded.bare.polygons]
+    ways, centres = limit.displacement, [_mass(p)[1] for p in loaded.bare.polygons]
     dead, live = loaded.wrenches()
 
-    def way(i: int, place: np.ndarray) -> np.ndarray:
-        arm = place - centres[i]
+    def way(i: int, position: np.ndarray) -> np.ndarray:
+        arm = position - centres[i]
         return ways[i, :2] + ways[i, 2] * np.array([-arm[1], arm[0]])
 
-    taken, lacks = 0.0, 0.0
+    dissipation, lacks = 0.0, 0.0
     cohesion, tension = (_strength(loaded, n) for n in ("cohesion", "tensile_strength"))
     crushing, friction = _strength(loaded, "crushing_strength"), loaded.bare.friction
-    for ends, length in _joints(found):
-        (a, b), normal = found.blocks[ends[0]], found.normals[ends[0]]
-        apart = [way(b, found.points[k]) - way(a, found.points[k]) for k in ends]
-        opening = np.array([one @ normal for one in apart])
-        slip = abs(apart[0] @ [-normal[1], normal[0]])
+    for ends, length in _joints(limit):
+        (a, b), normal = limit.blocks[ends[0]], limit.normals[ends[0]]
+        openings = [way(b, limit.points[k]) - way(a, limit.points[k]) for k in ends]
+        opening = np.array([vector @ normal for vector in openings])
+        slip = abs(openings[0] @ [-normal[1], normal[0]])
         if np.isfinite(crushing) and length:
             # N (μ s − o) + |M| |θ| with |M| = N (L − N/σ_c)/2, largest at N = N*.
-            turn = abs(opening[0] - opening[1]) / length
+            rotation = abs(opening[0] - opening[1]) / length
             gain = friction * slip - opening.min()
-            most = crushing * min(max(gain, 0.0) / max(turn, 1e-300), length)
-            most = most if dilates else found.normal_force[ends].sum()
-            taken += most * gain - turn * most**2 / (2 * crushing)
+            yield_force = crushing * min(max(gain, 0.0) / max(rotation, 1e-300), length)
+            yield_force = yield_force if dilates else limit.normal_force[ends].sum()
+            dissipation += yield_force * gain - rotation * yield_force**2 / (2 * crushing)
             continue
         if not dilates:
             lacks = max(lacks, float(-opening.min()))
-            taken += len(ends) * cohesion * length / 2 * slip
-            taken += found.normal_force[ends] @ (friction * slip - opening)
+            dissipation += len(ends) * cohesion * length / 2 * slip
+            dissipation += limit.normal_force[ends] @ (friction * slip - opening)
             continue
         lacks = max(lacks, float((friction * slip - opening).max()))
         pulled = min(tension, cohesion / friction) * length / 2
-        taken += sum((cohesion * length / 2 - friction * pulled) * slip + pulled * opening)
-    for a, b, most in loaded.bolts:
+        dissipation += sum((cohesion * length / 2 - friction * pulled) * slip + pulled * opening)
+    for a, b, yield_force in loaded.bolts:
         along = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
-        taken += most * max(0.0, along @ (ways[b, :2] - ways[a, :2]))
-    return (taken - np.sum(dead * ways)) / np.sum(live * ways), lacks
+        dissipation += yield_force * max(0.0, along @ (ways[b, :2] - ways[a, :2]))
+    return (dissipation - np.sum(dead * ways)) / np.sum(live * ways), lacks
 
 
 def rests(loaded: Loaded, factor: float) -> bool:
@@ -289,22 +289,22 @@ def rests(loaded: Loaded, factor: float) -> bool:
     return True
 
 
-def wrong(loaded: Loaded, found: Limits, below: float = BELOW, above: float = ABOVE) -> list[str]:
+def wrong(loaded: Loaded, limits: Limits, below: float = BELOW, above: float = ABOVE) -> list[str]:
     """Return contradictions to the limits, in words."""
-    said = []
-    for name, one in (("L", found.lower), ("U", found.upper)):
-        own = loaded if name == "U" or "tensile_strength" not in loaded.joint else (
+    faults = []
+    for name, limit in (("L", limits.lower), ("U", limits.upper)):
+        model = loaded if name == "U" or "tensile_strength" not in loaded.joint else (
             replace(loaded, joint={}))  # fmt: skip
-        if (excess := unbalanced(own, one)) > EXACT:
-            said.append(f"forces of {name} are unbalanced by {excess:.2g}")
-        factor, lacks = bound(own, one, name == "U")
-        if abs(factor / one.factor - 1) > BOUND or lacks > CLOSED:
-            said.append(f"the mechanism has {name} {factor:.6g} and lacks dilation {lacks:.2g}")
-    if not rests(loaded, below * found.lower.factor):
-        said.append(f"falls at {below:g} L")
-    if rests(loaded, above * found.upper.factor):
-        said.append(f"rests at {above:g} U")
-    return said
+        if (excess := unbalanced(model, limit)) > EXACT:
+            faults.append(f"forces of {name} are unbalanced by {excess:.2g}")
+        factor, lacks = bound(model, limit, name == "U")
+        if abs(factor / limit.factor - 1) > BOUND or lacks > CLOSED:
+            faults.append(f"the mechanism has {name} {factor:.6g} and lacks dilation {lacks:.2g}")
+    if not rests(loaded, below * limits.lower.factor):
+        faults.append(f"falls at {below:g} L")
+    if rests(loaded, above * limits.upper.factor):
+        faults.append(f"rests at {above:g} U")
+    return faults
 
 
 def main() -> int:
@@ -312,10 +312,10 @@ def main() -> int:
     options = parse_options(__doc__, models=40, first=0, seed=SEED, below=BELOW, above=ABOVE)
 
     def cases():
-        for loaded, found in judged(options.models, options.first, options.seed):
-            said = wrong(loaded, found, options.below, options.above)
-            limits = f"L {found.lower.factor:.5f}, U {found.upper.factor:.5f}"
-            yield "; ".join([f"{loaded.bare.name}: {loaded.words}: {limits}", *said]), not said
+        for loaded, result in judged(options.models, options.first, options.seed):
+            faults = wrong(loaded, result, options.below, options.above)
+            limits = f"L {result.lower.factor:.5f}, U {result.upper.factor:.5f}"
+            yield "; ".join([f"{loaded.bare.name}: {loaded.words}: {limits}", *faults]), not faults
 
     return count_wrong(cases())
 

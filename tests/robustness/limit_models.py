@@ -63,16 +63,18 @@ def arch(rng: np.random.Generator, name: str) -> Assembly:
     """Voussoirs with straight sides and unequal angles, and joints inclined to the radius."""
     count, radius = int(rng.integers(7, 32)), 5.0
     half, thickness = math.radians(rng.uniform(40, 90)), radius * rng.uniform(0.1, 0.35)
-    share = rng.uniform(0.6, 1.4, count)
-    angle = half - 2 * half * np.append(0.0, np.cumsum(share)) / share.sum()
-    least = np.minimum(np.append(np.inf, share), np.append(share, np.inf)) / share.sum()
+    fractions = rng.uniform(0.6, 1.4, count)
+    angle = half - 2 * half * np.append(0.0, np.cumsum(fractions)) / fractions.sum()
+    smallest = (
+        np.minimum(np.append(np.inf, fractions), np.append(fractions, np.inf)) / fractions.sum()
+    )
     # Joints must not intersect within the ring.
-    lean = rng.uniform(-1, 1, count + 1) * np.minimum(0.2, 0.4 * least * 2 * half * radius
+    lean = rng.uniform(-1, 1, count + 1) * np.minimum(0.2, 0.4 * smallest * 2 * half * radius
         / (0.5 * thickness))  # fmt: skip
     ray = np.column_stack([np.sin(angle), np.cos(angle)])
-    way = np.column_stack([np.sin(angle + lean), np.cos(angle + lean)])
-    way *= (0.5 * thickness / np.cos(lean))[:, None]
-    polygons = _voussoirs(radius * ray - way, radius * ray + way)
+    direction = np.column_stack([np.sin(angle + lean), np.cos(angle + lean)])
+    direction *= (0.5 * thickness / np.cos(lean))[:, None]
+    polygons = _voussoirs(radius * ray - direction, radius * ray + direction)
     friction, sense = rng.uniform(0.4, 0.9), int(rng.choice([-1, 1]))
     return Assembly(name, polygons, (count, count + 1), float(friction), sense)
 
@@ -83,9 +85,9 @@ def _voussoirs(inner: np.ndarray, outer: np.ndarray) -> list[np.ndarray]:
     polygons = [np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]]) for i in range(count)]
     for i, sign in ((0, 1.0), (count, -1.0)):
         along = outer[i] - inner[i]
-        away = np.array([along[1], -along[0]]) * sign
+        normal = np.array([along[1], -along[0]]) * sign
         low, high = inner[i] - 0.25 * along, outer[i] + 0.25 * along
-        corners = [low, low + away, high + away, high]
+        corners = [low, low + normal, high + normal, high]
         polygons.append(np.array(corners if sign > 0 else corners[::-1]))
     return polygons
 
@@ -100,11 +102,11 @@ def bridge(rng: np.random.Generator, name: str) -> Assembly:
     return Assembly(name, polygons, (count, count + 1), float(rng.uniform(0.4, 0.9)), 1)
 
 
-def _cut(left: float, right: float, joints: np.ndarray, least: float) -> list[tuple]:
+def _cut(left: float, right: float, joints: np.ndarray, smallest: float) -> list[tuple]:
     """Cut a course at joints such that no piece is shorter than `least`."""
     ends = [left]
     for x in joints:
-        if x - ends[-1] >= least and right - x >= least:
+        if x - ends[-1] >= smallest and right - x >= smallest:
             ends.append(float(x))
     return list(zip(ends, [*ends[1:], right], strict=True))
 
@@ -115,28 +117,28 @@ def wall(rng: np.random.Generator, name: str) -> Assembly:
     length = float(rng.uniform(0.4, 0.8))  # of a brick
     openings = []
     width = length * float(rng.uniform(4, 7))
-    for place in [(0.5,), (0.27, 0.73)][int(rng.integers(0, 2))]:
+    for fractions in [(0.5,), (0.27, 0.73)][int(rng.integers(0, 2))]:
         half = 0.5 * length * rng.uniform(0.7, 1.1)
         bottom = int(rng.integers(0, 3))
         top = min(bottom + int(rng.integers(2, 4)), courses - 1)
-        openings.append((place * width - half, place * width + half, bottom, top))
+        openings.append((fractions * width - half, fractions * width + half, bottom, top))
     bearing = 0.3 * length
     polygons = [_box(-0.5, width + 0.5, -0.5, 0.0)]
     for k in range(courses):
         shift = 0.5 * (k % 2) + rng.uniform(-0.1, 0.1)
         joints = length * (np.arange(-1, math.ceil(width / length) + 1) + shift)
         joints = joints + length * rng.uniform(-0.08, 0.08, len(joints))
-        at, pieces = 0.0, []
+        at, blocks = 0.0, []
         for left, right, bottom, top in openings:
             if bottom <= k < top:
-                pieces += _cut(at, left, joints, 0.3 * length)
+                blocks += _cut(at, left, joints, 0.3 * length)
                 at = right
             elif k == top:
-                pieces += [*_cut(at, left - bearing, joints, 0.3 * length),
+                blocks += [*_cut(at, left - bearing, joints, 0.3 * length),
                     (left - bearing, right + bearing)]  # fmt: skip
                 at = right + bearing
-        pieces += _cut(at, width, joints, 0.3 * length)
-        polygons += [_box(a, b, k * height, (k + 1) * height) for a, b in pieces]
+        blocks += _cut(at, width, joints, 0.3 * length)
+        polygons += [_box(a, b, k * height, (k + 1) * height) for a, b in blocks]
     friction, sense = rng.uniform(0.3, 0.9), int(rng.choice([-1, 1]))
     return Assembly(name, polygons, (0,), float(friction), sense)
 
@@ -145,26 +147,26 @@ def _box(left: float, right: float, bottom: float, top: float) -> np.ndarray:
     return np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
 
 
-def _fits(assembly: Assembly, fewest: int, most: int):
+def _fits(assembly: Assembly, fewest: int, largest: int):
     """Return the limits, or None if the model falls under its weight or has too few blocks."""
     free = len(assembly.polygons) - len(assembly.held)
-    if not fewest <= free <= most:
+    if not fewest <= free <= largest:
         return None
     try:
-        found = assembly.limits()
+        limits = assembly.limits()
     except (InputError, ConvergenceError):
         return None
-    return found if LEAST <= found.lower.factor <= found.upper.factor < MOST else None
+    return limits if LEAST <= limits.lower.factor <= limits.upper.factor < MOST else None
 
 
 def assemblies(models: int, seed: int = SEED):
     """Yield arches and, one in three, walls, with their limits; every second mechanism slides."""
     rng = np.random.default_rng(seed)
     for i in range(models):
-        make, fewest, most = (wall, 10, 60) if i % 3 == 2 else (arch, 7, 31)
+        make, fewest, largest = (wall, 10, 60) if i % 3 == 2 else (arch, 7, 31)
         while True:
-            one = make(rng, f"{make.__name__} {i + 1}")
-            found = _fits(one, fewest, most)
-            if found is not None and found.lower.slides == (i % 2 == 0):
-                yield one, found
+            assembly = make(rng, f"{make.__name__} {i + 1}")
+            limits = _fits(assembly, fewest, largest)
+            if limits is not None and limits.lower.slides == (i % 2 == 0):
+                yield assembly, limits
                 break

@@ -67,52 +67,54 @@ def doubts(assembly: Assembly, factor: float, scene: Scene) -> list[str]:
     """Return contradictions to rest in the last frame; none if the proof holds."""
     frame = scene.frames - 1
     contacts, polygons = scene.contacts(frame), scene.polygons(frame)
-    places, normals = scene.contact_points(frame, contacts)
+    positions, normals = scene.contact_points(frame, contacts)
     normal, shear = contacts["normal_force"], contacts["shear_force"]
-    found = []
-    most = float((abs(shear) - assembly.friction * normal).max())
-    if normal.min() < 0 or most > 1e-6 * normal.max():
-        found.append(f"a shear force is beyond friction by {most:.3g} N/m")
-    found += _unbalanced(assembly, factor, scene, contacts)
-    for v, e, n in zip(places, contacts["edge"], normal, strict=True):
-        away = shapely.LinearRing(polygons[scene.owner[e]]).distance(shapely.Point(v))
-        if n > 0 and not away <= n / STIFFNESS + ROUNDING:
-            found.append(f"a contact of {n:.3g} N/m is {away:.3g} m from the edge")
-    return found
+    faults = []
+    excess = float((abs(shear) - assembly.friction * normal).max())
+    if normal.min() < 0 or excess > 1e-6 * normal.max():
+        faults.append(f"a shear force is beyond friction by {excess:.3g} N/m")
+    faults += _unbalanced(assembly, factor, scene, contacts)
+    for v, e, n in zip(positions, contacts["edge"], normal, strict=True):
+        distance = shapely.LinearRing(polygons[scene.owner[e]]).distance(shapely.Point(v))
+        if n > 0 and not distance <= n / STIFFNESS + ROUNDING:
+            faults.append(f"a contact of {n:.3g} N/m is {distance:.3g} m from the edge")
+    return faults
 
 
 def _unbalanced(assembly: Assembly, factor: float, scene: Scene, contacts: dict) -> list[str]:
     """Return blocks that contact forces and weight do not balance in the last frame."""
-    places, normals = scene.contact_points(scene.frames - 1, contacts)
+    positions, normals = scene.contact_points(scene.frames - 1, contacts)
     # Forces on the block of the vertex; shear resists its slip along the edge.  Shear acts on both
     # blocks at the vertex; the normal force acts on the other block at the foot of the vertex.
-    push = contacts["normal_force"][:, None] * normals
+    normal_forces = contacts["normal_force"][:, None] * normals
     drag = contacts["shear_force"][:, None] * np.column_stack([normals[:, 1], -normals[:, 0]])
-    feet = places - contacts["gap"][:, None] * normals
+    feet = positions - contacts["gap"][:, None] * normals
     edge = scene.owner[contacts["edge"]]
     vertex = scene.owner[contacts["vertex"]]
-    found = []
+    residuals = []
     for i, polygon in enumerate(scene.polygons(scene.frames - 1)):
         if i in assembly.held:
             continue
         mass, centre = _mass(assembly.polygons[i])[0], _mass(polygon)[1]
         weight = mass * GRAVITY
         total = np.array([assembly.sense * factor * weight, -weight, 0.0])
-        for mine, sign, at in ((vertex == i, 1.0, places), (edge == i, -1.0, feet)):
-            for force, where in ((push, at), (drag, places)):
-                arm, own = (where - centre)[mine], sign * force[mine]
+        for selected, sign, at in ((vertex == i, 1.0, positions), (edge == i, -1.0, feet)):
+            for force, positions_of in ((normal_forces, at), (drag, positions)):
+                arm, own = (positions_of - centre)[selected], sign * force[selected]
                 moment = arm[:, 0] * own[:, 1] - arm[:, 1] * own[:, 0]
                 total += np.append(own.sum(axis=0), moment.sum())
         total[2] /= np.linalg.norm(polygon - centre, axis=1).max()
         if abs(total).max() > UNBALANCED * weight:
-            found.append(f"block {i}: unbalanced force of {abs(total).max() / weight:.2g} weights")
-    return found
+            residuals.append(
+                f"block {i}: unbalanced force of {abs(total).max() / weight:.2g} weights"
+            )
+    return residuals
 
 
 def _mass(polygon: np.ndarray) -> tuple[float, np.ndarray]:
     """Return the mass of a block (kg/m) and its centroid (m)."""
-    whole = shapely.Polygon(polygon)
-    return DENSITY * whole.area, shapely.get_coordinates(whole.centroid)[0]
+    outline = shapely.Polygon(polygon)
+    return DENSITY * outline.area, shapely.get_coordinates(outline.centroid)[0]
 
 
 def slow_outcome(assembly: Assembly, factor: float) -> Outcome:
@@ -129,12 +131,12 @@ def slow_outcome(assembly: Assembly, factor: float) -> Outcome:
     model.control(base_motion_x="push")
     begin = time.perf_counter()
     with sitedda.Simulation(model) as run:
-        start, moved = run.coordinates[:, :2], 0.0
-        while moved < FALLEN and not run.advance(20):
-            moved = np.linalg.norm(run.coordinates[:, :2] - start, axis=1).max()
-        moved = np.linalg.norm(run.coordinates[:, :2] - start, axis=1).max()
-    words = f"moved {moved:.2g} m"
-    return Outcome(bool(moved < FALLEN), words, time.perf_counter() - begin)
+        start, displacement = run.coordinates[:, :2], 0.0
+        while displacement < FALLEN and not run.advance(20):
+            displacement = np.linalg.norm(run.coordinates[:, :2] - start, axis=1).max()
+        displacement = np.linalg.norm(run.coordinates[:, :2] - start, axis=1).max()
+    description = f"moved {displacement:.2g} m"
+    return Outcome(bool(displacement < FALLEN), description, time.perf_counter() - begin)
 
 
 @dataclass
@@ -150,12 +152,19 @@ class Tally:
         """Print an outcome, and count it if it differs from `rests` (None: not judged)."""
         verdict = "rests" if outcome.rests else "falls"
         bad = rests is not None and outcome.rests != rests
-        words = outcome.words if outcome.rests else ""
-        if outcome.rests and words and rests is not False and not words.startswith("moved"):
+        description = outcome.words if outcome.rests else ""
+        if (
+            outcome.rests
+            and description
+            and rests is not False
+            and not description.startswith("moved")
+        ):
             bad = True
         self.wrong += bad
         mark = "WRONG" if bad else "not judged" if rests is None else ""
-        print(f"    {label:24} {verdict} {outcome.seconds:6.2f} s  {mark} {words}", flush=True)
+        print(
+            f"    {label:24} {verdict} {outcome.seconds:6.2f} s  {mark} {description}", flush=True
+        )
 
 
 def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
@@ -165,10 +174,10 @@ def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
         low, high = limits.lower.factor, limits.upper.factor
         tally.models += 1
         tally.sliding += limits.lower.slides
-        way = "slides" if limits.lower.slides else "turns"
+        mode = "slides" if limits.lower.slides else "turns"
         print(
             f"{assembly.name}: {len(assembly.polygons)} blocks, tan φ {assembly.friction:.3f}, "
-            f"{assembly.sense:+d}, limits {low:.5f} and {high:.5f}, {way}",
+            f"{assembly.sense:+d}, limits {low:.5f} and {high:.5f}, {mode}",
             flush=True,
         )
         tally.judge("0.98 of the lower", static_outcome(assembly, BELOW * low), True)
@@ -181,10 +190,10 @@ def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
             tally.judge("slowly, 1.02", slow_outcome(assembly, ABOVE * high), False)
         if tally.models <= monotone:
             rests = True
-            for share in np.arange(0.90, 1.101, 0.02):
-                outcome = static_outcome(assembly, share * (low if share < 1.0 else high))
-                known = False if not rests else True if share < 0.99 else None
-                tally.judge(f"{share:.2f}", outcome, known)
+            for fraction in np.arange(0.90, 1.101, 0.02):
+                outcome = static_outcome(assembly, fraction * (low if fraction < 1.0 else high))
+                expected = False if not rests else True if fraction < 0.99 else None
+                tally.judge(f"{fraction:.2f}", outcome, expected)
                 rests = outcome.rests
     return tally
 

@@ -51,10 +51,12 @@ def run_tests(folder: Path) -> None:
     # These complete runs are slow without optimisation and reach no other lines.
     slow = ["--ignore", ROOT / "tests" / "python" / "input" / "test_every_input.py"]
     for command in (suites, [*python, *slow, ROOT / "tests" / "python"]):
-        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
-        print(done.stdout.strip().splitlines()[-1])
-        if done.returncode:
-            print(f"failed ({done.returncode}): {command[-1]}")
+        process = subprocess.run(
+            command, cwd=folder, env=environment, capture_output=True, text=True
+        )
+        print(process.stdout.strip().splitlines()[-1])
+        if process.returncode:
+            print(f"failed ({process.returncode}): {command[-1]}")
 
 
 def line_counts(folder: Path) -> dict[Path, dict[int, int]]:
@@ -62,13 +64,13 @@ def line_counts(folder: Path) -> dict[Path, dict[int, int]]:
     counts: dict[Path, dict[int, int]] = defaultdict(dict)
     for data in sorted((folder / "build").rglob("*.gcda")):
         command = ["gcov", "--json-format", "--stdout", data]
-        done = subprocess.run(command, cwd=folder / "build", capture_output=True, text=True)
-        for answer in done.stdout.splitlines():
-            for found in json.loads(answer)["files"]:
-                file = (folder / "build" / found["file"]).resolve()
+        process = subprocess.run(command, cwd=folder / "build", capture_output=True, text=True)
+        for record in process.stdout.splitlines():
+            for entry in json.loads(record)["files"]:
+                file = (folder / "build" / entry["file"]).resolve()
                 if file.is_relative_to(ROOT / "fortran"):
                     lines = counts[file.relative_to(ROOT)]
-                    for line in found["lines"]:
+                    for line in entry["lines"]:
                         number = line["line_number"]
                         lines[number] = max(lines.get(number, 0), line["count"])
     return counts
@@ -88,8 +90,8 @@ def procedures_of(file: Path) -> list[str]:
     """Return the name of the procedure of each line."""
     names, name = [""], ""
     for text in (ROOT / file).read_text().splitlines():
-        found = PROCEDURE.match(text.split("!")[0])
-        name = found[1] if found else name
+        match = PROCEDURE.match(text.split("!")[0])
+        name = match[1] if match else name
         names.append(name)
     return names
 
@@ -97,7 +99,7 @@ def procedures_of(file: Path) -> list[str]:
 def report(counts: dict[Path, dict[int, int]]) -> int:
     """Print a row for each folder, and each line without a reason; return the exit status."""
     floors: dict[str, list[int]] = defaultdict(lambda: [0, 0])
-    known, unexplained, used = reasons(), [], set()
+    explanations, unexplained, used = reasons(), [], set()
     for file, lines in sorted(counts.items()):
         names, texts = procedures_of(file), (ROOT / file).read_text().splitlines()
         floor = floors[file.parts[1]]
@@ -106,9 +108,9 @@ def report(counts: dict[Path, dict[int, int]]) -> int:
                 continue  # copies of types, which the compiler generates
             floor[0] += count > 0
             floor[1] += 1
-            place = (str(Path(*file.parts[1:])), names[number])
-            if count == 0 and place in known:
-                used.add(place)
+            location = (str(Path(*file.parts[1:])), names[number])
+            if count == 0 and location in explanations:
+                used.add(location)
             elif count == 0:
                 unexplained.append(
                     f"{file}:{number} ({names[number]}): {texts[number - 1].strip()}"
@@ -116,14 +118,14 @@ def report(counts: dict[Path, dict[int, int]]) -> int:
     for name, (reached, lines) in floors.items():
         print(f"{name:10} {reached:6} of {lines:6} lines {100 * reached / lines:6.1f} %")
     reached, lines = (sum(floor[i] for floor in floors.values()) for i in (0, 1))
-    share = 100 * reached / lines
-    print(f"{'all':10} {reached:6} of {lines:6} lines {share:6.2f} %, at least {LEAST} wanted")
+    percentage = 100 * reached / lines
+    print(f"{'all':10} {reached:6} of {lines:6} lines {percentage:6.2f} %, at least {LEAST} wanted")
     explained = lines - reached - len(unexplained)
     print(f"{explained} lines not reached are explained, {len(unexplained)} are not")
     print(*unexplained, sep="\n")
-    for place in sorted(set(known) - used):
-        print(f"unreached_lines.md explains {place[0]}, {place[1]}, which is reached")
-    return int(share < LEAST or bool(unexplained))
+    for location in sorted(set(explanations) - used):
+        print(f"unreached_lines.md explains {location[0]}, {location[1]}, which is reached")
+    return int(percentage < LEAST or bool(unexplained))
 
 
 def main() -> int:

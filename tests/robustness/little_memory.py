@@ -24,37 +24,39 @@ COMMANDS = {
 }
 
 
-def outcome(words: list[str], megabytes: int, folder: Path) -> str:
+def outcome(arguments: list[str], megabytes: int, folder: Path) -> str:
     """Return what is wrong with the end of a command; empty if nothing is wrong."""
     program = Path(sys.executable).with_name("sitedda")
-    done = limited(program, megabytes * MEBI, *words, folder=folder)
-    if done.returncode == 0 or (done.returncode == 7 and len(done.stderr.splitlines()) == 1):
+    process = limited(program, megabytes * MEBI, *arguments, folder=folder)
+    if process.returncode == 0 or (
+        process.returncode == 7 and len(process.stderr.splitlines()) == 1
+    ):
         return ""
-    return f"status {done.returncode}: {done.stderr[-500:]}"
+    return f"status {process.returncode}: {process.stderr[-500:]}"
 
 
 def failures(limits, commands=COMMANDS) -> list[str]:
     """Return commands and limits (MiB) with a wrong end."""
-    found, counts = [], Counter()
+    failed, counts = [], Counter()
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(INPUTS / "column.nml", folder)
         for megabytes in limits:
-            for name, words in commands.items():
-                wrong = outcome(words, int(megabytes), Path(folder))
+            for name, arguments in commands.items():
+                wrong = outcome(arguments, int(megabytes), Path(folder))
                 counts[name] += 1
                 if wrong:
-                    found.append(f"{name} at {megabytes} MiB: {wrong}")
-                    print(found[-1], flush=True)
+                    failed.append(f"{name} at {megabytes} MiB: {wrong}")
+                    print(failed[-1], flush=True)
     print(", ".join(f"{name} {count}" for name, count in counts.items()))
-    return found
+    return failed
 
 
 def main() -> int:
     """Try evenly spaced limits; return 0 if all commands end correctly."""
     options = parse_options(__doc__, limits=60, least=150, most=900)
-    found = failures(np.linspace(options.least, options.most, options.limits).astype(int))
-    print(f"{len(found)} of {4 * options.limits} end incorrectly")
-    return int(bool(found))
+    failed = failures(np.linspace(options.least, options.most, options.limits).astype(int))
+    print(f"{len(failed)} of {4 * options.limits} end incorrectly")
+    return int(bool(failed))
 
 
 if __name__ == "__main__":

@@ -68,37 +68,39 @@ def limited(program, limit: int, *arguments, folder, core="") -> subprocess.Comp
     )
 
 
-def outcome(done: subprocess.CompletedProcess) -> str:
+def outcome(process: subprocess.CompletedProcess) -> str:
     """Return the end of a run: one of the correct ends, or what is wrong, in words."""
-    lines = done.stderr.splitlines()
-    if done.returncode == 0 and not lines:
+    lines = process.stderr.splitlines()
+    if process.returncode == 0 and not lines:
         return DONE
-    if done.returncode == 7 and len(lines) == 1 and "GB of memory" in lines[0]:
+    if process.returncode == 7 and len(lines) == 1 and "GB of memory" in lines[0]:
         return REFUSED
-    if done.returncode == NOT_LOADED and "shared libraries" in done.stderr:
+    if process.returncode == NOT_LOADED and "shared libraries" in process.stderr:
         return NOT_STARTED
-    return f"status {done.returncode}: {done.stderr.strip() or 'no message'}"
+    return f"status {process.returncode}: {process.stderr.strip() or 'no message'}"
 
 
 def sweep(program, limits, solver: str, blocks: int, folder: Path, core: str = "") -> list[str]:
     """Return the outcomes of runs of a wall under increasing limits (bytes)."""
     input_file = folder / "wall.nml"
     input_file.write_text(wall(blocks, solver))
-    found = []
+    outcomes = []
     for limit in limits:
-        done = limited(program, limit, "run", input_file.name, "-q", folder=folder, core=core)
-        found.append(outcome(done))
-        if found[-1] != DONE and (folder / "wall.nc").exists():
-            found[-1] += ", but there is an output"
+        process = limited(program, limit, "run", input_file.name, "-q", folder=folder, core=core)
+        outcomes.append(outcome(process))
+        if outcomes[-1] != DONE and (folder / "wall.nc").exists():
+            outcomes[-1] += ", but there is an output"
         for left in folder.glob("wall.nc*"):
             left.unlink()
-    return found
+    return outcomes
 
 
 def is_sound(outcomes: list[str]) -> bool:
     """Return whether all outcomes are correct, and more memory never worsens one."""
     order = [NOT_STARTED, REFUSED, DONE]
-    return all(one in order for one in outcomes) and outcomes == sorted(outcomes, key=order.index)
+    return all(outcome in order for outcome in outcomes) and outcomes == sorted(
+        outcomes, key=order.index
+    )
 
 
 def main() -> int:
@@ -111,14 +113,14 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         for core in options.cores:
             for solver in options.solvers:
-                found = sweep(program, limits, solver, options.blocks, Path(folder), core)
-                counts = collections.Counter(one.partition(":")[0] for one in found)
-                words = ", ".join(f"{count} {kind}" for kind, count in counts.items())
-                print(f"{core:10s} {solver:7s} {len(found)} limits: {words}", flush=True)
-                failed = failed or not is_sound(found)
-                for limit, one in zip(limits, found, strict=True):
-                    if one not in (DONE, REFUSED, NOT_STARTED):
-                        print(f"  {limit // MEBI} MiB: {one}", flush=True)
+                outcomes = sweep(program, limits, solver, options.blocks, Path(folder), core)
+                counts = collections.Counter(outcome.partition(":")[0] for outcome in outcomes)
+                summary = ", ".join(f"{count} {kind}" for kind, count in counts.items())
+                print(f"{core:10s} {solver:7s} {len(outcomes)} limits: {summary}", flush=True)
+                failed = failed or not is_sound(outcomes)
+                for limit, outcome in zip(limits, outcomes, strict=True):
+                    if outcome not in (DONE, REFUSED, NOT_STARTED):
+                        print(f"  {limit // MEBI} MiB: {outcome}", flush=True)
     return int(failed)
 
 

@@ -112,25 +112,25 @@ def places() -> Iterator[tuple[str, int, re.Match, int, str, str]]:
         file, name = str(path.relative_to(ROOT / "fortran")), ""
         for line, text in enumerate(path.read_text().splitlines(), 1):
             code = text.partition("!")[0]
-            if found := PROCEDURE.match(code):
-                name = found[1]
+            if match := PROCEDURE.match(code):
+                name = match[1]
             if "'" in text.partition("!<")[0] or '"' in code:
                 continue  # texts
             if "parameter ::" in code:
-                for found in CONSTANT.finditer(code):
-                    yield file, line, found, 2, "constant", found[1]
+                for match in CONSTANT.finditer(code):
+                    yield file, line, match, 2, "constant", match[1]
             elif "::" not in code and re.search(r"\S", code):
-                for found in re.finditer(NUMBER, code):
-                    if float(found[1][:-3]):
-                        yield file, line, found, 1, "number", name
+                for match in re.finditer(NUMBER, code):
+                    if float(match[1][:-3]):
+                        yield file, line, match, 1, "number", name
                 if " = " in code and "wp)" not in code.partition(" = ")[0]:
-                    for found in OPERATOR.finditer(code, code.index(" = ") + 3):
-                        yield file, line, found, 1 if found[1] else 2, "operator", name
+                    for match in OPERATOR.finditer(code, code.index(" = ") + 3):
+                        yield file, line, match, 1 if match[1] else 2, "operator", name
 
 
-def reason(place: str) -> str:
+def reason(location: str) -> str:
     """Return the reason why a place is excluded, or ''."""
-    return next((why for why, pattern in EXCLUDED.items() if re.match(pattern, place)), "")
+    return next((why for why, pattern in EXCLUDED.items() if re.match(pattern, location)), "")
 
 
 def draw(seed: int, count: int) -> tuple[list[Mutant], Counter]:
@@ -141,14 +141,14 @@ def draw(seed: int, count: int) -> tuple[list[Mutant], Counter]:
     """
     kinds: dict[str, list[tuple[str, Mutant]]] = {}
     left_out: Counter = Counter()
-    for file, line, found, group, kind, name in places():
-        if why := reason(f"{file}:{name}:{kind} {found[group]}"):
+    for file, line, match, group, kind, name in places():
+        if why := reason(f"{file}:{name}:{kind} {match[group]}"):
             left_out[why] += 1
             continue
-        chance = sha256(f"{seed} {file} {found.string} {found.start(group)}".encode()).hexdigest()
-        old, factor = found[group], 2.0 if chance[-1] in "02468ace" else 0.5
+        chance = sha256(f"{seed} {file} {match.string} {match.start(group)}".encode()).hexdigest()
+        old, factor = match[group], 2.0 if chance[-1] in "02468ace" else 0.5
         new = TURNED[old] if kind == "operator" else times(old, factor)
-        mutant = Mutant(file, line, found.start(group), old, new, kind, name)
+        mutant = Mutant(file, line, match.start(group), old, new, kind, name)
         kinds.setdefault(kind, []).append((chance, mutant))
     ordered = [sorted(kinds[kind], key=lambda pair: pair[0]) for kind in sorted(kinds)]
     return [ordered[i % len(ordered)].pop(0)[1] for i in range(count)], left_out
@@ -194,11 +194,11 @@ class Engine:
 
     def make(self, *targets: str) -> bool:
         """Build the targets, or all, and install; return whether the source compiles."""
-        made = self.run("ninja", "-C", self.build, *targets)
-        if made.returncode == 0 and not targets:
+        process = self.run("ninja", "-C", self.build, *targets)
+        if process.returncode == 0 and not targets:
             into = f"--destdir={self.folder / 'installed'}"
             self.run("meson", "install", "-C", self.build, "--no-rebuild", "--quiet", into)
-        return made.returncode == 0
+        return process.returncode == 0
 
     def run(self, *command, limit: float | None = None) -> subprocess.CompletedProcess:
         """Run a command in the copy, with its package and programs before others."""
@@ -211,8 +211,8 @@ class Engine:
             "OMP_WAIT_POLICY": "passive",
         }
         return subprocess.run(
-            [str(word) for word in command], cwd=self.folder, env=os.environ | own, timeout=limit,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
+            [str(argument) for argument in command], cwd=self.folder, env=os.environ | own,
+            timeout=limit, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
         )  # fmt: skip
 
 
@@ -222,11 +222,11 @@ def tests_of(file: str) -> list[Path]:
     about = words_of(f"{Path(file).stem} " * 9 + " ".join(re.findall(r"!.*", source)))
     paths = [path for path in (ROOT / "tests").glob("**/test_*.py") if path.stem not in UNUSED]
     texts = {path: words_of(f"{path.stem} " * 9 + path.read_text()) for path in paths}
-    in_tests = Counter(word for words in texts.values() for word in words)
+    in_tests = Counter(term for counts in texts.values() for term in counts)
 
     def likeness(path: Path) -> float:
-        words = texts[path]
-        rare = {w: math.log(1 + words[w]) * math.log(len(texts) / in_tests[w]) for w in words}
+        counts = texts[path]
+        rare = {w: math.log(1 + counts[w]) * math.log(len(texts) / in_tests[w]) for w in counts}
         size = math.sqrt(sum(value**2 for value in rare.values()))
         return sum(math.log(1 + about[w]) * rare[w] for w in about if w in rare) / size
 
@@ -235,7 +235,7 @@ def tests_of(file: str) -> list[Path]:
 
 def words_of(text: str) -> Counter:
     """Return how often each longer word occurs in a text; plurals count as singulars."""
-    return Counter(word.rstrip("s") for word in re.findall(r"[a-z]{4,}", text.lower()))
+    return Counter(term.rstrip("s") for term in re.findall(r"[a-z]{4,}", text.lower()))
 
 
 def killer(engine: Engine, mutant: Mutant, limit: float) -> str:
@@ -243,25 +243,25 @@ def killer(engine: Engine, mutant: Mutant, limit: float) -> str:
     if not engine.make("tests/fortran/tester"):
         return REFUSED
     try:
-        done = engine.run(engine.build / "tests" / "fortran" / "tester", limit=HANG)
+        process = engine.run(engine.build / "tests" / "fortran" / "tester", limit=HANG)
     except subprocess.TimeoutExpired:
         return "the Fortran suites take too long"
-    if done.returncode:
-        said = re.search(r"^.*FAIL.*$", done.stdout, re.M)
-        return f"Fortran suites: {said[0].strip() if said else done.returncode}"
+    if process.returncode:
+        output = re.search(r"^.*FAIL.*$", process.stdout, re.M)
+        return f"Fortran suites: {output[0].strip() if output else process.returncode}"
     engine.make()
     begun = time.monotonic()
     for path in tests_of(mutant.file):
         if limit and time.monotonic() - begun > limit:
             return ""
         try:
-            done = engine.run(engine.python, "-m", "pytest", "-xq", "-p", "no:cacheprovider", path,
-                              limit=HANG)  # fmt: skip
+            process = engine.run(engine.python, "-m", "pytest", "-xq", "-p", "no:cacheprovider",
+                                 path, limit=HANG)  # fmt: skip
         except subprocess.TimeoutExpired:
             return f"{path} takes too long"
-        if done.returncode not in (0, 5):
-            said = re.search(r"^(FAILED|ERROR) (\S+)", done.stdout, re.M)
-            return said[2] if said else f"{path} ends with {done.returncode}"
+        if process.returncode not in (0, 5):
+            output = re.search(r"^(FAILED|ERROR) (\S+)", process.stdout, re.M)
+            return output[2] if output else f"{path} ends with {process.returncode}"
     return ""
 
 
@@ -283,24 +283,24 @@ def main() -> int:
         print(*mutants, sep="\n")
         return 0
     engine = Engine(options.folder.resolve())
-    found = {}
+    killers = {}
     for mutant in mutants[options.first :]:
         file = engine.folder / "fortran" / mutant.file
-        own = file.read_text()
+        text = file.read_text()
         file.write_text(mutant.text())
         try:
-            found[mutant] = killer(engine, mutant, options.limit)
+            killers[mutant] = killer(engine, mutant, options.limit)
         finally:
-            file.write_text(own)
-        end = "killed  " if found[mutant] else "SURVIVED"
-        print(f"{end} {mutant} | {found[mutant]}", flush=True)
+            file.write_text(text)
+        end = "killed  " if killers[mutant] else "SURVIVED"
+        print(f"{end} {mutant} | {killers[mutant]}", flush=True)
     engine.make()
-    wrong = unchanged_fails(engine, set(found.values()))
-    found = {mutant: by for mutant, by in found.items() if by != REFUSED}
-    killed = sum(bool(by) and by not in wrong for by in found.values())
+    wrong = unchanged_fails(engine, set(killers.values()))
+    killers = {mutant: by for mutant, by in killers.items() if by != REFUSED}
+    killed = sum(bool(by) and by not in wrong for by in killers.values())
     print(*(f"also fails without a mutant: {name}" for name in sorted(wrong)), sep="\n")
-    print(f"{killed} of {len(found)} killed, at least {LEAST:.1%} required (seed {options.seed})")
-    return int(killed < LEAST * len(found))
+    print(f"{killed} of {len(killers)} killed, at least {LEAST:.1%} required (seed {options.seed})")
+    return int(killed < LEAST * len(killers))
 
 
 if __name__ == "__main__":

@@ -35,9 +35,9 @@ def moved_corners(kind: str, seed: int) -> bytes:
     """Return one valid polygon with some changed coordinates."""
     chance = random.Random(f"corners {kind} {seed}")
     new = [0.0, 1.0, 3.0, 4.0, 4.0000001, -4.0, 2.5, 1e3, 1e-9, 1e300]
-    share = chance.choice([0.0, 0.1, 0.3, 1.0])
+    fraction = chance.choice([0.0, 0.1, 0.3, 1.0])
     ring = [
-        [chance.choice(new) if chance.random() < share else old for old in corner]
+        [chance.choice(new) if chance.random() < fraction else old for old in corner]
         for corner in ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
     ]
     closed = [*ring, ring[0]]
@@ -188,12 +188,12 @@ def lying_blocks(chance) -> bytes:
                     if kind == "f8" or np.isfinite(new) and abs(new) < 2**31:
                         values.flat[chance.randrange(values.size)] = new
                 _define(data, name, kind, values.shape)[:] = values
-        whole = bytearray(file.read_bytes())
+        content = bytearray(file.read_bytes())
     if chance.random() < 0.5:  # change a length or an offset in the header
         at = 4 * chance.randrange(1, 60)
         number = chance.choice([*SIZES, -1, 2**31 - 1, 2**30])
-        whole[at : at + 4] = struct.pack(">i", number)
-    return bytes(whole)
+        content[at : at + 4] = struct.pack(">i", number)
+    return bytes(content)
 
 
 def _lie(chance, data, name: str) -> None:

@@ -254,8 +254,8 @@ def mutated_lines(chance, data: bytes) -> bytes:
 
 def mutated_number(chance, data: bytes) -> bytes:
     """Replace a number by a hostile one, mostly in the header."""
-    words = data[: 3000 if chance.random() < 0.6 else len(data)].split()
-    old = chance.choice([word for word in words if re.search(rb"\d", word)] or [b"1"])
+    tokens = data[: 3000 if chance.random() < 0.6 else len(data)].split()
+    old = chance.choice([token for token in tokens if re.search(rb"\d", token)] or [b"1"])
     new = chance.choice([*NUMBERS, *VALUES[:26]]).encode()
     at = data.find(old)
     return data[:at] + new + data[at + len(old) :]

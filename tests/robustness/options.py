@@ -18,18 +18,18 @@ def parse_options(doc: str, *paths: str, **defaults) -> argparse.Namespace:
     for name, default in defaults.items():
         one = default[0] if isinstance(default, list) else default
         kind = one if isinstance(one, type) else type(one)
-        more = {"action": "store_true"} if one is False else {"type": kind}
-        more |= {"nargs": "+"} if isinstance(default, list) else {}
+        options = {"action": "store_true"} if one is False else {"type": kind}
+        options |= {"nargs": "+"} if isinstance(default, list) else {}
         option = "--" + name.replace("_", "-")
-        parser.add_argument(option, default=None if kind is one else default, **more)
+        parser.add_argument(option, default=None if kind is one else default, **options)
     return parser.parse_args()
 
 
 def count_wrong(cases: Iterable[tuple[str, bool]]) -> int:
     """Print a description of each case and whether it is right; return status 1 if one is wrong."""
     right = []
-    for words, good in cases:
-        print(f"{words}: {'right' if good else 'WRONG'}", flush=True)
+    for label, good in cases:
+        print(f"{label}: {'right' if good else 'WRONG'}", flush=True)
         right.append(good)
     print(f"{len(right)} cases, {right.count(False)} wrong")
     return int(not all(right))

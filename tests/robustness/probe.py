@@ -45,15 +45,15 @@ def answer_input(model: str | sitedda.Model) -> str:
 
 def answer_record(file: str) -> str:
     """Read and integrate a record."""
-    found = sitedda.read_record(file)
-    return judge([found[name].values for name in (*found.data_vars, "time")])
+    record = sitedda.read_record(file)
+    return judge([record[name].values for name in (*record.data_vars, "time")])
 
 
 def answer_outlines(file: str) -> str:
     """Read all lines and polygons."""
     from sitedda.importing import read_outlines
 
-    return judge([one.points for one in read_outlines(file)])
+    return judge([outline.points for outline in read_outlines(file)])
 
 
 def answer_blocks(file: str) -> str:
@@ -74,9 +74,9 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8", errors="backslashreplace")
     os.dup2(2, 1)
     for request in sys.stdin:
-        kind, what = request.rstrip("\n").split(" ", 1)
+        kind, argument = request.rstrip("\n").split(" ", 1)
         try:
-            answer = ANSWERS[kind](what)
+            answer = ANSWERS[kind](argument)
         except sitedda.SiteddaError as error:
             answer = f"refused {error.kind} {error}".replace("\n", " ")
         answers.write(answer + "\n")

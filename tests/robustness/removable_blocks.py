@@ -53,29 +53,30 @@ def random_slope(rng: np.random.Generator) -> tuple[sitedda.Model, float, float]
 
 def removable(polygons: list[np.ndarray], dip: float) -> np.ndarray:
     """Return whether each block can move down the dip without pushing a fixed block."""
-    way = np.array([math.cos(math.radians(dip)), -math.sin(math.radians(dip))])
-    ahead = [[j for j, other in enumerate(polygons) if j != i and _runs_into(one, other, way)]
-             for i, one in enumerate(polygons)]  # fmt: skip
-    held = {i for i, p in enumerate(polygons)
+    direction = np.array([math.cos(math.radians(dip)), -math.sin(math.radians(dip))])
+    ahead = [[j for j, other in enumerate(polygons)
+              if j != i and _runs_into(polygon, other, direction)]
+             for i, polygon in enumerate(polygons)]  # fmt: skip
+    supported = {i for i, p in enumerate(polygons)
             if (p[:, 0] < TOUCH).any() or (p[:, 0] > LENGTH - TOUCH).any() or
             (p[:, 1] < TOUCH).any()}  # fmt: skip
-    found = []
+    blocks = []
     for i in range(len(polygons)):
         along, new = {i}, [i]
         while new:
             new = [j for j in ahead[new.pop()] if j not in along] + new
             along.update(new)
-        found.append(not along & held)
-    return np.array(found)
+        blocks.append(not along & supported)
+    return np.array(blocks)
 
 
-def _runs_into(one: np.ndarray, other: np.ndarray, way: np.ndarray) -> bool:
+def _runs_into(block: np.ndarray, other: np.ndarray, direction: np.ndarray) -> bool:
     """Return whether a moving block pushes another at a shared edge."""
-    for a, b in zip(one, np.roll(one, -1, axis=0), strict=True):
+    for a, b in zip(block, np.roll(block, -1, axis=0), strict=True):
         length = np.linalg.norm(b - a)
         along = (b - a) / length
         normal = np.array([along[1], -along[0]])  # outward normal
-        if way @ normal < 1e-6:
+        if direction @ normal < 1e-6:
             continue
         for c, d in zip(other, np.roll(other, -1, axis=0), strict=True):
             if max(abs((c - a) @ normal), abs((d - a) @ normal)) < TOUCH:
@@ -97,17 +98,17 @@ def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
             break
     areas = np.array([shapely.Polygon(polygon).area for polygon in polygons])
     expected = float(areas[free].sum())
-    below, found = (sitedda.mechanism(model, share * factor) for share in (BELOW, ABOVE))
+    below, above = (sitedda.mechanism(model, fraction * factor) for fraction in (BELOW, ABOVE))
     names = {group.name for group, moves in zip(groups, free, strict=True) if moves}
-    odd = names ^ set(found.moving)
-    agree = not below.moves and abs(found.areas[0] / expected - 1) < AREA
-    stands = "moves" if below.moves else "stands"
+    odd = names ^ set(above.moving)
+    agree = not below.moves and abs(above.areas[0] / expected - 1) < AREA
+    state = "moves" if below.moves else "stands"
     return (
         f"slope {number + 1}: {len(polygons)} blocks, F = tan φ / tan α = {factor:.4f}; "
-        f"{stands} at {BELOW} F; at {ABOVE} F {len(found.moving)} blocks of "
-        f"{found.areas[0]:.2f} m² move on {found.joint!r}; search: {len(names)} of "
+        f"{state} at {BELOW} F; at {ABOVE} F {len(above.moving)} blocks of "
+        f"{above.areas[0]:.2f} m² move on {above.joint!r}; search: {len(names)} of "
         f"{expected:.2f} m², {len(odd)} differ"
-    ), agree and found.joint == "bedding"
+    ), agree and above.joint == "bedding"
 
 
 def main() -> int:

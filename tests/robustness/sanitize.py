@@ -45,8 +45,8 @@ SANITIZERS = {
 
 def call(*command, folder: Path) -> tuple[int, str]:
     """Return status and complete output of a command."""
-    done = subprocess.run(
-        [str(word) for word in command],
+    process = subprocess.run(
+        [str(argument) for argument in command],
         cwd=folder,
         env=os.environ | QUIET | SANITIZERS,
         stdout=subprocess.PIPE,
@@ -55,16 +55,16 @@ def call(*command, folder: Path) -> tuple[int, str]:
         errors="replace",
         check=False,
     )
-    return done.returncode, done.stdout
+    return process.returncode, process.stdout
 
 
 def build(kind: str, folder: Path) -> None:
     """Make a native build with tester and probe."""
     options = ["-Dpython=false", "-Dtester=true", "-Dwarning_level=0", *SETUPS[kind]]
     for command in (["meson", "setup", folder, ROOT, *options], ["ninja", "-C", folder]):
-        status, said = call(*command, folder=ROOT)
+        status, output = call(*command, folder=ROOT)
         if status:
-            sys.exit(f"{kind}: the build failed\n{said[-3000:]}")
+            sys.exit(f"{kind}: the build failed\n{output[-3000:]}")
 
 
 def short_site(folder: Path) -> Path:
@@ -84,22 +84,22 @@ def run(kind: str, folder: Path) -> list[str]:
     if kind == "valgrind":
         options = "-q --error-exitcode=9 --leak-check=full --errors-for-leak-kinds=definite".split()
         return judge("layered site", *call("valgrind", *options, *native, folder=folder))
-    found = judge("suites", *call(folder / "tests" / "fortran" / "tester", folder=folder))
-    found += judge("layered site", *call(*native, folder=folder))
-    for what, count in HOSTILE.items():
+    faults = judge("suites", *call(folder / "tests" / "fortran" / "tester", folder=folder))
+    faults += judge("layered site", *call(*native, folder=folder))
+    for name_of_kind, count in HOSTILE.items():
         probe = [str(folder / "tests" / "fortran" / "probe")]
-        tally = fuzz(probe, what, range(count), limit=30.0, limit_memory=kind == "checked")
-        print(f"{kind}: {count} hostile {what}s: {tally}")
-        found += tally.failures
-    return found
+        tally = fuzz(probe, name_of_kind, range(count), limit=30.0, limit_memory=kind == "checked")
+        print(f"{kind}: {count} hostile {name_of_kind}s: {tally}")
+        faults += tally.failures
+    return faults
 
 
-def judge(what: str, status: int, said: str) -> list[str]:
+def judge(kind: str, status: int, output: str) -> list[str]:
     """Print and return the errors that a command reports."""
-    lines = said.strip().splitlines()
-    print(f"{what}: status {status}, {lines[-1] if lines else ''}")
-    bad = status != 0 or COMPLAINT.search(said)
-    return [f"{what}: status {status}\n{said[-3000:]}"] if bad else []
+    lines = output.strip().splitlines()
+    print(f"{kind}: status {status}, {lines[-1] if lines else ''}")
+    bad = status != 0 or COMPLAINT.search(output)
+    return [f"{kind}: status {status}\n{output[-3000:]}"] if bad else []
 
 
 def main() -> int:
@@ -107,13 +107,13 @@ def main() -> int:
     kinds = sys.argv[1:] or list(SETUPS)
     if set(kinds) - set(SETUPS):
         sys.exit(__doc__)
-    found = []
+    faults = []
     for kind in kinds:
         with tempfile.TemporaryDirectory() as folder:
-            found += run(kind, Path(folder))
-    print(*found, sep="\n")
-    print(f"{len(found)} errors found")
-    return min(len(found), 1)
+            faults += run(kind, Path(folder))
+    print(*faults, sep="\n")
+    print(f"{len(faults)} errors found")
+    return min(len(faults), 1)
 
 
 if __name__ == "__main__":

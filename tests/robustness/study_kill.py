@@ -56,20 +56,20 @@ class Trial:
 
     def command(self) -> tuple[list[str], dict[str, str]]:
         """Return the command of the study, and its environment."""
-        words = [sys.executable, "-m", "sitedda", "study", "run", str(self.file), "-q"]
+        command_line = [sys.executable, "-m", "sitedda", "study", "run", str(self.file), "-q"]
         if self.victim == "job array":
             path = slurm_stand_in.install(self.folder / "bin")
             seed = str(self.chance.randrange(1000))
             path = f"{path}{os.pathsep}{os.environ['PATH']}"
-            words += ["--slurm", "--program", self.program]
-            return words, os.environ | {"PATH": path, "STAND_IN_SEED": seed}
-        where = ["--dask", self.cluster.address] if self.cluster else ["--workers", "2"]
-        return words + where, dict(os.environ)
+            command_line += ["--slurm", "--program", self.program]
+            return command_line, os.environ | {"PATH": path, "STAND_IN_SEED": seed}
+        executor = ["--dask", self.cluster.address] if self.cluster else ["--workers", "2"]
+        return command_line + executor, dict(os.environ)
 
     def start(self) -> subprocess.Popen:
         """Start the client as a process group."""
-        words, environment = self.command()
-        return subprocess.Popen(words, start_new_session=True, env=environment,
+        arguments, environment = self.command()
+        return subprocess.Popen(arguments, start_new_session=True, env=environment,
                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)  # fmt: skip
 
     def kill(self, client: subprocess.Popen) -> None:
@@ -81,9 +81,11 @@ class Trial:
         elif self.victim == "worker":
             children = Path(f"/proc/{client.pid}/task/{client.pid}/children")
             threads = Path(f"/proc/{client.pid}/task").glob("*/children")
-            found = [int(pid) for file in [children, *threads] for pid in file.read_text().split()]
-            if found:
-                os.kill(self.chance.choice(found), signal.SIGKILL)
+            processes = [
+                int(pid) for file in [children, *threads] for pid in file.read_text().split()
+            ]
+            if processes:
+                os.kill(self.chance.choice(processes), signal.SIGKILL)
         elif self.victim == "dask worker":
             which = self.chance.randrange(len(self.cluster.workers))
             self.cluster.workers[which].kill()
@@ -104,20 +106,20 @@ class Trial:
 
     def carry_out(self, patience: float) -> int:
         """Kill and restart until the study ends; return how often it was killed."""
-        kills, again = 0, True
+        kills, is_running = 0, True
         while True:
             client = self.start()
-            if again and self.begun(client):
+            if is_running and self.begun(client):
                 time.sleep(self.chance.uniform(0.0, patience))
                 if client.poll() is None:
                     self.kill(client)
                     kills += 1
-                    again = self.chance.random() < 0.33
-            _, words = client.communicate()
+                    is_running = self.chance.random() < 0.33
+            _, output = client.communicate()
             if client.returncode == 0:
                 break
             if client.returncode > 0 and not kills:
-                raise SystemExit(f"{self.victim}: {words.decode()}")
+                raise SystemExit(f"{self.victim}: {output.decode()}")
         if self.cluster:
             self.cluster.stop()
         return kills
@@ -141,17 +143,20 @@ def main() -> int:
         left_alone = Trial("client", Path(scratch), options, chance)
         begun = time.monotonic()
         subprocess.run(left_alone.command()[0], check=True, stdout=subprocess.DEVNULL)
-        whole, reference = time.monotonic() - begun, left_alone.table()
-        print(f"left alone: {whole:.1f} s", flush=True)
+        duration, reference = time.monotonic() - begun, left_alone.table()
+        print(f"left alone: {duration:.1f} s", flush=True)
         while kills < options.kills:
             victim = VICTIMS[studies % len(VICTIMS)]
             folder = Path(scratch) / f"trial {studies}"
             folder.mkdir()
             trial = Trial(victim, folder, options, chance)
-            count = trial.carry_out(0.5 * whole)
-            same = reference.identical(trial.table())
-            kills, studies, wrong = kills + count, studies + 1, wrong + (not same)
-            print(f"{victim:12s} {count} kills: {'same bits' if same else 'DIFFERS'}", flush=True)
+            count = trial.carry_out(0.5 * duration)
+            is_identical = reference.identical(trial.table())
+            kills, studies, wrong = kills + count, studies + 1, wrong + (not is_identical)
+            print(
+                f"{victim:12s} {count} kills: {'same bits' if is_identical else 'DIFFERS'}",
+                flush=True,
+            )
             shutil.rmtree(folder)
     print(f"{kills} kills, {studies} studies, {wrong} tables differ")
     return int(wrong > 0)

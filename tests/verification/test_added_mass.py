@@ -56,23 +56,23 @@ def test_mass_is_the_integral_over_the_face(level, lean):
     """The face is vertical, inclined, completely under water, or barely wet."""
     without = mass_of(dam(level, lean, load={"added_mass": False}))
     exact = added(level, lean)
-    found = mass_of(dam(level, lean)) - without
-    np.testing.assert_allclose(found, exact, atol=1e-8 * exact.max())
+    added_mass = mass_of(dam(level, lean)) - without
+    np.testing.assert_allclose(added_mass, exact, atol=1e-8 * exact.max())
     if lean == 0.0 and level <= HEIGHT:
-        assert found[0, 0] == pytest.approx(7 / 12 * WATER * level**2, rel=1e-8)
+        assert added_mass[0, 0] == pytest.approx(7 / 12 * WATER * level**2, rel=1e-8)
 
 
 def test_the_reservoir_may_be_deeper_than_the_face():
     """The reservoir may be deeper than the foot of the face, but not shallower."""
     without = mass_of(dam(load={"added_mass": False}))
-    found = mass_of(dam(load={"reservoir_depth": 32.0})) - without
-    np.testing.assert_allclose(found, added(18.0, 0.0, 32.0), atol=1e-8 * found.max())
+    added_mass = mass_of(dam(load={"reservoir_depth": 32.0})) - without
+    np.testing.assert_allclose(added_mass, added(18.0, 0.0, 32.0), atol=1e-8 * added_mass.max())
     with pytest.raises(InputError, match=r"reservoir_depth = 12 m is less than the depth of water"):
         sitedda.check(dam(load={"reservoir_depth": 12.0}))
 
 
 @pytest.mark.parametrize(
-    ("load", "words"),
+    ("load", "message"),
     [
         ({"level": -1.0}, "no selected edge is below the level"),
         ({"edges": 1}, "too flat"),
@@ -81,8 +81,8 @@ def test_the_reservoir_may_be_deeper_than_the_face():
         ({"added_mass": False, "reservoir_depth": 30.0}, "reservoir_depth needs it"),
     ],
 )
-def test_invalid_variables_are_named(load, words):
-    with pytest.raises(InputError, match=words):
+def test_invalid_variables_are_named(load, message):
+    with pytest.raises(InputError, match=message):
         sitedda.check(dam(load=load))
 
 
@@ -116,7 +116,7 @@ def test_moving_base_pushes_the_water():
     """In the frame of the base, the acceleration of the ground acts on block and added mass."""
     time = np.arange(301) * 1e-3
     pulse = np.sin(4 * np.pi * time)
-    moved = []
+    displacements = []
     for scale in (1.0, 0.0):
         model = dam(time_step=1e-3, steps=300, integration="midpoint", base_motion_x="pulse")
         kind = {"quantity": "acceleration", "drift_order": 0}
@@ -125,16 +125,18 @@ def test_moving_base_pushes_the_water():
         data = sitedda.run(model).history.load()
         balance = abs(data.energy_balance.values).max()
         assert balance < 1e-9 * abs(data.energy_water.values).max()
-        moved.append(data.displacement.values[:, 0, 0])
+        displacements.append(data.displacement.values[:, 0, 0])
     stiffness, mass = (m.toarray()[:3, :3] for m in matrices(model)[:2])
 
-    def rate(now, state):
-        force = -mass[:, 0] * np.interp(now, time, pulse) - stiffness @ state[:3]
+    def rate(t, state):
+        force = -mass[:, 0] * np.interp(t, time, pulse) - stiffness @ state[:3]
         return [*state[3:], *np.linalg.solve(mass, force)]
 
     exact = solve_ivp(rate, (0, 0.3), np.zeros(6), t_eval=time, rtol=1e-9, atol=1e-12).y[0]
-    found = moved[0] - moved[1]
-    np.testing.assert_allclose(found, exact[-len(found) :], atol=3e-3 * abs(exact).max())
+    displacement = displacements[0] - displacements[1]
+    np.testing.assert_allclose(
+        displacement, exact[-len(displacement) :], atol=3e-3 * abs(exact).max()
+    )
 
 
 def test_an_emptied_reservoir_has_no_added_mass():
@@ -144,9 +146,9 @@ def test_an_emptied_reservoir_has_no_added_mass():
     model.stage(name="full", steps=100)
     model.stage(name="empty", steps=100, drop="reservoir")
     data = sitedda.run(model).history.load()
-    late = data.time.values > 0.01005
-    assert (data.energy_water.values[~late][1:] > 0.0).all()
-    assert (data.energy_water.values[late] == 0.0).all()
+    after_motion = data.time.values > 0.01005
+    assert (data.energy_water.values[~after_motion][1:] > 0.0).all()
+    assert (data.energy_water.values[after_motion] == 0.0).all()
     scale = abs(data.energy_kinetic.values).max()
     assert abs(data.energy_balance.values).max() < 1e-9 * scale
 

@@ -29,7 +29,7 @@ def test_block_slides_across_joints(friction):
         + STONE
         + nml.material("moving", DENSITY, YOUNG, 0.2, velocity=(3.0, 0.0, 0.0))
         + nml.joint("dry", friction)
-        + "".join(nml.held(f"floor_{i}", floor + [0.7 * i, 0.0], "stone") for i in range(8))
+        + "".join(nml.fixed_block(f"floor_{i}", floor + [0.7 * i, 0.0], "stone") for i in range(8))
         + block("slider", 0.1, 0.0, 1.0, 0.5, "moving")
     )
     settled = DENSITY * 0.5 * nml.GRAVITY / 2 / PENALTY  # m; the weight on two contacts
@@ -40,17 +40,17 @@ def test_block_slides_across_joints(friction):
             rise = run.coordinates[-1, 1] - start[1]
             lowest, highest = min(lowest, rise), max(highest, rise)
         energies = run.energies
-        moved = run.coordinates[-1, 0] - start[0]
-        turned = abs(run.coordinates[-1, 2])
+        slip = run.coordinates[-1, 0] - start[0]
+        rotation = abs(run.coordinates[-1, 2])
     mu = np.tan(np.radians(friction))
     expected = 4.5 if friction == 0 else 9.0 / (2 * mu * nml.GRAVITY)
-    assert moved == pytest.approx(expected, rel=2e-3)
+    assert slip == pytest.approx(expected, rel=2e-3)
     kinetic = 0.5 * DENSITY * 0.5 * 9.0
     assert -1e-5 * kinetic < energies["geometric"] < 1e-9 * kinetic
     assert abs(energies["balance"]) < 1e-8 * kinetic
     assert lowest > -6 * settled  # initial drop: twice the static settlement, and tilt
     assert highest < settled
-    assert turned < 1e-4
+    assert rotation < 1e-4
 
 
 def test_corner_impacts_create_no_energy():
@@ -74,7 +74,7 @@ def test_a_block_on_a_stair_rests_on_its_tread():
     stair = [[0, 0], [3, 0], [3, 1], [2, 1], [2, 2], [1, 2], [1, 3], [0, 3]]
     text = nml.control(1e-3, 500) + nml.contact(PENALTY) + STONE
     text += nml.joint("dry", 30.0)
-    text += nml.held("stair", stair, "stone", points=[(0.3, 0.3), (2.7, 0.3), (0.3, 2.7)])
+    text += nml.fixed_block("stair", stair, "stone", points=[(0.3, 0.3), (2.7, 0.3), (0.3, 2.7)])
     text += block("upper", 1.0, 2.0, 0.8, 0.8) + block("lower", 2.0, 1.0, 0.8, 0.8)
     with nml.simulation(text) as run:
         run.advance(500)

@@ -97,28 +97,28 @@ def tolerance(data):
 def test_forces_and_states_obey_the_law(run):
     law, data = run
     normal_law, strength = LAWS[law]
-    seen = set()
+    states = set()
     for frame in range(1, data.sizes["frame"]):
-        found = contacts_of(data, frame)
-        length = found.contact_length.values if "contact_length" in found else 1.0
-        normal, shear = found.contact_normal_force.values, found.contact_shear_force.values
-        state, bound = found.contact_state.values, strength(normal, length)
+        contacts = contacts_of(data, frame)
+        length = contacts.contact_length.values if "contact_length" in contacts else 1.0
+        normal, shear = contacts.contact_normal_force.values, contacts.contact_shear_force.values
+        state, bound = contacts.contact_state.values, strength(normal, length)
         allowed = tolerance(data)
-        path = found.contact_slip_path.values if "contact_slip_path" in found else 0.0
-        expected = normal_law(-found.contact_gap.values, length, path)
+        path = contacts.contact_slip_path.values if "contact_slip_path" in contacts else 0.0
+        expected = normal_law(-contacts.contact_gap.values, length, path)
         assert np.all(np.abs(normal - expected) <= allowed)
         assert np.all(np.abs(shear) <= bound + allowed)
         assert np.all(np.abs(np.abs(shear) - bound)[state == SLIDE] <= allowed)
         assert np.all(normal[state == OPEN] == 0.0)
         assert np.all(normal[state != OPEN] > 0.0)
-        seen |= set(state)
-    assert seen == {OPEN, SLIDE, STICK}
+        states |= set(state)
+    assert states == {OPEN, SLIDE, STICK}
 
 
 def masses(data):
     """Return the masses of all blocks, kg per metre."""
-    block_of, place = data.vertex_block.values, data.vertices.values[0]
-    blocks = (Polygon(place[block_of == block]) for block in range(data.sizes["block"]))
+    block_of, position = data.vertex_block.values, data.vertices.values[0]
+    blocks = (Polygon(position[block_of == block]) for block in range(data.sizes["block"]))
     return DENSITY * np.array([block.area for block in blocks])
 
 
@@ -130,15 +130,15 @@ def test_forces_balance_each_block(run, step):
     turns = np.flatnonzero(np.diff(block_of, append=-1))
     after[turns] = [0, *turns[:-1] + 1]
     for frame in range(1, data.sizes["frame"]):
-        found, place = contacts_of(data, frame), vertices[frame - 1]
-        edge = found.contact_edge.values
-        along = place[after[edge]] - place[edge]
+        contacts, position = contacts_of(data, frame), vertices[frame - 1]
+        edge = contacts.contact_edge.values
+        along = position[after[edge]] - position[edge]
         along /= np.linalg.norm(along, axis=1)[:, None]
         outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
-        normal, shear = found.contact_normal_force.values, found.contact_shear_force.values
+        normal, shear = contacts.contact_normal_force.values, contacts.contact_shear_force.values
         force = normal[:, None] * outward - shear[:, None] * along
         left = mass * (GRAVITY - (rates[frame] - rates[frame - 1]) / step[0])
-        np.add.at(left, block_of[found.contact_vertex.values], force)
+        np.add.at(left, block_of[contacts.contact_vertex.values], force)
         np.add.at(left, block_of[edge], -force)
         assert np.abs(left[1:]).max() <= 10 * tolerance(data)  # without the fixed base
         assert np.abs(left[1:]).max() < 1e-4 * np.abs(force).max()

@@ -13,7 +13,7 @@ TOLERANCE = 1e-10  # m
 def pile(blocks: int, friction: float = 30.0) -> str:
     """Return a pile of unit squares on a fixed base."""
     text = nml.material("stone", DENSITY, YOUNG, 0.2) + nml.joint("dry", friction)
-    text += nml.held("base", nml.rectangle(-1, -1, 3, 1), points=[(-0.5, -0.5), (1.5, -0.5)])
+    text += nml.fixed_block("base", nml.rectangle(-1, -1, 3, 1), points=[(-0.5, -0.5), (1.5, -0.5)])
     boxes = (nml.rectangle(0.1 * i, i, 1, 1) for i in range(blocks))
     return text + "".join(nml.block(f"b{i}", box) for i, box in enumerate(boxes))
 
@@ -23,8 +23,8 @@ def slid(rules: str, friction: float, young: float) -> float:
     slope = np.radians(30.0)
     text = nml.control(1e-3, 500) + rules
     text += nml.material("stone", DENSITY, young) + nml.joint("dry", friction)
-    text += nml.held("base", nml.turned(nml.rectangle(-2, -1, 10, 1), -slope))
-    text += nml.block("slider", nml.turned(nml.rectangle(0, 0, 1, 0.5), -slope))
+    text += nml.fixed_block("base", nml.rotated(nml.rectangle(-2, -1, 10, 1), -slope))
+    text += nml.block("slider", nml.rotated(nml.rectangle(0, 0, 1, 0.5), -slope))
     with nml.simulation(text) as run:
         start = run.coordinates[1, :2].copy()
         run.advance(500)
@@ -55,19 +55,19 @@ def test_penetrations_are_within_the_tolerance(penalty):
 
 def test_the_multiplier_equals_a_stiff_penalty():
     """A block slides off with the multiplier as with a stiff spring."""
-    for penalty, more in ((1e14, {}), (1e10, {"penetration_tolerance": 1e-9})):
-        travelled = slid(nml.contact(penalty, **more), 20.0, 1e13)
+    for penalty, options in ((1e14, {}), (1e10, {"penetration_tolerance": 1e-9})):
+        travelled = slid(nml.contact(penalty, **options), 20.0, 1e13)
         assert travelled == pytest.approx(exact_slide(20.0), rel=1e-4)
 
 
 @pytest.mark.parametrize(("friction", "slides"), [(40.0, False), (20.0, True)])
 def test_original_rules_have_coulomb_friction(friction, slides):
     """With the original rules, a block on a slope of 30° rests for φ = 40° and slides for 20°."""
-    moved = slid(nml.contact(1e9, contact_rules="original"), friction, YOUNG)
+    slip = slid(nml.contact(1e9, contact_rules="original"), friction, YOUNG)
     if slides:
-        assert moved == pytest.approx(exact_slide(friction), rel=5e-2)
+        assert slip == pytest.approx(exact_slide(friction), rel=5e-2)
     else:
-        assert moved < 1e-3
+        assert slip < 1e-3
 
 
 @pytest.mark.parametrize(("depth", "closes"), [(0.9, False), (1.1, True)])

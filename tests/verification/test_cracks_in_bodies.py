@@ -65,15 +65,17 @@ def set_joints(model, boxes, law) -> None:
 
 def cell_at(model, x, y, box) -> str:
     """Return the name of a cell of a box with a corner, or otherwise a side, at (x, y)."""
-    places = {
+    positions = {
         block.name: np.reshape(block.vertices, (-1, 2))
         for block in model["block"]
         if block.name.startswith(box)
     }
-    corner = [name for name, at in places.items() if abs(at - [x, y]).max(axis=1).min() < 1e-9]
+    corner = [name for name, at in positions.items() if abs(at - [x, y]).max(axis=1).min() < 1e-9]
     if corner:
         return corner[0]
-    return min(places, key=lambda name: shapely.Polygon(places[name]).distance(shapely.Point(x, y)))
+    return min(
+        positions, key=lambda name: shapely.Polygon(positions[name]).distance(shapely.Point(x, y))
+    )
 
 
 def bent(model, block, strength, tension, young, depth, size, pin) -> tuple[float, xr.Dataset]:
@@ -87,10 +89,10 @@ def bent(model, block, strength, tension, young, depth, size, pin) -> tuple[floa
     down = -3 * (1.3 * load * span**3 / (48 * young * depth**3 / 12) + 1.5 * load / SUPPORT)
     model.motion("drive", [0.0, down], 0.2, "displacement")
     for sign in (-1, 1):
-        x, held = sign * size / 2, block(sign * pin, 0.0)
+        x, support = sign * size / 2, block(sign * pin, 0.0)
         model.fixed_point(x=x, y=depth, block=block(x, depth), direction="y", motion_y="drive")
-        model.fixed_point(x=sign * pin, y=0.0, block=held, direction="xy" if sign < 0 else "y")
-        model.measured_point(f"pin {sign}", sign * pin, 0.0, held)
+        model.fixed_point(x=sign * pin, y=0.0, block=support, direction="xy" if sign < 0 else "y")
+        model.measured_point(f"pin {sign}", sign * pin, 0.0, support)
     history = model.run(output=False).history
     pins = -SUPPORT * history.displacement.sel(axis="y").values.sum(axis=1)
     return 6 * pins.max() / 2 * (pin - size / 2) / depth**2 / tension, history
@@ -113,12 +115,12 @@ def test_a_beam_in_three_point_bending(ratio, strength, welded, steps):
         welded, tensile_strength=tension, cohesion=10 * tension, fracture_energy=energy,
         shear_fracture_energy=1000 * energy, normal_stiffness_per_area=200 * young / depth,
     )  # fmt: skip
-    found, history = bent(
+    curve, history = bent(
         model, lambda x, y: cell_at(model, x, y, "left" if x < 0 else "right"),
         strength, tension, young, depth, size, span / 2,
     )  # fmt: skip
     lag = 0.01 if welded else 0.0  # few steps delay the load
-    assert found == pytest.approx(strength, rel=0.02 + lag)
+    assert curve == pytest.approx(strength, rel=0.02 + lag)
     turnover = float(history.energy_fracture[-1])
     assert abs(history.energy_balance.values).max() < 1e-6 * turnover
 
@@ -148,11 +150,11 @@ def test_a_beam_whose_faces_break():
         model.block(vertices=np.ravel(cell).tolist(), body="beam", joint="weak",
                     material="middle" if abs(x) < 0.1 else "stone", name=f"c{number}")  # fmt: skip
     model.output(block_interval=steps)
-    found, history = bent(
+    curve, history = bent(
         model, lambda x, y: names[(0, deep - 1) if y else (round(x / abs(x)) * 2 * deep, 0)],
         strength, tension, young, depth, size, (2 * deep - 0.5) * size,
     )  # fmt: skip
-    assert found == pytest.approx(strength, rel=0.03)  # 1 % is the delay by the steps
+    assert curve == pytest.approx(strength, rel=0.03)  # 1 % is the delay by the steps
     assert abs(history.energy_balance.values).max() < 1e-9 * float(history.energy_fracture[-1])
 
 
@@ -226,9 +228,9 @@ def flexure(span, depth, length, young, deep=12):
     for at in ((0.0, -depth / 2, 0), (0.0, -depth / 2, 1), (span, -depth / 2, 1)):
         row = csc_array(body.row(*at)[:, None])
         matrix = matrix + 1e4 * young * (row @ row.T)
-    found = splu(matrix.tocsc()).solve(load)
+    displacements = splu(matrix.tocsc()).solve(load)
     mouth = body.row(0.0, 1e-6, 0) - body.row(0.0, -1e-6, 0)
-    return load @ found, mouth @ found
+    return load @ displacements, mouth @ displacements
 
 
 @pytest.mark.parametrize("welded", [False, True])
@@ -254,21 +256,23 @@ def test_a_notched_beam_that_shears(welded, tmp_path):
     ways = strength * (sag(lengths[:3]) + 1 / SUPPORT)
     down = -np.interp(np.arange(steps + 1), [0, knee, steps], [0.0, 0.97 * ways[0], 1.03 * ways[2]])
     model.motion("drive", down.tolist(), 1e-3, "displacement")
-    for x, y, box, more in (
+    for x, y, box, motion in (
         (span / 2, depth, "high", {"direction": "y", "motion_y": "drive"}),
         (0.0, -depth / 2, "low", {}),
         (span, -depth / 2, "low", {"direction": "y"}),
     ):
-        model.fixed_point(x=x, y=y, block=cell_at(model, x, y, box), **more)
+        model.fixed_point(x=x, y=y, block=cell_at(model, x, y, box), **motion)
     model.measured_point("load", span / 2, depth, cell_at(model, span / 2, depth, "high"))
     for name in boxes:
         model.measured_point(name, 0.0, 0.0, cell_at(model, 0.0, 0.0, name))
     history = model.run(output=tmp_path / "out.nc").history
-    moved = history.displacement.values
-    force = SUPPORT * (moved[:, 0, 1] - down)
+    displacement = history.displacement.values
+    force = SUPPORT * (displacement[:, 0, 1] - down)
     peak = np.argmax(force)
     fine = np.linspace(0.35, 0.45, 1001)
-    crack = np.interp((moved[:, 1, 0] - moved[:, 2, 0])[peak:] / force[peak:], -slip(fine), fine)
+    crack = np.interp(
+        (displacement[:, 1, 0] - displacement[:, 2, 0])[peak:] / force[peak:], -slip(fine), fine
+    )
     runs = (crack > notch + 0.04) & (crack < 0.449)
     assert np.ptp(crack[runs]) > 0.03
     np.testing.assert_allclose(
@@ -316,15 +320,15 @@ def test_a_crack_in_a_plate_under_tension(tmp_path):
             model.fixed_point(x=x, y=y, block=str(number), direction="x")
     for x in (-0.5, width + 0.5):
         model.fixed_point(x=x, y=-1.0, block="floor")
-    shares = [0.6, 0.95, 1.05]
+    fractions = [0.6, 0.95, 1.05]
     model.traction(side="top", time=[0.0, 0.15, 0.5],
-                   normal=[-share * strength for share in shares])  # fmt: skip
+                   normal=[-fraction * strength for fraction in fractions])  # fmt: skip
     model.measured_point("tip", half, 0.0, "plate")
     model.output(block_interval=500)
     history = model.run(output=tmp_path / "out.nc").history
     opening = history.displacement[:, 0, 1].values
     runs = float(history.time[np.argmax(opening > energy / tension)])
-    assert np.interp(runs, [0.15, 0.5], shares[1:]) == pytest.approx(1.0, abs=0.03)
+    assert np.interp(runs, [0.15, 0.5], fractions[1:]) == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_welded_plate_tears(tmp_path):
@@ -360,15 +364,15 @@ def test_a_welded_plate_tears(tmp_path):
         for x, y in cell[cell[:, 0] < 1e-9].tolist():
             model.fixed_point(x=x, y=y, block=f"{name}{number}", direction="x")
     model.fixed_point(x=width, y=0.0, block=cell_at(model, width, 0.0, "low"), direction="y")
-    shares = [0.0, 0.8, 0.92, 1.06]
+    fractions = [0.0, 0.8, 0.92, 1.06]
     for side in ("top", "bottom"):
         model.traction(side=side, time=[0.0, 0.2, 0.35, 0.5],
-                       normal=[-share * strength for share in shares])  # fmt: skip
+                       normal=[-fraction * strength for fraction in fractions])  # fmt: skip
     for name in ("low", "high"):
         model.measured_point(name, half, 0.0, cell_at(model, half, 0.0, name))
     model.output(block_interval=500)
     history = model.run(output=tmp_path / "out.nc").history
     opening = (history.displacement[:, 1, 1] - history.displacement[:, 0, 1]).values
     tears = float(history.time[np.argmax(opening > 2 * energy / tension)])
-    assert np.interp(tears, [0.0, 0.2, 0.35, 0.5], shares) == pytest.approx(1.0, abs=0.03)
+    assert np.interp(tears, [0.0, 0.2, 0.35, 0.5], fractions) == pytest.approx(1.0, abs=0.03)
     assert abs(history.energy_balance).max() < 1e-9 * abs(history.energy_input).max()

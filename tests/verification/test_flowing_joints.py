@@ -19,53 +19,55 @@ A, SLIP, THRESHOLD = 0.01, 1e-4, 1e-9  # a, L (m), v_c (m/s)
 REFERENCE = 1e-6  # v_0, m/s
 
 
-def driven(way, step: float, every=1, **law):
+def driven(displacements, step: float, every=1, **law):
     """Return the history of a block with a given displacement (m) along its joint in each step."""
-    return nml.history(nml.driven_block(step, len(way) - 1, law, way, step, every))
+    return nml.history(
+        nml.driven_block(step, len(displacements) - 1, law, displacements, step, every)
+    )
 
 
 def shear_and_slip(data) -> tuple[np.ndarray, np.ndarray]:
     """Return shear force (N/m) and slip (m) of the joint in each frame."""
     frame = data.contact_frame.values
     force = -np.bincount(frame, data.contact_shear_force.values)
-    place = data.displacement.sel(point="top", axis="x").values
+    position = data.displacement.sel(point="top", axis="x").values
     at = np.searchsorted(data.time.values, data.frame_time.values)
-    return force, place[at] - place[0]
+    return force, position[at] - position[0]
 
 
 def yielding_stress(slips, stiffness=1e10, pressure=1e6) -> np.ndarray:
     """Return τ (Pa) along slips (m) by integration, with r as defined in UDEC."""
-    stress, worn, ratio, way = 0.0, 0.0, 0.0, 0.0
-    found = [0.0]
+    stress, worn, ratio, path = 0.0, 0.0, 0.0, 0.0
+    stresses = [0.0]
 
-    def rates(stress, worn, way, ratio):
+    def rates(stress, worn, path, ratio):
         bound = pressure * np.tan(np.pi / 6 + np.pi / 12 * np.exp(-worn / YIELDING["roughness"]))
-        factor = (1 - way * stress / bound) / (1 - ratio)
-        return np.array([factor * stiffness * way, 1 - factor]), bound
+        factor = (1 - path * stress / bound) / (1 - ratio)
+        return np.array([factor * stiffness * path, 1 - factor]), bound
 
     for change in np.diff(slips):
         sign = np.sign(change)
-        if sign * way < 0:
+        if sign * path < 0:
             ratio = min(0.75, sign * stress / rates(stress, worn, sign, 0.0)[1])
-        way = sign
+        path = sign
         along = solve_ivp(
-            lambda _, y, *now: rates(*y, *now)[0], (0.0, abs(change)), (stress, worn),
-            args=(way, ratio), rtol=1e-6, atol=(1.0, 1e-12),
+            lambda _, y, *state: rates(*y, *state)[0], (0.0, abs(change)), (stress, worn),
+            args=(path, ratio), rtol=1e-6, atol=(1.0, 1e-12),
         )  # fmt: skip
         stress, worn = along.y[:, -1]
-        found.append(stress)
-    return np.array(found)
+        stresses.append(stress)
+    return np.array(stresses)
 
 
 def test_a_yielding_joint_passes_its_peak():
     """φ_m from 45° to 30°: peak 0.9320 MPa; 0.8364, 0.6082, 0.5774 MPa at 1, 5 and 20 mm."""
-    way = np.concatenate([np.zeros(20), np.arange(1, 4061) * 5e-6])
-    data = driven(way, 2e-3, every=10, **YIELDING)
+    displacement = np.concatenate([np.zeros(20), np.arange(1, 4061) * 5e-6])
+    data = driven(displacement, 2e-3, every=10, **YIELDING)
     force, slip = shear_and_slip(data)
     assert force.max() == pytest.approx(0.9320e6, rel=1e-3)
-    for place, stress in ((1e-3, 0.8364e6), (5e-3, 0.6082e6), (20e-3, 0.5774e6)):
-        assert np.interp(place, slip, force) == pytest.approx(stress, rel=1e-3)
-    assert nml.residual(data) < 1e-6
+    for slip_at, stress in ((1e-3, 0.8364e6), (5e-3, 0.6082e6), (20e-3, 0.5774e6)):
+        assert np.interp(slip_at, slip, force) == pytest.approx(stress, rel=1e-3)
+    assert nml.energy_residual(data) < 1e-6
     assert (data.contact_state.values[-2:] == 1).all()  # it slides
 
 
@@ -73,16 +75,16 @@ def test_a_yielding_joint_is_elastic_at_a_reversal():
     """Slip to 2 mm, back to 1 mm, and to 4 mm; in small cycles r is at most 0.75."""
     turns = np.array([0.0, 2e-3, 1e-3, 1.02e-3, 0.98e-3, 4e-3])
     step = 2e-6
-    pieces = [np.arange(1, round(abs(b - a) / step) + 1) * step * np.sign(b - a) + a
+    parts = [np.arange(1, round(abs(b - a) / step) + 1) * step * np.sign(b - a) + a
               for a, b in zip(turns[:-1], turns[1:], strict=True)]  # fmt: skip
-    data = driven(np.concatenate([np.zeros(20), *pieces]), 2e-3, every=5, **YIELDING)
+    data = driven(np.concatenate([np.zeros(20), *parts]), 2e-3, every=5, **YIELDING)
     force, _ = shear_and_slip(data)
     every_step = data.displacement.sel(point="top", axis="x").values
     at = np.searchsorted(data.time.values, data.frame_time.values)
     expected = yielding_stress(every_step - every_step[0])[at]
     assert np.abs(force - expected).max() < 3e-3 * expected.max()
     assert force.min() < -0.65e6
-    assert nml.residual(data) < 1e-6
+    assert nml.energy_residual(data) < 1e-6
 
 
 def steady(velocity: float, b: float, friction: float = np.tan(np.pi / 6)) -> float:
@@ -108,24 +110,24 @@ def rate_state(b: float) -> dict:
 def test_friction_follows_a_step_of_the_velocity(b):
     """μ for a constant velocity, and after a tenfold step: θ = L/v + (θ₀ − L/v) exp(−vt/L)."""
     slow, fast, step, each = 1e-4, 1e-3, 5e-4, 2000
-    turn = slow * step * np.arange(each + 1)
-    way = np.concatenate([turn, turn[-1] + fast * step * np.arange(1, each + 1)])
+    slow_part = slow * step * np.arange(each + 1)
+    displacement = np.concatenate([slow_part, slow_part[-1] + fast * step * np.arange(1, each + 1)])
     data = driven(
-        way, step, every=20, **rate_state(b) | {"initial_age": SLIP / slow if b else None}
+        displacement, step, every=20, **rate_state(b) | {"initial_age": SLIP / slow if b else None}
     )
     force, slip = shear_and_slip(data)
     time = data.frame_time.values
     changes = each * step + time[0]
     assert force[time < changes][-1] == pytest.approx(steady(slow, b) * LOAD, rel=1e-3)
-    late = time > changes + 10 * step  # the elastic spring has followed
-    since = time[late] - changes
+    is_after = time > changes + 10 * step  # the elastic spring has followed
+    since = time[is_after] - changes
     age = SLIP / fast + (SLIP / slow - SLIP / fast) * np.exp(-fast * since / SLIP)
     expected = np.tan(np.pi / 6) + A * np.log((fast + THRESHOLD) / REFERENCE)
     expected = expected + b * np.log(age * REFERENCE / SLIP)
-    assert force[late] == pytest.approx(expected * LOAD, rel=1e-3)
+    assert force[is_after] == pytest.approx(expected * LOAD, rel=1e-3)
     assert force[-1] == pytest.approx(steady(fast, b) * LOAD, rel=1e-3)
     assert (force[-1] > force[time < changes][-1]) == (b < A)
-    assert nml.residual(data) < 1e-6
+    assert nml.energy_residual(data) < 1e-6
 
 
 def on_an_incline(angle: float, steps: int, **law):
@@ -135,9 +137,9 @@ def on_an_incline(angle: float, steps: int, **law):
         nml.contact(1e10),
         nml.material("rock", 2500.0, 1e15),
         nml.joint("j", 30.0, **law),
-        nml.held("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
+        nml.fixed_block("base", nml.rectangle(-2.0, -1.0, 5.0, 1.0), "rock", "j"),
         nml.block("top", nml.rectangle(0.0, 0.0, 1.0, 0.2), "rock", "j"),
-        nml.measured("top", (0.5, 0.1), "top"),
+        nml.measured_point("top", (0.5, 0.1), "top"),
     )
     return nml.history("".join(text))
 
@@ -148,9 +150,9 @@ def test_a_block_on_an_incline_reaches_its_steady_velocity(b, slope):
     data = on_an_incline(np.arctan(slope), 6000, **rate_state(b), initial_age=0.1)
     velocity = float(data.velocity.sel(point="top", axis="x")[-1])
     assert slope == pytest.approx(steady(velocity, b), rel=1e-5)
-    found = REFERENCE * np.exp((slope - np.tan(np.pi / 6)) / (A - b))
-    assert velocity == pytest.approx(found, rel=1e-3)
-    assert nml.residual(data) < 1e-6
+    steady_velocity = REFERENCE * np.exp((slope - np.tan(np.pi / 6)) / (A - b))
+    assert velocity == pytest.approx(steady_velocity, rel=1e-3)
+    assert nml.energy_residual(data) < 1e-6
 
 
 def test_velocity_weakening_friction_is_unstable():
@@ -159,17 +161,19 @@ def test_velocity_weakening_friction_is_unstable():
     assert float(data.velocity.sel(point="top", axis="x")[-1]) > 1.0
 
 
-@pytest.mark.parametrize(("share", "stable"), [(0.5, False), (2.0, True)])
-def test_a_spring_slider_has_stick_slip_below_its_critical_stiffness(share, stable):
+@pytest.mark.parametrize(("fraction", "stable"), [(0.5, False), (2.0, True)])
+def test_a_spring_slider_has_stick_slip_below_its_critical_stiffness(fraction, stable):
     """k_crit = (b − a) N/L [Ruina, 1983]: steady slip above it, stick-slip below."""
     b, velocity, step, steps = 0.015, 3e-4, 4e-3, 10000
-    spring = 1.0 / (1.0 / (share * (b - A) * LOAD / SLIP) - 1.0 / 1e12)
+    spring = 1.0 / (1.0 / (fraction * (b - A) * LOAD / SLIP) - 1.0 / 1e12)
     start = steady(velocity, b) * LOAD
-    way = velocity * step * steps * np.linspace(0.0, 1.2, 13)  # the motion continues to the end
+    displacement = (
+        velocity * step * steps * np.linspace(0.0, 1.2, 13)
+    )  # the motion continues to the end
     text = nml.pressed_block(
         step, steps, rate_state(b) | {"initial_age": SLIP / velocity},
-        nml.held("driver", nml.rectangle(2.0, 0.1, 0.5, 0.5), "rock", "j", motion_x="drive"),
-        nml.motion("drive", way, step * steps / 10, "displacement"),
+        nml.fixed_block("driver", nml.rectangle(2.0, 0.1, 0.5, 0.5), "rock", "j", motion_x="drive"),
+        nml.motion("drive", displacement, step * steps / 10, "displacement"),
         nml.group("bolt", name="spring", **{"from": (0.5, 0.3), "to": (2.25, 0.3)},
               from_block="top", to_block="driver", axial_stiffness=spring, pretension=start),
     )  # fmt: skip

@@ -32,6 +32,6 @@ def test_supports_of_any_stiffness_do_not_change_the_base_motion(tmp_path):
 @pytest.mark.parametrize("stop", [1, 35, 137])  # 35: within the pulse
 def test_a_resumed_run_equals_an_uninterrupted_one(write_input, in_parts, same_bits, stop):
     """For χ > 1/2, the velocity of the supports' motion is part of the state."""
-    loose = {"name": "bedding", "friction_angle": 5.0}
-    file = write_input(tower(4, 300, loose, gravity=[0.0, -9.81], integration="theta"))
+    bedding = {"name": "bedding", "friction_angle": 5.0}
+    file = write_input(tower(4, 300, bedding, gravity=[0.0, -9.81], integration="theta"))
     same_bits(sitedda.run(file).history, in_parts(file, stop))

@@ -191,11 +191,11 @@ def answer(pile: Pile) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(parts, axis=1), np.stack(tensors, axis=1)
 
 
-def assert_same(found, expected, tolerance=AMPLIFIED):
-    for what, one, other in zip(("moves", "stresses"), found, expected, strict=True):
+def assert_same(computed, expected, tolerance=AMPLIFIED):
+    for quantity, one, other in zip(("moves", "stresses"), computed, expected, strict=True):
         worst = np.max(np.abs(one - other)) / np.max(np.abs(other))
-        print(f"{what} differ by {worst:.1e}")
-        assert worst <= tolerance, f"{what} differ by {worst:.1e} of the largest"
+        print(f"{quantity} differ by {worst:.1e}")
+        assert worst <= tolerance, f"{quantity} differ by {worst:.1e} of the largest"
 
 
 piles = st.builds(

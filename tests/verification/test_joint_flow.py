@@ -28,18 +28,18 @@ def started(time_step: float, **control) -> sitedda.Model:
     return model
 
 
-def box(model, name: str, left, low, right, high, held=True, **more):
+def box(model, name: str, left, low, right, high, held=True, **options):
     """Add a rectangle; two of its points are fixed if `held`."""
-    model.block([left, low, right, low, right, high, left, high], name=name, **more)
+    model.block([left, low, right, low, right, high, left, high], name=name, **options)
     for x in (left + 0.1, right - 0.1) if held else ():
         model.fixed_point(x, (low + high) / 2, name)
 
 
-def rigid(length: float, *pieces: tuple[float, str], **control) -> sitedda.Model:
+def rigid(length: float, *segments: tuple[float, str], **control) -> sitedda.Model:
     """Return two fixed slabs; the lower one may be divided into pieces (width, joint)."""
     model = started(**({"time_step": 0.01, "steps": 2} | control))
     left = 0.0
-    for i, (width, joint) in enumerate(pieces or ((length, "joint"),)):
+    for i, (width, joint) in enumerate(segments or ((length, "joint"),)):
         box(model, f"low{i}", left, -1, left + width, 0, joint=joint)
         left += width
     box(model, "top", 0, 0, length, 1)
@@ -56,8 +56,8 @@ def data_of(model: sitedda.Model):
 
 def at(data, x: float, y: float = 0.0):
     """Return the pressure over time at a place, Pa."""
-    place = data.flow_node_place.values
-    return data.flow_pressure.values[:, np.argmin(abs(place - (x, y)).sum(1))]
+    positions = data.flow_node_place.values
+    return data.flow_pressure.values[:, np.argmin(abs(positions - (x, y)).sum(1))]
 
 
 @pytest.mark.parametrize("aperture", [1e-4, 2e-4, 5e-4, 1e-3])
@@ -138,10 +138,10 @@ def columns(count: int, length: float, **control) -> sitedda.Model:
     return model
 
 
-def series(time: float, where: float) -> float:
+def series(time: float, position: float) -> float:
     """Terzaghi's isochrone: pressure over the initial one at a time factor; no flow at 1."""
     odd = (2 * np.arange(400) + 1) * np.pi / 2
-    return float(np.sum(2 / odd * np.sin(odd * where) * np.exp(-(odd**2) * time)))
+    return float(np.sum(2 / odd * np.sin(odd * position) * np.exp(-(odd**2) * time)))
 
 
 def test_consolidation_of_a_joint():
@@ -153,10 +153,10 @@ def test_consolidation_of_a_joint():
     model.flow_boundary(along=[0, -0.1, 0, 0.1], pressure=0.0)
     data = data_of(model)
     exact = [series(factor, x / length) for x in np.linspace(0, length, count + 1)]
-    found = [at(data, x)[-1] / 1e5 for x in np.linspace(0, length, count + 1)]
-    assert found == pytest.approx(exact, abs=1e-3)
+    pressures = [at(data, x)[-1] / 1e5 for x in np.linspace(0, length, count + 1)]
+    assert pressures == pytest.approx(exact, abs=1e-3)
     degree = 1 - np.mean([series(factor, x) for x in np.linspace(0, 1, 2001)])
-    assert 1 - np.trapezoid(found, dx=1 / count) == pytest.approx(degree, abs=1e-3)
+    assert 1 - np.trapezoid(pressures, dx=1 / count) == pytest.approx(degree, abs=1e-3)
 
 
 def stored_in_water(length: float, **control) -> sitedda.Model:
@@ -177,15 +177,15 @@ def test_harmonic_head():
         time = np.arange(0, 5, 1 / 400)
         model.flow_boundary(side="left", time=time, pressure=1e4 * np.sin(2 * np.pi * time))
         data = data_of(model)
-        place = min(data.flow_node_place.values[:, 0], key=lambda x: abs(x - 3.0))
+        position = min(data.flow_node_place.values[:, 0], key=lambda x: abs(x - 3.0))
         wave = at(data, 3.0)[-steps:] / 1e4
         time = data.time.values[-steps:]  # after this time the transient is smooth
-        turn = 2 * np.pi * time
-        parts = np.stack([np.sin(turn), np.cos(turn), 1 + 0 * time, time, time**2], axis=1)
+        phase = 2 * np.pi * time
+        parts = np.stack([np.sin(phase), np.cos(phase), 1 + 0 * time, time, time**2], axis=1)
         sine, cosine = np.linalg.lstsq(parts, wave, rcond=None)[0][:2]
-        found = cosine - 1j * sine
-        exact = -1j * np.exp(-(1 + 1j) * place / depth)
-        error.append(found / exact - 1)
+        amplitude = cosine - 1j * sine
+        exact = -1j * np.exp(-(1 + 1j) * position / depth)
+        error.append(amplitude / exact - 1)
     assert abs(error[1]) < 0.03 and abs(error[0] / error[1]) == pytest.approx(2, abs=0.2)
     assert abs(2 * error[1] - error[0]) < 1e-3  # first order in Δt
 
@@ -202,8 +202,8 @@ def test_filling_front():
         i = np.argmin(abs(data.time.values - time))
         assert filled[i] == pytest.approx(exact, abs=1e-4)
     assert data.flow_pressure.values.min() > -1e-6
-    taken = 0.01 * data.flow_inflow.values[1:].sum()  # the mouth is full initially
-    assert taken == pytest.approx(filled[-1] * APERTURE - 0.01 * APERTURE, rel=1e-4)
+    inflow = 0.01 * data.flow_inflow.values[1:].sum()  # the mouth is full initially
+    assert inflow == pytest.approx(filled[-1] * APERTURE - 0.01 * APERTURE, rel=1e-4)
 
 
 def rocking(
@@ -257,9 +257,9 @@ def test_vapour_forms_and_collapses():
     box(model, "top", 0, 0, 2, 1, held=False)
     model.boundary(kind="springs", side="top", stiffness_per_area=1e9)
     time = np.linspace(0, 0.4, 81)
-    pull = 6e5 * np.sin(np.pi * time / 0.4) ** 2 - 1e5
+    tension = 6e5 * np.sin(np.pi * time / 0.4) ** 2 - 1e5
     for x in (0.5, 1.5):
-        model.load(x, 0.5, "top", time=time, force_x=0 * time, force_y=pull / 2)
+        model.load(x, 0.5, "top", time=time, force_x=0 * time, force_y=tension / 2)
     model.flow(aperture=APERTURE, state="undrained", pressure=2e4)
     data = data_of(model)
     pressure, saturation = data.flow_pressure.values, data.flow_saturation.values
@@ -292,7 +292,7 @@ def test_the_coupled_step_is_stable_where_staggered_steps_diverge():
 
 
 @pytest.mark.parametrize(
-    ("extra", "words"),
+    ("extra", "message"),
     [
         ("&flow_boundary side = 'top', head = 1 /", "no node of a joint with water"),
         ("&flow_boundary side = 'left' /", "head"),
@@ -301,22 +301,22 @@ def test_the_coupled_step_is_stable_where_staggered_steps_diverge():
         ("&water surface = 0, 0, 4, 0 /", "acts_on = 'faces'"),
     ],
 )
-def test_invalid_input_of_flow_is_refused(extra, words):
+def test_invalid_input_of_flow_is_refused(extra, message):
     model = rigid(4.0)
     model.flow(aperture=1e-4)
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         sitedda.Simulation(sitedda.Model.from_namelist(model.to_namelist() + extra + "\n"))
 
 
 def test_a_resumed_run_is_bit_identical(tmp_path):
     """The run is resumed during flow, with vapour."""
     model = rocking(1e-3, push=3e5, state="transient")
-    whole = data_of(model)
+    reference = data_of(model)
     with sitedda.Simulation(model, tmp_path / "half.nc") as run:
         run.advance(120)
     resumed = sitedda.resume(model, tmp_path / "half.nc").history
     for name in ("displacement", "flow_pressure", "flow_saturation", "flow_flux", "energy_flow"):
-        assert (resumed[name].values == whole[name].values).all(), name
+        assert (resumed[name].values == reference[name].values).all(), name
 
 
 def test_joints_of_removed_blocks_carry_no_water():
@@ -346,9 +346,9 @@ def test_safety_of_a_dam_over_seeping_water():
     model.traction(along=[-20, 0, 0, 0, 0, 30], level=28.0)  # and the head at the heel
     model.flow_boundary(along=[20, -0.1, 20, 0.1], head=0.0)
     model.stage("full", kind="static")
-    weight, uplift, push = 2400 * 9.81 * 375, 9810 * 28 / 2 * 20, 9810 * 28**2 / 2
-    found = sitedda.safety(model)
-    assert found.factor == pytest.approx((weight - uplift) / push, rel=1e-3)
+    weight, uplift, thrust = 2400 * 9.81 * 375, 9810 * 28 / 2 * 20, 9810 * 28**2 / 2
+    result = sitedda.safety(model)
+    assert result.factor == pytest.approx((weight - uplift) / thrust, rel=1e-3)
 
 
 def test_a_water_level_ends_with_its_traction():
@@ -365,11 +365,11 @@ def test_a_water_level_ends_with_its_traction():
 
 def test_water_flows_down_an_open_joint_with_unit_gradient():
     """Both ends are open: the gradient along the dip is 1, the pressure 0."""
-    turn = np.radians(-60)
-    turned = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    angle = np.radians(-60)
+    rotation = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
     def at_turn(points):
-        return (np.reshape(points, (-1, 2)) @ turned).ravel().tolist()
+        return (np.reshape(points, (-1, 2)) @ rotation).ravel().tolist()
 
     model = started(0.01, steps=2)
     for name, low in (("low", -1), ("top", 0)):
@@ -422,9 +422,9 @@ def test_steady_flow_fills_joints_only_below_the_water_table():
     model.stage("rest", kind="static")
     model.stage("after", duration=2e-3)
     data = data_of(model)
-    place = data.flow_node_place.values[:, 1]
-    assert (data.flow_saturation.values[-1][place == 1] == 1).all()
-    assert data.flow_saturation.values[-1][place == 2] == pytest.approx(0.25, rel=1e-6)
+    position = data.flow_node_place.values[:, 1]
+    assert (data.flow_saturation.values[-1][position == 1] == 1).all()
+    assert data.flow_saturation.values[-1][position == 2] == pytest.approx(0.25, rel=1e-6)
 
 
 LAWS = {
@@ -445,10 +445,10 @@ def test_water_with_each_joint_law_under_strong_shaking(law):
     model = rocking(2e-4, push=6e5, state="transient")
     model.traction(along=[0, 0, 0, 6], level=3.0, added_mass=True)
     joint = model["joint"][0]
-    own = {"law": law, "friction_angle": 35.0} | LAWS[law]
+    law_variables = {"law": law, "friction_angle": 35.0} | LAWS[law]
     if law in ("coulomb", "barton_bandis"):
-        own |= {"normal_stiffness_per_area": None, "shear_stiffness_per_area": None}
-    joint(**own)
+        law_variables |= {"normal_stiffness_per_area": None, "shear_stiffness_per_area": None}
+    joint(**law_variables)
     data = data_of(model)
     terms = ("input", "flow", "water", "kinetic", "contact", "gravity", "friction")
     scale = max(abs(data[f"energy_{name}"].values).max() for name in terms)

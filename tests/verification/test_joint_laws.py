@@ -12,7 +12,7 @@ WEIGHT = DENSITY * WIDTH * GRAVITY  # weight of a block of 2 m x 1 m, N/m
 ROUGH = {"law": "barton_bandis", "jrc": 10.0, "jcs": 1e8}
 
 
-def pressed(stress: float, *more: str, cuts: int = 1, width: float = WIDTH, **law) -> str:
+def pressed(stress: float, *groups: str, cuts: int = 1, width: float = WIDTH, **law) -> str:
     """A block presses on a joint with a stress (Pa); the base consists of `cuts` blocks."""
     text = [
         nml.control(1e-3, 1, gravity=(0.0, -GRAVITY), settle=True),
@@ -21,24 +21,24 @@ def pressed(stress: float, *more: str, cuts: int = 1, width: float = WIDTH, **la
         nml.material("load", stress / GRAVITY, 1e14),
         nml.joint("j", 30.0, **law),
         nml.block("top", nml.rectangle(0.0, 0.0, width, 1.0), "load", "j"),
-        nml.measured("top", (width / 2, 0.5), "top"),
+        nml.measured_point("top", (width / 2, 0.5), "top"),
     ]
     edges = np.linspace(0.0, width, cuts + 1)
     text += [
-        nml.held(f"base{i}", nml.rectangle(a, -1.0, b - a, 1.0), "rock", "j")
+        nml.fixed_block(f"base{i}", nml.rectangle(a, -1.0, b - a, 1.0), "rock", "j")
         for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True))
     ]
-    return "".join((*text, *more))
+    return "".join((*text, *groups))
 
 
 def sheared(slip: float, density: float = DENSITY, back: bool = False, **law) -> str:
     """A block is driven along its joint by `slip` (m) in 1 s, and may be driven back in 1 s."""
-    share = np.linspace(0.0, 1.0, 201)
-    way = slip * share**3 * (10 - 15 * share + 6 * share**2)
+    fraction = np.linspace(0.0, 1.0, 201)
+    displacement = slip * fraction**3 * (10 - 15 * fraction + 6 * fraction**2)
     if back:
-        way = np.concatenate([way, way[-2::-1]])
+        displacement = np.concatenate([displacement, displacement[-2::-1]])
     steps, stress = 1100 if back else 600, density * GRAVITY
-    return nml.driven_block(2e-3, steps, law, way, 5e-3, 100, stress=stress, width=WIDTH)
+    return nml.driven_block(2e-3, steps, law, displacement, 5e-3, 100, stress=stress, width=WIDTH)
 
 
 def last(data, name: str) -> np.ndarray:
@@ -85,7 +85,7 @@ def test_rough_strength(stress):
     assert len(force) == 2
     assert np.abs(shear) == pytest.approx(force * np.tan(angle), rel=1e-6)
     assert force.sum() == pytest.approx(stress * WIDTH, rel=1e-3)
-    assert nml.residual(data) < 1e-6
+    assert nml.energy_residual(data) < 1e-6
 
 
 @pytest.mark.parametrize("limit", [None, 0.01])
@@ -94,12 +94,12 @@ def test_slip_dilates_up_to_its_limit(limit):
     law = {"law": "mohr_coulomb", "dilation_angle": 8.0, "dilation_slip": limit}
     data = nml.history(sheared(0.02, **{k: v for k, v in law.items() if v}))
     slip = last(data, "slip_path")
-    lift = float(data.displacement.sel(point="top")[-1, 1])
+    dilation = float(data.displacement.sel(point="top")[-1, 1])
     expected = np.tan(np.radians(8.0)) * np.minimum(slip, limit or np.inf)
-    assert lift == pytest.approx(expected, rel=1e-6)
-    assert nml.residual(data) < 1e-6
-    assert float(data.energy_dilation[-1]) == pytest.approx(WEIGHT * lift, rel=1e-3)
-    assert float(data.energy_gravity[-1]) == pytest.approx(WEIGHT * lift, rel=1e-6)
+    assert dilation == pytest.approx(expected, rel=1e-6)
+    assert nml.energy_residual(data) < 1e-6
+    assert float(data.energy_dilation[-1]) == pytest.approx(WEIGHT * dilation, rel=1e-3)
+    assert float(data.energy_gravity[-1]) == pytest.approx(WEIGHT * dilation, rel=1e-6)
 
 
 def test_work_of_linear_slip_weakening():
@@ -113,15 +113,15 @@ def test_work_of_linear_slip_weakening():
         "weakening_slip": 0.01,
     }
     data = nml.history(sheared(0.02, **law))
-    peak, rest = (
+    peak, residual = (
         WEIGHT * np.tan(np.radians(angle)) + WIDTH * cohesion
         for angle, cohesion in ((40.0, 2e4), (20.0, 5e3))
     )
     slip = last(data, "slip_path").mean()
-    work = 0.5 * (peak + rest) * 0.01 + rest * (slip - 0.01)
+    work = 0.5 * (peak + residual) * 0.01 + residual * (slip - 0.01)
     assert float(data.energy_friction[-1]) == pytest.approx(work, rel=2e-3)
     assert last(data, "weakened") == pytest.approx(1.0)
-    assert nml.residual(data) < 1e-6
+    assert nml.energy_residual(data) < 1e-6
 
 
 def test_a_brittle_joint_drops_to_its_residual_strength():
@@ -136,21 +136,21 @@ def test_a_brittle_joint_drops_to_its_residual_strength():
         "residual_tensile_strength": 2e3,
     }
     data = nml.history(sheared(0.02, **law))
-    rest = WEIGHT * np.tan(np.radians(20.0)) + WIDTH * 5e3
+    residual = WEIGHT * np.tan(np.radians(20.0)) + WIDTH * 5e3
     slip = last(data, "slip_path").mean()
-    assert float(data.energy_friction[-1]) == pytest.approx(rest * slip, rel=1e-4)
+    assert float(data.energy_friction[-1]) == pytest.approx(residual * slip, rel=1e-4)
     assert float(data.energy_fracture[-1]) > 0
     assert last(data, "weakened") == pytest.approx(1.0)
     assert last(data, "bonded").all()
-    assert nml.residual(data) < 1e-6
+    assert nml.energy_residual(data) < 1e-6
 
 
 @pytest.mark.parametrize("law", ["coulomb", "mohr_coulomb"])
 def test_equivalent_laws_have_equal_results(law):
     """Coulomb contacts, a law without special variables, and a stiffness per area."""
     plain = nml.history(sheared(0.02))
-    same = {"law": law, "normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 4e9}
-    other = nml.history(sheared(0.02, **same))
+    joint = {"law": law, "normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 4e9}
+    other = nml.history(sheared(0.02, **joint))
     for name in ("displacement", "energy_friction", "energy_contact"):
         scale = float(np.abs(plain[name]).max())
         assert np.abs(plain[name] - other[name]).max() < 1e-9 * scale
@@ -180,7 +180,7 @@ def shaken_wall(stiffness: float, **law) -> str:
         nml.group("wall", brick_length=1.0, brick_height=0.5, bricks=8, courses=8),
         nml.motion("ground", ground, 1e-3, "velocity"),
         *(nml.group("fixed_point", x=x, y=-0.5, motion_x="ground") for x in (0.5, 7.5)),
-        nml.measured("top", (4.0, 3.75), ""),
+        nml.measured_point("top", (4.0, 3.75), ""),
         nml.group("output", block_interval=10),
     ]
     return "".join(groups)
@@ -192,7 +192,7 @@ def test_a_shaken_wall_converges_with_each_law(law, points):
     """Forces are continuous as contacts open, close and slip, as with Coulomb contacts."""
     options = SHAKEN[law] | {"normal_stiffness_per_area": 2e9, "contact_points": points}
     data = nml.history(shaken_wall(1e9, **options))
-    assert nml.residual(data) < 1e-6
+    assert nml.energy_residual(data) < 1e-6
     # 5 or 6 per step; 22 where cohesion softens, 93 where friction drops suddenly
     assert int(data.iterations.max()) <= {"cohesive": 40, "brittle": 150}.get(law, 10)
     assert float(data.energy_friction[-1]) > 0

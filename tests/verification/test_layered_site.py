@@ -28,16 +28,16 @@ def site(request):
 
 
 def test_peak_is_that_of_the_exact_discrete_theory(site):
-    found, _, ratio = site
+    peak, _, ratio = site
     exact = refined_peak(ratio, (12.0, 16.0), 30)
-    assert abs(found.peak.frequency - exact.frequency) <= 1e-4
-    assert abs(found.peak.amplitude / exact.amplitude - 1) <= 1e-5
+    assert abs(peak.peak.frequency - exact.frequency) <= 1e-4
+    assert abs(peak.peak.amplitude / exact.amplitude - 1) <= 1e-5
 
 
 def test_the_whole_curve_is_that_of_the_exact_discrete_theory(site):
-    found, _, ratio = site
-    some = np.linspace(0, found.frequency.size - 1, 60).astype(int)
-    assert_allclose(found.ratio[some], abs(ratio(found.frequency[some])), rtol=1e-4)
+    curve, _, ratio = site
+    samples = np.linspace(0, curve.frequency.size - 1, 60).astype(int)
+    assert_allclose(curve.ratio[samples], abs(ratio(curve.frequency[samples])), rtol=1e-4)
 
 
 def test_a_bonded_stack_never_opens_or_slides(site):

@@ -10,7 +10,7 @@ import pytest
 from sitedda.errors import InputError
 from sitedda.scheme import Scheme
 from sitedda_evidence.catalogue import PAPER
-from sitedda_evidence.compared import Compared, deviation, per_cent, show
+from sitedda_evidence.comparison import Comparison, deviation, per_cent, show
 from sitedda_evidence.paper.cantilever import kinetic_damping_roots
 from sitedda_evidence.paper.discrete import DiscreteModel
 from sitedda_evidence.report import terminal_text, write_report
@@ -31,10 +31,10 @@ def test_the_study_meets_its_requirements(studies, name):
     assert studies[name].passed, terminal_text(studies[name])
 
 
-def rows_of(study, *words) -> list[Compared]:
-    found = [row for row in study.outcome.compared if all(word in row.quantity for word in words)]
-    assert found, words
-    return found
+def rows_of(study, *parts) -> list[Comparison]:
+    rows = [row for row in study.outcome.comparisons if all(part in row.quantity for part in parts)]
+    assert rows, parts
+    return rows
 
 
 def test_layers_follow_the_exact_discrete_theory(studies):
@@ -43,11 +43,11 @@ def test_layers_follow_the_exact_discrete_theory(studies):
 
 
 @pytest.mark.parametrize(
-    ("words", "frequency", "amplitude"),
+    ("parts", "frequency", "amplitude"),
     [(("table I,", "mid-layer"), 13.948, 29.065), (("table II,", "mid-layer"), 14.238, 28.761)],
 )
-def test_layers_have_their_known_results(studies, words, frequency, amplitude):
-    values = [row.sitedda for row in rows_of(studies["layers"], *words)]
+def test_layers_have_their_known_results(studies, parts, frequency, amplitude):
+    values = [row.sitedda for row in rows_of(studies["layers"], *parts)]
     assert values == pytest.approx([frequency, amplitude], rel=1e-4)
 
 
@@ -86,31 +86,31 @@ def test_only_known_settling_cases_differ_from_the_paper(studies):
 
 
 def test_the_report_contains_all_pictures(studies, tmp_path):
-    done = list(studies.values())
-    wanted = sum(len(study.outcome.pictures) for study in done)
-    text = write_report(PAPER, done, tmp_path).read_text(encoding="utf-8")
-    inside = re.findall(r"src='data:image/svg\+xml;base64,([^']+)'", text)
-    assert len(inside) == wanted
-    assert all(b"<svg" in base64.b64decode(data) for data in inside)
+    results = list(studies.values())
+    count = sum(len(study.outcome.pictures) for study in results)
+    text = write_report(PAPER, results, tmp_path).read_text(encoding="utf-8")
+    pictures = re.findall(r"src='data:image/svg\+xml;base64,([^']+)'", text)
+    assert len(pictures) == count
+    assert all(b"<svg" in base64.b64decode(data) for data in pictures)
     assert "src='http" not in text and "<link" not in text
     links = re.findall(r"\]\((\S+)\)", (tmp_path / "paper.md").read_text(encoding="utf-8"))
-    assert len(links) == wanted
+    assert len(links) == count
     assert all(0 < (tmp_path / link).stat().st_size <= 60_000 for link in links)
 
 
 def test_an_unknown_study_is_reported():
-    with pytest.raises(InputError, match="no case colum; known are .*cantilever, "):
+    with pytest.raises(InputError, match="no case colum; the cases are cantilever, "):
         next(PAPER.run(["colum"]))
 
 
 def test_the_discrete_model_has_the_masses_and_rigid_motions_of_its_blocks():
     model = DiscreteModel.of(input_file("avdat.nml"))
-    assert model.share(0).sum() == pytest.approx(1.0)
+    assert model.mass_fractions(0).sum() == pytest.approx(1.0)
     assert model.mass[6, 6] == pytest.approx(2250 * 0.6 * 0.39)
-    push = np.zeros(len(model.mass))
-    push[0::6] = 1.0
-    loose = DiscreteModel.of(input_file("avdat.nml"), {"fixed_point[*].direction": "y"})
-    assert push @ loose.stiffness @ push < 1e-9 * (push @ model.stiffness @ push)
+    motion = np.zeros(len(model.mass))
+    motion[0::6] = 1.0
+    free_model = DiscreteModel.of(input_file("avdat.nml"), {"fixed_point[*].direction": "y"})
+    assert motion @ free_model.stiffness @ motion < 1e-9 * (motion @ model.stiffness @ motion)
 
 
 def test_closed_form_of_kinetic_damping():

@@ -49,7 +49,7 @@ CASES = [
 
 def text(model: str, penalty: float, **control) -> str:
     """Return the input of a model under sudden gravity."""
-    groups, places = MODELS[model]()
+    groups, fixed_points = MODELS[model]()
     return namelist(
         [
             group("control", gravity=[0.0, -GRAVITY], **control),
@@ -57,7 +57,7 @@ def text(model: str, penalty: float, **control) -> str:
             ("material", dict(ROCK)),
             ("joint", dict(DRY)),
             *groups,
-            *(group("fixed_point", x=x, y=y) for x, y in places),
+            *(group("fixed_point", x=x, y=y) for x, y in fixed_points),
             group("output", block_interval=1),
         ]
     )
@@ -126,6 +126,6 @@ def test_the_column_rests_at_its_static_displacements(penalty, tmp_path):
     with sitedda.Simulation(file) as simulation:
         start = simulation.coordinates
         simulation.advance(30)
-        moved = (simulation.coordinates - start)[:, 1]
+        displacement = (simulation.coordinates - start)[:, 1]
     # second-order error: settlement over block size
-    np.testing.assert_allclose(moved[1:], static[1::6][1:], rtol=2e-3)
+    np.testing.assert_allclose(displacement[1:], static[1::6][1:], rtol=2e-3)

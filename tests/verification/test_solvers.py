@@ -54,8 +54,8 @@ def test_solvers_agree_on_every_input(file, solver):
     start, direct, active, time = moved(file, "direct", mesh)
     other = moved(file, solver, mesh)[1]
     # residual of 1e-11 in directions with inertia only, and rounding of places
-    share = ALLOWED.get(file.name, 1e-8)
-    allowed = share * np.abs(direct - start).max() + 2e-15 * np.abs(direct).max()
+    tolerance = ALLOWED.get(file.name, 1e-8)
+    allowed = tolerance * np.abs(direct - start).max() + 2e-15 * np.abs(direct).max()
     if active:
         # Contacts open and slide: forces have a tolerance.  An acceleration error of 5e-6 g causes
         # 5e-6 of the free fall of an unsupported block.
@@ -111,5 +111,5 @@ def test_results_are_bit_identical_with_any_number_of_threads(integration, tmp_p
 def threaded(file, count: int) -> bytes:
     environment = os.environ | {"OMP_NUM_THREADS": str(count), "OMP_WAIT_POLICY": "passive"}
     command = [sys.executable, "-c", THREADED, str(file), "2"]
-    done = subprocess.run(command, env=environment, capture_output=True, check=True)
-    return done.stdout
+    process = subprocess.run(command, env=environment, capture_output=True, check=True)
+    return process.stdout

@@ -31,7 +31,7 @@ def test_the_report_contains_rows_and_picture(tmp_path):
     text = write_report(VALIDATION, [result], tmp_path / "out").read_text(encoding="utf-8")
     text = re.sub(r" data-head='[^']*'", "", text).replace("\N{MINUS SIGN}", "-")
     for row in result.rows:
-        cells = [f"<td class='n'>{number(value)}</td>" for value in (row.expected, row.got)]
+        cells = [f"<td class='n'>{number(value)}</td>" for value in (row.expected, row.computed)]
         assert f"<td>{escape(row.quantity)}</td>{''.join(cells)}" in text
     assert "<td class='good'>ok</td>" in text and "href='#damping'" in text
     assert "src='data:image/svg+xml;base64," in text
@@ -64,22 +64,24 @@ def test_rows_of_a_wall_that_never_rests_fail(monkeypatch):
 def test_the_least_pulse_solves_the_rocking_equation(width, height, ratio):
     """θ'' = −p² [sin(α − θ) − (a/g) cos(α − θ)] integrated by scipy, with bisected duration."""
     slender, rate = np.arctan2(width, height), np.sqrt(1.5 * 9.81 / np.hypot(width, height))
-    push = ratio * np.tan(slender)
+    ratio_of_gravity = ratio * np.tan(slender)
 
     def falls(lasts):
-        def rates(time, state, share):
-            away = slender - state[0]
-            return [state[1], -(rate**2) * (np.sin(away) - share * np.cos(away))]
+        def rates(time, state, acceleration):
+            angle = slender - state[0]
+            return [state[1], -(rate**2) * (np.sin(angle) - acceleration * np.cos(angle))]
 
-        def past(_, state, share):
+        def past(_, state, acceleration):
             return state[0] - 1.5 * slender
 
-        def back(_, state, share):
+        def back(_, state, acceleration):
             return state[1]
 
         past.terminal = back.terminal = True
         exact = {"rtol": 1e-10, "atol": 1e-13}
-        pushed = solve_ivp(rates, (0, lasts), [0.0, 0.0], args=(push,), **exact).y[:, -1]
+        pushed = solve_ivp(rates, (0, lasts), [0.0, 0.0], args=(ratio_of_gravity,), **exact).y[
+            :, -1
+        ]
         if pushed[0] > slender:
             return True
         free = solve_ivp(rates, (0, 20 / rate), pushed, args=(0.0,), events=(past, back), **exact)
@@ -89,10 +91,12 @@ def test_the_least_pulse_solves_the_rocking_equation(width, height, ratio):
     while high - low > 1e-6 * high:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if falls(middle) else (middle, high)
-    found = pulse_duration(width, height, 9.81 * push)
-    assert found == pytest.approx(0.5 * (low + high), rel=1e-5)
+    duration = pulse_duration(width, height, 9.81 * ratio_of_gravity)
+    assert duration == pytest.approx(0.5 * (low + high), rel=1e-5)
     if slender <= 0.15:
-        assert housner_duration(width, height, 9.81 * push) == pytest.approx(found, rel=3e-3)
+        assert housner_duration(width, height, 9.81 * ratio_of_gravity) == pytest.approx(
+            duration, rel=3e-3
+        )
 
 
 def test_rigid_slide_under_constant_acceleration():

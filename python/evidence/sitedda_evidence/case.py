@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cases that compare computed results with expected ones in tables and pictures."""
+"""Cases that compare computed with expected results, in tables and pictures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sitedda.base.errors import InputError, SiteddaError
 from sitedda.report import Picture
 from sitedda.report.style import add_legends, canvas
 
-from .compared import Compared
+from .comparison import Comparison
 from .runs import Task, run_all
 
 Tasks = Callable[[bool], list[Task]]
@@ -30,28 +30,29 @@ class Row:
         Name of the result.
     expected : float or None
         Theoretical value; None if only a bound is known.
-    got : float
+    computed : float
         Result of the engine.
     error : float
         Relative error, absolute error or the result itself, see `kind`.
     allowed : float or None
-        Largest error; None if the row is shown for comparison only.
+        Largest allowed error; None if the row is only for information.
     kind : str
-        ``"relative"`` (a ratio), ``"absolute"`` (in `unit`) or ``"at most"`` (in `unit`).
+        ``"relative"`` (a ratio), ``"absolute"`` or ``"at most"`` (both in `unit`), or
+        ``"yes or no"``.
     unit : str
-        Unit of `expected` and `got`.
-    words : str
+        Unit of `expected` and `computed`.
+    description : str
         Description of the result, if a number is not sufficient.
     """
 
     quantity: str
     expected: float | None
-    got: float
+    computed: float
     error: float
     allowed: float | None
     kind: str
     unit: str = ""
-    words: str = ""
+    description: str = ""
 
     @property
     def passed(self) -> bool:
@@ -59,32 +60,31 @@ class Row:
         return self.allowed is None or self.error <= self.allowed
 
 
-def relative(quantity, expected, got, allowed, unit="") -> Row:
+def relative(quantity, expected, computed, allowed, unit="") -> Row:
     """Return a row judged by its relative error."""
-    return Row(
-        quantity, expected, got, abs(got - expected) / abs(expected), allowed, "relative", unit
-    )
+    error = abs(computed - expected) / abs(expected)
+    return Row(quantity, expected, computed, error, allowed, "relative", unit)
 
 
-def absolute(quantity, expected, got, allowed, unit="") -> Row:
+def absolute(quantity, expected, computed, allowed, unit="") -> Row:
     """Return a row judged by its absolute error."""
-    return Row(quantity, expected, got, abs(got - expected), allowed, "absolute", unit)
+    return Row(quantity, expected, computed, abs(computed - expected), allowed, "absolute", unit)
 
 
-def at_most(quantity, got, allowed, unit="") -> Row:
+def at_most(quantity, computed, allowed, unit="") -> Row:
     """Return a row judged by a bound on the result itself."""
-    return Row(quantity, None, got, got, allowed, "at most", unit)
+    return Row(quantity, None, computed, computed, allowed, "at most", unit)
 
 
-def true(quantity, expected: bool, got: bool, words: str = "") -> Row:
+def yes_or_no(quantity, expected: bool, computed: bool, description: str = "") -> Row:
     """Return a row that passes if a yes-or-no result is as expected."""
-    wrong = float(expected != got)
-    return Row(quantity, float(expected), float(got), wrong, 0.0, "yes or no", words=words)
+    error = float(expected != computed)
+    return Row(quantity, float(expected), float(computed), error, 0.0, "yes or no", "", description)
 
 
-def reached(quantity: str, got: bool, words: str) -> Row:
-    """Return a row that passes if `got` is true, with a description of the result."""
-    return true(quantity, True, got, words)
+def requirement(quantity: str, is_met: bool, description: str) -> Row:
+    """Return a row that passes if a requirement is met, with a description of the result."""
+    return yes_or_no(quantity, True, is_met, description)
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ class Outcome:
     tables : list of Table
     text : list of str
         First paragraphs: model, printed values and assumptions.
-    compared : list of Compared
+    comparisons : list of Comparison
         Published values with those of theory and run.
     pictures : list of Picture
     notes : list of str
@@ -119,24 +119,25 @@ class Outcome:
     figure: Figure | None = None
     tables: list[Table] = field(default_factory=list)
     text: list[str] = field(default_factory=list)
-    compared: list[Compared] = field(default_factory=list)
+    comparisons: list[Comparison] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
     def compare(self, *values, within: float | None = None) -> None:
-        """Add a comparison with a published value, see `Compared`.
+        """Add a comparison with a published value, see `Comparison`.
 
         `within` also adds a row: the largest error relative to theory, or absolute if that is 0.
         """
-        one = Compared(*values)
-        self.compared.append(one)
+        comparison = Comparison(*values)
+        self.comparisons.append(comparison)
         if within is not None:
-            judge = relative if one.theory else absolute
-            self.rows.append(judge(one.quantity, one.theory, one.sitedda, within))
+            kind = relative if comparison.theory else absolute
+            row = kind(comparison.quantity, comparison.theory, comparison.sitedda, within)
+            self.rows.append(row)
 
     def require(self, *values) -> None:
-        """Add a row for a condition that must be true, see `reached`."""
-        self.rows.append(reached(*values))
+        """Add a row for a condition that must be true, see `requirement`."""
+        self.rows.append(requirement(*values))
 
     def tabulate(self, *values) -> None:
         """Add a table, see `Table`."""
@@ -150,12 +151,12 @@ def picture(name: str, caption: str, draw_on: Callable[..., None], *values) -> P
     return Picture(figure, caption, name)
 
 
-def curves(across: str, up: str, *lines) -> Figure:
+def curves(x_label: str, y_label: str, *lines) -> Figure:
     """Return a figure of curves; each line is (x, y, keywords of matplotlib)."""
     figure, (axis,) = canvas(1, size=(6.0, 3.4))
-    for x, y, look in lines:
-        axis.plot(x, y, **look)
-    axis.set(xlabel=across, ylabel=up)
+    for x, y, style in lines:
+        axis.plot(x, y, **style)
+    axis.set(xlabel=x_label, ylabel=y_label)
     return figure
 
 
@@ -212,17 +213,17 @@ class Collection:
         InputError
             If a case does not exist.
         """
-        wanted = set(names) or set(self.cases)
-        if unknown := sorted(wanted - set(self.cases)):
-            known = ", ".join(self.cases)
-            raise InputError(f"there is no case {', '.join(unknown)}; known are {known}")
-        chosen = [case for name, case in self.cases.items() if name in wanted]
-        tasks = {one.name: one.tasks(short) for one in chosen if one.tasks}
-        named = [replace(t, key=(name, t.key)) for name, some in tasks.items() for t in some]
-        done = run_all(named, progress, cores) if named else {}
-        for one in chosen:
-            yield one.run(short, {key: value for (name, key), value in done.items()
-                                  if name == one.name})  # fmt: skip
+        selection = set(names) or set(self.cases)
+        if unknown := sorted(selection - set(self.cases)):
+            all_names = ", ".join(self.cases)
+            raise InputError(f"there is no case {', '.join(unknown)}; the cases are {all_names}")
+        cases = [case for name, case in self.cases.items() if name in selection]
+        tasks = [replace(task, key=(case.name, task.key))
+                 for case in cases if case.tasks for task in case.tasks(short)]  # fmt: skip
+        results = run_all(tasks, progress, cores) if tasks else {}
+        for case in cases:
+            yield case.run(short, {key: value for (name, key), value in results.items()
+                                   if name == case.name})  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -249,40 +250,41 @@ class Case:
     function: Callable[..., Outcome]
     tasks: Tasks | None = None
 
-    def run(self, short: bool = False, done: Mapping | None = None) -> Result:
+    def run(self, short: bool = False, task_results: Mapping | None = None) -> Result:
         """Run the case; an error of the engine becomes a failed result.
 
         Parameters
         ----------
         short : bool
             See `Collection.run`.
-        done : mapping, optional
+        task_results : mapping, optional
             Results of its tasks by key.
         """
         begin = time.perf_counter()
         try:
-            outcome, trouble = self.function(dict(done or {}) if self.tasks else short), ""
+            argument = dict(task_results or {}) if self.tasks else short
+            outcome, engine_error = self.function(argument), ""
         except SiteddaError as error:
-            outcome, trouble = Outcome(), str(error)
+            outcome, engine_error = Outcome(), str(error)
         if outcome.figure:
             add_legends(outcome.figure)
             outcome.pictures.insert(0, Picture(outcome.figure, self.title, self.name))
-        return Result(self, outcome, time.perf_counter() - begin, trouble)
+        return Result(self, outcome, time.perf_counter() - begin, engine_error)
 
 
 @dataclass(frozen=True)
 class Result:
-    """The result of a case; `trouble` is the error of the engine, if any."""
+    """The result of a case; `engine_error` is the error of the engine, if any."""
 
     case: Case
     outcome: Outcome
     seconds: float
-    trouble: str = ""
+    engine_error: str = ""
 
     @property
     def passed(self) -> bool:
         """Return whether all rows passed and the engine raised no error."""
-        return not self.trouble and all(row.passed for row in self.outcome.rows)
+        return not self.engine_error and all(row.passed for row in self.outcome.rows)
 
     @property
     def rows(self) -> list[Row]:
@@ -293,16 +295,16 @@ class Result:
 VALIDATION = Collection(
     "report",
     "Validation",
-    "Every figure was computed by this run; expected values are closed forms or independent "
-    "solutions (scipy).",
+    "This run computed all results. Expected values are closed forms or independent solutions "
+    "(scipy).",
 )
 PAPER = Collection(
     "paper",
     "The paper's results, reproduced",
     "sitedda reproduces each table and figure of “Site response analysis with two-dimensional"
-    " numerical discontinuous deformation analysis method” (2013) that contains a result. Paper"
-    " values and formulas are cited with their place in the paper; all other values were computed"
-    " by the run that wrote this report.",
+    " numerical discontinuous deformation analysis method” (2013) that contains a result. Values"
+    " and formulas of the paper are cited with their figure, table or section. The run that wrote"
+    " this report computed all other values.",
 )
 case = VALIDATION.add
 
@@ -324,8 +326,8 @@ def observed_order(steps: Sequence[float], errors: Sequence[float]) -> list[floa
     """
     orders = [math.nan]
     for i in range(1, len(steps)):
-        both = errors[i] > 0 and errors[i - 1] > 0
-        ratio = math.log(errors[i] / errors[i - 1]) if both else math.nan
+        positive = errors[i] > 0 and errors[i - 1] > 0
+        ratio = math.log(errors[i] / errors[i - 1]) if positive else math.nan
         orders.append(ratio / math.log(steps[i] / steps[i - 1]))
     return orders
 

@@ -22,9 +22,11 @@ def _add_arguments(parser: argparse.ArgumentParser, collection: str, folder: Pat
     parser.add_argument("cases", nargs="*", metavar="CASE", help="names of cases (default: all)")
     parser.add_argument("--report", "--folder", type=Path, default=folder, metavar="FOLDER",
                         help=f"write a report with pictures ({folder or 'none'})")  # fmt: skip
-    parser.add_argument("--short", action="store_true", help="smaller variants, as in the tests")
-    parser.add_argument("--list", action="store_true", help="list the cases and stop")
-    parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
+    parser.add_argument(
+        "--short", action="store_true", help="run a small version of each case, as in the tests"
+    )
+    parser.add_argument("--list", action="store_true", help="list the cases without running them")
+    parser.add_argument("-q", "--quiet", action="store_true", help="omit the progress bar")
     parser.set_defaults(act=partial(_run_cases, collection))
 
 
@@ -33,15 +35,15 @@ def _run_cases(collection: str, options: argparse.Namespace) -> int:
     from . import catalogue
     from .report import write_report
 
-    wanted = getattr(catalogue, collection)
+    cases = getattr(catalogue, collection)
     if options.list:
-        for case in wanted.cases.values():
+        for case in cases.cases.values():
             print(f"{case.name:16s} {case.title}")
         return 0
     passed: list[bool] = []
-    results = _print_results(wanted, options, passed)
+    results = _print_results(cases, options, passed)
     if options.report:
-        print(f"report: {write_report(wanted, results, options.report)}")
+        print(f"report: {write_report(cases, results, options.report)}")
     else:
         for _ in results:
             pass
@@ -49,7 +51,7 @@ def _run_cases(collection: str, options: argparse.Namespace) -> int:
     return 0 if all(passed) else 1
 
 
-def _print_results(wanted, options: argparse.Namespace, passed: list[bool]) -> Iterator:
+def _print_results(collection, options: argparse.Namespace, passed: list[bool]) -> Iterator:
     """Yield the results, and print each result before the next case runs."""
     from tqdm import tqdm
 
@@ -57,13 +59,13 @@ def _print_results(wanted, options: argparse.Namespace, passed: list[bool]) -> I
 
     bar = tqdm(unit="run", disable=options.quiet, delay=1e-6)
 
-    def show(done: int, total: int) -> None:
+    def show(completed: int, total: int) -> None:
         bar.total = total
-        bar.update(done - bar.n)
-        if done == total:
+        bar.update(completed - bar.n)
+        if completed == total:
             bar.close()
 
-    for result in wanted.run(options.cases, options.short, show):
+    for result in collection.run(options.cases, options.short, show):
         passed.append(result.passed)
         print(terminal_text(result), flush=True)
         yield result

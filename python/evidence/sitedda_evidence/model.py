@@ -28,26 +28,26 @@ def text(*groups: str) -> str:
     return "".join(groups)
 
 
-def control(time_step: float, steps: int, gravity: Sequence[float] = (0.0, -GRAVITY), **more):
+def control(time_step: float, steps: int, gravity: Sequence[float] = (0.0, -GRAVITY), **variables):
     """Return ``&control``: Δt (s), number of steps, gravity (m/s²)."""
-    return group("control", time_step=time_step, steps=int(steps), gravity=gravity, **more)
+    return group("control", time_step=time_step, steps=int(steps), gravity=gravity, **variables)
 
 
-def contact(normal_stiffness: float, **more) -> str:
+def contact(normal_stiffness: float, **variables) -> str:
     """Return ``&contact``: penalty stiffness (N/m per metre of thickness)."""
-    return group("contact", normal_stiffness=normal_stiffness, **more)
+    return group("contact", normal_stiffness=normal_stiffness, **variables)
 
 
-def material(name, density, young_modulus, poisson_ratio=0.0, velocity=None, **more) -> str:
+def material(name, density, young_modulus, poisson_ratio=0.0, velocity=None, **variables) -> str:
     """Return ``&material``: density (kg/m³), E (Pa), initial velocity (m/s, m/s, rad/s)."""
-    own = {"name": name, "density": density, "young_modulus": young_modulus}
-    own |= {"poisson_ratio": poisson_ratio, "initial_velocity": velocity}
-    return group("material", **own, **more)
+    own_variables = {"name": name, "density": density, "young_modulus": young_modulus}
+    own_variables |= {"poisson_ratio": poisson_ratio, "initial_velocity": velocity}
+    return group("material", **own_variables, **variables)
 
 
-def joint(name: str, friction_angle: float, **more) -> str:
+def joint(name: str, friction_angle: float, **variables) -> str:
     """Return ``&joint``: friction angle in degrees."""
-    return group("joint", name=name, friction_angle=friction_angle, **more)
+    return group("joint", name=name, friction_angle=friction_angle, **variables)
 
 
 def block(name: str, vertices, material: str = "", joint: str = "") -> str:
@@ -55,21 +55,21 @@ def block(name: str, vertices, material: str = "", joint: str = "") -> str:
     return group("block", name=name, material=material, joint=joint, vertices=vertices)
 
 
-def held(name: str, vertices, material="", joint="", points=None, **motions) -> str:
+def fixed_block(name: str, vertices, material="", joint="", points=None, **motions) -> str:
     """Return a block with two or more fixed points, by default at its vertices."""
     points = np.asarray(vertices if points is None else points, dtype=float)
     fixed = [group("fixed_point", x=x, y=y, block=name, **motions) for x, y in points]
     return block(name, vertices, material, joint) + "".join(fixed)
 
 
-def pressed_block(time_step, steps, law: dict, *more: str, stress=1e6, width=1.0) -> str:
+def pressed_block(time_step, steps, law: dict, *groups: str, stress=1e6, width=1.0) -> str:
     """Return a stiff block of height 1 m that presses on a joint of its fixed base under 10 m/s².
 
     Parameters
     ----------
     law : dict
         Variables of ``&joint``; the friction angle is 30° by default.
-    *more : str
+    *groups : str
         Further groups.
     stress, width : float
         Stress on the joint, Pa, and its length, m.
@@ -80,34 +80,36 @@ def pressed_block(time_step, steps, law: dict, *more: str, stress=1e6, width=1.0
         material("rock", 2500.0, STIFF),
         material("load", stress / 10.0, STIFF),
         joint("j", **({"friction_angle": 30.0} | law)),
-        held("base", rectangle(-2.0, -1.0, 8.0, 1.0), "rock", "j"),
+        fixed_block("base", rectangle(-2.0, -1.0, 8.0, 1.0), "rock", "j"),
         block("top", rectangle(0.0, 0.0, width, 1.0), "load", "j"),
-        measured("top", (0.5 * width, 0.0), "top"),
-        *more,
+        measured_point("top", (0.5 * width, 0.0), "top"),
+        *groups,
     )
 
 
-def driven_block(time_step, steps, law: dict, way, sampled, every: int, **more) -> str:
+def driven_block(
+    time_step, steps, law: dict, displacements, interval, frames: int, **variables
+) -> str:
     """Return a `pressed_block` that follows displacements (m) along its joint.
 
-    The displacements are `sampled` s apart; the output contains the contacts `every` n-th step.
+    The displacements are `interval` s apart; the output contains the contacts every `frames` steps.
     """
-    x = 0.5 * more.get("width", 1.0)
-    drive = motion("drive", way, sampled, "displacement")
+    x = 0.5 * variables.get("width", 1.0)
+    drive = motion("drive", displacements, interval, "displacement")
     point = group("fixed_point", x=x, y=0.0, block="top", direction="x", motion_x="drive")
-    frames = group("output", block_interval=every)
-    return pressed_block(time_step, steps, law, drive, point, frames, **more)
+    output = group("output", block_interval=frames)
+    return pressed_block(time_step, steps, law, drive, point, output, **variables)
 
 
-def measured(name: str, point, block: str = "") -> str:
+def measured_point(name: str, point, block: str = "") -> str:
     """Return ``&measured_point`` at a position, m."""
     return group("measured_point", name=name, x=point[0], y=point[1], block=block)
 
 
 def motion(name: str, values, time_step: float, quantity="acceleration", drift_order=0) -> str:
     """Return ``&motion`` with samples in SI units."""
-    more = {"time_step": time_step, "drift_order": drift_order, "values": values}
-    return group("motion", name=name, quantity=quantity, **more)
+    variables = {"time_step": time_step, "drift_order": drift_order, "values": values}
+    return group("motion", name=name, quantity=quantity, **variables)
 
 
 def rectangle(left: float, bottom: float, width: float, height: float) -> np.ndarray:
@@ -116,14 +118,14 @@ def rectangle(left: float, bottom: float, width: float, height: float) -> np.nda
     return np.array([[left, bottom], [right, bottom], [right, top], [left, top]], dtype=float)
 
 
-def turned(points, angle: float, about=(0.0, 0.0)) -> np.ndarray:
+def rotated(points, angle: float, about=(0.0, 0.0)) -> np.ndarray:
     """Rotate points counter-clockwise by an angle (rad) about a point."""
     c, s = np.cos(angle), np.sin(angle)
     return (np.asarray(points) - about) @ np.array([[c, s], [-s, c]]) + about
 
 
 @contextmanager
-def written(text: str) -> Iterator[Path]:
+def temporary_input(text: str) -> Iterator[Path]:
     """Yield a temporary file with an input text."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "case.nml"
@@ -134,22 +136,22 @@ def written(text: str) -> Iterator[Path]:
 @contextmanager
 def simulation(text: str) -> Iterator[Simulation]:
     """Yield a simulation of an input text, which the caller advances."""
-    with written(text) as file, Simulation(file) as opened:
-        yield opened
+    with temporary_input(text) as file, Simulation(file) as process:
+        yield process
 
 
 def history(text: str) -> xr.Dataset:
     """Run an input text to its end and return its output."""
-    with written(text) as file:
+    with temporary_input(text) as file:
         return run(file).history
 
 
-def gained(energies: dict[str, float]) -> float:
+def energy_gain(energies: dict[str, float]) -> float:
     """Return the increase of the stored energy since the start, J/m."""
     return sum(energies[kind] for kind in STORED) - energies["initial"]
 
 
-def residual(data: xr.Dataset) -> float:
+def energy_residual(data: xr.Dataset) -> float:
     """Return the largest residual of the energy audit as a fraction of the work.
 
     The work is the largest work of gravity plus input, or at least the initial energy.

@@ -10,11 +10,11 @@ from sitedda.report import Bullets, Page, Paragraph, Table, provenance, write_ht
 from sitedda.report.page import Part
 
 from .case import Collection, Result, Row
-from .compared import Compared, per_cent, show
+from .comparison import Comparison, per_cent, show
 
-_ROWS = ["quantity", "expected", "got", "error", "allowed", "verdict"]
-_COMPARED = ["quantity", "place", "paper", "theory", "sitedda", "to paper", "to theory",
-             "explanation"]  # fmt: skip
+_ROW_HEADS = ["quantity", "expected", "computed", "error", "allowed error", "verdict"]
+_COMPARISON_HEADS = ["quantity", "source", "paper", "theory", "sitedda", "difference from paper",
+                     "difference from theory", "explanation"]  # fmt: skip
 
 
 def number(value) -> str:
@@ -31,24 +31,31 @@ def number(value) -> str:
     return f"{value:.7g}" if 1e-3 <= abs(value) < 1e6 else f"{value:.3e}"
 
 
-def small(value) -> str:
+def format_error(value) -> str:
     """Format an error or a bound with three digits."""
     return "–" if value is None else f"{float(value):.3g}"
 
 
 def row_cells(row: Row) -> list[str]:
-    """Return quantity, expected and measured value, error, bound and verdict as texts."""
+    """Return a row as texts: quantity, expected, computed, error, allowed error, verdict."""
     unit = f" {row.unit}" if row.unit else ""
     if row.kind == "yes or no":
         answer = {0.0: "no", 1.0: "yes"}
-        expected = "" if row.words else answer[row.expected]
-        return [row.quantity, expected, row.words or answer[row.got], "", "", _row_verdict(row)]
+        expected = "" if row.description else answer[row.expected]
+        return [
+            row.quantity,
+            expected,
+            row.description or answer[row.computed],
+            "",
+            "",
+            _row_verdict(row),
+        ]
     expected = "" if row.expected is None else number(row.expected) + unit
     if row.kind == "at most":
         return [
             row.quantity,
             expected,
-            small(row.got) + unit,
+            format_error(row.computed) + unit,
             "",
             _format_allowed(row),
             _row_verdict(row),
@@ -57,20 +64,20 @@ def row_cells(row: Row) -> list[str]:
     return [
         row.quantity,
         expected,
-        number(row.got) + unit,
-        small(row.error) + suffix,
+        number(row.computed) + unit,
+        format_error(row.error) + suffix,
         _format_allowed(row) + (suffix if row.allowed is not None else ""),
         _row_verdict(row),
     ]
 
 
 def _format_allowed(row: Row) -> str:
-    return "" if row.allowed is None else small(row.allowed)
+    return "" if row.allowed is None else format_error(row.allowed)
 
 
 def _row_verdict(row: Row) -> str:
     if row.allowed is None:
-        return "shown"
+        return "info"
     return "ok" if row.passed else "FAILS"
 
 
@@ -78,12 +85,12 @@ def terminal_text(result: Result) -> str:
     """Format a result for the terminal."""
     verdict = "ok" if result.passed else "FAILS"
     lines = [f"{result.case.name}: {verdict} ({result.seconds:.1f} s) — {result.case.title}"]
-    if result.trouble:
-        lines.append(f"  error: {result.trouble}")
+    if result.engine_error:
+        lines.append(f"  error: {result.engine_error}")
     for row in result.rows:
-        quantity, expected, got, error, allowed, mark = row_cells(row)
+        quantity, expected, result_text, error, allowed, mark = row_cells(row)
         parts = [
-            f"got {got}",
+            f"computed {result_text}",
             f"expected {expected}" if expected else "",
             f"error {error}" if error else "",
             f"allowed {allowed}" if allowed else "",
@@ -119,34 +126,34 @@ def report_page(collection: Collection, results: Iterable[Result]) -> Page:
     """Return the page of a report: summary, then each result; see `write_report`."""
     page, seconds = Page(collection.title, collection.lead), 0.0
     summary = page.add("Summary")
-    judged, stated = [], []
+    case_lines, requirement_lines = [], []
     for result in results:
         seconds += result.seconds
-        if result.outcome.compared:
-            stated += [_requirement_cells(row) for row in result.rows]
+        if result.outcome.comparisons:
+            requirement_lines += [_requirement_cells(row) for row in result.rows]
         else:
-            judged.append(_summary_cells(result))
+            case_lines.append(_summary_cells(result))
         page.add(result.case.title, *_result_parts(result), anchor=result.case.name)
-    if stated:
+    if requirement_lines:
         summary.title, summary.anchor = "Requirements", "requirements"
-        summary.parts.append(Table(["", "requirement", "measured"], stated, markup=True))
-    if judged:
-        heads = ["case", "rows", "worst error over allowed", "time (s)", "verdict"]
-        summary.parts.append(Table(heads, judged))
+        summary.parts.append(Table(["", "requirement", "result"], requirement_lines, markup=True))
+    if case_lines:
+        heads = ["case", "rows", "largest error / allowed error", "time (s)", "verdict"]
+        summary.parts.append(Table(heads, case_lines))
     page.provenance = provenance(runs=f"{seconds:.0f} s")
     return page
 
 
 def _requirement_cells(row: Row) -> list[str]:
     """Return verdict, requirement and result of a row as cells."""
-    measured = row.words or f"{per_cent(row.error)}, allowed {per_cent(row.allowed)}"
-    return ["reached" if row.passed else "not reached", row.quantity, measured]
+    measured = row.description or f"{per_cent(row.error)}, allowed {per_cent(row.allowed)}"
+    return ["met" if row.passed else "not met", row.quantity, measured]
 
 
 def _summary_cells(result: Result) -> list[str]:
-    """Return title, number of rows, worst error, time (s) and verdict of a result as cells."""
-    judged = [row for row in result.rows if row.allowed]
-    worst = max((row.error / row.allowed for row in judged), default=0.0)
+    """Return a result as cells: title, number of rows, largest error ratio, time, verdict."""
+    bounded = [row for row in result.rows if row.allowed]
+    worst = max((row.error / row.allowed for row in bounded), default=0.0)
     verdict = "ok" if result.passed else "FAILS"
     title = result.case.title
     return [title, str(len(result.rows)), f"{worst:.2g}", f"{result.seconds:.1f}", verdict]
@@ -158,14 +165,14 @@ def _result_parts(result: Result) -> list[Part]:
     texts = [case.formula, *outcome.text]
     texts += [f"*Reference:* {case.reference}"] if case.reference else []
     parts: list[Part] = [Paragraph(text, markup=True) for text in texts if text]
-    if result.trouble:
-        parts.append(Paragraph(f"Error of the engine: {result.trouble}"))
-    if outcome.rows and not outcome.compared:
-        parts.append(Table(_ROWS, [row_cells(row) for row in outcome.rows]))
+    if result.engine_error:
+        parts.append(Paragraph(f"error of the engine: {result.engine_error}"))
+    if outcome.rows and not outcome.comparisons:
+        parts.append(Table(_ROW_HEADS, [row_cells(row) for row in outcome.rows]))
     parts += outcome.pictures
-    if outcome.compared:
-        cells = [_compared_cells(row) for row in outcome.compared]
-        parts.append(Table(_COMPARED, cells, markup=True))
+    if outcome.comparisons:
+        cells = [_comparison_cells(row) for row in outcome.comparisons]
+        parts.append(Table(_COMPARISON_HEADS, cells, markup=True))
     for table in outcome.tables:
         cells = [[number(cell) for cell in line] for line in table.rows]
         parts.append(Table(table.heads, cells, table.title, markup=True))
@@ -174,15 +181,15 @@ def _result_parts(result: Result) -> list[Part]:
     return parts
 
 
-def _compared_cells(row: Compared) -> list[str]:
-    """Return a comparison as cells under the heads `_COMPARED`."""
+def _comparison_cells(row: Comparison) -> list[str]:
+    """Return a comparison as cells under the heads `_COMPARISON_HEADS`."""
     return [
         row.quantity,
-        row.place,
+        row.source,
         show(row.paper, row.digits),
         show(row.theory, row.digits),
         show(row.sitedda, row.digits),
         per_cent(row.from_paper, sign=True),
         per_cent(row.from_theory, sign=True),
-        row.why,
+        row.cause,
     ]

@@ -53,21 +53,21 @@ def run_all(
     cores : int
         Number of processes; 1: this process executes the tasks.
     """
-    todo = sorted(tasks, key=lambda task: -task.weight)
+    queue = sorted(tasks, key=lambda task: -task.weight)
     results = {}
     if cores == 1:
-        for task in todo:
+        for task in queue:
             results[task.key] = task.work(**task.arguments)
             if progress:
-                progress(len(results), len(todo))
+                progress(len(results), len(queue))
         return results
     pool = Workers(cores)
     try:
-        waiting = {pool.submit(task.work, **task.arguments): task.key for task in todo}
-        for done in as_completed(waiting):
-            results[waiting[done]] = done.result()
+        key_of = {pool.submit(task.work, **task.arguments): task.key for task in queue}
+        for future in as_completed(key_of):
+            results[key_of[future]] = future.result()
             if progress:
-                progress(len(results), len(todo))
+                progress(len(results), len(queue))
     finally:
-        pool.shutdown(cancel_futures=len(results) < len(todo))
+        pool.shutdown(cancel_futures=len(results) < len(queue))
     return results

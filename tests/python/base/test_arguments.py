@@ -86,11 +86,11 @@ def circle(corners: int) -> np.ndarray:
     return np.c_[np.cos(angle), 5 + np.sin(angle)]
 
 
-@pytest.mark.parametrize("words", WRONG)
-def test_wrong_argument_is_an_error_of_the_package(words):
+@pytest.mark.parametrize("message", WRONG)
+def test_wrong_argument_is_an_error_of_the_package(message):
     """A wrong argument raises InputError, which names it."""
-    with pytest.raises(InputError, match=words):
-        WRONG[words]()
+    with pytest.raises(InputError, match=message):
+        WRONG[message]()
 
 
 @pytest.mark.parametrize(
@@ -101,8 +101,8 @@ def test_model_is_copied_and_pickled(duplicate):
     model = stack()
     other = duplicate(model)
     assert other == model and other.folder == model.folder
-    mine, theirs = (one.run(output=False).history.displacement for one in (model, other))
-    np.testing.assert_array_equal(mine, theirs)
+    original, copied = (one.run(output=False).history.displacement for one in (model, other))
+    np.testing.assert_array_equal(original, copied)
 
 
 def test_deep_copy_is_independent():

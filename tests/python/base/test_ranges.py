@@ -26,18 +26,25 @@ BAD = {
 def test_a_number_beyond_its_range_is_refused_before_the_work(main, tmp_path, command):
     for option, values in BAD[command].items():
         for value in values:
-            given = f"{option}={value}" if option[1] == "-" else f"{option}{value}"
-            given = option if value is None else given if value else "--output="
-            done = main(*command.split(), "none.nc", given, folder=tmp_path)
-            assert done.returncode == 1, (option, value)
-            (line,) = done.stderr.splitlines()
+            option_text = f"{option}={value}" if option[1] == "-" else f"{option}{value}"
+            option_text = option if value is None else option_text if value else "--output="
+            process = main(*command.split(), "none.nc", option_text, folder=tmp_path)
+            assert process.returncode == 1, (option, value)
+            (line,) = process.stderr.splitlines()
             assert option in line and f"{command} --help" in line, (option, value)
 
 
 def test_unknown_names_are_reported_in_one_sentence(main):
-    for words in (["paper", "x"], ["validate", "x"], ["x"], [], ["study", "run"], ["draw", "--x"]):
-        done = main(*words)
-        assert done.returncode == 1 and len(done.stderr.splitlines()) == 1, words
+    for command in (
+        ["paper", "x"],
+        ["validate", "x"],
+        ["x"],
+        [],
+        ["study", "run"],
+        ["draw", "--x"],
+    ):
+        process = main(*command)
+        assert process.returncode == 1 and len(process.stderr.splitlines()) == 1, command
 
 
 def test_numbers_in_range_are_accepted():
@@ -58,10 +65,10 @@ def test_functions_refuse_the_same_numbers(write_input, tmp_path):
             sitedda.draw(simulation, deformation=float("nan"))
     from sitedda.movie import animate, write_movie
 
-    for more in ({"fps": 0}, {"fps": float("nan")}, {"seconds": float("inf")}, {"seconds": -1}):
-        with pytest.raises(sitedda.InputError, match=next(iter(more))):
-            write_movie(file, tmp_path / "a.gif", **more)
-        with pytest.raises(sitedda.InputError, match=next(iter(more))):
-            animate(file, **more)
+    for options in ({"fps": 0}, {"fps": float("nan")}, {"seconds": float("inf")}, {"seconds": -1}):
+        with pytest.raises(sitedda.InputError, match=next(iter(options))):
+            write_movie(file, tmp_path / "a.gif", **options)
+        with pytest.raises(sitedda.InputError, match=next(iter(options))):
+            animate(file, **options)
     with pytest.raises(sitedda.InputError, match="tolerance"):
         sitedda.safety(file, tolerance=1e-99)

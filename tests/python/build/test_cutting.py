@@ -71,11 +71,13 @@ def check_partition(blocks, area):
 def test_full_lines_make_one_block_and_one_for_each_line_and_crossing(outline, count):
     lines = full_lines(count, seed=count)
     region = shapely.Polygon(np.reshape(outline, (-1, 2)))
-    pieces = [shapely.LineString(line).intersection(region) for line in lines]
-    inside = [piece for piece in pieces if piece.length > 0]
-    crossings = sum(one.crosses(other) for i, one in enumerate(inside) for other in inside[:i])
+    parts = [shapely.LineString(line).intersection(region) for line in lines]
+    lines_inside = [part for part in parts if part.length > 0]
+    crossings = sum(
+        one.crosses(other) for i, one in enumerate(lines_inside) for other in lines_inside[:i]
+    )
     blocks = cut([Region(outline=outline)], as_joints(lines), settings=KEEP)
-    assert len(blocks) == 1 + len(inside) + crossings
+    assert len(blocks) == 1 + len(lines_inside) + crossings
     check_partition(blocks, region.area)
 
 
@@ -126,17 +128,17 @@ def test_translation_and_rotation_change_rounding_alone():
     lines = full_lines(40, seed=9)
     region = np.reshape(SQUARE, (-1, 2)) - 5
     one = cut([Region(outline=region)], as_joints(lines), settings=KEEP)
-    turn, shift = np.radians(77.0), np.array([3.0e5, -8.0e4])
-    matrix = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    angle, shift = np.radians(77.0), np.array([3.0e5, -8.0e4])
+    matrix = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     other = cut(
         [Region(outline=region @ matrix + shift)],
         as_joints(lines @ matrix + shift), settings=KEEP,
     )  # fmt: skip
     assert len(one) == len(other)
-    moved = Rings.of(one.polygons).centroids() @ matrix + shift
+    centroids = Rings.of(one.polygons).centroids() @ matrix + shift
     tree = shapely.STRtree(shapely.points(Rings.of(other.polygons).centroids()))
-    which, away = tree.query_nearest(shapely.points(moved), return_distance=True)
-    assert sorted(which[1].tolist()) == list(range(len(one))) and away.max() < 1e-8
+    which, distance = tree.query_nearest(shapely.points(centroids), return_distance=True)
+    assert sorted(which[1].tolist()) == list(range(len(one))) and distance.max() < 1e-8
     assert abs(areas(other)[which[1]] - areas(one)).max() < 1e-7
 
 
@@ -156,9 +158,9 @@ def test_poisson_lines_have_the_known_means():
     # 2 pi / tau, with four sides; lines at random angles and distances from the middle.
     random, count, half = np.random.default_rng(4), 300, 10.0
     reach = half * np.sqrt(2)
-    angle, away = random.uniform(0, np.pi, count), random.uniform(-reach, reach, count)
+    angle, offset = random.uniform(0, np.pi, count), random.uniform(-reach, reach, count)
     along = np.column_stack([np.cos(angle), np.sin(angle)])
-    foot = away[:, None] * np.column_stack([-np.sin(angle), np.cos(angle)])
+    foot = offset[:, None] * np.column_stack([-np.sin(angle), np.cos(angle)])
     lines = np.stack([foot - 40 * along, foot + 40 * along], axis=1)
     region = half * np.array([-1.0, -1, 1, -1, 1, 1, -1, 1])
     blocks = cut([Region(outline=region)], as_joints(lines), settings=KEEP)
@@ -175,7 +177,7 @@ def test_poisson_lines_have_the_known_means():
 
 
 @pytest.mark.parametrize(
-    ("joints", "words"),
+    ("joints", "message"),
     [
         ([JointSet(angle=0, spacing=3e-3), JointSet(angle=90, spacing=3e-3)], "form about 1.1e+07"),
         ([JointSet(angle=0, spacing=1e-6)], "segments"),
@@ -185,20 +187,20 @@ def test_poisson_lines_have_the_known_means():
     ],
     ids=["crossings", "lines", "traces", "polygons", "far origin"],
 )
-def test_too_many_blocks_are_refused_before_the_work(joints, words):
+def test_too_many_blocks_are_refused_before_the_work(joints, message):
     begun = time.process_time()
-    with pytest.raises(InputError) as found:
+    with pytest.raises(InputError) as error:
         cut([Region(outline=SQUARE)], joints)
-    assert words in str(found.value)
+    assert message in str(error.value)
     assert time.process_time() - begun < 1.0
 
 
 def test_most_blocks_is_a_limit():
     sets = [JointSet(angle=0, spacing=1.0), JointSet(angle=90, spacing=1.0)]
     assert len(cut([Region(outline=SQUARE)], sets, settings=Cutting(most_blocks=100))) == 100
-    for most, words in ((99, "form 100 blocks"), (50, "form about")):
-        with pytest.raises(InputError, match=words):
-            cut([Region(outline=SQUARE)], sets, settings=Cutting(most_blocks=most))
+    for limit, message in ((99, "form 100 blocks"), (50, "form about")):
+        with pytest.raises(InputError, match=message):
+            cut([Region(outline=SQUARE)], sets, settings=Cutting(most_blocks=limit))
 
 
 BAD = {
@@ -245,10 +247,10 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_input_is_refused_in_words(name):
-    make, words = BAD[name]
-    with pytest.raises(InputError) as found:
+    make, message = BAD[name]
+    with pytest.raises(InputError) as error:
         make()
-    assert words in str(found.value)
+    assert message in str(error.value)
 
 
 # --- Dead ends, snapping, loops ------------------------------------------------------------------
@@ -340,8 +342,12 @@ def test_slivers_are_merged_with_the_neighbour_of_the_longest_common_edge():
     # The triangle in the corner has its longest side with the large block.
     joints = [JointLine(points=[0, 0.1, 0.2, 0]), JointLine(points=[0, 5, 10, 5])]
     region = [Region(outline=SQUARE)]
-    kept = cut(region, joints, settings=KEEP)
-    assert len(kept) == 3 and len(kept.slivers) == 1 and "area 0.01 m²" in str(kept.slivers[0])
+    unmerged = cut(region, joints, settings=KEEP)
+    assert (
+        len(unmerged) == 3
+        and len(unmerged.slivers) == 1
+        and "area 0.01 m²" in str(unmerged.slivers[0])
+    )
     merged = cut(region, joints)
     assert len(merged) == 2 and merged.merged == 1 and not merged.slivers
     assert "1 sliver was merged" in merged.messages[-1]
@@ -416,16 +422,16 @@ def crossings_found(ends):
 
 def test_edges_of_one_side_do_not_cross_by_rounding():
     random, foot, along, _ = random_lines(200_000, 1)
-    share = np.sort(random.uniform(-5, 5, (len(foot), 4)), axis=1)
-    assert crossings_found(foot[:, None] + share[:, :, None] * along[:, None]) == 0
+    fraction = np.sort(random.uniform(-5, 5, (len(foot), 4)), axis=1)
+    assert crossings_found(foot[:, None] + fraction[:, :, None] * along[:, None]) == 0
 
 
 @pytest.mark.parametrize("angle", [1e-9, 1e-6, 1e-3, 1.0])
 def test_edges_that_cross_at_a_small_angle_are_found(angle):
     random, foot, along, across = random_lines(2_000, 2)
     reach = random.uniform(2, 5, (len(foot), 4, 1)) * [[-1], [1], [-1], [1]]
-    turned = np.cos(angle) * along + np.sin(angle) * across
-    arms = np.stack([along, along, turned, turned], axis=1)
+    rotated = np.cos(angle) * along + np.sin(angle) * across
+    arms = np.stack([along, along, rotated, rotated], axis=1)
     assert crossings_found(foot[:, None] + reach * arms) == len(foot)
 
 
@@ -435,10 +441,13 @@ def test_slivers_of_imported_polygons_are_named():
         np.array([(0, 2), (1, 2), (1, 2 + 1e-5)]),
         np.array([(0, 3), (1, 3), (1, 4), (1 - 1e-6, 4)]),
     ]
-    found = slivers(squares + thin, names=[f"b{i}" for i in range(7)])
-    assert [one.index for one in found] == [5, 6]
-    assert "block 6 b5" in str(found[0]) and "area 5e-06 m²" in found[0].reason
-    assert "corner of 0.000573°" in found[0].reason and "edge of 1e-06 m" in found[1].reason
+    sliver_list = slivers(squares + thin, names=[f"b{i}" for i in range(7)])
+    assert [sliver.index for sliver in sliver_list] == [5, 6]
+    assert "block 6 b5" in str(sliver_list[0]) and "area 5e-06 m²" in sliver_list[0].reason
+    assert (
+        "corner of 0.000573°" in sliver_list[0].reason
+        and "edge of 1e-06 m" in sliver_list[1].reason
+    )
     assert slivers(squares) == [] and slivers([]) == []
 
 
@@ -506,15 +515,15 @@ def test_random_polygons_have_the_given_size_and_become_even():
 
 def philox(key, counter, count):
     """Philox 4×64 of ten rounds in whole numbers (Salmon et al. 2011)."""
-    mask, found = 2**64 - 1, []
+    mask, values = 2**64 - 1, []
     for block in range(1, count // 4 + 2):
         (k0, k1), c = key, [counter[0] + block, *counter[1:]]
         for _ in range(10):
             one, two = 0xD2E7470EE14C6C93 * c[0], 0xCA5A826395121157 * c[2]
             c = [(two >> 64) ^ c[1] ^ k0, two & mask, (one >> 64) ^ c[3] ^ k1, one & mask]
             k0, k1 = (k0 + 0x9E3779B97F4A7C15) & mask, (k1 + 0xBB67AE8584CAA73B) & mask
-        found += c
-    return found[:count]
+        values += c
+    return values[:count]
 
 
 def test_uniform_numbers_come_from_philox():
@@ -525,9 +534,9 @@ def test_uniform_numbers_come_from_philox():
 
 def test_the_inverse_normal_distribution():
     tail = np.geomspace(1e-300, 0.5, 500)
-    share = np.concatenate([tail, 1 - np.geomspace(1e-15, 0.5, 500)])
-    expected = ndtri(share)
-    assert abs(normal_quantile(share) - expected).max() < 1e-14 * abs(expected).max()
+    fraction = np.concatenate([tail, 1 - np.geomspace(1e-15, 0.5, 500)])
+    expected = ndtri(fraction)
+    assert abs(normal_quantile(fraction) - expected).max() < 1e-14 * abs(expected).max()
 
 
 @pytest.mark.parametrize(
@@ -543,9 +552,9 @@ def test_the_inverse_normal_distribution():
     ],
 )
 def test_distributions(distribution, cdf):
-    drawn = draw(uniform(1, (0,), 20_000), distribution, 2.0, 1.0)
-    assert drawn.mean() == pytest.approx(2.0, abs=0.03)
-    assert kstest(drawn, cdf).pvalue > 0.01
+    samples = draw(uniform(1, (0,), 20_000), distribution, 2.0, 1.0)
+    assert samples.mean() == pytest.approx(2.0, abs=0.03)
+    assert kstest(samples, cdf).pvalue > 0.01
 
 
 def test_a_larger_region_contains_the_joints_of_a_smaller_one():

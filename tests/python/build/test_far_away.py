@@ -29,7 +29,7 @@ SETS = {
 def cut_by(sets):
     return lambda at: [
         ("region", {"name": "rock", "outline": (SLOPE + at).ravel()}),
-        *(("joint_set", one) for one in sets),
+        *(("joint_set", joint_set) for joint_set in sets),
     ]
 
 
@@ -65,24 +65,27 @@ def blocks_of(groups) -> list[np.ndarray]:
 @pytest.mark.parametrize("at", [EXACT, UTM, np.array([-3000.7, 1234.5])], ids=str)
 @pytest.mark.parametrize("name", GENERATORS)
 def test_every_generator_makes_the_same_blocks(name, at):
-    here, there = blocks_of(GENERATORS[name](np.zeros(2))), blocks_of(GENERATORS[name](at))
-    assert [len(block) for block in here] == [len(block) for block in there]
-    apart = max(abs(b - at - a).max() for a, b in zip(here, there, strict=True))
-    assert apart <= 8 * np.spacing(abs(at).max())
+    near_blocks, far_blocks = (
+        blocks_of(GENERATORS[name](np.zeros(2))),
+        blocks_of(GENERATORS[name](at)),
+    )
+    assert [len(block) for block in near_blocks] == [len(block) for block in far_blocks]
+    difference = max(abs(b - at - a).max() for a, b in zip(near_blocks, far_blocks, strict=True))
+    assert difference <= 8 * np.spacing(abs(at).max())
 
 
 def test_imported_polygons_are_the_same_blocks(tmp_path):
     square = np.array([[0.0, 0.0], [1.5, 0.0], [1.5, 1.0], [0.0, 1.0]])
-    found = []
+    block_lists = []
     for at in (np.zeros(2), UTM):
-        rows = [(i, *place) for i in range(2) for place in square + at + [2.0 * i, 0.0]]
+        rows = [(i, *point) for i in range(2) for point in square + at + [2.0 * i, 0.0]]
         lines = [f"s{i}, {x:.17g}, {y:.17g}" for i, x, y in rows]
         (tmp_path / "map.csv").write_text("\n".join(["name, x, y", *lines, ""]))
         groups = [("joint", {"name": "bed"}), ("polygons", {"file": "map.csv"})]
         built = built_text(namelist(groups), tmp_path / "model.nml")[1]
-        found.append([np.reshape(block["vertices"], (-1, 2)) - at for block in built.blocks])
-    assert len(found[0]) == len(found[1]) == 2
-    assert np.allclose(found[0], found[1], rtol=0, atol=2e-9)
+        block_lists.append([np.reshape(block["vertices"], (-1, 2)) - at for block in built.blocks])
+    assert len(block_lists[0]) == len(block_lists[1]) == 2
+    assert np.allclose(block_lists[0], block_lists[1], rtol=0, atol=2e-9)
 
 
 def test_an_origin_that_is_too_far_is_named_with_its_group(write_input):
@@ -155,12 +158,12 @@ def test_a_shaken_wall_at_coordinates_of_a_map_differs_by_their_rounding():
     noisy = [difference(answer(shaken(np.zeros(2), unit, NOISE, i)), here) for i in range(3)]
     far = difference(answer(shaken(UTM, unit)), here)
     assert far["moves"].max() > 0
-    grown = np.max([one["moves"] for one in noisy], axis=0)
+    grown = np.max([result["moves"] for result in noisy], axis=0)
     within = int(np.argmax(grown > HORIZON)) if (grown > HORIZON).any() else len(grown)
     print(f"horizon: frame {within} of {len(grown)}, where noise of {NOISE:g} m has become "
           f"{HORIZON:g} of the largest displacement; until then {grown[:within].max():.2g}, "
           f"at UTM coordinates {far['moves'][:within].max():.2g}")  # fmt: skip
     assert within > 5
     for name, values in far.items():
-        noise = np.max([one[name] for one in noisy], axis=0)
+        noise = np.max([result[name] for result in noisy], axis=0)
         assert values[:within].max() <= AMPLIFIED * noise[:within].max()

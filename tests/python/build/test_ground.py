@@ -30,8 +30,8 @@ def ground(along="x", cells=None, joint=None, **values):
     if joint:
         model.joint("smooth", **joint)
     model.motion("wave", PEAK * ricker(np.arange(0.0, 0.8, 1e-3)), 1e-3, "displacement")
-    whole = {"left": -WIDTH / 2, "right": WIDTH / 2, "bottom": -DEPTH, "size": SIZE}
-    model.ground(**whole | {f"motion_{along}": "wave"} | values)
+    extent = {"left": -WIDTH / 2, "right": WIDTH / 2, "bottom": -DEPTH, "size": SIZE}
+    model.ground(**extent | {f"motion_{along}": "wave"} | values)
     if cells:
         model.mesh(regions="core", size=cells)
     return model
@@ -39,14 +39,14 @@ def ground(along="x", cells=None, joint=None, **values):
 
 def moved(model):
     """Times (s), heights (m) and displacements (n, blocks, 2) of all blocks at every fifth step."""
-    time, found = [], []
+    time, displacements = [], []
     with sitedda.Simulation(model) as simulation:
-        first, done = simulation.coordinates.copy(), False
-        while not done:
-            done = simulation.advance(5)
+        first, at_end = simulation.coordinates.copy(), False
+        while not at_end:
+            at_end = simulation.advance(5)
             time.append(simulation.time)
-            found.append((simulation.coordinates - first)[:, :2])
-    return np.array(time)[:, None], first[:, 1] + DEPTH, np.array(found)
+            displacements.append((simulation.coordinates - first)[:, :2])
+    return np.array(time)[:, None], first[:, 1] + DEPTH, np.array(displacements)
 
 
 def exact(along, time, height):
@@ -59,10 +59,10 @@ def exact(along, time, height):
 @pytest.mark.parametrize("along", ["x", "y"])
 def test_ground_without_a_core_is_the_column(along):
     """It equals a periodic column to 1e-7 of the peak, and the closed form at each height."""
-    time, height, found = moved(ground(along, surface=[0, 0]))
+    time, height, motion = moved(ground(along, surface=[0, 0]))
     _, _, tied = moved(ground(along, surface=[0, 0], sides="tied"))
-    assert abs(found - tied).max() < 1e-7 * PEAK
-    assert abs(found[..., "xy".index(along)] - exact(along, time, height)).max() < 3e-3 * PEAK
+    assert abs(motion - tied).max() < 1e-7 * PEAK
+    assert abs(motion[..., "xy".index(along)] - exact(along, time, height)).max() < 3e-3 * PEAK
 
 
 @pytest.mark.parametrize("along", ["x", "y"])
@@ -73,22 +73,22 @@ def test_ground_without_a_core_is_the_column(along):
 )
 def test_a_core_of_the_same_rock_does_not_change_the_wave(along, core, cells, limit):
     surface = {"surface": [0, 0]} if core is BURIED else {}
-    time, height, found = moved(ground(along, cells, core=core, **surface))
-    wanted = exact(along, time, height)
-    assert abs(found[..., "xy".index(along)] - wanted).max() < limit * PEAK
-    assert abs(found[..., "yx".index(along)]).max() < limit * PEAK
+    time, height, motion = moved(ground(along, cells, core=core, **surface))
+    expected = exact(along, time, height)
+    assert abs(motion[..., "xy".index(along)] - expected).max() < limit * PEAK
+    assert abs(motion[..., "yx".index(along)]).max() < limit * PEAK
 
 
 def test_ties_beside_joints_with_restitution():
     """Ties then use the stiffness of contacts, not a stiffness per area."""
     model = ground(cells=3.0, core=CORE, joint={"friction_angle": 30.0, "restitution": 0.0})
-    time, height, found = moved(model)
-    assert abs(found[..., 0] - exact("x", time, height)).max() < 1e-2 * PEAK
+    time, height, motion = moved(model)
+    assert abs(motion[..., 0] - exact("x", time, height)).max() < 1e-2 * PEAK
 
 
 def shapes(model) -> list[shapely.Polygon]:
     """Outlines of all blocks."""
-    return [shapely.Polygon(one.vertices) for one in model.build()["block"]]
+    return [shapely.Polygon(block.vertices) for block in model.build()["block"]]
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -101,10 +101,10 @@ def test_ground_and_core_fill_what_is_below_the_surface(seed):
     core = [x[0], low, x[-1], low, *np.column_stack([x, top])[::-1].ravel()]
     cells = shapes(ground(core=core, fine_size=1.5 if seed % 2 else None))
     area = (WIDTH * DEPTH) + np.trapezoid(top, x) + top[0] * (x[0] + 40) + top[-1] * (40 - x[-1])
-    assert sum(one.area for one in cells) == pytest.approx(area, rel=1e-9)
-    whole = shapely.union_all(shapely.buffer(cells, 1e-9))
-    assert whole.area == pytest.approx(area, rel=1e-6) and not whole.interiors
-    corners = np.concatenate([shapely.get_coordinates(one) for one in cells])
+    assert sum(cell.area for cell in cells) == pytest.approx(area, rel=1e-9)
+    union = shapely.union_all(shapely.buffer(cells, 1e-9))
+    assert union.area == pytest.approx(area, rel=1e-6) and not union.interiors
+    corners = np.concatenate([shapely.get_coordinates(cell) for cell in cells])
     for side, level in ((-40, top[0]), (40, top[-1])):
         assert corners[abs(corners[:, 0] - side) < 1e-9, 1].max() == pytest.approx(level)
 
@@ -125,7 +125,7 @@ def test_a_written_model_runs_as_the_model_in_memory(tmp_path, native, same_bits
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
         ({}, "give core, or give surface"),
         ({"core": CORE, "frequency": 10.0}, "either size or frequency"),
@@ -143,8 +143,8 @@ def test_a_written_model_runs_as_the_model_in_memory(tmp_path, native, same_bits
         ({"surface": [0, 0], "size": 1e-3}, "choose a larger size"),
     ],
 )
-def test_invalid_ground_is_refused(values, words):
-    with pytest.raises(sitedda.InputError, match=words):
+def test_invalid_ground_is_refused(values, message):
+    with pytest.raises(sitedda.InputError, match=message):
         sitedda.check(ground(**values))
 
 

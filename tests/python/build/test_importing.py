@@ -19,7 +19,8 @@ TRIANGLE = [[0.0, 0.0], [4.0, 0.0], [0.0, 3.0]]
 
 def geojson(*geometries, **properties):
     features = [
-        {"type": "Feature", "geometry": one, "properties": properties} for one in geometries
+        {"type": "Feature", "geometry": geometry, "properties": properties}
+        for geometry in geometries
     ]
     return json.dumps({"type": "FeatureCollection", "features": features})
 
@@ -60,9 +61,11 @@ def test_polygons_and_lines_are_read(name, text, tmp_path):
 )
 def test_tables_of_points_are_read(text, closed, names, tmp_path):
     (tmp_path / "a.csv").write_text(text)
-    found = read_outlines(tmp_path / "a.csv")
-    assert [one.closed for one in found] == closed and [one.name for one in found] == names
-    assert all(one.points.tolist() == TRIANGLE for one in found)
+    outlines = read_outlines(tmp_path / "a.csv")
+    assert [outline.closed for outline in outlines] == closed and [
+        outline.name for outline in outlines
+    ] == names
+    assert all(outline.points.tolist() == TRIANGLE for outline in outlines)
 
 
 def drawing(tmp_path):
@@ -112,12 +115,12 @@ def test_groups_read_their_points_from_files(tmp_path):
     file.with_name("m.nml").write_text(text)
     with pytest.raises(sitedda.InputError, match="overlaps"):
         sitedda.Simulation(tmp_path / "m.nml")
-    moved = text.replace(
+    changed_text = text.replace(
         "0.0, 0.0, 2.0, 0.0, 2.0, 1.0, 0.0, 1.0", "50.0, 0.0, 52.0, 0.0, 52.0, 1.0, 50.0, 1.0"
     ).replace("x = 2.0", "x = 52.0")
-    file.with_name("m.nml").write_text(moved)
-    with sitedda.Simulation(tmp_path / "m.nml") as opened:
-        assert opened.block_names == ["brick", "r_1", "r_2", "r_3", "p_1"]
+    file.with_name("m.nml").write_text(changed_text)
+    with sitedda.Simulation(tmp_path / "m.nml") as simulation:
+        assert simulation.block_names == ["brick", "r_1", "r_2", "r_3", "p_1"]
 
 
 BAD = {
@@ -151,13 +154,13 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_files_are_refused_with_a_reason(name, tmp_path):
-    file, content, words = BAD[name]
+    file, content, message = BAD[name]
     if file.endswith("dxf"):
         pytest.importorskip("ezdxf")
     (tmp_path / file).write_bytes(content if isinstance(content, bytes) else content.encode())
-    with pytest.raises(SiteddaError) as found:
+    with pytest.raises(SiteddaError) as error:
         read_outlines(tmp_path / file)
-    assert words in str(found.value) and (file in str(found.value))
+    assert message in str(error.value) and (file in str(error.value))
 
 
 def test_size_and_kind_of_a_file_are_checked_first(tmp_path):
@@ -165,12 +168,12 @@ def test_size_and_kind_of_a_file_are_checked_first(tmp_path):
     with large.open("wb") as file:
         os.truncate(file.fileno(), MOST_BYTES + 1)
     (tmp_path / "folder.csv").mkdir()
-    for name, words in (
+    for name, message in (
         ("large", "more than"),
         ("folder", "not a regular file"),
         ("gone", "no such file"),
     ):
-        with pytest.raises(SiteddaError, match=words):
+        with pytest.raises(SiteddaError, match=message):
             read_outlines(tmp_path / f"{name}.csv")
     with pytest.raises(SiteddaError, match="nothing lies on layer 'x'"):
         read_outlines(drawing(tmp_path), layer="x")
@@ -203,18 +206,18 @@ def test_nesting_of_inserted_blocks_is_limited(tmp_path):
 )
 @given(data=st.data(), kind=st.sampled_from(["dxf", "geojson", "wkt", "csv"]))
 def test_damaged_files_are_read_or_refused(data, kind, tmp_path):
-    whole = tmp_path / f"whole.{kind}"
-    if not whole.exists():
+    intact = tmp_path / f"whole.{kind}"
+    if not intact.exists():
         texts = {
             "geojson": geojson(POLYGON, LINE, name="a", layer="b"),
             "csv": "x,y\n0,0\n1,2\n3,4\n",
         }
         texts["wkt"] = "POLYGON ((0 0, 4 0, 0 3, 0 0))\n"
         if kind == "dxf":
-            drawing(tmp_path).rename(whole)
+            drawing(tmp_path).rename(intact)
         else:
-            whole.write_text(texts[kind])
-    content = bytearray(whole.read_bytes())
+            intact.write_text(texts[kind])
+    content = bytearray(intact.read_bytes())
     for _ in range(data.draw(st.integers(1, 6))):
         at = data.draw(st.integers(0, len(content) - 1))
         content[at] = data.draw(st.sampled_from(b'019-e.,()[]{}" \nxAN\x00\xff'))
@@ -222,7 +225,9 @@ def test_damaged_files_are_read_or_refused(data, kind, tmp_path):
     damaged = tmp_path / f"damaged.{kind}"
     damaged.write_bytes(bytes(content[:cut] if data.draw(st.booleans()) else content))
     try:
-        found = read_outlines(damaged)
+        outlines = read_outlines(damaged)
     except SiteddaError:
         return
-    assert all(np.isfinite(one.points).all() and len(one.points) >= 2 for one in found)
+    assert all(
+        np.isfinite(outline.points).all() and len(outline.points) >= 2 for outline in outlines
+    )

@@ -20,13 +20,13 @@ def area(structure):
 
 def check_stones(structure):
     """Stones are simple, counter-clockwise, do not overlap, and have different names."""
-    found = structure.blocks()
-    shapes = np.array([shapely.Polygon(stone.polygon) for stone in found])
+    blocks = structure.blocks()
+    shapes = np.array([shapely.Polygon(stone.polygon) for stone in blocks])
     assert shapely.is_valid(shapes).all() and (Rings.of(polygons(structure)).areas() > 0).all()
     one, other = shapely.STRtree(shapes).query(shapes, predicate="overlaps")
     common = shapely.area(shapely.intersection(shapes[one], shapes[other]))
     assert (common < 1e-12 * shapely.area(shapes).mean()).all()
-    assert len({stone.name for stone in found}) == len(found)
+    assert len({stone.name for stone in blocks}) == len(blocks)
 
 
 STRUCTURES = [
@@ -63,19 +63,19 @@ def test_stones_have_the_total_area_of_the_structure():
 
 @pytest.mark.parametrize("structure", STRUCTURES[:4])
 def test_joints_of_an_arch_are_square_to_it_and_as_long_as_it_is_thick(structure):
-    found = polygons(structure)[: structure.voussoirs]
-    for one, after in zip(found, found[1:], strict=False):
-        assert (one[[3, 2]] == after[[0, 1]]).all()  # the same joint, to the last bit
-    joints = np.array([one[1] - one[0] for one in found])
+    voussoirs = polygons(structure)[: structure.voussoirs]
+    for stone, after in zip(voussoirs, voussoirs[1:], strict=False):
+        assert (stone[[3, 2]] == after[[0, 1]]).all()  # the same joint, to the last bit
+    joints = np.array([stone[1] - stone[0] for stone in voussoirs])
     crown = structure.voussoirs // 2 if structure.is_pointed else -1
     lengths = np.delete(np.hypot(*joints.T), [crown] if crown > 0 else [])
     assert lengths == pytest.approx(structure.thickness, rel=1e-9)
-    middles = np.array([0.25 * one.sum(axis=0) for one in found]) - structure.centre
+    middles = np.array([0.25 * stone.sum(axis=0) for stone in voussoirs]) - structure.centre
     assert middles[::-1] * (-1, 1) == pytest.approx(middles, abs=1e-12)
-    top = 0.5 * (found[crown][0] + found[crown][1]) if crown > 0 else None
+    top = 0.5 * (voussoirs[crown][0] + voussoirs[crown][1]) if crown > 0 else None
     if top is not None:
         assert top[1] == pytest.approx(structure.rise, rel=1e-2) and abs(top[0]) < 1e-12
-    low = 0.5 * (found[0][0] + found[0][1]) - structure.centre
+    low = 0.5 * (voussoirs[0][0] + voussoirs[0][1]) - structure.centre
     assert low == pytest.approx([structure.span / 2, 0], abs=1e-12)
 
 
@@ -104,7 +104,7 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_numbers_are_refused_with_a_reason(name):
-    make, words = BAD[name]
-    with pytest.raises(InputError) as found:
+    make, message = BAD[name]
+    with pytest.raises(InputError) as error:
         make()
-    assert words in str(found.value)
+    assert message in str(error.value)

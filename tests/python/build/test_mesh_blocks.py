@@ -20,27 +20,27 @@ def box(left, bottom, width, height, **values):
     return Piece(values | {"vertices": np.array(corners, float) + (left, bottom)})
 
 
-def meshed(pieces, *meshes):
-    places = [(mesh, f"mesh {i}") for i, mesh in enumerate(meshes, 1)]
-    return mesh_blocks(pieces, places, MATERIALS, located)
+def meshed(parts, *meshes):
+    labels = [(mesh, f"mesh {i}") for i, mesh in enumerate(meshes, 1)]
+    return mesh_blocks(parts, labels, MATERIALS, located)
 
 
 BEAMS = [box(0, 0, 4, 1, name="beam_1"), box(0, 1, 4, 1, name="beam_2"), box(9, 0, 1, 1)]
 
 
 def test_each_block_becomes_a_body_with_its_name():
-    cells, taken, messages = meshed(BEAMS, Mesh(blocks="beam_*", size=0.5))
-    assert taken == [0, 1] and not messages
+    cells, meshed_blocks, messages = meshed(BEAMS, Mesh(blocks="beam_*", size=0.5))
+    assert meshed_blocks == [0, 1] and not messages
     assert {cell["body"] for cell in cells} == {"beam_1", "beam_2"}
     assert len(cells) == 32 and not any("name" in cell for cell in cells)
 
 
 def test_several_blocks_become_one_body_with_boundaries_between_materials():
-    pieces = [
+    parts = [
         box(0, 0, 4, 1, name="low", material="rock", joint="a"),
         box(0, 1, 4, 1, name="high", material="soft", joint="b"),
     ]
-    cells, *_ = meshed(pieces, Mesh(blocks="low, high", body="ground", size=0.5))
+    cells, *_ = meshed(parts, Mesh(blocks="low, high", body="ground", size=0.5))
     assert {cell["body"] for cell in cells} == {"ground"}
     for cell in cells:
         upper = cell["vertices"].mean(axis=0)[1] > 1
@@ -48,23 +48,23 @@ def test_several_blocks_become_one_body_with_boundaries_between_materials():
 
 
 def test_edge_joints_remain_on_the_outline():
-    piece = box(0, 0, 2, 1, name="one", joint="a", edge_joints=("", "b"))
-    cells, *_ = meshed([piece], Mesh(blocks="one", size=1.0))
+    part = box(0, 0, 2, 1, name="one", joint="a", edge_joints=("", "b"))
+    cells, *_ = meshed([part], Mesh(blocks="one", size=1.0))
     assert [cell.get("edge_joints") for cell in cells] == [None, ("a", "b", "a", "a")]
 
 
 def test_a_frequency_gives_twelve_cells_per_wavelength_of_each_material():
-    pieces = [
+    parts = [
         box(0, 0, 40, 10, name="low", material="rock"),
         box(0, 10, 40, 10, name="high", material="soft"),
     ]
-    cells, *_ = meshed(pieces, Mesh(blocks="low, high", body="ground", frequency=40.0))
+    cells, *_ = meshed(parts, Mesh(blocks="low, high", body="ground", frequency=40.0))
     for name, rock in MATERIALS.items():
         shear = rock["young_modulus"] / 2 / (1 + rock["poisson_ratio"])
         size = np.sqrt(shear / rock["density"]) / 40.0 / 12
-        mine = Rings.of([cell["vertices"] for cell in cells if cell["material"] == name])
-        middle = abs(mine.centroids()[:, 1] - 10) > min(size, 5)
-        assert np.sqrt(mine.areas()[middle]).max() < 1.25 * size
+        rings = Rings.of([cell["vertices"] for cell in cells if cell["material"] == name])
+        middle = abs(rings.centroids()[:, 1] - 10) > min(size, 5)
+        assert np.sqrt(rings.areas()[middle]).max() < 1.25 * size
     velocities = {"density": 2000.0, "shear_velocity": 600.0, "pressure_velocity": 1200.0}
     assert Mesh(blocks="x", frequency=5.0).size_of("x", velocities) == pytest.approx(10.0)
 
@@ -75,10 +75,10 @@ def test_a_block_round_a_tunnel_is_meshed_round_it():
     ring = cut([Region(outline=square, joint="side")], (), holes=[tunnel], rings=True)
     assert len(ring) == 1 and len(ring.holes[0]) == 1
     hole = Rings.of([tunnel.outline]).areas()[0]
-    piece = Piece({"name": "rock_1", "vertices": ring.polygons[0], "joint": "side"}, "rock")
-    piece.holes = ring.holes[0]
-    cells, taken, _ = meshed([piece], Mesh(regions="rock", size=2.0))
-    assert taken == [0]
+    part = Piece({"name": "rock_1", "vertices": ring.polygons[0], "joint": "side"}, "rock")
+    part.holes = ring.holes[0]
+    cells, meshed_blocks, _ = meshed([part], Mesh(regions="rock", size=2.0))
+    assert meshed_blocks == [0]
     areas = Rings.of([cell["vertices"] for cell in cells]).areas()
     assert areas.sum() == pytest.approx(400 - hole, rel=1e-12)
     walls = sum(
@@ -141,9 +141,9 @@ def test_an_outline_without_area_is_refused(corners, cells):
 
 
 def test_too_many_cells_of_all_bodies_are_refused_before_the_work():
-    pieces = [box(0, i, 400, 1, name=f"layer_{i}") for i in range(40)]
+    parts = [box(0, i, 400, 1, name=f"layer_{i}") for i in range(40)]
     with pytest.raises(InputError, match=r"give about 1.6e\+06 cells, more than 1000000"):
-        meshed(pieces, Mesh(blocks="*", size=0.1))
+        meshed(parts, Mesh(blocks="*", size=0.1))
 
 
 @pytest.mark.parametrize("fineness, cells", [("size = 0.7", "3.1e"), ("frequency = 65", "2.9e")])
@@ -159,14 +159,14 @@ def test_far_too_many_cells_are_refused_before_regions_are_cut(
         "&joint_set joint = 'j', angle = 20.0, spacing = 1.5 /\n"
         f"&mesh regions = 'r', {fineness} /"
     )
-    done = main("check", file)
-    assert done.returncode == 1 and f"would give about {cells}+0" in done.stderr
+    process = main("check", file)
+    assert process.returncode == 1 and f"would give about {cells}+0" in process.stderr
 
 
 def test_a_block_is_meshed_once():
-    one, again = Mesh(blocks="beam_1", size=1.0), Mesh(blocks="beam_*", size=1.0)
+    first_mesh, second_mesh = Mesh(blocks="beam_1", size=1.0), Mesh(blocks="beam_*", size=1.0)
     with pytest.raises(InputError, match="mesh 2: 'beam_1' is already meshed by mesh 1"):
-        meshed(BEAMS, one, again)
+        meshed(BEAMS, first_mesh, second_mesh)
 
 
 SQUARE = [0.0, 0, 20, 0, 20, 20, 0, 20]

@@ -71,9 +71,9 @@ def test_cantilever(cells, deep, bound):
     assert np.sqrt(value) / (2 * np.pi) == pytest.approx(3.2098, rel=bound)
 
 
-def kirsch(places, radius, side, young, poisson):
+def kirsch(points, radius, side, young, poisson):
     """Displacement around a hole under the tension `side` along x, plane strain, shape (k, 2)."""
-    r, angle = np.hypot(*places.T), np.arctan2(places[:, 1], places[:, 0])
+    r, angle = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
     shear, kappa = young / (2 * (1 + poisson)), 3 - 4 * poisson
     q = radius / r
     factor = side * radius / (8 * shear)
@@ -84,9 +84,9 @@ def kirsch(places, radius, side, young, poisson):
     return factor * np.column_stack([u, v])
 
 
-def kirsch_stress(places, radius, side):
+def kirsch_stress(points, radius, side):
     """Stresses σx, σy, τ around the hole, shape (k, 3)."""
-    r, angle = np.hypot(*places.T), np.arctan2(places[:, 1], places[:, 0])
+    r, angle = np.hypot(*points.T), np.arctan2(points[:, 1], points[:, 0])
     q = (radius / r) ** 2
     c2, s2, c4, s4 = (f(k * angle) for k in (2, 4) for f in (np.cos, np.sin))
     x = 1 - q * (1.5 * c2 + c4) + 1.5 * q**2 * c4
@@ -113,26 +113,26 @@ def solve_kirsch(polygons):
     owner, start, end, normal = body.free_edges()
     length = np.hypot(*(end - start).T)
     outer = np.hypot(*(0.5 * (start + end)).T) > 2.0
-    for share in 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3):
-        places = start + share * (end - start)
-        x, y, xy = kirsch_stress(places, radius, 1.0).T
+    for fraction in 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3):
+        points = start + fraction * (end - start)
+        x, y, xy = kirsch_stress(points, radius, 1.0).T
         traction = np.column_stack(
             [x * normal[:, 0] + xy * normal[:, 1], xy * normal[:, 0] + y * normal[:, 1]]
         )
-        work = np.einsum("kai,ka->ki", displacement(places, body.centres[owner]), traction)
+        work = np.einsum("kai,ka->ki", displacement(points, body.centres[owner]), traction)
         np.add.at(force, owner[outer], (0.5 * length[:, None] * work)[outer])
     # A small mass prevents rigid motions.
     tiny = 1e-9 * body.mass()
-    found = splu((body.stiffness() + tiny).tocsc()).solve(force.ravel()).reshape(-1, 6)
+    displacements = splu((body.stiffness() + tiny).tocsc()).solve(force.ravel()).reshape(-1, 6)
     exact = kirsch(body.centres, radius, 1.0, young, poisson)
     weight = body.areas[:, None]
     rigid = displacement(body.centres, 0.0)[:, :, :3]
-    apart = found[:, :2] - exact
+    errors = displacements[:, :2] - exact
     off = np.linalg.lstsq(
-        (rigid * np.sqrt(weight)[:, None]).reshape(-1, 3), (apart * np.sqrt(weight)).ravel(), None
+        (rigid * np.sqrt(weight)[:, None]).reshape(-1, 3), (errors * np.sqrt(weight)).ravel(), None
     )[0]
-    apart -= rigid @ off
-    return np.sqrt((weight * apart**2).sum() / (weight * exact**2).sum())
+    errors -= rigid @ off
+    return np.sqrt((weight * errors**2).sum() / (weight * exact**2).sum())
 
 
 @pytest.mark.parametrize(

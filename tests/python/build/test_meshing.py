@@ -28,7 +28,7 @@ def part(outline, size, holes=(), joint="rim"):
 
 def shape_of(parts):
     return shapely.union_all(
-        [shapely.Polygon(one.outline, [hole for hole, _ in one.holes]) for one in parts]
+        [shapely.Polygon(part.outline, [hole for hole, _ in part.holes]) for part in parts]
     )
 
 
@@ -59,11 +59,11 @@ def common(first, second, near):
     total = 0.0
     for a, b in zip(first, np.roll(first, -1, 0), strict=True):
         length = np.hypot(*(b - a))
-        way = (b - a) / length
+        direction = (b - a) / length
         for c, d in zip(second, np.roll(second, -1, 0), strict=True):
-            away = [abs(way[0] * (p - a)[1] - way[1] * (p - a)[0]) for p in (c, d)]
-            if max(away) < near:
-                low, high = sorted((way @ (c - a), way @ (d - a)))
+            distances = [abs(direction[0] * (p - a)[1] - direction[1] * (p - a)[0]) for p in (c, d)]
+            if max(distances) < near:
+                low, high = sorted((direction @ (c - a), direction @ (d - a)))
                 total += max(0.0, min(length, high) - max(0.0, low))
     return total
 
@@ -74,9 +74,9 @@ def check_cells(cut, parts, area=1e-12):
     polygons = [shapely.Polygon(corners) for corners in cut.polygons]
     assert sharpest_turn(cut.polygons) > -1e-6
     for i, one in enumerate(parts):
-        whole = shape_of([one])
-        found = Rings.of([p for p, own in zip(cut.polygons, cut.parts, strict=True) if own == i])
-        assert found.areas().sum() == pytest.approx(whole.area, rel=area)
+        body = shape_of([one])
+        cells = Rings.of([p for p, own in zip(cut.polygons, cut.parts, strict=True) if own == i])
+        assert cells.areas().sum() == pytest.approx(body.area, rel=area)
     tree = shapely.STRtree(polygons)
     first, second = tree.query(polygons, predicate="overlaps")
     near = 1e-9 * np.sqrt(domain.area) + 16 * np.spacing(abs(parts[0].outline).max())
@@ -119,7 +119,7 @@ def test_cells_fill_the_body_and_are_convex(name, cells):
     cut = mesh_body(parts, cells)
     check_cells(cut, parts)
     area = shape_of(parts).area
-    expected = sum(shape_of([one]).area / one.size**2 for one in parts)
+    expected = sum(shape_of([part]).area / part.size**2 for part in parts)
     assert 0.6 * expected < len(cut.polygons) < 2.0 * expected + 10
     assert not len(cut.short)
     mean = area / len(cut.polygons)
@@ -158,32 +158,32 @@ def test_any_body_is_filled_with_convex_cells(one, cells):
 @pytest.mark.parametrize("name", SHAPES)
 def test_cells_do_not_depend_on_where_an_outline_begins(name, cells):
     parts = SHAPES[name]
-    turned = [
+    shifted_parts = [
         Part(
-            np.roll(one.outline, 2, axis=0), one.joints, one.size,
-            [(np.roll(hole, 3, axis=0)[::-1], joints) for hole, joints in one.holes],
+            np.roll(part.outline, 2, axis=0), part.joints, part.size,
+            [(np.roll(hole, 3, axis=0)[::-1], joints) for hole, joints in part.holes],
         )
-        for one in parts
+        for part in parts
     ]  # fmt: skip
-    assert same(mesh_body(parts, cells), mesh_body(turned, cells))
+    assert same(mesh_body(parts, cells), mesh_body(shifted_parts, cells))
 
 
 @pytest.mark.parametrize("cells", CELLS)
 @pytest.mark.parametrize("name", SHAPES)
 def test_cells_far_away_are_the_same(name, cells):
     parts = SHAPES[name]
-    moved = [
-        Part(one.outline + UTM, one.joints, one.size, [(h + UTM, j) for h, j in one.holes])
-        for one in parts
+    far_parts = [
+        Part(part.outline + UTM, part.joints, part.size, [(h + UTM, j) for h, j in part.holes])
+        for part in parts
     ]
-    far = mesh_body(moved, cells)
+    far = mesh_body(far_parts, cells)
     assert same(mesh_body(parts, cells), far, UTM, 1e-6)
-    check_cells(far, moved, area=1e-9)
+    check_cells(far, far_parts, area=1e-9)
 
 
 def test_a_rotated_rectangle_is_divided_into_rectangles():
-    turn = np.array([[0.8, 0.6], [-0.6, 0.8]])
-    for matrix in (np.eye(2), turn):
+    rotation = np.array([[0.8, 0.6], [-0.6, 0.8]])
+    for matrix in (np.eye(2), rotation):
         box = np.reshape([0.0, 0, 3, 0, 3, 1, 0, 1], (-1, 2)) @ matrix
         cut = mesh_body([part(box, 0.26)])
         assert len(cut.polygons) == 12 * 4
@@ -200,17 +200,17 @@ def test_cells_grow_with_the_distance_from_small_cells(cells, fine):
     check_cells(cut, [one])
     rings = Rings.of(cut.polygons)
     size = np.sqrt(rings.areas())
-    away = shapely.distance(shapely.points(rings.centroids()), fine)
-    wanted = np.minimum(2.0, 0.25 + 0.25 * away)
-    assert (size < 1.9 * wanted + 0.1).all()
-    assert (size > 0.3 * wanted).mean() > 0.95
-    assert size[away < 0.5].mean() < 0.45 and size[away > 9].mean() > 1.4
+    distance = shapely.distance(shapely.points(rings.centroids()), fine)
+    expected = np.minimum(2.0, 0.25 + 0.25 * distance)
+    assert (size < 1.9 * expected + 0.1).all()
+    assert (size > 0.3 * expected).mean() > 0.95
+    assert size[distance < 0.5].mean() < 0.45 and size[distance > 9].mean() > 1.4
 
 
 def test_boundaries_of_materials_are_edges_of_cells():
     parts = SHAPES["layers"]
     cut = mesh_body(parts)
-    shapes = [shape_of([one]) for one in parts]
+    shapes = [shape_of([part]) for part in parts]
     for corners, own in zip(cut.polygons, cut.parts, strict=True):
         cell = shapely.Polygon(corners)
         assert cell.intersection(shapes[own]).area == pytest.approx(cell.area, rel=1e-9)
@@ -245,9 +245,9 @@ def test_corners_of_the_outline_are_bit_identical():
 
 
 def test_unconnected_parts_are_refused():
-    apart = [part([0, 0, 1, 0, 1, 1, 0, 1], 0.5), part([3, 0, 4, 0, 4, 1, 3, 1], 0.5)]
+    parts = [part([0, 0, 1, 0, 1, 1, 0, 1], 0.5), part([3, 0, 4, 0, 4, 1, 3, 1], 0.5)]
     with pytest.raises(InputError, match="has 2 parts"):
-        mesh_body(apart)
+        mesh_body(parts)
 
 
 LARGE, SLIVER = [0, 0, 1e3, 0, 1e3, 1e3, 0, 1e3], [0, 0, 1e6, 0, 1e6, 4e-6]

@@ -21,8 +21,8 @@ from sitedda.schema import GROUPS
 
 
 def test_each_group_that_becomes_blocks_has_a_class():
-    made = {group.name for group in GROUPS.values() if group.built}
-    assert made == {*kinds(), "polygons"}
+    group_names = {group.name for group in GROUPS.values() if group.built}
+    assert group_names == {*kinds(), "polygons"}
     for name, kind in kinds().items():
         files = set(getattr(kind, "from_file", "") and ("file", "layer", "scale"))
         assert set(vars(kind.__base__)) & set(variables()[name]) | files == set(variables()[name])
@@ -33,11 +33,11 @@ def test_the_executable_names_the_command_that_builds_blocks(native, root):
     for name, group in (("slope", "region"), ("arch", "arch"), ("colonnade", "colonnade")):
         file = root / "inputs" / f"{name}.nml"
         for command in ("run", "check", "resume"):
-            done = native(command, file)
-            assert done.returncode == 1
-            assert f"group &{group} (line " in done.stderr
-            assert f"'sitedda build {file}'" in done.stderr
-            assert done.stderr.count("\n") == 1
+            process = native(command, file)
+            assert process.returncode == 1
+            assert f"group &{group} (line " in process.stderr
+            assert f"'sitedda build {file}'" in process.stderr
+            assert process.stderr.count("\n") == 1
 
 
 def small_slope(**control) -> Model:
@@ -61,8 +61,8 @@ def small_slope(**control) -> Model:
 
 @pytest.mark.parametrize("group", GROUPS.values(), ids=lambda group: group.name)
 def test_the_example_of_a_group_is_valid(group):
-    found = find_groups(group.example)[0]
-    assert found.name == group.name and read_values(found, "example")
+    parsed = find_groups(group.example)[0]
+    assert parsed.name == group.name and read_values(parsed, "example")
 
 
 def test_a_group_of_the_schema_is_a_method_with_its_variables():
@@ -87,10 +87,10 @@ def inputs():
 def test_every_input_is_read_and_written_without_loss(file):
     model = Model.read(file)
     text = model.to_namelist()
-    again = Model.from_namelist(text, file)
-    assert again == model and again.to_namelist() == text
-    parsed = [found.name for found in find_groups(file.read_text())]
-    assert sorted(parsed) == sorted(found.name for found in find_groups(text))
+    copied_model = Model.from_namelist(text, file)
+    assert copied_model == model and copied_model.to_namelist() == text
+    parsed = [group.name for group in find_groups(file.read_text())]
+    assert sorted(parsed) == sorted(group.name for group in find_groups(text))
 
 
 def test_a_model_that_was_read_runs_bit_identically(write_input, same_bits):
@@ -137,10 +137,10 @@ BAD_TEXT = {
 
 @pytest.mark.parametrize("name", BAD_TEXT)
 def test_bad_text_is_refused_with_its_line_number(name):
-    text, place, words = BAD_TEXT[name]
-    with pytest.raises(InputError) as found:
+    text, location, message = BAD_TEXT[name]
+    with pytest.raises(InputError) as error:
         Model.from_namelist(text, "some.nml")
-    assert "some.nml, group " + place in str(found.value) and words in str(found.value)
+    assert "some.nml, group " + location in str(error.value) and message in str(error.value)
 
 
 # --- Attributes ----------------------------------------------------------------------------------
@@ -167,10 +167,10 @@ def test_unknown_attributes_are_refused():
         (lambda: model.joint("x", float("nan")), InputError, "not a usable number"),
     ]  # fmt: skip
     before = model.to_namelist()
-    for act, kind, words in refused:
-        with pytest.raises(kind) as found:
+    for act, kind, message in refused:
+        with pytest.raises(kind) as error:
             act()
-        assert words in str(found.value)
+        assert message in str(error.value)
     assert model.to_namelist() == before
 
 
@@ -199,9 +199,9 @@ def test_blocks_from_arrays_and_polygons_of_either_orientation():
     model.add_blocks([square, shapely.box(2, 0, 3, 1), (square + (4, 0))[::-1].ravel().tolist()])
     model.material("rock", 2600.0, 5e9, 0.25)
     model.joint("dry", 30.0)
-    with sitedda.Simulation(model) as opened:
-        assert [len(polygon) for polygon in opened.polygons] == [4, 4, 4]
-        assert opened.coordinates[:, 0].tolist() == [0.5, 2.5, 4.5]
+    with sitedda.Simulation(model) as simulation:
+        assert [len(polygon) for polygon in simulation.polygons] == [4, 4, 4]
+        assert simulation.coordinates[:, 0].tolist() == [0.5, 2.5, 4.5]
 
 
 def test_long_motions_and_relative_records_go_into_files(tmp_path, same_bits, root):
@@ -242,8 +242,8 @@ def test_build_turns_groups_into_blocks():
 def test_model_file_built_file_and_executable_are_bit_identical(tmp_path, same_bits, main, native):
     model = small_slope()
     file = model.write(tmp_path / "slope.nml")
-    done = main("build", file)
-    assert done.returncode == 0 and "9 blocks with" in done.stdout
+    process = main("build", file)
+    assert process.returncode == 0 and "9 blocks with" in process.stdout
     built = tmp_path / "slope_blocks.nml"
     native.ok("run", built, "-o", tmp_path / "native.nc", "--quiet")
     names = ("title", "step_control")
@@ -265,8 +265,8 @@ def test_lines_keep_their_numbers(tmp_path):
     file.write_text(text)
     with pytest.raises(InputError, match=rf"m.nml, group &joint \(line {line}\): friction_angle"):
         sitedda.Simulation(file)
-    built, found = built_text(text, file)
-    assert len(found.blocks) == 3 and "! &pier\n!  width = 1.0 ! m\n" in built
+    built, groups = built_text(text, file)
+    assert len(groups.blocks) == 3 and "! &pier\n!  width = 1.0 ! m\n" in built
     assert built.splitlines()[line - 1].lstrip().startswith("&joint")
 
 
@@ -275,8 +275,8 @@ def test_records_are_named_from_the_folder_of_the_built_file(tmp_path, root):
     output, _ = sitedda.building.build_file(
         root / "inputs" / "slope.nml", tmp_path / "out" / "b.nml"
     )
-    with sitedda.Simulation(output) as opened:
-        assert len(opened.block_names) > 90
+    with sitedda.Simulation(output) as simulation:
+        assert len(simulation.block_names) > 90
     assert sitedda.building.built_text(output.read_text(), output)[0] == output.read_text()
 
 
@@ -305,12 +305,14 @@ BAD_GROUPS = [
 ]
 
 
-@pytest.mark.parametrize(("text", "place", "words"), BAD_GROUPS, ids=lambda one: one[:24])
-def test_groups_that_cannot_be_built_report_their_position(text, place, words, write_input, main):
+@pytest.mark.parametrize(("text", "location", "message"), BAD_GROUPS, ids=lambda one: one[:24])
+def test_groups_that_cannot_be_built_report_their_position(
+    text, location, message, write_input, main
+):
     file = write_input(text + "\n" + namelist(flying_block()))
-    done = main("build", file)
-    assert done.returncode == 1 and not file.with_name("model_blocks.nml").exists()
-    assert place in done.stderr and words in done.stderr
+    process = main("build", file)
+    assert process.returncode == 1 and not file.with_name("model_blocks.nml").exists()
+    assert location in process.stderr and message in process.stderr
 
 
 WORDS = ["0", "-1", "1e300", "nan", "1e-300", "999999999999", "'x'", "1e6", "(", "&", "/", "=", "é"]
@@ -326,8 +328,8 @@ def test_damaged_groups_are_built_or_refused(data, file):
     text = file.read_text()
     for _ in range(data.draw(st.integers(1, 3))):
         values = [m for m in re.finditer(r"(?<![\w.])[-+]?\d[\d.eE+-]*", text)]
-        where = data.draw(st.sampled_from(values))
-        text = text[: where.start()] + data.draw(st.sampled_from(WORDS)) + text[where.end() :]
+        index = data.draw(st.sampled_from(values))
+        text = text[: index.start()] + data.draw(st.sampled_from(WORDS)) + text[index.end() :]
     for act in (lambda: built_text(text, file), lambda: Model.from_namelist(text, file).build()):
         try:
             act()
@@ -344,11 +346,13 @@ def test_build_does_not_overwrite_its_input(write_input, main):
 
 def test_check_and_run_name_slivers(write_input, main, tmp_path):
     thin = ("block", {"name": "thin", "vertices": [0.0, 5.0, 2.0, 5.0, 2.0, 5.0 + 1e-6]})
-    more = [("block", {"vertices": [x, 8.0, x + 1, 8.0, x + 1, 9.0, x, 9.0]}) for x in (0.0, 2.0)]
-    file = write_input([*flying_block(), thin, *more])
+    slivers = [
+        ("block", {"vertices": [x, 8.0, x + 1, 8.0, x + 1, 9.0, x, 9.0]}) for x in (0.0, 2.0)
+    ]
+    file = write_input([*flying_block(), thin, *slivers])
     for command in ("check", "run"):
-        done = main(command, file, *(["--no-plot"] if command == "run" else []), folder=tmp_path)
-        assert "note: 1 block is a sliver: block 2 thin at" in done.stdout
+        process = main(command, file, *(["--no-plot"] if command == "run" else []), folder=tmp_path)
+        assert "note: 1 block is a sliver: block 2 thin at" in process.stdout
 
 
 def test_changes_apply_to_groups_that_are_built():
@@ -428,7 +432,7 @@ def test_errors_of_a_model_cite_the_call_or_the_line_that_was_read(tmp_path):
 
 def test_errors_of_a_change_cite_the_call():
     with sitedda.Simulation(sitedda.Model.from_namelist(namelist(tower()))) as run:
-        for call, words in [
+        for call, message in [
             (lambda: run.change(time_step=-1.0), "change(time_step = -1.0): &control: time_step"),
             (lambda: run.change(time_step="a"), "change(time_step = 'a'): &control: time_step"),
             (lambda: run.change({"joint.cohesion": -1.0}), "change(joint.cohesion = -1.0): &joint"),
@@ -436,5 +440,5 @@ def test_errors_of_a_change_cite_the_call():
         ]:
             with pytest.raises(sitedda.InputError) as caught:
                 call()
-            assert str(caught.value).startswith(f"Simulation.{words}")
+            assert str(caught.value).startswith(f"Simulation.{message}")
             assert ".nml" not in str(caught.value)

@@ -191,8 +191,8 @@ def output_of(request, native, tmp_path, capsys, monkeypatch):
 
     def call(*words: str) -> str:
         if request.param == "native":
-            done = native(*words, folder=tmp_path)
-            return done.stdout + done.stderr
+            process = native(*words, folder=tmp_path)
+            return process.stdout + process.stderr
         monkeypatch.chdir(tmp_path)
         main([*map(str, words), *(["--no-plot"] if words[0] == "run" else [])])
         return "".join(capsys.readouterr())
@@ -202,17 +202,17 @@ def output_of(request, native, tmp_path, capsys, monkeypatch):
 
 @pytest.mark.parametrize("name", ODD)
 def test_a_probable_mistake_is_one_line(output_of, name, write_input):
-    groups, words = ODD[name]
+    groups, message = ODD[name]
     file = write_input(groups)
     rows = [
         line
         for line in output_of("run", file, "-q").replace("\n      ", " ").splitlines()
         if line.startswith("note: ")
     ]
-    assert len(rows) == 1 and re.search(words, rows[0]), rows
+    assert len(rows) == 1 and re.search(message, rows[0]), rows
     report = re.sub(r"\n {24}(?!->)", " ", output_of("check", file))  # its lines are wrapped
     rows = [line for line in report.splitlines() if line.startswith("warn  input")]
-    assert len(rows) == 1 and re.search(words, rows[0]), rows
+    assert len(rows) == 1 and re.search(message, rows[0]), rows
     assert "nothing to do" not in report
 
 
@@ -302,25 +302,27 @@ def test_the_reference_of_stop_must_be_one_block(write_input):
 # --- Results of a run ----------------------------------------------------------------------------
 
 
-def unwrapped(words: str) -> list[str]:
+def unwrapped(text: str) -> list[str]:
     """Lines of a verdict without wrapping."""
-    return re.sub(r"\n {7,}", " ", words).splitlines()
+    return re.sub(r"\n {7,}", " ", text).splitlines()
 
 
 def test_large_strains_and_penetrations_are_reported_at_the_end(output_of, write_input):
     """By statics, a brick of weight W penetrates the floor by W/2k."""
     soft = changed(pile(settle=True), "contact", normal_stiffness=1e5)
-    words = output_of("run", write_input(soft), "-q")
-    row = next(line for line in unwrapped(words) if "a vertex of block" in line)
+    output = output_of("run", write_input(soft), "-q")
+    row = next(line for line in unwrapped(output) if "a vertex of block" in line)
     depth = float(re.search(r"penetrates (\S+) m into block", row)[1])
     assert depth == pytest.approx(2500 * GRAVITY / 2 / 1e5, rel=1e-3), row
-    assert re.search(r"12\.2\d* % of the size .* limit 5 %", row) and "has a strain of" not in words
+    assert (
+        re.search(r"12\.2\d* % of the size .* limit 5 %", row) and "has a strain of" not in output
+    )
 
     weak = changed(pile(settle=True), "material", young_modulus=2e5)
-    words = output_of("run", write_input(weak), "-q")
+    output = output_of("run", write_input(weak), "-q")
     strain = "block .* has a strain of .* % at t = .* s; small-strain theory holds up to 2 %"
-    assert re.search(strain, " ".join(words.split()))
-    assert "a vertex of block" not in words
+    assert re.search(strain, " ".join(output.split()))
+    assert "a vertex of block" not in output
 
 
 def test_the_largest_penetration_is_reported_with_its_time(output_of, write_input):
@@ -330,17 +332,17 @@ def test_the_largest_penetration_is_reported_with_its_time(output_of, write_inpu
                   integration="backward_euler")  # fmt: skip
     groups = changed(changed(groups, "contact", normal_stiffness=stiffness), "control",
                      time_step=1e-4)  # fmt: skip
-    words = output_of("run", write_input(groups), "-q")
-    row = next(line for line in unwrapped(words) if "a vertex of block" in line)
+    output = output_of("run", write_input(groups), "-q")
+    row = next(line for line in unwrapped(output) if "a vertex of block" in line)
     weight = 2500 * GRAVITY
     static = weight / (2 * stiffness)
     depth = static * (1 + math.sqrt(1 + 2 * height / static))
-    found = re.search(r"penetrates (\S+) m into block .* at t = (\S+) s", row)
+    match = re.search(r"penetrates (\S+) m into block .* at t = (\S+) s", row)
     assert depth > 0.05
-    assert float(found[1]) == pytest.approx(depth, rel=0.02), row
+    assert float(match[1]) == pytest.approx(depth, rel=0.02), row
     fall, omega = math.sqrt(2 * height / GRAVITY), math.sqrt(GRAVITY / static)
     slowed = math.pi / 2 + math.atan(math.sqrt(static / (2 * height)))
-    assert float(found[2]) == pytest.approx(fall + slowed / omega, rel=0.02), row
+    assert float(match[2]) == pytest.approx(fall + slowed / omega, rel=0.02), row
 
 
 @pytest.mark.parametrize("command", ["run", "check"])
@@ -348,15 +350,15 @@ def test_a_gap_closed_by_static_steps_is_reported(output_of, write_input, comman
     """Displacements count from equilibrium, so no other result contains the closure."""
     gap, sinks = 0.01, 2500 * GRAVITY / 2 / 1e9
     file = write_input(pile(("brick", rectangle(0.0, gap, 1.0, 1.0)), settle=True))
-    words = " ".join(output_of(command, file).split())
-    found = re.search(r"block 2 'brick' is (\S+) m from its position in the input", words)
-    found = found or re.search(r"block 2 'brick' moved farthest, by (\S+) m", words)
-    assert float(found[1]) == pytest.approx(gap + sinks, rel=1e-3)
+    output = " ".join(output_of(command, file).split())
+    match = re.search(r"block 2 'brick' is (\S+) m from its position in the input", output)
+    match = match or re.search(r"block 2 'brick' moved farthest, by (\S+) m", output)
+    assert float(match[1]) == pytest.approx(gap + sinks, rel=1e-3)
 
 
 def test_small_strains_and_penetrations_are_not_reported(output_of, write_input):
-    words = output_of("run", write_input(pile()), "-q")
-    assert "has a strain of" not in words and "a vertex of block" not in words
+    output = output_of("run", write_input(pile()), "-q")
+    assert "has a strain of" not in output and "a vertex of block" not in output
 
 
 @pytest.mark.parametrize("file", INPUTS, ids=lambda file: file.stem)
@@ -373,12 +375,20 @@ def test_a_compliant_base_without_motion_is_reported(write_input):
     model.joint("j", friction_angle=45.0)
     model.block(rectangle(0.0, 0.0, 10.0, 1.0))
     model.motion("m", values=[0.0, 1.0, 0.0], time_step=0.01, quantity="velocity")
-    for kind, motion, words in (("compliant", "", "has no motion"), ("compliant", "m", ""),
+    for kind, motion, message in (("compliant", "", "has no motion"), ("compliant", "m", ""),
                                 ("viscous", "", "")):  # fmt: skip
-        one = sitedda.Model.from_namelist(model.to_namelist() if motion else without_motion(model))
-        one.boundary("base", kind, side="bottom", **({"motion_x": motion} if motion else {}))
-        with sitedda.Simulation(write_input(one.to_namelist())) as run:
-            assert words in run.notes and bool(run.notes) == bool(words), (kind, motion, run.notes)
+        changed_model = sitedda.Model.from_namelist(
+            model.to_namelist() if motion else without_motion(model)
+        )
+        changed_model.boundary(
+            "base", kind, side="bottom", **({"motion_x": motion} if motion else {})
+        )
+        with sitedda.Simulation(write_input(changed_model.to_namelist())) as run:
+            assert message in run.notes and bool(run.notes) == bool(message), (
+                kind,
+                motion,
+                run.notes,
+            )
 
 
 def without_motion(model) -> str:
@@ -387,7 +397,7 @@ def without_motion(model) -> str:
 
 
 @pytest.mark.parametrize(
-    ("more", "words"),
+    ("more", "message"),
     [
         ("&joint_set angle = 30, spacing = 500 /", "spacing = 500 m is more than 56.57 m"),
         ("&mesh regions = '*', size = 2, fine_size = 4, fine_along = 0, 0, 9, 9 /",
@@ -396,12 +406,12 @@ def without_motion(model) -> str:
         ("&mesh regions = '*', size = 4, fine_size = 2, fine_along = 0, 0, 9, 9 /", ""),
     ],
 )  # fmt: skip
-def test_doubtful_sizes_of_regions_and_joint_sets_have_notes(more, words, write_input):
-    groups = [one for one in pile() if one[0] not in ("block", "fixed_point")]
+def test_doubtful_sizes_of_regions_and_joint_sets_have_notes(more, message, write_input):
+    groups = [group for group in pile() if group[0] not in ("block", "fixed_point")]
     region = f"&region outline = 0, 0, 40, 0, 40, 40, 0, 40 /\n{more}\n"
     with sitedda.Simulation(write_input(namelist(groups) + region)) as run:
-        assert words in run.block_notes()
-        assert words or "m is" not in run.block_notes()
+        assert message in run.block_notes()
+        assert message or "m is" not in run.block_notes()
 
 
 def test_many_cells_are_announced(monkeypatch):

@@ -33,47 +33,49 @@ def site(tmp_path):
 
 
 def test_a_profile_and_its_mean_velocity(site):
-    found = read_profile(site())
-    assert [one.thickness for one in found.layers] == [4, 6, 10]
-    assert found.half_space.shear_velocity == 760
-    assert found.layers[0].damping == pytest.approx(0.02)
+    profile = read_profile(site())
+    assert [layer.thickness for layer in profile.layers] == [4, 6, 10]
+    assert profile.half_space.shear_velocity == 760
+    assert profile.layers[0].damping == pytest.approx(0.02)
     time = 4 / 150 + 6 / 200 + 10 / 280 + 10 / 760
-    assert found.mean_velocity() == pytest.approx(30 / time)
-    assert found.mean_velocity(8.0) == pytest.approx(8 / (4 / 150 + 4 / 200))
-    assert f"V_s30 = {30 / time:.4g} m/s" in str(found)
-    assert found.plot().axes
+    assert profile.mean_velocity() == pytest.approx(30 / time)
+    assert profile.mean_velocity(8.0) == pytest.approx(8 / (4 / 150 + 4 / 200))
+    assert f"V_s30 = {30 / time:.4g} m/s" in str(profile)
+    assert profile.plot().axes
 
 
 def test_other_heads_units_and_separators_are_equivalent(site):
     foot, weight = 0.3048, 9.80665e-3
     rows = ["thickness [ft]; v_s (km/s); nu; unit weight (kN/m³); damping (1)"]
-    given = read_profile(site())
-    for one in given.layers:
-        ratio = (one.pressure_velocity / one.shear_velocity) ** 2
+    reference = read_profile(site())
+    for layer in reference.layers:
+        ratio = (layer.pressure_velocity / layer.shear_velocity) ** 2
         nu = (ratio - 2) / (2 * ratio - 2)
-        numbers = (one.thickness / foot, one.shear_velocity / 1e3, nu, one.density * weight)
-        rows.append("; ".join(f"{n!r}" for n in (*numbers, one.damping)))
-    below = given.half_space
+        numbers = (layer.thickness / foot, layer.shear_velocity / 1e3, nu, layer.density * weight)
+        rows.append("; ".join(f"{n!r}" for n in (*numbers, layer.damping)))
+    below = reference.half_space
     ratio = (below.pressure_velocity / below.shear_velocity) ** 2
     nu = (ratio - 2) / (2 * ratio - 2)
     rows.append(f"; 0.76; {nu!r}; {below.density * weight!r}; 0.005")
-    same = read_profile(site("\n".join(rows), "other.csv"))
-    for mine, theirs in zip((*same.layers, same.half_space), (*given.layers, below), strict=True):
+    other_profile = read_profile(site("\n".join(rows), "other.csv"))
+    for layer_pair, theirs in zip(
+        (*other_profile.layers, other_profile.half_space), (*reference.layers, below), strict=True
+    ):
         for name in ("thickness", "shear_velocity", "pressure_velocity", "density", "damping"):
-            assert getattr(mine, name) == pytest.approx(getattr(theirs, name), rel=1e-9), name
+            assert getattr(layer_pair, name) == pytest.approx(getattr(theirs, name), rel=1e-9), name
 
 
 def test_bottom_depths_and_a_file_without_half_space(site):
-    found = read_profile(site("depth (m),vs (m/s),density (kg/m3)\n4,150,1800\n10,200,1850\n"))
-    assert [one.thickness for one in found.layers] == [4, 6]
-    assert found.half_space is None
-    assert found.column().base == "rigid"
+    profile = read_profile(site("depth (m),vs (m/s),density (kg/m3)\n4,150,1800\n10,200,1850\n"))
+    assert [layer.thickness for layer in profile.layers] == [4, 6]
+    assert profile.half_space is None
+    assert profile.column().base == "rigid"
     with pytest.raises(InputError, match="has no half-space"):
-        found.column("half_space")
+        profile.column("half_space")
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("", "is empty"),
         ("depth (m), Vs (m/s), density (kg/m3)\n", "no layers"),
@@ -92,8 +94,8 @@ def test_bottom_depths_and_a_file_without_half_space(site):
         ("depth (m), Vs (m/s), density (kg/m3)\n4,nan,1800\n", "not a usable number"),
     ],
 )
-def test_files_that_cannot_be_read(site, text, words):
-    with pytest.raises(InputError, match=words):
+def test_files_that_cannot_be_read(site, text, message):
+    with pytest.raises(InputError, match=message):
         read_profile(site(text))
 
 
@@ -110,8 +112,8 @@ def test_curves_use_the_mean_stress_at_their_depth(site):
     np.testing.assert_allclose(wet[0].reduction, dry[0].reduction)  # at the water table
     table = "strain,reduction,damping\n1e-5,1,0.01\n1e-3,0.5,0.1\n"
     site(table, "clay.csv")
-    found = read_profile(site(SITE.replace("darendeli 15", "clay.csv"), "b.csv")).curves()
-    np.testing.assert_allclose(found[0].reduction, [1, 0.5])
+    profile = read_profile(site(SITE.replace("darendeli 15", "clay.csv"), "b.csv")).curves()
+    np.testing.assert_allclose(profile[0].reduction, [1, 0.5])
 
 
 def model_of(file, **values) -> sitedda.Model:
@@ -132,8 +134,8 @@ def test_blocks_amplify_as_the_column(site, columns):
     errors = []
     for highest in (10.0, 20.0):
         model = model_of(file, columns=columns, highest_frequency=highest)
-        found = abs(sitedda.transfer(model, frequencies, surface="surface", base=None))
-        errors.append(np.max(abs(found - exact)) / exact.max())
+        amplification = abs(sitedda.transfer(model, frequencies, surface="surface", base=None))
+        errors.append(np.max(abs(amplification - exact)) / exact.max())
     assert errors[0] < 0.05
     assert errors[1] < 0.4 * errors[0]
 
@@ -161,18 +163,18 @@ def test_both_programs_run_a_profile_and_compare_its_column(tmp_path, site, nati
     assert run.history.point.values.tolist() == ["surface", "depth_4", "depth_10", "base"]
     from sitedda.building import build_file
 
-    built, made = build_file(file)
-    assert any("curves of vs.csv have no effect" in one for one in made.messages)
-    assert not any("half-space" in one for one in made.messages)
+    built, build_result = build_file(file)
+    assert any("curves of vs.csv have no effect" in message for message in build_result.messages)
+    assert not any("half-space" in message for message in build_result.messages)
     rigid = build_file(file_of_layers(tmp_path / "rigid", text), tmp_path / "rigid.nml")[1]
-    assert any("vs.csv ends without a half-space" in one for one in rigid.messages)
+    assert any("vs.csv ends without a half-space" in message for message in rigid.messages)
     native.ok("run", built, "-o", tmp_path / "b.nc", "-q")
     same_bits(tmp_path / "a.nc", tmp_path / "b.nc")
-    found = beside(run.history)
-    peak = abs(found.column_surface).max()
-    assert abs(found.surface - found.column_surface).max() < 0.05 * peak
-    same = sitedda.Model.read(file).build().run()
-    np.testing.assert_array_equal(same.history.velocity, run.history.velocity)
+    comparison = beside(run.history)
+    peak = abs(comparison.column_surface).max()
+    assert abs(comparison.surface - comparison.column_surface).max() < 0.05 * peak
+    second_run = sitedda.Model.read(file).build().run()
+    np.testing.assert_array_equal(second_run.history.velocity, run.history.velocity)
 
 
 @pytest.mark.parametrize("sides", ["tied", "free_field", "roller"])
@@ -180,13 +182,13 @@ def test_sides_of_level_ground_move_alike(site, sides):
     model = model_of(site(), columns=4, sides=sides, highest_frequency=8.0, motion_x="quake")
     model.control(duration=0.6, time_step=2e-3)
     model.motion("quake", [0.0, 1.0, -1.0, 0.0], 0.05, "acceleration", drift_order=0)
-    found = model.run().history.acceleration.sel(point="surface", axis="x").values
+    acceleration = model.run().history.acceleration.sel(point="surface", axis="x").values
     tied = model_of(site(), sides="tied", highest_frequency=8.0, motion_x="quake")
     tied.control(duration=0.6, time_step=2e-3)
     tied.motion("quake", [0.0, 1.0, -1.0, 0.0], 0.05, "acceleration", drift_order=0)
-    wanted = tied.run().history.acceleration.sel(point="surface", axis="x").values
+    expected = tied.run().history.acceleration.sel(point="surface", axis="x").values
     bound = 0.03 if sides == "roller" else 1e-6  # rollers do not keep upright faces straight
-    assert abs(found - wanted).max() < bound * abs(wanted).max()
+    assert abs(acceleration - expected).max() < bound * abs(expected).max()
 
 
 @pytest.mark.filterwarnings("error::sitedda.PeakWarning")
@@ -200,11 +202,15 @@ def test_yielding_layers_agree_with_the_nonlinear_column(site, root):
     record = root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
     model.motion("quake", file=str(record), scale=0.3)
     model.amplification(lowest=0.5, highest=8.0)
-    found = beside(model.run().history)  # without a warning about a linear peak
+    comparison = beside(model.run().history)  # without a warning about a linear peak
     periods = [0.1, 0.2, 0.5, 1.0]
     blocks, column, linear = (
-        spectral_acceleration(one, found.response.motion.time_step, periods)
-        for one in (found.surface, found.column_surface, found.columns["linear"].acceleration())
+        spectral_acceleration(motion, comparison.response.motion.time_step, periods)
+        for motion in (
+            comparison.surface,
+            comparison.column_surface,
+            comparison.columns["linear"].acceleration(),
+        )
     )
     np.testing.assert_allclose(blocks, column, rtol=0.02)
     assert np.max(abs(linear / column - 1)) > 0.2
@@ -225,7 +231,7 @@ def test_curves_become_variables_of_materials(site):
 
 
 @pytest.mark.parametrize(
-    ("curve", "words"),
+    ("curve", "message"),
     [
         ("linear", "no layer of .* has a curve"),
         ("hyperbolic", "row 2: curve = 'hyperbolic': give after hyperbolic: ref"),
@@ -233,9 +239,9 @@ def test_curves_become_variables_of_materials(site):
         ("none.csv", "none.csv"),
     ],
 )
-def test_unsupported_curves_are_refused(site, curve, words):
+def test_unsupported_curves_are_refused(site, curve, message):
     text = f"depth (m),vs (m/s),vp (m/s),density (kg/m3),curve\n4,150,400,1800,{curve}\n"
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         model_of(site(text), law="hysteretic").build()
 
 
@@ -247,7 +253,7 @@ def test_a_file_without_half_space_has_a_rigid_base(site):
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
         ({"base": "compliant"}, "needs a half-space"),
         ({"columns": 0}, "columns"),
@@ -255,9 +261,9 @@ def test_a_file_without_half_space_has_a_rigid_base(site):
         ({"highest_frequency": 1e7}, "blocks exceed the limit of"),
     ],
 )
-def test_invalid_ground_is_refused(site, values, words):
+def test_invalid_ground_is_refused(site, values, message):
     text = "depth (m),vs (m/s),vp (m/s),density (kg/m3)\n4,150,400,1800\n"
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         model_of(site(text), **values).build()
     with pytest.raises(InputError, match="row 2: blocks need pressure_velocity"):
         model_of(site(text.replace(",vp (m/s)", "").replace(",400", ""))).build()
@@ -265,13 +271,13 @@ def test_invalid_ground_is_refused(site, values, words):
 
 def test_the_command_prints_and_draws(tmp_path, site, main, root):
     file = site()
-    done = main.ok("site", file)
-    assert "V_s30 = " in done.stdout
+    process = main.ok("site", file)
+    assert "V_s30 = " in process.stdout
     assert (tmp_path / "vs_profile.png").stat().st_size > 1e4
     linear = site("\n".join(line.rsplit(",", 1)[0] for line in SITE.splitlines()), "linear.csv")
     record = root / "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
-    done = main.ok("site", linear, "--record", record)
-    assert "outcrop motion" in done.stdout
+    process = main.ok("site", linear, "--record", record)
+    assert "outcrop motion" in process.stdout
     assert (tmp_path / "linear_profile.png").exists()
     (tmp_path / "linear_profile.png").write_bytes(b"another's")
     main.ok("site", linear, "--record", record, "-o", tmp_path / "only.png")
@@ -287,15 +293,15 @@ def test_curves_end_at_the_strength_of_the_file(site):
 
     head = "depth (m), Vs (m/s), density (kg/m3), su (kPa), phi (deg), curve\n"
     rows = "4, 150, 1800, 40, , darendeli 30\n10, 200, 1850, , 33, darendeli 0\n"
-    found = read_profile(site(head + rows, "strong.csv"))
+    profile = read_profile(site(head + rows, "strong.csv"))
     friction = (4 * 1800 + 3 * 1850) * 9.80665 * math.tan(math.radians(33))
-    assert found.strengths() == pytest.approx([40e3, friction])
-    assert found.strengths(2.0)[1] < friction  # below water
+    assert profile.strengths() == pytest.approx([40e3, friction])
+    assert profile.strengths(2.0)[1] < friction  # below water
     plain = read_profile(
         site((head + rows).replace("40, ,", ", ,").replace(", 33,", ", ,"), "b.csv")
     )
     for layer, one, other, strength in zip(
-        found.layers, found.curves(), plain.curves(), found.strengths(), strict=True
+        profile.layers, profile.curves(), plain.curves(), profile.strengths(), strict=True
     ):
         modulus = layer.density * layer.shear_velocity**2
         assert 0.85 * strength < one.implied_strength(modulus) <= strength
@@ -305,8 +311,8 @@ def test_curves_end_at_the_strength_of_the_file(site):
         assert np.all(np.diff(stress) > 0)
         np.testing.assert_allclose(one.damping_at(small), other.damping_at(small))
     exact = gqh(1e-3, [0.3, 0.5, 1.0, 1.0, 0.9])
-    again = strength_corrected(exact, 1e8, 1e5)
-    np.testing.assert_allclose(again.reduction_at(exact.strain), exact.reduction, atol=0.01)
+    corrected = strength_corrected(exact, 1e8, 1e5)
+    np.testing.assert_allclose(corrected.reduction_at(exact.strain), exact.reduction, atol=0.01)
     with pytest.raises(ValueError, match="% of the shear modulus"):
         strength_corrected(darendeli(1e5), 1e8, 1e3)
     row = "4, 150, 1800, , , gqh 1e-3 0.3 0.5 1 1 0.9\n"
@@ -319,6 +325,6 @@ def test_curves_end_at_the_strength_of_the_file(site):
 
 def test_an_unrealistic_implied_strength_is_reported(site):
     head = "depth (m), Vs (m/s), density (kg/m3), curve\n"
-    words = read_profile(site(head + "2, 400, 1900, hyperbolic 1e-2\n")).strength_words()
-    assert "row 2: the curves imply a shear strength of" in words
+    message = read_profile(site(head + "2, 400, 1900, hyperbolic 1e-2\n")).strength_words()
+    assert "row 2: the curves imply a shear strength of" in message
     assert not read_profile(site(head + "2, 400, 1900, linear\n")).strength_words()

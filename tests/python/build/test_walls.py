@@ -22,8 +22,8 @@ def wall(openings=(DOOR, WINDOW), **values) -> Model:
     for x, y in ((-0.9, -0.25), (WIDTH + 0.9, -0.25), (2, -0.4)):
         model.fixed_point(x, y, "floor")
     model.masonry_wall(**{"width": WIDTH, "height": HEIGHT, "courses": 10, "stone": 0.6} | values)
-    for one in openings:
-        model.opening(**one)
+    for opening in openings:
+        model.opening(**opening)
     return model
 
 
@@ -33,7 +33,7 @@ def area(polygon) -> float:
 
 
 def polygons(model) -> dict[str, np.ndarray]:
-    return {one.name: one.vertices for one in model.build()["block"] if one.name != "floor"}
+    return {block.name: block.vertices for block in model.build()["block"] if block.name != "floor"}
 
 
 def under_chords(width, rise, voussoirs) -> float:
@@ -53,37 +53,37 @@ def test_stones_fill_the_wall_except_its_openings(bond, head, rise):
     door = DOOR | {"head": head, "depth": 0.25} | ({"rise": rise} if rise else {})
     height = HEIGHT if head != "none" else DOOR["height"]  # an opening without a head ends it
     openings = [door] if head == "none" else [door, WINDOW]
-    found = polygons(wall(openings, bond=bond, seed=3, height=height))
+    stones = polygons(wall(openings, bond=bond, seed=3, height=height))
     empty = DOOR["width"] * (DOOR["height"] - (rise or 0.0))
     empty += under_chords(DOOR["width"], rise, 9) if rise else 0.0
     empty += WINDOW["width"] * WINDOW["height"] if head != "none" else 0.0
-    assert sum(map(area, found.values())) == pytest.approx(WIDTH * height - empty, rel=1e-9)
-    assert min(map(area, found.values())) > 0
-    levels = np.unique(np.round([p[:, 1].min() for n, p in found.items() if "wall" in n], 9))
+    assert sum(map(area, stones.values())) == pytest.approx(WIDTH * height - empty, rel=1e-9)
+    assert min(map(area, stones.values())) > 0
+    levels = np.unique(np.round([p[:, 1].min() for n, p in stones.items() if "wall" in n], 9))
     if head == "lintel":
         assert {1.0, 2.0, 2.1}.issubset(levels)
-        assert np.ptp(found["door_lintel"][:, 0]) == pytest.approx(1.0 + 0.6)
+        assert np.ptp(stones["door_lintel"][:, 0]) == pytest.approx(1.0 + 0.6)
     if head == "arch":
-        assert "door_9" in found
-        assert ("door_left" in found) == (rise < 0.5)  # a half-circle springs level
-    lengths = [np.ptp(p[:, 0]) for n, p in found.items() if n.startswith("wall")]
+        assert "door_9" in stones
+        assert ("door_left" in stones) == (rise < 0.5)  # a half-circle springs level
+    lengths = [np.ptp(p[:, 0]) for n, p in stones.items() if n.startswith("wall")]
     assert min(lengths) >= 0.3 * 0.6 * (0.5 if bond == "header" else 1.0) - 1e-9
     with sitedda.Simulation(wall(openings, bond=bond, seed=3, height=height)) as simulation:
-        assert len(simulation.polygons) == len(found) + 1  # none overlaps another
+        assert len(simulation.polygons) == len(stones) + 1  # none overlaps another
 
 
 def test_head_joints_of_successive_rubble_courses_are_offset():
-    found = polygons(wall((), bond="rubble", seed=5, width=20.0, courses=12))
+    stones = polygons(wall((), bond="rubble", seed=5, width=20.0, courses=12))
     courses: dict[float, list[float]] = {}
-    for one in found.values():
-        courses.setdefault(round(one[:, 1].min(), 9), []).append(one[:, 0].max())
+    for stone in stones.values():
+        courses.setdefault(round(stone[:, 1].min(), 9), []).append(stone[:, 0].max())
     rows = [np.sort(courses[y])[:-1] for y in sorted(courses)]
-    apart = [abs(a[:, None] - b).min() for a, b in zip(rows, rows[1:], strict=False)]
-    assert np.mean(np.array(apart) >= 0.2 * 0.6 - 1e-9) > 0.6
+    offsets = [abs(a[:, None] - b).min() for a, b in zip(rows, rows[1:], strict=False)]
+    assert np.mean(np.array(offsets) >= 0.2 * 0.6 - 1e-9) > 0.6
     heights = np.diff(sorted(courses))
     assert heights.std() > 0.05 * heights.mean()
-    again = polygons(wall((), bond="rubble", seed=6, width=20.0, courses=12))
-    assert not np.array_equal(found["wall_1"], again["wall_1"])
+    other_stones = polygons(wall((), bond="rubble", seed=6, width=20.0, courses=12))
+    assert not np.array_equal(stones["wall_1"], other_stones["wall_1"])
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -93,8 +93,8 @@ def test_walls_stand_and_have_limit_loads(seed):
     door = DOOR | {"head": head, "width": rng.uniform(0.7, 1.1), "depth": 0.3}
     bond = ("running", "header", "rubble")[seed % 3]
     model = wall([door, WINDOW], bond=bond, seed=seed, stone=rng.uniform(0.5, 0.8))
-    found = sitedda.limit_analysis(model)
-    assert 0.05 < found.lower.factor <= found.upper.factor * (1 + 1e-6) < 1.0
+    limits = sitedda.limit_analysis(model)
+    assert 0.05 < limits.lower.factor <= limits.upper.factor * (1 + 1e-6) < 1.0
     model.control(steps=None)
     model.stage("rest", "static")
     assert "at rest" in model.run().summary
@@ -113,7 +113,7 @@ def test_walls_with_ties_run_in_both_programs(tmp_path, native, same_bits):
 
 
 @pytest.mark.parametrize(
-    ("openings", "values", "words"),
+    ("openings", "values", "message"),
     [
         ([DOOR | {"wall": "fence"}], {}, "'fence' is not the name of a &masonry_wall"),
         ([DOOR | {"left": 4.5}], {}, "'door': the opening with its head, x = 4.2 to 5.8 m"),
@@ -129,6 +129,6 @@ def test_walls_with_ties_run_in_both_programs(tmp_path, native, same_bits):
         ([{"left": 1.0}], {}, "opening 'opening': width is missing"),
     ],
 )
-def test_invalid_walls_are_refused(openings, values, words):
-    with pytest.raises(InputError, match=words):
+def test_invalid_walls_are_refused(openings, values, message):
+    with pytest.raises(InputError, match=message):
         wall(openings, **values).build()

@@ -32,10 +32,10 @@ def column(towers=1) -> sitedda.Model:
 
 def test_matrices_have_the_modes_of_the_model():
     stiffness, mass, points, names = matrices(column())
-    found = sitedda.modes(column(), 4)
-    shapes = found.shapes.reshape(4, -1).T
+    modes = sitedda.modes(column(), 4)
+    shapes = modes.shapes.reshape(4, -1).T
     assert np.allclose(shapes.T @ mass @ shapes, np.eye(4), atol=1e-9)
-    squares = (2 * np.pi * found.frequency) ** 2
+    squares = (2 * np.pi * modes.frequency) ** 2
     assert np.allclose(shapes.T @ stiffness @ shapes, np.diag(squares), rtol=1e-9, atol=1e-6)
     unit = np.zeros(mass.shape[0]).reshape(-1, 6)
     unit[:, 0], unit[:, 2] = 1.0, 0.1  # about the centroid, where the points are
@@ -86,23 +86,23 @@ def test_rigid_motions_are_excluded_from_modes(columns):
 
 def seen(count=4, noise=0.0, shapes=False) -> pd.DataFrame:
     """Return modes of the column with its true stiffnesses, as if they were measured."""
-    found, random = sitedda.modes(column(), count, changes=TRUTH), np.random.default_rng(0)
+    modes, random = sitedda.modes(column(), count, changes=TRUTH), np.random.default_rng(0)
     *_, points, names = matrices(column())
-    frequency = found.frequency * np.exp(noise * random.standard_normal(count))
-    table = {"frequency": frequency, "deviation": max(noise, 0.002) * found.frequency}
+    frequency = modes.frequency * np.exp(noise * random.standard_normal(count))
+    table = {"frequency": frequency, "deviation": max(noise, 0.002) * modes.frequency}
     if shapes:
         at = [f"{name}.{axis}" for name in names for axis in "xy"]
-        table |= dict(zip(at, points @ found.shapes.reshape(count, -1).T, strict=True))
+        table |= dict(zip(at, points @ modes.shapes.reshape(count, -1).T, strict=True))
     return pd.DataFrame(table)
 
 
 def test_recovers_stiffnesses():
-    found, true = calibrate(column(), seen(), TWO, discrepancy=0.0), list(TRUTH.values())
-    assert found.unknowns.best.tolist() == pytest.approx(true, rel=0.02)
-    assert np.all((found.unknowns.low < true) & (found.unknowns.high > true))
-    assert np.all(abs(found.fit.misfit) < 1) and found.reduction_error < 1e-5
-    assert len(found.doubts) == 1 and "friction" in found.doubts[0]
-    assert found.samples.shape == (1000, 2)
+    calibration, true = calibrate(column(), seen(), TWO, discrepancy=0.0), list(TRUTH.values())
+    assert calibration.unknowns.best.tolist() == pytest.approx(true, rel=0.02)
+    assert np.all((calibration.unknowns.low < true) & (calibration.unknowns.high > true))
+    assert np.all(abs(calibration.fit.misfit) < 1) and calibration.reduction_error < 1e-5
+    assert len(calibration.doubts) == 1 and "friction" in calibration.doubts[0]
+    assert calibration.samples.shape == (1000, 2)
 
 
 @pytest.fixture
@@ -129,9 +129,9 @@ def calibrate_arch(model):
 
 
 def test_contacts_that_gravity_closes(arch):
-    found, truth = calibrate_arch(arch)
-    assert found.unknowns.best.tolist() == pytest.approx(truth, rel=0.02)
-    assert not any("gravity closes" in words for words in found.doubts)
+    calibration, truth = calibrate_arch(arch)
+    assert calibration.unknowns.best.tolist() == pytest.approx(truth, rel=0.02)
+    assert not any("gravity closes" in doubt for doubt in calibration.doubts)
 
 
 def test_one_unknown_that_changes_contacts(root):
@@ -141,16 +141,16 @@ def test_one_unknown_that_changes_contacts(root):
         family_of(facade, {"contact.normal_stiffness": 2e8})
     frequency = sitedda.modes(facade, 2).frequency
     modes = {"frequency": frequency, "deviation": 0.01 * frequency}
-    found = calibrate(facade, modes, {"contact.normal_stiffness": (5e7, 8e8)})
-    assert any("all touching contacts are assumed closed" in words for words in found.doubts)
-    assert 1.5e8 < found.unknowns.best.iloc[0] < 2e8  # more contacts are closed
+    calibration = calibrate(facade, modes, {"contact.normal_stiffness": (5e7, 8e8)})
+    assert any("all touching contacts are assumed closed" in doubt for doubt in calibration.doubts)
+    assert 1.5e8 < calibration.unknowns.best.iloc[0] < 2e8  # more contacts are closed
 
 
 def test_derivatives_where_a_model_is_unstable():
     """On soft joints ω² of the first mode is negative under the weight."""
     family = Family(np.diag([-1.0, 50.0]), [np.eye(2)], np.zeros((2, 2)))
-    seen = Observations(measured_modes({"frequency": [1.0], "deviation": [0.1]}), [])
-    posterior = Posterior(family, seen, np.zeros(1), np.ones(1), 0.0)
+    observations = Observations(measured_modes({"frequency": [1.0], "deviation": [0.1]}), [])
+    posterior = Posterior(family, observations, np.zeros(1), np.ones(1), 0.0)
     assert np.all(np.isfinite(posterior.jacobian(np.array([-1.0]))))
 
 
@@ -163,24 +163,24 @@ def test_the_assumption_of_closed_contacts_is_reported(arch, monkeypatch):
         return family_of(model, at, contacts, changes)
 
     monkeypatch.setattr(sys.modules[calibrate.__module__], "family_of", only_closed)
-    found, truth = calibrate_arch(arch)
-    (words,) = (words for words in found.doubts if "gravity closes" in words)
-    assert "all touching contacts are assumed closed" in words
-    changed = float(re.search(r"up to ([0-9.]+) %", words)[1])
-    best = found.unknowns.best.to_dict()
+    calibration, truth = calibrate_arch(arch)
+    (doubt,) = (doubt for doubt in calibration.doubts if "gravity closes" in doubt)
+    assert "all touching contacts are assumed closed" in doubt
+    changed = float(re.search(r"up to ([0-9.]+) %", doubt)[1])
+    best = calibration.unknowns.best.to_dict()
     opened, closed = (sitedda.modes(arch, 3, contacts=which, changes=best).frequency
                       for which in ("auto", "closed"))  # fmt: skip
     assert changed == pytest.approx(100 * abs(opened / closed - 1).max(), rel=0.05)
-    assert found.unknowns.best.tolist() != pytest.approx(truth, rel=0.02)
+    assert calibration.unknowns.best.tolist() != pytest.approx(truth, rel=0.02)
 
 
 def test_shapes_identify_modes():
     """Shapes identify modes in another order, one of which is missing."""
     modes = seen(5, shapes=True).iloc[[3, 0, 1]]
-    found = calibrate(column(), modes, TWO, discrepancy=0.0)
-    assert found.fit.number.tolist() == [4, 1, 2]
-    assert found.fit.mac.tolist() == pytest.approx([1.0] * 3, abs=1e-3)
-    assert found.unknowns.best.tolist() == pytest.approx(list(TRUTH.values()), rel=0.02)
+    calibration = calibrate(column(), modes, TWO, discrepancy=0.0)
+    assert calibration.fit.number.tolist() == [4, 1, 2]
+    assert calibration.fit.mac.tolist() == pytest.approx([1.0] * 3, abs=1e-3)
+    assert calibration.unknowns.best.tolist() == pytest.approx(list(TRUTH.values()), rel=0.02)
 
 
 def test_probability_of_errors_and_shapes():
@@ -191,36 +191,38 @@ def test_probability_of_errors_and_shapes():
     *_, names = matrices(column())
     posterior = Posterior(family, Observations(modes, names), mean, np.ones(5), None)
     squares, y = family.modes(np.exp(mean + z)[:4], 5)
-    wanted, delta = norm.logpdf(z).sum(), 0.02 * np.exp(0.4)
-    found = zip(modes.itertuples(), shapes_of(modes).to_numpy(), posterior.solved(z[None])[2][0],
-                strict=True)  # fmt: skip
-    for one, like, k in found:
-        off = np.log(2 * np.pi * one.frequency) - np.log(squares[k]) / 2
-        wanted += norm.logpdf(off, scale=np.hypot(one.deviation / one.frequency, delta))
+    expected, delta = norm.logpdf(z).sum(), 0.02 * np.exp(0.4)
+    solved = posterior.solved(z[None])[2][0]
+    solutions = zip(modes.itertuples(), shapes_of(modes).to_numpy(), solved, strict=True)
+    for mode, like, k in solutions:
+        off = np.log(2 * np.pi * mode.frequency) - np.log(squares[k]) / 2
+        expected += norm.logpdf(off, scale=np.hypot(mode.deviation / mode.frequency, delta))
         own = family.points @ y[:, k]
-        rest = 1 - (like @ own) ** 2 / (like @ like) / (own @ own)
-        scale = np.hypot(one.shape_deviation, delta)
-        wanted += norm.logpdf(np.sqrt(rest), scale=scale) + 6 * norm.logpdf(0, scale=scale)
-    assert posterior.log(z[None])[0] == pytest.approx(wanted, abs=1e-6)
+        remainder = 1 - (like @ own) ** 2 / (like @ like) / (own @ own)
+        scale = np.hypot(mode.shape_deviation, delta)
+        expected += norm.logpdf(np.sqrt(remainder), scale=scale) + 6 * norm.logpdf(0, scale=scale)
+    assert posterior.log(z[None])[0] == pytest.approx(expected, abs=1e-6)
     h = 1e-5 * np.eye(5)
     slopes = (posterior.residuals(z + h) - posterior.residuals(z - h)).T / 2e-5
     assert posterior.jacobian(z) == pytest.approx(slopes, abs=1e-6 * abs(slopes).max())
-    turned = replace(posterior, family=replace(family, points=-family.points))
-    assert np.allclose(posterior.residuals(z[None]), turned.residuals(z[None]), atol=1e-9)
+    flipped = replace(posterior, family=replace(family, points=-family.points))
+    assert np.allclose(posterior.residuals(z[None]), flipped.residuals(z[None]), atol=1e-9)
 
 
 def test_doubts_about_fit_and_unknowns_are_reported():
     modes = seen(noise=0.02)
     first = modes.frequency[0]
-    wrong = {"frequency": [first, 1.5 * first], "deviation": 0.01 * first}
-    found = calibrate(column(), wrong, {SHEAR: RANGES[SHEAR]})
-    assert any("cannot be fitted" in words for words in found.doubts)
+    bad_modes = {"frequency": [first, 1.5 * first], "deviation": 0.01 * first}
+    calibration = calibrate(column(), bad_modes, {SHEAR: RANGES[SHEAR]})
+    assert any("cannot be fitted" in doubt for doubt in calibration.doubts)
     blind = {SHEAR: RANGES[SHEAR], YOUNG: (1e12, 1e14)}
-    found = calibrate(column(), modes[:1], blind)
-    assert any("do not determine" in words or "combination" in words for words in found.doubts)
+    calibration = calibrate(column(), modes[:1], blind)
+    assert any(
+        "do not determine" in doubt or "combination" in doubt for doubt in calibration.doubts
+    )
     sharp = calibrate(column(), seen(2), {n: (k / 10, k * 10) for n, k in MEDIANS.items()},
                       discrepancy=0.0)  # fmt: skip
-    assert any("ranges may be too narrow" in words for words in sharp.doubts)
+    assert any("ranges may be too narrow" in doubt for doubt in sharp.doubts)
     right = calibrate(column(), modes, TWO)
     poor = calibrate(column(), modes, {SHEAR: (1e7, 1e8), BED: RANGES[BED]})
     assert odds({"right": right, "poor": poor})["right"] > 0.99
@@ -229,7 +231,7 @@ def test_doubts_about_fit_and_unknowns_are_reported():
 def test_probability_where_modes_cross():
     """Where modes cross, ln p has kinks and no local curvature: the evidence uses prior draws."""
     model, modes, priors, _ = random_column(124, (1, 4), (2, 5))
-    found = calibrate(model, modes, priors, discrepancy=0.0)
+    calibration = calibrate(model, modes, priors, discrepancy=0.0)
     mean, spread = np.log(list(priors.values())).mean(1), np.log(3) / 1.6449
     family = family_of(model, dict(zip(priors, np.exp(mean), strict=True)))
     observations = Observations(measured_modes(modes), [])
@@ -238,7 +240,7 @@ def test_probability_where_modes_cross():
     prior = -np.sum(z**2, axis=1) / 2 - 2 * np.log(2 * np.pi)
     weights = np.exp(posterior.log(z) - prior)
     error = weights.std() / weights.mean() / np.sqrt(len(z))
-    assert found.evidence == pytest.approx(np.log(weights.mean()), abs=4 * error)
+    assert calibration.evidence == pytest.approx(np.log(weights.mean()), abs=4 * error)
     assert error < 0.2
     far = [(np.full(4, 1e4), np.eye(4))]  # stiffnesses overflow there
     assert np.all(np.isfinite(posterior.weighted(far, 0)[1]))
@@ -247,7 +249,7 @@ def test_probability_where_modes_cross():
 
 
 @pytest.mark.parametrize(
-    ("unknowns", "words"),
+    ("unknowns", "message"),
     [
         ({}, "at least one unknown"),
         ([NORMAL], "at least one unknown"),
@@ -259,13 +261,13 @@ def test_probability_where_modes_cross():
         ({NORMAL: RANGES[NORMAL], "material[stone].poisson_ratio": (0.05, 0.2)}, "not linear"),
     ],
 )
-def test_refuses_unknowns(unknowns, words):
-    with pytest.raises(InputError, match=words):
+def test_refuses_unknowns(unknowns, message):
+    with pytest.raises(InputError, match=message):
         calibrate(column(), {"frequency": [3.0], "deviation": 0.1}, unknowns)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("frequency\n", "modes.csv: give a heading"),
         ("frequency;deviation\n3,0;0,1\n", "line 1: 'frequency;deviation' has no commas"),
@@ -290,14 +292,14 @@ def test_refuses_unknowns(unknowns, words):
         ("frequency,deviation,p0_0.x,top.x\n20,1,2,1\n", "line 2: .* top.x, but the measured"),
     ],
 )
-def test_refuses_tables(tmp_path, text, words):
+def test_refuses_tables(tmp_path, text, message):
     (tmp_path / "modes.csv").write_text(text)
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         calibrate(column(), tmp_path / "modes.csv", {SHEAR: RANGES[SHEAR]})
 
 
 @pytest.mark.parametrize(
-    ("table", "words"),
+    ("table", "message"),
     [
         (None, "there is no measured mode"),
         ({"frequency": [20.0, 70.0], "deviation": [0.1]}, "not a table"),
@@ -309,8 +311,8 @@ def test_refuses_tables(tmp_path, text, words):
         ),
     ],
 )
-def test_refuses_tables_of_python(table, words):
-    with pytest.raises(InputError, match=words):
+def test_refuses_tables_of_python(table, message):
+    with pytest.raises(InputError, match=message):
         measured_modes(table)
 
 
@@ -318,10 +320,10 @@ def test_reads_tables_of_other_programs(tmp_path):
     """With a byte-order mark, line ends of Windows, quotes and an empty cell; a tiny shape."""
     head = "\ufefffrequency,deviation,damping,p0_0.x,'p0_3.x'\r\n".replace("'", '"')
     (tmp_path / "modes.csv").write_text(head + "20,1,,1e-200,2e-200\r\n", "utf-8")
-    found = calibrate(column(), tmp_path / "modes.csv", TWO)
-    assert found.fit.mac.iloc[0] > 0.5 and found.measured.damping.isna().all()
-    one = found.measured.drop(columns="p0_0.x")
-    assert any("one component" in words for words in calibrate(column(), one, TWO).doubts)
+    calibration = calibrate(column(), tmp_path / "modes.csv", TWO)
+    assert calibration.fit.mac.iloc[0] > 0.5 and calibration.measured.damping.isna().all()
+    table = calibration.measured.drop(columns="p0_0.x")
+    assert any("one component" in doubt for doubt in calibrate(column(), table, TWO).doubts)
 
 
 def test_refuses_repeated_unknowns(tmp_path, capsys):
@@ -361,10 +363,10 @@ def test_command_and_study(tmp_path, capsys, monkeypatch):
 def test_the_column_of_the_gallery(root, capsys, tmp_path):
     """Its command finds stiffnesses that meet both frequencies, and one combination of them."""
     text = (root / "docs/gallery.md").read_text()
-    words = shlex.split(re.search(r"^sitedda (calibrate .*) -o", text, re.M)[1])
-    words[1:3] = [str(root / file) for file in words[1:3]]
-    assert main([*words, "-o", str(tmp_path / "modes.png")]) == 0
+    command = shlex.split(re.search(r"^sitedda (calibrate .*) -o", text, re.M)[1])
+    command[1:3] = [str(root / file) for file in command[1:3]]
+    assert main([*command, "-o", str(tmp_path / "modes.png")]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    found = [float(f) for f in re.findall(r"measured, (\S+) Hz by the model", printed)]
-    assert found == pytest.approx([1.27, 6.5], rel=0.005)
+    frequencies = [float(f) for f in re.findall(r"measured, (\S+) Hz by the model", printed)]
+    assert frequencies == pytest.approx([1.27, 6.5], rel=0.005)
     assert "only a combination of boundary[ground]" in printed

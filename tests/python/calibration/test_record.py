@@ -48,20 +48,20 @@ def test_modes_of_a_record(ambient):
     """A sway and a vertical mode: 0.5 % in frequency, 20 % in damping, and their deviations."""
     pytest.importorskip("pyoma2")
     folder, model, _ = ambient
-    found = identify(folder / "record.csv", (4.0, 20.0))
-    found.to_csv(folder / "modes.csv", index=False)
-    assert np.allclose(measured_modes(folder / "modes.csv")[list(found)], found, rtol=1e-12)
+    modes = identify(folder / "record.csv", (4.0, 20.0))
+    modes.to_csv(folder / "modes.csv", index=False)
+    assert np.allclose(measured_modes(folder / "modes.csv")[list(modes)], modes, rtol=1e-12)
     own = sitedda.modes(model, 2)
     frequency = own.frequency / (1 + own.elongation)  # as the steps have it
-    assert len(found) == 2
-    seen = found[["p1.x", "p1.y", "p3.x", "p3.y"]].to_numpy()
+    assert len(modes) == 2
+    shapes = modes[["p1.x", "p1.y", "p3.x", "p3.y"]].to_numpy()
     true = own.shapes[:, [1, 3], :2].reshape(2, -1)
-    assert np.all(np.sum(seen * true, 1) ** 2 / np.sum(true**2, 1) > 0.999)  # MAC
-    for one, f, damping in zip(found.itertuples(), frequency, own.damping, strict=True):
-        assert one.frequency == pytest.approx(f, rel=0.005)
-        assert one.damping == pytest.approx(damping, rel=0.2)
-        assert abs(one.frequency - f) < 3 * one.deviation < 0.03 * f
-        assert abs(one.damping - damping) < 3 * one.damping_deviation < 0.5 * damping
+    assert np.all(np.sum(shapes * true, 1) ** 2 / np.sum(true**2, 1) > 0.999)  # MAC
+    for mode, f, damping in zip(modes.itertuples(), frequency, own.damping, strict=True):
+        assert mode.frequency == pytest.approx(f, rel=0.005)
+        assert mode.damping == pytest.approx(damping, rel=0.2)
+        assert abs(mode.frequency - f) < 3 * mode.deviation < 0.03 * f
+        assert abs(mode.damping - damping) < 3 * mode.damping_deviation < 0.5 * damping
 
 
 @pytest.fixture(scope="module")
@@ -72,10 +72,10 @@ def miniseed(ambient):
     stream = obspy.Stream()
     for name, values in record.items():
         station, axis = name.split(".")
-        late = 7 * (axis == "y")
+        delay = 7 * (axis == "y")
         header = {"station": station, "channel": f"HH{'EZ'['xy'.index(axis)]}", "delta": 4 * STEP}
-        stream += obspy.Trace(values.to_numpy()[late:], header)
-        stream[-1].stats.starttime += late * 4 * STEP
+        stream += obspy.Trace(values.to_numpy()[delay:], header)
+        stream[-1].stats.starttime += delay * 4 * STEP
     stream.write(folder / "record.mseed")
     return folder / "record.mseed"
 
@@ -136,16 +136,16 @@ def test_h_over_v_of_noise():
 
 
 @pytest.mark.parametrize(
-    ("band", "words"),
+    ("band", "message"),
     [((4.0, 60.0), "below 50 Hz"), ((0.1, 20.0), "less than 100 periods"), ((9, 4), "in order")],
 )
-def test_refuses_bands(ambient, band, words):
-    with pytest.raises(InputError, match=words):
+def test_refuses_bands(ambient, band, message):
+    with pytest.raises(InputError, match=message):
         identify(ambient[2], band)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("top.x,time\n1,2\n", "give a heading"),
         ("time,a.x\n0,1\n1,b\n", "line 3: .*'b'"),
@@ -154,14 +154,14 @@ def test_refuses_bands(ambient, band, words):
         ("time,a.x\n0,1\n1,nan\n", "record.csv: sample 2 of a.x"),
     ],
 )
-def test_refuses_records(tmp_path, text, words):
+def test_refuses_records(tmp_path, text, message):
     (tmp_path / "record.csv").write_text(text)
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         read_ambient(tmp_path / "record.csv")
 
 
 @pytest.mark.parametrize(
-    ("table", "words"),
+    ("table", "message"),
     [
         (pd.DataFrame(), "the record has 0 samples of 0 channels"),
         (pd.DataFrame({"a.x": [1.0]}), "the record has 1 samples"),
@@ -171,6 +171,6 @@ def test_refuses_records(tmp_path, text, words):
         (pd.DataFrame(np.eye(2), columns=["a.x", "a.x"]), "channel 'a.x' is repeated"),
     ],
 )
-def test_refuses_tables(table, words):
-    with pytest.raises(InputError, match=words):
+def test_refuses_tables(table, message):
+    with pytest.raises(InputError, match=message):
         read_ambient(table)

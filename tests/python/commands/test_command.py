@@ -27,8 +27,8 @@ OLDER = b"CDF\1 an older result"
 
 
 def dataset(file) -> xr.Dataset:
-    with xr.open_dataset(file, engine="netcdf4") as opened:
-        return opened.load()
+    with xr.open_dataset(file, engine="netcdf4") as data:
+        return data.load()
 
 
 def stubborn() -> list:
@@ -54,28 +54,28 @@ def stubborn() -> list:
 
 
 def test_version_is_that_of_the_package(program):
-    done = program.ok("--version")
-    assert done.stdout == f"{program.name} {importlib.metadata.version('sitedda')}\n"
+    process = program.ok("--version")
+    assert process.stdout == f"{program.name} {importlib.metadata.version('sitedda')}\n"
 
 
 def test_help_names_the_command(program):
-    done = program.ok("--help")
-    assert "run" in done.stdout and "usage" in done.stdout.lower()
+    process = program.ok("--help")
+    assert "run" in process.stdout and "usage" in process.stdout.lower()
 
 
 def test_a_run_writes_its_output_and_prints_its_path(program, write_input, tmp_path):
     file = write_input(tower(steps=40))
-    done = program.ok("run", file, folder=tmp_path)
-    assert "40 steps" in done.stdout
-    assert "output: tower.nc" in done.stdout
-    found = dataset(tmp_path / "tower.nc")
-    assert found.sizes["time"] == 41 and found.attrs["complete"] == "yes"
+    process = program.ok("run", file, folder=tmp_path)
+    assert "40 steps" in process.stdout
+    assert "output: tower.nc" in process.stdout
+    data = dataset(tmp_path / "tower.nc")
+    assert data.sizes["time"] == 41 and data.attrs["complete"] == "yes"
     assert not list(tmp_path.glob("*.partial"))
 
 
 def test_output_goes_to_the_given_path(program, write_input, tmp_path):
-    done = program.ok("run", write_input(tower(steps=5)), "--output", tmp_path / "elsewhere.nc")
-    assert f"output: {tmp_path / 'elsewhere.nc'}" in done.stdout
+    process = program.ok("run", write_input(tower(steps=5)), "--output", tmp_path / "elsewhere.nc")
+    assert f"output: {tmp_path / 'elsewhere.nc'}" in process.stdout
     assert dataset(tmp_path / "elsewhere.nc").sizes["time"] == 6
 
 
@@ -88,12 +88,12 @@ def test_an_older_output_is_replaced_when_the_new_one_is_complete(program, write
 def test_amplification_is_printed_in_the_same_words_by_both(
     native, python_program, write_input, tmp_path
 ):
-    asked = group("amplification", lowest=1.0, highest=200.0)
-    file = write_input([*tower(layers=4, steps=800), asked])
+    request = group("amplification", lowest=1.0, highest=200.0)
+    file = write_input([*tower(layers=4, steps=800), request])
     lines = []
     for program in (native, python_program):
-        done = program.ok("run", file, "-o", tmp_path / f"{program.name}.nc", "-q")
-        lines.append(re.search(r"^amplification .*?\)$", done.stdout, re.M | re.S)[0])
+        process = program.ok("run", file, "-o", tmp_path / f"{program.name}.nc", "-q")
+        lines.append(re.search(r"^amplification .*?\)$", process.stdout, re.M | re.S)[0])
         assert all(len(line) <= 80 for line in lines[-1].splitlines())
     assert lines[0] == lines[1]
     words = " ".join(lines[0].split())
@@ -103,11 +103,11 @@ def test_amplification_is_printed_in_the_same_words_by_both(
 def test_a_picture_is_drawn_beside_the_output_unless_unwanted(
     python_program, write_input, tmp_path
 ):
-    asked = group("amplification", lowest=1.0, highest=200.0)
-    file = write_input([*tower(layers=2, steps=300), asked])
+    request = group("amplification", lowest=1.0, highest=200.0)
+    file = write_input([*tower(layers=2, steps=300), request])
     plain = python_program("run", file, "-o", tmp_path / "plain.nc", "--no-plot")
-    drawn = python_program("run", file, "-o", tmp_path / "drawn.nc")
-    assert (plain.returncode, drawn.returncode) == (0, 0), drawn.stderr
+    process = python_program("run", file, "-o", tmp_path / "drawn.nc")
+    assert (plain.returncode, process.returncode) == (0, 0), process.stderr
     assert sorted(f.name for f in tmp_path.glob("*.png")) == ["drawn.png"]
     assert (tmp_path / "drawn.png").read_bytes().startswith(b"\x89PNG")
 
@@ -116,64 +116,66 @@ def test_set_changes_the_input(python_program, write_input, tmp_path):
     file = write_input(tower(steps=40))
     changes = ["--set", "time_step=5e-4", "--set", "steps=7", "--set", "title=Other"]
     python_program.ok("run", file, "-o", tmp_path / "set.nc", *changes)
-    found = dataset(tmp_path / "set.nc")
-    assert found.time.values[-1] == 7 * 5e-4
-    assert found.attrs["title"] == "Other"
+    data = dataset(tmp_path / "set.nc")
+    assert data.time.values[-1] == 7 * 5e-4
+    assert data.attrs["title"] == "Other"
 
 
 def test_set_changes_variables_of_all_groups(main, write_input, tmp_path):
     file = write_input(tower(steps=3))
     changes = ["output.file=other.nc", "joint[bedding].friction_angle=30"]
     changes.append("material[*].density=2000")
-    words = [word for change in changes for word in ("--set", change)]
-    main.ok("run", file, "-q", *words, folder=tmp_path)
-    found = dataset(tmp_path / "other.nc")
-    assert set(found.block_density.values) == {2000.0}
-    assert "friction_angle = 30" in found.attrs["input_text"]
+    options = [text for change in changes for text in ("--set", change)]
+    main.ok("run", file, "-q", *options, folder=tmp_path)
+    data = dataset(tmp_path / "other.nc")
+    assert set(data.block_density.values) == {2000.0}
+    assert "friction_angle = 30" in data.attrs["input_text"]
 
 
 @pytest.mark.parametrize("command", ["run", "resume", "check"])
 @pytest.mark.parametrize("change", ["file=x.smc", "output=x.nc", "progress=1", "time_stp=1"])
 def test_set_of_an_invalid_name_is_reported_in_one_line(main, write_input, command, change):
-    done = main(command, write_input(tower()), "--set", change)
-    assert done.returncode == 1
-    assert done.stderr.startswith("sitedda: ") and done.stderr.count("\n") == 1
+    process = main(command, write_input(tower()), "--set", change)
+    assert process.returncode == 1
+    assert process.stderr.startswith("sitedda: ") and process.stderr.count("\n") == 1
 
 
 def test_check_uses_the_changes_of_set(main, write_input):
     file = write_input(tower(time_step=1e-3, steps=3))
     main.ok("check", file)
     assert main("check", file, "--set", "time_step=0.05").returncode == 2
-    done = main("run", "--check", file, "--set", "time_step=0.05")
-    assert done.returncode == 2 and "the check fails" in done.stderr
+    process = main("run", "--check", file, "--set", "time_step=0.05")
+    assert process.returncode == 2 and "the check fails" in process.stderr
 
 
 # --- Progress ------------------------------------------------------------------------------------
 
 
 def test_native_progress_states_time_fraction_and_time_left(native, write_input, tmp_path):
-    done = native("run", write_input(tower(steps=500)), folder=tmp_path)
-    line = [line for line in done.stdout.splitlines() if line.startswith("t = ")][-1]
+    process = native("run", write_input(tower(steps=500)), folder=tmp_path)
+    line = [line for line in process.stdout.splitlines() if line.startswith("t = ")][-1]
     assert re.fullmatch(r"t = 0?\.500 of 0?\.500 s, 100\.0 %, spent .* s, left .* s", line), line
 
 
 def test_the_bar_is_for_terminals_and_a_closed_terminal_is_no_error(write_input, tmp_path):
     command = [executable("sitedda"), "run", write_input(tower(steps=500)), "--no-plot"]
-    ours, theirs = os.openpty()
-    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("4H", 24, 99, 0, 0))
+    ours, writer_end = os.openpty()
+    fcntl.ioctl(writer_end, termios.TIOCSWINSZ, struct.pack("4H", 24, 99, 0, 0))
     parts = []
     reading = threading.Thread(target=_read_all, args=(ours, parts), daemon=True)
     reading.start()  # a terminal that is not read blocks the writer
-    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=theirs, cwd=tmp_path, check=True)
+    subprocess.run(command, stdout=subprocess.DEVNULL, stderr=writer_end, cwd=tmp_path, check=True)
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, cwd=tmp_path, check=False)
+    process = subprocess.run(
+        command, stdout=writer, stderr=subprocess.PIPE, cwd=tmp_path, check=False
+    )
     os.close(writer)
-    assert done.returncode == 128 + signal.SIGPIPE and not done.stderr
-    os.close(theirs)
+    assert process.returncode == 128 + signal.SIGPIPE and not process.stderr
+    os.close(writer_end)
     reading.join(10)
-    shown = b"".join(parts).decode()
-    assert "0.5/0.5 s" in shown and "100%" in shown
+    output = b"".join(parts).decode()
+    assert "0.5/0.5 s" in output and "100%" in output
 
 
 def _read_all(end: int, parts: list[bytes]) -> None:
@@ -185,21 +187,23 @@ def _read_all(end: int, parts: list[bytes]) -> None:
 def test_only_warnings_of_the_program_are_printed(capsys, monkeypatch):
     """Warnings in the verdict and warnings of libraries are not printed again."""
     monkeypatch.setattr("sys.warnoptions", [])
-    place = ("site-packages/some.py", 3)
-    for one in (CostWarning("slow"), AuditWarning("energy"), RuntimeWarning("of a library")):
-        _print_warning(one, type(one), *place)
+    location = ("site-packages/some.py", 3)
+    for warning in (CostWarning("slow"), AuditWarning("energy"), RuntimeWarning("of a library")):
+        _print_warning(warning, type(warning), *location)
     assert capsys.readouterr().err == "sitedda: slow\n"
-    said = []
+    texts = []
     monkeypatch.setattr("sys.warnoptions", ["default"])
-    monkeypatch.setattr("sitedda.program._plain_showwarning", lambda *words: said.append(words))
-    _print_warning("of a library", RuntimeWarning, *place)
-    assert said == [("of a library", RuntimeWarning, *place)]
+    monkeypatch.setattr(
+        "sitedda.program._plain_showwarning", lambda *arguments: texts.append(arguments)
+    )
+    _print_warning("of a library", RuntimeWarning, *location)
+    assert texts == [("of a library", RuntimeWarning, *location)]
 
 
 def test_quiet_shows_no_progress(program, write_input, tmp_path):
-    done = program.ok("run", write_input(tower(steps=500)), "--quiet", folder=tmp_path)
-    assert done.stderr == ""
-    assert "t = " not in done.stdout
+    process = program.ok("run", write_input(tower(steps=500)), "--quiet", folder=tmp_path)
+    assert process.stderr == ""
+    assert "t = " not in process.stdout
 
 
 # --- Notes ---------------------------------------------------------------------------------------
@@ -207,16 +211,16 @@ def test_quiet_shows_no_progress(program, write_input, tmp_path):
 
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_probable_mistakes_are_reported(program, command, write_input, tmp_path):
-    words = [] if command == "check" else ["-q"]
+    options = [] if command == "check" else ["-q"]
     begin = "warn  input" if command == "check" else "note: "
-    good = program(command, write_input(tower(steps=3)), *words, folder=tmp_path)
+    good = program(command, write_input(tower(steps=3)), *options, folder=tmp_path)
     assert begin not in good.stdout
     odd = changed(tower(steps=3, gravity=[0.0, -9.81]), "material", density=2.5)
     odd = without(odd, "fixed_point")
-    said = program(command, write_input(odd), *words, folder=tmp_path).stdout
-    said = re.sub(r"\n( {24}| {6})", " ", said)  # lines are wrapped
-    notes = [line for line in said.splitlines() if line.startswith(begin)]
-    assert len(notes) == 3, said
+    output = program(command, write_input(odd), *options, folder=tmp_path).stdout
+    output = re.sub(r"\n( {24}| {6})", " ", output)  # lines are wrapped
+    notes = [line for line in output.splitlines() if line.startswith(begin)]
+    assert len(notes) == 3, output
     assert "density = 2.5" in notes[0] and "g/cm³?" in notes[0]
     assert "nothing supports the blocks" in notes[1] and "'pulse' is not used" in notes[2]
 
@@ -225,35 +229,35 @@ def test_probable_mistakes_are_reported(program, command, write_input, tmp_path)
 
 
 def test_bad_input_is_status_1(program, tmp_path):
-    done = program("run", tmp_path / "nowhere.nml")
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"{program.name}: ") and "nowhere.nml" in done.stderr
+    process = program("run", tmp_path / "nowhere.nml")
+    assert process.returncode == 1
+    assert process.stderr.startswith(f"{program.name}: ") and "nowhere.nml" in process.stderr
 
 
 def test_a_step_that_does_not_converge_is_status_3_and_located(program, write_input, tmp_path):
-    done = program("run", write_input(stubborn()), "-o", tmp_path / "out.nc", "-q")
-    assert done.returncode == 3, (done.stdout, done.stderr)
-    place = r"step \d+ at t = \S+ s.* does not converge; worst contact: .*'brick'"
-    assert re.search(place + r".*, error of its force [\d.]\S* N/m", done.stderr)
-    assert "try" in done.stderr
+    process = program("run", write_input(stubborn()), "-o", tmp_path / "out.nc", "-q")
+    assert process.returncode == 3, (process.stdout, process.stderr)
+    location = r"step \d+ at t = \S+ s.* does not converge; worst contact: .*'brick'"
+    assert re.search(location + r".*, error of its force [\d.]\S* N/m", process.stderr)
+    assert "try" in process.stderr
     assert not (tmp_path / "out.nc").exists()
-    kept = dataset(tmp_path / "out.nc.partial")
-    assert kept.attrs["complete"] == "no" and kept.sizes["time"] > 1
+    partial = dataset(tmp_path / "out.nc.partial")
+    assert partial.attrs["complete"] == "no" and partial.sizes["time"] > 1
 
 
 def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_path):
-    done = program("run", write_input(tower()), "-o", tmp_path / "no/such/folder/out.nc")
-    assert done.returncode == 5
-    assert "no/such/folder/out.nc" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+    process = program("run", write_input(tower()), "-o", tmp_path / "no/such/folder/out.nc")
+    assert process.returncode == 5
+    assert "no/such/folder/out.nc" in process.stderr
+    assert len(process.stderr.strip().splitlines()) == 1
 
 
 def test_an_output_never_replaces_the_input(program, write_input, tmp_path):
     file = write_input(tower(steps=3))
     text = file.read_bytes()
-    done = program("run", file, "-q", "-o", tmp_path / "model.nml")
+    process = program("run", file, "-q", "-o", tmp_path / "model.nml")
     assert file.read_bytes() == text
-    assert done.returncode in (1, 5) and "model.nml" in done.stderr
+    assert process.returncode in (1, 5) and "model.nml" in process.stderr
 
 
 def test_an_output_never_replaces_the_record(program, write_input, tmp_path):
@@ -269,16 +273,16 @@ def test_an_output_never_replaces_the_record(program, write_input, tmp_path):
         unit="m/s2",
     )
     text = record.read_bytes()
-    done = program("run", write_input(shaken), "-q", "-o", tmp_path / "record.txt")
+    process = program("run", write_input(shaken), "-q", "-o", tmp_path / "record.txt")
     assert record.read_bytes() == text
-    assert done.returncode in (1, 5) and "record.txt" in done.stderr
+    assert process.returncode in (1, 5) and "record.txt" in process.stderr
 
 
 def test_an_output_that_is_a_folder_is_refused_before_the_run(program, write_input, tmp_path):
     (tmp_path / "folder.nc").mkdir()
-    done = program("run", write_input(tower(steps=50)), "-q", "-o", tmp_path / "folder.nc")
-    assert done.returncode in (1, 5)
-    assert "folder.nc" in done.stderr
+    process = program("run", write_input(tower(steps=50)), "-q", "-o", tmp_path / "folder.nc")
+    assert process.returncode in (1, 5)
+    assert "folder.nc" in process.stderr
     assert not list(tmp_path.glob("*.partial"))
 
 
@@ -288,15 +292,15 @@ def test_an_output_that_is_a_folder_is_refused_before_the_run(program, write_inp
 )
 def test_a_wrong_command_line_fails_with_a_message(program, arguments):
     """Status 2 of argparse is not used, because it means that a check failed."""
-    done = program(*arguments)
-    assert done.returncode == 1
-    assert done.stderr.strip() and "Traceback" not in done.stderr
+    process = program(*arguments)
+    assert process.returncode == 1
+    assert process.stderr.strip() and "Traceback" not in process.stderr
 
 
 def test_an_option_without_its_value_fails_with_a_message(program, write_input):
-    done = program("run", write_input(tower(steps=1)), "--output")
-    assert done.returncode == 1
-    assert "--output" in done.stderr
+    process = program("run", write_input(tower(steps=1)), "--output")
+    assert process.returncode == 1
+    assert "--output" in process.stderr
 
 
 # --- Ctrl-C --------------------------------------------------------------------------------------
@@ -330,11 +334,11 @@ def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
     assert running.returncode == 6, err
     assert "Traceback" not in err
     assert "interrupted" in err and "tower.nc.partial" in out
-    kept = dataset(tmp_path / "tower.nc.partial")
-    assert kept.attrs["complete"] == "no"
-    assert kept.sizes["time"] > 100
-    assert (kept.time.diff("time") > 0).all()
-    assert bool(kept.displacement.notnull().all())
+    partial = dataset(tmp_path / "tower.nc.partial")
+    assert partial.attrs["complete"] == "no"
+    assert partial.sizes["time"] > 100
+    assert (partial.time.diff("time") > 0).all()
+    assert bool(partial.displacement.notnull().all())
     assert final.read_bytes() == OLDER
 
 
@@ -344,13 +348,13 @@ def test_the_partial_output_equals_the_start_of_a_complete_one(
     running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.send_signal(signal.SIGINT)
     running.communicate(timeout=DEADLINE)
-    kept = dataset(tmp_path / "tower.nc.partial")
-    steps = kept.sizes["time"] - 1
-    whole = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
-    python_program.ok("run", write_input(whole, "whole.nml"), folder=tmp_path)
+    partial = dataset(tmp_path / "tower.nc.partial")
+    steps = partial.sizes["time"] - 1
+    full_input = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
+    python_program.ok("run", write_input(full_input, "whole.nml"), folder=tmp_path)
     history = dataset(tmp_path / "whole.nc")
     for name in ("time", "displacement", "velocity", "acceleration", "energy_balance"):
-        assert kept[name].values.tobytes() == history[name].values.tobytes(), name
+        assert partial[name].values.tobytes() == history[name].values.tobytes(), name
 
 
 def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, write_input, tmp_path):
@@ -361,8 +365,8 @@ def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, wri
     assert running.poll() is None
     running.send_signal(signal.SIGINT)
     running.communicate(timeout=DEADLINE)
-    kept = dataset(tmp_path / "tower.nc.partial")
-    assert kept.attrs["complete"] == "no" and kept.sizes["time"] > 100
+    partial = dataset(tmp_path / "tower.nc.partial")
+    assert partial.attrs["complete"] == "no" and partial.sizes["time"] > 100
 
 
 def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_path):
@@ -407,10 +411,10 @@ def test_a_log_is_written_at_once_and_in_order(native, write_input, tmp_path):
 
 
 def test_help_of_the_executable_names_every_option(native):
-    said = native("--help").stdout
+    output = native("--help").stdout
     for option in ("-o, --output", "--check", "-q, --quiet", "-h, --help", "--version"):
-        assert option in said
-    assert "6 interrupted" in said
+        assert option in output
+    assert "6 interrupted" in output
 
 
 # --- The environment -----------------------------------------------------------------------------
@@ -420,19 +424,19 @@ def test_the_executable_needs_no_python(native, write_input, tmp_path):
     linked = subprocess.run([shutil.which("ldd"), native.path], capture_output=True, text=True)
     assert "libpython" not in linked.stdout
     bare = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
-    done = subprocess.run(
+    process = subprocess.run(
         [native.path, "run", write_input(tower(steps=5)), "-q"],
         cwd=tmp_path,
         env=bare | {"PATH": "/nowhere"},
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
 
 
-@pytest.mark.parametrize("words", [("draw",), ("view", "--no-open"), ("report",)])
-def test_a_picture_or_page_that_cannot_be_written_is_named(main, write_input, tmp_path, words):
+@pytest.mark.parametrize("command", [("draw",), ("view", "--no-open"), ("report",)])
+def test_a_picture_or_page_that_cannot_be_written_is_named(main, write_input, tmp_path, command):
     target = tmp_path / "no" / "such.png"
-    done = main(*words, write_input(tower(steps=2)), "-o", target)
-    assert done.returncode == 5
-    assert done.stderr == f"sitedda: {target}: the folder {target.parent} does not exist\n"
+    process = main(*command, write_input(tower(steps=2)), "-o", target)
+    assert process.returncode == 5
+    assert process.stderr == f"sitedda: {target}: the folder {target.parent} does not exist\n"

@@ -29,10 +29,10 @@ def processor_time(process) -> float:
     return (int(fields[11]) + int(fields[12])) / TICKS
 
 
-def stopped(words, after: float, number, folder) -> tuple[int, float, list[str]]:
+def stopped(command, after: float, number, folder) -> tuple[int, float, list[str]]:
     """Return status, processor time after a signal (s), and lines on stderr."""
     process = subprocess.Popen(
-        list(map(str, words)),
+        list(map(str, command)),
         cwd=folder,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,
@@ -48,16 +48,16 @@ def stopped(words, after: float, number, folder) -> tuple[int, float, list[str]]
         last = max(last, processor_time(process))
         time.sleep(0.005)
     process.kill()
-    said = process.communicate()[1].decode()
-    return process.returncode, last - begun, said.splitlines()
+    output = process.communicate()[1].decode()
+    return process.returncode, last - begun, output.splitlines()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["interrupt", "terminate"])
 @pytest.mark.parametrize("after", [0.12, 0.4, 1.5])
 def test_signals_end_static_analyses_at_any_time(tmp_path, number, after):
-    words = [executable("sitedda"), "safety", *STATIC]
-    status, seconds, said = stopped(words, after, number, tmp_path)
-    assert (status, said) == (6, ["sitedda: interrupted"])
+    command = [executable("sitedda"), "safety", *STATIC]
+    status, seconds, output = stopped(command, after, number, tmp_path)
+    assert (status, output) == (6, ["sitedda: interrupted"])
     assert seconds < SOON
     assert list(tmp_path.iterdir()) == []
 
@@ -69,9 +69,9 @@ def test_signals_end_static_analyses_at_any_time(tmp_path, number, after):
     ids=lambda words: words[0],
 )  # fmt: skip
 def test_every_command_ends_in_one_sentence(tmp_path, command):
-    words = [executable("sitedda"), command[0], *STATIC, *command[1:]]
-    status, seconds, said = stopped(words, 0.3, signal.SIGINT, tmp_path)
-    assert (status, said) == (6, ["sitedda: interrupted"])
+    arguments = [executable("sitedda"), command[0], *STATIC, *command[1:]]
+    status, seconds, output = stopped(arguments, 0.3, signal.SIGINT, tmp_path)
+    assert (status, output) == (6, ["sitedda: interrupted"])
     assert seconds < SOON
     assert not any(file.suffix in (".png", ".html", ".nml") for file in tmp_path.iterdir())
 
@@ -89,16 +89,18 @@ def outputs(tmp_path_factory) -> Path:
 
 
 @pytest.mark.parametrize(
-    "words",
+    "command",
     [["movie", "ridge.nc", "-q", "-o", "a.gif"], ["export", "ridge.nc", "--vtk", "vtk"],
      ["surface", "ridge.nc", "--lowest", "20", "--highest", "200", "-o", "a.png"],
      ["site", "layered_site.nc", "-o", "a.png"], ["validate"]],
     ids=lambda words: words[0],
 )  # fmt: skip
-def test_commands_that_show_outputs_end_in_one_sentence(tmp_path, outputs, words):
-    words = [outputs / word if word.endswith(".nc") else word for word in words]
-    status, seconds, said = stopped([executable("sitedda"), *words], 0.2, signal.SIGTERM, tmp_path)
-    assert (status, said) == (6, ["sitedda: interrupted"])
+def test_commands_that_show_outputs_end_in_one_sentence(tmp_path, outputs, command):
+    command = [outputs / argument if argument.endswith(".nc") else argument for argument in command]
+    status, seconds, output = stopped(
+        [executable("sitedda"), *command], 0.2, signal.SIGTERM, tmp_path
+    )
+    assert (status, output) == (6, ["sitedda: interrupted"])
     assert seconds < SOON
     assert not [file for file in tmp_path.iterdir() if file.is_file()]
 
@@ -127,7 +129,7 @@ class Incomplete:
 
 def test_finalisers_that_fail_after_a_signal_are_not_reported(monkeypatch):
     reported = []
-    monkeypatch.setattr(sys, "unraisablehook", lambda trouble: reported.append(trouble.exc_type))
+    monkeypatch.setattr(sys, "unraisablehook", lambda event: reported.append(event.exc_type))
     with stop.Interruption():
         Incomplete()
         assert reported == [AttributeError]
@@ -166,9 +168,9 @@ def test_the_check_of_a_large_model_is_ended_by_signals(tmp_path, write_input):
         "bricks = 300, courses = 57 /\n"
         "&fixed_point x = 0.0, y = -0.25 /\n&fixed_point x = 290.0, y = -0.25 /\n"
     )
-    words = [executable("sitedda-native"), "check", write_input(text)]
-    status, seconds, said = stopped(words, 1.5, signal.SIGTERM, tmp_path)
-    assert (status, said) == (6, ["sitedda-native: interrupted"])
+    command = [executable("sitedda-native"), "check", write_input(text)]
+    status, seconds, output = stopped(command, 1.5, signal.SIGTERM, tmp_path)
+    assert (status, output) == (6, ["sitedda-native: interrupted"])
     assert seconds < SOON
 
 
@@ -186,10 +188,10 @@ except KeyboardInterrupt:
 
 
 def test_a_host_gets_its_own_exception_and_keeps_its_handlers(tmp_path):
-    status, seconds, said = stopped(
+    status, seconds, output = stopped(
         [sys.executable, "-c", HOST, *STATIC], 3.0, signal.SIGINT, tmp_path
     )
-    assert (status, said) == (42, [])
+    assert (status, output) == (42, [])
     assert seconds < SOON
 
 
@@ -207,9 +209,9 @@ def test_a_handler_without_exception_does_not_stop_a_run(write_input):
 
 
 def test_the_paper_ends_its_workers(tmp_path):
-    words = [executable("sitedda"), "paper", "-q", "layers", "--folder", "page"]
+    command = [executable("sitedda"), "paper", "-q", "layers", "--folder", "page"]
     process = subprocess.Popen(
-        words, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
     tasks = Path(f"/proc/{process.pid}/task")
     while process.poll() is None and not any(file.read_text() for file in tasks.glob("*/children")):

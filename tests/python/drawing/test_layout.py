@@ -33,23 +33,23 @@ def overlaps(figure) -> list[str]:
     figure.draw_without_rendering()
     boxes = [(text.get_text().strip(), _box(text)) for text in _shown(figure)]
     page = figure.bbox.padded(_TOUCH)
-    found = [f"{name!r} leaves the figure" for name, box in boxes
+    messages = [f"{name!r} leaves the figure" for name, box in boxes
              if not (page.contains(box.x0, box.y0) and page.contains(box.x1, box.y1))]  # fmt: skip
     for (name, one), (other_name, other) in combinations(boxes, 2):
         shared = Bbox.intersection(one, other)
         if shared and min(shared.width, shared.height) > _TOUCH:
-            found.append(f"{name!r} over {other_name!r}")
-    return found
+            messages.append(f"{name!r} over {other_name!r}")
+    return messages
 
 
 def raw_words(figure) -> list[str]:
     """Labels of axes and colour bars without a unit, and texts that contain names of variables."""
-    quantities = [words for axes in figure.findobj(Axes) for words in
+    quantities = [label for axes in figure.findobj(Axes) for label in
                   (axes.get_xlabel(), axes.get_ylabel(),
                    axes.get_title(loc="left") if hasattr(axes, "_colorbar") else "")]  # fmt: skip
-    found = [words for words in quantities if words and not re.search(r" ?\(.+\)$| / ", words)]
+    unlabelled = [label for label in quantities if label and not re.search(r" ?\(.+\)$| / ", label)]
     texts = (text.get_text() for text in _shown(figure))
-    return list(dict.fromkeys([words for words in texts if _VARIABLE.search(words)] + found))
+    return list(dict.fromkeys([label for label in texts if _VARIABLE.search(label)] + unlabelled))
 
 
 def _box(text: Text) -> Bbox:
@@ -68,22 +68,22 @@ def _shown(figure) -> list[Text]:
             labels = {label for tick in axis.get_major_ticks() + axis.get_minor_ticks()
                       for label in (tick.label1, tick.label2)}  # fmt: skip
             drawn = {label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
-            seen = axes.get_visible() and axes.axison and axis.get_visible()
-            hidden |= labels - drawn if seen else labels
+            is_visible = axes.get_visible() and axes.axison and axis.get_visible()
+            hidden |= labels - drawn if is_visible else labels
     return [text for text in figure.findobj(Text)
             if text.get_visible() and text.get_text().strip() and text not in hidden]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory) -> list:
-    folder, found = tmp_path_factory.mktemp("layout"), []
+    folder, outputs = tmp_path_factory.mktemp("layout"), []
     for seed in range(_MODELS):
         file = folder / f"model_{seed}.nml"
         file.write_text(random_model(seed), encoding="utf-8")
         with suppress(sitedda.ConvergenceError):  # some fail or do not come to rest
-            found.append(sitedda.run(file, output=False))
-    assert len(found) > 0.7 * _MODELS
-    return found
+            outputs.append(sitedda.run(file, output=False))
+    assert len(outputs) > 0.7 * _MODELS
+    return outputs
 
 
 def test_texts_of_pictures_neither_overlap_nor_leave_the_figure(runs):
@@ -94,7 +94,7 @@ def test_texts_of_pictures_neither_overlap_nor_leave_the_figure(runs):
             assert overlaps(figure) == [], (seed, look)
             assert raw_words(figure) == [], (seed, look)
             assert not any("Pa…" in text.get_text() for text in _shown(figure)), (seed, look)
-        for bar in (one._colorbar for one in axes.child_axes if hasattr(one, "_colorbar")):
+        for bar in (child._colorbar for child in axes.child_axes if hasattr(child, "_colorbar")):
             values = bar.mappable.get_array()  # none is beyond an end
             assert values is None or bar.vmin <= values.min() <= values.max() <= bar.vmax, seed
 
@@ -127,7 +127,7 @@ def test_facts_of_a_report_count_blocks_as_pictures_do_and_have_no_raw_words(run
 def test_a_failed_layout_is_detected():
     figure, axes = new_figure(size=(3.0, 2.0))
     axes.set(xlabel="largest_tilt_rad", ylabel="displacement")
-    for place in ((0.5, 0.5), (0.52, 0.5), (0.9, 0.9)):
-        axes.annotate("a long name", place, annotation_clip=False).set_in_layout(False)
+    for position in ((0.5, 0.5), (0.52, 0.5), (0.9, 0.9)):
+        axes.annotate("a long name", position, annotation_clip=False).set_in_layout(False)
     assert len(overlaps(figure)) == 2 and "leaves the figure" in "".join(overlaps(figure))
     assert raw_words(figure) == ["largest_tilt_rad", "displacement"]

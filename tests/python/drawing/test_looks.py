@@ -63,17 +63,17 @@ def bars_of(axes) -> list:
 def test_a_scale_contains_all_values_and_resolves_the_usual_ones():
     area = np.ones(200)
     values = np.linspace(0.0, 1.0, 200)
-    found = limits(values, area)
-    assert found.high == found.usual == 1.0 and found.share(0.25) == pytest.approx(0.25)
+    bounds = limits(values, area)
+    assert bounds.high == bounds.usual == 1.0 and bounds.share(0.25) == pytest.approx(0.25)
     values[7] = 40.0
-    found = limits(values, area)
-    assert found.high == 40.0 and found.usual == pytest.approx(1.0, abs=0.01)
-    assert found.share(40.0) == 1.0 and found.share(found.usual) == pytest.approx(0.7)
-    assert found.share(20.0) < found.share(39.0) < 1.0  # none is beyond an end
+    bounds = limits(values, area)
+    assert bounds.high == 40.0 and bounds.usual == pytest.approx(1.0, abs=0.01)
+    assert bounds.share(40.0) == 1.0 and bounds.share(bounds.usual) == pytest.approx(0.7)
+    assert bounds.share(20.0) < bounds.share(39.0) < 1.0  # none is beyond an end
     area[7] = 5.0  # more than 1 % of the area is no outlier
     assert limits(values, area).usual == 40.0
-    both = limits([-3.0, 1.0, 2.0], [1.0, 1.0, 1.0], signed=True)
-    assert (both.low, both.high, both.usual) == (-3.0, 3.0, 3.0)
+    signed_bounds = limits([-3.0, 1.0, 2.0], [1.0, 1.0, 1.0], signed=True)
+    assert (signed_bounds.low, signed_bounds.high, signed_bounds.usual) == (-3.0, 3.0, 3.0)
     assert limits(np.zeros((2, 3)), np.ones(3)).most == 0.0
 
 
@@ -89,8 +89,8 @@ def test_rotations_have_a_sense_and_edges_of_many_blocks_are_faint():
 
 def test_a_mechanism_is_titled_with_its_own_factor():
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
-    moved = Mechanism(1.421, np.zeros((1, 3)), ("slides",), ("dam",), True, [corners])
-    axes = Safety(1.39, 1.396, (), moved).draw()
+    mechanism = Mechanism(1.421, np.zeros((1, 3)), ("slides",), ("dam",), True, [corners])
+    axes = Safety(1.39, 1.396, (), mechanism).draw()
     assert axes.get_title(loc="left") == "Factor of safety 1.393"
     assert words_of(axes) == "mechanism with strength divided by 1.421"
 
@@ -112,8 +112,8 @@ def test_every_bar_has_three_ticks_and_no_power_of_ten_over_it(run):
         axes.figure.canvas.draw()
         for bar in bars_of(axes):
             low, high = bar.get_ylim()
-            inside = [t for t in bar.get_yticks() if low <= t <= high]
-            assert len(inside) >= 3, look
+            ticks = [t for t in bar.get_yticks() if low <= t <= high]
+            assert len(ticks) >= 3, look
             assert bar.yaxis.get_offset_text().get_text() == ""
 
 
@@ -136,8 +136,8 @@ def test_rounding_errors_have_neither_colours_nor_a_bar(write_input):
 
 def test_the_rounding_limit_depends_on_the_load(run):
     scene = Scene.of(run)
-    moved = run.history.attrs["largest_displacement_m"]
-    assert rounding(scene)["m"] == pytest.approx(1e-9 * moved)
+    displacement = run.history.attrs["largest_displacement_m"]
+    assert rounding(scene)["m"] == pytest.approx(1e-9 * displacement)
 
 
 def test_joints_that_move_more_are_wider_and_stronger_and_never_dark(run):
@@ -153,11 +153,11 @@ def test_joints_that_move_more_are_wider_and_stronger_and_never_dark(run):
 def test_slip_arrows_have_the_sense_of_the_slip(run):
     """The table is thrown to the right, so the right block slips to the left."""
     scene, last = Scene.of(run), Scene.of(run).frames - 1
-    faces, moved = scene.interfaces, scene.displacement(last)
+    faces, displacement = scene.interfaces, scene.displacement(last)
     for k in np.flatnonzero(scene.joint_movement(last)[0] > 0.01):
         along = faces.end[k] - faces.start[k]
-        apart = moved[faces.second[k]] - moved[faces.first[k]]
-        assert scene.joint_sense(last)[k] == np.sign(along @ apart)
+        relative = displacement[faces.second[k]] - displacement[faces.first[k]]
+        assert scene.joint_sense(last)[k] == np.sign(along @ relative)
 
 
 def test_contact_forces_are_dark_lines_and_arrows_have_a_scale(run):
@@ -168,9 +168,9 @@ def test_contact_forces_are_dark_lines_and_arrows_have_a_scale(run):
     lines = [c for c in axes.collections if isinstance(c, LineCollection)][-1]
     assert {to_hex(c) for c in lines.get_colors()} == {INK}
     axes = draw(run, contacts="force", color="material", arrows="displacement")
-    said = [t.get_text() for t in axes.findobj(lambda one: hasattr(one, "get_text"))]
-    assert any(re.match(r"contact force: [125]0* [kM]N/m", t) for t in said)
-    assert any(re.match(r"displacement: [125]0* mm", t) for t in said)
+    texts = [t.get_text() for t in axes.findobj(lambda artist: hasattr(artist, "get_text"))]
+    assert any(re.match(r"contact force: [125]0* [kM]N/m", t) for t in texts)
+    assert any(re.match(r"displacement: [125]0* mm", t) for t in texts)
 
 
 def test_movement_since_a_stage_excludes_earlier_movement(write_input):
@@ -181,8 +181,8 @@ def test_movement_since_a_stage_excludes_earlier_movement(write_input):
     from sitedda.drawing.quantities import quantity
 
     since, last = scene.frame_at(None, "dig"), scene.frames - 1
-    moved = scene.displacement(last) - scene.displacement(since)
-    assert quantity(scene, "displacement_y", last, since) == pytest.approx(moved[:, 1])
+    displacement = scene.displacement(last) - scene.displacement(since)
+    assert quantity(scene, "displacement_y", last, since) == pytest.approx(displacement[:, 1])
     axes = draw(run, color="displacement_y", since="dig")
     assert axes.get_xlabel() == "x (m)"
     with pytest.raises(sitedda.InputError, match="stage .* has no frame"):
@@ -193,13 +193,13 @@ def test_movement_since_a_stage_excludes_earlier_movement(write_input):
 def test_a_figure_has_the_colours_of_its_scheme(run, scheme):
     figure = dress(run_picture(run.history), scheme)
     figure.canvas.draw()
-    known = SCHEMES[scheme]
-    assert to_hex(figure.get_facecolor()) == known["paper"]
+    colours = SCHEMES[scheme]
+    assert to_hex(figure.get_facecolor()) == colours["paper"]
     parts = figure.axes
     for axes in parts:
         assert not axes.spines["top"].get_visible()
-        assert to_hex(axes.xaxis.label.get_color()) == known["ink"]
-        assert to_hex(axes.spines["bottom"].get_edgecolor()) == known["faint"]
+        assert to_hex(axes.xaxis.label.get_color()) == colours["ink"]
+        assert to_hex(axes.spines["bottom"].get_edgecolor()) == colours["faint"]
     picture = np.asarray(figure.canvas.buffer_rgba())[..., :3].mean(axis=2)
     assert bool(np.median(picture) > 128) is (scheme != "dark")
 
@@ -250,30 +250,32 @@ def test_spectra_of_a_shake_are_those_of_its_figures(run, root):
             largest = history.attrs[f"sa_resolved_m_s2_{axis}[{name}]"]
             assert curve.get_ydata().max() == pytest.approx(largest, rel=1e-6)
     fallen = sitedda.run(root / "inputs/rocking_blocks.nml", output=False).history
-    shown = [c.get_label() for axes in run_picture(fallen).axes for c in axes.lines
+    labels = [c.get_label() for axes in run_picture(fallen).axes for c in axes.lines
              if axes.get_ylabel().startswith("Sa")]  # fmt: skip
-    assert shown == ["large, x"]  # the impacts of the others are excluded
+    assert labels == ["large, x"]  # the impacts of the others are excluded
 
 
 def test_the_energy_budget_is_closed(run):
-    found = budget(run.history)
-    assert sum(found.parts.values()) == pytest.approx(found.given + found.residual, rel=1e-9)
-    assert all((values >= 0).all() for values in found.parts.values())
-    assert {"kinetic", "lost by slip"} <= set(found.parts)
+    energies = budget(run.history)
+    assert sum(energies.parts.values()) == pytest.approx(
+        energies.given + energies.residual, rel=1e-9
+    )
+    assert all((values >= 0).all() for values in energies.parts.values())
+    assert {"kinetic", "lost by slip"} <= set(energies.parts)
 
 
 def test_an_output_without_positions_has_a_rounding_limit(sliver):
     sliver.data.vertices.values[:] = 0.0
     sliver.groups["motion"] = [{"name": "shake"}]
-    assert sliver.size == 0 and all(np.isfinite(one) for one in rounding(sliver).values())
+    assert sliver.size == 0 and all(np.isfinite(limit) for limit in rounding(sliver).values())
 
 
 def test_units_of_pages_are_those_of_pictures(root):
     text = (root / "python/sitedda/drawing/view/words.js").read_text(encoding="utf-8")
     table = re.search(r"const UNITS = ({.*?\n});", text, re.DOTALL)[1]
     table = table.replace("180e-6 / Math.PI", repr(180e-6 / np.pi)).replace(",\n}", "\n}")
-    known = {unit: [list(one) for one in steps] for unit, steps in UNITS.items()}
-    assert json.loads(table) == known
+    expected = {unit: [list(step) for step in steps] for unit, steps in UNITS.items()}
+    assert json.loads(table) == expected
     assert in_unit(0.004, "m") == (1e-3, "mm") and in_unit(3.0, "s") == (1.0, "s")
     assert in_unit(2e-6, "°")[1] == "µrad" and in_unit(0.5, "°") == (1.0, "°")
 
@@ -297,15 +299,15 @@ def test_a_report_begins_with_the_check_and_has_units_in_its_tables(run):
     assert not re.search(r"<td class='n'[^>]*>-", text)  # a true minus
     assert text.count("prefers-color-scheme: dark)' srcset=") == text.count("<img ") == 2
     source = str(run.history.attrs["source"])
-    where = text[text.index("id='provenance'") :]
-    assert where.count(source) == 1
+    provenance = text[text.index("id='provenance'") :]
+    assert provenance.count(source) == 1
 
 
 def test_a_picture_of_a_page_is_light_again_after_the_dark_one(run):
     picture = Picture(run_picture(run.history), "caption")
-    light, dark, again = (set(re.findall(rb"#[0-9a-f]{6}", picture.encoded(scheme)[1]))
+    light, dark, light_again = (set(re.findall(rb"#[0-9a-f]{6}", picture.encoded(scheme)[1]))
                           for scheme in ("light", "dark", "light"))  # fmt: skip
-    assert light == again and SCHEMES["light"]["paper"].encode() in light
+    assert light == light_again and SCHEMES["light"]["paper"].encode() in light
     assert SCHEMES["dark"]["paper"].encode() in dark and INK.encode() not in dark
 
 
@@ -329,8 +331,8 @@ def test_vtk_has_units_joints_and_all_contacts(run, tmp_path):
     names = {blocks.GetCellData().GetArrayName(i)
              for i in range(blocks.GetCellData().GetNumberOfArrays())}  # fmt: skip
     assert {"stress xx (Pa)", "strain gamma xy", "rotation (degree)", "velocity (m/s)"} <= names
-    moved = vtk_array(blocks.GetPointData(), "displacement (m)")
-    assert (moved[:, :2] == scene.vertices(last) - scene.vertices(0)).all()
+    displacement = vtk_array(blocks.GetPointData(), "displacement (m)")
+    assert (displacement[:, :2] == scene.vertices(last) - scene.vertices(0)).all()
     contacts = read_polygons(folder / f"contacts_{last:04d}.vtp")
     assert contacts.GetNumberOfLines() == len(scene.contacts(last)["vertex"])
     joints = read_polygons(folder / f"joints_{last:04d}.vtp")

@@ -68,7 +68,7 @@ def test_names_and_materials_of_generated_blocks_are_those_of_the_engine(write_i
 def test_shear_forces_balance_a_block_on_a_slope(write_input):
     """On a slope of 20°, the force of the slope on the block equals minus its weight."""
     cos, sin = np.cos(np.radians(20)), np.sin(np.radians(20))
-    turned = [
+    rotated = [
         v
         for x, y in np.reshape(rectangle(4, 0, 1, 1), (-1, 2))
         for v in (cos * x - sin * y, sin * x + cos * y)
@@ -80,7 +80,7 @@ def test_shear_forces_balance_a_block_on_a_slope(write_input):
         group("material", density=2000.0, young_modulus=1e9, poisson_ratio=0.2),
         group("joint", friction_angle=40.0),
         group("block", name="ground", vertices=ground),
-        group("block", name="brick", vertices=turned),
+        group("block", name="brick", vertices=rotated),
         *(group("fixed_point", x=x, y=-1.0, block="ground") for x in (1.0, 9.0)),
     ]  # fmt: skip
     scene = Scene.of(sitedda.run(write_input(groups)))
@@ -143,8 +143,8 @@ def test_a_run_is_drawn_in_every_look(run, look, tmp_path):
         scene = Scene.of(run)
         frame = scene.frame_at(0.1)
         assert scene.time[frame] == pytest.approx(0.1)
-        shown = [path.vertices[:-1] for path in polygons.get_paths()]
-        assert all(map(np.allclose, shown, scene.polygons(frame)))
+        outlines = [path.vertices[:-1] for path in polygons.get_paths()]
+        assert all(map(np.allclose, outlines, scene.polygons(frame)))
 
 
 def test_a_wrong_look_is_refused(run):
@@ -161,8 +161,8 @@ def test_the_matplotlib_backend_does_not_change(run, tmp_path):
         "assert matplotlib.get_backend() == 'svg';"
         "import sys; assert 'matplotlib.pyplot' not in sys.modules"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert process.returncode == 0, process.stderr
 
 
 def test_a_site_picture_states_the_damping_of_the_model(write_input):
@@ -178,17 +178,17 @@ def test_a_site_picture_states_the_damping_of_the_model(write_input):
 
 
 def test_names_of_points_overlap_neither_each_other_nor_points():
-    places = [(0, 0), (15, 15), (30, 30), (60, 30), (62, 30), (64, 30)]
+    positions = [(0, 0), (15, 15), (30, 30), (60, 30), (62, 30), (64, 30)]
     names = ["toe", "6", "crest", "8", "8 b", "a longer name"]
     figure, axes = new_figure(size=(9, 3))
     axes.set(xlim=(-230, 410), ylim=(-30, 50))
-    found = PointNames(axes, names, places, places)
+    labels = PointNames(axes, names, positions, positions)
     figure.canvas.draw()
-    boxes = [Text.get_window_extent(name) for name in found.names]  # without its line
-    assert [name.get_text() for name in found.names] == names
+    boxes = [Text.get_window_extent(name) for name in labels.names]  # without its line
+    assert [name.get_text() for name in labels.names] == names
     for i, box in enumerate(boxes):
         assert not any(box.overlaps(other) for other in boxes[:i]), names[i]
-        assert not any(box.contains(*at) for at in axes.transData.transform(places)), names[i]
+        assert not any(box.contains(*at) for at in axes.transData.transform(positions)), names[i]
 
 
 def test_the_usual_range_over_frames_covers_the_last_frame():
@@ -223,8 +223,10 @@ def test_a_gif_moves(run, tmp_path):
 
 def test_an_mp4_has_the_requested_number_of_pictures(run, tmp_path):
     file = write_movie(run, tmp_path / "x.mp4", fps=5, seconds=1)
-    told = subprocess.run([ffmpeg(), "-i", file, "-f", "null", "-"], capture_output=True, text=True)
-    assert "Video: h264" in told.stderr and "frame=    5" in told.stderr
+    process = subprocess.run(
+        [ffmpeg(), "-i", file, "-f", "null", "-"], capture_output=True, text=True
+    )
+    assert "Video: h264" in process.stderr and "frame=    5" in process.stderr
 
 
 def test_a_movie_needs_frames_and_a_known_ending(run, tmp_path, write_input):
@@ -302,15 +304,15 @@ def test_pictures_show_bolts_with_their_force(bolted):
     axes = draw(bolted).axes
     assert in_unit(0.0, "N/m") == (1.0, "N/m")
     force = float(bolted.history.bolt_force[-1].max())
-    words = [text.get_text() for text in axes.get_legend().get_texts()]
-    assert f"bolt, largest force\n{force / 1e3:.3g} kN/m" in words
+    legend = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert f"bolt, largest force\n{force / 1e3:.3g} kN/m" in legend
     styles = [line.get_linestyle() for line in axes.lines if line.get_color() == BOLT]
     assert sorted(styles) == ["-", "-", "-", ":"]
 
 
 def test_static_steps_do_not_count_as_damping(bolted):
-    words = damping_words(bolted.history, 1.0)
-    assert words.startswith("damping of the scheme 0.16 % at 1 Hz (Δt = 1 ms)")
+    description = damping_words(bolted.history, 1.0)
+    assert description.startswith("damping of the scheme 0.16 % at 1 Hz (Δt = 1 ms)")
 
 
 def polygon_area(cell) -> float:
@@ -325,20 +327,26 @@ def polygon_area(cell) -> float:
 def test_the_verdict_reports_movement_and_slip(run):
     scene, values = Scene.of(run), run.verdict.values
 
-    def moved(frame: int) -> float:
+    def largest_displacement(frame: int) -> float:
         """Largest displacement relative to the table, which moves with its supports."""
-        away = scene.displacement(frame)
-        return np.linalg.norm(away - away[0], axis=1).max()
+        displacement = scene.displacement(frame)
+        return np.linalg.norm(displacement - displacement[0], axis=1).max()
 
-    def turned(frame: int) -> float:
+    def largest_rotation(frame: int) -> float:
         return abs(scene.coordinates(frame)[:, 2] - scene.coordinates(0)[:, 2]).max()
 
     last = scene.frames - 1
-    assert values["residual_displacement_m"] == pytest.approx(moved(last), rel=1e-3)
-    assert values["residual_tilt_rad"] == pytest.approx(turned(last))
-    most = max(moved(frame) for frame in range(scene.frames))
-    assert most * (1 - 1e-3) <= values["largest_displacement_m"] <= 1.1 * most
-    assert values["largest_tilt_rad"] >= max(turned(frame) for frame in range(scene.frames))
+    assert values["residual_displacement_m"] == pytest.approx(largest_displacement(last), rel=1e-3)
+    assert values["residual_tilt_rad"] == pytest.approx(largest_rotation(last))
+    peak_displacement = max(largest_displacement(frame) for frame in range(scene.frames))
+    assert (
+        peak_displacement * (1 - 1e-3)
+        <= values["largest_displacement_m"]
+        <= 1.1 * peak_displacement
+    )
+    assert values["largest_tilt_rad"] >= max(
+        largest_rotation(frame) for frame in range(scene.frames)
+    )
     text = str(run.verdict)
     assert "PGA" in text and "Arias" in text and text.startswith("Blocks moved by up to ")
 
@@ -350,12 +358,12 @@ def test_the_output_contains_the_intensities_of_points(run):
         motion = run.history.sel(point=name)
         step, below = float(motion.time[1]), attributes[f"resolved_frequency_hz[{name}]"]
         low_pass = butter(4, below, fs=1.0 / step, output="sos")
-        found = []
+        intensities = []
         for axis in range(2):
             acceleration = motion.acceleration.values[:, axis]
             low = sosfilt(low_pass, acceleration)
             spectrum = acceleration_spectrum(acceleration, step)
-            found.append({
+            intensities.append({
                 "pga_m_s2": abs(acceleration).max(),
                 "pga_resolved_m_s2": abs(low).max(),
                 "arias_resolved_m_s": arias_intensity(low, step),
@@ -366,9 +374,9 @@ def test_the_output_contains_the_intensities_of_points(run):
                 "sa_m_s2": spectrum.max(),
                 "sa_period_s": PERIODS[spectrum.argmax()],
             })  # fmt: skip
-        shaken = max(found, key=lambda one: one["sa_m_s2"])
-        for measure in found[0]:
-            pair = [one[measure] for one in found]
+        shaken = max(intensities, key=lambda intensity: intensity["sa_m_s2"])
+        for measure in intensities[0]:
+            pair = [intensity[measure] for intensity in intensities]
             close = partial(
                 pytest.approx,
                 rel=2e-3 if "resolved" in measure or "50_hz" in measure else 1e-9,
@@ -377,8 +385,8 @@ def test_the_output_contains_the_intensities_of_points(run):
             largest = shaken[measure] if "period" in measure else max(pair)
             assert attributes[f"{measure}[{name}]"] == close(largest), measure
             if f"{measure}_x[{name}]" in attributes:
-                both = [attributes[f"{measure}_{letter}[{name}]"] for letter in "xy"]
-                assert both == [close(value) for value in pair], measure
+                attribute_pair = [attributes[f"{measure}_{letter}[{name}]"] for letter in "xy"]
+                assert attribute_pair == [close(value) for value in pair], measure
 
 
 @pytest.mark.parametrize("interval", [1, 2])
@@ -404,9 +412,9 @@ def test_a_peak_above_50_hz_is_a_separate_result(write_input, tmp_path):
         groups = changed(flying_block(100), "measured_point", name="top")
         groups = changed(groups, "control", time_step=5e-4)
         times = [0.0, 0.005, 0.005 + ms / 2e3, 0.005 + ms / 1e3, 9.0]
-        push = {"x": 1.0, "y": 0.5, "time": times, "force_x": [0.0, 0.0, 5e6, 0.0, 0.0]}
-        push["force_y"] = [0.0] * len(times)
-        run = sitedda.run(write_input([*groups, ("load", push)]), tmp_path / f"{ms}.nc")
+        load = {"x": 1.0, "y": 0.5, "time": times, "force_x": [0.0, 0.0, 5e6, 0.0, 0.0]}
+        load["force_y"] = [0.0] * len(times)
+        run = sitedda.run(write_input([*groups, ("load", load)]), tmp_path / f"{ms}.nc")
         values = run.verdict.values
         peaks[ms] = values["pga_below_50_hz_m_s2[top]"] / values["pga_m_s2[top]"]
     assert peaks[1] < 0.2 and peaks[30] > 0.8
@@ -420,8 +428,8 @@ def test_intensities_of_unequal_steps_and_of_names_with_special_characters(write
     history = sitedda.run(write_input([*groups, ("load", load)])).history
     time, acceleration = history.time.values, history.acceleration.values[:, 0, 1]
     assert np.ptp(np.diff(time)) > 0
-    found = np.pi / (2 * GRAVITY) * np.trapezoid(acceleration**2, time)
-    assert history.attrs["arias_m_s[Größe|α]"] == pytest.approx(found, rel=1e-12)
+    arias_intensity = np.pi / (2 * GRAVITY) * np.trapezoid(acceleration**2, time)
+    assert history.attrs["arias_m_s[Größe|α]"] == pytest.approx(arias_intensity, rel=1e-12)
     # Under a step of acceleration, a damped oscillator overshoots by less than the step.
     assert acceleration[-1] < history.attrs["sa_m_s2[Größe|α]"] < 2.0 * acceleration[-1]
 
@@ -474,15 +482,17 @@ def test_blocks_that_leave_are_counted_and_named(write_input):
     assert low > -2 and high < 2
 
 
-@pytest.mark.parametrize("both", [False, True])
-def test_the_smaller_axis_has_its_unit_and_is_shown_from_a_hundredth_on(write_input, both):
-    groups = [(name, one | {"motion_y": "pulse"} if both and name == "fixed_point" else one)
+@pytest.mark.parametrize("shows_both", [False, True])
+def test_the_smaller_axis_has_its_unit_and_is_shown_from_a_hundredth_on(write_input, shows_both):
+    groups = [(name, one | {"motion_y": "pulse"} if shows_both and name == "fixed_point" else one)
               for name, one in tower()]  # fmt: skip
-    found = [line.place for line in sitedda.run(write_input(groups)).verdict.figures
+    locations = [line.place for line in sitedda.run(write_input(groups)).verdict.figures
              if line.name in ("PGA", "PGV")]  # fmt: skip
-    assert len(found) >= 2
-    for place in found:
-        assert bool(re.search(r", [xy] \([xy] [\d.e-]+ m?m/s(²|\^2)?\)", place)) is both, place
+    assert len(locations) >= 2
+    for location in locations:
+        assert bool(re.search(r", [xy] \([xy] [\d.e-]+ m?m/s(²|\^2)?\)", location)) is shows_both, (
+            location
+        )
 
 
 # --- Pages ----------------------------------------------------------------------------------------
@@ -520,15 +530,15 @@ def test_commands_write_the_files_that_they_report(main, run, write_input, tmp_p
     file = write_input(changed(tower(steps=40), "output", block_interval=5))
     main.ok("run", file, "-o", tmp_path / "t.nc", "-q", folder=tmp_path)
     assert (tmp_path / "t.png").stat().st_size > 20_000
-    for words, made in (
+    for words, files in (
         (("draw", tmp_path / "t.nc"), "t.blocks.png"),
         (("draw", file, "-o", tmp_path / "model.svg"), "model.svg"),
         (("view", tmp_path / "t.nc", "--no-open"), "t.view.html"),
         (("report", tmp_path / "t.nc"), "t.html"),
         (("export", tmp_path / "t.nc", "--vtk", tmp_path / "vtk"), "vtk/blocks.pvd"),
     ):
-        done = main.ok(*words, folder=tmp_path)
-        assert made in done.stdout and (tmp_path / made).stat().st_size > 100
+        process = main.ok(*words, folder=tmp_path)
+        assert files in process.stdout and (tmp_path / files).stat().st_size > 100
     page = (tmp_path / "t.html").read_text(encoding="utf-8")
     assert "<h2>Check" in page and "highest frequency" in page
     for command, option, value, message in (
@@ -555,8 +565,8 @@ def test_a_report_checks_the_input_as_it_was_run(main, write_input, tmp_path):
         next(line.words for line in sitedda.check(file, changes).lines if "ω_max" in line.words)
         for changes in ({"material.density": 1234.0}, None)
     )
-    words = ("-o", tmp_path / "t.nc", "-q", "--no-plot", "--set", "material.density=1234")
-    main.ok("run", file, *words)
+    options = ("-o", tmp_path / "t.nc", "-q", "--no-plot", "--set", "material.density=1234")
+    main.ok("run", file, *options)
     file.unlink()
     main.ok("report", tmp_path / "t.nc", "-o", tmp_path / "t.html")
     page = (tmp_path / "t.html").read_text(encoding="utf-8")
@@ -590,8 +600,8 @@ def test_objects_have_a_readable_repr(write_input):
 def test_models_and_simulations_show_themselves_in_notebooks(write_input):
     file = write_input(sliding_blocks())
     model = sitedda.Model.read(file)
-    for shown in (model, sitedda.Simulation(file)):
-        text = shown._repr_html_()
+    for displayed_object in (model, sitedda.Simulation(file)):
+        text = displayed_object._repr_html_()
         assert "data:image/" in text and "&lt;/script&gt;" in text
         assert EVIL not in text and "<img src=x" not in text
     empty = sitedda.Model("nothing yet", time_step=1e-3)._repr_html_()
@@ -639,8 +649,8 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
         run.draw(stage="digging")
     axes = run.draw(color="velocity")
     paths = axes.collections[-1].get_paths()
-    drawn = [np.isfinite(path.vertices).all() and len(path.vertices) > 0 for path in paths]
-    assert drawn[:2] == [True, True] and (len(drawn) == 2 or not drawn[2])
+    is_drawn = [np.isfinite(path.vertices).all() and len(path.vertices) > 0 for path in paths]
+    assert is_drawn[:2] == [True, True] and (len(is_drawn) == 2 or not is_drawn[2])
     assert "1 removed" in axes.texts[-1].get_text()
     from sitedda.vtk import blocks_of
 

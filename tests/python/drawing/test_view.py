@@ -87,9 +87,9 @@ def wait_until_decoded(page) -> None:
         time.sleep(0.05)
 
 
-def wait_until(page, done) -> None:
+def wait_until(page, condition) -> None:
     deadline = time.monotonic() + DEADLINE
-    while not done():
+    while not condition():
         assert time.monotonic() < deadline
         page.wait_for_timeout(20)
 
@@ -170,12 +170,14 @@ def test_positions_in_the_view_are_those_of_the_output(pages, opened, run):
     page = opened(pages / "view.html")
     scene = Scene.of(run)
     for frame in range(scene.frames):
-        places = page.evaluate(
+        flat_positions = page.evaluate(
             f"""() => {{ const m = blockViews[0].model; m.put({frame}, 1);
             return Array.from(m.places); }}"""
         )
-        seen = np.reshape(places, (-1, 2)) + page.evaluate("blockViews[0].meta.origin")
-        assert abs(seen - scene.vertices(frame)).max() <= 1e-5 * scene.size
+        view_positions = np.reshape(flat_positions, (-1, 2)) + page.evaluate(
+            "blockViews[0].meta.origin"
+        )
+        assert abs(view_positions - scene.vertices(frame)).max() <= 1e-5 * scene.size
     largest = page.evaluate("blockViews[0].meta.largest_force")
     assert largest == pytest.approx(run.history.contact_normal_force.values.max(), rel=1e-6)
 
@@ -185,16 +187,18 @@ def test_bolts_in_the_view_are_those_of_the_output(bolted, opened, tmp_path):
     page = opened(write_view(bolted, tmp_path / "bolts.html"))
     scene = Scene.of(bolted)
     for frame in range(scene.frames):
-        seen = page.evaluate(f"blockViews[0].model.lines('bolts', {frame}, 1)")
-        known = scene.bolts(frame)
-        assert [one["state"] for one in seen] == [one["state"] for one in known]
-        for one, other in zip(seen, known, strict=True):
-            places = one["points"] + np.array(page.evaluate("blockViews[0].meta.origin"))
-            assert abs(places - other["places"]).max() <= 1e-5 * scene.size
-            assert one["size"] == pytest.approx(other["force"], rel=1e-3)
+        view_bolts = page.evaluate(f"blockViews[0].model.lines('bolts', {frame}, 1)")
+        expected = scene.bolts(frame)
+        assert [view_bolt["state"] for view_bolt in view_bolts] == [
+            view_bolt["state"] for view_bolt in expected
+        ]
+        for view_bolt, other in zip(view_bolts, expected, strict=True):
+            positions = view_bolt["points"] + np.array(page.evaluate("blockViews[0].meta.origin"))
+            assert abs(positions - other["places"]).max() <= 1e-5 * scene.size
+            assert view_bolt["size"] == pytest.approx(other["force"], rel=1e-3)
     page.evaluate(f"blockViews[0].show({scene.frames - 1})")
     wait_for_drawing(page)
-    largest = max(one["force"] for one in scene.bolts(scene.frames - 1))
+    largest = max(view_bolt["force"] for view_bolt in scene.bolts(scene.frames - 1))
     assert f"bolt, largest force: {largest / 1e3:.4g} kN/m" in page.inner_text(".legend")
     assert page.complaints == []
 
@@ -279,11 +283,11 @@ def test_the_view_page_fits_wide_and_narrow_windows(pages, opened):
 
 def test_the_view_of_a_model_has_nothing_to_play(write_input, tmp_path, opened):
     page = opened(write_html(report_page(write_input(sliding_blocks())), tmp_path / "model.html"))
-    shown = page.evaluate(
+    visible_parts = page.evaluate(
         """() => [...document.querySelectorAll('.bar > *')].filter((node) =>
         node.getClientRects().length).map((node) => node.textContent)"""
     )
-    assert shown == ["picture", "fit"]
+    assert visible_parts == ["picture", "fit"]
     assert page.complaints == []
 
 
@@ -303,8 +307,8 @@ def test_a_removed_block_is_gone_from_the_view(write_input, tmp_path, opened):
     for frame, stage in (("0", "shake, low"), ("blockViews[0].model.frames - 1", "after <b>")):
         page.evaluate(f"blockViews[0].show({frame})")
         wait_for_drawing(page)
-        chosen = page.get_by_label("stage").locator("option:checked")
-        assert chosen.inner_text() == stage
+        selection = page.get_by_label("stage").locator("option:checked")
+        assert selection.inner_text() == stage
     assert page.complaints == []
 
 
@@ -343,8 +347,8 @@ def shaken_grid(blocks: int, frames: int) -> xr.Dataset:
 
 def test_frames_are_thinned_to_the_budget_and_the_page_reports_it():
     scene = Scene.of(shaken_grid(400, 200))
-    whole, thin = encode(scene, 10_000_000), encode(scene, 300_000)
-    assert len(whole.meta["time"]) == whole.meta["all_frames"] == 200
+    full, thin = encode(scene, 10_000_000), encode(scene, 300_000)
+    assert len(full.meta["time"]) == full.meta["all_frames"] == 200
     assert thin.size <= 300_000
     assert 10 < len(thin.meta["time"]) < 200 and thin.meta["all_frames"] == 200
     assert (thin.meta["time"][0], thin.meta["time"][-1]) == (0.0, 1.99)
@@ -354,12 +358,12 @@ def test_joints_have_slip_and_opening(run):
     """The slip of the right block is the displacement of its centroid relative to the table."""
     scene = Scene.of(run)
     slip, gap = scene.joint_movement(scene.frames - 1)
-    moved = scene.displacement(scene.frames - 1)
+    displacement = scene.displacement(scene.frames - 1)
     pair = [
         set(p) == {0, 2} for p in zip(scene.interfaces.first, scene.interfaces.second, strict=True)
     ]
     assert sum(pair) == 1
-    expected = abs(moved[2, 0] - moved[0, 0])
+    expected = abs(displacement[2, 0] - displacement[0, 0])
     assert expected > 0.05
     assert slip[pair][0] == pytest.approx(expected, rel=0.02)
     assert gap[pair][0] < 1e-3
@@ -374,19 +378,19 @@ def test_charts_have_ticks_and_units_and_scales_are_those_of_pictures(pages, ope
     ):
         assert len(chart[0]) >= 3 and chart[1].endswith(")")
     page.evaluate("blockViews[0].draw()")
-    told = page.evaluate("""blockViews[0].plots.flatMap((p) => p.lines.map((l) =>
+    charts = page.evaluate("""blockViews[0].plots.flatMap((p) => p.lines.map((l) =>
         [l.value.textContent.replaceAll("−", "-"), l.y[l.y.length - 1] / p.scale]))""")
-    for shown, last in told:  # at the end, which the page opens with
-        assert float(shown.split(" ")[0]) == pytest.approx(last, rel=1e-3, abs=1e-4), told
+    for chart_lines, last in charts:  # at the end, which the page opens with
+        assert float(chart_lines.split(" ")[0]) == pytest.approx(last, rel=1e-3, abs=1e-4), charts
     scene = Scene.of(run)
     for name in QUANTITIES.keys() - set(OWN_QUANTITIES):
-        own = page.evaluate(f"blockViews[0].model.range('{name}', {scene.frames - 1})")
-        known = limits_of(scene, name, [scene.frames - 1])
-        least = 1.0 if QUANTITIES[name].unit == "Pa" else 1e-9
-        assert own["high"] == pytest.approx(known.high, rel=2e-3, abs=least), name
-        assert own["usual"] == pytest.approx(known.usual, rel=2e-3, abs=least), name
-        every = page.evaluate(f"blockViews[0].model.range('{name}', -1)")
-        assert every["high"] == limits_of(scene, name, some_of(range(scene.frames))).high
+        view_range = page.evaluate(f"blockViews[0].model.range('{name}', {scene.frames - 1})")
+        expected = limits_of(scene, name, [scene.frames - 1])
+        smallest = 1.0 if QUANTITIES[name].unit == "Pa" else 1e-9
+        assert view_range["high"] == pytest.approx(expected.high, rel=2e-3, abs=smallest), name
+        assert view_range["usual"] == pytest.approx(expected.usual, rel=2e-3, abs=smallest), name
+        full_range = page.evaluate(f"blockViews[0].model.range('{name}', -1)")
+        assert full_range["high"] == limits_of(scene, name, some_of(range(scene.frames))).high
 
 
 def test_histories_of_rounding_errors_have_no_chart(run):
@@ -396,7 +400,7 @@ def test_histories_of_rounding_errors_have_no_chart(run):
         for name in ("displacement", "base_displacement", "acceleration"):
             history[name] = factor * run.history[name]
         charts = view(Scene.of(history)).meta["charts"]
-        titles.append([one["title"] for one in charts if "measured points" in one["title"]])
+        titles.append([chart["title"] for chart in charts if "measured points" in chart["title"]])
     assert len(titles[0]) == 2 and titles[1] == []
 
 
@@ -436,11 +440,11 @@ def test_picture_data_and_state_can_be_saved(pages, opened, tmp_path):
     assert head == "chart,line,time (s),value" and len(rows) > 100
     page.evaluate("blockViews[0].setColor('rotation')")
     page.wait_for_url(re.compile("color=rotation"), wait_until="commit")
-    again = opened(pages / "view.html")
-    again.goto("about:blank")  # an address alone that changes loads no page
-    again.goto(page.url.replace("rotation", "velocity"))
-    wait_until_decoded(again)
-    assert again.evaluate("blockViews[0].color") == "velocity"
+    second_page = opened(pages / "view.html")
+    second_page.goto("about:blank")  # an address alone that changes loads no page
+    second_page.goto(page.url.replace("rotation", "velocity"))
+    wait_until_decoded(second_page)
+    assert second_page.evaluate("blockViews[0].color") == "velocity"
 
 
 def test_two_runs_have_one_cursor_and_a_difference_only_if_blocks_agree(run, opened, tmp_path):
@@ -462,20 +466,20 @@ def test_modes_are_played_as_they_are_computed(write_input, opened, tmp_path):
     from sitedda.drawing.modes import draw_modes, mode_scene
 
     file = write_input(tower())
-    scene, found = mode_scene(file, 2)
-    known = sitedda.modes(file, 2)
-    assert found.frequency == pytest.approx(known.frequency)
+    scene, modes = mode_scene(file, 2)
+    expected = sitedda.modes(file, 2)
+    assert modes.frequency == pytest.approx(expected.frequency)
     for mode in (0, 1):
         peak = scene.displacement(24 * (mode + 1))
-        shape = known.shapes[mode][:, :2]
-        share = peak / np.linalg.norm(peak, axis=1).max()
+        shape = expected.shapes[mode][:, :2]
+        fraction = peak / np.linalg.norm(peak, axis=1).max()
         shape = shape / np.linalg.norm(shape, axis=1).max()
-        assert abs(share) == pytest.approx(abs(shape), abs=1e-6)
+        assert abs(fraction) == pytest.approx(abs(shape), abs=1e-6)
     page = opened(write_view(scene, tmp_path / "modes.html", color="displacement"))
     assert page.evaluate("blockViews[0].loopEnd()") == [25, 48]
     assert "arbitrary" in page.inner_text(".note")
     titles = [axes.get_title(loc="left") for axes in draw_modes(file, 2).axes]
-    assert titles[0] == f"mode 1: {known.frequency[0]:.4g} Hz"
+    assert titles[0] == f"mode 1: {expected.frequency[0]:.4g} Hz"
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -491,8 +495,8 @@ def test_report_and_view_have_no_accessibility_errors(pages, new_page, scheme):
             page.evaluate("(v => { v.setContacts('slip'); v.pick(1); })(blockViews[0])")
             wait_for_drawing(page)
             page.evaluate(script)
-            found = page.evaluate("axe.run().then((r) => r.violations.map((v) => v.id))")
-            assert found == [], (name, width)
+            violations = page.evaluate("axe.run().then((r) => r.violations.map((v) => v.id))")
+            assert violations == [], (name, width)
             assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
@@ -517,7 +521,7 @@ def test_a_block_that_is_picked_in_a_notebook_is_a_value_in_python(run, new_page
     wait_until_decoded(frame)
     page.evaluate("model.put('time', 0)")
     x, y = place_in_view(frame, 5.5, 1.5)
-    left, top = (page.locator("iframe").bounding_box()[one] for one in "xy")
+    left, top = (page.locator("iframe").bounding_box()[axis] for axis in "xy")
     page.mouse.click(left + x, top + y)
     wait_until(page, lambda: widget.picked == "right")
     page.evaluate("model.put('picked', 'table')")
@@ -543,13 +547,15 @@ def test_water_in_the_view_is_that_of_the_output(opened, tmp_path):
     page = opened(write_view(run, tmp_path / "wet.html"))
     scene = Scene.of(run)
     for frame in range(scene.frames):
-        seen = page.evaluate(f"blockViews[0].model.lines('water', {frame}, 1)")
+        view_lines = page.evaluate(f"blockViews[0].model.lines('water', {frame}, 1)")
         pressure, full, _ = scene.water(frame)
-        assert [one["state"] for one in seen] == [1 if is_full else 2 for is_full in full]
-        np.testing.assert_allclose([one["size"] for one in seen], pressure, rtol=1e-3)
+        assert [line["state"] for line in view_lines] == [1 if is_full else 2 for is_full in full]
+        np.testing.assert_allclose([line["size"] for line in view_lines], pressure, rtol=1e-3)
     assert not full.all()
     page.evaluate(f"blockViews[0].show({scene.frames - 1})")
     wait_for_drawing(page)
-    most = pressure.max()
-    assert f"water in joints, largest pressure: {most / 1e3:.4g} kPa" in page.inner_text(".legend")
+    largest = pressure.max()
+    assert f"water in joints, largest pressure: {largest / 1e3:.4g} kPa" in page.inner_text(
+        ".legend"
+    )
     assert page.complaints == []

@@ -24,18 +24,21 @@ TEXT = """&control
 
 
 @pytest.mark.parametrize(
-    ("groups", "group", "words"), [case for case in CASES if isinstance(case.values[0], list)][:40]
+    ("groups", "group", "message"),
+    [case for case in CASES if isinstance(case.values[0], list)][:40],
 )
-def test_mistakes_are_diagnostics_with_the_message_of_the_engine(groups, group, words, write_input):
+def test_mistakes_are_diagnostics_with_the_message_of_the_engine(
+    groups, group, message, write_input
+):
     file = write_input(groups)
     text = file.read_text()
     with pytest.raises(Exception) as failure:
         check(file)
-    (found,) = problems(text, file)
-    assert found.message == str(failure.value)
-    row = text.split("\n")[found.line]
-    assert 0 <= found.start < found.end <= len(row)
-    assert row[found.start : found.end] in found.message or row.startswith(group)
+    (problem,) = problems(text, file)
+    assert problem.message == str(failure.value)
+    row = text.split("\n")[problem.line]
+    assert 0 <= problem.start < problem.end <= len(row)
+    assert row[problem.start : problem.end] in problem.message or row.startswith(group)
 
 
 def test_a_sound_input_has_no_problem_whether_saved_or_not(write_input):
@@ -48,10 +51,12 @@ def test_a_sound_input_has_no_problem_whether_saved_or_not(write_input):
 
 
 def test_completion_offers_every_group_and_variable_once():
-    assert {one.word for one in offers("", 0, 0)} == {f"&{name}" for name in GROUPS}
+    assert {offer.word for offer in offers("", 0, 0)} == {f"&{name}" for name in GROUPS}
     for name, group in GROUPS.items():
         text = f"&{name} "
-        assert [one.word for one in offers(text, 0, len(text))] == [v.name for v in group.variables]
+        assert [offer.word for offer in offers(text, 0, len(text))] == [
+            v.name for v in group.variables
+        ]
         for v in group.variables:
             words = hover(f"&{name} {v.name} = ", 0, len(name) + 2)
             assert v.meaning in words and v.unit in words and v.default in words
@@ -59,8 +64,8 @@ def test_completion_offers_every_group_and_variable_once():
 
 def test_completion_depends_on_the_position():
     assert not offers(TEXT, 1, len("  time_step = 1e-3  ! &jo"))  # a comment
-    assert [one.word for one in offers(TEXT, 2, 24)] == ["fixed", "adaptive"]
-    left = {one.word for one in offers("&control time_step = 1, ", 0, 24)}
+    assert [offer.word for offer in offers(TEXT, 2, 24)] == ["fixed", "adaptive"]
+    left = {offer.word for offer in offers("&control time_step = 1, ", 0, 24)}
     assert "steps" in left and "time_step" not in left
     assert offers("&run title = 'a / b' / ", 0, 23)[0].kind == "group"  # a slash in a text
     assert hover("! time_step", 0, 4) == ""
@@ -70,15 +75,15 @@ def test_completion_depends_on_the_position():
 def values_of(file) -> dict:
     """An input as the object that the JSON schema describes."""
     whole: dict = {}
-    for one in find_groups(file.read_text(), file):
+    for group in find_groups(file.read_text(), file):
         values = {k: np.asarray(v).ravel().tolist() if np.ndim(v) else v
-                  for k, v in one.values.items()}  # fmt: skip
+                  for k, v in group.values.items()}  # fmt: skip
         values = {k: [x for x in v if x != UNSET] if isinstance(v, list) else v
                   for k, v in values.items()}  # fmt: skip
-        if GROUPS[one.name].repeats:
-            whole.setdefault(one.name, []).append(values)
+        if GROUPS[group.name].repeats:
+            whole.setdefault(group.name, []).append(values)
         else:
-            whole[one.name] = values
+            whole[group.name] = values
     return whole
 
 
@@ -101,12 +106,12 @@ def test_shipped_inputs_meet_the_json_schema_and_mistakes_do_not(request):
 
 def test_the_grammar_colours_groups_variables_and_comments():
     grammar = text_mate_grammar()
-    of = {p["begin"]: p for p in grammar["patterns"] if "begin" in p}
-    assert len(of) == len(GROUPS)
-    control = next(p for begin, p in of.items() if "&control" in begin)
-    names = next(p for p in control["patterns"] if p["name"].startswith("variable"))
-    assert re.search(names["match"], "  time_step = 1")
-    assert not re.search(names["match"], "  time_stop = 1")
+    pattern_by_begin = {p["begin"]: p for p in grammar["patterns"] if "begin" in p}
+    assert len(pattern_by_begin) == len(GROUPS)
+    control = next(p for begin, p in pattern_by_begin.items() if "&control" in begin)
+    variable_pattern = next(p for p in control["patterns"] if p["name"].startswith("variable"))
+    assert re.search(variable_pattern["match"], "  time_step = 1")
+    assert not re.search(variable_pattern["match"], "  time_stop = 1")
 
 
 def test_the_language_server_answers():
@@ -121,15 +126,15 @@ def test_the_language_server_answers():
         server.stdin.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
         server.stdin.flush()
 
-    def receive(wanted):
+    def receive(condition):
         while True:
             head = b""
             while not head.endswith(b"\r\n\r\n"):
                 head += server.stdout.read(1)
             size = int(re.search(rb"Content-Length: (\d+)", head)[1])
-            answer = json.loads(server.stdout.read(size))
-            if wanted(answer):
-                return answer
+            response = json.loads(server.stdout.read(size))
+            if condition(response):
+                return response
 
     document = {"uri": "file:///tmp/model.nml", "languageId": "nml", "version": 1}
     send("initialize", {"processId": None, "rootUri": None, "capabilities": {}}, 1)
@@ -137,14 +142,14 @@ def test_the_language_server_answers():
     send("initialized", {})
     text = "&control time_step = -1, steps = 1 /\n"
     send("textDocument/didOpen", {"textDocument": document | {"text": text}})
-    said = receive(lambda a: a.get("method") == "textDocument/publishDiagnostics")["params"]
-    (one,) = said["diagnostics"]
-    assert "time_step = -1 must be" in one["message"]
-    assert one["range"]["start"] == {"line": 0, "character": 9}
-    at = {"textDocument": {"uri": document["uri"]}, "position": {"line": 0, "character": 9}}
-    send("textDocument/completion", at, 2)
-    words = [item["label"] for item in receive(lambda a: a.get("id") == 2)["result"]]
-    assert "time_step" in words or "steps" in words
+    parameters = receive(lambda a: a.get("method") == "textDocument/publishDiagnostics")["params"]
+    (diagnostic,) = parameters["diagnostics"]
+    assert "time_step = -1 must be" in diagnostic["message"]
+    assert diagnostic["range"]["start"] == {"line": 0, "character": 9}
+    position = {"textDocument": {"uri": document["uri"]}, "position": {"line": 0, "character": 9}}
+    send("textDocument/completion", position, 2)
+    labels = [item["label"] for item in receive(lambda a: a.get("id") == 2)["result"]]
+    assert "time_step" in labels or "steps" in labels
     send("shutdown", None, 3)
     receive(lambda a: a.get("id") == 3)
     send("exit", None)
@@ -153,7 +158,7 @@ def test_the_language_server_answers():
 
 def test_shells_complete_commands_and_options(main):
     pytest.importorskip("shtab")
-    done = main("editor", "bash")
-    assert done.returncode == 0 and "--set" in done.stdout and "pushover" in done.stdout
-    assert subprocess.run(["bash", "-n"], input=done.stdout, text=True).returncode == 0
+    process = main("editor", "bash")
+    assert process.returncode == 0 and "--set" in process.stdout and "pushover" in process.stdout
+    assert subprocess.run(["bash", "-n"], input=process.stdout, text=True).returncode == 0
     assert json.loads(main("editor", "schema").stdout) == json_schema()

@@ -39,13 +39,13 @@ def tokens(tmp_path_factory):
     script = Path(__file__).with_name("tokens.js")
 
     def tokens(text, grammar):
-        done = subprocess.run(["node", script], check=True, stdout=subprocess.PIPE, text=True,
+        process = subprocess.run(["node", script], check=True, stdout=subprocess.PIPE, text=True,
                               env=os.environ | {"NODE_PATH": str(folder / "node_modules")},
                               input=json.dumps({"grammar": grammar, "text": text}))  # fmt: skip
-        found: dict = {}
-        for word, scope in json.loads(done.stdout):
-            found.setdefault(scope.removesuffix(".sitedda"), []).append(word)
-        return {scope: found[scope] for scope in found if scope != "source"}
+        scopes: dict = {}
+        for token_text, scope in json.loads(process.stdout):
+            scopes.setdefault(scope.removesuffix(".sitedda"), []).append(token_text)
+        return {scope: scopes[scope] for scope in scopes if scope != "source"}
 
     return tokens
 
@@ -62,7 +62,7 @@ def test_mistakes_have_no_scope_and_each_pattern_is_needed(tokens):
 def test_names_of_examples_have_the_scopes_that_the_reader_gives_them(tokens, request):
     files = request.config.rootpath.glob("inputs/**/*.nml")
     text = "\n".join(file.read_text() for file in files)
-    groups, found = find_groups(text), tokens(text, text_mate_grammar())
-    assert found["entity.name.section"] == [f"&{group.name}" for group in groups]
+    groups, scopes = find_groups(text), tokens(text, text_mate_grammar())
+    assert scopes["entity.name.section"] == [f"&{group.name}" for group in groups]
     names = [name for group in groups for name in group.values]
-    assert sorted(found["variable.parameter"]) == sorted(names)
+    assert sorted(scopes["variable.parameter"]) == sorted(names)

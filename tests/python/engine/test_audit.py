@@ -41,16 +41,16 @@ def file(tmp_path):
 def test_a_loose_tolerance_causes_a_warning(file):
     """Accepted steps with incomplete convergence leave an energy residual, which is reported."""
     with pytest.warns(sitedda.AuditWarning, match="does not balance.*force_tolerance"):
-        done = sitedda.run(file, contact={"force_tolerance": 1e-2})
-    assert "does not balance" in done.history.attrs["energy_audit"]
+        result = sitedda.run(file, contact={"force_tolerance": 1e-2})
+    assert "does not balance" in result.history.attrs["energy_audit"]
 
 
 def test_a_good_run_is_silent(file):
     """The default tolerance balances."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", sitedda.AuditWarning)
-        done = sitedda.run(file)
-    assert done.history.attrs["energy_audit"] == "balances"
+        result = sitedda.run(file)
+    assert result.history.attrs["energy_audit"] == "balances"
 
 
 def wheel() -> list:
@@ -75,10 +75,10 @@ def wheel() -> list:
 def test_steps_too_long_for_the_geometry_cause_a_warning(write_input):
     """The audit reports the energy that the exact geometry added to springs, as in the output."""
     path = write_input(wheel(), "wheel.nml")
-    with pytest.warns(sitedda.AuditWarning, match="try a smaller time_step") as told:
-        done = sitedda.run(path)
-    gained = float(re.search(r"gained (-?[\d.]+) of", str(told[0].message))[1])
-    assert gained == pytest.approx(float(done.history.energy_geometric[-1]), abs=1e-6)
+    with pytest.warns(sitedda.AuditWarning, match="try a smaller time_step") as warning_list:
+        result = sitedda.run(path)
+    gained = float(re.search(r"gained (-?[\d.]+) of", str(warning_list[0].message))[1])
+    assert gained == pytest.approx(float(result.history.energy_geometric[-1]), abs=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -58,20 +58,20 @@ def model_of(bodies, poisson=0.25, young=YOUNG, **control):
 @pytest.mark.parametrize("cells", CELLS)
 def test_modes_of_a_free_beam_are_those_of_an_independent_assembly(cells, poisson, strain):
     polygons = cells_of((0, 0, 6, 1), 0.5, cells)
-    found = sitedda.modes(model_of([polygons], poisson, analysis=strain), count=12).frequency
+    frequencies = sitedda.modes(model_of([polygons], poisson, analysis=strain), count=12).frequency
     body = Body(polygons, YOUNG, poisson, DENSITY, plane_strain=strain == "plane_strain")
     values = eigh(body.stiffness().toarray(), body.mass().toarray(), eigvals_only=True)
-    np.testing.assert_allclose(found, np.sqrt(values[3:15]) / (2 * np.pi), rtol=1e-7)
+    np.testing.assert_allclose(frequencies, np.sqrt(values[3:15]) / (2 * np.pi), rtol=1e-7)
 
 
 def test_partly_overlapping_faces_are_welded():
     """A row of long cells on a row of short ones has the modes of the independent assembly."""
     low = [cell for x in range(6) for cell in cells_of((x, 0, x + 1, 1), 1.0)]
     high = [cell for x in (0, 2.5) for cell in cells_of((x, 1, x + 2.5, 2), 2.5)]
-    found = sitedda.modes(model_of([low[:5] + high]), count=9).frequency
+    frequencies = sitedda.modes(model_of([low[:5] + high]), count=9).frequency
     body = Body(low[:5] + high, YOUNG, 0.25, DENSITY, plane_strain=False)
     values = eigh(body.stiffness().toarray(), body.mass().toarray(), eigvals_only=True)
-    np.testing.assert_allclose(found, np.sqrt(values[3:12]) / (2 * np.pi), rtol=1e-7)
+    np.testing.assert_allclose(frequencies, np.sqrt(values[3:12]) / (2 * np.pi), rtol=1e-7)
 
 
 def test_two_layers_of_contrast_1000_have_the_frequency_of_the_closed_form():
@@ -133,8 +133,11 @@ def test_the_shipped_tunnel_is_that_of_kirsch(root):
     """Walls within 2.5 % of Kirsch's solution, hoop stress beside the walls within 3 %."""
     history = sitedda.run(root / "inputs" / "circular_tunnel.nml").history
     pressure, ratio, radius, young, poisson = 5e6, 0.5, 2.0, 10e9, 0.25
-    moved = history.displacement.values[-1]  # crown, invert, left, right
-    crown, side = (moved[1, 1] - moved[0, 1]) / 2, (moved[2, 0] - moved[3, 0]) / 2
+    displacement = history.displacement.values[-1]  # crown, invert, left, right
+    crown, side = (
+        (displacement[1, 1] - displacement[0, 1]) / 2,
+        (displacement[2, 0] - displacement[3, 0]) / 2,
+    )
     mean, half = (1 + ratio) * pressure / 2, (1 - ratio) * (3 - 4 * poisson) * pressure / 2
     factor = (1 + poisson) * radius / young
     assert crown == pytest.approx(factor * (mean + half), rel=0.025)
@@ -144,8 +147,8 @@ def test_the_shipped_tunnel_is_that_of_kirsch(root):
     beside = (r < 2.12) & (angle < np.radians(10))
     inward = (radius / r[beside].mean()) ** 2
     hoop = mean * (1 + inward) + (1 - ratio) / 2 * pressure * (1 + 3 * inward**2)
-    found = -history.block_stress.values[-1, beside, 1].mean()
-    assert found == pytest.approx(hoop, rel=0.03)
+    stress = -history.block_stress.values[-1, beside, 1].mean()
+    assert stress == pytest.approx(hoop, rel=0.03)
 
 
 def spinning(step, rate=3.0):
@@ -170,8 +173,8 @@ def test_a_spinning_body_keeps_its_energy_and_balances():
         assert abs(history.energy_balance.values).max() < 1e-9 * kinetic
         gained.append(abs(float(history.energy_geometric[-1])) / kinetic)
         assert float(history.energy_welded.max()) < 1e-3 * kinetic
-        turned = history.block_coordinates.values[-1, :, 2]
-        np.testing.assert_allclose(turned, 1.0, atol=3e-3)
+        rotation = history.block_coordinates.values[-1, :, 2]
+        np.testing.assert_allclose(rotation, 1.0, atol=3e-3)
     assert gained[0] < 1e-5
     assert gained[1] < 1e-6
 
@@ -241,9 +244,9 @@ def test_soft_contacts_keep_a_block_above_the_gaps_of_cells():
     model["joint"][0].friction_angle = 20.0
     model.contact(normal_stiffness=4 * DENSITY * 10 * np.cos(np.pi / 6) / 2 / depth)
     model["control"].max_displacement_ratio = 0.05
-    place = model.run().history.displacement[:, 0].values
-    assert place[:, 1].min() > -2 * depth
-    assert place[-1, 0] > 2.0  # it has slid over eight cells
+    position = model.run().history.displacement[:, 0].values
+    assert position[:, 1].min() > -2 * depth
+    assert position[-1, 0] > 2.0  # it has slid over eight cells
 
 
 def wedge(cells):
@@ -253,8 +256,8 @@ def wedge(cells):
     model.material(name="rock", density=DENSITY, young_modulus=YOUNG, poisson_ratio=0.25)
     model.joint(name="joint", friction_angle=40.0)
     model.block(name="slope", vertices=[0, 0, 12, 0, 12, 12 * 3**-0.5])
-    turn = np.array([[3**0.5 / 2, 0.5], [-0.5, 3**0.5 / 2]])
-    box = np.array([[5, 0], [7.5, 0], [7.5, 2], [5, 2]]) @ turn
+    rotation = np.array([[3**0.5 / 2, 0.5], [-0.5, 3**0.5 / 2]])
+    box = np.array([[5, 0], [7.5, 0], [7.5, 2], [5, 2]]) @ rotation
     model.block(name="wedge", vertices=box.ravel().tolist())
     if cells:
         model.mesh(blocks="wedge", size=float(np.sqrt(5 / cells)))
@@ -266,14 +269,14 @@ def wedge(cells):
 @pytest.mark.parametrize("cells", [0, 4, 16, 64])
 def test_the_factor_of_safety_does_not_depend_on_cells(cells):
     """tan 40°/tan 30° within 0.1 %; the mechanism contains two blocks."""
-    found = sitedda.safety(wedge(cells))
+    result = sitedda.safety(wedge(cells))
     exact = np.tan(np.radians(40)) / np.tan(np.radians(30))
-    assert found.low == pytest.approx(exact, rel=1e-3)
-    assert found.mechanism.names == ("slope", "wedge")
-    assert found.mechanism.verdicts == ("stable", "slides")
-    assert len(found.mechanism.polygons[1]) >= 4
-    assert found.mechanism.areas[0] == pytest.approx(5.0)
-    found.mechanism.draw()
+    assert result.low == pytest.approx(exact, rel=1e-3)
+    assert result.mechanism.names == ("slope", "wedge")
+    assert result.mechanism.verdicts == ("stable", "slides")
+    assert len(result.mechanism.polygons[1]) >= 4
+    assert result.mechanism.areas[0] == pytest.approx(5.0)
+    result.mechanism.draw()
 
 
 def test_limit_analysis_is_of_rigid_blocks():
@@ -289,20 +292,20 @@ def test_threads_and_resumed_runs_are_bit_identical(damping, tmp_path, same_ever
         setattr(model["material"][0], name, value)
     model.output(block_interval=100)
     file = model.write(tmp_path / "model.nml")
-    whole = same_everywhere(file, 210)
-    assert whole.block_body.values.tolist() == [1] * 8 + [2] * (whole.sizes["block"] - 8)
-    assert whole.body.values.tolist() == ["b1", "b2"]
+    reference = same_everywhere(file, 210)
+    assert reference.block_body.values.tolist() == [1] * 8 + [2] * (reference.sizes["block"] - 8)
+    assert reference.body.values.tolist() == ["b1", "b2"]
 
 
 def test_a_meshed_input_built_into_a_block_file_runs_without_python(root, tmp_path, native):
     """The displacements equal those of cells in memory."""
-    whole = sitedda.run(root / "inputs" / "roof_beam.nml").history
+    reference = sitedda.run(root / "inputs" / "roof_beam.nml").history
     file, _ = build_file(root / "inputs" / "roof_beam.nml", tmp_path / "beam.nml", True)
     native.ok("run", file, "-q", "-o", tmp_path / "beam.nc")
     built = load(tmp_path / "beam.nc")
     assert built.body.values.tolist() == ["beam"]
     for name in ("displacement", "block_coordinates", "block_stress"):
-        np.testing.assert_array_equal(built[name], whole[name])
+        np.testing.assert_array_equal(built[name], reference[name])
 
 
 def test_check_bounds_the_ringing_of_a_body_by_beta():
@@ -335,19 +338,19 @@ def test_stress_does_not_change_with_the_modulus():
     model = propped(kind="static", change_materials="rock -> soft")
     model.stage(name="end", steps=1)
     history = model.run().history
-    place = history.displacement[:, 0, 1].values
+    position = history.displacement[:, 0, 1].values
     at = [np.flatnonzero(history.stage.values == stage)[-1] for stage in (1, 2)]
-    assert abs(place[at[1]] - place[at[0]]) < 1e-6 * abs(place[at[0]])
-    assert abs(place[at[0]]) > 1e-6  # the stress is not zero
+    assert abs(position[at[1]] - position[at[0]]) < 1e-6 * abs(position[at[0]])
+    assert abs(position[at[0]]) > 1e-6  # the stress is not zero
 
 
 def test_a_body_is_removed_whole_and_the_supported_body_falls_freely():
     model = propped(steps=100, remove="b1")
     history = model.run().history
-    place = history.displacement[:, 0, 1].values
+    position = history.displacement[:, 0, 1].values
     speed = history.velocity[:, 0, 1].values
     # Released strains move the point relative to the centroid by much less than 1 %.
-    assert place[-1] - place[0] == pytest.approx(-10 * 0.1**2 / 2, rel=0.01)
+    assert position[-1] - position[0] == pytest.approx(-10 * 0.1**2 / 2, rel=0.01)
     assert speed[-1] == pytest.approx(-1.0, rel=0.01)
 
 
@@ -367,11 +370,11 @@ def words_of(model, topic):
 @pytest.mark.parametrize(("cells", "deep"), [("quadrilateral", 3), ("quadrilateral", 5)])
 def test_check_counts_the_cells_across_a_beam(cells, deep):
     """Also rotated by 30° beside a square block; sides with a boundary are excluded."""
-    turn = np.array([[3**0.5, 1], [-1, 3**0.5]]) / 2
-    beam = [cell @ turn + [0, 3] for cell in cells_of((0, 0, 6, 1), 1 / deep, cells)]
+    rotation = np.array([[3**0.5, 1], [-1, 3**0.5]]) / 2
+    beam = [cell @ rotation + [0, 3] for cell in cells_of((0, 0, 6, 1), 1 / deep, cells)]
     block = cells_of((0, -8, 6, -2), 0.5)
-    found = words_of(model_of([block, beam]), "cells")
-    assert found[0].startswith(f"{deep} across the thinnest part of a body, 'b2', 1 m")
+    messages = words_of(model_of([block, beam]), "cells")
+    assert messages[0].startswith(f"{deep} across the thinnest part of a body, 'b2', 1 m")
     model = model_of([cells_of((0, -3, 6, -2), 0.5)])
     model.boundary(side="bottom", kind="roller")
     assert words_of(model, "cells")[0].startswith("12 across")
@@ -383,9 +386,9 @@ def test_check_warns_of_bodies_that_yield_and_are_thin(deep):
     model = model_of([[(cell, "weak") for cell in beam], thin], analysis="plane_strain")
     model.material(name="weak", density=DENSITY, young_modulus=YOUNG, poisson_ratio=0.25,
                    law="mohr_coulomb", cohesion=1e6, friction_angle=30.0)  # fmt: skip
-    said = [words for words in words_of(model, "cells") if "which yields" in words]
-    assert len(said) == (deep < 4)
-    assert all(f"'b1', which yields, are only {deep} across 1 m" in words for words in said)
+    messages = [message for message in words_of(model, "cells") if "which yields" in message]
+    assert len(messages) == (deep < 4)
+    assert all(f"'b1', which yields, are only {deep} across 1 m" in message for message in messages)
 
 
 def test_check_warns_of_slender_cells_in_offset_rows():
@@ -395,18 +398,20 @@ def test_check_warns_of_slender_cells_in_offset_rows():
         for y in range(4)
         for a, b in zip(rows[y % 2][:-1], rows[y % 2][1:], strict=True)
     ]
-    assert any("in rows that are offset" in words for words in words_of(model_of([cells]), "cells"))
+    assert any(
+        "in rows that are offset" in message for message in words_of(model_of([cells]), "cells")
+    )
 
 
 def test_the_error_of_stresses_is_reported_and_decreases_with_the_cell_size(root):
     """With n cells over the depth, bending has an error of 1/n in the energy norm, shear more."""
-    said = []
+    errors = []
     for size in (0.15, 0.075):
         model = sitedda.Model.read(root / "inputs" / "roof_beam.nml")
         model["mesh"][0].size = size
-        said.append(model.run().verdict.values["stress_error"])
-    assert 1 / 4 < said[0] < 2 / 4
-    assert said[1] == pytest.approx(said[0] / 2, rel=0.1)
+        errors.append(model.run().verdict.values["stress_error"])
+    assert 1 / 4 < errors[0] < 2 / 4
+    assert errors[1] == pytest.approx(errors[0] / 2, rel=0.1)
 
 
 def test_each_cell_has_an_error_of_stress(root, tmp_path):
@@ -418,9 +423,9 @@ def test_each_cell_has_an_error_of_stress(root, tmp_path):
     material = model["material"][0]
     modulus = material.young_modulus / (1 - material.poisson_ratio**2)  # plane stress
     strain = sum(float(run.history[f"energy_{name}"][-1]) for name in ("strain", "welded"))
-    wrong = 0.5 * (scene.areas() * error**2).sum() / modulus
-    share = run.verdict.values["stress_error"]
-    assert wrong == pytest.approx(share**2 * strain, rel=1e-4)
+    error_energy = 0.5 * (scene.areas() * error**2).sum() / modulus
+    fraction = run.verdict.values["stress_error"]
+    assert error_energy == pytest.approx(fraction**2 * strain, rel=1e-4)
     np.testing.assert_array_equal(quantity(scene, "stress_error", last), error)
     np.testing.assert_array_equal(blocks_of(scene, last).cells["error of stress (Pa)"], error)
     with sitedda.Simulation(model) as begun:
@@ -460,8 +465,8 @@ def test_pictures_show_bodies(tmp_path):
 def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
     """Under tension along x, the arms are only along x, red, and 85 % of a cell long."""
     model = model_of([cells_of((0, 0, 4, 1), 0.5)], steps=None)
-    for side, pull in (("left", -1e5), ("right", -1e5)):
-        model.traction(side=side, normal=pull)
+    for side, stress in (("left", -1e5), ("right", -1e5)):
+        model.traction(side=side, normal=stress)
     model.fixed_point(x=0.0, y=0.0)
     model.fixed_point(x=4.0, y=0.0, direction="y")
     model.stage(name="rest", kind="static")
@@ -478,7 +483,7 @@ def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("cells", "words"),
+    ("cells", "message"),
     [
         ([[0, 0, 1, 0, 1, 1, 0, 1], [2, 0, 3, 0, 3, 1, 2, 1]], "body 'b1' is not connected"),
         ([[0, 0, 1, 0, 1, 1, 0.5, 0.2]], "divide it into convex cells"),
@@ -491,7 +496,7 @@ def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
         ),
     ],
 )  # fmt: skip
-def test_invalid_bodies_are_one_error(cells, words):
+def test_invalid_bodies_are_one_error(cells, message):
     model = model_of([cells])
-    with pytest.raises(sitedda.InputError, match=words):
+    with pytest.raises(sitedda.InputError, match=message):
         model.run()

@@ -22,8 +22,8 @@ def second_moments(polygon):
 
 def angular_momentum(run, areas, moments):
     """Angular momentum about the origin over the density, with the initial masses of the blocks."""
-    place, rate = run.coordinates, run.rates
-    x, y = place[:, :2].T
+    position, rate = run.coordinates, run.rates
+    x, y = position[:, :2].T
     orbit = areas * (x * rate[:, 1] - y * rate[:, 0])
     a, b, c = moments[:, 0, 0], moments[:, 1, 1], moments[:, 0, 1]
     own = (a + b) * rate[:, 2] + c * (rate[:, 4] - rate[:, 3]) + 0.5 * (a - b) * rate[:, 5]

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 
 import sitedda
 from sitedda.model import Model
-from sitedda_evidence.model import residual
+from sitedda_evidence.model import energy_residual
 
 STIFFNESS, MASS = 1.0e6, 2000.0  # N/m, kg/m
 
@@ -74,7 +74,7 @@ def test_a_mass_on_a_bolt_oscillates():
     damped = 1.0 - math.exp(-0.25 * omega * 1e-4 * omega * 0.3)
     assert abs(history.bolt_elongation[:, 0] - expected).max() < 1.5 * damped * 20e3 / STIFFNESS
     assert history.bolt_force.max() == pytest.approx(40e3, rel=2.0 * damped)
-    assert residual(history) < 1e-9
+    assert energy_residual(history) < 1e-9
 
 
 def bouncing(*bolt) -> Model:
@@ -100,26 +100,28 @@ def test_a_yielding_bolt_stops_its_block():
     """A bolt that yields at 1.5 W stops the block when (F_y − W) x equals the energy at yield."""
     history = hanging(steps=4000, yield_force=30e3).run().history
     elastic = 30e3 / STIFFNESS  # W x = ½ k x² + ½ m v² at yield, then F_y − W brakes
-    most = elastic + (20e3 * elastic - 0.5 * STIFFNESS * elastic**2) / (30e3 - 20e3)
+    largest_elongation = elastic + (20e3 * elastic - 0.5 * STIFFNESS * elastic**2) / (30e3 - 20e3)
     assert history.bolt_force.max() == pytest.approx(30e3, rel=1e-12)
-    assert history.bolt_elongation.max() == pytest.approx(most, rel=5e-3)
+    assert history.bolt_elongation.max() == pytest.approx(largest_elongation, rel=5e-3)
     plastic = float(history.energy_yield[-1]) / 30e3
-    assert plastic == pytest.approx(most - elastic, rel=5e-3)
+    assert plastic == pytest.approx(largest_elongation - elastic, rel=5e-3)
     assert set(np.unique(history.bolt_state)) == {1, 2}
-    assert residual(history) < 1e-9
+    assert energy_residual(history) < 1e-9
 
 
 def test_rupture_lets_the_block_fall():
     history = hanging(steps=3000, rupture_elongation=0.025).run().history
     assert history.bolt_state[-1, 0] == 4
     assert history.bolt_force[-1, 0] == 0.0
-    lost = math.sqrt(float(history.energy_yield[-1]) / (0.5 * STIFFNESS))  # elongation when broken
+    elongation = math.sqrt(
+        float(history.energy_yield[-1]) / (0.5 * STIFFNESS)
+    )  # elongation when broken
     omega = math.sqrt(STIFFNESS / MASS)
     speed = 10.0 / omega * math.sqrt(1.0 - (1.0 - 0.025 * omega**2 / 10.0) ** 2)
-    assert 0.025 <= lost < 0.025 + speed * 1e-4  # it breaks in the step of this elongation
+    assert 0.025 <= elongation < 0.025 + speed * 1e-4  # it breaks in the step of this elongation
     speed = history.energy_kinetic.diff("time")[-3:] > 0.0
     assert speed.all()
-    assert residual(history) < 1e-9
+    assert energy_residual(history) < 1e-9
 
 
 def test_a_cable_takes_no_compression():
@@ -129,7 +131,7 @@ def test_a_cable_takes_no_compression():
     history = model.run().history
     assert (history.bolt_force[1:, 0] == 0.0).all()
     assert (history.bolt_state[1:, 0] == 3).all()
-    assert residual(history) < 1e-9
+    assert energy_residual(history) < 1e-9
 
 
 DIP, FRICTION = math.radians(30.0), math.radians(20.0)
@@ -154,8 +156,8 @@ def test_a_grouted_bolt_carries_the_load_beyond_friction():
     history = grouted().run().history
     assert history.bolt.values.tolist() == ["dowel", "dowel"]
     assert history.bolt_block.values.tolist() == [[2, 1], [1, 0]]
-    got = abs(history.bolt_shear_force[-1].values)
-    assert got == pytest.approx([LEFT, 2.0 * LEFT], rel=1e-3)
+    shear_force = abs(history.bolt_shear_force[-1].values)
+    assert shear_force == pytest.approx([LEFT, 2.0 * LEFT], rel=1e-3)
     assert abs(history.bolt_force[-1].values).max() < 1e-2 * LEFT
 
 
@@ -181,11 +183,11 @@ def test_a_grouted_bolt_turns_with_its_blocks():
 @pytest.mark.parametrize("limit", ["shear_yield_force", "rupture_slip"])
 def test_shear_yield_and_rupture_of_a_grouted_bolt(limit):
     """The lower joint carries the excess of both blocks: the bolt must not fail below this load."""
-    most = 2.0 * LEFT if limit == "shear_yield_force" else 2.0 * LEFT / SHEAR_STIFFNESS
-    held = grouted(**{limit: 1.02 * most}).run().history
-    assert abs(held.bolt_shear_force[-1, 1]) == pytest.approx(2.0 * LEFT, rel=1e-3)
+    limit_value = 2.0 * LEFT if limit == "shear_yield_force" else 2.0 * LEFT / SHEAR_STIFFNESS
+    intact = grouted(**{limit: 1.02 * limit_value}).run().history
+    assert abs(intact.bolt_shear_force[-1, 1]) == pytest.approx(2.0 * LEFT, rel=1e-3)
     with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
-        grouted(**{limit: 0.98 * most}).run()
+        grouted(**{limit: 0.98 * limit_value}).run()
 
 
 def test_stages_add_and_drop_bolts():
@@ -205,7 +207,7 @@ def test_stages_add_and_drop_bolts():
     assert history.bolt_force[-1, 0] == 0.0
     moving = 0.5 * MASS * (10.0 * 0.1) ** 2
     assert float(history.energy_kinetic[-1]) == pytest.approx(moving, rel=2e-2)
-    assert residual(history) < 1e-6
+    assert energy_residual(history) < 1e-6
 
 
 def test_both_programs_and_resumed_runs_are_bit_identical(tmp_path, same_everywhere):
@@ -215,7 +217,7 @@ def test_both_programs_and_resumed_runs_are_bit_identical(tmp_path, same_everywh
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         ({"to": (0.5, 2.0)}, "the point (0.5, 2) lies outside every block"),
         ({"from": (0.2, 0.5)}, "all points of the bolt are in the same block, 'below'"),
@@ -225,12 +227,12 @@ def test_both_programs_and_resumed_runs_are_bit_identical(tmp_path, same_everywh
         ({"name": None}, "name is missing"),
     ],
 )
-def test_bad_bolts_are_refused(changes, words):
+def test_bad_bolts_are_refused(changes, message):
     model = hanging()
     model["bolt"][0](**changes)
     with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as caught:
         sitedda.Simulation(model)
-    assert words in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_stage_with_unknown_bolts_is_refused():

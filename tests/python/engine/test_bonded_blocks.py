@@ -32,29 +32,29 @@ def test_intact_bonds_carry_the_stresses_of_an_elastic_disc(disc):
     changes = WHOLE | {"control.duration": 8e-4}
     history = sitedda.run(disc, output=False, changes=changes).history
     with sitedda.Simulation(disc, changes=changes) as start:
-        places, polygons = start.coordinates[:, :2], start.polygons
+        positions, polygons = start.coordinates[:, :2], start.polygons
     force = history.joint_normal_force.values[-1, 0]
-    middle = (np.hypot(*places.T) < 0.018) & (np.abs(places[:, 1]) < 0.04)
+    middle = (np.hypot(*positions.T) < 0.018) & (np.abs(positions[:, 1]) < 0.04)
     assert middle.sum() >= 20
     areas = np.array([Polygon(polygon).area for polygon in polygons])[middle]
-    share = areas / areas.sum()
-    across, along, _ = share @ history.block_stress.values[-1][middle] / force
-    wanted = [share @ one for one in disc_stress(*places[middle].T)]
-    assert across == pytest.approx(wanted[0], rel=0.2)
-    assert along == pytest.approx(wanted[1], rel=0.1)
+    weight_fraction = areas / areas.sum()
+    across, along, _ = weight_fraction @ history.block_stress.values[-1][middle] / force
+    expected = [weight_fraction @ stress for stress in disc_stress(*positions[middle].T)]
+    assert across == pytest.approx(expected[0], rel=0.2)
+    assert along == pytest.approx(expected[1], rel=0.1)
 
 
 def test_the_disc_splits_in_the_middle_and_loses_its_strength(disc):
     changes = {"voronoi.size": 0.01, "stop.tilt": 20.0, "control.duration": 3e-3}
     history = sitedda.run(disc, output=False, changes=changes).history
     start = history.block_coordinates.values[0, :, 0]
-    moved = history.block_coordinates.values[-1, :, 0] - start
+    displacement = history.block_coordinates.values[-1, :, 0] - start
     force = history.joint_normal_force.values[:, 0]
     strength = 2 * force.max() / (np.pi * 2 * R)
     assert 2e6 < strength < 20e6
     assert force[-1] < 0.3 * force.max()
     right, left = start > 0.02, start < -0.02
-    assert moved[right].mean() - moved[left].mean() > 1e-4
+    assert displacement[right].mean() - displacement[left].mean() > 1e-4
 
 
 def test_lateral_pressure_makes_the_sample_stronger(tmp_path):
@@ -65,5 +65,5 @@ def test_lateral_pressure_makes_the_sample_stronger(tmp_path):
         changes |= {"voronoi.size": 0.01, "stop.fallen": 1}
         history = sitedda.run(sample, output=False, changes=changes).history
         strength.append(history.joint_normal_force.values.max() / 0.05)
-    least = 10e6 * np.tan(np.radians(45 + 15)) ** 2  # the part due to friction of 30°
-    assert strength[1] > strength[0] + 0.5 * least
+    smallest_strength = 10e6 * np.tan(np.radians(45 + 15)) ** 2  # the part due to friction of 30°
+    assert strength[1] > strength[0] + 0.5 * smallest_strength

@@ -76,8 +76,8 @@ def test_a_layer_on_a_half_space_amplifies_in_time():
     ]
     exact = outcrop_ratio(frequencies)
     assert max(abs(abs(spectra[0] / spectra[1]) - exact)) < 0.01 * max(exact)
-    turned = history.energy_damping.values[-1] + history.energy_input.values[-1]
-    assert max(abs(history.energy_balance.values)) < 1e-6 * turned
+    work = history.energy_damping.values[-1] + history.energy_input.values[-1]
+    assert max(abs(history.energy_balance.values)) < 1e-6 * work
 
 
 @pytest.mark.parametrize("along", ["x", "y"])
@@ -128,7 +128,7 @@ def test_checkpoints_and_threads_are_bit_identical(tmp_path, same_everywhere):
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
         ({"kind": None}, "kind is missing"),
         ({"kind": "open"}, "kind = 'open' must be one of"),
@@ -152,14 +152,14 @@ def test_checkpoints_and_threads_are_bit_identical(tmp_path, same_everywhere):
         ({"kind": "fixed", "direction": "normal", **BARE, "motion_x": "rock"}, "need direction"),
     ],
 )
-def test_bad_boundaries_are_refused_with_a_reason(values, words):
+def test_bad_boundaries_are_refused_with_a_reason(values, message):
     model = grid()
     base = model["boundary"][0]
     for name, value in values.items():
         base._values.pop(name, None)
         if value is not None:
             base._values[name] = value
-    with pytest.raises(sitedda.InputError, match=words) as refusal:
+    with pytest.raises(sitedda.InputError, match=message) as refusal:
         model.check()
     assert str(refusal.value).startswith("Model.boundary(…), ")
 
@@ -184,15 +184,17 @@ def test_tied_sides_make_level_ground_of_any_width(integration, along):
 
 
 def test_a_mirrored_model_has_the_mirrored_motion():
-    here = moved(lattice("free", columns=4), columns=4)
-    there = moved(lattice("free", columns=4, order=-1, acceleration=-1.0), columns=4)
-    np.testing.assert_allclose(here, there[:, :, ::-1] * [-1, 1], atol=1e-10 * abs(here).max())
+    motion = moved(lattice("free", columns=4), columns=4)
+    mirrored_motion = moved(lattice("free", columns=4, order=-1, acceleration=-1.0), columns=4)
+    np.testing.assert_allclose(
+        motion, mirrored_motion[:, :, ::-1] * [-1, 1], atol=1e-10 * abs(motion).max()
+    )
 
 
 def test_energy_of_ties_balances():
     history = lattice("tied", acceleration=1.0).run().history
-    turned = history.energy_damping.values[-1] + history.energy_input.values[-1]
-    assert abs(history.energy_balance.values).max() < 1e-6 * turned
+    work = history.energy_damping.values[-1] + history.energy_input.values[-1]
+    assert abs(history.energy_balance.values).max() < 1e-6 * work
 
 
 def test_ties_of_a_removed_block_are_removed():
@@ -213,9 +215,9 @@ def test_ties_of_a_removed_block_are_removed():
     assert abs(history.energy_balance.values[-1]) < 1e-6 * history.energy_kinetic.values[-1]
 
 
-def base_of_a_block(turn: float, **motions) -> sitedda.Model:
+def base_of_a_block(angle: float, **motions) -> sitedda.Model:
     """A block on a compliant base, rotated about its corner by an angle in degrees."""
-    cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     corners = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [0.0, 1.0], [1.5, 0.5]])
     *corners, centre = corners @ [[cos, sin], [-sin, cos]]
     model = soil()
@@ -229,15 +231,15 @@ def base_of_a_block(turn: float, **motions) -> sitedda.Model:
 def test_the_transfer_function_of_an_inclined_base_is_that_of_its_axes():
     frequencies = np.array([1.0, 10.0, 100.0])
 
-    def centre(axis: str, turn: float, **motions):
-        model = base_of_a_block(turn, **motions)
+    def centre(axis: str, angle: float, **motions):
+        model = base_of_a_block(angle, **motions)
         return sitedda.transfer(model, frequencies, "centre", None, axis)
 
     along, across = centre("x", 0.0, motion_x="rock"), centre("y", 0.0, motion_y="rock")
-    for turn, motions in ((30.0, {"motion_y": "rock"}), (70.0, {"motion_y": "rock"})):
-        cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    for angle, motions in ((30.0, {"motion_y": "rock"}), (70.0, {"motion_y": "rock"})):
+        cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
         expected = cos**2 * across + sin**2 * along
-        np.testing.assert_allclose(centre("y", turn, **motions), expected, rtol=1e-9)
+        np.testing.assert_allclose(centre("y", angle, **motions), expected, rtol=1e-9)
 
 
 def rigid_on_dashpots(width: float, height: float, frequencies) -> np.ndarray:
@@ -253,8 +255,8 @@ def rigid_on_dashpots(width: float, height: float, frequencies) -> np.ndarray:
         length = np.hypot(*(end - start))
         t = (end - start) / length
         n, total = np.array([t[1], -t[0]]), np.zeros((3, 3))
-        for place in (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)):
-            x, y = start + place * (end - start)
+        for abscissa in (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)):
+            x, y = start + abscissa * (end - start)
             motion = np.array([[1.0, 0.0, -y], [0.0, 1.0, x]])
             for direction, impedance in ((n, normal), (t, along)):
                 row = direction @ motion
@@ -282,8 +284,8 @@ def test_a_rigid_block_with_moving_and_fixed_dashpots(width, height, capfd):
         model.boundary(side, "viscous", side=side, **ROCK)
     model.measured_point("top", 0.5 * width, height)
     frequencies = np.array([0.5, 5.0, 50.0, 200.0])
-    found = sitedda.transfer(model, frequencies, "top", None)
-    np.testing.assert_allclose(found, rigid_on_dashpots(width, height, frequencies), rtol=1e-5)
+    response = sitedda.transfer(model, frequencies, "top", None)
+    np.testing.assert_allclose(response, rigid_on_dashpots(width, height, frequencies), rtol=1e-5)
     assert "illegal" not in "".join(capfd.readouterr())
 
 
@@ -306,19 +308,19 @@ def test_a_layer_between_two_half_spaces_transmits_as_in_the_closed_form():
         (1 + over / below) * np.cos(phase)
         + 1j * (soil_impedance / below + over / soil_impedance) * np.sin(phase)
     )
-    found = sitedda.transfer(model, frequencies, "surface", None)
-    assert max(abs(found - exact)) < 1e-3 * max(abs(exact))
+    response = sitedda.transfer(model, frequencies, "surface", None)
+    assert max(abs(response - exact)) < 1e-3 * max(abs(exact))
 
 
 BED, WIDTH, HEIGHT = 3e9, 3.0, 2.0  # Pa/m, m
 
 
-def on_springs(turn: float = 0.0, time_step: float = 1e-4, **more) -> sitedda.Model:
+def on_springs(angle: float = 0.0, time_step: float = 1e-4, **options) -> sitedda.Model:
     """An almost rigid block on a bed of springs, rotated about its lower left corner (degrees)."""
-    cos, sin = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     corners = [[0.0, 0.0], [WIDTH, 0.0], [WIDTH, HEIGHT], [0.0, HEIGHT], [WIDTH / 2, HEIGHT / 2]]
     *corners, centre = np.array(corners) @ [[cos, sin], [-sin, cos]]
-    model = soil(gravity=(0.0, 0.0), time_step=time_step, **more)
+    model = soil(gravity=(0.0, 0.0), time_step=time_step, **options)
     model["material"][0].young_modulus = 1e15
     model.block(np.ravel(corners), name="block")
     model.boundary("bed", "springs", blocks="block", edges=1, stiffness_per_area=BED)
@@ -343,16 +345,16 @@ def test_a_block_settles_on_a_bed_of_springs(gravity):
     model.stage(name="rest", kind="static")
     history = model.run().history
     stiffness, mass = bed_matrices()
-    moved = np.linalg.solve(stiffness, mass[0, 0] * np.array([*gravity, 0.0]))
-    np.testing.assert_allclose(history.displacement[-1, 0], moved[:2], rtol=3e-5, atol=1e-12)
+    displacement = np.linalg.solve(stiffness, mass[0, 0] * np.array([*gravity, 0.0]))
+    np.testing.assert_allclose(history.displacement[-1, 0], displacement[:2], rtol=3e-5, atol=1e-12)
 
 
-@pytest.mark.parametrize("turn", [0.0, 25.0])
-def test_the_frequencies_of_a_block_on_a_bed_are_those_of_its_springs(turn):
+@pytest.mark.parametrize("angle", [0.0, 25.0])
+def test_the_frequencies_of_a_block_on_a_bed_are_those_of_its_springs(angle):
     stiffness, mass = bed_matrices()
     exact = np.sqrt(eigvalsh(stiffness, mass)) / (2 * np.pi)
-    found = sitedda.modes(on_springs(turn), count=3).frequency
-    np.testing.assert_allclose(found, exact, rtol=1e-6)
+    frequencies = sitedda.modes(on_springs(angle), count=3).frequency
+    np.testing.assert_allclose(frequencies, exact, rtol=1e-6)
 
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint"])
@@ -361,12 +363,16 @@ def test_a_block_on_a_bed_that_moves_follows_the_transfer_function(integration):
     model = on_springs(duration=0.2, integration=integration)
     model.motion("rock", [0.0, 20.0, -20.0, 0.0], 0.05, "acceleration")
     model["boundary"][0].motion_y = "rock"
-    own = np.sqrt(BED * WIDTH / bed_matrices()[1][0, 0]) / (2 * np.pi)
-    frequencies = own * np.array([0.1, 0.7, 3.0])
+    own_frequency = np.sqrt(BED * WIDTH / bed_matrices()[1][0, 0]) / (2 * np.pi)
+    frequencies = own_frequency * np.array([0.1, 0.7, 3.0])
     if integration == "midpoint":
-        found = sitedda.transfer(model, frequencies, "centre", None, "y")
-        seen = np.tan(np.pi * frequencies * 1e-4) / (np.pi * 1e-4)  # with steps of 1e-4 s
-        np.testing.assert_allclose(found, 1 / (1 - (seen / own) ** 2), rtol=1e-5)
+        response = sitedda.transfer(model, frequencies, "centre", None, "y")
+        warped_frequencies = np.tan(np.pi * frequencies * 1e-4) / (
+            np.pi * 1e-4
+        )  # with steps of 1e-4 s
+        np.testing.assert_allclose(
+            response, 1 / (1 - (warped_frequencies / own_frequency) ** 2), rtol=1e-5
+        )
     history = model.run().history
     assert abs(history.energy_input.values[-1]) > 1.0
     balance = abs(history.energy_balance.values).max()
@@ -378,12 +384,12 @@ def test_a_run_on_a_bed_that_moves_has_the_same_bits_everywhere(tmp_path, same_e
     model = on_springs(steps=200)
     model.motion("rock", [0.0, 20.0, -20.0, 0.0], 0.005, "acceleration")
     model["boundary"][0].motion_y = "rock"
-    whole = same_everywhere(model.write(tmp_path / "bed.nml"), 111)
-    assert abs(whole.energy_input.values[-1]) > 0
+    reference = same_everywhere(model.write(tmp_path / "bed.nml"), 111)
+    assert abs(reference.energy_input.values[-1]) > 0
 
 
 @pytest.mark.parametrize(
-    ("kind", "side", "values", "words"),
+    ("kind", "side", "values", "message"),
     [
         ("tied", "left", {}, "kind = 'tied' excludes side"),
         ("tied", None, {"direction": "x"}, "excludes direction"),
@@ -402,8 +408,8 @@ def test_a_run_on_a_bed_that_moves_has_the_same_bits_everywhere(tmp_path, same_e
         ("free_field", "left", {"density": -1.0}, "density = -1"),
     ],
 )
-def test_bad_values_of_a_kind_are_refused_with_a_reason(kind, side, values, words):
+def test_bad_values_of_a_kind_are_refused_with_a_reason(kind, side, values, message):
     model = lattice("free", columns=3)
     model.boundary(kind=kind, side=side, **values)
-    with pytest.raises(sitedda.InputError, match=words):
+    with pytest.raises(sitedda.InputError, match=message):
         model.check()

@@ -19,17 +19,17 @@ MOTIONS = [f"{who}_{what}" for who in ("incoming", "boundary")
            for what in ("displacement", "velocity", "acceleration")]  # fmt: skip
 
 
-@pytest.mark.parametrize(("motion_is", "share"), [("outcrop", 0.5), ("incoming", 1.0)])
+@pytest.mark.parametrize(("motion_is", "fraction"), [("outcrop", 0.5), ("incoming", 1.0)])
 @pytest.mark.parametrize("along", ["x", "y"])
-def test_the_incoming_wave_is_that_of_the_record(motion_is, share, along):
+def test_the_incoming_wave_is_that_of_the_record(motion_is, fraction, along):
     model = stack(4, motion=PULSE, along=along, duration=0.1)
     model["boundary"][0](motion_is=motion_is)
     history = model.run().history.sel(boundary="base")
     record = np.interp(history.time, STEP * np.arange(PULSE.size), PULSE, right=0.0)
-    felt = history.incoming_acceleration.sel(axis=along).values
-    np.testing.assert_allclose(felt, share * record, atol=1e-12)
+    acceleration = history.incoming_acceleration.sel(axis=along).values
+    np.testing.assert_allclose(acceleration, fraction * record, atol=1e-12)
     assert not np.any(history.incoming_acceleration.sel(axis="xy".strip(along)))
-    velocity = np.cumsum(felt[1:] + felt[:-1]) * STEP / 2
+    velocity = np.cumsum(acceleration[1:] + acceleration[:-1]) * STEP / 2
     np.testing.assert_allclose(history.incoming_velocity.sel(axis=along)[1:], velocity, atol=1e-12)
 
 
@@ -62,12 +62,12 @@ def test_level_ground_moves_as_the_incoming_free_field():
         surface.measured_point(side, x, 3.0)
     column = surface.run().history
     for side in ("left", "right"):
-        both = history.sel(boundary=f"free field {side}")
+        pair = history.sel(boundary=f"free field {side}")
         for name in ("displacement", "velocity", "acceleration"):
             expected = column[name].sel(point=side).values
             bound = 1e-8 * abs(expected).max()
-            np.testing.assert_allclose(both[f"incoming_{name}"], expected, atol=bound)
-            np.testing.assert_allclose(both[f"boundary_{name}"], expected, atol=bound)
+            np.testing.assert_allclose(pair[f"incoming_{name}"], expected, atol=bound)
+            np.testing.assert_allclose(pair[f"boundary_{name}"], expected, atol=bound)
 
 
 def test_displacements_count_from_the_stage_that_sets_them_to_zero():
@@ -115,17 +115,26 @@ def test_boundaries_are_drawn_where_they_are(tmp_path):
     """Each kind has a legend, lines on its edges, and symbols outside the blocks."""
     model = every_kind()
     scene = Scene.of(model.write(tmp_path / "kinds.nml"))
-    found = scene.boundaries(0)
-    pieces = [(one["kind"], len(one["start"])) for one in found]
+    boundaries = scene.boundaries(0)
+    kinds_and_sizes = [(boundary["kind"], len(boundary["start"])) for boundary in boundaries]
     kinds = ["compliant", "fixed", "fixed", "roller", "viscous", "free_field"]
-    assert pieces == list(zip(kinds, (1, 1, 1, 3, 2, 4), strict=True))
-    assert [one["moved"] for one in found] == [True, False, True, False, False, False]
-    for one, length in zip(found, (1, 1, 1, 2.5, 1.5, 4), strict=True):
-        assert np.linalg.norm(one["end"] - one["start"], axis=1).sum() == pytest.approx(length)
+    assert kinds_and_sizes == list(zip(kinds, (1, 1, 1, 3, 2, 4), strict=True))
+    assert [boundary["moved"] for boundary in boundaries] == [
+        True,
+        False,
+        True,
+        False,
+        False,
+        False,
+    ]
+    for boundary, length in zip(boundaries, (1, 1, 1, 2.5, 1.5, 4), strict=True):
+        assert np.linalg.norm(boundary["end"] - boundary["start"], axis=1).sum() == pytest.approx(
+            length
+        )
     axes = draw(scene)
-    words = [text.get_text().replace("\n", " ") for text in axes.get_legend().get_texts()]
+    legend = [text.get_text().replace("\n", " ") for text in axes.get_legend().get_texts()]
     expected = ["compliant, incoming wave", "fixed", "fixed, moved", "roller", "viscous"]
-    assert [w for w in words if w in expected] == expected and "free field beyond" in words
+    assert [w for w in legend if w in expected] == expected and "free field beyond" in legend
     before = len(axes.collections)
     assert len(draw_boundaries(axes, scene, 0)) == 6
     added = [np.concatenate(c.get_segments()) for c in axes.collections[before:]]
@@ -134,7 +143,7 @@ def test_boundaries_are_drawn_where_they_are(tmp_path):
         assert np.all(((signs <= 1e-9) | (signs >= 4 - 1e-9)).any(axis=1))
     run = model.run()
     after = Scene.of(run).boundaries(0)
-    np.testing.assert_allclose(after[3]["end"], found[3]["end"])
+    np.testing.assert_allclose(after[3]["end"], boundaries[3]["end"])
     labels = [line.get_label() for axes in run_picture(grid(duration=0.05).run().history).axes
               for line in axes.get_lines()]  # fmt: skip
     assert "incoming: base, x" in labels
@@ -163,9 +172,9 @@ def twice(first: dict, second: dict) -> sitedda.Model:
 def test_an_edge_with_two_boundaries_is_refused(first, second):
     with pytest.raises(sitedda.InputError) as refusal:
         twice(first, second).check()
-    words = str(refusal.value)
-    assert "edge " in words and "of block 'b_0_" in words or "of block 'b_2_" in words
-    assert words.count("Model.boundary(…), ") == 2 and "line" not in words
+    message = str(refusal.value)
+    assert "edge " in message and "of block 'b_0_" in message or "of block 'b_2_" in message
+    assert message.count("Model.boundary(…), ") == 2 and "line" not in message
 
 
 @pytest.mark.parametrize(

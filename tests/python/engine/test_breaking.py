@@ -72,9 +72,9 @@ def test_a_bar_breaks_at_its_strength_and_keeps_the_remaining_energy(count):
 
 def momenta(history, size):
     """Linear and angular momentum of squares at all frames, kg m/s and kg m²/s."""
-    place, rate = history.block_coordinates.values, history.block_rates.values
+    position, rate = history.block_coordinates.values, history.block_rates.values
     mass = DENSITY * size**2
-    arm = place[..., 0] * rate[..., 1] - place[..., 1] * rate[..., 0]
+    arm = position[..., 0] * rate[..., 1] - position[..., 1] * rate[..., 0]
     return mass * rate[..., :2].sum(1), mass * (arm + size**2 / 6 * rate[..., 2]).sum(1)
 
 
@@ -95,17 +95,17 @@ def test_pieces_collide_as_blocks():
     model = cells(4, 2, 0.5, 8000, 4e-5, 0.2, ([-0.6, 0.0, 0.0], [0.6, 0.0, 0.0]))
     for i in range(4):
         for j in range(2):
-            push = (1 if i < 2 else -1) * 2e4
+            velocity_change = (1 if i < 2 else -1) * 2e4
             model.load(
                 x=0.25 + 0.5 * i, y=0.25 + 0.5 * j, block=f"c{i}_{j}",
-                time=[0.0, 0.01, 0.02, 10.0], force_x=[0.0, 0.0, push, push],
+                time=[0.0, 0.01, 0.02, 10.0], force_x=[0.0, 0.0, velocity_change, velocity_change],
             )  # fmt: skip
     model.output(block_interval=100)
     history = model.run().history
-    places = history.vertices.values.reshape(-1, 8, 4, 2)
-    apart = places[:, 2, :, 0].min(1) - places[:, 1, :, 0].max(1)
-    assert apart.max() > 5e-3
-    last = [shapely.Polygon(one) for one in places[-1]]
+    positions = history.vertices.values.reshape(-1, 8, 4, 2)
+    gap = positions[:, 2, :, 0].min(1) - positions[:, 1, :, 0].max(1)
+    assert gap.max() > 5e-3
+    last = [shapely.Polygon(corners) for corners in positions[-1]]
     overlap = max(a.intersection(b).area for i, a in enumerate(last) for b in last[:i])
     assert overlap < 1e-5
     assert history.contact_normal_force.values.max() > 0
@@ -144,9 +144,9 @@ def test_a_run_that_breaks_has_the_same_bits_everywhere(
     model = cells(4, 2, 0.5, 300, 2e-5, 0.2, ([-0.6, -0.3, 1.0], [0.6, 0.3, 1.0]))
     model.output(block_interval=20)
     file = model.write(tmp_path / "body.nml")
-    whole = same_everywhere(file, 200)
-    broken = np.flatnonzero(whole.energy_fracture.values > 0)[0]
-    same_bits(whole, in_parts(file, int(broken) + 1))
+    reference = same_everywhere(file, 200)
+    broken = np.flatnonzero(reference.energy_fracture.values > 0)[0]
+    same_bits(reference, in_parts(file, int(broken) + 1))
 
 
 def test_a_study_runs_over_strengths_of_faces(tmp_path):

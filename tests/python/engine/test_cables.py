@@ -9,7 +9,7 @@ import pytest
 import sitedda
 from sitedda.facade.model import Model
 from sitedda.scene import Scene
-from sitedda_evidence.model import GRAVITY, residual
+from sitedda_evidence.model import GRAVITY, energy_residual
 from sitedda_evidence.validation.cables import (
     DROP,
     HALF_SPAN,
@@ -33,7 +33,7 @@ def test_a_cable_yields_along_its_whole_length():
     assert speed[1] == pytest.approx(-(GRAVITY - force / LIGHT) * 0.2, rel=1e-5)
     stretch = float(history.bolt_elongation[-1, 0])
     assert float(history.energy_yield[-1]) == pytest.approx(force * stretch, rel=1e-6)
-    assert residual(history) < 1e-9
+    assert energy_residual(history) < 1e-9
 
 
 def test_the_highest_frequency_of_a_stiff_sling():
@@ -45,8 +45,8 @@ def test_the_highest_frequency_of_a_stiff_sling():
     cosine = DROP / math.hypot(HALF_SPAN, DROP)
     expected = math.sqrt(1e17 * ((2.0 * cosine) ** 2 + 1.0 + 1.0) / LIGHT)
     assert report.omega_max == pytest.approx(expected, rel=1e-4)
-    words = next(line.words for line in report.lines if line.topic == "highest frequency")
-    assert "governed by a bolt between block 1 'left' and block 3 'hung'" in words
+    message = next(line.words for line in report.lines if line.topic == "highest frequency")
+    assert "governed by a bolt between block 1 'left' and block 3 'hung'" in message
 
 
 def test_a_pretensioned_cable_presses_a_row_together():
@@ -87,8 +87,10 @@ def test_a_pendulum_gains_no_energy(integration):
     history = pendulum(integration, 0.0).run().history
     omega = math.sqrt(GRAVITY / 5.0)
     start = 0.5 * LIGHT * 0.1**2
-    lost = float(history.energy_algorithmic[-1])
-    assert lost == pytest.approx(start * (1.0 - math.exp(-0.5 * omega**2 * 1e-3 * 20.0)), rel=2e-2)
+    dissipated = float(history.energy_algorithmic[-1])
+    assert dissipated == pytest.approx(
+        start * (1.0 - math.exp(-0.5 * omega**2 * 1e-3 * 20.0)), rel=2e-2
+    )
     assert abs(history.energy_geometric).max() < 1e-6 * start
 
 
@@ -99,9 +101,9 @@ def test_modes_of_a_pendulum():
     mass = np.array([[length**2, length * arm], [length * arm, arm**2 + radius**2]])
     weight = GRAVITY * np.diag([length, arm])
     expected = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, weight)).real) / (2.0 * math.pi)
-    found = sitedda.modes(pendulum(anchor=arm, steps=1), count=8).frequency
+    frequencies = sitedda.modes(pendulum(anchor=arm, steps=1), count=8).frequency
     for frequency in expected:
-        assert abs(found / frequency - 1.0).min() < 1e-4
+        assert abs(frequencies / frequency - 1.0).min() < 1e-4
 
 
 def test_a_removed_block_removes_its_cable():
@@ -136,7 +138,7 @@ def test_pictures_show_the_points_of_a_cable():
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         ({"through": [(0.0, 5.0)]}, "the point (0, 5) lies outside every block"),
         ({"through": [(-2, 9.5), (-2, 9.5)]}, "are at the same position, (-2, 9.5)"),
@@ -150,12 +152,12 @@ def test_pictures_show_the_points_of_a_cable():
         ({"through_block": ["no"]}, "'no' is not the name or number of a block"),
     ],
 )
-def test_bad_cables_are_refused(changes, words):
+def test_bad_cables_are_refused(changes, message):
     model = atwood()
     model["bolt"][0](**changes)
     with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as caught:
         sitedda.Simulation(model)
-    assert words in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_a_point_with_one_coordinate_is_refused(tmp_path):

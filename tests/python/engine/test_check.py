@@ -13,10 +13,10 @@ from sitedda.base.core import folded
 from sitedda.scheme import Scheme
 
 
-def finding(text: str, what: str) -> str:
+def finding(text: str, topic: str) -> str:
     """One finding of a report in one line, with its verdict."""
     joined = re.sub(r"\n {24}", " ", text)
-    return next(line for line in joined.splitlines() if line[6:].startswith(what))
+    return next(line for line in joined.splitlines() if line[6:].startswith(topic))
 
 
 def numbers_of(report) -> np.ndarray:
@@ -39,9 +39,9 @@ def check_tower(write_input, time_step: float) -> sitedda.Report:
 
 def test_damping_over_the_band_is_that_of_the_closed_form(write_input):
     report = check_tower(write_input, 1e-3)
-    said = re.search(r"([\d.]+) … ([\d.]+) % over", finding(report.text, "damping"))
+    match = re.search(r"([\d.]+) … ([\d.]+) % over", finding(report.text, "damping"))
     expected = [50 * math.tan(math.pi * f * 1e-3) for f in report.band]
-    assert [float(value) for value in said.groups()] == pytest.approx(expected, rel=5e-4)
+    assert [float(value) for value in match.groups()] == pytest.approx(expected, rel=5e-4)
 
 
 def test_a_band_that_reaches_beyond_the_steps_has_damping_at_one_end(write_input):
@@ -49,9 +49,9 @@ def test_a_band_that_reaches_beyond_the_steps_has_damping_at_one_end(write_input
     assert report.band[0] < 1 / (2 * 0.02) < report.band[1]
     line = finding(report.text, "damping")
     assert line.startswith("warn") and "beyond 1/(2 Δt) = 25 Hz" in line
-    said = re.search(r"([\d.]+) % at 14.29 Hz; the band of the record reaches 28.57 Hz", line)
+    match = re.search(r"([\d.]+) % at 14.29 Hz; the band of the record reaches 28.57 Hz", line)
     expected = 50 * math.tan(math.pi * report.band[0] * 0.02)
-    assert float(said[1]) == pytest.approx(expected, rel=5e-4)
+    assert float(match[1]) == pytest.approx(expected, rel=5e-4)
     advised = float(re.search(r"time_step below ([\d.]+) s", line)[1])
     assert advised == pytest.approx(1 / (2 * report.band[1]), rel=5e-4)
 
@@ -76,10 +76,10 @@ def test_a_record_of_nanoseconds_is_reported_in_short_numbers(write_input):
 def test_a_first_mode_without_oscillation_fails(write_input):
     file = write_input(tower())
     first = sitedda.modes(file).frequency[0]
-    least = 4 / (2 * math.pi * first)  # s, paper eq. 13
-    line = finding(sitedda.check(file, time_step=1.01 * least).text, "first mode")
+    smallest_step = 4 / (2 * math.pi * first)  # s, paper eq. 13
+    line = finding(sitedda.check(file, time_step=1.01 * smallest_step).text, "first mode")
     assert line.startswith("FAIL") and "does not oscillate" in line
-    line = finding(sitedda.check(file, time_step=0.99 * least).text, "first mode")
+    line = finding(sitedda.check(file, time_step=0.99 * smallest_step).text, "first mode")
     assert line.startswith("warn")
 
 
@@ -93,8 +93,8 @@ def test_the_time_step_is_compared_with_the_highest_frequency(write_input):
 
 
 def test_blocks_that_touch_nothing_are_reported(write_input):
-    apart = [*flying_block(), group("block", vertices=rectangle(5.0, 0.0, 2.0, 1.0))]
-    line = finding(sitedda.check(write_input(apart)).text, "contacts")
+    groups = [*flying_block(), group("block", vertices=rectangle(5.0, 0.0, 2.0, 1.0))]
+    line = finding(sitedda.check(write_input(groups)).text, "contacts")
     assert line.startswith("warn") and "no contact is closed" in line
 
 
@@ -117,9 +117,9 @@ def test_ringing_is_reported_in_steps(write_input):
     report = sitedda.check(write_input(tower()))
     line = finding(report.text, "ringing")
     assert "normal contact springs" in line  # supports have a dashpot and do not ring
-    turn, steps = map(float, re.search(r"Δt = ([\d.]+)\).* in ([\d.]+) steps", line).groups())
+    phase_step, steps = map(float, re.search(r"Δt = ([\d.]+)\).* in ([\d.]+) steps", line).groups())
     assert report.ringing == pytest.approx(steps, rel=1e-3)  # four digits are printed
-    expected = Scheme().vibration(turn / (2 * math.pi * 1e-3), 1e-3).ringing
+    expected = Scheme().vibration(phase_step / (2 * math.pi * 1e-3), 1e-3).ringing
     assert report.ringing == pytest.approx(float(expected), rel=2e-3)
 
 
@@ -134,10 +134,10 @@ def test_ringing_of_other_members(write_input):
 
 @pytest.mark.parametrize("integration", MEMBERS)
 def test_modes_have_damping_and_period_of_the_member(write_input, integration):
-    found = sitedda.modes(write_input(tower()), 3, integration=integration)
-    expected = Scheme.named(integration).vibration(found.frequency, 1e-3)
-    assert found.damping == pytest.approx(expected.damping, rel=1e-9, abs=1e-12)
-    assert found.elongation == pytest.approx(expected.elongation, rel=1e-9)
+    modes = sitedda.modes(write_input(tower()), 3, integration=integration)
+    expected = Scheme.named(integration).vibration(modes.frequency, 1e-3)
+    assert modes.damping == pytest.approx(expected.damping, rel=1e-9, abs=1e-12)
+    assert modes.elongation == pytest.approx(expected.elongation, rel=1e-9)
 
 
 # --- The commands ---------------------------------------------------------------------------------
@@ -145,35 +145,35 @@ def test_modes_have_damping_and_period_of_the_member(write_input, integration):
 
 def test_both_programs_report_the_same_as_the_package(program, write_input):
     file = write_input(tower())
-    done = program.ok("check", file)
+    process = program.ok("check", file)
     with sitedda.Simulation(file) as simulation:
-        said = f"{folded(simulation.description)}\n{sitedda.check(simulation).text}"
-    told, own = (
+        package_text = f"{folded(simulation.description)}\n{sitedda.check(simulation).text}"
+    native_lines, package_lines = (
         re.sub(r"\S+ s at the speed", "", re.sub(r"\n {24}", " ", text)).splitlines()
-        for text in (done.stdout, said)
+        for text in (process.stdout, package_text)
     )
-    assert told[: len(own)] == own
+    assert native_lines[: len(package_lines)] == package_lines
 
 
 def test_a_check_that_fails_is_status_2(program, write_input):
-    done = program("check", write_input(tower(time_step=0.05)))
-    assert done.returncode == 2
-    assert "FAIL  first mode" in done.stdout and "the check fails" in done.stderr
+    process = program("check", write_input(tower(time_step=0.05)))
+    assert process.returncode == 2
+    assert "FAIL  first mode" in process.stdout and "the check fails" in process.stderr
 
 
 def test_a_run_is_refused_by_a_check_that_fails(program, write_input, tmp_path):
     refused = write_input(tower(time_step=0.05, steps=3), "refused.nml")
-    done = program("run", "--check", refused, "-o", tmp_path / "refused.nc")
-    assert done.returncode == 2 and not list(tmp_path.glob("refused.nc*"))
+    process = program("run", "--check", refused, "-o", tmp_path / "refused.nc")
+    assert process.returncode == 2 and not list(tmp_path.glob("refused.nc*"))
     started = write_input(tower(steps=3))
-    done = program("run", "--check", started, "-o", tmp_path / "started.nc", "-q")
-    assert done.returncode == 0 and (tmp_path / "started.nc").exists()
-    assert "damping" in done.stdout
+    process = program("run", "--check", started, "-o", tmp_path / "started.nc", "-q")
+    assert process.returncode == 0 and (tmp_path / "started.nc").exists()
+    assert "damping" in process.stdout
 
 
 def test_a_check_of_bad_input_is_status_1(program, write_input):
-    done = program("check", write_input(tower(time_step=-1.0)))
-    assert done.returncode == 1 and "time_step" in done.stderr
+    process = program("check", write_input(tower(time_step=-1.0)))
+    assert process.returncode == 1 and "time_step" in process.stderr
 
 
 def test_a_block_that_a_stage_removes_is_not_checked(root):
@@ -194,8 +194,8 @@ def test_the_scheme_may_damp_the_first_mode_by_a_tenth(write_input, ratio, verdi
     frequency = float(re.search(r"lowest modes +([\d.]+)", modes)[1])
     report = check_tower(write_input, float(sitedda.time_step_for_damping(ratio, frequency)))
     line = finding(report.text, "damping")
-    found = float(re.search(r"by the scheme ([\d.]+) %", line)[1])
-    assert line.startswith(verdict) and found == pytest.approx(100 * ratio, rel=0.1)
+    percentage = float(re.search(r"by the scheme ([\d.]+) %", line)[1])
+    assert line.startswith(verdict) and percentage == pytest.approx(100 * ratio, rel=0.1)
 
 
 @pytest.mark.parametrize(("percent", "verdict"), [(0.8, "ok"), (1.2, "warn")])
@@ -209,7 +209,7 @@ def test_the_check_reports_cost_and_benefit_of_a_stiffer_penalty(write_input):
     model = write_input(tower())
     mass, pattern = 15.0 * ROCK["density"], r"iteration ([\d.e+]+); .* = (\S+) N/m, with (\S+),"
     line = finding(sitedda.check(model).text, "penalty ").replace(" [", ", [")
-    cost, advised, its_cost = (float(one) for one in re.search(pattern, line).groups())
+    cost, advised, its_cost = (float(number) for number in re.search(pattern, line).groups())
     assert cost == pytest.approx(1 + 4 * 1.5e12 * 1e-3**2 / (2 * mass), rel=1e-3)
     assert (its_cost - 1) / (cost - 1) == pytest.approx(advised / 1.5e12, rel=2e-3)
     exact = sitedda.penalty_for(model, accuracy=0.01)
@@ -228,7 +228,7 @@ def test_the_reduction_of_the_first_frequency_must_be_between_0_and_1(write_inpu
 @pytest.mark.parametrize("percent", [4.9, 5.1])
 def test_a_run_warns_if_a_penetration_exceeds_a_twentieth_of_a_block(write_input, percent):
     verdict = sitedda.run(write_input(standing(percent)), output=False).verdict
-    assert ("penetration" in [one.topic for one in verdict.doubts]) == (percent > 5)
+    assert ("penetration" in [doubt.topic for doubt in verdict.doubts]) == (percent > 5)
 
 
 def standing(percent: float) -> list:

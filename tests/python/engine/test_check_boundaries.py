@@ -10,28 +10,32 @@ from lattices import DENSITY, MODULUS, POISSON, SPEED, lattice
 import sitedda
 
 
-def line(model, what: str):
+def line(model, topic: str):
     """The finding of a check on a topic, or None."""
-    return next((one for one in sitedda.check(model).lines if one.topic == what), None)
+    return next((one for one in sitedda.check(model).lines if one.topic == topic), None)
 
 
 def percent(text: str, before: str) -> float:
     return float(re.search(r"([0-9.]+) % " + before, text)[1])
 
 
-@pytest.mark.parametrize(("integration", "share"), [("dda", 1 / 8), ("midpoint", 0), ("theta", 0)])
-def test_the_check_reports_the_reflection_of_dashpots(integration, share):
+@pytest.mark.parametrize(
+    ("integration", "fraction"), [("dda", 1 / 8), ("midpoint", 0), ("theta", 0)]
+)
+def test_the_check_reports_the_reflection_of_dashpots(integration, fraction):
     """(kh)²/48 due to the lowest blocks, plus ωΔt/8 in DDA and 0 in other members."""
-    found = line(lattice("free_field", columns=3, integration=integration), "dashpots").words
-    frequency = float(re.search(r"and ([0-9.]+) Hz", found)[1])
+    message = line(lattice("free_field", columns=3, integration=integration), "dashpots").words
+    frequency = float(re.search(r"and ([0-9.]+) Hz", message)[1])
     omega = 2 * np.pi * frequency
     slowest = np.sqrt(MODULUS / (2 * (1 + POISSON)) / (DENSITY + 200))  # of the top layer
-    assert percent(found, "due to the block size") == pytest.approx(
+    assert percent(message, "due to the block size") == pytest.approx(
         100 * (omega / slowest) ** 2 / 48, rel=0.02
     )
-    assert percent(found, "due to the time") == pytest.approx(100 * omega * 1e-3 * share, rel=0.02)
+    assert percent(message, "due to the time") == pytest.approx(
+        100 * omega * 1e-3 * fraction, rel=0.02
+    )
     # The table of docs/boundaries.md for ν = ¼: 0.0003 at 30° and 0.0039 at 45° for P waves.
-    degrees = [int(n) for n in re.findall(r"(\d+)°", found)]
+    degrees = [int(n) for n in re.findall(r"(\d+)°", message)]
     assert degrees[0] <= 50
     assert degrees[1] <= 21
 
@@ -49,8 +53,8 @@ def test_the_check_reports_the_velocity_error_of_the_block_size():
     model.boundary("base", "fixed", side="bottom")
     for side in ("left", "right"):
         model.boundary(side=side, kind="roller", direction="y")
-    found = sitedda.modes(model, 1).frequency[0] / (SPEED / 4 / height)
-    assert found - 1 == pytest.approx((np.pi / 2 / layers) ** 2 / 24, rel=0.03)
+    velocity_ratio = sitedda.modes(model, 1).frequency[0] / (SPEED / 4 / height)
+    assert velocity_ratio - 1 == pytest.approx((np.pi / 2 / layers) ** 2 / 24, rel=0.03)
 
 
 def test_the_check_warns_of_free_sides():
@@ -60,9 +64,9 @@ def test_the_check_warns_of_free_sides():
 
 
 def test_level_ground_does_not_differ_from_its_free_fields():
-    found = line(lattice("free_field", columns=3), "sides")
-    assert found.verdict == "ok"
-    assert percent(found.words, "at ") == 0.0
+    side_line = line(lattice("free_field", columns=3), "sides")
+    assert side_line.verdict == "ok"
+    assert percent(side_line.words, "at ") == 0.0
 
 
 def departure_of_a_step(omega, depths, distances) -> float:
@@ -82,13 +86,13 @@ def departure_of_a_step(omega, depths, distances) -> float:
     rise = np.exp(wave * ends)
     for part, out in ((0, -1.0), (1, 1.0)):
         dashpot = 1j * omega * side * depths[part]
-        both = (
+        reflection = (
             (out * slope[part] + dashpot) * rise[part],
             (dashpot - out * slope[part]) / rise[part],
         )
-        equations[2 + part, 2 * part : 2 * part + 2] = both
-    found = np.linalg.solve(equations, [free[1] - free[0], 0.0, 0.0, 0.0]).reshape(2, 2)
-    added = found[:, 0] * rise + found[:, 1] / rise
+        equations[2 + part, 2 * part : 2 * part + 2] = reflection
+    amplitudes = np.linalg.solve(equations, [free[1] - free[0], 0.0, 0.0, 0.0]).reshape(2, 2)
+    added = amplitudes[:, 0] * rise + amplitudes[:, 1] / rise
     return float(abs(added / free).max())
 
 
@@ -102,8 +106,8 @@ def test_departure_of_sides_from_their_free_fields(root, distances, verdict):
     model["region"][0](outline=[(left, -15), (right, -15), (right, 30), (0, 30), (0, 0), (left, 0)])
     model.clear("measured_point")
     model.measured_point("step", 0.0, 0.0)
-    found = line(model, "sides")
-    frequency = float(re.search(r"at ([0-9.]+) Hz", found.words)[1])
+    side_line = line(model, "sides")
+    frequency = float(re.search(r"at ([0-9.]+) Hz", side_line.words)[1])
     expected = departure_of_a_step(2 * np.pi * frequency, (15.0, 45.0), distances)
-    assert percent(found.words, "at ") == pytest.approx(100 * expected, rel=5e-3)
-    assert found.verdict == verdict
+    assert percent(side_line.words, "at ") == pytest.approx(100 * expected, rel=5e-3)
+    assert side_line.verdict == verdict

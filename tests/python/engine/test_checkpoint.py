@@ -24,8 +24,8 @@ LONG = 200_000  # steps that take longer than a test waits
 
 def shaken_tower(steps: int = STEPS, interval: int = 0, **control) -> list:
     """Loose layers that slide, with frames and checkpoints at intervals."""
-    loose = {"name": "bedding", "friction_angle": 5.0}
-    groups = tower(4, steps, loose, gravity=[0.0, -9.81], **control)
+    bedding = {"name": "bedding", "friction_angle": 5.0}
+    groups = tower(4, steps, bedding, gravity=[0.0, -9.81], **control)
     return changed(groups, "output", checkpoint_interval=interval, block_interval=30)
 
 
@@ -87,11 +87,11 @@ def files_beside(output) -> set[str]:
 )
 def test_a_resumed_run_equals_an_uninterrupted_one(write_input, tmp_path, same_bits, control):
     file = write_input(shaken_tower())
-    whole = sitedda.run(file, **control)
+    reference = sitedda.run(file, **control)
     stopped(file, tmp_path / "out.nc", 211, **control)
     resumed = sitedda.resume(file, tmp_path / "out.nc", **control)
     assert resumed.complete
-    same_bits(whole.history, resumed.history)
+    same_bits(reference.history, resumed.history)
     assert files_beside(tmp_path / "out.nc") == {""}
 
 
@@ -135,24 +135,24 @@ LAWS |= {f"{law} at 5 points": LAWS[law] | FIVE for law in ("plesha", "cohesive"
 def test_resumed_joint_laws_are_bit_identical(native, write_input, tmp_path, same_bits, law):
     """Checkpoints contain the state of joints; the number of threads has no effect."""
     file = write_input(changed(shaken_tower(), "joint", **LAWS[law]))
-    whole = sitedda.run(file)
-    assert float(whole.history.energy_friction[-1]) > 0
+    reference = sitedda.run(file)
+    assert float(reference.history.energy_friction[-1]) > 0
     stopped(file, tmp_path / "out.nc", 150)
     native.ok("resume", file, "-q", "-o", tmp_path / "out.nc", threads=2)
-    same_bits(whole.history, tmp_path / "out.nc")
+    same_bits(reference.history, tmp_path / "out.nc")
 
 
 def test_stopping_after_each_step_changes_nothing(write_input, tmp_path, same_bits):
     file = write_input(shaken_tower(60))
-    whole = sitedda.run(file)
+    reference = sitedda.run(file)
     stopped(file, tmp_path / "out.nc", 0)
-    done = False
-    while not done:
+    at_end = False
+    while not at_end:
         with sitedda.Simulation(file, tmp_path / "out.nc", resume=True) as simulation:
-            done = simulation.advance(7)
+            at_end = simulation.advance(7)
             simulation.finish()
     with xr.open_dataset(tmp_path / "out.nc") as history:
-        same_bits(whole.history, history.load())
+        same_bits(reference.history, history.load())
 
 
 def test_many_checkpoints_change_nothing(program, write_input, tmp_path, same_bits):
@@ -170,12 +170,12 @@ def test_the_number_of_threads_may_change(native, write_input, tmp_path, same_bi
         ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": 55, "courses": 10}),
     ]
     file = write_input(wall)
-    whole = sitedda.run(file)
+    reference = sitedda.run(file)
     for threads in (1, 2):
         output = tmp_path / f"out{threads}.nc"
         stopped(file, output, 3)
         native.ok("resume", file, "-q", "-o", output, threads=threads)
-        same_bits(whole.history, output)
+        same_bits(reference.history, output)
 
 
 def test_rates_that_were_set_are_part_of_the_state(write_input, tmp_path, same_bits):
@@ -205,13 +205,13 @@ def test_a_signal_ends_a_run_that_can_be_resumed(
     program, native, write_input, tmp_path, same_bits, number
 ):
     file = write_input(shaken_tower(LONG, 50))
-    done = interrupted(program, file, tmp_path, number)
-    assert done.returncode == 6, done.stderr
-    assert f"to continue: {program.name} resume {file}" in done.stderr
-    assert len(done.stderr.strip().splitlines()[-1:]) == 1 and "Traceback" not in done.stderr
-    with xr.open_dataset(tmp_path / "tower.nc.partial", engine="netcdf4") as kept:
-        assert kept.attrs["complete"] == "no"
-        steps = kept.sizes["time"] - 1
+    process = interrupted(program, file, tmp_path, number)
+    assert process.returncode == 6, process.stderr
+    assert f"to continue: {program.name} resume {file}" in process.stderr
+    assert len(process.stderr.strip().splitlines()[-1:]) == 1 and "Traceback" not in process.stderr
+    with xr.open_dataset(tmp_path / "tower.nc.partial", engine="netcdf4") as partial:
+        assert partial.attrs["complete"] == "no"
+        steps = partial.sizes["time"] - 1
     assert steps >= 50
     with sitedda.Simulation(file, tmp_path / "tower.nc", resume=True) as simulation:
         assert simulation.steps == steps
@@ -231,8 +231,8 @@ def test_each_program_resumes_what_the_other_began(
 def test_a_killed_run_continues(program, write_input, tmp_path, same_bits):
     file = write_input(shaken_tower(20_000, 50))
     interrupted(program, file, tmp_path, signal.SIGKILL)
-    done = program.ok("resume", file, "-q", folder=tmp_path)
-    assert "resumed at step" in done.stdout
+    process = program.ok("resume", file, "-q", folder=tmp_path)
+    assert "resumed at step" in process.stdout
     same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
 
 
@@ -285,16 +285,16 @@ def spoil(path, where=-100):
 
 def test_the_newest_checkpoint_is_used(program, two_checkpoints):
     file, output = two_checkpoints
-    done = program("resume", file, "-q", "-o", output)
-    assert "resumed at step 200, t = 0.2 s, from" in done.stdout
+    process = program("resume", file, "-q", "-o", output)
+    assert "resumed at step 200, t = 0.2 s, from" in process.stdout
 
 
 def test_the_previous_checkpoint_replaces_a_damaged_one(program, two_checkpoints, same_bits):
     file, output = two_checkpoints
     spoil(beside(output, ".checkpoint"))
-    done = program.ok("resume", file, "-q", "-o", output)
-    assert "resumed at step 100" in done.stdout
-    assert "checkpoint.previous, because" in done.stdout and "damaged" in done.stdout
+    process = program.ok("resume", file, "-q", "-o", output)
+    assert "resumed at step 100" in process.stdout
+    assert "checkpoint.previous, because" in process.stdout and "damaged" in process.stdout
     same_bits(sitedda.run(file).history, output)
 
 
@@ -332,11 +332,11 @@ def test_both_damaged_checkpoints_are_named(program, two_checkpoints):
     file, output = two_checkpoints
     spoil(beside(output, ".checkpoint"))
     spoil(beside(output, ".checkpoint.previous"))
-    done = program("resume", file, "-q", "-o", output)
-    assert done.returncode == 5
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert "out.nc.checkpoint is damaged" in done.stderr
-    assert "out.nc.checkpoint.previous is damaged" in done.stderr
+    process = program("resume", file, "-q", "-o", output)
+    assert process.returncode == 5
+    assert len(process.stderr.strip().splitlines()) == 1
+    assert "out.nc.checkpoint is damaged" in process.stderr
+    assert "out.nc.checkpoint.previous is damaged" in process.stderr
 
 
 @pytest.mark.parametrize("group", ["control", "material", "output"])
@@ -396,8 +396,8 @@ def test_a_shortened_journal_is_refused(two_checkpoints):
 
 
 def test_without_a_checkpoint_a_run_begins_at_the_start(program, write_input, tmp_path):
-    done = program.ok("resume", write_input(tower(steps=20)), "-q", folder=tmp_path)
-    assert "no checkpoint of tower.nc: starting at time 0" in done.stdout
+    process = program.ok("resume", write_input(tower(steps=20)), "-q", folder=tmp_path)
+    assert "no checkpoint of tower.nc: starting at time 0" in process.stdout
     assert (tmp_path / "tower.nc").exists()
 
 
@@ -407,23 +407,23 @@ def test_a_complete_output_is_not_run_again(program, write_input, tmp_path):
     program.ok("run", file, "-q", folder=tmp_path)
     output = tmp_path / "tower.nc"
     before = output.read_bytes(), output.stat().st_mtime_ns
-    done = program.ok("resume", file, "-q", folder=tmp_path)
-    assert "tower.nc is complete" in done.stdout
+    process = program.ok("resume", file, "-q", folder=tmp_path)
+    assert "tower.nc is complete" in process.stdout
     assert (output.read_bytes(), output.stat().st_mtime_ns) == before
     left = {path.name for path in tmp_path.iterdir()}
     assert not [name for name in left if name.startswith("tower.nc.")], left
     other = write_input(tower(steps=21))
-    done = program("resume", other, "-q", folder=tmp_path)
-    assert "starting at time 0" in done.stdout and "is complete" not in done.stdout
+    process = program("resume", other, "-q", folder=tmp_path)
+    assert "starting at time 0" in process.stdout and "is complete" not in process.stdout
     assert output.read_bytes() != before[0]
 
 
 def test_a_complete_output_is_returned_by_resume(write_input, tmp_path, same_bits):
     file = write_input(tower(steps=20))
     first = sitedda.run(file, tmp_path / "out.nc")
-    again = sitedda.resume(file, tmp_path / "out.nc")
-    assert again.complete and again.summary == first.summary
-    same_bits(first.history, again.history)
+    resumed = sitedda.resume(file, tmp_path / "out.nc")
+    assert resumed.complete and resumed.summary == first.summary
+    same_bits(first.history, resumed.history)
     with sitedda.Simulation(file, tmp_path / "out.nc", resume=True) as simulation:
         assert simulation.notice.endswith("out.nc is complete")
         assert simulation.advance(5) and simulation.time == simulation.duration
@@ -460,12 +460,14 @@ def test_a_full_disk_ends_in_one_message_and_the_run_can_be_resumed(
 
     file = write_input(shaken_tower(4000, 100))
     arguments = [native.path, "run", file, "-q", "-o", tmp_path / "out.nc"]
-    done = subprocess.run(arguments, preexec_fn=limit, capture_output=True, text=True, check=False)
-    assert done.returncode == 5
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
-    assert "out.nc" in done.stderr and "File too large" in done.stderr
-    again = native.ok("resume", file, "-q", "-o", tmp_path / "out.nc")
-    assert ("resumed at step" in again.stdout) == (size > 300_000)
+    process = subprocess.run(
+        arguments, preexec_fn=limit, capture_output=True, text=True, check=False
+    )
+    assert process.returncode == 5
+    assert len(process.stderr.strip().splitlines()) == 1, process.stderr
+    assert "out.nc" in process.stderr and "File too large" in process.stderr
+    second_process = native.ok("resume", file, "-q", "-o", tmp_path / "out.nc")
+    assert ("resumed at step" in second_process.stdout) == (size > 300_000)
     same_bits(sitedda.run(file).history, tmp_path / "out.nc")
 
 
@@ -538,5 +540,5 @@ simulation.finish()
 def test_a_short_campaign(root, native, arguments):
     script = root / "tests" / "robustness" / arguments[0]
     command = [sys.executable, script, *arguments[1:], "--program", native.path]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert process.returncode == 0, process.stdout + process.stderr

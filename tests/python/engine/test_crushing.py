@@ -10,21 +10,21 @@ STRENGTH, STIFFNESS, WIDTH = 1e6, 1e11, 1.0  # Pa, Pa/m, m
 WEIGHT = 200.0 * 9.81 * WIDTH * 0.5  # weight of the block, N/m
 
 
-def pressed(press: float, share: float, law: str = "crushing", **joint) -> sitedda.Model:
+def pressed(press: float, fraction: float, law: str = "crushing", **joint) -> sitedda.Model:
     """A block under N = `press` σ_c t at a fraction of the limit eccentricity."""
     force = press * STRENGTH * WIDTH
-    place = share * (WIDTH - press * WIDTH) / 2
+    abscissa = fraction * (WIDTH - press * WIDTH) / 2
     model = sitedda.Model("Pressed", time_step=1e-3, gravity=(0.0, -9.81))
     model.material("stone", density=200.0, young_modulus=1e13, poisson_ratio=0.2)
-    own = {"crushing_strength": STRENGTH} if law == "crushing" else {"contact_points": 17}
+    law_variables = {"crushing_strength": STRENGTH} if law == "crushing" else {"contact_points": 17}
     model.joint("bed", friction_angle=35.0, law=law, normal_stiffness_per_area=STIFFNESS,
-                **(own | joint))  # fmt: skip
+                **(law_variables | joint))  # fmt: skip
     model.block([(-2, -1), (2, -1), (2, 0), (-2, 0)], name="floor")
     model.block([(-0.5, 0), (0.5, 0), (0.5, 0.5), (-0.5, 0.5)], name="stone")
     for x in (-1.5, 1.5):
         model.fixed_point(x, -0.5, "floor")
     load = force - WEIGHT
-    model.load(place * force / load, 0.25, "stone", name="press", time=(0, 1),
+    model.load(abscissa * force / load, 0.25, "stone", name="press", time=(0, 1),
                force_y=(-load, -load))  # fmt: skip
     model.stage("rest", kind="static")
     return model
@@ -64,25 +64,25 @@ def test_limit_analysis_has_the_same_hinge():
     model = pressed(0.3, 0.5)
     model.clear("load")
     model.load(0.25, 0.25, "stone", name="live", time=(0, 1), force_y=(-1e5, -1e5))
-    found = sitedda.limit_analysis(model, load="live")
-    most = np.roots([1.0, -(WIDTH - 0.5) * STRENGTH, -0.5 * STRENGTH * WEIGHT]).max()
-    assert found.upper.factor == pytest.approx((most - WEIGHT) / 1e5, rel=1e-4)
-    assert found.lower.factor == pytest.approx(found.upper.factor, rel=1e-3)
-    for share in (0.98, 1.02):
-        load = share * 1e5 * found.upper.factor
+    limits = sitedda.limit_analysis(model, load="live")
+    largest = np.roots([1.0, -(WIDTH - 0.5) * STRENGTH, -0.5 * STRENGTH * WEIGHT]).max()
+    assert limits.upper.factor == pytest.approx((largest - WEIGHT) / 1e5, rel=1e-4)
+    assert limits.lower.factor == pytest.approx(limits.upper.factor, rel=1e-3)
+    for fraction in (0.98, 1.02):
+        load = fraction * 1e5 * limits.upper.factor
         model["load.live"](force_y=(-load, -load))
-        assert stands(model) == (share < 1.0)
+        assert stands(model) == (fraction < 1.0)
 
 
 def test_a_crushing_joint_is_elastic_below_its_strength():
     """At σ_max < σ_c nothing crushes; the closure equals that without a strength."""
-    places = []
+    tops = []
     for law in ("crushing", "coulomb"):
         with sitedda.Simulation(pressed(0.3, 0.4, law)) as run:
-            places.append(run.coordinates)
+            tops.append(run.coordinates)
             if law == "crushing":
                 assert not run.contacts["crushed"].any()
-    np.testing.assert_array_equal(*places)
+    np.testing.assert_array_equal(*tops)
 
 
 def pulsed(rise: float, seconds: float, step: float, **joint) -> sitedda.Model:
@@ -90,8 +90,8 @@ def pulsed(rise: float, seconds: float, step: float, **joint) -> sitedda.Model:
     model = pressed(0.1, 0.0, **joint)
     model.clear("load")
     model["material.stone"](density=2000.0)
-    most, times = -1.05 * STRENGTH * WIDTH, (0, rise, 2 * rise, 1)
-    model.load(0.0, 0.25, "stone", name="pulse", time=times, force_y=(0, most, 0, 0))
+    peak, times = -1.05 * STRENGTH * WIDTH, (0, rise, 2 * rise, 1)
+    model.load(0.0, 0.25, "stone", name="pulse", time=times, force_y=(0, peak, 0, 0))
     model.stage("pulse", duration=seconds, time_step=step)
     return model
 
@@ -100,19 +100,19 @@ def test_energy_of_crushing(tmp_path):
     """The term fracture is σ_c Σ L p, the audit balances, and the block rests lower by p."""
     model = pulsed(0.1, 0.3, 1e-3)
     history = model.run(tmp_path / "pulse.nc").history
-    with sitedda.Simulation(model) as again:
-        again.advance(10**6)
-        contacts = again.contacts
+    with sitedda.Simulation(model) as second_run:
+        second_run.advance(10**6)
+        contacts = second_run.contacts
         crushed = contacts["crushed"]
-        low = again.coordinates[1, 1]
-    spent = STRENGTH * (contacts["length"] * crushed).sum()
+        low = second_run.coordinates[1, 1]
+    dissipated = STRENGTH * (contacts["length"] * crushed).sum()
     assert crushed.max() > 1e-4
-    assert float(history.energy_fracture[-1]) == pytest.approx(spent, rel=1e-6)
-    turned = float(abs(history.energy_fracture).max())
-    assert abs(history.energy_balance.values).max() < 1e-6 * turned
+    assert float(history.energy_fracture[-1]) == pytest.approx(dissipated, rel=1e-6)
+    work = float(abs(history.energy_fracture).max())
+    assert abs(history.energy_balance.values).max() < 1e-6 * work
     assert 0.25 - low == pytest.approx(crushed.max(), rel=1e-2)
-    words = history.attrs["verdict"]
-    assert "joints have crushed by up to" in words and "at floor, stone" in words
+    verdict = history.attrs["verdict"]
+    assert "joints have crushed by up to" in verdict and "at floor, stone" in verdict
 
 
 def test_a_crushed_joint_has_dissipated_its_fracture_energy(tmp_path):

@@ -91,31 +91,33 @@ def test_modes_have_the_moduli_and_damping_of_their_frequencies(write_input, rat
     """A constant ratio changes the modulus by (f/f_ref)^2γ, γ = atan(2ζ)/π; joints are elastic."""
     reference, young = 40.0, 4.788e9
     body = {"damping_ratio": ratio, "reference_frequency": reference, "damping_band": [1.0, 500.0]}
-    found = sitedda.modes(write_input(damped(**body), "damped"), 3)
-    assert "at its own frequency" in found.words
-    for mode, frequency in enumerate(found.frequency):
-        own = young * (frequency / reference) ** (2 * np.arctan(2 * ratio) / np.pi)
+    modes = sitedda.modes(write_input(damped(**body), "damped"), 3)
+    assert "at its own frequency" in modes.words
+    for mode, frequency in enumerate(modes.frequency):
+        modulus = young * (frequency / reference) ** (2 * np.arctan(2 * ratio) / np.pi)
         elastic, stiffer = (
             sitedda.modes(write_input(damped(young_modulus=e), "elastic"), 3).frequency[mode]
-            for e in (own, 1.001 * own)
+            for e in (modulus, 1.001 * modulus)
         )
-        share = 2 * np.log(stiffer / elastic) / np.log(1.001)  # fraction of the strain energy
+        energy_fraction = (
+            2 * np.log(stiffer / elastic) / np.log(1.001)
+        )  # fraction of the strain energy
         assert frequency == pytest.approx(elastic, 1e-3)
-        assert found.damping[mode] == pytest.approx(share * ratio, 3e-3)
+        assert modes.damping[mode] == pytest.approx(energy_fraction * ratio, 3e-3)
 
 
 def test_rayleigh_damping_of_modes(write_input):
     file = write_input(damped(rayleigh_alpha=3.0, rayleigh_beta=1e-4))
-    found = sitedda.modes(file, 3)
-    omega = 2 * np.pi * found.frequency
-    assert np.all(found.damping > 1.5 / omega + 0.9 * 0.5e-4 * omega)
-    assert np.all(found.damping < 1.5 / omega + 0.5e-4 * omega)
+    modes = sitedda.modes(file, 3)
+    omega = 2 * np.pi * modes.frequency
+    assert np.all(modes.damping > 1.5 / omega + 0.9 * 0.5e-4 * omega)
+    assert np.all(modes.damping < 1.5 / omega + 0.5e-4 * omega)
 
 
 def test_a_run_loses_energy_in_the_material(write_input):
     history = sitedda.run(write_input(damped(damping_ratio=0.1))).history
-    lost = history.energy_material_damping.values
-    assert np.all(np.diff(lost) >= 0) and lost[-1] > 0
+    dissipated = history.energy_material_damping.values
+    assert np.all(np.diff(dissipated) >= 0) and dissipated[-1] > 0
     assert abs(history.energy_balance[-1]) < 1e-9 * history.energy_input.max()
 
 
@@ -143,11 +145,11 @@ def test_thin_layers_respond_as_the_column(write_input, name, integration):
     groups = [*without(groups, "measured_point"), ("measured_point", point)]
     groups.append(group("measured_point", name="base", x=7.5, y=0.0, block="base_1"))
     frequencies = np.linspace(1.0, 40.0, 40)
-    found = sitedda.transfer(write_input(groups), frequencies)
+    response = sitedda.transfer(write_input(groups), frequencies)
     layer = sitedda.Layer(15.0, density=2643.0, shear_modulus=4.788e9 / 2.5, damping=damping)
     column = sitedda.Column([layer])
     exact = column.scheme_transfer(frequencies, 5e-3, integration=integration)
-    assert np.max(abs(found / exact - 1)) < 5e-3
+    assert np.max(abs(response / exact - 1)) < 5e-3
     assert (
         np.max(abs(column.scheme_transfer(frequencies, 1e-6) / column.transfer(frequencies) - 1))
         < 1e-3
@@ -194,14 +196,14 @@ CHECKED = [
 ]
 
 
-@pytest.mark.parametrize(("material", "control", "verdict", "words"), CHECKED)
-def test_check_reports_the_damping_of_materials(write_input, material, control, verdict, words):
+@pytest.mark.parametrize(("material", "control", "verdict", "message"), CHECKED)
+def test_check_reports_the_damping_of_materials(write_input, material, control, verdict, message):
     file = write_input(changed(damped(**material), "control", **control))
     report = sitedda.check(file)
     assert not re.search(r"\b(omega|zeta|eta|alpha|beta|tau|dt|dx)\b|omega_max", report.text)
     lines = {line.topic: line for line in report.lines}
     line = lines["Rayleigh damping" if "rayleigh" in str(material) else "material damping"]
-    assert line.verdict == verdict and words in line.words
+    assert line.verdict == verdict and message in line.words
 
 
 def test_check_states_no_damping_ratio_at_a_frequency_of_zero(write_input):

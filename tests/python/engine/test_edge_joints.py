@@ -18,10 +18,10 @@ SLIDE = 1
 def slider(floor="edges", speed: float = 6.0, load=None, steps=900, reverse=False) -> list:
     """A block of 1 m x 1 m on a floor whose joint changes at x = 0; smoother sides."""
     sides = ["", "side", "side", "side"]
-    whole = [-4.0, -1.0, 4.0, -1.0, 4.0, 0.0, 0.0, 0.0, -4.0, 0.0]
+    outline = [-4.0, -1.0, 4.0, -1.0, 4.0, 0.0, 0.0, 0.0, -4.0, 0.0]
     if floor == "edges":
         joints = ["side", "side", "smooth", "rough", "side"]
-        floors = [group("block", name="floor", vertices=whole, edge_joints=joints)]
+        floors = [group("block", name="floor", vertices=outline, edge_joints=joints)]
     else:
         floors = [
             group(
@@ -37,7 +37,7 @@ def slider(floor="edges", speed: float = 6.0, load=None, steps=900, reverse=Fals
     if reverse:
         blocks.reverse()
     loads = [] if load is None else [group("load", x=-0.8, y=0.5, block="slider", **load)]
-    held = [(x, y) for x in (-3.5, -0.5, 0.5, 3.5) for y in (-0.9, -0.1)]
+    fixed_points = [(x, y) for x in (-3.5, -0.5, 0.5, 3.5) for y in (-0.9, -0.1)]
     return [
         group("control", time_step=5e-4, steps=steps, gravity=[0.0, -9.81]),
         group("contact", normal_stiffness=1e9),
@@ -49,13 +49,13 @@ def slider(floor="edges", speed: float = 6.0, load=None, steps=900, reverse=Fals
         ),
         group("joint", name="top", friction_angle=45.0),
         *blocks,
-        *(group("fixed_point", x=x, y=y) for x, y in held),
+        *(group("fixed_point", x=x, y=y) for x, y in fixed_points),
         *loads,
         group("output", file="slider.nc", block_interval=50),
     ]
 
 
-def followed(file, every: int = 5, push: float = 0.0):
+def followed(file, interval: int = 5, push: float = 0.0):
     """Contacts of the slider with positions of their vertices, and its coordinates, at intervals.
 
     If the slider is pushed, to a speed in m/s, it first comes to rest.
@@ -66,9 +66,9 @@ def followed(file, every: int = 5, push: float = 0.0):
             rates = run.rates
             rates[np.argmax(run.coordinates[:, 1]), 0] = push
             run.rates = rates
-        done = False
-        while not done:
-            done = run.advance(every)
+        at_end = False
+        while not at_end:
+            at_end = run.advance(interval)
             polygons, contacts = run.polygons, run.contacts
             block = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
             top = np.argmax(run.coordinates[:, 1])
@@ -164,7 +164,7 @@ def test_a_resumed_slider_is_bit_identical(write_input, tmp_path, same_bits, nat
 
 
 @pytest.mark.parametrize(
-    ("joints", "words"),
+    ("joints", "phrases"),
     [
         (["rough"] * 6, ["6 names", "5 edges"]),
         (["rough"] * 5 + [""], ["6 names", "5 edges"]),
@@ -176,7 +176,7 @@ def test_a_resumed_slider_is_bit_identical(write_input, tmp_path, same_bits, nat
     ],
     ids=["more", "blank more", "unknown", "long", "number", "far too many", "quote"],
 )
-def test_bad_edge_joints_are_refused(write_input, program, joints, words):
+def test_bad_edge_joints_are_refused(write_input, program, joints, phrases):
     groups = slider()
     floor = next(values for name, values in groups if name == "block")
     floor["edge_joints"] = joints
@@ -184,12 +184,12 @@ def test_bad_edge_joints_are_refused(write_input, program, joints, words):
     line = 1 + next(
         i for i, text in enumerate(file.read_text().splitlines()) if text.startswith("&block")
     )
-    done = program("run", file)
-    assert done.returncode == 1
-    message = done.stdout + done.stderr
+    process = program("run", file)
+    assert process.returncode == 1
+    message = process.stdout + process.stderr
     assert str(file.name) in message and "&block" in message and f"line {line}" in message
-    for word in words:
-        assert word in message
+    for phrase in phrases:
+        assert phrase in message
 
 
 def test_blank_and_missing_edges_use_the_joint_of_the_block(write_input, same_bits):
@@ -199,11 +199,11 @@ def test_blank_and_missing_edges_use_the_joint_of_the_block(write_input, same_bi
         if name == "block":
             values["joint"] = "rough"
             values.pop("edge_joints")
-    named = [(name, dict(values)) for name, values in plain]
+    with_names = [(name, dict(values)) for name, values in plain]
     lists = iter([["", "rough", "", "rough", "rough"], ["rough"]])
-    for name, values in named:
+    for name, values in with_names:
         if name == "block":
             values["edge_joints"] = next(lists)
     runs = [sitedda.run(write_input(groups, f"{len(groups)}{i}.nml"))
-            for i, groups in enumerate((plain, named))]  # fmt: skip
+            for i, groups in enumerate((plain, with_names))]  # fmt: skip
     same_bits(*(run.history for run in runs), attributes=("title", "step_control"))

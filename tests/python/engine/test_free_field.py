@@ -65,10 +65,12 @@ def test_the_column_ends_at_the_first_vertical_line_between_blocks():
 
 
 def test_a_mirrored_hill_has_the_mirrored_motion():
-    here = moved(lattice("free_field", hill=HILL))
+    motion = moved(lattice("free_field", hill=HILL))
     mirrored = [9 - i for i in HILL]
-    there = moved(lattice("free_field", order=-1, acceleration=-1.0, hill=mirrored))
-    np.testing.assert_allclose(here, there[:, :, ::-1] * [-1, 1], atol=1e-10 * abs(here).max())
+    mirrored_motion = moved(lattice("free_field", order=-1, acceleration=-1.0, hill=mirrored))
+    np.testing.assert_allclose(
+        motion, mirrored_motion[:, :, ::-1] * [-1, 1], atol=1e-10 * abs(motion).max()
+    )
 
 
 @BODIES
@@ -99,8 +101,8 @@ def test_energy_balances_and_runs_are_bit_identical(tmp_path, body, same_everywh
     model = lattice("free_field", hill=HILL, body=body, damping=damping, **WEIGHT)
     model.measured_point("crest", 6.0, 4.0)
     history = same_everywhere(model.write(tmp_path / "hill.nml"), 77)
-    turned = history.energy_damping.values[-1] + abs(history.energy_input).values.max()
-    assert abs(history.energy_balance.values).max() < 1e-6 * turned
+    work = history.energy_damping.values[-1] + abs(history.energy_input).values.max()
+    assert abs(history.energy_balance.values).max() < 1e-6 * work
 
 
 def test_changes_between_steps_reach_the_column():
@@ -135,7 +137,7 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
 
 
 @pytest.mark.parametrize(
-    ("sides", "values", "change", "words"),
+    ("sides", "values", "change", "message"),
     [
         ("free_field", {}, left_field, "already has a free field"),
         ("tied", {}, left_field, "both continue the ground beyond a side"),
@@ -153,10 +155,10 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
          lambda m: m.stage("dig", remove="b_0_2", duration=0.1), "excavate farther from this side"),
     ],
 )  # fmt: skip
-def test_unsupported_combinations_with_a_free_field_are_refused(sides, values, change, words):
+def test_unsupported_combinations_with_a_free_field_are_refused(sides, values, change, message):
     model = lattice(sides, columns=3, **values)
     change(model)
-    with pytest.raises(sitedda.InputError, match=words) as refusal:
+    with pytest.raises(sitedda.InputError, match=message) as refusal:
         model.check()
     assert str(refusal.value).startswith("Model.boundary(…), ")
 

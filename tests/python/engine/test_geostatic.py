@@ -12,7 +12,7 @@ WEIGHT = DENSITY * GRAVITY * HEIGHT  # stress due to the weight of a course, Pa
 HEAD_JOINT = 5e-4  # m
 
 
-def wall(rest: str, layers: str = "", courses: int = COURSES, gravity: str = "0, -9.81") -> str:
+def wall(start: str, layers: str = "", courses: int = COURSES, gravity: str = "0, -9.81") -> str:
     """A wall on a footing with fixed corners."""
     return f"""
 &control time_step = 1e-3, steps = 40, gravity = {gravity} /
@@ -20,7 +20,7 @@ def wall(rest: str, layers: str = "", courses: int = COURSES, gravity: str = "0,
 &material density = {DENSITY}, young_modulus = 1e10, poisson_ratio = 0.25 /
 &joint friction_angle = 35 /
 &layers name = 'base', width = {BRICKS}, thickness = {HEIGHT}, bottom = -{HEIGHT} {layers} /
-&wall brick_length = 1, brick_height = {HEIGHT}, bricks = {BRICKS}, courses = {courses} {rest} /
+&wall brick_length = 1, brick_height = {HEIGHT}, bricks = {BRICKS}, courses = {courses} {start} /
 &fixed_point x = 0.1, y = -0.4, block = 1 /
 &fixed_point x = 9.9, y = -0.4, block = 1 /
 """
@@ -38,11 +38,11 @@ def started(tmp_path, text: str) -> sitedda.Simulation:
 
 def largest_energy(run: sitedda.Simulation, steps: int) -> float:
     """Largest kinetic energy after a step, J per metre."""
-    found = 0.0
+    energy = 0.0
     for _ in range(steps):
         run.advance(1)
-        found = max(found, run.energies["kinetic"])
-    return found
+        energy = max(energy, run.energies["kinetic"])
+    return energy
 
 
 def test_the_initial_stress_is_that_of_the_weight(tmp_path):
@@ -68,7 +68,7 @@ def test_the_wall_is_at_rest_from_the_first_step(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("changed", "words"),
+    ("changed", "message"),
     [
         (wall(", head_joint = 0.5"), "must be shorter than half of brick_length"),
         (wall(", head_joint = -0.1"), "head_joint = -0.1"),
@@ -78,17 +78,17 @@ def test_the_wall_is_at_rest_from_the_first_step(tmp_path):
         (wall("", ", geostatic = .true.", gravity="0, 0"), "acts downwards"),
     ],
 )
-def test_invalid_geostatic_input_is_refused(tmp_path, changed, words):
+def test_invalid_geostatic_input_is_refused(tmp_path, changed, message):
     with pytest.raises(InputError, match=r"&(wall|layers)") as refused:
         started(tmp_path, changed)
-    assert words in str(refused.value)
+    assert message in str(refused.value)
 
 
-@pytest.mark.parametrize(("rest", "warned"), [("", True), (AT_REST, False)])
-def test_check_warns_of_a_slow_start(tmp_path, rest, warned):
+@pytest.mark.parametrize(("start", "warned"), [("", True), (AT_REST, False)])
+def test_check_warns_of_a_slow_start(tmp_path, start, warned):
     file = tmp_path / "wall.nml"
-    file.write_text(wall(rest, courses=100))
-    found = [line for line in sitedda.check(file).lines if line.topic == "start"]
-    assert len(found) == warned
+    file.write_text(wall(start, courses=100))
+    lines = [line for line in sitedda.check(file).lines if line.topic == "start"]
+    assert len(lines) == warned
     if warned:
-        assert "geostatic" in found[0].advice and "1051 blocks" in found[0].words
+        assert "geostatic" in lines[0].advice and "1051 blocks" in lines[0].words

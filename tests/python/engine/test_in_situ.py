@@ -47,11 +47,11 @@ def centres(run: sitedda.Simulation) -> np.ndarray:
     return run.coordinates[:, 1]
 
 
-def check_stress(run: sitedda.Simulation, ratio: float, share: float):
+def check_stress(run: sitedda.Simulation, ratio: float, fraction: float):
     """Check all stresses, within a fraction of the largest stress."""
     down = WEIGHT * (HEIGHT - centres(run))
-    wrong = run.stresses - np.column_stack([-ratio * down, -down, 0 * down])
-    assert abs(wrong).max() < share * WEIGHT * HEIGHT
+    difference = run.stresses - np.column_stack([-ratio * down, -down, 0 * down])
+    assert abs(difference).max() < fraction * WEIGHT * HEIGHT
 
 
 @pytest.mark.parametrize("ratio", [0.5, 1.5])
@@ -175,7 +175,7 @@ def test_an_excavation_within_one_block_is_a_ring():
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
         ({"k0": (0.4, 0.8)}, "`k0` has 2 values and `depth` has 0"),
         ({"depth": (1, 2)}, "`depth` requires one value of `k0` for each depth"),
@@ -186,8 +186,8 @@ def test_an_excavation_within_one_block_is_a_ring():
         ({"material": "soil"}, "'soil'"),
     ],
 )
-def test_invalid_in_situ_stresses_are_refused(values, words):
-    with pytest.raises(InputError, match=words):
+def test_invalid_in_situ_stresses_are_refused(values, message):
+    with pytest.raises(InputError, match=message):
         sitedda.Simulation(ground("blocks", values))
 
 

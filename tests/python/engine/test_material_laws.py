@@ -41,15 +41,15 @@ def test_a_column_of_cells_is_the_column_of_one_dimension(amplitude):
     """Surface displacements over three seconds, within 0.7 % of the largest."""
     ground = sine(2.0, amplitude, 1500)
     history = shaken_column(ground, 20, MASING).run().history
-    found = moved(history)
-    wanted = nonlinear(
+    motion = moved(history)
+    expected = nonlinear(
         Column([Layer(20.0, density=DENSITY, shear_velocity=VELOCITY)]),
         [hyperbolic(REFERENCE)], ground, 2e-3, damping_curve="masing", branches=30, compare=False,
     ).displacement()  # fmt: skip
-    assert np.abs(found - wanted).max() < 7e-3 * np.abs(wanted).max()
+    assert np.abs(motion - expected).max() < 7e-3 * np.abs(expected).max()
     assert np.abs(history.energy_balance).max() < 1e-9 * history.energy_input.values.max()
-    lost = history.energy_plastic.values
-    assert np.all(np.diff(lost) >= -1e-12 * lost[-1]) and lost[-1] > 0
+    dissipated = history.energy_plastic.values
+    assert np.all(np.diff(dissipated) >= -1e-12 * dissipated[-1]) and dissipated[-1] > 0
     assert np.median(history.iterations) <= 8
 
 
@@ -60,18 +60,19 @@ def test_blocks_of_soil_agree_with_column_analyses(tmp_path, capsys):
     model = shaken_column(sine(2.0, 1.0, 3000), 20, MASING)
     model.measured_point(name="low", x=0.5, y=1.0, block="c0")
     model.write(file)
-    both = beside(model.run().history, "top", "base")
-    low = both.strains[1][-1] / REFERENCE
+    comparison = beside(model.run().history, "top", "base")
+    low = comparison.strains[1][-1] / REFERENCE
     assert low == pytest.approx(5.95, abs=0.5)
-    assert list(both.columns) == ["nonlinear", "equivalent-linear"]
-    assert "without damping on a rigid base" in str(both)
+    assert list(comparison.columns) == ["nonlinear", "equivalent-linear"]
+    assert "without damping on a rigid base" in str(comparison)
     periods = [0.1, 0.2, 0.5, 1.0]
     spectra = [
-        spectral_acceleration(one, 2e-3, periods) for one in (both.surface, both.column_surface)
+        spectral_acceleration(motion, 2e-3, periods)
+        for motion in (comparison.surface, comparison.column_surface)
     ]
     assert spectra[0] == pytest.approx(spectra[1], rel=0.015)
-    assert "equivalent-linear" in str(both) and "largest shear strain" in str(both)
-    both.plot().savefig(tmp_path / "both.png")
+    assert "equivalent-linear" in str(comparison) and "largest shear strain" in str(comparison)
+    comparison.plot().savefig(tmp_path / "both.png")
     with pytest.raises(ValueError, match="omit --damping"):
         beside(model.run().history, "top", "base", damping=0.02)
 
@@ -80,12 +81,14 @@ def test_compared_columns_have_the_small_strain_damping():
     """All three columns include D_min of the curve, which the input does not give."""
     ground = 1e-4 * np.concatenate([sine(2.0, 1.0, 1000), np.zeros(1000)])
     soil = DARENDELI | {"mean_stress": 2.5e4, "plasticity_index": 100.0}
-    both = beside(shaken_column(ground, 10, soil).run().history, "top", "base")
+    comparison = beside(shaken_column(ground, 10, soil).run().history, "top", "base")
     fitted = Branches.of(darendeli(2.5e4, 100.0), 30)
-    assert both.columns["nonlinear"].branches[0].misfit == pytest.approx(fitted.misfit, rel=1e-4)
-    assert list(both.columns) == ["nonlinear", "equivalent-linear", "linear"]
-    peaks = [np.abs(one.acceleration()[:2001]).max() for one in both.columns.values()]
-    assert peaks == pytest.approx([np.abs(both.surface).max()] * 3, rel=0.05)
+    assert comparison.columns["nonlinear"].branches[0].misfit == pytest.approx(
+        fitted.misfit, rel=1e-4
+    )
+    assert list(comparison.columns) == ["nonlinear", "equivalent-linear", "linear"]
+    peaks = [np.abs(column.acceleration()[:2001]).max() for column in comparison.columns.values()]
+    assert peaks == pytest.approx([np.abs(comparison.surface).max()] * 3, rel=0.05)
 
 
 def test_check_reports_the_softening_of_soil():
@@ -123,30 +126,32 @@ def test_the_engine_has_the_curves_of_the_package(name):
     soil, curve = CURVES[name]
     model = shaken_column(sine(2.0, 1.0, 10), 2, soil | {"branches": 60})
     report = " ".join(str(sitedda.check(model)).split())
-    found = re.search(r"shear strain G/G0 = ([\d.]+) and ([\d.]+),", report).groups()
-    assert list(map(float, found)) == pytest.approx(curve.reduction_at([1e-3, 1e-2]), rel=0.02)
-    words = r"within (\S+) %(?:, damping ratios within (\S+) percentage points)?"
-    found = re.search(words, report).groups()
+    points = re.search(r"shear strain G/G0 = ([\d.]+) and ([\d.]+),", report).groups()
+    assert list(map(float, points)) == pytest.approx(curve.reduction_at([1e-3, 1e-2]), rel=0.02)
+    pattern = r"within (\S+) %(?:, damping ratios within (\S+) percentage points)?"
+    points = re.search(pattern, report).groups()
     fitted = Branches.of(curve, 60, soil.get("damping_curve", "target")).misfit
-    assert [float(one or 0) for one in found] == pytest.approx(100 * np.array(fitted), rel=2e-3)
+    assert [float(number or 0) for number in points] == pytest.approx(
+        100 * np.array(fitted), rel=2e-3
+    )
 
 
-@pytest.mark.parametrize("plasticity, said", [(200.0, True), (100.0, False)])
-def test_a_poorly_fitted_damping_curve_causes_a_warning(plasticity, said):
+@pytest.mark.parametrize("plasticity, is_warned", [(200.0, True), (100.0, False)])
+def test_a_poorly_fitted_damping_curve_causes_a_warning(plasticity, is_warned):
     soil = DARENDELI | {"mean_stress": 2.5e4, "plasticity_index": plasticity}
     model = shaken_column(sine(2.0, 0.1, 20), 2, soil)
-    for words in (str(sitedda.check(model)), str(model.run().verdict)):
-        assert ("points off their curve, more than 0.3" in " ".join(words.split())) == said
+    for report in (str(sitedda.check(model)), str(model.run().verdict)):
+        assert ("points off their curve, more than 0.3" in " ".join(report.split())) == is_warned
 
 
 def test_safety_uses_the_shear_strength_of_a_curve():
     """A block of 20 kN/m³, 1 m high, has a mean stress of 10 kPa: 2 s_u/F."""
     for curve, warning in (("hyperbolic", "half the size"), ("darendeli", "elastic")):
-        own = {"shear_strength": 6e3} if curve == "hyperbolic" else {"mean_stress": 1e4}
-        model = standing_block(law="hysteretic", curve=curve, **own)
-        found = sitedda.safety(model, tolerance=2e-3)
-        assert warning in found.warning
-        assert found.factor == (pytest.approx(1.2, rel=3e-3) if curve == "hyperbolic" else 4096.0)
+        law_variables = {"shear_strength": 6e3} if curve == "hyperbolic" else {"mean_stress": 1e4}
+        model = standing_block(law="hysteretic", curve=curve, **law_variables)
+        result = sitedda.safety(model, tolerance=2e-3)
+        assert warning in result.warning
+        assert result.factor == (pytest.approx(1.2, rel=3e-3) if curve == "hyperbolic" else 4096.0)
 
 
 @pytest.mark.parametrize("integration", ["dda", "theta", "midpoint"])
@@ -162,11 +167,11 @@ def test_at_small_strains_soil_is_linear_with_a_damping_ratio():
     """With 1e-7 of the motion, a linear material with the same damping ratio moves equally."""
     ground = 1e-7 * sine(2.0, 1.0, 400)
     soil = MASING | {"damping_ratio": 0.02}
-    found, wanted = (
-        moved(shaken_column(ground, 4, own, "dda").run().history)
-        for own in (soil, {"damping_ratio": 0.02})
+    soil_motion, linear_motion = (
+        moved(shaken_column(ground, 4, law, "dda").run().history)
+        for law in (soil, {"damping_ratio": 0.02})
     )
-    assert np.abs(found - wanted).max() < 0.02 * np.abs(wanted).max()
+    assert np.abs(soil_motion - linear_motion).max() < 0.02 * np.abs(linear_motion).max()
 
 
 def test_modes_use_the_small_strain_modulus():
@@ -190,8 +195,8 @@ def test_a_study_runs_over_the_values_of_a_law(tmp_path):
         "material.soil.mean_stress": [5e4, 2e5],
     }
     table = sitedda.study(file, values, ["energy_plastic.last"], folder=tmp_path / "cases")
-    lost = table["energy_plastic.last"].values
-    assert np.all(np.diff(lost, axis=0) < 0) and np.all(np.diff(lost, axis=1) < 0)
+    dissipated = table["energy_plastic.last"].values
+    assert np.all(np.diff(dissipated, axis=0) < 0) and np.all(np.diff(dissipated, axis=1) < 0)
 
 
 @pytest.mark.parametrize("first, second", [({}, MASING), (MASING, {}), (MASING, DARENDELI)])

@@ -32,7 +32,7 @@ def pile(steps: int = 120, friction: float = 20.0, **control) -> list:
         "stone": rectangle(2.0, 0.0, 0.3, 0.9),
         "beam": rectangle(2.0, 0.9, 0.3, 0.1),
     }
-    hold = {"block": "floor", "y": -0.5, "motion_x": "shake"}
+    support = {"block": "floor", "y": -0.5, "motion_x": "shake"}
     return [
         ("control", {"time_step": 1e-3, "gravity": [0.0, -9.81], **control}
          | ({"steps": steps} if steps else {})),
@@ -41,8 +41,8 @@ def pile(steps: int = 120, friction: float = 20.0, **control) -> list:
         *(group("block", name=name, vertices=at) for name, at in blocks.items()),
         group("motion", name="shake", quantity="acceleration", drift_order=0, time_step=EVERY,
               values=SHAKE),
-        ("fixed_point", hold | {"x": -3.0}),
-        ("fixed_point", hold | {"x": 5.0}),
+        ("fixed_point", support | {"x": -3.0}),
+        ("fixed_point", support | {"x": 5.0}),
         group("measured_point", name="foot", block="wide", x=0.5, y=0.1),
         group("measured_point", name="head", block="cap", x=0.5, y=1.8),
         group("measured_point", name="side", block="beam", x=2.1, y=1.0),
@@ -80,9 +80,9 @@ class Observer:
         contacts = run.contacts
         touch = contacts["gap"] <= 1e-5 * size
         self.pairs = np.stack([contacts["vertex"], contacts["edge"]], 1)[touch].astype(int)
-        along, apart = self.legs(corners)
-        self.share = (apart * along).sum(1) / (along * along).sum(1)
-        self.gap = np.maximum(0.0, cross(apart, along) / np.linalg.norm(along, axis=1))
+        along, normal_legs = self.legs(corners)
+        self.share = (normal_legs * along).sum(1) / (along * along).sum(1)
+        self.gap = np.maximum(0.0, cross(normal_legs, along) / np.linalg.norm(along, axis=1))
         self.points = run.point_motions
         self.see(first=True)
 
@@ -144,15 +144,15 @@ class Observer:
         self.take("contact_force", forces, who)
         pressed = dict(zip(v[contacts["normal_force"] > 0], e[contacts["normal_force"] > 0],
                            strict=True))  # fmt: skip
-        along, apart = self.legs(corners)
-        along, apart = (
+        along, normal_legs = self.legs(corners)
+        along, normal_legs = (
             along / np.linalg.norm(along, axis=1)[:, None],
-            apart - (self.share[:, None] * along),
+            normal_legs - (self.share[:, None] * along),
         )
-        opening = np.maximum(0.0, cross(apart, along) - self.gap)
+        opening = np.maximum(0.0, cross(normal_legs, along) - self.gap)
         opening[[pressed.get(a) == b for a, b in self.pairs]] = 0.0
         owners = self.owner[self.pairs]
-        self.take("slip", abs((apart * along).sum(1)), owners)
+        self.take("slip", abs((normal_legs * along).sum(1)), owners)
         self.take("opening", opening, owners)
 
     def agree(self, maxima) -> None:
@@ -169,13 +169,13 @@ class Observer:
             assert one.value == pytest.approx(value, **EQUAL), name
             if value > 1e-9:  # else it is rounding
                 assert one.time == pytest.approx(time, abs=1e-12), name
-                places = self.run.point_names if name.startswith("point") else names
-                assert one.blocks + one.points == tuple(places[i] for i in who), name
+                positions = self.run.point_names if name.startswith("point") else names
+                assert one.blocks + one.points == tuple(positions[i] for i in who), name
 
 
-def cross(apart, along):
+def cross(normals, along):
     """Distance of points to the right of a direction, times the length of the direction."""
-    return along[:, 1] * apart[:, 0] - along[:, 0] * apart[:, 1]
+    return along[:, 1] * normals[:, 0] - along[:, 0] * normals[:, 1]
 
 
 @pytest.mark.parametrize(
@@ -188,21 +188,21 @@ def cross(apart, along):
 )
 def test_maxima_are_those_of_all_steps(write_input, control, chi):
     with sitedda.Simulation(write_input(pile(**control))) as run:
-        seen = Observer(run, chi, moves=True)
+        observer = Observer(run, chi, moves=True)
         while not run.done:
-            seen.step()
+            observer.step()
         assert run.maxima["slip"].value > 1e-3 and run.maxima["opening"].value > 1e-4
-        seen.agree(run.maxima)
+        observer.agree(run.maxima)
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_the_same_with_impacts_and_from_rest(write_input, restitution):
     groups = changed(pile(settle=True), "joint", restitution=restitution)
     with sitedda.Simulation(write_input(groups)) as run:
-        seen = Observer(run, 0.5, moves=True)
+        observer = Observer(run, 0.5, moves=True)
         while not run.done:
-            seen.step()
-        seen.agree(run.maxima)
+            observer.step()
+        observer.agree(run.maxima)
         assert run.maxima["displacement"].time > 0
 
 
@@ -211,16 +211,16 @@ def test_an_output_contains_maxima_history_and_residuals(write_input, tmp_path):
     groups = [*pile(200), group("output", file="pile.nc", history_interval=37)]
     run = sitedda.run(write_input(groups), tmp_path / "pile.nc")
     dense = sitedda.run(write_input(changed(groups, "output", history_interval=1)))
-    known = {n: one for n, one in run.maxima.items() if not math.isnan(one.value)}
-    assert list(set(run.maxima) - set(known)) == ["plastic_strain"]  # nothing yields
-    assert known == {name: dense.maxima[name] for name in known}
+    maxima = {n: one for n, one in run.maxima.items() if not math.isnan(one.value)}
+    assert list(set(run.maxima) - set(maxima)) == ["plastic_strain"]  # nothing yields
+    assert maxima == {name: dense.maxima[name] for name in maxima}
     history = run.history.largest_so_far
     assert history.dims == ("time", "maximum")
     at = np.searchsorted(dense.history.time, run.history.time)
     np.testing.assert_array_equal(history, dense.history.largest_so_far[at])
-    assert np.all(np.diff(history.sel(maximum=list(known)), axis=0) >= 0)
+    assert np.all(np.diff(history.sel(maximum=list(maxima)), axis=0) >= 0)
     np.testing.assert_array_equal(history[-1], run.history.largest)
-    for name, one in known.items():
+    for name, one in maxima.items():
         assert one.residual <= one.value
         assert one.time <= run.history.time[-1]
         assert one.unit == str(run.history.maximum_unit.sel(maximum=name).values)
@@ -234,14 +234,14 @@ def test_an_output_contains_maxima_history_and_residuals(write_input, tmp_path):
 
 
 def test_negligible_final_values_are_shown_as_zero(write_input):
-    found = sitedda.run(write_input(pile())).verdict
-    line = found.figures[0]
+    verdict = sitedda.run(write_input(pile())).verdict
+    line = verdict.figures[0]
     assert line.largest == "largest_displacement_m"
-    shown = found.rows()[1][2]
-    found.values[line.end] = 0.9e-5 * found.values[line.largest]
-    assert not shown.startswith("0 ") and found.rows()[1][2] == f"0 {line.unit}"
-    found.values[line.end] = 1.1e-5 * found.values[line.largest]
-    assert found.rows()[1][2] != f"0 {line.unit}"
+    printed = verdict.rows()[1][2]
+    verdict.values[line.end] = 0.9e-5 * verdict.values[line.largest]
+    assert not printed.startswith("0 ") and verdict.rows()[1][2] == f"0 {line.unit}"
+    verdict.values[line.end] = 1.1e-5 * verdict.values[line.largest]
+    assert verdict.rows()[1][2] != f"0 {line.unit}"
 
 
 # --- Reference of displacements --------------------------------------------------------------
@@ -255,7 +255,7 @@ def carried(**control) -> list:
 def test_displacements_exclude_the_motion_of_the_base(write_input):
     """The floor moves by millimetres; relative to it, blocks move only by the joint elasticity."""
     groups = [
-        one for one in carried() if one[1].get("name") not in ("tall", "cap", "stone", "beam")
+        group for group in carried() if group[1].get("name") not in ("tall", "cap", "stone", "beam")
     ]
     assert max(abs(shaken(0.001 * k)[0]) for k in range(121)) > 2e-3
     run = sitedda.run(write_input(groups))
@@ -273,11 +273,11 @@ def test_supports_that_move_differently_give_absolute_values(write_input):
     named = sitedda.run(write_input([*groups, ("amplification", name)]))
     assert "relative to the point 'foot'" in " ".join(str(named.verdict).split())
     u = named.history.displacement
-    apart = np.linalg.norm((u - u.sel(point="foot")).values, axis=2).max()
-    assert named.maxima["point_displacement"].value == pytest.approx(apart, **EQUAL)
+    relative = np.linalg.norm((u - u.sel(point="foot")).values, axis=2).max()
+    assert named.maxima["point_displacement"].value == pytest.approx(relative, **EQUAL)
     a = named.history.acceleration
-    apart = np.linalg.norm((a - a.sel(point="foot")).values, axis=2)[1:].max()
-    assert named.maxima["point_acceleration"].value == pytest.approx(apart, **EQUAL)
+    relative = np.linalg.norm((a - a.sel(point="foot")).values, axis=2)[1:].max()
+    assert named.maxima["point_acceleration"].value == pytest.approx(relative, **EQUAL)
 
 
 @pytest.mark.parametrize("direction", ["x", "xy"])
@@ -286,8 +286,8 @@ def test_rollers_along_the_motion_do_not_count_as_supports(write_input, directio
     groups = [*pile(), group("fixed_point", block="floor", x=1.0, y=-0.5, direction="y")]
     if direction == "xy":
         groups = changed(groups, "fixed_point", 2, direction=None)
-    words = " ".join(str(sitedda.run(write_input(groups)).verdict).split())
-    assert ("relative to the moving supports" in words) == (direction == "x")
+    verdict = " ".join(str(sitedda.run(write_input(groups)).verdict).split())
+    assert ("relative to the moving supports" in verdict) == (direction == "x")
 
 
 def test_on_a_half_space_displacements_are_relative_to_the_outcrop(root, tmp_path):
@@ -297,9 +297,11 @@ def test_on_a_half_space_displacements_are_relative_to_the_outcrop(root, tmp_pat
     history = run.history
     assert history.attrs["maxima_base"] == "relative to the outcrop motion of its base"
     outcrop = 2.0 * history.incoming_displacement.sel(boundary="base").values
-    moved = np.linalg.norm(history.displacement.values - outcrop[:, None], axis=2).max()
-    assert run.verdict.values["largest_point_displacement_m"] == pytest.approx(moved, rel=1e-3)
-    assert moved < 0.5 * np.linalg.norm(history.displacement.values, axis=2).max()
+    displacement = np.linalg.norm(history.displacement.values - outcrop[:, None], axis=2).max()
+    assert run.verdict.values["largest_point_displacement_m"] == pytest.approx(
+        displacement, rel=1e-3
+    )
+    assert displacement < 0.5 * np.linalg.norm(history.displacement.values, axis=2).max()
 
 
 @pytest.mark.parametrize("name", ["slope", "ridge"])
@@ -308,9 +310,9 @@ def test_pictures_and_table_show_the_same_displacements(name, root, tmp_path):
     sitedda.copy_example(name, tmp_path)
     run = sitedda.run(tmp_path / f"{name}.nml", duration=1.5, output=False)
     scene = Scene.of(run)
-    moved = np.linalg.norm(scene.displacement(scene.frames - 1), axis=1).max()
+    displacement = np.linalg.norm(scene.displacement(scene.frames - 1), axis=1).max()
     residual = run.verdict.values["residual_displacement_m"]
-    assert moved == pytest.approx(residual, rel=1e-9)
+    assert displacement == pytest.approx(residual, rel=1e-9)
     still = Scene.of(run, absolute=True)
     absolute = still.displacement(scene.frames - 1)
     assert np.linalg.norm(absolute, axis=1).max() > 2.0 * residual
@@ -318,27 +320,27 @@ def test_pictures_and_table_show_the_same_displacements(name, root, tmp_path):
     assert f"displacements {scene.origin}" in run.draw().texts[-1].get_text().replace("\n", " ")
     assert "displacements absolute" in run.draw(absolute=True).texts[-1].get_text()
     assert _charted(still) == pytest.approx(abs(run.history.displacement.values).max(), rel=0.02)
-    moved = run.history.displacement.values - scene.base_history[:, None]
-    assert np.linalg.norm(moved, axis=2).max() == pytest.approx(
+    displacement = run.history.displacement.values - scene.base_history[:, None]
+    assert np.linalg.norm(displacement, axis=2).max() == pytest.approx(
         run.verdict.values["largest_point_displacement_m"], rel=1e-9)  # fmt: skip
-    assert 0.0 < _charted(scene) <= abs(moved).max() * (1 + 1e-6)  # of the first eight
-    assert abs(moved).max() < 0.5 * _charted(still)
+    assert 0.0 < _charted(scene) <= abs(displacement).max() * (1 + 1e-6)  # of the first eight
+    assert abs(displacement).max() < 0.5 * _charted(still)
 
 
 def _charted(scene: Scene) -> float:
     """The largest displacement in the charts of the view, m."""
-    page, most = view(scene), 0.0
+    page, largest = view(scene), 0.0
     for chart in page.meta["charts"]:
         for line in chart["lines"] if chart["unit"] == "m" else ():
             stored = zlib.decompress(b64decode(page.streams[line["stream"]]))
-            most = max(most, abs(np.frombuffer(stored, "<f4")[line["samples"] :]).max())
-    return most
+            largest = max(largest, abs(np.frombuffer(stored, "<f4")[line["samples"] :]).max())
+    return largest
 
 
 def test_fixed_supports_are_not_mentioned(write_input):
     groups = without(pile(20), "motion")
-    for held in (0, 1):
-        groups = changed(groups, "fixed_point", held, motion_x=None)
+    for count in (0, 1):
+        groups = changed(groups, "fixed_point", count, motion_x=None)
     run = sitedda.run(write_input(groups))
     assert "relative" not in str(run.verdict) and "absolute" not in str(run.verdict)
     assert run.history.attrs["maxima_base"] == "relative to the supports, which do not move"
@@ -378,19 +380,19 @@ def test_free_fall(write_input):
 
 def test_a_block_that_slides(write_input):
     """Slip (g_x − μ g_y) t²/2 as maximum and residual, without opening."""
-    pull, weight, friction = 6.0, 9.81, math.tan(math.radians(20.0))
+    acceleration, weight, friction = 6.0, 9.81, math.tan(math.radians(20.0))
     blocks = [group("block", name="floor", vertices=rectangle(-2.0, -0.5, 8.0, 0.5)),
               group("block", name="box", vertices=rectangle(0.0, 0.0, 1.0, 0.2))]  # fmt: skip
-    held = [group("fixed_point", block="floor", x=x, y=-0.5) for x in (-2.0, 6.0)]
+    fixed_points = [group("fixed_point", block="floor", x=x, y=-0.5) for x in (-2.0, 6.0)]
     groups = [
-        group("control", time_step=1e-3, steps=500, gravity=[pull, -weight]),
+        group("control", time_step=1e-3, steps=500, gravity=[acceleration, -weight]),
         ("material", ROCK),
         group("joint", name="j", friction_angle=20.0),
         *blocks,
-        *held,
+        *fixed_points,
     ]
     run = sitedda.run(write_input(groups))
-    slip = (pull - friction * weight) * 0.5**2 / 2
+    slip = (acceleration - friction * weight) * 0.5**2 / 2
     assert run.maxima["slip"].value == pytest.approx(slip, rel=2e-3)
     assert run.maxima["slip"].residual == run.maxima["slip"].value
     assert run.maxima["slip"].blocks == ("box", "floor")
@@ -402,7 +404,7 @@ def test_a_block_that_slides(write_input):
 @pytest.mark.parametrize(("scale", "tilt"), [(0.9, 3.79), (1.0, 5.00), (1.2, 6.80)])
 def test_a_rocking_block_without_frames(write_input, scale, tilt):
     """0.5 m × 2 m under two pulses of 3.5 m/s²: no frame contains the largest tilt."""
-    hold = {"block": "floor", "y": -0.25, "motion_x": "pulses"}
+    support = {"block": "floor", "y": -0.25, "motion_x": "pulses"}
     groups = [
         group("control", time_step=1e-3, duration=2.0, gravity=[0.0, -9.81]),
         ("material", ROCK),
@@ -411,8 +413,8 @@ def test_a_rocking_block_without_frames(write_input, scale, tilt):
         group("block", name="block", vertices=rectangle(-0.25, 0.0, 0.5, 2.0)),
         group("motion", name="pulses", quantity="acceleration", time_step=0.01,
               scale=scale, values=[*20 * [3.5], *20 * [-3.5], *500 * [0.0]]),
-        ("fixed_point", hold | {"x": -2.0}),
-        ("fixed_point", hold | {"x": 2.0}),
+        ("fixed_point", support | {"x": -2.0}),
+        ("fixed_point", support | {"x": 2.0}),
     ]  # fmt: skip
     run = sitedda.run(write_input(groups))
     assert run.history.sizes["frame"] == 2
@@ -442,11 +444,11 @@ def test_only_the_equilibrium_of_a_static_stage_counts(write_input):
     dug = sitedda.run(write_input(excavated(kind="static", remove="cap")))
     last = dug.history.isel(frame=-1).block_coordinates
     first = dug.history.isel(frame=0).block_coordinates
-    moved = np.linalg.norm((last - first).values[:, :2], axis=1)
+    displacement = np.linalg.norm((last - first).values[:, :2], axis=1)
     names = list(dug.history.block.values)
-    moved[names.index("cap")] = 0.0  # removed
-    assert dug.maxima["displacement"].value == pytest.approx(moved.max(), rel=1e-9)
-    assert dug.maxima["displacement"].blocks == (names[int(moved.argmax())],)
+    displacement[names.index("cap")] = 0.0  # removed
+    assert dug.maxima["displacement"].value == pytest.approx(displacement.max(), rel=1e-9)
+    assert dug.maxima["displacement"].blocks == (names[int(displacement.argmax())],)
     assert dug.maxima["displacement"].value > 10 * calm.maxima["displacement"].value
     assert dug.maxima["velocity"] == calm.maxima["velocity"]
     assert dug.maxima["contact_force"].value == pytest.approx(
@@ -463,10 +465,10 @@ def test_points_restart_where_displacements_are_set_to_zero(write_input):
     zero = int(np.argmax(history.stage.values == 2))
     assert np.all(np.diff(so_far[:, 1]) >= 0)
     assert so_far[zero, 0] < so_far[zero - 1, 0]
-    at, base = history.time.values[zero - 1], shaken
+    start_time, base = history.time.values[zero - 1], shaken
     u = history.displacement.values[zero:, :, :]
-    moved = np.array([base(t)[0] - base(at)[0] for t in history.time.values[zero:]])
-    u[:, :, 0] -= moved[:, None]
+    displacement = np.array([base(t)[0] - base(start_time)[0] for t in history.time.values[zero:]])
+    u[:, :, 0] -= displacement[:, None]
     assert so_far[-1, 0] == pytest.approx(np.linalg.norm(u, axis=2).max(), rel=1e-9)
 
 
@@ -480,19 +482,19 @@ def test_a_resumed_run_has_the_same_maxima(write_input, tmp_path, same_bits):
                group("stage", name="again", kind="static"),
                group("stage", name="two", duration=0.05)]  # fmt: skip
     file = write_input(groups)
-    whole = sitedda.run(file, tmp_path / "whole.nc")
+    reference = sitedda.run(file, tmp_path / "whole.nc")
     for steps in (1, 57, 119, 140):
         with sitedda.Simulation(file, tmp_path / f"{steps}.nc") as run:
             run.advance(steps)
             run.maxima  # noqa: B018  looking changes nothing
         resumed = sitedda.resume(file, tmp_path / f"{steps}.nc")
-        same_bits(whole.history, resumed.history)
-        assert repr(resumed.maxima) == repr(whole.maxima)  # texts, because NaN differs from NaN
+        same_bits(reference.history, resumed.history)
+        assert repr(resumed.maxima) == repr(reference.maxima)  # texts, because NaN differs from NaN
 
 
 def wide_wall(count: int) -> list:
     """Pairs of equal blocks on a shaken floor: several blocks share each maximum."""
-    hold = {"block": "floor", "y": -0.5, "motion_x": "shake"}
+    support = {"block": "floor", "y": -0.5, "motion_x": "shake"}
     blocks = [group("block", name=f"b{i}", vertices=rectangle(2.0 * i, 0.0, 0.5, 1.5))
               for i in range(count)]  # fmt: skip
     floor = rectangle(-3.0, -0.5, 2.0 * count + 6.0, 0.5)
@@ -504,8 +506,8 @@ def wide_wall(count: int) -> list:
         *blocks,
         group("motion", name="shake", quantity="acceleration", drift_order=0, time_step=EVERY,
               values=[2 * a for a in SHAKE]),
-        ("fixed_point", hold | {"x": -3.0}),
-        ("fixed_point", hold | {"x": 2.0 * count + 3.0}),
+        ("fixed_point", support | {"x": -3.0}),
+        ("fixed_point", support | {"x": 2.0 * count + 3.0}),
     ]  # fmt: skip
 
 
@@ -526,16 +528,16 @@ def test_threads_change_no_maximum(native, write_input, tmp_path, same_bits):
 
 def test_the_executable_prints_maxima(native, write_input, tmp_path):
     file = write_input(pile(60))
-    done = native("run", file, "-q", "-o", tmp_path / "n.nc")
+    process = native("run", file, "-q", "-o", tmp_path / "n.nc")
     run = sitedda.run(file)
-    said = str(run.verdict).split("\n\n")
-    assert len(said) == 5  # sentence, check, table, warning, counts
-    assert said[1].startswith("doubt  check: ") and "doubt  check: " not in said[3]
-    for row in said[2].splitlines()[1:]:
+    paragraphs = str(run.verdict).split("\n\n")
+    assert len(paragraphs) == 5  # sentence, check, table, warning, counts
+    assert paragraphs[1].startswith("doubt  check: ") and "doubt  check: " not in paragraphs[3]
+    for row in paragraphs[2].splitlines()[1:]:
         if row.startswith("PGA"):  # from samples, which the executable does not keep
             break
-        assert row in done.stdout.splitlines()
-    assert all(said[part] in done.stdout for part in (0, 1, 3, 4))
+        assert row in process.stdout.splitlines()
+    assert all(paragraphs[part] in process.stdout for part in (0, 1, 3, 4))
     assert max(map(len, str(run.verdict).splitlines())) <= 80
 
 

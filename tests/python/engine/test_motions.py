@@ -51,8 +51,8 @@ def test_a_floor_continues_with_the_velocity_of_its_record(write_input, integrat
     after = float(history.time[-1]) - LASTS
     for point in ("floor", "stone"):
         assert end_of(history, point) == pytest.approx((ENDS + LEFT * after, LEFT), rel=2e-3)
-    late = history.sel(point="floor", time=slice(LASTS + 0.05, None)).isel(axis=0)
-    assert abs(late.acceleration).max() < 0.05 * PUSH  # no impact where the record ends
+    end_motion = history.sel(point="floor", time=slice(LASTS + 0.05, None)).isel(axis=0)
+    assert abs(end_motion.acceleration).max() < 0.05 * PUSH  # no impact where the record ends
     work = float(abs(history.energy_input).max())
     assert float(abs(history.energy_balance).max()) < 1e-6 * work
     mass = 2600.0 * (4.0 * 0.5 + 0.8 * 0.5)
@@ -68,7 +68,7 @@ def test_a_floor_stops_with_after_end_hold(write_input):
 
 
 @pytest.mark.parametrize(
-    ("motion", "words"),
+    ("motion", "message"),
     [
         ({}, r"no drift removed; ends with 0.4 m/s at 0.04 m and continues with this velocity$"),
         ({"after_end": "hold"}, r"ends with 0.4 m/s at 0.04 m and is stopped .* an impact$"),
@@ -95,16 +95,16 @@ def test_a_floor_stops_with_after_end_hold(write_input):
         ),
     ],
 )
-def test_each_motion_has_a_line_in_run_and_check(write_input, native, main, motion, words):
+def test_each_motion_has_a_line_in_run_and_check(write_input, native, main, motion, message):
     file = write_input(changed(sled(duration=0.01), "motion", **motion))
     with sitedda.Simulation(file) as simulation:
         first, line = simulation.description.splitlines()
     assert first == "analysis: plane stress (the default)"
     assert re.match(r"motion 'pulse': PGA \S+ m/s², PGV \S+ m/s, PGD \S+ m; ", line)
-    assert re.search(words, line)
-    here = file.parent
-    for said in (native("run", file, folder=here), native("check", file), main("check", file)):
-        assert f"{first}\n{line}\n" in said.stdout.replace("\n      ", " ")
+    assert re.search(message, line)
+    folder = file.parent
+    for process in (native("run", file, folder=folder), native("check", file), main("check", file)):
+        assert f"{first}\n{line}\n" in process.stdout.replace("\n      ", " ")
 
 
 def test_peaks_of_the_line_are_those_of_the_record(write_input):
@@ -167,7 +167,7 @@ def test_body_force_has_the_impulse_of_a_record_that_ends_within_a_step(write_in
 
 
 @pytest.mark.parametrize(
-    ("groups", "words"),
+    ("groups", "message"),
     [
         (changed(sled(), "motion", after_end="stop"), r"&motion.*'stop' must be one of"),
         (
@@ -189,8 +189,8 @@ def test_body_force_has_the_impulse_of_a_record_that_ends_within_a_step(write_in
         ),
     ],
 )
-def test_contradictory_motions_are_refused(write_input, groups, words):
-    with pytest.raises(sitedda.InputError, match=words):
+def test_contradictory_motions_are_refused(write_input, groups, message):
+    with pytest.raises(sitedda.InputError, match=message):
         sitedda.run(write_input(groups))
 
 
@@ -212,7 +212,7 @@ VELOCITIES = {
 
 
 @pytest.mark.parametrize(
-    ("groups", "place"),
+    ("groups", "location"),
     [
         (changed(tower(), "material", **VELOCITIES), r"group &material \(line \d+\)"),
         *(
@@ -228,14 +228,14 @@ VELOCITIES = {
         ),
     ],
 )
-def test_models_with_waves_require_a_choice_of_the_analysis(write_input, groups, place):
+def test_models_with_waves_require_a_choice_of_the_analysis(write_input, groups, location):
     file = write_input(groups)
-    words = rf"model\.nml, {place}.*'plane_strain'.*'plane_stress'"
-    with pytest.raises(sitedda.InputError, match=words):
+    message = rf"model\.nml, {location}.*'plane_strain'.*'plane_stress'"
+    with pytest.raises(sitedda.InputError, match=message):
         sitedda.Simulation(file)
     for choice in ("plane_strain", "plane_stress"):
-        chosen = namelist(changed(groups, "control", analysis=choice))
-        file.write_text(chosen)
+        complete_input = namelist(changed(groups, "control", analysis=choice))
+        file.write_text(complete_input)
         try:
             with sitedda.Simulation(file) as simulation:
                 assert simulation.description.startswith(f"analysis: {choice.replace('_', ' ')}\n")
@@ -249,5 +249,5 @@ def test_other_models_use_plane_stress_by_default(write_input, native):
         file = write_input(groups)
         with sitedda.Simulation(file) as simulation:
             assert simulation.description.startswith("analysis: plane stress (the default)\n")
-    said = native("check", file).stdout
-    assert said.startswith("analysis: plane stress (the default)\n")
+    output = native("check", file).stdout
+    assert output.startswith("analysis: plane stress (the default)\n")

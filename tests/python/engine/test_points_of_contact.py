@@ -40,9 +40,9 @@ def bracket(steps: int = 40, **joint) -> Model:
 def test_closed_contacts_are_a_subset_of_contacts():
     with sitedda.Simulation(bracket(contact_points=3)) as run:
         run.advance(40)
-        every, press = run.contacts, run.contacts["normal_force"] > 0.0
+        contacts, press = run.contacts, run.contacts["normal_force"] > 0.0
         names = ("vertex", "edge", "place", "normal_force", "shear_force")
-        expected = np.column_stack([every[name][press] for name in names])
+        expected = np.column_stack([contacts[name][press] for name in names])
         assert 0 < press.sum() < len(press) and expected[:, 2].any()
         np.testing.assert_array_equal(run.closed_contacts, expected)
 
@@ -59,15 +59,15 @@ def test_points_have_positions(bracketed):
     scene = Scene.of(bracketed)
     frame = scene.frames - 1
     contacts = scene.contacts(frame)
-    places, _ = scene.contact_points(frame, contacts)
+    positions, _ = scene.contact_points(frame, contacts)
     between = contacts["place"] > 0.0
     glued = between & (contacts["bonded"] == 1)
-    np.testing.assert_allclose(places[glued], [[0.0, 0.5]], atol=1e-3)
+    np.testing.assert_allclose(positions[glued], [[0.0, 0.5]], atol=1e-3)
     slide = scene.coordinates(frame)[2, 0] - 0.4
     assert slide > 1e-3
     half = 0.2 * np.array([-1, 0, 1]) * np.sqrt(3 / 7)
     np.testing.assert_allclose(
-        np.sort(places[between & ~glued, 0]), 0.4 + slide + half, atol=1e-2 * slide
+        np.sort(positions[between & ~glued, 0]), 0.4 + slide + half, atol=1e-2 * slide
     )
     assert len(contacts_of(scene, frame).points) == 2 * len(contacts["normal_force"])
 
@@ -76,8 +76,8 @@ def test_resultants_pass_through_the_points(bracketed):
     """The weight of the brick acts under its middle, in pictures and in the view."""
     scene = Scene.of(bracketed)
     frame = scene.frames - 1
-    where, force = force_lines(scene, frame, scene.vertices(frame))
-    brick = np.argmin(np.linalg.norm(where - scene.coordinates(frame)[2, :2], axis=1))
+    positions, force = force_lines(scene, frame, scene.vertices(frame))
+    brick = np.argmin(np.linalg.norm(positions - scene.coordinates(frame)[2, :2], axis=1))
     np.testing.assert_allclose(abs(force[brick, 1]), 10.0 * 0.08 * 9.81, rtol=1e-2)
     assert encode(scene, 10**7).meta["pairs"] >= 5 + 1
 
@@ -95,9 +95,9 @@ def said(model: Model, native, tmp_path, main) -> list[str]:
     file = model.write(tmp_path / "model.nml")
     texts = []
     for call in (main, native):
-        for words in (("run", file, "--quiet"), ("check", file)):
-            done = call(*words, folder=tmp_path)
-            texts.append(re.sub(r"\n {7,}", " ", done.stdout + done.stderr))
+        for arguments in (("run", file, "--quiet"), ("check", file)):
+            process = call(*arguments, folder=tmp_path)
+            texts.append(re.sub(r"\n {7,}", " ", process.stdout + process.stderr))
     return [line for text in texts for line in text.splitlines() if "three times too high" in line]
 
 

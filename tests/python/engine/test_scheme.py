@@ -34,14 +34,14 @@ def test_the_column_with_a_scheme_has_the_complex_modulus(name):
     density, speed, height = 1900.0, 350.0, 30.0
     column = Column([Layer(height, density=density, shear_velocity=speed)])
     phase = 2 * tau / step * height / (speed * np.sqrt(loss))
-    found = column.scheme_transfer(frequency, step, integration=name)
-    assert_allclose(found, 1 / np.cos(phase), rtol=1e-9)
+    response = column.scheme_transfer(frequency, step, integration=name)
+    assert_allclose(response, 1 / np.cos(phase), rtol=1e-9)
     base = HalfSpace(density=2200.0, shear_velocity=800.0)
     contrast = density * speed / (2200.0 * 800.0)
-    found = Column(column.layers, base).scheme_transfer(
+    response = Column(column.layers, base).scheme_transfer(
         frequency, step, kind="outcrop", integration=name
     )
-    assert_allclose(found, 1 / (np.cos(phase) + 1j * contrast * np.sin(phase)), rtol=1e-9)
+    assert_allclose(response, 1 / (np.cos(phase) + 1j * contrast * np.sin(phase)), rtol=1e-9)
 
 
 def test_the_peak_of_a_column_depends_on_the_member():
@@ -74,19 +74,19 @@ def test_the_step_for_a_damping_is_the_inverse(name):
 
 def test_theta_for_a_damping_is_the_inverse():
     ratios = np.array([0.0, 1e-4, 0.022, 0.1])
-    found = theta_for_damping(ratios, 14.2, 5e-3)
-    assert found[0] == 0.5
-    again = [scheme_damping(14.2, 5e-3, "theta", theta) for theta in found]
-    assert_allclose(again, ratios, rtol=1e-10, atol=1e-15)
+    thetas = theta_for_damping(ratios, 14.2, 5e-3)
+    assert thetas[0] == 0.5
+    ratios_again = [scheme_damping(14.2, 5e-3, "theta", theta) for theta in thetas]
+    assert_allclose(ratios_again, ratios, rtol=1e-10, atol=1e-15)
 
 
 def test_the_member_of_a_group_control():
     assert Scheme.of_control({"time_step": 1e-3}) == Scheme()
     assert Scheme.of_control({"integration": "theta"}) == Scheme(0.75, 0.75)
-    asked = {"integration": "theta", "time_step": 5e-3, "damping_ratio": 0.05}
-    found = Scheme.of_control(asked | {"damping_frequency": 14.0})
-    assert found.theta == found.chi
-    assert scheme_damping(14.0, 5e-3, found) == pytest.approx(0.05)
+    variables = {"integration": "theta", "time_step": 5e-3, "damping_ratio": 0.05}
+    scheme = Scheme.of_control(variables | {"damping_frequency": 14.0})
+    assert scheme.theta == scheme.chi
+    assert scheme_damping(14.0, 5e-3, scheme) == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(

@@ -30,29 +30,29 @@ def decay(damping, frequency=5.0, offset=0.0, step=1e-3, duration=4.0, phase=0.7
 @pytest.mark.parametrize("damping", [1e-3, 0.01, 0.05, 0.2])
 @pytest.mark.parametrize("offset", [0.0, -3.0])
 def test_exact_damping_is_recovered(damping, offset):
-    found = log_decrement(*decay(damping, offset=offset))
-    assert_allclose(found.damping_exact, damping, rtol=1e-3)
-    assert_allclose(found.damping, damping / np.sqrt(1 - damping**2), rtol=1e-3)
-    assert_allclose(found.frequency, 5.0, rtol=1e-4)
-    assert_allclose(found.offset, offset, atol=1e-4)
-    assert found.residual < 2e-3
+    decrement = log_decrement(*decay(damping, offset=offset))
+    assert_allclose(decrement.damping_exact, damping, rtol=1e-3)
+    assert_allclose(decrement.damping, damping / np.sqrt(1 - damping**2), rtol=1e-3)
+    assert_allclose(decrement.frequency, 5.0, rtol=1e-4)
+    assert_allclose(decrement.offset, offset, atol=1e-4)
+    assert decrement.residual < 2e-3
 
 
 def test_equation_11_uses_the_first_and_the_nth_crest():
     time, x = decay(0.03)
-    found = log_decrement(time, x, cycles=4)
-    assert found.crests.size == found.times.size == 5
-    expected = np.log(found.crests[0] / found.crests[4]) / (2 * np.pi * 4)
-    assert_allclose(found.damping, expected, rtol=1e-12)
-    assert_allclose(np.diff(found.times), 0.2, rtol=1e-4)
+    decrement = log_decrement(time, x, cycles=4)
+    assert decrement.crests.size == decrement.times.size == 5
+    expected = np.log(decrement.crests[0] / decrement.crests[4]) / (2 * np.pi * 4)
+    assert_allclose(decrement.damping, expected, rtol=1e-12)
+    assert_allclose(np.diff(decrement.times), 0.2, rtol=1e-4)
 
 
 def test_crests_are_located_between_samples():
     # 11 samples a period: the nearest sample alone is wrong by up to 4 % in height
     time, x = decay(0.005, step=1 / 55, duration=6.0)
-    found = log_decrement(time, x)
-    assert_allclose(found.damping_exact, 0.005, rtol=0.02)
-    assert found.residual < 0.005
+    decrement = log_decrement(time, x)
+    assert_allclose(decrement.damping_exact, 0.005, rtol=0.02)
+    assert decrement.residual < 0.005
 
 
 @settings(max_examples=40, deadline=None)
@@ -65,10 +65,10 @@ def test_crests_are_located_between_samples():
 )
 def test_units_origin_and_phase_have_no_effect(damping, scale, offset, phase, frequency):
     time, x = decay(damping, frequency, offset, phase=phase)
-    found = log_decrement(time + 17.0, scale * x)
-    assert_allclose(found.damping_exact, damping, rtol=5e-3)
-    assert_allclose(found.frequency, frequency, rtol=5e-3)
-    assert_allclose(found.offset, scale * offset, atol=1e-3 * scale)
+    decrement = log_decrement(time + 17.0, scale * x)
+    assert_allclose(decrement.damping_exact, damping, rtol=5e-3)
+    assert_allclose(decrement.frequency, frequency, rtol=5e-3)
+    assert_allclose(decrement.offset, scale * offset, atol=1e-3 * scale)
 
 
 def test_free_vibration_of_the_scheme():
@@ -81,10 +81,10 @@ def test_free_vibration_of_the_scheme():
         x, velocity = x + increment, 2 / step * increment - velocity
     size = (1 + (omega * step) ** 2 / 2) ** -0.5
     phase = np.arccos((4 - (omega * step) ** 2) / (2 + (omega * step) ** 2) / 2 / size)
-    found = log_decrement(step * np.arange(800), history, offset=0.0)
+    decrement = log_decrement(step * np.arange(800), history, offset=0.0)
     expected = -np.log(size) / np.hypot(phase, np.log(size))
-    assert_allclose(found.damping_exact, expected, rtol=1e-3)
-    assert_allclose(found.frequency, phase / (2 * np.pi * step), rtol=1e-4)
+    assert_allclose(decrement.damping_exact, expected, rtol=1e-3)
+    assert_allclose(decrement.frequency, phase / (2 * np.pi * step), rtol=1e-4)
 
 
 def test_a_poor_decay_has_a_large_residual():
@@ -97,8 +97,8 @@ def test_a_poor_decay_has_a_large_residual():
 def test_small_noise_does_not_add_crests():
     time, x = decay(0.02)
     noisy = x + 1e-3 * np.random.default_rng(1).standard_normal(time.size)
-    found = log_decrement(time, noisy, cycles=5, floor=0.02)
-    assert_allclose(found.damping_exact, 0.02, rtol=0.05)
+    decrement = log_decrement(time, noisy, cycles=5, floor=0.02)
+    assert_allclose(decrement.damping_exact, 0.02, rtol=0.05)
 
 
 # --- Konno-Ohmachi -------------------------------------------------------------------------------

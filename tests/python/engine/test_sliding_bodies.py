@@ -15,7 +15,7 @@ PULL = 5.0 - 10.0 * np.cos(np.pi / 6) * FRICTION
 STEP, STIFF = 1e-3, 1e14
 
 
-def sliding(bodies, held, steps, motion=None):
+def sliding(bodies, fixed_blocks, steps, motion=None):
     """Bodies on others with fixed bases, on a slope of 30°, by the θ-method."""
     model = model_of(bodies, young=STIFF, time_step=STEP, steps=steps, integration="theta",
                      solver="direct", gravity=[5.0, -10.0 * np.cos(np.pi / 6)])  # fmt: skip
@@ -25,21 +25,21 @@ def sliding(bodies, held, steps, motion=None):
     for axis, curve in (motion or {}).items():
         model.motion(axis, curve.tolist(), STEP, "displacement")
         moves[f"motion_{axis}"] = axis
-    hold(model, [cell for body in bodies[:held] for cell in body], "y", **moves)
+    hold(model, [cell for body in bodies[:fixed_blocks] for cell in body], "y", **moves)
     model.output(block_interval=steps)
     return model
 
 
 def moved(history, bodies):
     """Displacements of the centroids of bodies, shape (bodies, 2)."""
-    place = history.block_coordinates.values[:, :, :2]
-    way, first = [], 0
+    position = history.block_coordinates.values[:, :, :2]
+    path, first = [], 0
     for cells in bodies:
         area = np.array([shapely.Polygon(cell).area for cell in cells])
-        part = place[-1, first : first + len(cells)] - place[0, first : first + len(cells)]
-        way.append(area @ part / area.sum())
+        part = position[-1, first : first + len(cells)] - position[0, first : first + len(cells)]
+        path.append(area @ part / area.sum())
         first += len(cells)
-    return np.array(way)
+    return np.array(path)
 
 
 def free_path(steps):
@@ -68,9 +68,9 @@ def test_a_body_slides_over_the_cells_of_a_shaken_body(size, cells):
     motion = shaken(steps)
     model = sliding([floor, block], 1, steps, motion)
     run = model.run()
-    way, lifted = moved(run.history, [floor, block])[1]
+    slip, lifted = moved(run.history, [floor, block])[1]
     assert lifted == pytest.approx(motion["y"][-1], abs=2e-9)
-    assert way == pytest.approx(free_path(steps) - FRICTION * motion["y"][-1], rel=3e-9)
+    assert slip == pytest.approx(free_path(steps) - FRICTION * motion["y"][-1], rel=3e-9)
     audit = abs(run.history.energy_balance.values).max()
     assert audit < 1e-7 * float(run.history.energy_friction[-1])
     assert run.verdict.values["contacts_opened"] == 0
@@ -93,12 +93,12 @@ def test_bodies_slide_across_a_crossing_of_four(steps, motion):
     although elasticity makes one body lower.  The pair separates by about 10⁻⁷ of the
     displacement."""
     run = sliding(CROSSING, 2, steps, motion).run()
-    way, lift = moved(run.history, CROSSING)[2:].T
+    slip, uplift = moved(run.history, CROSSING)[2:].T
     up = motion["y"][-1] if motion else 0.0
     exact = free_path(steps) - FRICTION * up
-    assert way.mean() == pytest.approx(exact, rel=3e-9)
-    assert abs(way / exact - 1).max() < 3e-7
-    assert abs(lift - up).max() < 1e-8
+    assert slip.mean() == pytest.approx(exact, rel=3e-9)
+    assert abs(slip / exact - 1).max() < 3e-7
+    assert abs(uplift - up).max() < 1e-8
     assert run.verdict.values["contacts_opened"] == 0
     audit = abs(run.history.energy_balance.values).max()
     assert audit < 1e-7 * float(run.history.energy_friction[-1])

@@ -89,8 +89,8 @@ def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -
 
 def unbalanced(run) -> float:
     """Unbalanced force as fraction of the weight, in the summary of a run."""
-    words = run.summary.split("largest unbalanced force ")[1]
-    return float(words.split(" N/m, ")[1].split(" ")[0])
+    text = run.summary.split("largest unbalanced force ")[1]
+    return float(text.split(" N/m, ")[1].split(" ")[0])
 
 
 @pytest.mark.parametrize(
@@ -116,8 +116,8 @@ def test_two_thousand_touching_bricks_come_to_rest(write_input):
     """After a few static steps, each course carries half its weight and all weight above."""
     bricks = 45
     with sitedda.Simulation(write_input(wall(bricks, bricks, steps=1))) as run:
-        found = int(run.summary.split("at rest after ")[1].split(" ")[0])
-        assert 1 <= found <= 20
+        iterations = int(run.summary.split("at rest after ")[1].split(" ")[0])
+        assert 1 <= iterations <= 20
         assert unbalanced(run) <= 1e-6
         bricks_only = [name.startswith("brick") for name in run.block_names]
         stress, height = run.stresses[bricks_only, 1], run.coordinates[bricks_only, 1]
@@ -132,10 +132,10 @@ def test_two_thousand_touching_bricks_come_to_rest(write_input):
 @pytest.mark.parametrize("step", [0.25e-3, 0.5e-3, 1e-3, 2e-3])
 def test_the_slope_at_rest_does_not_move(step, write_input):
     run = sitedda.run(write_input(slope()), time_step=step, steps=round(0.2 / step))
-    moved = np.abs(run.history.displacement)
-    assert float(moved.max()) <= 2e-3
-    assert float(moved.max()) <= 1e-8  # rounding errors
-    assert float(moved[0].max()) == 0.0
+    displacement = np.abs(run.history.displacement)
+    assert float(displacement.max()) <= 2e-3
+    assert float(displacement.max()) <= 1e-8  # rounding errors
+    assert float(displacement[0].max()) == 0.0
 
 
 def test_static_stages_agree_with_statics(write_input):
@@ -166,9 +166,9 @@ def test_blocks_that_do_not_come_to_rest_are_named(write_input, native):
         sitedda.ConvergenceError, match=r"does not settle.*block .*unbalanced force"
     ):
         sitedda.Simulation(file)
-    done = native("run", file)
-    assert done.returncode == 3
-    assert "not at rest after" in done.stderr
+    process = native("run", file)
+    assert process.returncode == 3
+    assert "not at rest after" in process.stderr
 
 
 def test_a_static_stage_fails_when_a_block_has_moved_too_far(write_input):
@@ -178,20 +178,20 @@ def test_a_static_stage_fails_when_a_block_has_moved_too_far(write_input):
         with sitedda.Simulation(write_input([*groups, ("stage", stage)])) as run:
             return run.coordinates
 
-    words = "block .* has moved by .* m; displacement of &stage is {} m; .*joint"
-    with pytest.raises(sitedda.ConvergenceError, match=words.format("0.05")):
+    message = "block .* has moved by .* m; displacement of &stage is {} m; .*joint"
+    with pytest.raises(sitedda.ConvergenceError, match=message.format("0.05")):
         rest(20.0, displacement=0.05)
     free = rest(38.0)
     assert (rest(38.0, displacement=0.05) == free).all()
-    with pytest.raises(sitedda.ConvergenceError, match=words.format("1e-6")):
+    with pytest.raises(sitedda.ConvergenceError, match=message.format("1e-6")):
         rest(38.0, displacement=1e-6)
 
 
-@pytest.mark.parametrize(("size", "turned"), [(300.0, 32.0), (1000.0, 45.0)])
-def test_a_small_block_that_slides_on_a_huge_base_is_not_at_rest(size, turned, write_input):
+@pytest.mark.parametrize(("size", "angle"), [(300.0, 32.0), (1000.0, 45.0)])
+def test_a_small_block_that_slides_on_a_huge_base_is_not_at_rest(size, angle, write_input):
     """Its unbalanced force is less than 10⁻⁶ of the weight of all blocks."""
     with pytest.raises(sitedda.ConvergenceError, match="not at rest.*block 2 .brick. has"):
-        sitedda.Simulation(write_input(brick_on_base(size, 1.0, turned)))
+        sitedda.Simulation(write_input(brick_on_base(size, 1.0, angle)))
 
 
 def test_a_summary_states_forces_below_rounding_errors(write_input):
@@ -211,15 +211,15 @@ def brick_on_base(size: float, brick: float, turned: float) -> list:
     supports = [("base", x * size, -0.9 * size) for x in (-0.4, 0.4)]
     supports.append(("base", 0.0, -0.2 * size))
     angle = math.radians(turned)
-    pull = [GRAVITY * math.sin(angle), -GRAVITY * math.cos(angle)]
-    groups = model(blocks, 30.0, supports, [("top", "brick", 0.0, 0.25 * brick)], gravity=pull)
+    gravity = [GRAVITY * math.sin(angle), -GRAVITY * math.cos(angle)]
+    groups = model(blocks, 30.0, supports, [("top", "brick", 0.0, 0.25 * brick)], gravity=gravity)
     return [*groups, group("contact", normal_stiffness=1e12)]
 
 
 def test_sudden_gravity_is_reported(write_input, native, tmp_path):
     file = write_input(changed(column(2), "control", settle=False))
-    done = native("run", file, folder=tmp_path)
-    assert "gravity acted suddenly" in done.stdout
+    process = native("run", file, folder=tmp_path)
+    assert "gravity acted suddenly" in process.stdout
     assert "gravity acted suddenly" in str(sitedda.run(file).verdict)
     assert "gravity acted suddenly" not in str(sitedda.run(file, settle=True).verdict)
 
@@ -261,17 +261,20 @@ def test_a_block_that_falls_and_rests_is_reported(write_input, native, tmp_path)
     run = sitedda.run(write_input(groups), output=tmp_path / "fall.nc")
     stood, fell = run.summary.split("stage 'dig'")
     assert "block 3 'stone' moved farthest, by " in stood
-    words = "block 3 'stone' moved farthest, by 0.3 m; block 3 'stone' is "
-    assert words in fell
+    message = "block 3 'stone' moved farthest, by 0.3 m; block 3 'stone' is "
+    assert message in fell
     assert run.verdict.values["displacement_from_drawn_m"] == pytest.approx(0.3, abs=1e-3)
-    told = "300 mm at the end; stone, settling included"
-    assert dict(run.verdict.lines)["since drawn"] == told
-    done = native("run", write_input(groups), folder=tmp_path)
-    assert words in " ".join(done.stdout.split())
-    head = next(line for line in done.stdout.splitlines() if "where, when" in line)
-    line = next(line for line in done.stdout.splitlines() if line.startswith("since drawn "))
-    places = (head.index("at the end"), "300 mm"), (head.index("where"), "stone, settling included")
-    assert all(line[at:].startswith(words) for at, words in places)
+    printed = "300 mm at the end; stone, settling included"
+    assert dict(run.verdict.lines)["since drawn"] == printed
+    process = native("run", write_input(groups), folder=tmp_path)
+    assert message in " ".join(process.stdout.split())
+    head = next(line for line in process.stdout.splitlines() if "where, when" in line)
+    line = next(line for line in process.stdout.splitlines() if line.startswith("since drawn "))
+    columns = (
+        (head.index("at the end"), "300 mm"),
+        (head.index("where"), "stone, settling included"),
+    )
+    assert all(line[at:].startswith(message) for at, message in columns)
 
 
 # Three blocks of a beam on two piers; the blocks are glued to each other, but not to the piers.
@@ -353,24 +356,24 @@ def test_a_run_resumes_in_every_stage_bit_identically(
 ):
     groups = changed(beam(STAGES), "output", block_interval=7)
     file = write_input(groups)
-    whole = sitedda.run(file, output=tmp_path / "whole.nc")
-    same_bits(whole.history, in_parts(file, after))
+    reference = sitedda.run(file, output=tmp_path / "whole.nc")
+    same_bits(reference.history, in_parts(file, after))
 
 
 def test_motions_begin_with_their_stage(write_input):
     """The same shaking in the first or in a later stage causes the same motion."""
     tower_ = tower(2, 60)
     at_once = sitedda.run(write_input(tower_, "once.nml")).history.displacement.values
-    late = changed(tower_, "control", steps=None)
+    staged = changed(tower_, "control", steps=None)
     stages = [{"name": "wait", "steps": 30}, {"name": "shake", "steps": 60, "motions": "pulse"}]
-    late[-1:-1] = [("stage", stage) for stage in stages]
-    later = sitedda.run(write_input(late, "late.nml")).history.displacement.values
+    staged[-1:-1] = [("stage", stage) for stage in stages]
+    later = sitedda.run(write_input(staged, "late.nml")).history.displacement.values
     assert np.abs(later[:31]).max() == 0.0
     assert later[30:] == pytest.approx(at_once, abs=1e-9 * np.abs(at_once).max())
 
 
 @pytest.mark.parametrize(
-    ("stages", "control", "words"),
+    ("stages", "control", "message"),
     [
         (
             [{"name": "a", "kind": "static", "steps": 3}],
@@ -397,13 +400,13 @@ def test_motions_begin_with_their_stage(write_input):
         ([{"name": "a", "steps": 3, "theta": 0.6}], {}, "need integration = 'theta'"),
     ],
 )
-def test_contradictory_stages_are_refused(stages, control, words, write_input):
+def test_contradictory_stages_are_refused(stages, control, message, write_input):
     groups = beam(stages)
     if control:
         groups = changed(groups, "control", **control)
     with pytest.raises(sitedda.InputError) as refusal:
         sitedda.Simulation(write_input(groups))
-    assert words in str(refusal.value)
+    assert message in str(refusal.value)
 
 
 def test_the_original_rules_do_not_support_stages(write_input):
@@ -438,10 +441,10 @@ def test_a_changed_joint_lets_a_slab_slide(write_input):
         group("stage", name="rest", kind="static"),
         group("stage", name="rain", steps=100, change_joints="dry -> wet", zero_displacements=True),
     ]
-    moved = sitedda.run(write_input(groups)).history.displacement.values[-1, 0]
+    slip = sitedda.run(write_input(groups)).history.displacement.values[-1, 0]
     dip = math.radians(35.0)
-    pull = GRAVITY * (math.sin(dip) - math.tan(math.radians(20.0)) * math.cos(dip))
-    assert float(np.hypot(*moved)) == pytest.approx(0.5 * pull * 0.1**2, rel=0.03)
+    acceleration = GRAVITY * (math.sin(dip) - math.tan(math.radians(20.0)) * math.cos(dip))
+    assert float(np.hypot(*slip)) == pytest.approx(0.5 * acceleration * 0.1**2, rel=0.03)
 
 
 # --- Additions by stages -------------------------------------------------------------------------
@@ -454,8 +457,8 @@ def stopped(speed: float) -> float:
         return np.array([[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]])
 
     gauss = 0.5 / math.sqrt(3.0)
-    places = [(x, y) for x in (-2 * gauss, 2 * gauss) for y in (-gauss, gauss)]
-    inertia = sum(2643.0 * 0.5 * shape(*place).T @ shape(*place) for place in places)
+    positions = [(x, y) for x in (-2 * gauss, 2 * gauss) for y in (-gauss, gauss)]
+    inertia = sum(2643.0 * 0.5 * shape(*position).T @ shape(*position) for position in positions)
     t = np.concatenate([shape(-0.8, -0.3), shape(0.8, -0.3)])
     jump = t @ (0.0, speed, 0.0, 0.0, 0.0, 0.0)
     return -0.5 * jump @ np.linalg.solve(t @ np.linalg.solve(inertia, t.T), jump)
@@ -503,7 +506,7 @@ def test_a_stage_begins_loads(write_input, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("stages", "words"),
+    ("stages", "message"),
     [
         ([{"hold": "prob_*"}], "hold: nothing is named 'prob_*'"),
         ([{"loads": "pull"}], "loads: nothing is named 'pull'"),
@@ -511,7 +514,7 @@ def test_a_stage_begins_loads(write_input, tmp_path):
         ([{"loads": "push"}, {"loads": "push"}], "'push' has begun in stage 's0'"),
     ],
 )
-def test_invalid_additions_of_a_stage_are_refused(stages, words, write_input):
+def test_invalid_additions_of_a_stage_are_refused(stages, message, write_input):
     groups = changed(flying_block(), "control", steps=None)
     load = {"name": "push", "x": 1.0, "y": 0.5, "time": [0.0, 1.0]}
     file = write_input([
@@ -520,7 +523,7 @@ def test_invalid_additions_of_a_stage_are_refused(stages, words, write_input):
     ])  # fmt: skip
     with pytest.raises(sitedda.InputError) as error:
         sitedda.Simulation(file)
-    assert words in str(error.value) and "group &stage (line " in str(error.value)
+    assert message in str(error.value) and "group &stage (line " in str(error.value)
 
 
 def test_a_time_step_that_has_shrunk_is_resumed(write_input, tmp_path, same_bits):
@@ -568,8 +571,8 @@ def test_a_run_killed_in_any_stage_resumes_bit_identically(
         time.sleep(0.02)
         child.send_signal(signal.SIGKILL)
         assert child.wait() == -signal.SIGKILL
-        done = native.ok("resume", file, "-o", output, "-q")
-        begun.add(int(done.stdout.split("resumed at step ")[1].split(",")[0]) // 200)
+        process = native.ok("resume", file, "-o", output, "-q")
+        begun.add(int(process.stdout.split("resumed at step ")[1].split(",")[0]) // 200)
         same_bits(tmp_path / "whole.nc", output)
     assert {0, 1} <= begun
     for i in range(4):
@@ -614,8 +617,8 @@ def test_a_static_stage_stops_on_request(write_input, tmp_path, native):
     while not catches(child.pid, signal.SIGTERM):
         time.sleep(0.01)
     child.send_signal(signal.SIGTERM)
-    said = child.communicate()[1]
+    text = child.communicate()[1]
     assert child.returncode == 6
-    assert "interrupted" in said and said.count("\n") == 1  # in the stage, or before it begins
-    assert ("stage 'rest' was interrupted" in said) == ("resume" in said)
+    assert "interrupted" in text and text.count("\n") == 1  # in the stage, or before it begins
+    assert ("stage 'rest' was interrupted" in text) == ("resume" in text)
     assert not output.exists()

@@ -50,9 +50,9 @@ def serialised(root):
 def source_of(folder, name: str) -> str:
     """The text of the only file of a folder that defines a type."""
     files = [f for f in folder.rglob("*") if f.suffix in (".f90", ".inc", ".in")]
-    found = [text for text in map(type(folder).read_text, files) if f":: {name}\n" in text]
-    assert len(found) == 1, f"{name} is defined {len(found)} times in {folder}"
-    return found[0]
+    texts = [text for text in map(type(folder).read_text, files) if f":: {name}\n" in text]
+    assert len(texts) == 1, f"{name} is defined {len(texts)} times in {folder}"
+    return texts[0]
 
 
 @pytest.mark.parametrize(
@@ -61,8 +61,8 @@ def source_of(folder, name: str) -> str:
 def test_every_component_is_saved_or_declared_unsaved(root, serialised, folder, name):
     text = source_of(root / "fortran" / folder, name)
     found = components(text, name)
-    own = re.search(rf":: {name}\n(.*?)^ *end type", text, re.M | re.S)[1]
-    excused = set(", ".join(re.findall(r"! unsaved, .*: (.*)", own)).split(", ")) - {""}
+    declaration = re.search(rf":: {name}\n(.*?)^ *end type", text, re.M | re.S)[1]
+    excused = set(", ".join(re.findall(r"! unsaved, .*: (.*)", declaration)).split(", ")) - {""}
     written = {part for part in found if re.search(rf"%{part}\b", serialised)}
     missing = found - written - excused
     assert not missing, f"{name}: {missing} are neither saved nor declared unsaved"

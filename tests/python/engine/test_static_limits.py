@@ -33,9 +33,9 @@ def arch(friction: float, ratio: float, voussoirs: int, half: float, push: float
     for stone in shapes.blocks():
         model.block(np.array(stone.polygon), name=stone.name)
         if stone.name.endswith(("left", "right")):
-            for place in stone.polygon:
-                inwards = 0.01 * (np.mean(stone.polygon, axis=0) - place)
-                model.fixed_point(*(place + inwards), stone.name)
+            for corner in stone.polygon:
+                inwards = 0.01 * (np.mean(stone.polygon, axis=0) - corner)
+                model.fixed_point(*(corner + inwards), stone.name)
     model.stage(name="rest", kind="static")
     return model
 
@@ -58,9 +58,9 @@ def test_an_arch_rests_only_below_its_limit(shape):
     """Contacts with the far sides of separated blocks once supported arches beyond the limit."""
     limit = sitedda.limit_analysis(arch(*shape, push=0.0))
     assert limit.lower.factor == pytest.approx(limit.upper.factor, rel=0.01)
-    shares = np.array([0.90, 0.94, 0.98, 1.02, 1.04, 1.06, 1.08, 1.10])
-    found = [rests(arch(*shape, push=share * limit.upper.factor)) for share in shares]
-    assert found == list(shares < 1.0)
+    fractions = np.array([0.90, 0.94, 0.98, 1.02, 1.04, 1.06, 1.08, 1.10])
+    at_rest = [rests(arch(*shape, push=fraction * limit.upper.factor)) for fraction in fractions]
+    assert at_rest == list(fractions < 1.0)
 
 
 # --- Falls ---
@@ -118,11 +118,11 @@ def heap(seed: int) -> tuple[sitedda.Model, float]:
     }.items():  # fmt: skip
         corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
         model.block(corners, name=name)
-        for place in corners + 0.01 * (corners.mean(axis=0) - corners):
-            model.fixed_point(*place, name)
+        for corner in corners + 0.01 * (corners.mean(axis=0) - corners):
+            model.fixed_point(*corner, name)
     for i in range(random.integers(8, 20)):
-        place = [-1.65 + 1.1 * (i % 4) + random.uniform(-0.08, 0.08), 0.5 + i // 4]
-        model.block(polygon(random) + place, name=f"stone_{i}")
+        corner = [-1.65 + 1.1 * (i % 4) + random.uniform(-0.08, 0.08), 0.5 + i // 4]
+        model.block(polygon(random) + corner, name=f"stone_{i}")
     model.stage(name="fall", kind="dynamic", duration=3.0)
     model.stage(name="rest", kind="static")
     return model, stiffness
@@ -138,7 +138,7 @@ def test_a_heap_on_soft_contacts_rests_with_penetrations_that_match_forces(seed,
         scene = Scene.of(data)
         last = scene.frames - 1
         contacts = scene.contacts(last)
-    places, normals = scene.contact_points(last, contacts)
+    positions, normals = scene.contact_points(last, contacts)
     pressed = contacts["normal_force"] > 0
     assert pressed.sum() > 10
     depth = -contacts["gap"][pressed]
@@ -159,8 +159,8 @@ def test_sliding_blocks_are_reported_with_their_joint(write_input):
         group("fixed_point", x=9.9, y=0.1),
         group("fixed_point", x=9.9, y=5.0),
     ]  # fmt: skip
-    words = "2 contacts slide: block 2 'slider' slides on 1 'base' along joint 'bed'"
-    with pytest.raises(sitedda.ConvergenceError, match=re.escape(words)):
+    message = "2 contacts slide: block 2 'slider' slides on 1 'base' along joint 'bed'"
+    with pytest.raises(sitedda.ConvergenceError, match=re.escape(message)):
         sitedda.run(write_input(groups), output=False)
 
 
@@ -178,8 +178,8 @@ def test_a_block_that_does_not_rest_without_slip_is_reported_with_its_joint(writ
               bricks=6, courses=8),
         group("boundary", kind="fixed", side="bottom", blocks="base*"),
     ]  # fmt: skip
-    words = "no contact slides; largest contact force on the block .* N/m on joint 'rough'"
-    with pytest.raises(sitedda.ConvergenceError, match=words):
+    message = "no contact slides; largest contact force on the block .* N/m on joint 'rough'"
+    with pytest.raises(sitedda.ConvergenceError, match=message):
         sitedda.run(write_input(groups), output=False)
 
 
@@ -195,13 +195,13 @@ def wall(model: sitedda.Model) -> list:
 
 def voussoirs(model: sitedda.Model) -> list:
     """Add 25 voussoirs between two abutments; return their supports."""
-    held = []
+    supports = []
     for stone in Arch(span=6.0, rise=3.0, thickness=0.7, voussoirs=25, abutment=2.0).blocks():
         shape = np.array(stone.polygon)
         model.block(shape, name=stone.name)
         if stone.name.endswith(("left", "right")):
-            held += [*(shape + 0.01 * (shape.mean(axis=0) - shape))]
-    return held
+            supports += [*(shape + 0.01 * (shape.mean(axis=0) - shape))]
+    return supports
 
 
 ROUGH = {"law": "barton_bandis", "friction_angle": 30.0, "jrc": 10.0, "jcs": 5e7}
@@ -230,15 +230,15 @@ def test_dilation_ends_within_steps_of_a_shaken_wall(cohesion, time_step, steps)
     with sitedda.Simulation(shaken(wall, joint, time_step)) as run:
         for _ in range(steps):
             run.advance(1)
-            found = {name: np.asarray(values) for name, values in run.contacts.items()}
-            lift = np.tan(np.radians(15.0)) * np.minimum(found["slip_path"], 2e-3)
-            normal = 2e10 * found["length"] * np.maximum(lift - found["gap"], 0.0)
-            bound = np.tan(np.radians(30.0)) * normal + cohesion * found["length"]
+            contacts = {name: np.asarray(values) for name, values in run.contacts.items()}
+            dilation = np.tan(np.radians(15.0)) * np.minimum(contacts["slip_path"], 2e-3)
+            normal = 2e10 * contacts["length"] * np.maximum(dilation - contacts["gap"], 0.0)
+            bound = np.tan(np.radians(30.0)) * normal + cohesion * contacts["length"]
             allowed = 1e-6 * normal.max()
-            assert np.abs(found["normal_force"] - normal).max() < allowed
-            assert (np.abs(found["shear_force"]) <= bound + allowed).all()
-            assert (found["shear_force"][found["normal_force"] == 0.0] == 0.0).all()
-        assert (found["slip_path"] > 2e-3).any()
+            assert np.abs(contacts["normal_force"] - normal).max() < allowed
+            assert (np.abs(contacts["shear_force"]) <= bound + allowed).all()
+            assert (contacts["shear_force"][contacts["normal_force"] == 0.0] == 0.0).all()
+        assert (contacts["slip_path"] > 2e-3).any()
 
 
 def shaken(build, joint: dict, time_step: float) -> sitedda.Model:
@@ -258,7 +258,7 @@ def shaken(build, joint: dict, time_step: float) -> sitedda.Model:
 
 def test_sor_ends_in_bounded_sweeps():
     """70 stones under sudden weight need as many iterations as with a direct solver."""
-    found = {}
+    results = {}
     for solver in ("sor", "direct"):
         model = sitedda.Model(time_step=5e-4, steps=6, gravity=(0.0, -GRAVITY), solver=solver)
         model.material("rock", density=2475.0, young_modulus=1.362e10, poisson_ratio=0.267)
@@ -268,8 +268,8 @@ def test_sor_ends_in_bounded_sweeps():
         model.boundary("ground", "fixed", side="bottom", blocks="base*")
         with sitedda.Simulation(model) as run:
             run.advance(6)
-            found[solver] = run.counts | run.energies
-    sor, direct = found["sor"], found["direct"]
+            results[solver] = run.counts | run.energies
+    sor, direct = results["sor"], results["direct"]
     assert sor["iterations"] == direct["iterations"] and sor["handed_over"] == 0
     assert sor["contact"] == pytest.approx(direct["contact"], rel=1e-7)
     assert sor["solver_iterations"] < 1500 * sor["solves"]
@@ -293,16 +293,18 @@ def test_joints_of_other_laws_come_to_rest_by_frozen_friction_bounds(tmp_path):
         assert "law = 'barton_bandis'" in text and "at rest after" in simulation.summary
 
 
-def assert_at_rest(made, friction: float, law: str, folder) -> None:
+def assert_at_rest(model, friction: float, law: str, folder) -> None:
     """Blocks come to rest under sudden weight, and no contact exceeds its friction."""
-    made.stress[:] = 0.0
-    text = made.text(1e12, 1e-3, 1000, 10, "auto").replace(
+    model.stress[:] = 0.0
+    text = model.text(1e12, 1e-3, 1000, 10, "auto").replace(
         "&control ", "&control settle = .true., "
     )
     file = folder / "blocks.nml"
     file.write_text(text.replace("friction_angle = 35.0", f"friction_angle = {friction}{law}"))
     with sitedda.Simulation(file) as simulation:
         assert int(re.search(r"at rest after (\d+) static steps", simulation.summary)[1]) > 5
-        normal, shear = (simulation.contacts[f"{one}_force"] for one in ("normal", "shear"))
+        normal, shear = (
+            simulation.contacts[f"{direction}_force"] for direction in ("normal", "shear")
+        )
     assert normal.max() > 1e5
     assert np.all(abs(shear) <= math.tan(math.radians(friction)) * normal + 1.0)

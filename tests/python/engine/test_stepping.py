@@ -24,8 +24,8 @@ def falling(**control) -> list:
 
 def sliding(friction: float = 40.0, steps: int = 100) -> list:
     """A block of 2 m x 1 m at rest on a plane of 30°."""
-    turn = math.radians(30.0)
-    rotation = np.array([[math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]])
+    angle = math.radians(30.0)
+    rotation = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     plane, block = (
         (np.reshape(rectangle(*sides), (-1, 2)) @ rotation.T).ravel().tolist()
         for sides in ((-10.0, -1.0, 20.0, 1.0), (-1.0, 0.0, 2.0, 1.0))
@@ -78,9 +78,9 @@ def test_friction_can_change_between_steps(write_input):
         run.advance(40)
         before = run.point_motions[1, 0]
         run.advance(40)
-        turn = math.radians(30.0)
-        expected = G * (math.sin(turn) - math.cos(turn) * math.tan(math.radians(20.0)))
-        gained = (run.point_motions[1, 0] - before) @ (-math.cos(turn), -math.sin(turn))
+        angle = math.radians(30.0)
+        expected = G * (math.sin(angle) - math.cos(angle) * math.tan(math.radians(20.0)))
+        gained = (run.point_motions[1, 0] - before) @ (-math.cos(angle), -math.sin(angle))
         assert gained == pytest.approx(expected * 0.04, rel=1e-3)
         assert balanced(run, MASS * G)
 
@@ -101,18 +101,18 @@ def test_supports_can_be_released_and_fixed_again(write_input):
                             for x, y in ((0.2, 0.2), (1.8, 0.2)))]  # fmt: skip
     with sitedda.Simulation(write_input(groups)) as run:
         run.advance(10)
-        held = run.point_motions[0, 0]
-        assert np.linalg.norm(held) < 1e-5  # elasticity of the supports
+        displacement = run.point_motions[0, 0]
+        assert np.linalg.norm(displacement) < 1e-5  # elasticity of the supports
         run.change({"fixed_point[*].direction": "none"})
         run.advance(40)
-        fallen = run.point_motions[0, 0, 1] - held[1]
+        fallen = run.point_motions[0, 0, 1] - displacement[1]
         assert fallen == pytest.approx(-0.5 * G * 0.04**2, rel=0.05)
         run.change({"fixed_point[*].direction": "xy"})
         run.advance(10)
-        assert run.point_motions[0, 0, 1] - held[1] == pytest.approx(fallen, abs=2e-5)
+        assert run.point_motions[0, 0, 1] - displacement[1] == pytest.approx(fallen, abs=2e-5)
         run.add("fixed_point", x=1.0, y=0.8)
         run.advance(40)
-        assert run.point_motions[0, 0, 1] - held[1] == pytest.approx(fallen, abs=2e-5)
+        assert run.point_motions[0, 0, 1] - displacement[1] == pytest.approx(fallen, abs=2e-5)
         assert -0.5 * MASS * (G * 0.04) ** 2 < run.energies["changed"] < 0.0
         assert balanced(run, MASS * G)
 
@@ -138,7 +138,7 @@ def test_unknown_attributes_cannot_be_set(write_input):
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
         ({"material.density": 1000.0}, "material.density cannot change during a run"),
         ({"integration": "midpoint"}, "integration cannot change during a run"),
@@ -150,13 +150,13 @@ def test_unknown_attributes_cannot_be_set(write_input):
         ({"load.force_x": 1.0}, "no group &load"),
     ],
 )
-def test_a_bad_change_is_refused_and_changes_nothing(change, words, write_input):
+def test_a_bad_change_is_refused_and_changes_nothing(change, message, write_input):
     runs = [sitedda.Simulation(write_input(falling())) for _ in range(2)]
     for run in runs:
         run.advance(10)
     with pytest.raises(sitedda.InputError) as error:
         runs[0].change(change)
-    assert words in str(error.value)
+    assert message in str(error.value)
     for run in runs:
         run.advance(10)
     assert runs[0].coordinates.tobytes() == runs[1].coordinates.tobytes()
@@ -213,16 +213,16 @@ def test_a_run_resumed_after_changes_is_bit_identical(write_input, tmp_path, nat
     stepped(file, tmp_path / "native.nc", 60).close()
     native.ok("resume", file, "-o", tmp_path / "native.nc", "-q")
     same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
-    whole = sitedda.open_output(tmp_path / "native.nc")
-    assert whole.attrs["changes"].startswith("t = 0.02 s: gravity = 0.5, -9.81, joint[bedding]")
-    assert "&load x = 0.0" in whole.attrs["changes"]
-    assert whole.attrs["input_text"] == file.read_text()
+    reference = sitedda.open_output(tmp_path / "native.nc")
+    assert reference.attrs["changes"].startswith("t = 0.02 s: gravity = 0.5, -9.81, joint[bedding]")
+    assert "&load x = 0.0" in reference.attrs["changes"]
+    assert reference.attrs["input_text"] == file.read_text()
 
 
-@pytest.mark.parametrize("moved", [False, True])
-def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, moved):
+@pytest.mark.parametrize("velocity", [False, True])
+def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, velocity):
     """A stone falls on ground with a motion across the fall: e = 0.5 in both cases."""
-    ground = {"motion_x": "still"} if moved else {}
+    ground = {"motion_x": "still"} if velocity else {}
     still = {"name": "still", "quantity": "displacement", "time_step": 0.5, "values": [0.0, 0.0]}
     file = write_input(
         [
@@ -232,7 +232,7 @@ def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, move
             ("joint", dict(DRY, restitution=0.5)),
             group("block", name="base", vertices=rectangle(0.0, 0.0, 2.0, 0.5)),
             group("block", name="stone", vertices=rectangle(0.5, 1.5, 1.0, 1.0)),
-            *([("motion", still)] if moved else []),
+            *([("motion", still)] if velocity else []),
             *(("fixed_point", {"x": x, "y": 0.25, "block": "base"} | ground) for x in (0.2, 1.8)),
             group("measured_point", name="centre", x=1.0, y=2.0, block="stone"),
         ]
@@ -299,11 +299,11 @@ def test_a_floor_that_is_hit_in_each_step_stays_in_its_supports(write_input, res
         height = []
         while not run.advance(1):
             height.append(run.coordinates[0, 1] + 0.25)
-        lost = run.energies["impact"]
+        dissipated = run.energies["impact"]
     weights = 2500.0 * stone**2 * G
     load = 1 + weights * len(heights) / (mass * G)  # load over the weight of the floor
     assert -2 * load * sag <= min(height) < -1.5 * sag and max(height) < 0.1 * sag
-    assert 0 < lost <= weights * sum(h + 2 * load * sag for h in heights.values())
+    assert 0 < dissipated <= weights * sum(h + 2 * load * sag for h in heights.values())
 
 
 @pytest.mark.parametrize("step", [1e3, 1e5, 1e8])
@@ -317,6 +317,6 @@ def test_a_time_step_of_days_ends_soon(step, write_input, native):
         *(group("fixed_point", x=x, y=0.5, motion_x="q") for x in (0.5, 1.5)),
     ]  # fmt: skip
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    done = native("run", write_input(shaken), "-q")
-    assert done.returncode == 0 and "point displacement" in done.stdout, done.stderr
+    process = native("run", write_input(shaken), "-q")
+    assert process.returncode == 0 and "point displacement" in process.stdout, process.stderr
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 5.0

@@ -41,9 +41,9 @@ def ended(groups, write_input) -> sitedda.Run:
 def test_a_fall_ends_in_the_step_that_exceeds_the_limit(write_input, distance):
     run = ended(falling(displacement=distance), write_input)
     assert run.history.time[-1] == pytest.approx(1e-3 * first_step(distance, 1e-3))
-    words = run.history.attrs["ending"]
-    assert words.startswith("stopped at t = ") and "block 3 'b_2' has moved by" in words
-    assert words in " ".join(str(run.verdict).split())
+    ending = run.history.attrs["ending"]
+    assert ending.startswith("stopped at t = ") and "block 3 'b_2' has moved by" in ending
+    assert ending in " ".join(str(run.verdict).split())
     assert run.history.frame_time[-1] == run.history.time[-1]
 
 
@@ -91,8 +91,10 @@ def test_rest_comes_after_the_motions(write_input):
     run = ended(resting(), write_input)
     end = float(run.history.time[-1])
     assert 0.8 <= end < 4.0 and run.history.attrs["ending"].endswith("within 0.2 s")
-    held = changed(resting(), "motion", values=[0.0] * 31)  # the motion lasts 3 s
-    assert float(ended(held, write_input).history.time[-1]) == pytest.approx(3.2, abs=1.5e-3)
+    changed_input = changed(resting(), "motion", values=[0.0] * 31)  # the motion lasts 3 s
+    assert float(ended(changed_input, write_input).history.time[-1]) == pytest.approx(
+        3.2, abs=1.5e-3
+    )
 
 
 def test_rest_comes_after_the_loads_on_edges(write_input):
@@ -106,20 +108,20 @@ def test_rest_comes_after_the_loads_on_edges(write_input):
 @pytest.mark.parametrize("after", [3, 700])
 def test_a_resumed_run_stops_bit_identically(write_input, tmp_path, same_bits, native, after):
     file = write_input(resting())
-    whole = sitedda.run(file)
+    reference = sitedda.run(file)
     with sitedda.Simulation(file, tmp_path / "out.nc") as simulation:
         assert not simulation.advance(after) and simulation.ending == ""
     resumed = sitedda.resume(file, tmp_path / "out.nc")
-    more = ("title", "input_text", "step_control", "ending")
-    same_bits(whole.history, resumed.history, more)
+    attributes = ("title", "input_text", "step_control", "ending")
+    same_bits(reference.history, resumed.history, attributes)
     if after == 3:
-        told = native("run", file, "-q", "-o", tmp_path / "native.nc")
-        assert whole.history.attrs["ending"] in " ".join(told.stdout.split())
-        same_bits(whole.history, tmp_path / "native.nc", more)
+        process = native("run", file, "-q", "-o", tmp_path / "native.nc")
+        assert reference.history.attrs["ending"] in " ".join(process.stdout.split())
+        same_bits(reference.history, tmp_path / "native.nc", attributes)
 
 
 @pytest.mark.parametrize(
-    ("stop", "words"),
+    ("stop", "message"),
     [
         ({}, "give displacement or tilt or fallen or rest_time"),
         ({"tilt": -1.0}, "tilt = -1 must be a positive number"),
@@ -130,10 +132,10 @@ def test_a_resumed_run_stops_bit_identically(write_input, tmp_path, same_bits, n
         ({"tilt": 1.0, "reference": "c"}, "reference = 'c' is not the name of a &block"),
     ],
 )
-def test_a_wrong_rule_is_refused(write_input, stop, words):
+def test_a_wrong_rule_is_refused(write_input, stop, message):
     with pytest.raises(sitedda.InputError, match="&stop") as refused:
         sitedda.run(write_input(falling(**stop)))
-    assert words in str(refused.value)
+    assert message in str(refused.value)
 
 
 # --- Output at equal times ------------------------------------------------------------------------
@@ -158,11 +160,11 @@ def bouncing(**output) -> list:
 
 def test_an_adaptive_run_resumes_with_its_own_time_step(write_input, tmp_path, same_bits):
     file = write_input(bouncing(block_interval=10))
-    whole = sitedda.run(file)
+    reference = sitedda.run(file)
     with sitedda.Simulation(file, tmp_path / "out.nc") as simulation:
         simulation.advance(41)
         assert simulation.time_step < 2e-3
-    same_bits(whole.history, sitedda.resume(file, tmp_path / "out.nc").history)
+    same_bits(reference.history, sitedda.resume(file, tmp_path / "out.nc").history)
 
 
 def test_samples_of_adaptive_steps_are_at_equal_times(write_input):
@@ -181,12 +183,12 @@ def test_samples_of_adaptive_steps_are_at_equal_times(write_input):
 
 def test_steps_that_meet_output_times_resume_bit_identically(write_input, same_bits, in_parts):
     file = write_input(bouncing(history_seconds=7e-3, block_seconds=0.05))
-    whole = sitedda.run(file)
-    same_bits(whole.history, in_parts(file, 41))
+    reference = sitedda.run(file)
+    same_bits(reference.history, in_parts(file, 41))
 
 
 @pytest.mark.parametrize(
-    ("output", "words"),
+    ("output", "message"),
     [
         ({"history_seconds": 2.5e-3}, "is not a whole number of steps of 0.001 s"),
         ({"block_seconds": 1e-4}, "block_seconds = 1e-4 is not a whole number"),
@@ -194,7 +196,7 @@ def test_steps_that_meet_output_times_resume_bit_identically(write_input, same_b
         ({"block_seconds": 1.0, "block_interval": 3}, "give either block_interval"),
     ],
 )
-def test_output_times_that_no_step_meets_are_refused(write_input, output, words):
+def test_output_times_that_no_step_meets_are_refused(write_input, output, message):
     with pytest.raises(sitedda.InputError, match="&output") as refused:
         sitedda.run(write_input([*flying_block(10), ("output", output)]))
-    assert words in str(refused.value)
+    assert message in str(refused.value)

@@ -40,10 +40,10 @@ def test_runs_use_fewer_threads_on_busy_processors(
 ):
     file = write_input(namelist(WALL))
     alone = native.ok("run", file, "-q", "-o", tmp_path / "one.nc", threads=1).stdout
-    words = native.ok("run", file, "-q", "-o", tmp_path / "two.nc", threads=2).stdout
+    output = native.ok("run", file, "-q", "-o", tmp_path / "two.nc", threads=2).stdout
     assert "other programs" not in alone
-    assert "note: other programs used the processors: " in words
-    assert "with fewer than 2 threads" in words
+    assert "note: other programs used the processors: " in output
+    assert "with fewer than 2 threads" in output
     same_bits(tmp_path / "one.nc", tmp_path / "two.nc")
 
 

@@ -9,7 +9,7 @@ from random_content import random_model
 
 import sitedda
 from sitedda.model import Model
-from sitedda_evidence.model import residual
+from sitedda_evidence.model import energy_residual
 
 WATER = 9810.0  # N/m³
 
@@ -33,16 +33,16 @@ def reaction(model) -> np.ndarray:
     with sitedda.Simulation(model) as run:
         contacts, polygons = run.contacts, run.polygons
     owner = np.repeat(np.arange(2), [*map(len, polygons)])
-    places = np.vstack(polygons)
+    positions = np.vstack(polygons)
     after = np.array([*range(1, 4), 0, *range(5, 8), 4])
     total = np.zeros(3)
     for v, e, normal, shear in zip(
         *(contacts[k] for k in ("vertex", "edge", "normal_force", "shear_force")), strict=True
     ):
-        along = places[after[e]] - places[e]
+        along = positions[after[e]] - positions[e]
         along /= np.hypot(*along)
         force = normal * np.array([along[1], -along[0]]) - shear * along
-        force = np.append(force, places[v, 0] * force[1] - places[v, 1] * force[0])
+        force = np.append(force, positions[v, 0] * force[1] - positions[v, 1] * force[0])
         total += force if owner[v] == 1 else -force
     return total
 
@@ -53,8 +53,8 @@ def test_buoyancy(level):
     model = block_on_floor()
     model.water(surface=(-4.0, level, 6.0, level))
     under = 2.0 * min(level, 3.0)
-    lift = 6.0 * 25e3 - under * WATER
-    assert reaction(model) == pytest.approx([0.0, lift, lift], abs=2.0)
+    uplift = 6.0 * 25e3 - under * WATER
+    assert reaction(model) == pytest.approx([0.0, uplift, uplift], abs=2.0)
 
 
 def test_water_on_faces_alone_does_not_lift():
@@ -68,10 +68,10 @@ def test_an_inclined_water_table_pushes_sideways():
     """½ γ (h₁² − h₂²) at a third of the heights; the joint has the pressure of the water table."""
     model = block_on_floor()
     model.water(surface=(-4.0, 2.5, 0.0, 2.5, 2.0, 1.0, 6.0, 1.0))
-    push = 0.5 * WATER * (2.5**2 - 1.0**2)
-    lift = WATER * 0.5 * (2.5 + 1.0) * 2.0
-    turn = WATER * ((2.5**3 - 1.0**3) / 6 - 3.0)
-    expected = [-push, 6.0 * 25e3 - lift, 6.0 * 25e3 + turn]
+    thrust = 0.5 * WATER * (2.5**2 - 1.0**2)
+    uplift = WATER * 0.5 * (2.5 + 1.0) * 2.0
+    moment = WATER * ((2.5**3 - 1.0**3) / 6 - 3.0)
+    expected = [-thrust, 6.0 * 25e3 - uplift, 6.0 * 25e3 + moment]
     assert reaction(model) == pytest.approx(expected, abs=3.0)
 
 
@@ -90,7 +90,7 @@ def test_pressure_along_a_joint_and_its_change_in_time():
     data = history.assign_coords(stage=("time", history.stage.values))
     forces = [float(data.contact_normal_force[data.contact_frame == f].sum()) for f in range(3)]
     assert forces == pytest.approx([150e3, 150e3 - 2 * 3 * WATER, 150e3], rel=1e-4)
-    assert residual(history) < 1e-6
+    assert energy_residual(history) < 1e-6
 
 
 def test_tractions():
@@ -99,8 +99,8 @@ def test_tractions():
     model.traction(along=(0, 3, 2, 3), normal=10e3, shear=4e3)
     model.traction(blocks="block", edges=[4], level=2.0)
     # Counter-clockwise along the top is to the left; edge 4 is the left face.
-    push = 0.5 * WATER * 2.0**2
-    expected = [4e3 * 2.0 - push, 150e3 + 20e3, 146e3 + WATER * 2.0**3 / 6]
+    thrust = 0.5 * WATER * 2.0**2
+    expected = [4e3 * 2.0 - thrust, 150e3 + 20e3, 146e3 + WATER * 2.0**3 / 6]
     assert reaction(model) == pytest.approx(expected, abs=3.0)
 
 
@@ -129,7 +129,7 @@ def test_tractions_that_follow_turn_with_the_block(follows):
 
 
 @pytest.mark.parametrize(
-    ("group", "values", "words"),
+    ("group", "values", "message"),
     [
         ("water", {"surface": (-9, 1, 6, 1)}, "outside the model, which reaches from x = "),
         ("water", {"surface": (3, 1, 0, 1)}, "x must increase"),
@@ -148,12 +148,12 @@ def test_tractions_that_follow_turn_with_the_block(follows):
         ("traction", {"normal": 1.0}, "the group selects no edges"),
     ],
 )
-def test_bad_loads_are_refused(group, values, words):
+def test_bad_loads_are_refused(group, values, message):
     model = block_on_floor()
     model.add(group, **values)
     with pytest.raises(sitedda.InputError, match=rf"^Model\.{group}\(…\), ") as caught:
         sitedda.Simulation(model)
-    assert words in str(caught.value)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("seed", [59, 291])

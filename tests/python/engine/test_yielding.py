@@ -45,30 +45,30 @@ def test_a_block_yields_at_the_strength_of_mohr_and_coulomb(confining, strength,
     history = squeezed_block(confining, dilation_angle=dilation).run().history
     x, y, xy = history.block_stress.values[-1, 0]
     assert -y == pytest.approx(strength, rel=5e-5)
-    lost = history.energy_plastic.values
-    assert np.all(np.diff(lost) >= 0) and lost[-1] > 0
-    assert np.abs(history.energy_balance).max() < 1e-9 * lost[-1]
+    dissipated = history.energy_plastic.values
+    assert np.all(np.diff(dissipated) >= 0) and dissipated[-1] > 0
+    assert np.abs(history.energy_balance).max() < 1e-9 * dissipated[-1]
 
 
 def test_bounds_that_do_not_converge_are_counted():
     """Only materials with ψ < φ iterate on the mean stress of a bound."""
-    for dilation, said in ((0.0, True), (30.0, False)):
+    for dilation, is_reported in ((0.0, True), (30.0, False)):
         summary = squeezed_block(0.0, dilation_angle=dilation).run().summary
-        assert ("mean stress on which" in summary) == said
+        assert ("mean stress on which" in summary) == is_reported
 
 
 def test_outputs_and_pictures_show_plastic_strain(tmp_path):
     """Without dilation, both principal plastic strains are opposite: κ is twice one of them."""
     run = squeezed_block(0.0, dilation_angle=0.0).run()
-    kept = run.history.block_plastic_strain.values[:, 0]
+    strains = run.history.block_plastic_strain.values[:, 0]
     elastic = 2 * COHESION * 3**0.5 * (1 - 0.21**2) / 7e12
-    assert kept[0] == 0 and np.all(np.diff(kept) >= 0)
-    assert kept[-1] == pytest.approx(2 * (1e-5 - elastic), rel=2e-3)
-    assert run.maxima["plastic_strain"].value == kept[-1]
+    assert strains[0] == 0 and np.all(np.diff(strains) >= 0)
+    assert strains[-1] == pytest.approx(2 * (1e-5 - elastic), rel=2e-3)
+    assert run.maxima["plastic_strain"].value == strains[-1]
     with sitedda.Simulation(squeezed_block(0.0, dilation_angle=0.0)) as simulation:
         while not simulation.advance():
             pass
-        assert simulation.plastic_strains[0] == kept[-1]
+        assert simulation.plastic_strains[0] == strains[-1]
     run.draw(color="plastic_strain").figure.savefig(tmp_path / "yielded.png")
     assert "plastic_strain" in str(run.view(tmp_path / "yielded.html").read_bytes())
 
@@ -77,9 +77,9 @@ def test_outputs_and_pictures_show_plastic_strain(tmp_path):
 @pytest.mark.parametrize("integration", ["midpoint", "theta", "dda"])
 def test_yielding_dissipates_energy(integration, dilation):
     history = squeezed_block(2e6, integration, dilation_angle=dilation).run().history
-    lost = history.energy_plastic.values
-    assert np.all(np.diff(lost) >= -1e-12 * lost[-1]) and lost[-1] > 0
-    assert np.abs(history.energy_balance).max() < 1e-9 * lost[-1]
+    dissipated = history.energy_plastic.values
+    assert np.all(np.diff(dissipated) >= -1e-12 * dissipated[-1]) and dissipated[-1] > 0
+    assert np.abs(history.energy_balance).max() < 1e-9 * dissipated[-1]
 
 
 @pytest.mark.parametrize(
@@ -108,8 +108,8 @@ def test_the_tensile_strength_may_be_that_of_the_cone():
 def test_a_sinking_footing_keeps_its_resistance_with_a_warning():
     """Settlement of 3 % of the half-width; following pressure would halve the strength of bands."""
     run = strip(4, 0.03).run()
-    found = bearing(run.history, 0.03) / prandtl(0.0)
-    assert np.all(np.diff(found[-30:]) > -1e-3) and 0.98 < found[30] < found[-1] < 1.04
+    ratio = bearing(run.history, 0.03) / prandtl(0.0)
+    assert np.all(np.diff(ratio[-30:]) > -1e-3) and 0.98 < ratio[30] < ratio[-1] < 1.04
     assert np.abs(run.history.energy_balance).max() < 1e-9 * run.history.energy_plastic.values[-1]
     assert [doubt.topic for doubt in run.verdict.doubts] == ["strain"]
 
@@ -176,9 +176,9 @@ def ring(cells, around, stiffer=100.0, ratio=12.0, steps=40, dilation=0.0):
             ]
             name = f"c{i}_{j}"
             model.block(vertices=np.ravel(corners).tolist(), body="rock", name=name)
-            for n, at, way in ((0, j == 0, "y"), (2, j == around - 1, "x")):
+            for n, at, axis in ((0, j == 0, "y"), (2, j == around - 1, "x")):
                 for x, y in corners[n : n + 2] if at else ():
-                    model.fixed_point(x=x, y=y, block=name, direction=way)
+                    model.fixed_point(x=x, y=y, block=name, direction=axis)
             if i == 0:
                 times, let_off = [0.0, 0.6 * 0.02 * steps, 1e6], [pressure, 0.0, 0.0]
                 model.traction(blocks=name, edges=[4], normal=let_off, time=times)
@@ -205,8 +205,8 @@ def salencon(dilation):
 def test_a_tunnel_wall_moves_as_in_salencons_solution(dilation):
     """Excavation in 40 steps with a hundredth of the strains: +1.5, +1.2, +0.9 % with 24 cells."""
     history = ring(24, 12, dilation=dilation).run().history
-    moved = 100 * np.hypot(*history.displacement.values[-1, 0])
-    assert moved == pytest.approx(salencon(dilation), rel=0.02)
+    displacement = 100 * np.hypot(*history.displacement.values[-1, 0])
+    assert displacement == pytest.approx(salencon(dilation), rel=0.02)
     assert np.abs(history.energy_balance).max() < 1e-9 * history.energy_plastic.values[-1]
 
 
@@ -229,13 +229,13 @@ def test_safety_divides_the_strength_of_solids(angle):
         return 2 * cohesion / factor * np.tan(np.pi / 4 + reduced / 2) - 10e3
 
     model = standing_block(law="mohr_coulomb", cohesion=cohesion, friction_angle=angle)
-    found = sitedda.safety(model, tolerance=2e-3)
-    assert excess(0.997 * found.low) > 0 > excess(1.003 * found.high)
-    assert "half the size" in found.warning and "moves less than" not in found.warning
+    result = sitedda.safety(model, tolerance=2e-3)
+    assert excess(0.997 * result.low) > 0 > excess(1.003 * result.high)
+    assert "half the size" in result.warning and "moves less than" not in result.warning
 
 
 def test_a_model_that_fails_at_any_strength_is_no_error():
     """The strength is increased 64 times; a friction angle of 60° remains below 90°."""
     model = standing_block(law="mohr_coulomb", cohesion=1e-3, friction_angle=60.0)
-    found = sitedda.safety(model, tolerance=2e-3)
-    assert found.low == 0.0 and "fails even with all strengths" in found.words
+    result = sitedda.safety(model, tolerance=2e-3)
+    assert result.low == 0.0 and "fails even with all strengths" in result.words

@@ -54,49 +54,49 @@ def test_invalid_headings_are_refused(table, heading):
 )
 def test_a_message_names_the_option_to_use(main, tmp_path, text, hint):
     (tmp_path / "own.txt").write_text(text)
-    done = main("record", "own.txt", folder=tmp_path)
-    assert done.returncode == 1 and hint in done.stderr and done.stderr.count("\n") == 1
+    process = main("record", "own.txt", folder=tmp_path)
+    assert process.returncode == 1 and hint in process.stderr and process.stderr.count("\n") == 1
 
 
 def test_one_column_requires_a_time_step(main, tmp_path):
     (tmp_path / "own.txt").write_text("0\n1\n0\n")
-    words = ("record", "own.txt", "--unit", "g", "--format", "text")
-    assert "--time-step" in main(*words, folder=tmp_path).stderr
-    done = main(*words, "--time-step", "0.01", folder=tmp_path)
-    assert done.returncode == 0 and "3 samples, 0.020 s" in done.stdout
+    command = ("record", "own.txt", "--unit", "g", "--format", "text")
+    assert "--time-step" in main(*command, folder=tmp_path).stderr
+    process = main(*command, "--time-step", "0.01", folder=tmp_path)
+    assert process.returncode == 0 and "3 samples, 0.020 s" in process.stdout
 
 
 def test_measures_are_printed_and_nothing_is_overwritten_unasked(main, table, monkeypatch):
     file = table("time,acc")
-    words = ("record", file, "--unit", "m/s2")
-    done = main.ok(*words, folder=file.parent)
+    command = ("record", file, "--unit", "m/s2")
+    process = main.ok(*command, folder=file.parent)
     arias = math.pi / (2 * 9.80665) * LARGEST**2 / 2 * STEP * SAMPLES  # of a sine, whole periods
-    measures = next(line for line in done.stdout.splitlines() if "Arias" in line)
+    measures = next(line for line in process.stdout.splitlines() if "Arias" in line)
     printed = float(measures.split("Arias ")[1].split()[0])
     assert printed == pytest.approx(arias, rel=0.02)  # the drift is removed
     picture = file.parent / "own.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
     another = b"\x89PNG\r\n\x1a\nanother"
     picture.write_bytes(another)
-    again = main(*words, folder=file.parent)
-    assert again.returncode == 5 and "--force" in again.stderr
+    second_process = main(*command, folder=file.parent)
+    assert second_process.returncode == 5 and "--force" in second_process.stderr
     assert picture.read_bytes() == another
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
-    for answer, kept in (("n", True), ("y", False)):
+    for answer, is_kept in (("n", True), ("y", False)):
         monkeypatch.setattr("builtins.input", lambda _, answer=answer: answer)
-        assert main(*words, folder=file.parent).returncode == (5 if kept else 0)
-        assert (picture.read_bytes() == another) is kept
+        assert main(*command, folder=file.parent).returncode == (5 if is_kept else 0)
+        assert (picture.read_bytes() == another) is is_kept
 
 
 def test_help_lists_the_formats(main):
-    said = " ".join(main("record", "--help").stdout.split())
+    output = " ".join(main("record", "--help").stdout.split())
     for name in ("smc", "at2", "knet", "esm", "cosmos", "text", "obspy"):
-        assert f"'{name}'" in said
+        assert f"'{name}'" in output
 
 
 def test_a_missing_library_is_reported_in_one_sentence(main, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "obspy", None)  # as if it were not installed
     (tmp_path / "a.mseed").write_bytes(b"0")
-    done = main("record", "a.mseed", "--format", "obspy", folder=tmp_path)
+    process = main("record", "a.mseed", "--format", "obspy", folder=tmp_path)
     expected = "sitedda: format 'obspy' needs this library: pip install obspy"
-    assert (done.returncode, done.stderr.splitlines()) == (1, [expected])
+    assert (process.returncode, process.stderr.splitlines()) == (1, [expected])

@@ -84,7 +84,9 @@ def test_pint_reads_every_unit(write_input):
     response = sitedda.Column([layer]).response(history.acceleration[:, 0, 0], 1e-3)
     levels = [Records([Record("a", np.ones(9), 0.01)], [1.0], measure=m, period=0.5)
               for m in ("scale", "pga", "pgv", "sa", "arias")]  # fmt: skip
-    texts = [about["units"] for one in levels for *_, about in one.coordinates.values() if about]
+    texts = [
+        about["units"] for level in levels for *_, about in level.coordinates.values() if about
+    ]
     for data in (history, response.profile()):
         texts += [v.attrs["units"] for v in data.variables.values() if "units" in v.attrs]
     for text in (*texts, *history.coordinate_unit.values, *history.rate_unit.values):
@@ -130,9 +132,9 @@ def test_history_interval_reduces_the_samples(write_input):
     groups = changed(tower(steps=30), "output", history_interval=7)
     full = sitedda.run(write_input(tower(steps=30))).history
     thin = sitedda.run(write_input(groups)).history
-    kept = [0, 7, 14, 21, 28, 30]  # always with the last one
-    assert_array_equal(thin.time, full.time[kept])
-    assert_array_equal(thin.displacement, full.displacement[kept])
+    samples = [0, 7, 14, 21, 28, 30]  # always with the last one
+    assert_array_equal(thin.time, full.time[samples])
+    assert_array_equal(thin.displacement, full.displacement[samples])
 
 
 def test_a_dataset_has_the_verdict_and_pictures_of_its_run(write_input, tmp_path):
@@ -161,12 +163,14 @@ def test_output_is_written_to_the_given_path(write_input, tmp_path, monkeypatch)
 
 
 def test_progress_receives_the_run(write_input):
-    seen = []
-    sitedda.run(write_input(tower(steps=500)), progress=lambda s: seen.append((s.time, s.duration)))
-    times = [time for time, _ in seen]
+    calls = []
+    sitedda.run(
+        write_input(tower(steps=500)), progress=lambda s: calls.append((s.time, s.duration))
+    )
+    times = [time for time, _ in calls]
     assert times == sorted(times) and len(times) >= 2
     assert times[-1] == pytest.approx(0.5, rel=1e-12)
-    assert {duration for _, duration in seen} == {0.5}
+    assert {duration for _, duration in calls} == {0.5}
 
 
 def test_an_interrupted_run_keeps_its_results(write_input, tmp_path):
@@ -202,11 +206,11 @@ def test_phases_add_up_to_the_time_of_the_steps(write_input):
         assert not any(run.phase_times().values())
         begun = time.perf_counter()
         run.advance(1500)
-        passed = time.perf_counter() - begun
-        spent = run.phase_times()
+        elapsed = time.perf_counter() - begun
+        phase_times = run.phase_times()
     spared = ("search", "factorise")  # not needed, because neighbours and states do not change
-    assert all(seconds > 0 for name, seconds in spent.items() if name not in spared)
-    assert 0.3 * passed < sum(spent.values()) <= passed
+    assert all(seconds > 0 for name, seconds in phase_times.items() if name not in spared)
+    assert 0.3 * elapsed < sum(phase_times.values()) <= elapsed
 
 
 # --- Changes -------------------------------------------------------------------------------------
@@ -319,8 +323,8 @@ def test_states_are_those_of_the_last_frame(write_input):
         of_laws |= {"reversal", "slip_direction", "age", "slip_rate", "slip_share", "crushed"}
         assert {name for name in contacts if f"contact_{name}" not in history} == of_laws
         for name in contacts.keys() - of_laws:
-            there = history[f"contact_{name}"].values[last]
-            assert_array_equal(contacts[name], there, err_msg=name)
+            frame_values = history[f"contact_{name}"].values[last]
+            assert_array_equal(contacts[name], frame_values, err_msg=name)
 
 
 def test_names_and_title(write_input):
@@ -515,10 +519,10 @@ with ThreadPoolExecutor(8) as pool:
     found = set(pool.map(last, range(80)))
 sys.exit(0 if len(found) == 1 else 7)
 """
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=DEADLINE
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
 
 
 # --- Errors --------------------------------------------------------------------------------------

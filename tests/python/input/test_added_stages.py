@@ -44,9 +44,9 @@ def test_the_input_with_added_stages_is_bit_identical(tmp_path, adaptive, settle
         while not run.advance(100):
             pass
         run.finish()
-    again = tmp_path / "again.nml"
-    again.write_text(text)
-    repeated = sitedda.run(again).history
+    copied_input = tmp_path / "again.nml"
+    copied_input.write_text(text)
+    repeated = sitedda.run(copied_input).history
     with sitedda.open_output(tmp_path / "live.nc") as live:
         assert live.attrs["stages"].split("\n")[-2:] == ["digging", "smooth"]
         for name in COMPARED:
@@ -112,7 +112,7 @@ def test_a_model_opened_as_drawn_settles_at_the_first_advance(tmp_path, write_in
         while not run.advance(100):
             pass
         run.finish()
-    with sitedda.open_output(output) as drawn:
+    with sitedda.open_output(output) as data:
         other = sitedda.run(file).history
         for name in COMPARED[:-1]:
-            assert np.array_equal(drawn[name].values, other[name].values), name
+            assert np.array_equal(data[name].values, other[name].values), name

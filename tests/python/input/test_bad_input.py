@@ -16,9 +16,9 @@ OLD = b"an older result"
 AUGMENTED = {"penetration_tolerance": 1e-9}
 
 
-def blocks(*outlines, **more) -> list:
+def blocks(*outlines, **options) -> list:
     """Return the model of the flying block with other blocks."""
-    groups = without(without(flying_block(**more), "block"), "measured_point")
+    groups = without(without(flying_block(**options), "block"), "measured_point")
     return [*groups, *(("block", {"vertices": outline}) for outline in outlines)]
 
 
@@ -34,51 +34,51 @@ def record(text: str, **values) -> dict:
     return {"groups": moved(**take), "record.txt": text}
 
 
-def refused(case: str, groups, group: str, *words: str):
+def refused(case: str, groups, group: str, *phrases: str):
     """Return a case: name, input, group that the message must name, and its required words."""
-    return pytest.param(groups, group, words, id=case)
+    return pytest.param(groups, group, phrases, id=case)
 
 
-def bad(case: str, group: str, /, *words: str, contact=(), **values):
+def bad(case: str, group: str, /, *arguments: str, contact=(), **values):
     """Return the tower with changed variables of a group and of &contact."""
     groups = changed(changed(tower(), "contact", **dict(contact)), group, **values)
-    return refused(case, groups, f"&{group}", *words)
+    return refused(case, groups, f"&{group}", *arguments)
 
 
-def rough(case: str, *words: str, **values):
+def rough(case: str, *arguments: str, **values):
     """Return the tower with a changed rough joint."""
     law = {"law": "barton_bandis", "cohesion": None, "tensile_strength": None, "jrc": 8.0}
     law |= {"jcs": 1e8, "normal_stiffness_per_area": 1e9, "max_closure": 1e-4}
-    return bad(case, "joint", *words, **law | values)
+    return bad(case, "joint", *arguments, **law | values)
 
 
-def worn(case: str, *words: str, **values):
+def worn(case: str, *arguments: str, **values):
     """Return the tower with a changed joint of law 'plesha'."""
     law = {"law": "plesha", "cohesion": None, "tensile_strength": None}
-    return bad(case, "joint", *words, **law | values)
+    return bad(case, "joint", *arguments, **law | values)
 
 
-def flowing(case: str, *words: str, **values):
+def flowing(case: str, *arguments: str, **values):
     """Return the tower with a changed joint of law 'rate_state'."""
     law = {"law": "rate_state", "cohesion": None, "tensile_strength": None}
     law |= {"direct_effect": 0.01, "threshold_velocity": 1e-6}
-    return bad(case, "joint", *words, **law | values)
+    return bad(case, "joint", *arguments, **law | values)
 
 
-def softening(case: str, *words: str, **values):
+def softening(case: str, *arguments: str, **values):
     """Return the tower with a changed joint of law 'cohesive'."""
     law = {"law": "cohesive", "cohesion": 1e5, "tensile_strength": 1e5, "fracture_energy": 4.0}
-    return bad(case, "joint", *words, **law | {"normal_stiffness_per_area": 1e9} | values)
+    return bad(case, "joint", *arguments, **law | {"normal_stiffness_per_area": 1e9} | values)
 
 
-def shaped(case: str, outlines: list, *words: str):
+def shaped(case: str, outlines: list, *arguments: str):
     """Return a case with blocks of these outlines."""
-    return refused(case, blocks(*outlines), "&block", *words)
+    return refused(case, blocks(*outlines), "&block", *arguments)
 
 
-def more(case: str, group: str, /, *words: str, **values):
+def more(case: str, group: str, /, *arguments: str, **values):
     """Return a case with the tower and one more group."""
-    return refused(case, [*tower(), (group, values)], f"&{group}", *words)
+    return refused(case, [*tower(), (group, values)], f"&{group}", *arguments)
 
 
 CASES = [
@@ -355,42 +355,44 @@ TEXTS = [
 ]
 
 
-def both_complain(file, words, native, main, folder):
+def both_complain(file, phrases, native, main, folder):
     """Check that both programs refuse an input with one message, and keep the older output."""
     final = folder / "tower.nc"
     final.write_bytes(OLD)
-    said = []
+    messages = []
     for program in (native, main):
-        done = program("run", file, "--quiet", "--output", final)
-        assert done.returncode == 1, (program.name, done.stdout, done.stderr)
-        lines = done.stderr.strip().splitlines()
-        assert len(lines) == 1, done.stderr
-        said.append(lines[0].removeprefix(f"{program.name}: "))
-    assert said[0] == said[1]
-    assert str(file) in said[0]
-    for word in words:
-        assert word in said[0], f"{word!r} is not in {said[0]!r}"
+        process = program("run", file, "--quiet", "--output", final)
+        assert process.returncode == 1, (program.name, process.stdout, process.stderr)
+        lines = process.stderr.strip().splitlines()
+        assert len(lines) == 1, process.stderr
+        messages.append(lines[0].removeprefix(f"{program.name}: "))
+    assert messages[0] == messages[1]
+    assert str(file) in messages[0]
+    for phrase in phrases:
+        assert phrase in messages[0], f"{phrase!r} is not in {messages[0]!r}"
     assert final.read_bytes() == OLD
     assert not list(folder.glob("*.partial"))
     with pytest.raises(sitedda.InputError) as caught:
         sitedda.run(file)
-    assert str(caught.value) == said[0]
+    assert str(caught.value) == messages[0]
 
 
-@pytest.mark.parametrize(("groups", "group", "words"), CASES)
-def test_invalid_values_are_refused(groups, group, words, write_input, native, main, tmp_path):
+@pytest.mark.parametrize(("groups", "group", "phrases"), CASES)
+def test_invalid_values_are_refused(groups, group, phrases, write_input, native, main, tmp_path):
     if isinstance(groups, dict):
         (tmp_path / "record.txt").write_text(groups["record.txt"])
         groups = groups["groups"]
-    both_complain(write_input(groups), [group, *words], native, main, tmp_path)
+    both_complain(write_input(groups), [group, *phrases], native, main, tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"), [row[1:] for row in TEXTS], ids=[row[0] for row in TEXTS]
+    ("text", "phrases"), [row[1:] for row in TEXTS], ids=[row[0] for row in TEXTS]
 )
-def test_texts_that_are_not_namelists_are_refused(text, words, write_input, native, main, tmp_path):
+def test_texts_that_are_not_namelists_are_refused(
+    text, phrases, write_input, native, main, tmp_path
+):
     file = write_input(text)
-    both_complain(file, words, native, main, tmp_path)
+    both_complain(file, phrases, native, main, tmp_path)
 
 
 def test_a_missing_file_is_named(native, main, tmp_path):
@@ -399,16 +401,16 @@ def test_a_missing_file_is_named(native, main, tmp_path):
 
 def test_a_folder_is_refused_as_input(native, main, tmp_path):
     (tmp_path / "folder.nml").mkdir()
-    done = [program("run", tmp_path / "folder.nml") for program in (native, main)]
-    assert {d.returncode for d in done} <= {1, 5}
-    assert all("folder.nml" in d.stderr and "Traceback" not in d.stderr for d in done)
+    process = [program("run", tmp_path / "folder.nml") for program in (native, main)]
+    assert {d.returncode for d in process} <= {1, 5}
+    assert all("folder.nml" in d.stderr and "Traceback" not in d.stderr for d in process)
 
 
 @pytest.mark.parametrize("line", [3, 40, 1000])
 def test_the_message_gives_the_line_of_the_group(line, write_input):
     bad = namelist([("material", {"density": -1.0})])
-    rest = namelist([("control", {"time_step": 1.0, "steps": 1}), ("joint", dict(DRY))])
-    file = write_input("\n" * (line - 1) + bad + rest)
+    other_groups = namelist([("control", {"time_step": 1.0, "steps": 1}), ("joint", dict(DRY))])
+    file = write_input("\n" * (line - 1) + bad + other_groups)
     with pytest.raises(sitedda.InputError, match=rf"&material \(line {line}\): density = -1"):
         sitedda.run(file)
 
@@ -571,9 +573,9 @@ def test_nothing_in_an_input_is_executed(name, write_input, native, tmp_path):
     title = changed(tower(steps=2), "run", title=name)
     native.ok("run", write_input(title), "--quiet", "--output", tmp_path / "o.nc", folder=tmp_path)
     groups = moved(values=None, quantity=None, time_step=None, file=name)
-    done = native("run", write_input(groups), folder=tmp_path)
-    assert done.returncode == 1
-    assert name in done.stderr
+    process = native("run", write_input(groups), folder=tmp_path)
+    assert process.returncode == 1
+    assert name in process.stderr
     assert sitedda.run(write_input(title)).history.attrs["title"] == name
     assert not list(tmp_path.rglob("harm"))
 

@@ -46,8 +46,8 @@ def test_a_block_file_equals_the_text(tmp_path):
     for one, other in zip(state(text), state(file), strict=True):
         assert np.array_equal(one, other)
     (tmp_path / "below").mkdir()
-    again = sitedda.Model.read(file).write(tmp_path / "below" / "again.nml")
-    assert np.array_equal(state(again)[1], state(text)[1])
+    copied_file = sitedda.Model.read(file).write(tmp_path / "below" / "again.nml")
+    assert np.array_equal(state(copied_file)[1], state(text)[1])
 
 
 def test_blocks_that_overlap_are_refused_with_the_name_of_their_file(tmp_path):
@@ -101,9 +101,9 @@ def test_another_block_file_is_another_input(tmp_path):
         run.advance(10)
         run.checkpoint()
     model.groups[4].name = "slab"  # the text of the input does not change
-    kept = file.read_text()
+    content = file.read_text()
     model.write(file, block_file=True)
-    assert file.read_text() == kept
+    assert file.read_text() == content
     with pytest.raises(sitedda.OutputError, match="another input or block file"):
         sitedda.resume(file, tmp_path / "o.nc")
     sitedda.run(file, tmp_path / "o.nc")
@@ -145,9 +145,9 @@ def time_to_read(side: int, tmp_path, native) -> float:
         "&joint friction_angle = 30 /\n&blocks file = 'none.nc' /\n"  # stops after the first
     )
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = native("run", "m.nml", folder=tmp_path)
+    process = native("run", "m.nml", folder=tmp_path)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    assert "&blocks (line 5): none.nc cannot be read" in done.stderr
+    assert "&blocks (line 5): none.nc cannot be read" in process.stderr
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
@@ -188,9 +188,9 @@ def define(data, name, dimensions, kind, values, **options) -> None:
         variable[:] = np.asarray(values, dtype=kind)
 
 
-def moved_vertex(*place):
+def moved_vertex(*index):
     squares = SQUARES.copy()
-    squares[5] = place
+    squares[5] = index
     return ("vertex", "axis"), "f8", squares
 
 
@@ -329,14 +329,14 @@ def test_other_files_are_refused_as_block_files(tmp_path, native):
     assert "bad.nc cannot be read: No such file" in refused(tmp_path)
     bad.mkdir()
     assert "bad.nc" in refused(tmp_path)
-    done = native("run", "model.nml", folder=tmp_path)
-    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    process = native("run", "model.nml", folder=tmp_path)
+    assert process.returncode == 1 and process.stderr.count("\n") == 1
 
 
 def test_a_truncated_file_is_refused(tmp_path):
-    whole = tmp_path / "whole.nc"
-    dataset()(whole)
-    data = whole.read_bytes()
-    for share in (0.2, 0.5, 0.9, 0.99):
-        (tmp_path / "bad.nc").write_bytes(data[: int(share * len(data))])
+    complete = tmp_path / "whole.nc"
+    dataset()(complete)
+    data = complete.read_bytes()
+    for fraction in (0.2, 0.5, 0.9, 0.99):
+        (tmp_path / "bad.nc").write_bytes(data[: int(fraction * len(data))])
         assert "bad.nc" in refused(tmp_path)

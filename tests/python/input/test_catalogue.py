@@ -33,10 +33,10 @@ def needed(variable):
 def test_every_variable_of_the_schema_is_read(root):
     """Its value is used by a reader, or by a type of the model that extends the values."""
     files = (root / "fortran").rglob("*.f90")
-    words = set(re.findall(r"%(\w+)", "".join(file.read_text() for file in files)))
+    names = set(re.findall(r"%(\w+)", "".join(file.read_text() for file in files)))
     published = [(v.group, v.name) for v in VARIABLES]
     assert len(published) == len(set(published))
-    assert {name for _, name in published} <= words
+    assert {name for _, name in published} <= names
 
 
 def test_each_variable_has_meaning_default_and_values():
@@ -71,8 +71,8 @@ def test_every_variable_is_changed_in_its_group(variable):
 @pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")
 def test_a_name_without_group_is_accepted_if_unambiguous(variable):
     text = namelist([("run", {}), (variable.group, needed(variable))])
-    alike = [v for v in VARIABLES if v.name == variable.name]
-    homes = {v.group for v in alike if not v.when or v.group == variable.group}
+    same_names = [v for v in VARIABLES if v.name == variable.name]
+    homes = {v.group for v in same_names if not v.when or v.group == variable.group}
     if len(homes) > 1 and "control" not in homes:
         with pytest.raises(sitedda.InputError, match="several groups have this variable"):
             changed_input(text, {variable.name: value_of(variable)})
@@ -94,23 +94,34 @@ CLAUSES = [
     ("variable", "of", "items", "excludes"), CLAUSES, ids=lambda v: getattr(v, "name", str(v))
 )
 def test_what_the_schema_needs_and_excludes_is_refused(variable, of, items, excludes, write_input):
-    alike = {v.name: v for v in VARIABLES if v.group == variable.group}
+    group_variables = {v.name: v for v in VARIABLES if v.group == variable.group}
     names = re.split(", | or ", re.sub(" = '[^']*'", "", items))
-    own = needed(variable) | {variable.name: of.split("'")[1] if of else value_of(variable)}
+    assigned = needed(variable) | {variable.name: of.split("'")[1] if of else value_of(variable)}
     also = [names[0]] if excludes else []
-    for one in alike.values():  # variables that its law or kind requires
-        switch, _, values = one.when.partition(" = ")
-        if one.default.startswith("required by its ") and f"'{own.get(switch)}'" in values:
-            also.append(one.name)
+    for group_variable in group_variables.values():  # variables that its law or kind requires
+        switch, _, values = group_variable.when.partition(" = ")
+        if (
+            group_variable.default.startswith("required by its ")
+            and f"'{assigned.get(switch)}'" in values
+        ):
+            also.append(group_variable.name)
     if excludes and ":" not in variable.needs:
         also += filter(None, re.split(", | or ", variable.needs))
     alternatives = GROUPS[variable.group].needs.split(" or ")
-    if not {*alternatives} & {*own, *also, ""}:
-        also.append(next(one for one in reversed(alternatives) if one not in names))
-    own = {name: value_of(alike[name]) for name in also if excludes or name not in names} | own
+    if not {*alternatives} & {*assigned, *also, ""}:
+        also.append(
+            next(
+                group_variable
+                for group_variable in reversed(alternatives)
+                if group_variable not in names
+            )
+        )
+    assigned = {
+        name: value_of(group_variables[name]) for name in also if excludes or name not in names
+    } | assigned
     groups = [g for g in tower() if g[0] not in SINGLE or g[0] != variable.group]
     with pytest.raises(sitedda.InputError, match=rf"\b({'|'.join(names)})\b"):
-        sitedda.Simulation(write_input([*groups, (variable.group, own)]))
+        sitedda.Simulation(write_input([*groups, (variable.group, assigned)]))
 
 
 def test_a_changed_contact_rule_affects_the_run(write_input):
@@ -122,7 +133,7 @@ def test_a_changed_contact_rule_affects_the_run(write_input):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "phrases"),
     [
         ("&control time_stop = 1 /", ["'time_stop'", "is 'time_step' meant?"]),
         ("&control friction_angle = 3 /", ["'friction_angle'", "it belongs to &material, &joint"]),
@@ -131,11 +142,11 @@ def test_a_changed_contact_rule_affects_the_run(write_input):
         ("&qqqqqq steps = 3 /", ["&qqqqqq", "known are &run, &control"]),
     ],
 )
-def test_an_unknown_name_gets_the_nearest_known_one(text, words, write_input):
+def test_an_unknown_name_gets_the_nearest_known_one(text, phrases, write_input):
     with pytest.raises(sitedda.InputError) as caught:
         sitedda.Simulation(write_input(text))
-    for word in words:
-        assert word in str(caught.value)
+    for phrase in phrases:
+        assert phrase in str(caught.value)
 
 
 def test_names_of_energies_counts_and_phases_agree(write_input):

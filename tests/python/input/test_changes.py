@@ -57,33 +57,33 @@ def test_both_programs_make_the_same_text_and_resume_runs_of_the_other(
     changes, write_input, native, main, tmp_path, same_bits
 ):
     file = write_input(COMMENTED)
-    words = [word for change in changes for word in ("--set", change)]
+    options = [text for change in changes for text in ("--set", change)]
     for one, other in ((native, main), (main, native)):
-        one.ok("run", file, *words, "-q", "-o", f"{one.name}.nc", folder=tmp_path)
-        again = other("resume", file, *words, "-q", "-o", f"{one.name}.nc", folder=tmp_path)
-        assert again.returncode == 0 and "is complete" in again.stdout, again.stderr
+        one.ok("run", file, *options, "-q", "-o", f"{one.name}.nc", folder=tmp_path)
+        process = other("resume", file, *options, "-q", "-o", f"{one.name}.nc", folder=tmp_path)
+        assert process.returncode == 0 and "is complete" in process.stdout, process.stderr
     same_bits(tmp_path / "sitedda.nc", tmp_path / "sitedda-native.nc")
-    assert native("check", file, *words).stdout != native("check", file).stdout
+    assert native("check", file, *options).stdout != native("check", file).stdout
 
 
 def test_a_checkpoint_of_one_program_is_accepted_by_the_other(write_input, native, tmp_path):
-    file, words = write_input(COMMENTED), ["--set", "time_step=5e-4", "--set", "title=It's new"]
-    typed = {name: Typed(value) for name, value in (word.split("=", 1) for word in words[1::2])}
+    file, options = write_input(COMMENTED), ["--set", "time_step=5e-4", "--set", "title=It's new"]
+    typed = {name: Typed(value) for name, value in (text.split("=", 1) for text in options[1::2])}
     with sitedda.Simulation(file, tmp_path / "o.nc", changes=typed) as run:
         run.advance(3)
-    done = native("resume", file, *words, "-q", folder=tmp_path)
-    assert (done.returncode, "resumed at step 3" in done.stdout) == (0, True), done.stderr
+    process = native("resume", file, *options, "-q", folder=tmp_path)
+    assert (process.returncode, "resumed at step 3" in process.stdout) == (0, True), process.stderr
 
 
 @pytest.mark.parametrize("change", ["gravity=", "settle="])
 def test_a_change_without_a_value_is_refused(change, write_input, native, main):
     for program in (native, main):
-        done = program("check", write_input(COMMENTED), "--set", change)
-        assert done.returncode == 1 and "a value is needed" in done.stderr
+        process = program("check", write_input(COMMENTED), "--set", change)
+        assert process.returncode == 1 and "a value is needed" in process.stderr
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
         ("joint.friction_angle=3", "the input has 2 groups &joint (bed's, cross); name one"),
         ("joint[crss].cohesion=3", "no &joint named 'crss'; did you mean 'cross'?"),
@@ -98,20 +98,20 @@ def test_a_change_without_a_value_is_refused(change, write_input, native, main):
     ],
 )
 def test_both_programs_refuse_changes_with_the_nearest_name(
-    change, words, write_input, native, main
+    change, message, write_input, native, main
 ):
     file = write_input(COMMENTED)
     for program in (native, main) if "=" in change else (native,):
-        done = program("check", file, "--set", change)
-        assert done.returncode == 1
-        assert words in done.stderr and done.stderr.count("\n") == 1
+        process = program("check", file, "--set", change)
+        assert process.returncode == 1
+        assert message in process.stderr and process.stderr.count("\n") == 1
 
 
 def read(text: str) -> list[tuple[str, dict]]:
     """Return the groups with their values."""
     return [
-        (one.name, {k: getattr(v, "tolist", lambda v=v: v)() for k, v in one.values.items()})
-        for one in find_groups(text)
+        (group.name, {k: getattr(v, "tolist", lambda v=v: v)() for k, v in group.values.items()})
+        for group in find_groups(text)
     ]
 
 
@@ -154,8 +154,8 @@ def test_one_variable_changes_and_nothing_else(path, value, which, variable):
 def test_every_line_keeps_its_number():
     changes = {"gravity": (0.0, -1.0), "material.2.density": 1.0, "motion.values": [0.0] * 50}
     old, new = TEXT.splitlines(), changed_input(TEXT, changes).splitlines()
-    same = [i for i, (one, other) in enumerate(zip(old, new, strict=True)) if one == other]
-    assert set(range(len(old))) - set(same) == {3, 4, 9, 12}
+    equal_lines = [i for i, (one, other) in enumerate(zip(old, new, strict=True)) if one == other]
+    assert set(range(len(old))) - set(equal_lines) == {3, 4, 9, 12}
 
 
 def test_nested_mappings_select_groups_and_names():
@@ -164,8 +164,8 @@ def test_nested_mappings_select_groups_and_names():
 
 
 def test_a_star_selects_all_groups_of_a_kind():
-    found = [v for name, v in read(changed_input(TEXT, {"load[*].x": 9})) if name == "load"]
-    assert [group["x"] for group in found] == [9, 9]
+    loads = [v for name, v in read(changed_input(TEXT, {"load[*].x": 9})) if name == "load"]
+    assert [group["x"] for group in loads] == [9, 9]
 
 
 def test_none_removes_a_variable_and_steps_replace_the_duration():
@@ -189,7 +189,7 @@ def test_a_group_that_may_be_missing_is_added():
 
 
 @pytest.mark.parametrize(
-    ("path", "words"),
+    ("path", "message"),
     [
         (
             "material.density",
@@ -208,10 +208,10 @@ def test_a_group_that_may_be_missing_is_added():
         ("a b", ["a b: no group has this variable"]),
     ],
 )
-def test_an_unknown_or_ambiguous_name_is_refused(path, words):
+def test_an_unknown_or_ambiguous_name_is_refused(path, message):
     with pytest.raises(sitedda.InputError) as caught:
         changed_input(TEXT, {path: 1})
-    for part in words:
+    for part in message:
         assert part in str(caught.value)
 
 

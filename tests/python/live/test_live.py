@@ -56,10 +56,10 @@ PILE = namelist(
 
 @pytest.fixture
 def folder(tmp_path):
-    place = tmp_path / "work"
-    place.mkdir()
-    (place / "pile.nml").write_text(PILE)
-    return place
+    path = tmp_path / "work"
+    path.mkdir()
+    (path / "pile.nml").write_text(PILE)
+    return path
 
 
 def same_bits(one, other) -> bool:
@@ -76,18 +76,20 @@ def test_a_run_imports_nothing_of_the_server(folder):
         "found = [m for m in sys.modules if m.startswith(('tornado', 'sitedda.live'))]; "
         "assert not found, found"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    process = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True
+    )
+    assert process.returncode == 0, process.stderr
 
 
 def test_without_the_library_one_sentence_says_what_to_install(folder):
     code = "import sys; sys.modules['tornado'] = None; from sitedda.program import main; "
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", f"{code}sys.exit(main(['live', '--no-open']))"],
         cwd=folder, capture_output=True, text=True,
     )  # fmt: skip
-    assert done.returncode == 1 and "pip install 'sitedda[live]'" in done.stderr
-    assert "Traceback" not in done.stderr
+    assert process.returncode == 1 and "pip install 'sitedda[live]'" in process.stderr
+    assert "Traceback" not in process.stderr
 
 
 # --- the document ----------------------------------------------------------------------------
@@ -121,8 +123,8 @@ def test_groups_are_added_with_unique_names_and_removed_with_their_lines():
     document = Document(TEXT, "m.nml")
     document.add("joint")
     document.add("joint")
-    names = [one["values"]["name"] for one in document.described()["groups"] if one["number"]
-             and one["name"] == "joint"]  # fmt: skip
+    names = [group["values"]["name"] for group in document.described()["groups"] if group["number"]
+             and group["name"] == "joint"]  # fmt: skip
     assert names == ["bed", "cross", "bedding", "bedding_2"]
     document.take_out("joint", 4)
     document.take_out("joint", 3)
@@ -137,9 +139,9 @@ def test_an_invalid_value_changes_nothing_and_its_message_has_a_field():
     with pytest.raises(sitedda.InputError):
         document.set("joint", 1, "friction_angle", "steep")
     assert document.text == TEXT
-    words = "m.nml, group &joint (line 5): friction_angle = 95 must lie between 0 and 89"
-    place = {"group": "joint", "number": 2, "variable": "friction_angle", "line": 5}
-    assert place_of_trouble(words, TEXT, "m.nml") == place
+    message = "m.nml, group &joint (line 5): friction_angle = 95 must lie between 0 and 89"
+    field = {"group": "joint", "number": 2, "variable": "friction_angle", "line": 5}
+    assert place_of_trouble(message, TEXT, "m.nml") == field
 
 
 @pytest.mark.parametrize(
@@ -183,7 +185,7 @@ def test_a_later_page_receives_the_valid_picture(folder, tmp_path):
         talk(use(server))
 
 
-def steered(folder, state, steps: int, command: str, values: dict, *wanted: str) -> tuple:
+def steered(folder, state, steps: int, command: str, values: dict, *kinds: str) -> tuple:
     """Change a settled run after some steps and complete it; return messages, files and output."""
 
     async def use(server):
@@ -199,25 +201,25 @@ def steered(folder, state, steps: int, command: str, values: dict, *wanted: str)
             await page.ask("run")
             await page.status("done")
             files = [await page.saved("output", "live")]
-            return page.messages, [*files, *[await page.saved(what, "saved") for what in wanted]]
+            return page.messages, [*files, *[await page.saved(kind, "saved") for kind in kinds]]
 
     with live(folder, state) as server:
         messages, (output, *files) = talk(use(server))
-    with sitedda.open_output(output) as found:
-        return messages, files, found.load()
+    with sitedda.open_output(output) as data:
+        return messages, files, data.load()
 
 
 def test_the_saved_namelist_is_bit_identical(folder, tmp_path):
     stage = {"name": "digging", "remove": "low"}
-    wanted = ("namelist", "script", "report")
-    messages, (saved, script, report), found = steered(
-        folder, tmp_path / "state", 50, "stage", stage, *wanted
+    kinds = ("namelist", "script", "report")
+    messages, (saved, script, report), data = steered(
+        folder, tmp_path / "state", 50, "stage", stage, *kinds
     )
-    done = next(m for m in messages if m["kind"] == "run" and m["status"] == "done")
-    assert done["verdict"]["lines"] and done["verdict"]["charts"]
+    last_message = next(m for m in messages if m["kind"] == "run" and m["status"] == "done")
+    assert last_message["verdict"]["lines"] and last_message["verdict"]["charts"]
     assert sum(m["kind"] == "frame" for m in messages) > 2
     assert "&stage name = 'digging'" in saved.read_text()
-    assert same_bits(found, sitedda.run(saved).history)
+    assert same_bits(data, sitedda.run(saved).history)
     assert report.read_text().startswith("<!doctype html>")
     assert "run.begin_stage(name='digging', remove='low')" in script.read_text()
 
@@ -226,25 +228,25 @@ def test_a_new_friction_as_a_stage_is_bit_identical(folder, tmp_path):
     text = PILE.replace("gravity = 0.0, -9.81", "gravity = -2.0, -9.81")
     (folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
     stage = {"name": "wet", "change_joints": "dry -> ice"}
-    _, (saved,), found = steered(folder, tmp_path / "state", 50, "stage", stage, "namelist")
+    _, (saved,), data = steered(folder, tmp_path / "state", 50, "stage", stage, "namelist")
     assert "in the script alone" not in saved.read_text()
-    moved = found.displacement.sel(point="top", axis="x")
-    assert abs(moved.sel(time=0.05, method="nearest")) < 1e-3 < 0.1 < abs(moved[-1])
-    assert same_bits(found, sitedda.run(saved).history)
+    displacement = data.displacement.sel(point="top", axis="x")
+    assert abs(displacement.sel(time=0.05, method="nearest")) < 1e-3 < 0.1 < abs(displacement[-1])
+    assert same_bits(data, sitedda.run(saved).history)
 
 
 def test_the_saved_script_is_bit_identical_with_changes_outside_stages(
     folder, tmp_path, monkeypatch
 ):
     change = {"joint[1].friction_angle": "2"}
-    _, (script, plain), found = steered(
+    _, (script, plain), data = steered(
         folder, tmp_path / "state", 60, "change", change, "script", "namelist"
     )
     assert "! only in the script: at t = 0.06 s: joint[1].friction_angle = 2" in plain.read_text()
     monkeypatch.chdir(folder)
     runpy.run_path(str(script))
     with sitedda.open_output(folder / "saved.nc") as repeated:
-        assert same_bits(found, repeated)
+        assert same_bits(data, repeated)
 
 
 def test_two_pages_show_the_same_run_and_a_later_one_shows_it_from_its_start(folder, tmp_path):
@@ -254,10 +256,10 @@ def test_two_pages_show_the_same_run_and_a_later_one_shows_it_from_its_start(fol
             await one.ask("run")
             await one.status("done")
             await other.status("done")
-            async with Client(server) as late:
-                await late.status("done")
+            async with Client(server) as third:
+                await third.status("done")
                 times = [[m["time"] for m in page.messages if m["kind"] == "frame"]
-                         for page in (one, other, late)]  # fmt: skip
+                         for page in (one, other, third)]  # fmt: skip
                 assert times[0] == times[1] and times[2] and times[2][-1] == times[0][-1]
 
     with live(folder, tmp_path / "state") as server:
@@ -274,10 +276,10 @@ def test_displacements_of_frames_are_relative_to_equilibrium_as_in_the_output(fo
     message = list(run.frames)[-1]
     size = 4 + int.from_bytes(message[:4], "little")
     at, length = json.loads(message[4:size])["streams"]["blocks"]
-    moved = np.frombuffer(message[size + at :][:length], "<f4").reshape(10, -1)[:2].T
+    displacement = np.frombuffer(message[size + at :][:length], "<f4").reshape(10, -1)[:2].T
     scene = Scene(sitedda.open_output(run.result))
     expected = scene.displacement(scene.frames - 1) + scene.base[-1]
-    assert abs(moved - expected).max() < 1e-6 < 1e-3 < abs(moved).max()
+    assert abs(displacement - expected).max() < 1e-6 < 1e-3 < abs(displacement).max()
     assert run.words["summary"].count("at rest") == 1
 
 
@@ -302,8 +304,10 @@ def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
         assert server.process.poll() is None
     assert end["status"] == "failed" and "does not converge" in end["verdict"]["failure"]
     assert end["verdict"]["blocks"] == [1, 0]
-    told = unescape(report.read_text())
-    assert "the run failed." in told and f"failed: {end['verdict']['failure']}" in told
+    report_text = unescape(report.read_text())
+    assert (
+        "the run failed." in report_text and f"failed: {end['verdict']['failure']}" in report_text
+    )
 
 
 # --- the guard -------------------------------------------------------------------------------
@@ -331,10 +335,11 @@ def test_a_server_for_other_machines_prints_a_warning(folder, tmp_path, host):
 
 def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
     async def use(server):
-        for said in ("", "{}", "[]", '{"token": 3}', json.dumps({"token": "x" * 43}), "{" * 9000,
-                     json.dumps({"token": server.token[:-1]}), '{"do": "run"}'):  # fmt: skip
+        for first_message in ("", "{}", "[]", '{"token": 3}', json.dumps({"token": "x" * 43}),
+                              "{" * 9000, json.dumps({"token": server.token[:-1]}),
+                              '{"do": "run"}'):  # fmt: skip
             socket = await connect(server)
-            await socket.write_message(said)
+            await socket.write_message(first_message)
             assert await asyncio.wait_for(socket.read_message(), DEADLINE) is None
             assert socket.close_code == 4401
         for headers in ({"Origin": "http://evil.example"}, {"Origin": "null"}, {"Origin": None},
@@ -380,21 +385,23 @@ def hostile_messages(seed: int, count: int) -> list:
     commands = ["open", "write", "set", "add", "save", "step", "stage", "change", "record", "x"]
     values = [None, -1, 1e300, "", "a\0b", "../../x", "/etc/passwd", [], {}, [[[]]], True, "é" * 50,
               "x" * 5000, {"a": {"b": 1}}, "&run /", "\ud800"]  # fmt: skip
-    found = []
+    messages = []
     for _ in range(count):
         kind = draw.randrange(5)
         if kind == 0:
-            found.append("".join(chr(draw.randrange(1, 0xD000)) for _ in range(draw.randrange(80))))
+            messages.append(
+                "".join(chr(draw.randrange(1, 0xD000)) for _ in range(draw.randrange(80)))
+            )
         elif kind == 1:
-            found.append(bytes(draw.randrange(256) for _ in range(draw.randrange(80))))
+            messages.append(bytes(draw.randrange(256) for _ in range(draw.randrange(80))))
         elif kind == 2:
-            found.append(json.dumps(draw.choice(values)))
+            messages.append(json.dumps(draw.choice(values)))
         else:
             names = ["source", "name", "text", "group", "number", "variable", "value", "what",
                      "steps", "values"]  # fmt: skip
             fields = {n: draw.choice(values) for n in draw.sample(names, draw.randrange(5))}
-            found.append(json.dumps({"do": draw.choice([*commands, 5, None])} | fields))
-    return found
+            messages.append(json.dumps({"do": draw.choice([*commands, 5, None])} | fields))
+    return messages
 
 
 def test_malformed_and_oversized_messages_change_and_write_nothing(folder, tmp_path):
@@ -483,8 +490,8 @@ def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
         server.kill()
     with live(folder, state) as server:
         output, saved = talk(go_on(server))
-    with sitedda.open_output(output) as found:
-        assert same_bits(found, sitedda.run(saved).history)
+    with sitedda.open_output(output) as data:
+        assert same_bits(data, sitedda.run(saved).history)
 
 
 def test_two_servers_of_one_folder_have_separate_sessions(folder, tmp_path):
@@ -523,11 +530,11 @@ def test_a_damaged_journal_leads_to_the_start_page(folder, tmp_path):
 
 def test_any_failure_to_save_is_reported_to_the_page(tmp_path):
     """The page waits for a response, whichever exception a library raises."""
-    told: list[dict] = []
-    session = SimpleNamespace(_saver=threading.Lock(), tell=told.append, folder=tmp_path)
-    for trouble in (TypeError("can only repeat by an integer"), ZeroDivisionError()):
-        session._write_files = Mock(side_effect=trouble)
+    events: list[dict] = []
+    session = SimpleNamespace(_saver=threading.Lock(), tell=events.append, folder=tmp_path)
+    for error in (TypeError("can only repeat by an integer"), ZeroDivisionError()):
+        session._write_files = Mock(side_effect=error)
         Session._save_and_report(session, "report", tmp_path / "r.html")
-    assert [one["message"] for one in told] == ["can only repeat by an integer",
+    assert [event["message"] for event in events] == ["can only repeat by an integer",
                                                 "ZeroDivisionError"]  # fmt: skip
-    assert all(one["kind"] == "refused" and one["what"] == "report" for one in told)
+    assert all(event["kind"] == "refused" and event["what"] == "report" for event in events)

@@ -181,18 +181,18 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
     picture(page, "done")
 
     page.get_by_role("tab", name="Save").click()
-    for what in ("namelist", "script", "report", "output", "movie"):
-        press(page, f"save the {what}")
-        until(page, f"page.saves.fields.{what}.words.textContent.startsWith('saved')")
+    for kind in ("namelist", "script", "report", "output", "movie"):
+        press(page, f"save the {kind}")
+        until(page, f"page.saves.fields.{kind}.words.textContent.startsWith('saved')")
     picture(page, "save")
     saved = {file.suffix: file for file in served.folder.iterdir() if "input" not in file.name}
     assert saved.keys() >= {".nml", ".py", ".html", ".mp4", ".nc"}
     assert page.complaints == []
-    again = sitedda.run(saved[".nml"]).history
-    with sitedda.open_output(saved[".nc"]) as found:
-        assert found.sizes["block"] == blocks and str(found.attrs["stages"]).startswith("rest")
+    repeated = sitedda.run(saved[".nml"]).history
+    with sitedda.open_output(saved[".nc"]) as data:
+        assert data.sizes["block"] == blocks and str(data.attrs["stages"]).startswith("rest")
         for name in COMPARED:
-            assert np.array_equal(found[name].values, again[name].values), name
+            assert np.array_equal(data[name].values, repeated[name].values), name
 
 
 def test_an_invalid_value_is_reported_at_its_field_and_the_picture_remains(served, opened):
@@ -200,24 +200,24 @@ def test_an_invalid_value_is_reported_at_its_field_and_the_picture_remains(serve
     heads = page.locator("details.group > summary").all_inner_texts()
     assert "control\ntime step 0.001 s" in heads and not any("_" in head for head in heads)
     title = "([group, values]) => page.forms.title(values, page.forms.kinds.get(group))"
-    for group, value, words in (
+    for group, value, texts in (
         ("contact", {"normal_stiffness": "15446984225.7"}, "15.45 GN/m"),
         ("control", {"gravity": "0.0, -9.81234567"}, "0, −9.812 m/s²"),
         ("control", {"analysis": "plane_strain"}, "plane strain"),
     ):
-        assert page.evaluate(title, [group, value]).endswith(f" {words}")
+        assert page.evaluate(title, [group, value]).endswith(f" {texts}")
     page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
     field(page, "control 1", "settle").wait_for()
     offered = "all => all.map((one) => one.placeholder || one.textContent).join('\\n')"
-    words = page.locator("#panel-form :is(.row option, input)").evaluate_all(offered)
-    assert "plane strain" in words and "_" not in words and ".true." not in words
+    texts = page.locator("#panel-form :is(.row option, input)").evaluate_all(offered)
+    assert "plane strain" in texts and "_" not in texts and ".true." not in texts
     before = page.evaluate("page.view.model.n")
-    for text, words in (("95", "0 and 89"), ("steep", "steep")):
+    for text, texts in (("95", "0 and 89"), ("steep", "steep")):
         one = field(page, "joint 1", "friction_angle")
         one.fill(text)
         one.press("Enter")
-        told = "document.querySelector('.row:has([aria-invalid=true]) .wrong')?.textContent"
-        until(page, f"({told} || '').includes('{words}')")
+        script = "document.querySelector('.row:has([aria-invalid=true]) .wrong')?.textContent"
+        until(page, f"({script} || '').includes('{texts}')")
     assert page.evaluate("page.view.model.n") == before
     one.fill("33")
     one.press("Enter")
@@ -258,13 +258,13 @@ def test_the_page_has_no_accessibility_errors_on_phones_and_in_dark_mode(served,
     for options in ({}, {"color_scheme": "dark"}, {"viewport": {"width": 400, "height": 800}}):
         page = opened(served, **options)
 
-        def look(where: str, page=page, options=options) -> None:
+        def look(label: str, page=page, options=options) -> None:
             page.evaluate(script)
-            found = page.evaluate("axe.run().then((r) => r.violations.map((v) => "
+            violations = page.evaluate("axe.run().then((r) => r.violations.map((v) => "
                                   "[v.id, v.nodes.map((n) => n.html.slice(0, 90))]))")  # fmt: skip
-            assert found == [], (where, options)
+            assert violations == [], (label, options)
             wide = "document.scrollingElement.scrollWidth <= innerWidth"
-            assert page.evaluate(wide), (where, options)
+            assert page.evaluate(wide), (label, options)
 
         look("start")
         begun(page, "pile.nml")
@@ -436,8 +436,8 @@ def test_another_model_fills_the_view_and_selections_are_cleared(served, opened)
     page.evaluate("page.view.pick(1)")
     page.evaluate("page.view.setColor('displacement')")
     until(page, "page.view.root.textContent.includes('nothing has run')")
-    words, chart = page.evaluate("[page.view.info.innerText, !!page.view.blockChart]")
-    assert "centroid" in words and "compression" not in words and not chart
+    info_text, chart = page.evaluate("[page.view.info.innerText, !!page.view.blockChart]")
+    assert "centroid" in info_text and "compression" not in info_text and not chart
     press(page, "Step", "page.run?.status === 'paused' && page.view.blockChart")
     until(page, "page.view.info.innerText.includes('compression')")
     remove = page.locator(".stage-form .row", has_text="remove").locator("input").first
@@ -453,13 +453,13 @@ def test_another_model_fills_the_view_and_selections_are_cleared(served, opened)
     page.evaluate("page.view.forget(); page.view.draw()")
     press(page, "fails.nml", "page.model.file === 'fails.nml' && page.view.color === 'material'")
     drawn(page)
-    seen = page.evaluate("[page.view.camera.scale, page.view.color, page.view.picked]")
-    assert seen == [pytest.approx(fitted), "material", -1]
+    view_state = page.evaluate("[page.view.camera.scale, page.view.color, page.view.picked]")
+    assert view_state == [pytest.approx(fitted), "material", -1]
     press(page, "Run")
     over(page)
-    told = page.locator("#trouble").bounding_box()
+    message_box = page.locator("#trouble").bounding_box()
     assert "does not converge" in page.locator("#trouble").inner_text()
-    assert told["y"] + told["height"] < 900
+    assert message_box["y"] + message_box["height"] < 900
     assert page.complaints == []
 
 

@@ -69,11 +69,14 @@ def output(tmp_path_factory):
 
 def test_an_output_has_the_variables_of_its_families(output):
     assert {VARIABLES[name].family for name in output.variables} == set(FAMILIES)
-    for name, known in VARIABLES.items():
-        found = output[name]
-        text = known.kind == "text"
-        assert found.dimensions == known.dimensions + ("letter",) * text
-        assert getattr(found, "units", "") == known.unit and found.long_name
+    for name, expected in VARIABLES.items():
+        variable_of_output = output[name]
+        text = expected.kind == "text"
+        assert variable_of_output.dimensions == expected.dimensions + ("letter",) * text
+        assert (
+            getattr(variable_of_output, "units", "") == expected.unit
+            and variable_of_output.long_name
+        )
 
 
 def test_an_output_follows_the_conventions(output):

@@ -17,7 +17,12 @@ def direct_shear(**joint) -> list:
     """A support pushes a block of 1 m under 1 MPa over another one, by WAY in 0.1 s."""
     law = {"name": "plane", "law": "mohr_coulomb", "friction_angle": 30.0}
     law |= {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
-    push = {"name": "push", "quantity": "displacement", "time_step": 0.1, "values": [0.0, WAY, WAY]}
+    motion = {
+        "name": "push",
+        "quantity": "displacement",
+        "time_step": 0.1,
+        "values": [0.0, WAY, WAY],
+    }
     blocks = {"lower": rectangle(-0.2, -0.1, 1.4, 0.1), "upper": rectangle(0.0, 0.0, 1.0, 0.1)}
     return [
         group("control", time_step=1e-3),
@@ -26,7 +31,7 @@ def direct_shear(**joint) -> list:
         *(group("block", name=name, vertices=at) for name, at in blocks.items()),
         group("fixed_point", block="lower", x=-0.1, y=-0.05),
         group("fixed_point", block="lower", x=1.1, y=-0.05),
-        ("motion", push),
+        ("motion", motion),
         group("fixed_point", block="upper", x=0.5, y=0.05, direction="x", motion_x="push"),
         group("traction", name="load", side="top", blocks="upper", normal=PRESSURE),
         group("measured_point", name="top", block="upper", x=0.5, y=0.05),
@@ -39,9 +44,9 @@ def direct_shear(**joint) -> list:
 def test_a_joint_that_dilates_has_not_opened(write_input, tmp_path):
     """The joint carries the pressure, and its block rises by tan ψ times the plastic slip."""
     run = sitedda.run(write_input(direct_shear(dilation_angle=8.0)), tmp_path / "run.nc")
-    lift = run.history.displacement.values[-1, 0, 1]
+    dilation = run.history.displacement.values[-1, 0, 1]
     elastic = PRESSURE * math.tan(math.radians(30.0)) / 1e10
-    assert lift == pytest.approx((WAY - elastic) * math.tan(math.radians(8.0)), rel=5e-3)
+    assert dilation == pytest.approx((WAY - elastic) * math.tan(math.radians(8.0)), rel=5e-3)
     assert run.verdict.values["contacts_slipped"] == 2
     assert run.verdict.values["contacts_opened"] == 0
     assert run.verdict.values["largest_opening_m"] == 0.0
@@ -56,11 +61,11 @@ def test_only_cohesive_contacts_count_as_bonds(cohesion, bonds, write_input, tmp
     assert (f"{bonds} bonds have broken" in str(run.verdict)) == (bonds > 0)
 
 
-@pytest.mark.parametrize(("strength", "stands"), [(60e3, True), (58e3, False)])
-def test_five_points_fail_like_a_brittle_joint(strength, stands, write_input):
+@pytest.mark.parametrize(("strength", "is_stable"), [(60e3, True), (58e3, False)])
+def test_five_points_fail_like_a_brittle_joint(strength, is_stable, write_input):
     """The block bends its joint by 6M/L² = 58.86 kPa; after one break, 1.19 times this stress."""
     at_rest = glued_block(tensile_strength=strength / 1.19, contact_points=5)
-    if not stands:
+    if not is_stable:
         with pytest.raises(sitedda.ConvergenceError, match="does not settle"):
             sitedda.run(write_input(at_rest))
         return

@@ -27,9 +27,9 @@ def pipe(tmp_path) -> Path:
     return file
 
 
-def said(done) -> list[str]:
-    assert done.returncode in (1, 5)
-    return done.stderr.strip().splitlines()
+def said(process) -> list[str]:
+    assert process.returncode in (1, 5)
+    return process.stderr.strip().splitlines()
 
 
 @pytest.mark.parametrize("file", ["pipe", "/dev/zero", "/dev/stdin", "."])
@@ -40,14 +40,14 @@ def test_an_input_is_a_regular_file(program, pipe, command, file):
 
 
 @pytest.mark.parametrize(
-    "words",
+    "command",
     [["draw"], ["view"], ["movie"], ["report"], ["surface"], ["site"], ["build"], ["safety"],
      ["record"], ["export", "--vtk", "out"], ["study", "run"], ["study", "collect"]],
     ids=" ".join,
 )  # fmt: skip
-def test_every_command_reads_only_regular_files(python_program, pipe, words):
-    name = pipe.rename(pipe.with_suffix(".mp4" if words == ["movie"] else ".in"))
-    (line,) = said(python_program(*words, name, folder=pipe.parent))
+def test_every_command_reads_only_regular_files(python_program, pipe, command):
+    name = pipe.rename(pipe.with_suffix(".mp4" if command == ["movie"] else ".in"))
+    (line,) = said(python_program(*command, name, folder=pipe.parent))
     assert "not a regular file" in line
 
 
@@ -88,12 +88,12 @@ def damage(output: Path, target: Path, change) -> Path:
     return target
 
 
-def replaced(name: str, place, value):
+def replaced(name: str, index, value):
     """Return a change of one value of a variable."""
 
     def change(variables, _):
         values = np.array(variables[name][2])
-        values[place] = value
+        values[index] = value
         variables[name][2] = values
 
     return change
@@ -135,8 +135,8 @@ def test_boundaries_without_edges_or_length_are_not_drawn(main, tmp_path):
         file = damage(output, tmp_path / "damaged.nc", change)
         main.ok("draw", file, folder=tmp_path)
     far = damage(output, tmp_path / "far.nc", replaced("boundary_edge_to", 0, 1e36))
-    done = main("draw", far, folder=tmp_path)
-    assert done.returncode == 5 and "variable boundary_edge_to:" in done.stderr
+    process = main("draw", far, folder=tmp_path)
+    assert process.returncode == 5 and "variable boundary_edge_to:" in process.stderr
 
 
 @pytest.mark.parametrize("name", [name for name in DAMAGES if name != "time"])
@@ -145,34 +145,34 @@ def test_a_damaged_output_causes_one_error_with_file_and_variable(
     main, output, tmp_path, name, command
 ):
     file = damage(output, tmp_path / "damaged.nc", DAMAGES[name])
-    done = main(command, file, folder=tmp_path)
-    (line,) = done.stderr.strip().splitlines()
-    assert done.returncode == 5
+    process = main(command, file, folder=tmp_path)
+    (line,) = process.stderr.strip().splitlines()
+    assert process.returncode == 5
     assert "damaged.nc is damaged" in line and f"variable {name}:" in line
 
 
 def test_a_copied_output_is_valid_and_bit_identical(output, tmp_path, same_bits):
     copy = damage(output, tmp_path / "copy.nc", lambda *_: None)
-    with sitedda.open_output(copy) as data, netCDF4.Dataset(output) as whole:
-        assert np.array_equal(data.vertices, whole["vertices"][...])
-        assert set(data.variables) == set(whole.variables)
+    with sitedda.open_output(copy) as data, netCDF4.Dataset(output) as original:
+        assert np.array_equal(data.vertices, original["vertices"][...])
+        assert set(data.variables) == set(original.variables)
 
 
 def test_a_foreign_file_is_refused_as_output(main, tmp_path):
     with netCDF4.Dataset(tmp_path / "other.nc", "w") as data:
         data.createDimension("time", 3)
         data.createVariable("time", "f8", ("time",))[:] = 0.0
-    done = main("draw", tmp_path / "other.nc")
-    assert done.returncode == 5
-    assert "or not an output of a run: variable time_step: it is missing" in done.stderr
+    process = main("draw", tmp_path / "other.nc")
+    assert process.returncode == 5
+    assert "or not an output of a run: variable time_step: it is missing" in process.stderr
 
 
 def test_invalid_attributes_are_refused(main, output, tmp_path):
     def change(_, attributes):
         attributes["input_text"] = 3.0
 
-    done = main("view", damage(output, tmp_path / "d.nc", change), "--no-open")
-    assert done.returncode == 5 and "attribute input_text is not text" in done.stderr
+    process = main("view", damage(output, tmp_path / "d.nc", change), "--no-open")
+    assert process.returncode == 5 and "attribute input_text is not text" in process.stderr
 
 
 @pytest.mark.parametrize(
@@ -184,9 +184,9 @@ def test_damaged_json_in_attributes_is_one_error(main, output, tmp_path, name, t
     def change(_, attributes):
         attributes[name] = text
 
-    done = main("report", damage(output, tmp_path / "d.nc", change), "-o", tmp_path / "p.html")
-    assert done.returncode == 5 and f"damaged: its attribute {name}" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1 and not (tmp_path / "p.html").exists()
+    process = main("report", damage(output, tmp_path / "d.nc", change), "-o", tmp_path / "p.html")
+    assert process.returncode == 5 and f"damaged: its attribute {name}" in process.stderr
+    assert len(process.stderr.strip().splitlines()) == 1 and not (tmp_path / "p.html").exists()
 
 
 def test_a_site_needs_the_materials_of_its_blocks(main, tmp_path):
@@ -197,20 +197,20 @@ def test_a_site_needs_the_materials_of_its_blocks(main, tmp_path):
 
     site = sitedda.Model.read(INPUTS / "layered_site.nml")
     site.control(duration=0.5)
-    whole = site.run(tmp_path / "site.nc").output
-    done = main("site", damage(whole, tmp_path / "d.nc", change), "-o", tmp_path / "o.png")
-    assert done.returncode == 5 and "its input lacks the material of a block" in done.stderr
+    site_output = site.run(tmp_path / "site.nc").output
+    process = main("site", damage(site_output, tmp_path / "d.nc", change), "-o", tmp_path / "o.png")
+    assert process.returncode == 5 and "its input lacks the material of a block" in process.stderr
     assert not (tmp_path / "o.png").exists()
 
 
 def test_a_site_needs_a_block_at_each_of_its_points(main, tmp_path):
     site = sitedda.Model.read(INPUTS / "layered_site.nml")
     site.control(duration=0.5)
-    whole = site.run(tmp_path / "site.nc").output
-    lost = damage(whole, tmp_path / "d.nc", replaced("point_place", (0, 1), 99_999.0))
-    done = main("site", lost, "-o", tmp_path / "o.png")
-    assert done.returncode in (1, 5) and "no block lies at the measured point" in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1
+    site_output = site.run(tmp_path / "site.nc").output
+    damaged = damage(site_output, tmp_path / "d.nc", replaced("point_place", (0, 1), 99_999.0))
+    process = main("site", damaged, "-o", tmp_path / "o.png")
+    assert process.returncode in (1, 5) and "no block lies at the measured point" in process.stderr
+    assert len(process.stderr.strip().splitlines()) == 1
 
 
 def test_boundaries_of_one_name_are_drawn_by_their_number(tmp_path):
@@ -223,13 +223,13 @@ def test_boundaries_of_one_name_are_drawn_by_their_number(tmp_path):
     history = load(sitedda.run(ridge, output=tmp_path / "ridge.nc").output)
     assert history.sizes["boundary"] > 1
     history = history.assign_coords(boundary=["one"] * history.sizes["boundary"])
-    assert all(np.ndim(moved) == 1 for _, moved, *_ in curves_of(Scene.of(history)))
+    assert all(np.ndim(displacement) == 1 for _, displacement, *_ in curves_of(Scene.of(history)))
 
 
 def test_an_output_of_an_earlier_version_is_refused(main, output, tmp_path):
     old = damage(output, tmp_path / "old.nc", lambda _, attributes: attributes.pop("input_values"))
-    done = main("draw", old, "-o", tmp_path / "o.png")
-    assert done.returncode == 5 and "run its input again" in done.stderr
+    process = main("draw", old, "-o", tmp_path / "o.png")
+    assert process.returncode == 5 and "run its input again" in process.stderr
 
 
 def test_an_output_contains_derived_values_of_its_input(tmp_path):

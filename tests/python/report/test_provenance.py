@@ -44,8 +44,8 @@ def repeated(history, write_input):
 def test_the_text_of_the_input_is_stored_exactly(write_input):
     text = "! Größe α, \t tabs and 'quotes'\r\n" + "\n" * 3
     file = write_input(text.encode() + write_input(tower(steps=2)).read_bytes() + b"! the end\n\n")
-    kept = sitedda.run(file).history.attrs["input_text"]
-    assert kept.encode() == file.read_bytes()
+    stored_text = sitedda.run(file).history.attrs["input_text"]
+    assert stored_text.encode() == file.read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -68,8 +68,8 @@ def test_the_executable_repeats_a_run_of_the_package(
     first_run, write_input, native, same_bits, tmp_path
 ):
     history = first_run(time_step=1 / 700)
-    again = write_input(history.attrs["input_text"].encode(), "again.nml")
-    native.ok("run", again, "-q", "-o", tmp_path / "again.nc")
+    copied_input = write_input(history.attrs["input_text"].encode(), "again.nml")
+    native.ok("run", copied_input, "-q", "-o", tmp_path / "again.nc")
     same_bits(history, tmp_path / "again.nc")
 
 
@@ -91,9 +91,9 @@ def test_the_output_names_program_and_version(first_run, tmp_path):
 
 
 def test_the_output_names_the_record_and_its_processing(first_run):
-    said = first_run().attrs["motions"]
-    for words in ("pulse", "record.smc", "7183 samples of acceleration", "0.005 s", "drift"):
-        assert words in said
+    description = first_run().attrs["motions"]
+    for phrase in ("pulse", "record.smc", "7183 samples of acceleration", "0.005 s", "drift"):
+        assert phrase in description
 
 
 def test_a_run_with_no_motion_names_none(write_input):

@@ -36,25 +36,29 @@ def box(left: float, bottom: float, width: float, height: float) -> list:
 BASE = box(-5, -1, 20, 1)
 
 
-def check_forces(found: Limit, friction: float, model: sitedda.Model, direction):
+def check_forces(limit: Limit, friction: float, model: sitedda.Model, direction):
     """Check that forces balance each block except the base, within friction."""
-    normal, shear = found.normal_force, found.shear_force
+    normal, shear = limit.normal_force, limit.shear_force
     assert (normal >= 0).all()
     assert (abs(shear) <= friction * normal + 1e-8 * normal.max()).all()
-    tangents = np.column_stack([-found.normals[:, 1], found.normals[:, 0]])
-    force = normal[:, None] * found.normals + shear[:, None] * tangents
+    tangents = np.column_stack([-limit.normals[:, 1], limit.normals[:, 0]])
+    force = normal[:, None] * limit.normals + shear[:, None] * tangents
     gravity = np.array(model.control.gravity)
-    for i, polygon in enumerate(found.polygons[1:], 1):
+    for i, polygon in enumerate(limit.polygons[1:], 1):
         mass, centre = mass_and_centre(polygon)
-        own = mass * (gravity + found.factor * np.linalg.norm(gravity) * np.array(direction))
-        total, moment = own.copy(), 0.0
+        weight_and_load = mass * (
+            gravity + limit.factor * np.linalg.norm(gravity) * np.array(direction)
+        )
+        total, moment = weight_and_load.copy(), 0.0
         for side, sign in ((1, 1.0), (0, -1.0)):
-            mine = found.blocks[:, side] == i
-            arm = found.points[mine] - centre
-            total += sign * force[mine].sum(axis=0)
-            moment += sign * (arm[:, 0] * force[mine, 1] - arm[:, 1] * force[mine, 0]).sum()
-        assert abs(total).max() < 1e-6 * np.linalg.norm(own)
-        assert abs(moment) < 1e-6 * np.linalg.norm(own) * np.ptp(polygon, axis=0).max()
+            is_of_block = limit.blocks[:, side] == i
+            arm = limit.points[is_of_block] - centre
+            total += sign * force[is_of_block].sum(axis=0)
+            moment += (
+                sign * (arm[:, 0] * force[is_of_block, 1] - arm[:, 1] * force[is_of_block, 0]).sum()
+            )
+        assert abs(total).max() < 1e-6 * np.linalg.norm(weight_and_load)
+        assert abs(moment) < 1e-6 * np.linalg.norm(weight_and_load) * np.ptp(polygon, axis=0).max()
 
 
 def mass_and_centre(polygon):
@@ -73,19 +77,19 @@ def test_a_block_slides_at_tan_phi_or_topples_at_its_slenderness(
     width, height, friction, direction
 ):
     model = assembly({"base": BASE, "block": box(1, 0, width, height)}, friction)
-    found = sitedda.limit_analysis(model, direction=direction)
+    limits = sitedda.limit_analysis(model, direction=direction)
     slides = friction < width / height
-    for limit in (found.upper, found.lower):
+    for limit in (limits.upper, limits.lower):
         assert limit.factor == pytest.approx(min(friction, width / height), rel=1e-6)
         assert limit.slides is slides
         assert limit.verdicts == ("stable", "slides" if slides else "topples")
         check_forces(limit, friction, model, direction)
-    way = found.lower.displacement[1]
-    assert way[0] * direction[0] > 0
+    displacement = limits.lower.displacement[1]
+    assert displacement[0] * direction[0] > 0
     if slides:
-        assert abs(way[1:]).max() < 1e-6  # it does not dilate
+        assert abs(displacement[1:]).max() < 1e-6  # it does not dilate
     else:
-        assert way[1] > 0 and way[2] * direction[0] < 0
+        assert displacement[1] > 0 and displacement[2] * direction[0] < 0
 
 
 def test_a_block_on_a_slope_bears_the_remaining_friction():
@@ -96,9 +100,9 @@ def test_a_block_on_a_slope_bears_the_remaining_friction():
     down = friction * math.cos(dip) - math.sin(dip)
     up = friction * math.cos(dip) + math.sin(dip)
     for direction, expected in ((RIGHT, down), (LEFT, up)):
-        found = sitedda.limit_analysis(model, direction=direction)
-        assert found.upper.factor == pytest.approx(expected, rel=1e-6)
-        assert found.lower.factor == pytest.approx(expected, rel=1e-6)
+        limits = sitedda.limit_analysis(model, direction=direction)
+        assert limits.upper.factor == pytest.approx(expected, rel=1e-6)
+        assert limits.lower.factor == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize(("floor", "between", "which"), [(0.5, 0.3, 2), (0.25, 0.4, 1)])
@@ -110,10 +114,10 @@ def test_two_blocks_slide_where_friction_is_least(floor, between, which):
         block = model[f"block.{name}"]
         block.joint = "floor"
     model["block.upper"].joint = "dry"
-    found = sitedda.limit_analysis(model)
-    assert found.upper.factor == pytest.approx(min(floor, between), rel=1e-6)
-    assert found.upper.verdicts[which] == "slides"
-    assert found.upper.verdicts[1] == ("slides" if which == 1 else "stable")
+    limits = sitedda.limit_analysis(model)
+    assert limits.upper.factor == pytest.approx(min(floor, between), rel=1e-6)
+    assert limits.upper.verdicts[which] == "slides"
+    assert limits.upper.verdicts[1] == ("slides" if which == 1 else "stable")
 
 
 @pytest.mark.parametrize("direction", [LEFT, RIGHT])
@@ -124,7 +128,7 @@ def test_a_stack_turns_about_the_joint_that_is_most_slender(direction):
     for i, (width, height) in enumerate(sizes):
         blocks[f"{i}"] = box(-0.5 * width, bottom, width, height)
         bottom += height
-    found = sitedda.limit_analysis(assembly(blocks, 2.0), direction=direction)
+    limits = sitedda.limit_analysis(assembly(blocks, 2.0), direction=direction)
     weights = np.array([width * height for width, height in sizes])
     tops = np.cumsum([height for _, height in sizes])
     levels = tops - 0.5 * np.array([height for _, height in sizes])
@@ -132,9 +136,9 @@ def test_a_stack_turns_about_the_joint_that_is_most_slender(direction):
         0.5 * sizes[i][0] * weights[i:].sum() / (weights[i:] @ (levels[i:] - tops[i] + sizes[i][1]))
         for i in range(len(sizes))
     ]
-    assert found.upper.factor == pytest.approx(min(factors), rel=1e-6)
-    assert found.lower.factor == pytest.approx(min(factors), rel=1e-3)
-    assert not found.upper.slides
+    assert limits.upper.factor == pytest.approx(min(factors), rel=1e-6)
+    assert limits.lower.factor == pytest.approx(min(factors), rel=1e-3)
+    assert not limits.upper.slides
 
 
 def test_a_ladder_is_supported_by_single_corners():
@@ -156,7 +160,7 @@ def test_a_ladder_is_supported_by_single_corners():
     wall = bar[1][0]
     blocks = {"base": BASE, "wall": box(wall, 0.5, 2, 5), "bar": bar}
     model = assembly(blocks, friction, held=("base", "wall"))
-    found = sitedda.limit_analysis(model, direction=LEFT)
+    limits = sitedda.limit_analysis(model, direction=LEFT)
     centre = 0.5 * (length * along + thick * across)
     head = length * along
     # Unknown N₁, N₂, k (weight 1), equilibrium of x, y and moments about the foot.
@@ -167,9 +171,9 @@ def test_a_ladder_is_supported_by_single_corners():
     ])  # fmt: skip
     n1, n2, k = np.linalg.solve(matrix, [0.0, 1.0, centre[0]])
     assert k > 0 and n1 > 0 and n2 > 0
-    assert found.upper.factor == pytest.approx(k, rel=1e-6)
-    assert found.lower.factor == pytest.approx(k, rel=1e-3)
-    assert found.upper.slides
+    assert limits.upper.factor == pytest.approx(k, rel=1e-6)
+    assert limits.lower.factor == pytest.approx(k, rel=1e-3)
+    assert limits.upper.slides
 
 
 def arch(friction: float, ratio=0.165, count=15, half=76.4) -> sitedda.Model:
@@ -180,16 +184,16 @@ def arch(friction: float, ratio=0.165, count=15, half=76.4) -> sitedda.Model:
         span=span, rise=rise, thickness=5.0 * ratio, voussoirs=count, abutment=2.0
     ).blocks()
     blocks = {stone.name: stone.polygon for stone in shapes}
-    held = [name for name in blocks if name.endswith(("left", "right"))]
-    return assembly(blocks, friction, held=held)
+    fixed = [name for name in blocks if name.endswith(("left", "right"))]
+    return assembly(blocks, friction, held=fixed)
 
 
 def test_an_arch_has_its_published_limit():
     """15 voussoirs, half angle 76.4°, t/R 0.165, μ 0.61: computed independently."""
-    found = sitedda.limit_analysis(arch(0.61))
-    assert found.upper.factor == pytest.approx(0.45488, abs=2e-5)
+    limits = sitedda.limit_analysis(arch(0.61))
+    assert limits.upper.factor == pytest.approx(0.45488, abs=2e-5)
     other = sitedda.limit_analysis(arch(0.61), direction=LEFT)
-    assert other.upper.factor == pytest.approx(found.upper.factor, rel=1e-6)
+    assert other.upper.factor == pytest.approx(limits.upper.factor, rel=1e-6)
 
 
 def test_an_output_and_its_input_have_the_same_limits(tmp_path):
@@ -204,13 +208,13 @@ def test_an_output_and_its_input_have_the_same_limits(tmp_path):
 def test_a_confined_block_is_stable_only_with_dilation():
     """A block between floor and ceiling cannot dilate; without dilation it slides."""
     blocks = {"base": BASE, "ceiling": box(-5, 1, 20, 1), "block": box(0, 0, 3, 1)}
-    found = sitedda.limit_analysis(assembly(blocks, 0.4, held=("base", "ceiling")))
-    assert found.upper.factor == math.inf and set(found.upper.verdicts) == {"stable"}
-    assert found.lower.factor == pytest.approx(0.4, rel=1e-2)
+    limits = sitedda.limit_analysis(assembly(blocks, 0.4, held=("base", "ceiling")))
+    assert limits.upper.factor == math.inf and set(limits.upper.verdicts) == {"stable"}
+    assert limits.lower.factor == pytest.approx(0.4, rel=1e-2)
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "message"),
     [
         (lambda m: m["joint.dry"](law="plesha", asperity_angle=5.0), "law 'plesha'"),
         (lambda m: m["joint.dry"](law="mohr_coulomb", cohesion=1e3), "residual_cohesion = 1000"),
@@ -224,10 +228,10 @@ def test_a_confined_block_is_stable_only_with_dilation():
         (lambda m: m.clear("fixed_point"), "no support"),
     ],
 )
-def test_unsupported_models_are_errors(change, words):
+def test_unsupported_models_are_errors(change, message):
     model = assembly({"base": BASE, "block": box(1, 0, 1, 3)}, 0.6)
     change(model)
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         sitedda.limit_analysis(model)
 
 
@@ -243,8 +247,8 @@ def test_boundaries_support_in_their_direction(sides, factor):
     model.boundary(kind="springs", side="bottom", direction="y", stiffness_per_area=1e9)
     for side in sides:
         model.boundary(kind="fixed", side=side, direction="x")
-    found = sitedda.limit_analysis(model, direction=RIGHT)
-    assert found.upper.factor == pytest.approx(factor, abs=1e-6)
+    limits = sitedda.limit_analysis(model, direction=RIGHT)
+    assert limits.upper.factor == pytest.approx(factor, abs=1e-6)
 
 
 def test_loads_of_an_output_are_refused(tmp_path):
@@ -278,10 +282,10 @@ def test_uplift_reduces_friction():
     """Uplift U below the block: k W = μ(W − U)."""
     model = squat()
     model.water(along=[(1, 0), (3, 0)], head=[1.0, 1.0])
-    found = sitedda.limit_analysis(model)
+    limits = sitedda.limit_analysis(model)
     expected = 0.5 * (1 - 9810.0 * 2.0 / WEIGHT)
-    assert found.upper.factor == pytest.approx(expected, rel=1e-6)
-    assert found.lower.factor == pytest.approx(expected, rel=1e-3)
+    assert limits.upper.factor == pytest.approx(expected, rel=1e-6)
+    assert limits.lower.factor == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize("level", [0.5, 1.0, 2.0])
@@ -289,12 +293,12 @@ def test_uplift_reduces_friction():
 def test_backfill_adds_weight_and_passive_pressure(level, direction):
     """k W = μ (W + γ b h) + K_p γ ∫ z dz, h above the block, K_p = 3 at 30°."""
     fill = Backfill([(-4, level), (10, level)], 18e3, 30.0)
-    found = sitedda.limit_analysis(squat(), direction=direction, backfill=fill)
+    limits = sitedda.limit_analysis(squat(), direction=direction, backfill=fill)
     above, side = max(level - 1, 0.0), 0.5 * (level**2 - max(level - 1, 0.0) ** 2)
     expected = 0.5 * (1 + 18e3 * 2 * above / WEIGHT) + 3 * 18e3 * side / WEIGHT
-    assert found.upper.factor == pytest.approx(expected, rel=1e-6)
-    assert found.lower.factor == pytest.approx(expected, rel=1e-3)
-    assert not found.upper.bolt_force
+    assert limits.upper.factor == pytest.approx(expected, rel=1e-6)
+    assert limits.lower.factor == pytest.approx(expected, rel=1e-3)
+    assert not limits.upper.bolt_force
 
 
 def test_backfill_ends_with_its_surface_and_strengthens_an_arch():
@@ -304,7 +308,7 @@ def test_backfill_ends_with_its_surface_and_strengthens_an_arch():
     stones = [
         mass_and_centre(polygon)[1] for polygon in sitedda.limit_analysis(model).upper.polygons
     ]
-    line = sorted(tuple(place) for place in stones if place[1] > 2.5)
+    line = sorted(tuple(point) for point in stones if point[1] > 2.5)
     bare = sitedda.travelling_axle(model, line, positions=9)
     fill = Backfill([(-9, 5), (9, 5)], 18e3, 30.0)
     filled = sitedda.travelling_axle(model, line, positions=9, backfill=fill)
@@ -316,9 +320,9 @@ def test_a_bolt_resists_with_its_yield_force():
     model, force = squat(5.0), 0.2 * WEIGHT
     model.bolt("tie", (1.0, -0.5), (1.0, 0.5), "base", "block", axial_stiffness=1e8,
                yield_force=force, pretension=0.5 * force)  # fmt: skip
-    held = sitedda.limit_analysis(model)
-    assert held.upper.factor == pytest.approx(2.0 + 4 * 0.2, rel=1e-6)
-    assert held.upper.bolt_force["tie"] == pytest.approx(force, rel=1e-6)
+    limits = sitedda.limit_analysis(model)
+    assert limits.upper.factor == pytest.approx(2.0 + 4 * 0.2, rel=1e-6)
+    assert limits.upper.bolt_force["tie"] == pytest.approx(force, rel=1e-6)
     assert sitedda.limit_analysis(model, direction=LEFT).upper.factor == pytest.approx(2, rel=1e-6)
 
 
@@ -339,22 +343,24 @@ def test_a_named_load_can_be_the_variable_load():
     weight = 2500.0 * 9.81 * 2.0
     model.load(2.0, 0.5, "beam", name="live", time=(0, 1), force_y=(-1e3, -1e3))
     model.load(0.0, 0.5, "beam", name="dead", time=(0, 1), force_y=(-1e4, -1e4))
-    found = sitedda.limit_analysis(model, load="live")
-    assert found.upper.factor == pytest.approx((weight + 1e4) / 1e3, rel=1e-6)
+    limits = sitedda.limit_analysis(model, load="live")
+    assert limits.upper.factor == pytest.approx((weight + 1e4) / 1e3, rel=1e-6)
     with pytest.raises(InputError, match="no &load of this name"):
         sitedda.limit_analysis(model, load="lives")
 
 
-@pytest.mark.parametrize(("axles", "least"), [([(0, 1)], 1.0), ([(0, 1), (0.5, 1)], 1 / 0.75)])
-def test_an_axle_is_worst_at_the_end_of_an_overhang(axles, least):
+@pytest.mark.parametrize(
+    ("axles", "position_of_minimum"), [([(0, 1)], 1.0), ([(0, 1), (0.5, 1)], 1 / 0.75)]
+)
+def test_an_axle_is_worst_at_the_end_of_an_overhang(axles, position_of_minimum):
     """P (x − 1) = W within the overhang, no limit above the base; two axles share P."""
     model = assembly({"base": box(-1, -1, 2, 1), "beam": box(-2, 0, 4, 0.5)}, 0.5)
     weight = 2500.0 * 9.81 * 2.0
-    found = sitedda.travelling_axle(model, [(-0.5, 0.5), (2, 0.5)], axles=axles, positions=26)
-    assert found.least == pytest.approx(least * weight, rel=1e-4)
-    assert found.worst == pytest.approx(2.5, abs=1e-3)
-    assert np.isinf(found.load[found.position < 1.4]).all()
-    assert found.limit.verdicts == ("stable", "topples")
+    result = sitedda.travelling_axle(model, [(-0.5, 0.5), (2, 0.5)], axles=axles, positions=26)
+    assert result.least == pytest.approx(position_of_minimum * weight, rel=1e-4)
+    assert result.worst == pytest.approx(2.5, abs=1e-3)
+    assert np.isinf(result.load[result.position < 1.4]).all()
+    assert result.limit.verdicts == ("stable", "topples")
     with pytest.raises(InputError, match="no block is at"):
         sitedda.travelling_axle(model, [(-0.5, 0.6), (2, 0.6)])
 
@@ -369,41 +375,43 @@ def test_an_arch_with_a_bolt_and_a_load_has_an_upper_bound_proof():
     low = {name: np.reshape(model[f"block.{name}"].vertices, (-1, 2)).mean(0) for name in names}
     ends = [low[names[4]], low[names[-5]]]
     model.bolt("tie", *ends, names[4], names[-5], axial_stiffness=1e8, yield_force=2e3)
-    found = sitedda.limit_analysis(model).upper
-    ways = found.displacement
+    limit = sitedda.limit_analysis(model).upper
+    ways = limit.displacement
 
-    def way(i, place):
-        arm = place - mass_and_centre(found.polygons[i])[1]
+    def way(i, position):
+        arm = position - mass_and_centre(limit.polygons[i])[1]
         return ways[i, :2] + ways[i, 2] * np.array([-arm[1], arm[0]])
 
-    for (a, b), place, normal in zip(found.blocks, found.points, found.normals, strict=True):
-        opening = way(b, place) - way(a, place)
+    for (a, b), position, normal in zip(limit.blocks, limit.points, limit.normals, strict=True):
+        opening = way(b, position) - way(a, position)
         slip = abs(opening @ [-normal[1], normal[0]])
         assert opening @ normal >= 0.6 * slip - 1e-5  # joints do no work
-    masses = [mass_and_centre(polygon)[0] for polygon in found.polygons]
+    masses = [mass_and_centre(polygon)[0] for polygon in limit.polygons]
     dead = sum(m * -9.81 * w[1] for m, w in zip(masses, ways, strict=True))
     live = sum(m * 9.81 * w[0] for m, w in zip(masses, ways, strict=True))
-    loaded = next(i for i, p in enumerate(found.polygons) if inside(p, (x + 1.0, y)))
+    loaded = next(i for i, p in enumerate(limit.polygons) if inside(p, (x + 1.0, y)))
     dead += -5e3 * way(loaded, np.array([x + 1.0, y]))[1]
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
-    first, last = found.names.index(names[4]), found.names.index(names[-5])
-    taken = 2e3 * max(0.0, along @ (way(last, ends[1]) - way(first, ends[0])))
-    assert taken > 0
-    assert (taken - dead) / live == pytest.approx(found.factor, rel=1e-3)  # error of prestress
+    first, last = limit.names.index(names[4]), limit.names.index(names[-5])
+    dissipation = 2e3 * max(0.0, along @ (way(last, ends[1]) - way(first, ends[0])))
+    assert dissipation > 0
+    assert (dissipation - dead) / live == pytest.approx(
+        limit.factor, rel=1e-3
+    )  # error of prestress
 
 
 def test_the_line_of_thrust_passes_through_the_hinges_of_an_arch():
     """At an opening hinge the resultant is at the closed end; the table has the same forces."""
     model = arch(0.9, ratio=0.12)
     model.bolt("tie", (-1.0, 3.8), (1.0, 3.8), axial_stiffness=1e8, yield_force=10.0)
-    found = sitedda.limit_analysis(model).upper
-    rows = [line.split(",") for line in found.to_csv().split("\n")[1:-1]]
+    limit = sitedda.limit_analysis(model).upper
+    rows = [line.split(",") for line in limit.to_csv().split("\n")[1:-1]]
     table = np.array([[float(value) for value in row[2:]] for row in rows])
-    assert len(table) == len(found.points)
-    assert table[:, 2] == pytest.approx(found.normal_force, rel=1e-6, abs=1e-3)
+    assert len(table) == len(limit.points)
+    assert table[:, 2] == pytest.approx(limit.normal_force, rel=1e-6, abs=1e-3)
     hinges = 0
-    for first, second, x, y, normal, _ in found.thrust:
-        ends = (found.blocks == (first, second)).all(axis=1)
+    for first, second, x, y, normal, _ in limit.thrust:
+        ends = (limit.blocks == (first, second)).all(axis=1)
         opening = table[ends, 4]
         assert normal == pytest.approx(table[ends, 2].sum(), rel=1e-6)
         if opening.max() > 0.01:
@@ -411,12 +419,12 @@ def test_the_line_of_thrust_passes_through_the_hinges_of_an_arch():
             assert (x, y) == pytest.approx(tuple(closed[:2]), abs=0.01)
             hinges += 1
     assert hinges == 4
-    axes = found.draw()
+    axes = limit.draw()
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert {"bolt", "line of thrust"} <= set(labels)
 
 
-def inside(polygon, place) -> bool:
+def inside(polygon, point) -> bool:
     one, after = polygon, np.roll(polygon, -1, axis=0)
-    along, away = after - one, np.array(place) - one
-    return bool((along[:, 0] * away[:, 1] - along[:, 1] * away[:, 0] >= 0).all())
+    along, offset = after - one, np.array(point) - one
+    return bool((along[:, 0] * offset[:, 1] - along[:, 1] * offset[:, 0] >= 0).all())

@@ -42,19 +42,19 @@ def test_a_slowly_increasing_force_has_the_same_limits(models):
 
 
 def test_limits_differ_if_blocks_are_wedged(models):
-    apart = [one.lower.factor / one.upper.factor for _, one in models]
-    assert max(apart) <= 1 + 1e-6 and min(apart) < 0.98
+    ratios = [limits.lower.factor / limits.upper.factor for _, limits in models]
+    assert max(ratios) <= 1 + 1e-6 and min(ratios) < 0.98
 
 
 @pytest.mark.parametrize("number", [4, 6, 7])  # dry, bonded and crushing, with bolts and water
 def test_loaded_models_rest_and_fail_at_their_limits(number):
-    loaded, found = next(judged(number + 1, number))
-    assert not wrong(loaded, found)
+    loaded, limits = next(judged(number + 1, number))
+    assert not wrong(loaded, limits)
 
 
 def test_wrong_proofs_of_limits_are_detected():
-    loaded, found = next(judged(5, 4))
-    upper = found.upper
+    loaded, limits = next(judged(5, 4))
+    upper = limits.upper
     force = upper.normal_force * (1 + 1e-3 * (np.arange(len(upper.points)) == 0))
     assert unbalanced(loaded, replace(upper, normal_force=force)) > EXACT
     assert unbalanced(loaded, replace(upper, factor=1.001 * upper.factor)) > EXACT
@@ -66,8 +66,8 @@ def test_wrong_proofs_of_limits_are_detected():
 
 
 def test_a_slope_moves_its_removable_blocks():
-    words, agree = removable_blocks.compare(2)
-    assert agree, words
+    description, agree = removable_blocks.compare(2)
+    assert agree, description
 
 
 def test_no_block_of_a_slope_falls_vertically():

@@ -18,10 +18,10 @@ from sitedda_evidence.validation.pushed import tower
 
 def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
     tower().write(tmp_path / "tower.nml")
-    done = main.ok("pushover", "tower.nml", "--point", "top", "--steps", "20", "--limits",
+    process = main.ok("pushover", "tower.nml", "--point", "top", "--steps", "20", "--limits",
                    "--displacement", "0.1", folder=tmp_path)  # fmt: skip
-    assert "peak: horizontal load / weight 0.25" in done.stdout
-    assert "0.25 without dilation (lowest of 3 starts), 0.25 with dilation" in done.stdout
+    assert "peak: horizontal load / weight 0.25" in process.stdout
+    assert "0.25 without dilation (lowest of 3 starts), 0.25 with dilation" in process.stdout
     assert (tmp_path / "tower_pushover.png").exists()
     head, *rows = (tmp_path / "tower_pushover.csv").read_text().splitlines()
     assert head.startswith("displacement (m),largest (m),factor (1)")
@@ -30,13 +30,13 @@ def test_the_command_prints_draws_and_writes_the_curve(tmp_path, main):
 
 def test_a_bad_spectrum_is_refused_before_the_run(tmp_path, main):
     tower().write(tmp_path / "tower.nml")
-    done = main("pushover", "tower.nml", "--point", "top", "--ec8", "2", "Z", folder=tmp_path)
-    assert done.returncode == 1 and "'Z'" in done.stderr
+    process = main("pushover", "tower.nml", "--point", "top", "--ec8", "2", "Z", folder=tmp_path)
+    assert process.returncode == 1 and "'Z'" in process.stderr
     assert [file.name for file in tmp_path.iterdir()] == ["tower.nml"]
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
         ({"point": "roof"}, "'roof' is not the name of a &measured_point; there are top"),
         ({"load": "wind"}, "load = 'wind'"),
@@ -46,8 +46,8 @@ def test_a_bad_spectrum_is_refused_before_the_run(tmp_path, main):
         ({"changes": {"control.gravity": (0.0, 0.0)}}, "requires gravity"),
     ],
 )
-def test_invalid_arguments_are_refused(values, words):
-    with pytest.raises(InputError, match=words):
+def test_invalid_arguments_are_refused(values, message):
+    with pytest.raises(InputError, match=message):
         pushover(tower(), **{"point": "top"} | values)
 
 
@@ -83,12 +83,12 @@ def test_the_page_of_the_facade_begins_with_its_verdict(tmp_path, main, root):
     (tmp_path / "facade.toml").write_text(short)
     main.ok("study", "facade.toml", "--report", "--quiet", folder=tmp_path)
     page = (tmp_path / "facade_study" / "report.html").read_text()
-    words = " ".join(re.sub(r"<(style|script).*?</\1>|<[^>]+>", " ", page, flags=re.S).split())
-    assert "No curve: no case failed" in words[:250] and "At pga 2.5 m/s²" in words[:250]
+    text = " ".join(re.sub(r"<(style|script).*?</\1>|<[^>]+>", " ", page, flags=re.S).split())
+    assert "No curve: no case failed" in text[:250] and "At pga 2.5 m/s²" in text[:250]
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "message"),
     [
         ('point = "top", ', "", r"\[pushover\] point is missing"),
         ("limits = true", 'load = "up"', "load = 'up'"),
@@ -98,32 +98,41 @@ def test_the_page_of_the_facade_begins_with_its_verdict(tmp_path, main, root):
         ("limits", "limit", "did you mean 'limits'"),
     ],
 )
-def test_bad_tables_of_a_pushover_are_refused(tmp_path, old, new, words):
+def test_bad_tables_of_a_pushover_are_refused(tmp_path, old, new, message):
     from sitedda.study.settings import read_settings
 
     tower().write(tmp_path / "tower.nml")
     file = tmp_path / "push.toml"
     file.write_text(STUDY.replace(old, new, 1))
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         read_settings(file)
 
 
 def ideal(curve, sense=1) -> Pushover:
     """A curve of displacement (m) and load over weight, of one block that moves with its point."""
-    way, factor = np.array(curve, dtype=float).T
-    none = np.zeros(len(way))
-    moved = np.array([[sense * (way[-1] - way[int(np.argmax(factor))] or way[-1]), 0.0, 0.0]])
-    return Pushover("horizontal", sense, "top", way, way, factor, none, none, 2e3, ("one",),
-                    ("slides",), moved, ("slides",), [np.zeros((3, 2))], "", np.array([2e3]),
-                    10.0)  # fmt: skip
+    displacement, factor = np.array(curve, dtype=float).T
+    none = np.zeros(len(displacement))
+    displacements = np.array(
+        [
+            [
+                sense
+                * (displacement[-1] - displacement[int(np.argmax(factor))] or displacement[-1]),
+                0.0,
+                0.0,
+            ]
+        ]
+    )
+    return Pushover("horizontal", sense, "top", displacement, displacement, factor, none, none, 2e3,
+                    ("one",), ("slides",), displacements, ("slides",), [np.zeros((3, 2))], "",
+                    np.array([2e3]), 10.0)  # fmt: skip
 
 
 @pytest.mark.parametrize("sense", [1, -1])
 def test_an_ideally_plastic_oscillator(sense):
     """T* = 2π √(d_y/a_y); equal displacements above T_C, and larger by q below: closed forms."""
     for yielding, peak in ((0.05, 2.0), (0.005, 4.0)):
-        found = ideal([(0, 0), (0.5 * yielding, 0.1), (yielding, 0.2), (0.4, 0.2)], sense)
-        point = performance_point(found, eurocode8(peak, "A"))
+        curve = ideal([(0, 0), (0.5 * yielding, 0.1), (yielding, 0.2), (0.4, 0.2)], sense)
+        point = performance_point(curve, eurocode8(peak, "A"))
         period = 2 * math.pi * math.sqrt(yielding / 2.0)
         elastic = float(eurocode8(peak, "A")(period))
         demand = elastic * (period / (2 * math.pi)) ** 2
@@ -135,17 +144,17 @@ def test_an_ideally_plastic_oscillator(sense):
         assert point.at_point == pytest.approx(demand, rel=2e-3)
         assert point.capacity == 0.4 and point.stands and point.margin > 1
         table = np.linspace(0.01, 5, 5000)
-        same = performance_point(found, (table, eurocode8(peak, "A")(table)))
-        assert same.demand == pytest.approx(point.demand, rel=1e-2)
-    assert not performance_point(found, eurocode8(400.0, "D")).stands
+        second_point = performance_point(curve, (table, eurocode8(peak, "A")(table)))
+        assert second_point.demand == pytest.approx(point.demand, rel=1e-2)
+    assert not performance_point(curve, eurocode8(400.0, "D")).stands
 
 
 def test_participation_of_masses_that_move_unequally():
     """Masses 1 and 3, φ = 1 and ½: Γ = 2.5/1.75; the resistance is λ g."""
-    one = ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)])
-    found = replace(one, mass=4.0, masses=np.array([1.0, 3.0]),
+    base_curve = ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)])
+    changed_curve = replace(base_curve, mass=4.0, masses=np.array([1.0, 3.0]),
                     mechanism=np.array([[0.35, 0, 0], [0.175, 0, 0]]))  # fmt: skip
-    point = performance_point(found, eurocode8(1.0))
+    point = performance_point(changed_curve, eurocode8(1.0))
     assert point.at_point / point.demand == pytest.approx(2.5 / 1.75, rel=1e-9)
     assert point.curve[-1] == pytest.approx((0.4 * 1.75 / 2.5, 2.0), rel=1e-9)
 
@@ -153,8 +162,8 @@ def test_participation_of_masses_that_move_unequally():
 def test_a_rocking_block_agrees_with_the_italian_code(tmp_path, main):
     """d₀ = b/2 of the centroid, a_s = g tan(α − θ_s), T_s = 2π √(d_s/a_s) with d_s = 0.16 d₀."""
     model, (width, height) = tower(), (0.5, 2.0)
-    found = pushover(model, "top", displacement=0.45, steps=150)
-    point = performance_point(found, eurocode8(2.0, "B"), method="mechanism")
+    curve = pushover(model, "top", displacement=0.45, steps=150)
+    point = performance_point(curve, eurocode8(2.0, "B"), method="mechanism")
     at, radius = 0.16 * 0.5 * width, 0.5 * math.hypot(width, height)
     strength = 9.81 * math.tan(math.asin(0.5 * width / radius - at / radius))
     assert point.period == pytest.approx(2 * math.pi * math.sqrt(at / strength), rel=5e-3)
@@ -162,14 +171,15 @@ def test_a_rocking_block_agrees_with_the_italian_code(tmp_path, main):
     demand = float(eurocode8(2.0, "B")(point.period)) * (point.period / (2 * math.pi)) ** 2
     assert point.demand == pytest.approx(demand, rel=1e-9)
     model.write(tmp_path / "tower.nml")
-    done = main.ok("pushover", "tower.nml", "--point", "top", "--displacement", "0.45", "--steps",
-                   "60", "--ec8", "2", "B", "--method", "mechanism", folder=tmp_path)  # fmt: skip
-    assert "performance: fails (mechanism): demand" in done.stdout or "stands" in done.stdout
+    process = main.ok("pushover", "tower.nml", "--point", "top", "--displacement", "0.45",
+                      "--steps", "60", "--ec8", "2", "B", "--method", "mechanism",
+                      folder=tmp_path)  # fmt: skip
+    assert "performance: fails (mechanism): demand" in process.stdout or "stands" in process.stdout
     assert (tmp_path / "tower_pushover_performance.png").exists()
 
 
 @pytest.mark.parametrize(
-    ("spectrum", "method", "words"),
+    ("spectrum", "method", "message"),
     [
         (eurocode8(1.0), "ads", "method = 'ads'"),
         (([1.0, 0.5], [1, 1]), "n2", "ascending periods"),
@@ -177,23 +187,23 @@ def test_a_rocking_block_agrees_with_the_italian_code(tmp_path, main):
         (eurocode8(1.0), "mechanism", "increase the displacement"),
     ],
 )
-def test_invalid_spectra_and_methods_are_refused(spectrum, method, words):
-    with pytest.raises(InputError, match=words):
+def test_invalid_spectra_and_methods_are_refused(spectrum, method, message):
+    with pytest.raises(InputError, match=message):
         performance_point(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), spectrum, method=method)
 
 
 def test_a_block_that_moves_farther_than_the_point_is_named():
     model = tower()
     model.measured_point("still", 0.0, -0.5, "floor")
-    found = pushover(model, "still", displacement=0.02, steps=10)
-    assert "has moved by" in found.ending and "while 'still' moved by" in found.ending
-    assert found.ending.split()[0] in found.names
-    figure = found.draw()
-    shown = " ".join(text.get_text() for text in figure.findobj(Text))
-    assert overlaps(figure) == [] and found.ending in " ".join(shown.split())
+    curve = pushover(model, "still", displacement=0.02, steps=10)
+    assert "has moved by" in curve.ending and "while 'still' moved by" in curve.ending
+    assert curve.ending.split()[0] in curve.names
+    figure = curve.draw()
+    texts = " ".join(text.get_text() for text in figure.findobj(Text))
+    assert overlaps(figure) == [] and curve.ending in " ".join(texts.split())
 
 
 def test_a_point_outside_the_mechanism_is_refused():
-    found = replace(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), largest=np.array([0.0, 1.0, 9.0]))
+    curve = replace(ideal([(0, 0), (0.05, 0.2), (0.4, 0.2)]), largest=np.array([0.0, 1.0, 9.0]))
     with pytest.raises(InputError, match="moves by less than 0.1"):
-        performance_point(found, eurocode8(1.0))
+        performance_point(curve, eurocode8(1.0))

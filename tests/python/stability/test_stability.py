@@ -46,20 +46,20 @@ def test_factor_of_a_block_on_a_plane(slope, friction, cohesion, height):
     """
     weight = 4.0 * height * 25e3
     dip = math.radians(slope)
-    hold = cohesion * 4.0 + weight * math.cos(dip) * math.tan(math.radians(friction))
-    expected = hold / (weight * math.sin(dip))
+    resistance = cohesion * 4.0 + weight * math.cos(dip) * math.tan(math.radians(friction))
+    expected = resistance / (weight * math.sin(dip))
     trials: list = []
-    found = sitedda.safety(block_on_plane(slope, friction, cohesion, height), tolerance=1e-3,
+    result = sitedda.safety(block_on_plane(slope, friction, cohesion, height), tolerance=1e-3,
                            progress=trials.append)  # fmt: skip
-    assert tuple(trials) == found.trials and str(trials[-1]) in str(found)
-    assert found.low <= found.factor <= found.high
-    assert found.factor == pytest.approx(expected, rel=2e-3)
-    assert found.high - found.low <= 1e-3 * found.high
-    assert found.mechanism.verdicts == ("stable", "slides")
-    assert found.mechanism.displacement[1, 0] > 0.0
-    assert not found.warning
-    assert all("displacement of &stage" in one.words for one in trials if not one.stands)
-    assert f"{found.factor:.4g}" in str(found)
+    assert tuple(trials) == result.trials and str(trials[-1]) in str(result)
+    assert result.low <= result.factor <= result.high
+    assert result.factor == pytest.approx(expected, rel=2e-3)
+    assert result.high - result.low <= 1e-3 * result.high
+    assert result.mechanism.verdicts == ("stable", "slides")
+    assert result.mechanism.displacement[1, 0] > 0.0
+    assert not result.warning
+    assert all("displacement of &stage" in trial.words for trial in trials if not trial.stands)
+    assert f"{result.factor:.4g}" in str(result)
 
 
 def test_small_mechanisms_are_removed_until_a_larger_one(tmp_path, capsys, monkeypatch):
@@ -73,10 +73,10 @@ def test_small_mechanisms_are_removed_until_a_larger_one(tmp_path, capsys, monke
     assert first.mechanism.moving == ["block 3"] and first.mechanism.joint == "clay"
     assert "block 3 moves: 0.5 m², 0.917 % of the model, on joint 'clay'" in first.words
     assert "set least_area" in first.words
-    found = sitedda.safety(model, least_area=1.0)
-    assert found.factor == pytest.approx(large, rel=2e-3)
-    assert (found.mechanism.moving, found.mechanism.joint) == (["block"], "plane")
-    assert [one.mechanism.moving for one in found.smaller] == [["block 3"]]
+    result = sitedda.safety(model, least_area=1.0)
+    assert result.factor == pytest.approx(large, rel=2e-3)
+    assert (result.mechanism.moving, result.mechanism.joint) == (["block"], "plane")
+    assert [trial_result.mechanism.moving for trial_result in result.smaller] == [["block 3"]]
     monkeypatch.chdir(tmp_path)
     model.write("two.nml")
     assert main(["safety", "two.nml", "--least-area", "1", "--json"]) == 0
@@ -92,10 +92,10 @@ def test_a_block_that_falls_at_any_strength_is_removed():
     model = block_on_plane(20.0, 35.0)
     model.block([(29.9, 0), (31, 0), (31, 0.1), (29.9, 0.1)], name="overhang")
     assert sitedda.safety(model).low == 0.0
-    found = sitedda.safety(model, least_area=1.0)
-    assert found.factor == pytest.approx(math.tan(math.radians(35)) / math.tan(math.radians(20)),
+    result = sitedda.safety(model, least_area=1.0)
+    assert result.factor == pytest.approx(math.tan(math.radians(35)) / math.tan(math.radians(20)),
                                          rel=2e-3)  # fmt: skip
-    assert found.smaller[0].mechanism.moving == ["overhang"]
+    assert result.smaller[0].mechanism.moving == ["overhang"]
 
 
 @pytest.mark.parametrize("size", [None, 1.0, 0.5])
@@ -105,7 +105,7 @@ def test_failure_is_a_fraction_of_the_radius_of_the_whole_body(size):
     if size:
         model.mesh(blocks="block", size=size)
     trials = sitedda.safety(model, displacement=0.03, tolerance=0.1).trials
-    allowed = {words[1] for one in trials if (words := one.words.split(" m, allowed "))[1:]}
+    allowed = {parts[1] for trial in trials if (parts := trial.words.split(" m, allowed "))[1:]}
     assert allowed == {f"{0.03 * math.hypot(2.0, 0.5):.3g}"}
 
 
@@ -118,33 +118,33 @@ def test_factor_of_rough_joints():
     normal = 0.5 * weight * (math.cos(dip) + math.sin(dip) * height / length * np.array([1, -1]))
     angle = 25.0 + 9.0 * np.log10(50e6 * 0.5 * length / normal)
     expected = float(np.sum(normal * np.tan(np.radians(angle)))) / (weight * math.sin(dip))
-    found = sitedda.safety(model, tolerance=1e-3)
-    assert found.factor == pytest.approx(expected, rel=2e-3)
-    assert found.mechanism.verdicts == ("stable", "slides")
-    area, whole = found.mechanism.areas
-    assert area == pytest.approx(length * height) and whole > area
-    assert f"block moves: 4 m², {100 * area / whole:.3g} % of the model" in found.words
+    result = sitedda.safety(model, tolerance=1e-3)
+    assert result.factor == pytest.approx(expected, rel=2e-3)
+    assert result.mechanism.verdicts == ("stable", "slides")
+    area, total_area = result.mechanism.areas
+    assert area == pytest.approx(length * height) and total_area > area
+    assert f"block moves: 4 m², {100 * area / total_area:.3g} % of the model" in result.words
 
 
 def test_a_toppling_block_has_no_factor_of_safety():
-    found = sitedda.safety(block_on_plane(40.0, 50.0, height=8.0))
-    assert found.low == 0.0
-    assert "fails even with all strengths" in found.words
-    assert found.mechanism.verdicts == ("stable", "topples")
+    result = sitedda.safety(block_on_plane(40.0, 50.0, height=8.0))
+    assert result.low == 0.0
+    assert "fails even with all strengths" in result.words
+    assert result.mechanism.verdicts == ("stable", "topples")
 
 
 def test_a_block_on_level_ground_has_no_mechanism():
-    found = sitedda.safety(block_on_plane(0.0, 30.0))
-    assert math.isinf(found.high) and found.mechanism is None
-    assert "stands even with all strengths" in str(found)
-    assert found.to_dict()["fails_at"] is None
+    result = sitedda.safety(block_on_plane(0.0, 30.0))
+    assert math.isinf(result.high) and result.mechanism is None
+    assert "stands even with all strengths" in str(result)
+    assert result.to_dict()["fails_at"] is None
     with pytest.raises(ValueError, match="no mechanism"):
-        found.draw()
+        result.draw()
 
 
 def test_mechanism_at_one_factor_and_its_picture():
-    stands = sitedda.mechanism(block_on_plane(20.0, 30.0), 1.5)
-    assert stands.verdicts == ("stable", "stable") and not stands.moves
+    stable_mechanism = sitedda.mechanism(block_on_plane(20.0, 30.0), 1.5)
+    assert stable_mechanism.verdicts == ("stable", "stable") and not stable_mechanism.moves
     slides = sitedda.mechanism(block_on_plane(20.0, 30.0), 1.65)
     assert slides.verdicts == ("stable", "slides") and slides.moves
     axes = slides.draw()
@@ -194,14 +194,14 @@ def test_the_command_prints_the_factor_of_safety(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     file = block_on_plane(20.0, 30.0).write(tmp_path / "block.nml")
     assert main(["safety", str(file), "--tolerance", "0.01", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["stands_at"] < 1.5863 < found["fails_at"] * 1.001
-    assert found["blocks"] == {"base": "stable", "block": "slides"}
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["stands_at"] < 1.5863 < printed["fails_at"] * 1.001
+    assert printed["blocks"] == {"base": "stable", "block": "slides"}
     assert (tmp_path / "block_mechanism.png").stat().st_size > 5000
     assert main(["safety", str(file), "--factor", "1", "--set", "joint.friction_angle=10"]) == 0
     assert "the model moves" in capsys.readouterr().out
     assert main(["safety", "missing.nml"]) == 1
-    assert np.isfinite(found["factor"])
+    assert np.isfinite(printed["factor"])
 
 
 def test_free_field_sides_are_rollers_at_rest():
@@ -250,24 +250,26 @@ def test_each_law_defines_the_strengths_that_a_factor_divides(factor):
         for law, values in OF_LAWS.items()
     }
     for law, values in OF_LAWS.items():
-        given = {k: float(v) for k, v in (one.split(" = ") for one in values.split(", "))}
+        variables = {
+            k: float(v) for k, v in (assignment.split(" = ") for assignment in values.split(", "))
+        }
         if law == "barton_bandis":
             assert divided[law] == {"strength_reduction": 1.5 * factor}
             continue
         of_slip = {"weakening_slip", "dilation_slip", "asperity_wear", "normal_stiffness_per_area",
                    "roughness", "threshold_velocity", "state_distance"}  # fmt: skip
-        assert divided[law].keys() == given.keys() - of_slip
+        assert divided[law].keys() == variables.keys() - of_slip
         for name, value in divided[law].items():
             if name.endswith("angle"):
-                expected = np.degrees(np.arctan(np.tan(np.radians(given[name])) / factor))
+                expected = np.degrees(np.arctan(np.tan(np.radians(variables[name])) / factor))
             else:
-                expected = given[name] / factor
+                expected = variables[name] / factor
             assert value == pytest.approx(expected, rel=1e-14), name
 
 
 def test_a_friction_angle_stays_below_a_right_angle():
-    found = reduced_group("&joint name = 'j' friction_angle = 80 /", 1e-3)
-    assert found == {"friction_angle": 89.0, "cohesion": 0.0, "tensile_strength": 0.0}
+    group = reduced_group("&joint name = 'j' friction_angle = 80 /", 1e-3)
+    assert group == {"friction_angle": 89.0, "cohesion": 0.0, "tensile_strength": 0.0}
 
 
 def test_an_invalid_joint_is_refused_with_its_variable():

@@ -35,16 +35,16 @@ def thrust(spread: float) -> float:
 
 
 def test_the_thrust_of_a_spreading_arch():
-    found = sitedda.move_supports(flat_arch(), ["right"], (0.02, 0.0), steps=10)
-    assert not found.ending and found.share[-1] == 1.0
-    expected = [thrust(0.02 * share) for share in found.share]
-    assert -found.reaction[1:, 0] == pytest.approx(expected[1:], rel=2e-3)
+    movement = sitedda.move_supports(flat_arch(), ["right"], (0.02, 0.0), steps=10)
+    assert not movement.ending and movement.share[-1] == 1.0
+    expected = [thrust(0.02 * fraction) for fraction in movement.share]
+    assert -movement.reaction[1:, 0] == pytest.approx(expected[1:], rel=2e-3)
     vertical = WEIGHT + 2500.0 * 9.81 * HEIGHT  # with the weight of the abutment
-    assert found.reaction[1:, 1] == pytest.approx(np.full(10, vertical), rel=1e-3)
-    assert found.displacement[-1, 3, 0] == pytest.approx(0.02, rel=1e-3)
+    assert movement.reaction[1:, 1] == pytest.approx(np.full(10, vertical), rel=1e-3)
+    assert movement.displacement[-1, 3, 0] == pytest.approx(0.02, rel=1e-3)
     drop = HEIGHT - math.sqrt(LENGTH**2 + HEIGHT**2 - (LENGTH + 0.01) ** 2)
-    assert found.displacement[-1, 1, 1] == pytest.approx(-drop / 2, rel=0.02)
-    assert found.to_csv().count("\n") == 12
+    assert movement.displacement[-1, 1, 1] == pytest.approx(-drop / 2, rel=0.02)
+    assert movement.to_csv().count("\n") == 12
 
 
 def test_a_settling_and_rotating_support():
@@ -57,15 +57,16 @@ def test_a_settling_and_rotating_support():
     model.block([1, 1, 3, 1, 3, 2, 1, 2], name="stone")
     for x in (1.0, 3.0):
         model.fixed_point(x, 0.5, "base")
-    found = sitedda.move_supports(model, ["base"], (0.0, -0.05), rotation=0.02, steps=5)
-    assert found.reaction[:, 1] == pytest.approx(np.full(6, 6 * 2000 * 9.81), rel=1e-3)
-    assert found.displacement[-1, 0] == pytest.approx((0.0, -0.05, 0.02), abs=1e-4)
-    assert found.displacement[-1, 1, 2] == pytest.approx(0.02, rel=1e-2)
+    movement = sitedda.move_supports(model, ["base"], (0.0, -0.05), rotation=0.02, steps=5)
+    assert movement.reaction[:, 1] == pytest.approx(np.full(6, 6 * 2000 * 9.81), rel=1e-3)
+    assert movement.displacement[-1, 0] == pytest.approx((0.0, -0.05, 0.02), abs=1e-4)
+    assert movement.displacement[-1, 1, 2] == pytest.approx(0.02, rel=1e-2)
 
 
 @pytest.mark.parametrize(
-    ("blocks", "words"), [(["middle"], "'middle' is not the name"), (["first"], "no &fixed_point")]
+    ("blocks", "message"),
+    [(["middle"], "'middle' is not the name"), (["first"], "no &fixed_point")],
 )
-def test_blocks_without_fixed_points_cannot_move(blocks, words):
-    with pytest.raises(InputError, match=words):
+def test_blocks_without_fixed_points_cannot_move(blocks, message):
+    with pytest.raises(InputError, match=message):
         sitedda.move_supports(flat_arch(), blocks, (0.01, 0.0))

@@ -82,55 +82,62 @@ def test_irregular_changes_give_wider_bars(steps, converges, half):
 )  # fmt: skip
 def test_results_of_runs_have_bars_and_doubts(name, runs, doubt, bar):
     penalty = 1e9 if len(runs) == 4 else 0.0
-    found = _estimate_figures(Facts({}, 1, penalty), [{name: value} for value in runs])[name]
-    assert found.doubt == doubt
-    assert found.bar == pytest.approx(bar, rel=1e-6, nan_ok=True)
-    assert found.finest == pytest.approx(runs[2], nan_ok=True)
+    figure = _estimate_figures(Facts({}, 1, penalty), [{name: value} for value in runs])[name]
+    assert figure.doubt == doubt
+    assert figure.bar == pytest.approx(bar, rel=1e-6, nan_ok=True)
+    assert figure.finest == pytest.approx(runs[2], nan_ok=True)
 
 
 def test_results_after_the_horizon_are_random_samples():
     runs = [{"largest_slip_m": value} for value in (1.0, 1.1, 0.8)]
-    found = _estimate_figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]
-    assert _mark_undecided(found, 2.0, 3.0) is found
-    beyond = _mark_undecided(found, 3.5, 3.0)
-    assert beyond.doubt.startswith("beyond the horizon of 3 s, a random sample: 1, 1.1, 0.8")
-    assert beyond.bar == found.bar
+    figure = _estimate_figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]
+    assert _mark_undecided(figure, 2.0, 3.0) is figure
+    undecided = _mark_undecided(figure, 3.5, 3.0)
+    assert undecided.doubt.startswith("beyond the horizon of 3 s, a random sample: 1, 1.1, 0.8")
+    assert undecided.bar == figure.bar
     limit = _estimate_figures(
         Facts({}, 1, 0.0), [{"largest_slip_m": value} for value in (1.0, 1.1, 1.12)]
     )
-    own = replace(limit["largest_slip_m"], decided=2.5)
-    assert _mark_undecided(own, 2.0, 1.0) is own
-    assert _mark_undecided(own, 3.0, 1.0).doubt == "beyond the horizon of 2.5 s, a random sample"
-    yields = replace(own, doubt=YIELD)
+    decided_figure = replace(limit["largest_slip_m"], decided=2.5)
+    assert _mark_undecided(decided_figure, 2.0, 1.0) is decided_figure
+    assert (
+        _mark_undecided(decided_figure, 3.0, 1.0).doubt
+        == "beyond the horizon of 2.5 s, a random sample"
+    )
+    yields = replace(decided_figure, doubt=YIELD)
     assert _mark_undecided(yields, 2.0, 3.0) is yields
     assert _mark_undecided(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
-    both = Accuracy({"a": beyond, "b": _mark_undecided(own, 3.0, 1.0)}).doubts()
-    assert both == [("bars", "beyond the horizon (first: 2.5 s), random samples: a, b")]
+    doubts_of_both = Accuracy(
+        {"a": undecided, "b": _mark_undecided(decided_figure, 3.0, 1.0)}
+    ).doubts()
+    assert doubts_of_both == [("bars", "beyond the horizon (first: 2.5 s), random samples: a, b")]
 
 
-@pytest.mark.parametrize("damping, words", [("", "only numerical damping"),
+@pytest.mark.parametrize("damping, message", [("", "only numerical damping"),
                                             (", damping = 1e5", "depend on the time")])  # fmt: skip
-def test_missing_convergence_has_a_cause(write_input, damping, words):
+def test_missing_convergence_has_a_cause(write_input, damping, message):
     file = write_input(SLIDE.replace("restitution = 0", f"tensile_strength = 0{damping}"))
     values = {1.5e-2: 1.0, 7.5e-3: 1.1, 3.75e-3: 0.8}
 
     def odd(run) -> float:
         return values[round(run.history.time_step.values[-1], 6)]
 
-    found = sitedda.accuracy(file, odd, changes={"time_step": 1.5e-2}, workers=1)
-    assert words in found.cause
-    assert found.cause in str(found)
-    assert found.cause in found.doubts()[-1][1]
+    figures = sitedda.accuracy(file, odd, changes={"time_step": 1.5e-2}, workers=1)
+    assert message in figures.cause
+    assert figures.cause in str(figures)
+    assert figures.cause in figures.doubts()[-1][1]
 
 
-@pytest.mark.parametrize("share", [0.03, -0.2])
-def test_error_due_to_the_penalty(share):
-    assert penalty_error(2.0 + share, 2.0 + share / 2.0) == pytest.approx(abs(share), rel=1e-12)
-    assert penalty_error(2.0 + share, 2.0 + share / 4.0) == pytest.approx(1.5 * abs(share))
+@pytest.mark.parametrize("fraction", [0.03, -0.2])
+def test_error_due_to_the_penalty(fraction):
+    assert penalty_error(2.0 + fraction, 2.0 + fraction / 2.0) == pytest.approx(
+        abs(fraction), rel=1e-12
+    )
+    assert penalty_error(2.0 + fraction, 2.0 + fraction / 4.0) == pytest.approx(1.5 * abs(fraction))
 
 
 @pytest.mark.parametrize(
-    "value, bar, words",
+    "value, bar, message",
     [
         (0.13239, 0.00052, "0.13239 ± 0.00052"),
         (615.2, 94.0, "615 ± 94"),
@@ -141,36 +148,36 @@ def test_error_due_to_the_penalty(share):
         (-0.04218, 0.00018, "-0.04218 ± 0.00018"),
     ],
 )
-def test_numbers_have_the_digits_of_their_bar(value, bar, words):
-    assert with_bar(value, bar) == words
+def test_numbers_have_the_digits_of_their_bar(value, bar, message):
+    assert with_bar(value, bar) == message
 
 
 @pytest.mark.parametrize(
-    "value, words",
+    "value, message",
     [(0.0, "0"), (0.123456, "0.1235"), (12.5, "12.5"), (123456.0, "123456"), (-2e-7, "-2e-7"),
      (1.23456e12, "1.235e12"), (math.inf, "inf")],
 )  # fmt: skip
-def test_numbers_have_four_digits(value, words):
-    assert number(value) == words
+def test_numbers_have_four_digits(value, message):
+    assert number(value) == message
 
 
 def test_runs_for_error_bars_are_kept(write_input, tmp_path):
     file = write_input(SLIDE)
-    found = sitedda.accuracy(file, folder=tmp_path / "runs")
-    assert list(found.runs) == ["dt", "dt/2", "dt/4", "4 k_n", "twin"]
-    assert not any(found.runs.values())
-    assert found["largest_slip_m"].run == sitedda.run(file).verdict.values["largest_slip_m"]
-    assert json.loads(json.dumps(found.to_dict()))["figures"]["largest_slip_m"]["bar"] > 0
-    made = {p: p.stat().st_mtime_ns for p in (tmp_path / "runs" / "cases").rglob("*.json")}
-    assert sitedda.accuracy(file, folder=tmp_path / "runs").figures.keys() == found.figures.keys()
-    assert made == {p: p.stat().st_mtime_ns for p in made}
+    figures = sitedda.accuracy(file, folder=tmp_path / "runs")
+    assert list(figures.runs) == ["dt", "dt/2", "dt/4", "4 k_n", "twin"]
+    assert not any(figures.runs.values())
+    assert figures["largest_slip_m"].run == sitedda.run(file).verdict.values["largest_slip_m"]
+    assert json.loads(json.dumps(figures.to_dict()))["figures"]["largest_slip_m"]["bar"] > 0
+    times = {p: p.stat().st_mtime_ns for p in (tmp_path / "runs" / "cases").rglob("*.json")}
+    assert sitedda.accuracy(file, folder=tmp_path / "runs").figures.keys() == figures.figures.keys()
+    assert times == {p: p.stat().st_mtime_ns for p in times}
 
 
 def test_measured_stiffness_is_no_penalty(write_input):
     text = SLIDE.replace("restitution = 0", "normal_stiffness_per_area = 2e11")
-    found = sitedda.accuracy(write_input(text), "largest_slip_m", changes={"time_step": 5e-3})
-    assert list(found.runs) == ["dt", "dt/2", "dt/4", "twin"]
-    assert found["largest_slip_m"].penalty == 0.0
+    figures = sitedda.accuracy(write_input(text), "largest_slip_m", changes={"time_step": 5e-3})
+    assert list(figures.runs) == ["dt", "dt/2", "dt/4", "twin"]
+    assert figures["largest_slip_m"].penalty == 0.0
 
 
 def test_steps_and_stages_are_divided(write_input):
@@ -190,44 +197,50 @@ def test_an_existing_run_is_not_repeated(write_input, tmp_path):
     """The output of a run with less friction is used as "this run"."""
     file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
     other = sitedda.run(file, tmp_path / "o.nc", changes={"joint.friction_angle": 15.0})
-    found = sitedda.accuracy(file, "largest_slip_m", output=other.output, workers=1)
-    figure = found["largest_slip_m"]
+    figures = sitedda.accuracy(file, "largest_slip_m", output=other.output, workers=1)
+    figure = figures["largest_slip_m"]
     assert figure.run == other.verdict.values["largest_slip_m"] > 1.1 * figure.finest
 
 
 def test_runs_print_their_error_bars(write_input, python_program, tmp_path):
     file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
-    done = python_program.ok("accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25")
-    assert "largest_slip_m" in done.stdout
-    assert " ± " in done.stdout
+    process = python_program.ok(
+        "accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25"
+    )
+    assert "largest_slip_m" in process.stdout
+    assert " ± " in process.stdout
     run = sitedda.run(file, changes={"joint.friction_angle": 25.0})
-    shown = next(line for line in done.stdout.splitlines() if line.startswith("largest_slip_m"))
-    assert str(run.accuracy()["largest_slip_m"]) in shown
-    done = python_program.ok(
+    line_of_slip = next(
+        line for line in process.stdout.splitlines() if line.startswith("largest_slip_m")
+    )
+    assert str(run.accuracy()["largest_slip_m"]) in line_of_slip
+    process = python_program.ok(
         "run", str(file), "--accuracy", "-q", "--no-plot", "-o", str(tmp_path / "o.nc"), "--report"
     )
-    assert " ± " in done.stdout
-    kept = kept_accuracy(load(tmp_path / "o.nc").attrs)
-    shown = with_bar(1e3 * kept["largest_slip_m"].finest, 1e3 * kept["largest_slip_m"].bar)
-    assert re.search(rf"^slip +{re.escape(shown)} mm", done.stdout, re.M)
-    assert str(kept["largest_slip_m"]) in (tmp_path / "o.html").read_text()
+    assert " ± " in process.stdout
+    stored_figures = kept_accuracy(load(tmp_path / "o.nc").attrs)
+    line_of_slip = with_bar(
+        1e3 * stored_figures["largest_slip_m"].finest, 1e3 * stored_figures["largest_slip_m"].bar
+    )
+    assert re.search(rf"^slip +{re.escape(line_of_slip)} mm", process.stdout, re.M)
+    assert str(stored_figures["largest_slip_m"]) in (tmp_path / "o.html").read_text()
 
 
 def test_equal_warnings_of_runs_are_printed_once():
     runs = {"dt": "solver: 3 of 9 steps\nstart: sudden", "dt/2": "solver: 1.5e-3 of 9 steps",
             "b": ""}  # fmt: skip
-    said = ["runs dt, dt/2: solver: 3 of 9 steps", "run dt: start: sudden"]
-    found = Accuracy({}, runs)
-    assert str(found).splitlines()[1:] == said
-    assert [doubt.words for doubt in found.doubts()] == said
+    warnings_of_runs = ["runs dt, dt/2: solver: 3 of 9 steps", "run dt: start: sudden"]
+    figures = Accuracy({}, runs)
+    assert str(figures).splitlines()[1:] == warnings_of_runs
+    assert [doubt.words for doubt in figures.doubts()] == warnings_of_runs
 
 
-def test_an_input_error_is_one_sentence(write_input, python_program):
+def test_an_input_error_is_reported_without_a_traceback(write_input, python_program):
     file = write_input(SLIDE.replace("friction_angle", "frictoin_angle"))
-    done = python_program("accuracy", str(file), "-q")
-    assert done.returncode == 1
-    assert "frictoin_angle" in done.stderr
-    assert "Traceback" not in done.stderr
+    process = python_program("accuracy", str(file), "-q")
+    assert process.returncode == 1
+    assert "frictoin_angle" in process.stderr
+    assert "Traceback" not in process.stderr
 
 
 @pytest.fixture(scope="module")
@@ -256,8 +269,8 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
     names = [f"{name}[surface]" for name in ("pgv_m_s", "pga_resolved_m_s2", "sa_resolved_m_s2")]
     run = sitedda.run(file)
     assert run.history.attrs["contacts_changed"] == "no"
-    found = run.accuracy()
-    assert found.runs == {}
+    figures = run.accuracy()
+    assert figures.runs == {}
     loaded = write_input(
         f"{file.read_text()}&traction side = 'top', normal = 1e3 /\n", "loaded.nml"
     )
@@ -265,23 +278,23 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
     assert not is_linear(run.history, facts_of(loaded, {}))
     runs = sitedda.accuracy(file, names, workers=2)
     for name in names:
-        one, other = found[name], runs[name]
+        one, other = figures[name], runs[name]
         assert one.run == pytest.approx(other.run, rel=1e-12)
         limit = other.finest if math.isnan(other.extrapolated) else other.extrapolated
         assert one.finest == pytest.approx(limit, rel=1e-2)
         assert one.bar < 0.25 * other.bar  # with a transfer function, small steps cost no time
     assert (
-        found["largest_displacement_m"].doubt
+        figures["largest_displacement_m"].doubt
         == "no error bar: in a linear run only measured points have error bars"
     )
 
 
 def test_an_undamped_resonance_does_not_converge():
     file = ROOT / "inputs" / "layered_site.nml"
-    found = sitedda.accuracy(file, changes={"control.steps": 12000})
-    doubt = found["amplification"].doubt
+    figures = sitedda.accuracy(file, changes={"control.steps": 12000})
+    doubt = figures["amplification"].doubt
     assert doubt.startswith("does not converge: 466.2, 932.5, 1865 at Δt/16, Δt/32, Δt/64")
-    assert "only numerical damping" in found.cause
+    assert "only numerical damping" in figures.cause
 
 
 def test_a_history_is_predictable_until_it_diverges():
@@ -298,18 +311,18 @@ def test_a_history_is_predictable_until_it_diverges():
 def test_a_displaced_block_keeps_its_bonds(write_input):
     text = SLIDE.replace("restitution = 0", "cohesion = 1e6, tensile_strength = 1e6")
     file = write_input(text.replace("base_motion_x = 'push'", "base_motion_x = ''"))
-    places = []
+    positions = []
     for by in (0.0, 1e-7):
         changes = {"control.displaced_block": "block", "control.displaced_by": (2 * by, by)}
         with sitedda.Simulation(file, changes=changes) as run:
-            places.append(run.coordinates[1])
+            positions.append(run.coordinates[1])
             run.advance(1)
             assert run.contacts["bonded"].all()
             assert not run.warning
-    away = places[1] - places[0]
+    offset = positions[1] - positions[0]
     size = math.sqrt(2.0)
-    assert away[:2] == pytest.approx([2e-7 * size, 1e-7 * size], rel=1e-6)
-    assert not away[2:].any()
+    assert offset[:2] == pytest.approx([2e-7 * size, 1e-7 * size], rel=1e-6)
+    assert not offset[2:].any()
 
 
 def test_a_twin_displaces_no_block_that_stages_remove(write_input):
@@ -360,12 +373,12 @@ def pile() -> str:
     for row in range(3):
         for column in range(4):
             x, y = -3.0 + 1.9 * column + 0.2 * row, 0.6 + 1.6 * row
-            turn = dice.uniform(0.0, 2.0 * math.pi / 5.0)
-            corners = [turn + 2.0 * math.pi * k / 5.0 for k in range(5)]
+            angle = dice.uniform(0.0, 2.0 * math.pi / 5.0)
+            corners = [angle + 2.0 * math.pi * k / 5.0 for k in range(5)]
             sides = dice.uniform(0.4, 0.7, size=2)
-            places = " ".join(f"{x + sides[0] * math.cos(c):.6f} {y + 0.6 * math.sin(c):.6f}"
+            coordinates = " ".join(f"{x + sides[0] * math.cos(c):.6f} {y + 0.6 * math.sin(c):.6f}"
                               for c in corners)  # fmt: skip
-            text += f"&block name = 'b{row}{column}', vertices = {places} /\n"
+            text += f"&block name = 'b{row}{column}', vertices = {coordinates} /\n"
     return text
 
 
@@ -392,31 +405,31 @@ def test_displaced_blocks_show_the_same_horizon(write_input, tmp_path):
 
 def test_an_ensemble_gives_bands(write_input):
     file = write_input(pile())
-    found = sitedda.accuracy(file, ["largest_tilt_rad", "residual_tilt_rad"], ensemble=3,
+    figures = sitedda.accuracy(file, ["largest_tilt_rad", "residual_tilt_rad"], ensemble=3,
                              changes={"control.duration": 2.0}, workers=2)  # fmt: skip
-    tilt = found["largest_tilt_rad"]
+    tilt = figures["largest_tilt_rad"]
     assert 1.0 < tilt.decided < 1.8
-    assert 1.0 < found["residual_tilt_rad"].decided <= 2.0
+    assert 1.0 < figures["residual_tilt_rad"].decided <= 2.0
     assert tilt.low < tilt.median < tilt.high
-    band = found.bands["largest_tilt_rad"]
+    band = figures.bands["largest_tilt_rad"]
     assert band.median[-1] == pytest.approx(tilt.median)
     assert band.high[100] - band.low[100] < 1e-6
-    assert "decided until" in str(found)
-    panels = [axes for axes in found.draw().axes if axes.get_visible()]
+    assert "decided until" in str(figures)
+    panels = [axes for axes in figures.draw().axes if axes.get_visible()]
     assert [axes.get_title() for axes in panels] == ["largest tilt (rad)"]
     assert "16–84 % of twins" in [text.get_text() for text in panels[0].get_legend().texts]
-    assert list(found.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]
+    assert list(figures.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]
 
 
 def test_bands_are_stored_and_shown(write_input, python_program, tmp_path):
     file, output = write_input(SLIDE), tmp_path / "o.nc"
     python_program.ok("run", str(file), "--ensemble", "2", "-q", "--no-plot", "--report", "-o",
                       str(output), "--set", "duration=0.5")  # fmt: skip
-    kept = kept_accuracy(load(output).attrs)
-    band = kept.bands["largest_slip_m"]
+    stored_figures = kept_accuracy(load(output).attrs)
+    band = stored_figures.bands["largest_slip_m"]
     assert band.time[-1] == pytest.approx(0.5, abs=0.01) and len(band.time) <= 200
     assert (band.low <= band.high).all() and band.median[-1] > 0.01
-    shown = str(kept["largest_slip_m"])
+    shown = str(stored_figures["largest_slip_m"])
     python_program.ok("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
     for page in ("o.html", "v.html"):
         text = (tmp_path / page).read_text()
@@ -430,10 +443,10 @@ def test_a_study_with_error_bars_contains_horizons(write_input):
     assert (table.status == "complete").all(), table.message.values
     assert (table.blocks_lost == 0).all() and (table.largest_tilt_rad_bar > 0).any()
     assert table.end_s.values == pytest.approx([0.8, 1.8], rel=1e-3)
-    beyond = table.largest_tilt_rad_decided_s < table.end_s
-    assert beyond.values.tolist() == [False, True]
-    words = [str(one) for one in table.warning.values]
-    assert "beyond the horizon" not in words[0] and "beyond the horizon" in words[1]
+    undecided = table.largest_tilt_rad_decided_s < table.end_s
+    assert undecided.values.tolist() == [False, True]
+    warning_texts = [str(warning) for warning in table.warning.values]
+    assert "beyond the horizon" not in warning_texts[0] and "beyond the horizon" in warning_texts[1]
     page = to_html(report_page(table))
     fell, bar = (float(table[f"largest_displacement_m{end}"][1]) for end in ("", "_bar"))
     assert with_bar(fell, bar) in page
@@ -452,8 +465,8 @@ def test_a_small_motion_of_a_linear_model_is_reported(write_input):
     """Displacements of 1e-12 of the model size are caused by a motion of 1e-10 m."""
     small = SLIDE.replace(f"30*{PUSH}", "1e-9 " * 30).replace("1.5,", "0.3,")
     run = sitedda.run(write_input(small.replace("0, -9.81", "0, 0")))
-    moved = run.verdict.values["largest_displacement_m"]
-    assert 1e-14 < moved < 1e-9
+    displacement = run.verdict.values["largest_displacement_m"]
+    assert 1e-14 < displacement < 1e-9
     assert run.verdict.happened.startswith("Blocks moved by up to ")
 
 
@@ -461,8 +474,8 @@ def test_studies_contain_the_warnings_of_their_runs(write_input):
     soft = SLIDE.replace("young_modulus = 5e9", "young_modulus = 1e6")
     table = sitedda.study(write_input(soft), {"contact.normal_stiffness": [4e7, 1e5]},
                           fixed={"control.duration": 0.02}, workers=1)  # fmt: skip
-    words = [str(one) for one in table.warning.values]
-    assert all(line.startswith("check: ") for line in words[0].splitlines())
+    warning_texts = [str(warning) for warning in table.warning.values]
+    assert all(line.startswith("check: ") for line in warning_texts[0].splitlines())
     size = r"check: element size: \d+ blocks, λ/.* at .* Hz, limit λ/12"
-    assert re.search(size, words[0])
-    assert "penetration: a vertex of block 2 'block' penetrates" in words[1]
+    assert re.search(size, warning_texts[0])
+    assert "penetration: a vertex of block 2 'block' penetrates" in warning_texts[1]

@@ -37,11 +37,11 @@ def slider(slope=0.0, friction=20.0, push=0.0, push_time=0.4, duration=0.5, stif
     return model
 
 
-def slip_of(slope, friction, push, push_time):
+def slip_of(slope, friction, load, push_time):
     """Newmark: slip under a push (m/s²) until friction has stopped the block, m."""
     angle = math.radians(slope)
     brake = G * (math.tan(math.radians(friction)) * math.cos(angle) - math.sin(angle))
-    return 0.5 * push_time**2 * (push - brake) * push / brake
+    return 0.5 * push_time**2 * (load - brake) * load / brake
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -58,8 +58,8 @@ def test_slip_and_force_of_a_joint(swapped):
     assert history.joint_normal_force.values[sliding] == pytest.approx(normal, rel=1e-6)
     assert history.joint_shear_force.values[sliding] == pytest.approx(friction * normal, rel=1e-3)
     end = [float(history[f"joint_force_{axis}"][-1]) for axis in "xy"]
-    rest = [-WEIGHT * math.sin(angle), normal]
-    np.testing.assert_allclose(end, sign * np.array(rest), rtol=5e-3)
+    expected_force = [-WEIGHT * math.sin(angle), normal]
+    np.testing.assert_allclose(end, sign * np.array(expected_force), rtol=5e-3)
     assert history.joint_opening.values.max() == pytest.approx(0.0, abs=1e-9)
     values = run.verdict.values
     assert values["joint_slip_m[base]"] == pytest.approx(float(history.joint_slip[-1]), abs=1e-12)
@@ -76,11 +76,11 @@ def test_opening_of_a_joint_and_quantities_of_it(tmp_path, native, same_bits):
     run = sitedda.run(file, tmp_path / "out.nc", changes=up)
     assert run.history.joint_opening.values[-1, 0] == pytest.approx(0.5 * G * 0.5**2, rel=1e-3)
     assert run.history.joint_normal_force.values[-1, 0] == 0
-    wanted = ["joint_opening[base].last", "largest_joint_opening_m[base]", "joint_slip[base]"]
-    numbers, arrays = measure(tmp_path / "out.nc", quantities_of(wanted), [])
-    assert numbers[wanted[0]] == pytest.approx(0.5 * G * 0.5**2, rel=1e-3)
-    assert numbers[wanted[1]] == numbers[wanted[0]]
-    assert len(arrays[wanted[2]].values) == run.history.sizes["time"]
+    quantities = ["joint_opening[base].last", "largest_joint_opening_m[base]", "joint_slip[base]"]
+    numbers, arrays = measure(tmp_path / "out.nc", quantities_of(quantities), [])
+    assert numbers[quantities[0]] == pytest.approx(0.5 * G * 0.5**2, rel=1e-3)
+    assert numbers[quantities[1]] == numbers[quantities[0]]
+    assert len(arrays[quantities[2]].values) == run.history.sizes["time"]
     text = tmp_path / "same.nml"
     text.write_text(run.history.attrs["input_text"])
     native.ok("run", text, "-o", tmp_path / "native.nc", "-q")
@@ -90,8 +90,8 @@ def test_opening_of_a_joint_and_quantities_of_it(tmp_path, native, same_bits):
 def test_a_joint_continues_after_a_checkpoint(tmp_path, same_bits, in_parts):
     model = slider(10.0, 20.0, 4.0)
     model.write(tmp_path / "a.nml")
-    whole = sitedda.run(tmp_path / "a.nml", tmp_path / "whole.nc").history
-    same_bits(whole, in_parts(tmp_path / "a.nml", 177))
+    reference = sitedda.run(tmp_path / "a.nml", tmp_path / "whole.nc").history
+    same_bits(reference, in_parts(tmp_path / "a.nml", 177))
 
 
 def test_a_joint_at_rest_has_no_slip_of_rounding():
@@ -102,7 +102,7 @@ def test_a_joint_at_rest_has_no_slip_of_rounding():
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
         ({"blocks": "nothing"}, "blocks: nothing is named 'nothing'"),
         ({"blocks": "slider", "against": "s*"}, "'slider' is in both `blocks` and `against`"),
@@ -110,12 +110,12 @@ def test_a_joint_at_rest_has_no_slip_of_rounding():
         ({"blocks": "slider", "against": "far"}, "no block of `blocks` touches a block"),
     ],
 )
-def test_invalid_measured_joints_are_refused(values, words):
+def test_invalid_measured_joints_are_refused(values, message):
     model = slider(**values)
     model.block([20, 0, 21, 0, 21, 1, 20, 1], name="far")
     for x, y in ((20.1, 0.1), (20.9, 0.1), (20.5, 0.9)):
         model.fixed_point(x, y)
-    with pytest.raises(sitedda.InputError, match=words):
+    with pytest.raises(sitedda.InputError, match=message):
         model.run()
 
 
@@ -133,20 +133,26 @@ def test_a_repeated_name_is_refused():
 def test_back_analysis_of_a_sliding_block(seed):
     """Newmark's block: the friction angle of a slip is found to 0.1 %."""
     rng = np.random.default_rng(seed)
-    slope, push, push_time = rng.uniform(0, 15), rng.uniform(3, 7), 1e-3 * rng.integers(200, 500)
-    most = math.degrees(math.atan((0.8 * push / G + math.sin(math.radians(slope)))
-                                  / math.cos(math.radians(slope))))  # fmt: skip
-    friction = rng.uniform(slope + 5, max(most, slope + 6))
-    target = slip_of(slope, friction, push, push_time)
-    stops = 2 * target / (push_time * push)  # s
-    model = slider(slope, 30.0, push, push_time, duration=0.1 + push_time + 2 * stops, stiff=1e13)
-    found = solve_for(model, "joint[plane].friction_angle", "joint_slip[base].last", target,
+    slope, acceleration, push_time = (
+        rng.uniform(0, 15),
+        rng.uniform(3, 7),
+        1e-3 * rng.integers(200, 500),
+    )
+    tangent = 0.8 * acceleration / G + math.sin(math.radians(slope))
+    largest_friction = math.degrees(math.atan(tangent / math.cos(math.radians(slope))))
+    friction = rng.uniform(slope + 5, max(largest_friction, slope + 6))
+    target = slip_of(slope, friction, acceleration, push_time)
+    stops = 2 * target / (push_time * acceleration)  # s
+    model = slider(
+        slope, 30.0, acceleration, push_time, duration=0.1 + push_time + 2 * stops, stiff=1e13
+    )
+    root = solve_for(model, "joint[plane].friction_angle", "joint_slip[base].last", target,
                       between=(slope + 3, 60.0), tolerance=2e-4, accuracy=seed < 2)  # fmt: skip
-    assert found.value == pytest.approx(friction, rel=1e-3)
-    assert found.low <= found.value <= found.high
-    assert abs(found.value - friction) <= found.bar + 1e-3 * friction
+    assert root.value == pytest.approx(friction, rel=1e-3)
+    assert root.low <= root.value <= root.high
+    assert abs(root.value - friction) <= root.bar + 1e-3 * friction
     if seed < 2:
-        assert "only the bracket" not in found.doubt
+        assert "only the bracket" not in root.doubt
 
 
 @pytest.mark.parametrize(
@@ -163,11 +169,17 @@ def test_five_cases_without_a_root(values, between, mode):
     model = slider(5.0, 20.0, 4.0, 0.3, duration=1.5)
     if mode == "jump":  # the block falls off the floor or stays on it
         model.stop(displacement=2.5)
-    asked = {"parameter": "joint[plane].friction_angle", "result": "joint_slip[base].last"} | values
+    arguments = {
+        "parameter": "joint[plane].friction_angle",
+        "result": "joint_slip[base].last",
+    } | values
     if mode == "jump":
-        asked |= {"result": lambda run: float(run.history.joint_slip[-1, 0] > 0.05), "target": 0.5}
+        arguments |= {
+            "result": lambda run: float(run.history.joint_slip[-1, 0] > 0.05),
+            "target": 0.5,
+        }
     with pytest.raises(NoRootError, match="no root") as failed:
-        solve_for(model, between=between, accuracy=False, **asked)
+        solve_for(model, between=between, accuracy=False, **arguments)
     assert failed.value.mode == mode
     assert len(failed.value.trials) >= 2
 
@@ -179,20 +191,20 @@ def cubic(x):
 
 @pytest.mark.parametrize("target", [0.0, 0.7, -2.0])
 def test_roots_of_a_function(target):
-    found = solve_for(lambda x: cubic(x), "x", "value", target, between=(2, 4), tolerance=1e-9)
-    assert cubic(found.value) == pytest.approx(target, abs=1e-8)
-    assert len(found.trials) < 20  # bisection would need 30
-    assert found.crossings == 1
+    root = solve_for(lambda x: cubic(x), "x", "value", target, between=(2, 4), tolerance=1e-9)
+    assert cubic(root.value) == pytest.approx(target, abs=1e-8)
+    assert len(root.trials) < 20  # bisection would need 30
+    assert root.crossings == 1
 
 
 def test_the_lowest_of_several_roots():
-    found = solve_for(cubic, "x", "value", 0.5, between=(2, 5), tolerance=1e-6)
-    assert found.crossings == 1
-    found = solve_for(cubic, "x", "value", -0.5, between=(0, 4), tolerance=1e-6)
-    assert found.crossings == 2
-    assert cubic(found.value) == pytest.approx(-0.5, abs=1e-5)
-    assert found.value < 1.5
-    assert "the lowest of 2" in str(found)
+    root = solve_for(cubic, "x", "value", 0.5, between=(2, 5), tolerance=1e-6)
+    assert root.crossings == 1
+    root = solve_for(cubic, "x", "value", -0.5, between=(0, 4), tolerance=1e-6)
+    assert root.crossings == 2
+    assert cubic(root.value) == pytest.approx(-0.5, abs=1e-5)
+    assert root.value < 1.5
+    assert "the lowest of 2" in str(root)
 
 
 def test_a_jump_is_an_error_unless_it_is_accepted():
@@ -203,10 +215,10 @@ def test_a_jump_is_an_error_unless_it_is_accepted():
         solve_for(step, "x", "value", 2.0, between=(0, 10))
     assert failed.value.mode == "jump"
     assert failed.value.bracket[0] <= math.pi <= failed.value.bracket[1]
-    found = solve_for(step, "x", "value", 2.0, between=(0, 10), jumps=True)
-    assert found.jumps
-    assert found.low <= math.pi <= found.high
-    assert found.high - found.low < 1e-3 * math.pi
+    root = solve_for(step, "x", "value", 2.0, between=(0, 10), jumps=True)
+    assert root.jumps
+    assert root.low <= math.pi <= root.high
+    assert root.high - root.low < 1e-3 * math.pi
 
 
 def test_invalid_results_and_failed_runs_are_reported():
@@ -222,7 +234,7 @@ def test_invalid_results_and_failed_runs_are_reported():
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
         ({"between": (1, 1)}, "must differ"),
         ({"between": (1,)}, "two numbers"),
@@ -235,11 +247,11 @@ def test_invalid_results_and_failed_runs_are_reported():
         ({"task": "dance"}, "task"),
     ],
 )
-def test_invalid_arguments_are_refused(values, words):
-    asked = {"parameter": "joint[plane].friction_angle", "result": "joint_slip[base].last",
+def test_invalid_arguments_are_refused(values, message):
+    arguments = {"parameter": "joint[plane].friction_angle", "result": "joint_slip[base].last",
              "target": 0.1, "between": (10, 40)}  # fmt: skip
-    with pytest.raises(sitedda.InputError, match=words):
-        solve_for(slider(duration=0.01), **asked | values)
+    with pytest.raises(sitedda.InputError, match=message):
+        solve_for(slider(duration=0.01), **arguments | values)
 
 
 STUDY = """
@@ -259,15 +271,15 @@ def test_a_study_solves_each_of_its_cases(tmp_path, capsys):
     from sitedda.command import main
 
     assert main(["study", str(file), "-q", "-w", "1"]) == 0
-    said = capsys.readouterr().out
-    assert "root: time_step = 0.001: joint[plane].friction_angle = " in said
+    output = capsys.readouterr().out
+    assert "root: time_step = 0.001: joint[plane].friction_angle = " in output
     import xarray as xr
 
     with xr.open_dataset(tmp_path / "back_study" / "table.nc") as table:
         brake = 4.0 / (1 + 2 * 0.05 / (4.0 * 0.4**2))
         angle = math.radians(5.0)
-        wanted = math.degrees(math.atan((brake / G + math.sin(angle)) / math.cos(angle)))
-        np.testing.assert_allclose(table.root.values, wanted, rtol=2e-3)
+        expected = math.degrees(math.atan((brake / G + math.sin(angle)) / math.cos(angle)))
+        np.testing.assert_allclose(table.root.values, expected, rtol=2e-3)
         assert (table.root_bar.values > 0).all()
 
 
@@ -275,16 +287,16 @@ def test_a_study_with_one_case_prints_its_root(tmp_path, capsys):
     slider(5.0, 20.0, 4.0, 0.4, duration=1.2).write(tmp_path / "slider.nml")
     from sitedda.command import main
 
-    found = "root: joint[plane].friction_angle = "
-    for target, words, status in (("0.05", found, 0), ("50", "no root: ", 1)):
+    prefix = "root: joint[plane].friction_angle = "
+    for target, text, status in (("0.05", prefix, 0), ("50", "no root: ", 1)):
         file = tmp_path / "back.toml"
         file.write_text(STUDY.replace("0.05", target))
         assert main(["study", str(file), "-q", "-w", "1"]) == status
-        assert words in capsys.readouterr().out
+        assert text in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "message"),
     [
         ("target = 0.05", "", "target is missing"),
         ("[10, 40]", "[10]", "two numbers"),
@@ -292,13 +304,13 @@ def test_a_study_with_one_case_prints_its_root(tmp_path, capsys):
         ("[solve]", 'results = ["verdict"]\n[solve]', "remove task and results"),
     ],
 )
-def test_bad_tables_of_a_study_are_refused(tmp_path, old, new, words):
+def test_bad_tables_of_a_study_are_refused(tmp_path, old, new, message):
     from sitedda.study.settings import read_settings
 
     slider().write(tmp_path / "slider.nml")
     file = tmp_path / "back.toml"
     file.write_text(STUDY.replace(old, new))
-    with pytest.raises(sitedda.InputError, match=words):
+    with pytest.raises(sitedda.InputError, match=message):
         read_settings(file)
 
 
@@ -306,8 +318,8 @@ def test_an_output_named_by_the_caller_is_written(tmp_path):
     model = slider(duration=0.01)
     for name in ("a.nc", "b.nc"):
         target = str(tmp_path / name)
-        named = {"output.file": target} if name == "a.nc" else {"output": {"file": target}}
-        assert sitedda.run(model, changes=named).output == tmp_path / name
+        changes = {"output.file": target} if name == "a.nc" else {"output": {"file": target}}
+        assert sitedda.run(model, changes=changes).output == tmp_path / name
         assert (tmp_path / name).exists()
     assert sitedda.run(model).output is None
 

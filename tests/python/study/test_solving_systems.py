@@ -17,21 +17,21 @@ def circle(a, b):
 
 
 def test_roots_of_functions():
-    found = solve_for(circle, ["a", "b"], ["radius", "off"], [25.0, 1e6],
+    root = solve_for(circle, ["a", "b"], ["radius", "off"], [25.0, 1e6],
                       between=[(0, 10), (0, 2e-8)], tolerance=1e-6)  # fmt: skip
-    assert found.value == pytest.approx([4.0, 3e-9], rel=1e-6)
-    assert found.reached == pytest.approx([25.0, 1e6], rel=1e-6)
-    assert found.slope[0] == pytest.approx([8.0, 6e9], rel=1e-4)
-    assert np.all(found.bar <= 1e-6 * np.array([10, 2e-8]))
-    assert str(found).startswith("a = ") and "radius = 25" in str(found)
+    assert root.value == pytest.approx([4.0, 3e-9], rel=1e-6)
+    assert root.reached == pytest.approx([25.0, 1e6], rel=1e-6)
+    assert root.slope[0] == pytest.approx([8.0, 6e9], rel=1e-4)
+    assert np.all(root.bar <= 1e-6 * np.array([10, 2e-8]))
+    assert str(root).startswith("a = ") and "radius = 25" in str(root)
 
     def three(x, y, z):
         return {"sum": x + y + z, "product": x * y * z, "other": x * y + math.exp(z)}
 
-    wanted = three(0.3, 1.2, 2.0)
-    found = solve_for(three, list("xyz"), list(wanted), list(wanted.values()),
+    expected = three(0.3, 1.2, 2.0)
+    root = solve_for(three, list("xyz"), list(expected), list(expected.values()),
                       between=[(0, 1), (1, 3), (1.5, 4)], tolerance=1e-8)  # fmt: skip
-    assert found.value == pytest.approx([0.3, 1.2, 2.0], rel=1e-7)
+    assert root.value == pytest.approx([0.3, 1.2, 2.0], rel=1e-7)
 
 
 def test_a_root_that_needs_another_starting_point():
@@ -40,12 +40,12 @@ def test_a_root_that_needs_another_starting_point():
     def hills(x, y):
         return x**3 - 3 * x, y - x
 
-    found = solve_for(hills, ["x", "y"], ["f", "g"], [12.0, 0.5], between=[(-3, 4), (-4, 6)])
-    assert hills(*found.value) == pytest.approx([12.0, 0.5], rel=1e-3)
+    root = solve_for(hills, ["x", "y"], ["f", "g"], [12.0, 0.5], between=[(-3, 4), (-4, 6)])
+    assert hills(*root.value) == pytest.approx([12.0, 0.5], rel=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("function", "targets", "mode", "words"),
+    ("function", "targets", "mode", "message"),
     [
         (lambda x, y: (x * x + y * y + 1, x - y), (0, 0), "outside", "the closest is x = "),
         (lambda x, y: (x + y, x * y), (30, 1), "outside", r"f = .* \(target 30\)"),
@@ -56,15 +56,15 @@ def test_a_root_that_needs_another_starting_point():
         (lambda x, y: (x, math.nan), (0.5, 1), "no number", "g is not a number at x = "),
     ],
 )
-def test_systems_without_roots(function, targets, mode, words):
-    with pytest.raises(NoRootError, match=words) as failed:
+def test_systems_without_roots(function, targets, mode, message):
+    with pytest.raises(NoRootError, match=message) as failed:
         solve_for(function, ["x", "y"], ["f", "g"], targets, between=[(-1, 2), (-2, 3)])
     assert failed.value.mode == mode
     assert mode == "no number" or len(failed.value.trials) > 4
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         ({"target": [1.0]}, "between must have the same length, not 2, 2, 1 and 2"),
         ({"target": 1.0}, "target = 1.0: give a list"),
@@ -76,22 +76,22 @@ def test_systems_without_roots(function, targets, mode, words):
         ({"model": lambda x, y: x}, r"must return 2 numbers \(f, g\)"),
     ],
 )
-def test_invalid_arguments_are_refused(changes, words):
-    asked = {"model": circle, "parameter": ["x", "y"], "result": ["f", "g"], "target": [1.0, 2.0],
-             "between": [(0, 1), (0, 1)]}  # fmt: skip
-    with pytest.raises(sitedda.InputError, match=words):
-        solve_for(**asked | changes)
+def test_invalid_arguments_are_refused(changes, message):
+    arguments = {"model": circle, "parameter": ["x", "y"], "result": ["f", "g"],
+                 "target": [1.0, 2.0], "between": [(0, 1), (0, 1)]}  # fmt: skip
+    with pytest.raises(sitedda.InputError, match=message):
+        solve_for(**arguments | changes)
 
 
 def test_friction_and_density_of_a_sliding_block():
     """Newmark's block: its weight yields the density, then its slip yields the friction angle."""
     model = slider(0.0, 30.0, 4.0, 0.4, 1.0, stiff=1e12)
     model["material.rock"].density = 2000.0
-    found = solve_for(
+    root = solve_for(
         model, ["joint[plane].friction_angle", "material.density"],
         ["joint_slip[base].last", "joint_normal_force[base].last"],
         [slip_of(0.0, 18.0, 4.0, 0.4), WEIGHT],
         between=[(10, 30), (2000, 3000)], tolerance=1e-4,
     )  # fmt: skip
-    assert found.value == pytest.approx([18.0, 2500.0], rel=2e-3)
-    assert np.all(abs(found.value - [18.0, 2500.0]) <= found.bar + [0.01, 0.1])
+    assert root.value == pytest.approx([18.0, 2500.0], rel=2e-3)
+    assert np.all(abs(root.value - [18.0, 2500.0]) <= root.bar + [0.01, 0.1])

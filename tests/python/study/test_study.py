@@ -59,19 +59,19 @@ def threads():
 
 
 def test_a_table_contains_the_results_of_single_runs(file, threads):
-    found = sitedda.study(file, GRID, KEPT, executor=threads)
-    assert dict(found.sizes) == {"density": 2, "scale": 3, "time": 61}
-    assert found.density.attrs["changes"] == "material.rock.density"
-    assert counts(found) == {"complete": 6}
+    table = sitedda.study(file, GRID, KEPT, executor=threads)
+    assert dict(table.sizes) == {"density": 2, "scale": 3, "time": 61}
+    assert table.density.attrs["changes"] == "material.rock.density"
+    assert counts(table) == {"complete": 6}
     for i, density in enumerate(GRID["material.rock.density"]):
         for j, scale in enumerate(GRID["motion.scale"]):
             changes = {"material.rock.density": density, "motion.scale": scale}
             run = sitedda.run(file, changes=changes).history
             alone = run.displacement.sel(point="surface") - run.base_displacement
-            here = found["displacement[surface].x"][i, j]
+            here = table["displacement[surface].x"][i, j]
             assert np.array_equal(here, alone.sel(axis="x"))
             assert (
-                found["displacement[surface].x.largest"][i, j]
+                table["displacement[surface].x.largest"][i, j]
                 == here[int(np.argmax(abs(here.values)))]
             )
 
@@ -79,20 +79,20 @@ def test_a_table_contains_the_results_of_single_runs(file, threads):
 def test_all_kinds_of_quantities(file, threads):
     results = {"all": "verdict", "steps": study_functions.steps_of, "Sa": "spectrum[surface].x",
                "stress": "block_stress[layer_1].yy.min", "v": "velocity[surface].y"}  # fmt: skip
-    found = sitedda.study(file, {"motion.scale": [1.0]}, results, executor=threads)
+    table = sitedda.study(file, {"motion.scale": [1.0]}, results, executor=threads)
     run = sitedda.run(file)
     values = run.verdict.values
     for name in ("largest_displacement_m", "pga_m_s2[surface]", "energy_balance_j_m"):
-        assert found[name].item() == values[name]
-    assert found.blocks_fallen.item() == 0 and found.steps.item() == 61
-    assert np.nanmax(found.Sa) == pytest.approx(values["sa_m_s2[surface]"], rel=1e-12)
+        assert table[name].item() == values[name]
+    assert table.blocks_fallen.item() == 0 and table.steps.item() == 61
+    assert np.nanmax(table.Sa) == pytest.approx(values["sa_m_s2[surface]"], rel=1e-12)
     stress = run.history.block_stress.sel(block="layer_1", component="yy")
-    assert found.stress.item() == stress.min()
-    assert np.array_equal(found.v[0], run.history.velocity.sel(point="surface", axis="y"))
+    assert table.stress.item() == stress.min()
+    assert np.array_equal(table.v[0], run.history.velocity.sel(point="surface", axis="y"))
 
 
 @pytest.mark.parametrize(
-    ("wrong", "words"),
+    ("wrong", "message"),
     [
         ("displacement[top].x", r"no point 'top'; there are base, surface"),
         ("displacement[surface]", "name the axis, one of x, y"),
@@ -106,9 +106,9 @@ def test_all_kinds_of_quantities(file, threads):
         ("spectrum[surface].z", "no axis 'z'"),
     ],
 )
-def test_an_unknown_quantity_is_named_before_the_first_run(file, tmp_path, threads, wrong, words):
+def test_an_unknown_quantity_is_named_before_the_first_run(file, tmp_path, threads, wrong, message):
     cases = {"material.rock.density": [-1.0, 2643.0]}  # the first case cannot start
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         sitedda.study(file, cases, [wrong], folder=tmp_path / "study", executor=threads)
     assert not [*tmp_path.glob("study/cases/*/*/result.json")]
 
@@ -137,23 +137,23 @@ def test_histories_of_uneven_steps_are_interpolated_to_equal_steps(file, threads
     steps = {"control.time_step": [1e-3, 5e-4]}
     fixed = {"duration": 0.06}
     names = ["displacement[surface].x", "absolute_displacement[surface].x"]
-    found = sitedda.study(file, steps, names, fixed=fixed, executor=threads)
-    assert np.allclose(found.time, np.arange(61) * 1e-3, atol=1e-12)
-    assert "interpolated" in found.time.attrs["comment"]
+    table = sitedda.study(file, steps, names, fixed=fixed, executor=threads)
+    assert np.allclose(table.time, np.arange(61) * 1e-3, atol=1e-12)
+    assert "interpolated" in table.time.attrs["comment"]
     fine = sitedda.run(file, duration=0.06, time_step=5e-4).history
-    moved = fine.displacement.sel(point="surface", axis="x")
+    displacement = fine.displacement.sel(point="surface", axis="x")
     base = fine.base_displacement.sel(axis="x")
-    assert abs(base).max() > 5 * abs(moved - base).max() > 0.0
-    for name, series in zip(names, (moved - base, moved), strict=True):
-        expected = np.interp(found.time, fine.time, series)
-        assert np.allclose(found[name][1], expected, rtol=0, atol=1e-15)
+    assert abs(base).max() > 5 * abs(displacement - base).max() > 0.0
+    for name, series in zip(names, (displacement - base, displacement), strict=True):
+        expected = np.interp(table.time, fine.time, series)
+        assert np.allclose(table[name][1], expected, rtol=0, atol=1e-15)
 
 
 def test_histories_that_end_early_are_padded_with_nan(file, threads):
     steps = {"control.steps": [20, 60, 40]}
-    found = sitedda.study(file, steps, ["displacement[surface].x"], executor=threads)
-    history = found["displacement[surface].x"].values
-    assert history.shape == (3, 61) and "comment" not in found.time.attrs
+    table = sitedda.study(file, steps, ["displacement[surface].x"], executor=threads)
+    history = table["displacement[surface].x"].values
+    assert history.shape == (3, 61) and "comment" not in table.time.attrs
     assert np.sum(np.isnan(history), axis=1).tolist() == [40, 0, 20]
     assert np.array_equal(history[0, :21], history[1, :21])
 
@@ -172,19 +172,19 @@ def test_tables_on_disk_and_in_memory_are_equal(file, tmp_path, threads, name):
 
 
 def test_a_model_may_be_a_function(threads):
-    found = sitedda.study(study_functions.plane, {"a": [1.0, 2.0], "b": [0.0, 3.0]},
+    table = sitedda.study(study_functions.plane, {"a": [1.0, 2.0], "b": [0.0, 3.0]},
                           executor=threads)  # fmt: skip
-    assert found["sum"].values[1, 1] == 5.0 and np.isnan(found["sum"].values[1, 0])
-    assert found.message.values[0, 0] == "ValueError: b is nothing"
-    assert found.row.values[1, 1].tolist() == [2.0, 3.0, 6.0]
+    assert table["sum"].values[1, 1] == 5.0 and np.isnan(table["sum"].values[1, 0])
+    assert table.message.values[0, 0] == "ValueError: b is nothing"
+    assert table.row.values[1, 1].tolist() == [2.0, 3.0, 6.0]
 
 
 def test_a_task_may_be_a_function_of_the_input(file, tmp_path, threads):
     for folder in (None, tmp_path / "study"):
-        found = sitedda.study(file, {"contact.normal_stiffness": [1e12, 4e12]}, folder=folder,
+        table = sitedda.study(file, {"contact.normal_stiffness": [1e12, 4e12]}, folder=folder,
                               task=study_functions.first_frequency, executor=threads)  # fmt: skip
-        assert found.frequency_1.dims == ("normal_stiffness",)
-        assert found.frequency_1[1] > found.frequency_1[0]
+        assert table.frequency_1.dims == ("normal_stiffness",)
+        assert table.frequency_1[1] > table.frequency_1[0]
 
 
 # --- parameters ----------------------------------------------------------------------------------
@@ -215,16 +215,16 @@ def test_invalid_parameters_are_refused(wrong):
 
 
 def test_samples_have_their_distributions_and_seeds():
-    both = {"a": uniform(1.0, 3.0), "b": lognormal(5.0, 0.3)}
+    distributions = {"a": uniform(1.0, 3.0), "b": lognormal(5.0, 0.3)}
     for make in (latin_hypercube, sobol):
-        sample = make(64, both, seed=3)
-        assert sample.values == make(64, both, seed=3).values
-        assert sample.values != make(64, both, seed=4).values
+        sample = make(64, distributions, seed=3)
+        assert sample.values == make(64, distributions, seed=3).values
+        assert sample.values != make(64, distributions, seed=4).values
         a = np.sort(sample.values["a"])
         assert np.all((a - 1.0) / 2.0 * 64 < np.arange(64) + 1.0 + 1e-9)
         assert np.median(sample.values["b"]) == pytest.approx(5.0, rel=0.02)
     with pytest.raises(InputError, match="power of two"):
-        sobol(10, both)
+        sobol(10, distributions)
     with pytest.raises(InputError, match="low < high"):
         uniform(1.0, 1.0)
 
@@ -248,44 +248,46 @@ def test_seeds_give_different_joint_networks(tmp_path, threads):
     &fixed_point x = 0.1, y = 0.1 /"""
     file = tmp_path / "voronoi.nml"
     file.write_text(text)
-    found = sitedda.study(file, seeds("voronoi.seed", 3), "largest_displacement_m",
+    table = sitedda.study(file, seeds("voronoi.seed", 3), "largest_displacement_m",
                           executor=threads)  # fmt: skip
-    assert counts(found) == {"complete": 3}, found.message.values
-    assert len(set(found.largest_displacement_m.values)) == 3
+    assert counts(table) == {"complete": 3}, table.message.values
+    assert len(set(table.largest_displacement_m.values)) == 3
 
 
 # --- failures ------------------------------------------------------------------------------------
 
 
 def test_a_failed_case_does_not_affect_others(file, threads):
-    found = sitedda.study(file, {"material.rock.density": [2500.0, -1.0, 2600.0]}, KEPT,
+    table = sitedda.study(file, {"material.rock.density": [2500.0, -1.0, 2600.0]}, KEPT,
                           executor=threads)  # fmt: skip
-    assert found.status.values.tolist() == ["complete", "failed", "complete"]
-    assert "density = -1 must be a positive number" in found.message.values[1]
-    assert np.isnan(found["energy_balance.last"].values).tolist() == [False, True, False]
+    assert table.status.values.tolist() == ["complete", "failed", "complete"]
+    assert "density = -1 must be a positive number" in table.message.values[1]
+    assert np.isnan(table["energy_balance.last"].values).tolist() == [False, True, False]
 
 
 def test_processes_that_die_are_reported(tmp_path):
     kinds = ["well", "killed", "exits", "memory", "well too"]
     with_endless = {"kind": [*kinds, "endless"]}
     limits = {"workers": 2, "memory": 2e9, "time_limit": 1.0}
-    found = sitedda.study(
+    table = sitedda.study(
         study_functions.troubled, with_endless, folder=tmp_path / "study", **limits
     )
-    status = found.status.values.tolist()
+    status = table.status.values.tolist()
     assert status == ["complete", "failed", "failed", "failed", "complete", "failed"]
-    words = found.message.values.tolist()
-    assert "signal 9" in words[1] and "status 3" in words[2] and "memory" in words[3].lower()
-    assert "time limit of 1 s" in words[5]
+    messages = table.message.values.tolist()
+    assert (
+        "signal 9" in messages[1] and "status 3" in messages[2] and "memory" in messages[3].lower()
+    )
+    assert "time limit of 1 s" in messages[5]
 
 
 def test_runs_without_convergence_or_beyond_the_time_limit_fail(write_input, threads):
-    loose = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
-    groups = changed(tower(steps=20, gravity=[0.0, -9.81]), "joint", **loose)
+    weak_joint = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
+    groups = changed(tower(steps=20, gravity=[0.0, -9.81]), "joint", **weak_joint)
     file = write_input(changed(groups, "contact", max_iterations=2))
-    found = sitedda.study(file, {"motion.scale": [1.0, 50.0]}, KEPT, executor=threads)
-    assert found.status.values.tolist() == ["complete", "failed"]
-    assert "does not converge" in found.message.values[1]
+    table = sitedda.study(file, {"motion.scale": [1.0, 50.0]}, KEPT, executor=threads)
+    assert table.status.values.tolist() == ["complete", "failed"]
+    assert "does not converge" in table.message.values[1]
     long = sitedda.study(COLUMN, {"duration": [0.01, 1e6]}, "largest_tilt_rad", executor=threads,
                          time_limit=12.0)  # fmt: skip
     assert long.status.values.tolist() == ["complete", "failed"]
@@ -302,11 +304,11 @@ def test_three_kinds_of_failures_are_reported_and_the_rest_is_complete(write_inp
     slippery = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
     shaken = changed(tower(steps=20, gravity=[0.0, -9.81]), "motion", scale=50.0)
     file = write_input(changed(shaken, "joint", **slippery))
-    found = sitedda.study(file, Points("case_of", which), "largest_displacement_m", workers=2,
+    table = sitedda.study(file, Points("case_of", which), "largest_displacement_m", workers=2,
                           memory=1.5e9)  # fmt: skip
-    assert found.status.values.tolist() == ["complete", *3 * ["failed"], "complete"]
-    assert np.isfinite(found.largest_displacement_m).values.tolist() == [True, *3 * [False], True]
-    refused, open_still, too_large = found.message.values[1:4]
+    assert table.status.values.tolist() == ["complete", *3 * ["failed"], "complete"]
+    assert np.isfinite(table.largest_displacement_m).values.tolist() == [True, *3 * [False], True]
+    refused, open_still, too_large = table.message.values[1:4]
     assert "density = -1 must be a positive number" in refused
     assert "step 1" in open_still and "does not converge" in open_still
     assert re.search(r"500\d* blocks needs [\d.]+ GB of memory, [\d.]+ GB are free", too_large)
@@ -320,20 +322,20 @@ def test_a_study_continues_with_missing_cases(file, tmp_path, threads):
     first = sitedda.study(file, {"motion.scale": [1.0, 2.0]}, KEPT, folder=study, executor=threads)
     keys = first.case.values
     stamps = [(case_folder(study, k) / "out.nc").stat().st_mtime_ns for k in keys]
-    more = sitedda.study(file, {"motion.scale": [1.0, 2.0, 3.0]}, [*KEPT, "verdict"],
+    larger_study = sitedda.study(file, {"motion.scale": [1.0, 2.0, 3.0]}, [*KEPT, "verdict"],
                          folder=study, executor=threads)  # fmt: skip
-    assert more.case.values[:2].tolist() == keys.tolist()
+    assert larger_study.case.values[:2].tolist() == keys.tolist()
     assert stamps == [(case_folder(study, k) / "out.nc").stat().st_mtime_ns for k in keys]
-    assert np.all(np.isfinite(more.largest_tilt_rad))
+    assert np.all(np.isfinite(larger_study.largest_tilt_rad))
 
 
 def test_a_failure_depends_on_results_and_limits(file, tmp_path, threads):
     """A failure is valid only for the same requested results and the same time limit."""
 
-    def status(results=KEPT, **more):
-        found = sitedda.study(file, {"motion.scale": [1.0]}, results, folder=tmp_path / "study",
-                              executor=threads, **more)  # fmt: skip
-        return found.status.item()
+    def status(results=KEPT, **options):
+        table = sitedda.study(file, {"motion.scale": [1.0]}, results, folder=tmp_path / "study",
+                              executor=threads, **options)  # fmt: skip
+        return table.status.item()
 
     assert status(time_limit=1e-9) == "failed"
     assert [status(study_functions.fails_once) for _ in range(2)] == 2 * ["failed"]
@@ -362,8 +364,10 @@ def test_a_study_of_a_killed_client_completes_bit_identically(tmp_path, threads)
             time.sleep(0.02)
         client.kill()
     subprocess.run(command, check=True, timeout=DEADLINE)
-    whole = sitedda.study(COLUMN, ANGLES, ["displacement[top].y"], executor=threads, fixed=SHORT)
-    same(collect(tmp_path / "killed"), whole)
+    reference = sitedda.study(
+        COLUMN, ANGLES, ["displacement[top].y"], executor=threads, fixed=SHORT
+    )
+    same(collect(tmp_path / "killed"), reference)
 
 
 @pytest.fixture
@@ -401,8 +405,8 @@ def test_only_one_client_executes_a_case(file, tmp_path):
         Work(plan.folder, quantities=plan.quantities),
         case_folder(plan.folder, plan.keys[0]),
     )
-    with locked(folder, wait=False) as mine:
-        assert mine
+    with locked(folder, wait=False) as lock:
+        assert lock
         assert carry_out(work, plan.keys[0])["status"] == "busy"
         assert read_result(folder) is None
     assert carry_out(work, plan.keys[0])["status"] == "complete"
@@ -431,8 +435,8 @@ def test_the_key_covers_input_records_and_build(tmp_path, write_input, monkeypat
 
 def test_collect_reads_only_in_its_own_folder(file, tmp_path, threads):
     study = tmp_path / "study"
-    found = sitedda.study(file, {"motion.scale": [1.0]}, KEPT, folder=study, executor=threads)
-    folder = case_folder(study, found.case.item())
+    table = sitedda.study(file, {"motion.scale": [1.0]}, KEPT, folder=study, executor=threads)
+    folder = case_folder(study, table.case.item())
     folder.rename(tmp_path / "elsewhere")
     folder.symlink_to(tmp_path / "elsewhere")
     with pytest.raises(OutputError, match="is a link"):

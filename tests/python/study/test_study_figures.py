@@ -33,32 +33,32 @@ COLLAPSES = [0, 0, 0, 4, 6, 13, 12, 16]
 
 
 def test_fragility_of_published_data():
-    found = fragility(LEVELS, COLLAPSES, [40] * 8)
-    assert found.median == pytest.approx(1.07612, abs=1e-4)
-    assert found.dispersion == pytest.approx(0.429237, abs=1e-4)
-    low, high = found.median_interval
-    assert low < found.median < high
-    assert found.probability(found.median) == pytest.approx(0.5)
-    below, above = found.band([0.5, 1.0])
-    assert np.all(below < found.probability([0.5, 1.0])) and np.all(above < 1)
+    curve = fragility(LEVELS, COLLAPSES, [40] * 8)
+    assert curve.median == pytest.approx(1.07612, abs=1e-4)
+    assert curve.dispersion == pytest.approx(0.429237, abs=1e-4)
+    low, high = curve.median_interval
+    assert low < curve.median < high
+    assert curve.probability(curve.median) == pytest.approx(0.5)
+    below, above = curve.band([0.5, 1.0])
+    assert np.all(below < curve.probability([0.5, 1.0])) and np.all(above < 1)
 
 
 def test_the_intervals_of_a_fragility_have_their_confidence():
     """Coverage with random data: about 95 % of the 95 % intervals contain the true value."""
     rng = np.random.default_rng(4)
-    x, held = np.linspace(0.3, 2.4, 8), np.zeros(2)
+    x, coverage = np.linspace(0.3, 2.4, 8), np.zeros(2)
     from scipy.special import ndtr
 
     for _ in range(60):
         failed = rng.binomial(40, ndtr(np.log(x / 1.0) / 0.5))
-        found = fragility(x, failed, [40] * 8)
-        held += [a < truth < b for (a, b), truth in
-                 ((found.median_interval, 1.0), (found.dispersion_interval, 0.5))]  # fmt: skip
-    assert np.all((held >= 51) & (held <= 60))
+        curve = fragility(x, failed, [40] * 8)
+        coverage += [a < truth < b for (a, b), truth in
+                 ((curve.median_interval, 1.0), (curve.dispersion_interval, 0.5))]  # fmt: skip
+    assert np.all((coverage >= 51) & (coverage <= 60))
 
 
 @pytest.mark.parametrize(
-    ("failures", "words"),
+    ("failures", "message"),
     [
         ([0] * 8, "no case failed"),
         ([40] * 8, "all cases failed"),
@@ -68,8 +68,8 @@ def test_the_intervals_of_a_fragility_have_their_confidence():
         ([0, 0, 0, 1, 2, 3, 50, 60], "from 0 to the number"),
     ],
 )
-def test_data_without_a_fragility_are_refused(failures, words):
-    with pytest.raises(InputError, match=words):
+def test_data_without_a_fragility_are_refused(failures, message):
+    with pytest.raises(InputError, match=message):
         fragility(LEVELS, failures, [40] * 8)
 
 
@@ -91,11 +91,11 @@ def table() -> xr.Dataset:
 
 
 def test_incremental_dynamic_analysis(table):
-    found = ida(table, "tilt", "pga", threshold=8.5)
+    curve = ida(table, "tilt", "pga", threshold=8.5)
     # linear between levels: responses k·l² below and above 8.5
     expected = [np.inf, 3 + 2.2 / 4.9, 2 + 4.5 / 5.0, 2 + 2.5 / 7.5, 1 + 6.0 / 7.5]
-    assert np.allclose(found.capacity, expected)
-    assert np.allclose(found.fractiles[1], [1.0, 4.0, 9.0, 13.6])
+    assert np.allclose(curve.capacity, expected)
+    assert np.allclose(curve.fractiles[1], [1.0, 4.0, 9.0, 13.6])
     high = ida(table, "tilt", "pga", threshold=30.0).capacity
     assert np.isinf(high[:4]).all() and np.isnan(high[4])  # unknown because of a failed run
     with pytest.raises(InputError, match="select one value of each other dimension"):
@@ -103,19 +103,21 @@ def test_incremental_dynamic_analysis(table):
 
 
 def test_a_fragility_of_a_study_excludes_failed_runs(table):
-    found = fragility_of(table, "tilt", 8.5, "pga")
-    assert found.trials.tolist() == [5, 5, 5, 4] and found.failures.tolist() == [0, 1, 3, 3]
+    curve = fragility_of(table, "tilt", 8.5, "pga")
+    assert curve.trials.tolist() == [5, 5, 5, 4] and curve.failures.tolist() == [0, 1, 3, 3]
 
 
 def test_a_fragility_states_cases_beyond_their_horizon(table):
     assert "is unknown" in fragility_of(table, "tilt", 8.5, "pga").doubt
-    known = table.assign(tilt_decided_s=table.tilt * 0 + 10.0, end_s=table.tilt * 0 + 10.0)
-    assert fragility_of(known, "tilt", 8.5, "pga").doubt == ""
-    early = known.assign(tilt_decided_s=known.tilt_decided_s.where(table.tilt < 20, 6.0))
-    found = fragility_of(early.where(table.tilt.notnull()), "tilt", 8.5, "pga")
-    beyond, cases = int((table.tilt >= 20).sum()), int(table.tilt.notnull().sum())
-    assert found.doubt.startswith(f"{beyond} of {cases} cases end after the horizon of tilt")
-    assert found.doubt[:20] in found.picture().axes[0].get_title(loc="left")
+    decided = table.assign(tilt_decided_s=table.tilt * 0 + 10.0, end_s=table.tilt * 0 + 10.0)
+    assert fragility_of(decided, "tilt", 8.5, "pga").doubt == ""
+    undecided_table = decided.assign(
+        tilt_decided_s=decided.tilt_decided_s.where(table.tilt < 20, 6.0)
+    )
+    curve = fragility_of(undecided_table.where(table.tilt.notnull()), "tilt", 8.5, "pga")
+    failures, cases = int((table.tilt >= 20).sum()), int(table.tilt.notnull().sum())
+    assert curve.doubt.startswith(f"{failures} of {cases} cases end after the horizon of tilt")
+    assert curve.doubt[:20] in curve.picture().axes[0].get_title(loc="left")
 
 
 @pytest.mark.parametrize(
@@ -127,19 +129,19 @@ def test_a_fragility_states_cases_beyond_their_horizon(table):
 )
 def test_a_fragility_without_a_curve_has_bounds(table, threshold, why, low, high, tmp_path):
     """Clopper and Pearson of 0 of n: 1 − (α/2)^(1/n); of n of n: (α/2)^(1/n)."""
-    found = fragility_of(table, "tilt", threshold, "pga")
-    assert found.why.startswith(why) and not hasattr(found, "median")
-    assert np.allclose(found.band(4.0), (low, high))
-    assert f"At pga 4 m/s² the probability of failure is between {low:.2g} and" in found.words
+    curve = fragility_of(table, "tilt", threshold, "pga")
+    assert curve.why.startswith(why) and not hasattr(curve, "median")
+    assert np.allclose(curve.band(4.0), (low, high))
+    assert f"At pga 4 m/s² the probability of failure is between {low:.2g} and" in curve.words
     figure = {"kind": "fragility", "quantity": "tilt", "threshold": threshold, "intensity": "pga"}
     page = write_report(table, tmp_path / "page.html", [figure]).read_text()
     assert page.index(f"No curve: {why}") < page.index("20 cases") < page.index("<figure")
 
 
 def test_a_fragility_has_a_verdict_at_its_design_level(table):
-    found = fragility_of(table, "tilt", 8.5, "pga", design=2.0)
-    assert found.words.startswith("Stands at pga 2 m/s² with a margin of "
-                                  f"{found.median / 2:.3g}: half of the cases")  # fmt: skip
+    curve = fragility_of(table, "tilt", 8.5, "pga", design=2.0)
+    assert curve.words.startswith("Stands at pga 2 m/s² with a margin of "
+                                  f"{curve.median / 2:.3g}: half of the cases")  # fmt: skip
     assert fragility_of(table, "tilt", 8.5, "pga", design=4.0).words.startswith("Fails at pga 4")
 
 
@@ -161,26 +163,26 @@ def test_indices_of_ishigami_agree_with_theory_and_another_program():
     u = uniform(-np.pi, np.pi)
     design = saltelli(2**11, {"x1": u, "x2": u, "x3": u}, seed=1)
     with ThreadPoolExecutor(1) as pool:
-        found = sitedda.study(study_functions.ishigami, design, executor=pool)
-    indices = sobol_indices(found, "value")
+        table = sitedda.study(study_functions.ishigami, design, executor=pool)
+    indices = sobol_indices(table, "value")
     assert np.allclose(indices.first, [0.3139, 0.4424, 0.0], atol=0.03)
     assert np.allclose(indices.total, [0.5576, 0.4424, 0.2437], atol=0.03)
     assert np.all(indices.first_interval[:, 0] < indices.first)
-    rows = found["value"].values.reshape(5, -1)  # A, B, and A with a column of B
+    rows = table["value"].values.reshape(5, -1)  # A, B, and A with a column of B
     order = np.concatenate([rows[:1], rows[2:], rows[1:2]]).T.ravel()
     problem = {"num_vars": 3, "names": ["x1", "x2", "x3"], "bounds": [[-np.pi, np.pi]] * 3}
     theirs = other.analyze(problem, order, calc_second_order=False, num_resamples=2)
     assert np.allclose(indices.first, theirs["S1"], atol=5e-3)
     assert np.allclose(indices.total, theirs["ST"], atol=5e-3)
     with pytest.raises(InputError, match="not a design"):
-        sobol_indices(found.isel(sample=slice(7)), "value")
+        sobol_indices(table.isel(sample=slice(7)), "value")
 
 
 def test_a_tornado_begins_with_the_widest_range():
     design = one_at_a_time({"a": (0.0, 1.0, 3.0), "b": (1.0, 2.0, 9.0)})
     with ThreadPoolExecutor(1) as pool:
-        found = sitedda.study(study_functions.plane, design, executor=pool)
-    result = tornado(found, "sum")
+        table = sitedda.study(study_functions.plane, design, executor=pool)
+    result = tornado(table, "sum")
     assert result.names == ["b", "a"] and result.base == 3.0
     assert result.swing.tolist() == [8.0, 3.0]
     assert result.low.tolist() == [2.0, 2.0] and result.high.tolist() == [10.0, 5.0]
@@ -189,15 +191,15 @@ def test_a_tornado_begins_with_the_widest_range():
 
 def test_maps_and_bands_of_a_study():
     with ThreadPoolExecutor(1) as pool:
-        found = sitedda.study(study_functions.plane, {"a": [2.0, 1.0], "b": [3.0, 0.0, 5.0]},
+        table = sitedda.study(study_functions.plane, {"a": [2.0, 1.0], "b": [3.0, 0.0, 5.0]},
                               executor=pool)  # fmt: skip
-    result = parameter_map(found, "sum", "a", "b", level=5.0)
+    result = parameter_map(table, "sum", "a", "b", level=5.0)
     assert result.x.tolist() == [1.0, 2.0] and result.y.tolist() == [0.0, 3.0, 5.0]
     assert np.array_equal(result.values, [[np.nan] * 2, [4.0, 5.0], [6.0, 7.0]], equal_nan=True)
-    rows = bands(found.isel(b=2), "row", "a")
+    rows = bands(table.isel(b=2), "row", "a")
     assert np.allclose(rows.fractiles[1], [1.5, 5.0, 7.5])
     with pytest.raises(InputError, match="select one value of each other dimension"):
-        parameter_map(found, "row", "a", "b")
+        parameter_map(table, "row", "a", "b")
 
 
 def test_a_report_contains_the_requested_figures(table, tmp_path):
@@ -207,9 +209,9 @@ def test_a_report_contains_the_requested_figures(table, tmp_path):
         {"kind": "map", "quantity": "tilt", "x": "pga", "y": "record", "title": "Where"},
     ]
     page = write_report(table, tmp_path / "page.html", figures).read_text()
-    for words in ("20 cases", "1 failed", "it fell", "capacity 16, 50, 84 %", "dispersion β",
+    for phrase in ("20 cases", "1 failed", "it fell", "capacity 16, 50, 84 %", "dispersion β",
                   "Not drawn: a map requires two parameters with numbers as values"):  # fmt: skip
-        assert words in page, words
+        assert phrase in page, phrase
     assert page.count("<figure") == 2
     with pytest.raises(InputError, match="did you mean 'map'"):
         write_report(table, tmp_path / "page.html", [{"kind": "mop"}])

@@ -68,25 +68,25 @@ def table(study):
 
 def test_the_command_runs_a_study(study, table, main, tmp_path):
     assert "not started" in main.ok("study", "status", study).stdout
-    done = main("study", study, "--workers", "1", "--quiet", "--report")
-    assert done.returncode == 1 and "--retry" in done.stdout
-    assert "9 cases: 6 complete, 3 failed" in done.stdout
-    assert "failed: density = -1.0, scale = 1.0 and 2 more: " in done.stdout
-    with xr.open_dataset(tmp_path / "grid_study" / "table.nc") as found:
+    process = main("study", study, "--workers", "1", "--quiet", "--report")
+    assert process.returncode == 1 and "--retry" in process.stdout
+    assert "9 cases: 6 complete, 3 failed" in process.stdout
+    assert "failed: density = -1.0, scale = 1.0 and 2 more: " in process.stdout
+    with xr.open_dataset(tmp_path / "grid_study" / "table.nc") as data:
         for name in ("top", "energy", "status"):
-            assert np.array_equal(
-                found[name].values, table[name].values, equal_nan=name != "status"
-            )
+            assert np.array_equal(data[name].values, table[name].values, equal_nan=name != "status")
     page = (tmp_path / "grid_study" / "report.html").read_text()
     assert "Failed cases" in page and "must be a positive number" in page
-    told = main("study", "status", study)
-    assert told.returncode == 1 and "9 cases: 6 complete, 3 failed" in told.stdout
-    again = main("study", "collect", tmp_path / "grid_study", "-o", tmp_path / "all.zarr")
-    assert again.returncode == 1 and (tmp_path / "all.zarr").is_dir()
+    status_process = main("study", "status", study)
+    assert (
+        status_process.returncode == 1 and "9 cases: 6 complete, 3 failed" in status_process.stdout
+    )
+    collect_process = main("study", "collect", tmp_path / "grid_study", "-o", tmp_path / "all.zarr")
+    assert collect_process.returncode == 1 and (tmp_path / "all.zarr").is_dir()
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
+    ("old", "new", "message"),
     [
         ("results", "result", "there is no name 'result'; did you mean 'results'"),
         ("[fixed]", "[fixes]", "there is no name 'fixes'; did you mean 'fixed'"),
@@ -99,11 +99,11 @@ def test_the_command_runs_a_study(study, table, main, tmp_path):
         ("[fixed]", FIGURE, "figure 1: quantity = 'topp' is none of the results; did you mean"),
     ],
 )
-def test_errors_of_a_study_file_are_named(study, main, old, new, words):
+def test_errors_of_a_study_file_are_named(study, main, old, new, message):
     study.write_text(STUDY.replace(old, new))
-    done = main("study", study, "-q")
-    assert done.returncode == 1 and words in done.stderr.replace("; there", "; there")
-    assert "Traceback" not in done.stderr
+    process = main("study", study, "-q")
+    assert process.returncode == 1 and message in process.stderr.replace("; there", "; there")
+    assert "Traceback" not in process.stderr
 
 
 def test_factors_of_safety_over_friction_and_water(root):
@@ -116,16 +116,18 @@ def test_factors_of_safety_over_friction_and_water(root):
     }
     assert list(plan.dims) == list(grid)
     with ThreadPoolExecutor(2) as pool:
-        found = sitedda.study(plan.model, grid, task=plan.task, executor=pool)
-    weight, uplift, push = 2.5e6, 0.4e6, 0.2e6  # N/m, for a crack full of water
+        table = sitedda.study(plan.model, grid, task=plan.task, executor=pool)
+    weight, uplift, thrust = 2.5e6, 0.4e6, 0.2e6  # N/m, for a crack full of water
     dip = np.radians(35.0)
-    share, tangent = found.water_pressure, np.tan(np.radians(found.friction_angle))
-    hold = weight * np.cos(dip) - share * (uplift + push * np.sin(dip))
-    known = hold * tangent / (weight * np.sin(dip) + share * push * np.cos(dip))
-    assert (abs(found.factor_of_safety / known - 1.0) < 1e-3).all()
-    assert (found.stands_at < known * 1.0005).all() and (found.fails_at > known * 0.9995).all()
-    assert (found.warning == "").all()
-    figure = report_page(found, settings.figures).sections[1]
+    fraction, tangent = table.water_pressure, np.tan(np.radians(table.friction_angle))
+    resistance = weight * np.cos(dip) - fraction * (uplift + thrust * np.sin(dip))
+    expected = resistance * tangent / (weight * np.sin(dip) + fraction * thrust * np.cos(dip))
+    assert (abs(table.factor_of_safety / expected - 1.0) < 1e-3).all()
+    assert (table.stands_at < expected * 1.0005).all() and (
+        table.fails_at > expected * 0.9995
+    ).all()
+    assert (table.warning == "").all()
+    figure = report_page(table, settings.figures).sections[1]
     assert figure.title == "Factor of safety" and isinstance(figure.parts[0], Picture)
 
 
@@ -134,15 +136,15 @@ def test_factors_of_safety_over_friction_and_water(root):
 
 def test_a_dask_cluster_gives_the_same_table(study, table, main, tmp_path):
     with cluster(tmp_path, workers=2) as dask:
-        done = main("study", study, "--dask", dask.address, "-q")
-    assert done.returncode == 1 and not done.stderr, done.stderr  # three cases fail
+        process = main("study", study, "--dask", dask.address, "-q")
+    assert process.returncode == 1 and not process.stderr, process.stderr  # three cases fail
     same(collect(tmp_path / "grid_study"), table)
 
 
 def test_a_missing_dask_scheduler_is_reported(study, main):
     pytest.importorskip("distributed")
-    done = main("study", study, "--dask", "tcp://127.0.0.1:9", "--tls-cert", "a.pem")
-    assert done.returncode == 1 and "--tls-ca, --tls-cert, --tls-key" in done.stderr
+    process = main("study", study, "--dask", "tcp://127.0.0.1:9", "--tls-cert", "a.pem")
+    assert process.returncode == 1 and "--tls-ca, --tls-cert, --tls-key" in process.stderr
 
 
 # --- Slurm ---------------------------------------------------------------------------------------
@@ -153,8 +155,8 @@ def test_a_job_array_gives_the_same_table(study, table, main, tmp_path, monkeypa
     monkeypatch.setenv("PATH", path)
     monkeypatch.setenv("STAND_IN_SEED", "5")
     study.write_text(f"{STUDY}\n[slurm]\neach = 2\noptions = ['--partition=a b']\n")
-    done = main.ok("study", study, "--slurm", "--program", executable("sitedda-native"))
-    assert "Submitted batch job 7" in done.stdout
+    process = main.ok("study", study, "--slurm", "--program", executable("sitedda-native"))
+    assert "Submitted batch job 7" in process.stdout
     script = (tmp_path / "grid_study" / "submit.sh").read_text()
     assert "#SBATCH --partition=a\\ b" in script and "#SBATCH --array=0-4" in script
     assert main("study", "collect", study, "-q", "-w", "1").returncode == 1
@@ -167,8 +169,8 @@ def test_a_job_array_killed_halfway_continues(write_input, tmp_path):
     text = file.read_text().replace("&output", "&output\n checkpoint_interval = 200")
     file.write_text(text)
     scales = {"motion.scale": [1.0, 2.0, 3.0, 4.0]}
-    kept = ["displacement[surface].x"]
-    plan = make_plan(file, scales, kept, tmp_path / "a study's folder").write()
+    quantities = ["displacement[surface].x"]
+    plan = make_plan(file, scales, quantities, tmp_path / "a study's folder").write()
     script = write_batch(plan, Slurm(executable("sitedda-native")))
     job = ["bash", str(slurm_stand_in.install(tmp_path / "bin") / "sbatch"), str(script)]
     started = subprocess.Popen(job, start_new_session=True, stdout=subprocess.DEVNULL)
@@ -181,8 +183,8 @@ def test_a_job_array_killed_halfway_continues(write_input, tmp_path):
     subprocess.run(job, check=True, stdout=subprocess.DEVNULL)
     with ThreadPoolExecutor(1) as pool:
         gather(plan, 1)
-        whole = sitedda.study(file, scales, kept, executor=pool)
-    same(collect(plan.folder), whole)
+        reference = sitedda.study(file, scales, quantities, executor=pool)
+    same(collect(plan.folder), reference)
 
 
 def test_batch_scripts_are_quoted_and_refuse_another_build(study, tmp_path):
@@ -194,8 +196,8 @@ def test_batch_scripts_are_quoted_and_refuse_another_build(study, tmp_path):
     subprocess.run(["bash", script], env=environment, check=True, cwd=tmp_path)
     assert not list(tmp_path.rglob("evil")) and list(evil.glob("cases/*/*/words.txt"))
     script.write_text(script.read_text().replace("| cut -c 1-32", "| cut -c 1-31"))
-    done = subprocess.run(["bash", script], env=environment, capture_output=True, text=True)
-    assert done.returncode == 1 and "plan it again" in done.stderr
+    process = subprocess.run(["bash", script], env=environment, capture_output=True, text=True)
+    assert process.returncode == 1 and "plan it again" in process.stderr
     for wrong in (Slurm(options=["-p x"]), Slurm(time="1h"), Slurm("no-such-program")):
         with pytest.raises(InputError):
             write_batch(plan, wrong)
@@ -208,10 +210,10 @@ def test_batch_scripts_are_quoted_and_refuse_another_build(study, tmp_path):
 )  # fmt: skip
 def test_a_study_cannot_name_files_for_slurm(study, main, line):
     study.write_text(f"{STUDY}\n[slurm]\n{line}\n")
-    done = main("study", "plan", study)
-    assert done.returncode == InputError.kind
-    words = "sitedda study plan --program" if line.startswith("program") else "line of sbatch"
-    assert words in done.stderr
+    process = main("study", "plan", study)
+    assert process.returncode == InputError.kind
+    message = "sitedda study plan --program" if line.startswith("program") else "line of sbatch"
+    assert message in process.stderr
     assert not (study.parent / "grid_study").exists()
 
 
@@ -228,12 +230,12 @@ def test_records_are_scaled_to_levels(write_input, tmp_path):
     suite = Records([RECORD, *still], [0.5, 2.0], "pga")
     assert suite.dims == {"record": 2, "pga": 2}
     with ThreadPoolExecutor(1) as pool:
-        found = sitedda.study(write_input(groups), suite, KEPT, executor=pool)
-    assert found.status.values.tolist() == [["complete"] * 2] * 2, found.message.values
+        table = sitedda.study(write_input(groups), suite, KEPT, executor=pool)
+    assert table.status.values.tolist() == [["complete"] * 2] * 2, table.message.values
     own = abs(sitedda.read_record(RECORD).acceleration).max().item()
-    assert np.allclose(found.factor[0], [0.5 / own, 2.0 / own])
-    assert np.allclose(found.factor[1] * abs(still[0].acceleration).max(), [0.5, 2.0])
-    largest = found[KEPT[0]].values
+    assert np.allclose(table.factor[0], [0.5 / own, 2.0 / own])
+    assert np.allclose(table.factor[1] * abs(still[0].acceleration).max(), [0.5, 2.0])
+    largest = table[KEPT[0]].values
     assert np.allclose(largest[:, 1] / largest[:, 0], 4.0, rtol=1e-6)
 
 
@@ -253,13 +255,15 @@ def test_measures_of_intensity_of_a_sine():
 
 def test_synthetic_records_fit_their_spectrum():
     target = eurocode8(2.0, "B")
-    one, other = synthetic([1, 2], target, duration=15.0)
-    assert max(one.misfit, other.misfit) < 0.05
-    assert np.corrcoef(one.acceleration, other.acceleration)[0, 1] < 0.5
+    first_record, other = synthetic([1, 2], target, duration=15.0)
+    assert max(first_record.misfit, other.misfit) < 0.05
+    assert np.corrcoef(first_record.acceleration, other.acceleration)[0, 1] < 0.5
     for period in (0.1, 0.4, 1.0):
-        found = intensity("sa", one.acceleration, None, one.time_step, period)
-        assert found == pytest.approx(float(target(period)), rel=0.1)
-    assert np.array_equal(synthetic(1, target, duration=15.0)[0].acceleration, one.acceleration)
+        response = intensity("sa", first_record.acceleration, None, first_record.time_step, period)
+        assert response == pytest.approx(float(target(period)), rel=0.1)
+    assert np.array_equal(
+        synthetic(1, target, duration=15.0)[0].acceleration, first_record.acceleration
+    )
     # S a_g at T = 0, 2.5 S a_g on the plateau, TC/T and TC TD/T² beyond
     shape = [1.0, 2.5, 2.5 * 0.5 / 1.0, 2.5 * 0.5 * 2.0 / 16.0]
     assert np.allclose(target(np.array([0.0, 0.3, 1.0, 4.0])), 2.0 * 1.2 * np.array(shape))

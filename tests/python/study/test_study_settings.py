@@ -42,10 +42,10 @@ def places(value, place=()):
             yield from places(one, (*place, key))
 
 
-def with_value(table: dict, place, new) -> str:
+def with_value(table: dict, path, new) -> str:
     """Return the text of a table in which one value is replaced."""
     table = copy.deepcopy(table)
-    reduce(lambda inner, key: inner[key], place[:-1], table)[place[-1]] = new
+    reduce(lambda inner, key: inner[key], path[:-1], table)[path[-1]] = new
     return "\n".join(f"{name} = {as_toml(one)}" for name, one in table.items())
 
 
@@ -56,23 +56,23 @@ def test_any_value_is_read_or_refused_in_one_sentence(study, tmp_path):
         table["records"]["synthetic"] |= SHORT
         table["records"]["levels"] = [1.0, 2.0]
     file = tmp_path / "s.toml"
-    for place in places(table):
+    for path in places(table):
         for new in BAD:
-            file.write_text(with_value(table, place, new))
+            file.write_text(with_value(table, path, new))
             try:
                 read_settings(file)
             except InputError as error:
-                words = str(error).removeprefix(f"{file}: ")
+                message = str(error).removeprefix(f"{file}: ")
                 raw = ("object", "ufunc", "unhashable", "operand", "index out", "NoneType")
-                assert words != str(error) and "\n" not in words and len(words) < 300, words
-                assert not any(one in words for one in raw), (place, new, words)
+                assert message != str(error) and "\n" not in message and len(message) < 300, message
+                assert not any(one in message for one in raw), (path, new, message)
             else:
                 finite = not isinstance(new, float) or math.isfinite(new)
-                assert finite or place == ("time_limit",), (place, new)
+                assert finite or path == ("time_limit",), (path, new)
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("[parameters]\na = {from = 0, to = 1, count = 3, spacing = 'log'}", "of the same sign"),
         ("[parameters]\na = {from = 1, to = 2, count = 2.5}", "count = 2.5 must be a whole"),
@@ -84,32 +84,34 @@ def test_any_value_is_read_or_refused_in_one_sentence(study, tmp_path):
         ("results = 3\n[parameters]\na = [1]", "results = 3 is not a name, a list or"),
     ],
 )
-def test_invalid_values_are_named(text, words, tmp_path):
+def test_invalid_values_are_named(text, message, tmp_path):
     file = tmp_path / "s.toml"
     file.write_text(f"model = 'm.nml'\n{text}\n")
-    with pytest.raises(InputError, match=words):
+    with pytest.raises(InputError, match=message):
         read_settings(file)
 
 
 @pytest.mark.parametrize(
-    ("task", "known", "unknown"),
+    ("task", "expected", "unknown"),
     [
         ("safety", "stands_at", "stand_at"),
         ("accuracy", "largest_tilt_rad_bar", "largest_tilt_bar"),
         ("accuracy", "pga_m_s2[top]_bar", "pga[top]_bar"),
     ],
 )
-def test_figures_of_tasks_use_names_of_their_results(task, known, unknown, tmp_path, write_input):
+def test_figures_of_tasks_use_names_of_their_results(
+    task, expected, unknown, tmp_path, write_input
+):
     write_input(tower())
     file = tmp_path / "s.toml"
     text = f"model = 'model.nml'\ntask = '{task}'\n[parameters]\n'motion.scale' = [1.0, 2.0]\n"
     figure = "[[figures]]\nkind = 'fragility'\nthreshold = 1\nintensity = 'scale'\nquantity = "
-    file.write_text(f"{text}{figure}'{known}'\n")
+    file.write_text(f"{text}{figure}'{expected}'\n")
     assert read_settings(file).figures
     file.write_text(f"{text}{figure}'{unknown}'\n")
     with pytest.raises(InputError, match="none of the results"):
         read_settings(file)
-    file.write_text(f"{text}{figure}'{known}'\n".replace("'scale'", "'scales'"))
+    file.write_text(f"{text}{figure}'{expected}'\n".replace("'scale'", "'scales'"))
     with pytest.raises(InputError, match="no dimension 'scales'"):
         read_settings(file)
 
@@ -119,5 +121,5 @@ def test_results_of_tasks_have_known_names(write_input, tmp_path):
     for task in TASKS:
         table = sitedda.study(file, {"material.density": [2500.0]}, task=task,
                               folder=tmp_path / task, executor=None)  # fmt: skip
-        found = {name.partition("[")[0] for name, one in table.items() if one.dtype == float}
-        assert len(found) > 2 and found - {"seconds"} <= set(task_of(task).results)
+        names = {name.partition("[")[0] for name, column in table.items() if column.dtype == float}
+        assert len(names) > 2 and names - {"seconds"} <= set(task_of(task).results)

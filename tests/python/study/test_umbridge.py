@@ -42,11 +42,11 @@ def test_clients_receive_the_results_of_studies_or_messages(forward):
     assert forward.get_input_sizes() == forward.get_output_sizes() == [2]
     inputs = [[2500.0, 1.0], [2700.0, 2.0]]
     with ThreadPoolExecutor() as pool:
-        found = list(pool.map(lambda values: forward([values]), inputs))
-    for (density, scale), (numbers,) in zip(inputs, found, strict=True):
+        responses = list(pool.map(lambda values: forward([values]), inputs))
+    for (density, scale), (numbers,) in zip(inputs, responses, strict=True):
         changes = {PARAMETERS[0]: [density], PARAMETERS[1]: [scale]}
         table = sitedda.study("model.nml", changes, RESULTS)
         assert numbers == [table[name].item() for name in RESULTS]
-    assert found[0] != found[1]
+    assert responses[0] != responses[1]
     with pytest.raises(Exception, match="density = -1 must be"):
         forward([[-1.0, 1.0]])

@@ -11,7 +11,7 @@ from sitedda.facade.run import run
 from sitedda.report.style import BLUE, COLORS, GREY, RED, small_axes
 
 from ..case import Outcome, picture, study
-from ..compared import per_cent
+from ..comparison import per_cent
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 from .measure import first_mode_decay
@@ -23,7 +23,7 @@ _PENALTIES = (1, 10, 40, 100)  # penalties over Young's modulus; figure 6 shows 
 _YOUNG = 4.788e9  # Young's modulus of the input, Pa
 _FORCES = (1e3, 1e4, 1e5)  # peak forces of the impulse in the sensitivity study, N
 _SAMPLING = 1e-4  # interval of stored samples, s
-_LONG = 3.0  # duration with the softest penalty, because of its low frequency, s
+_LONG_DURATION = 3.0  # duration with the softest penalty, whose frequency is low, s
 
 
 def tasks(quick: bool = False) -> list[Task]:
@@ -33,7 +33,9 @@ def tasks(quick: bool = False) -> list[Task]:
     ]
     for factor in _PENALTIES:
         changes = {"contact": {"normal_stiffness": factor * _YOUNG}}
-        cases.append(("penalty", factor, changes | {"duration": _LONG if factor == 1 else 2.0}))
+        cases.append(
+            ("penalty", factor, changes | {"duration": _LONG_DURATION if factor == 1 else 2.0})
+        )
     if not quick:
         for force in _FORCES:
             load = {"force_y": [0.0, -force, 0.0]}
@@ -82,7 +84,7 @@ def _linear_tip_displacement(
     steps = round(time[-1] / step)
     force = np.interp(step * np.arange(1, steps + 1), [0.0, 0.01, 0.02], [0.0, -1e4, 0.0])
     row = model.row(model.loads[0], axis=1)
-    tip = np.concatenate([[0.0], model.loaded(row, row, force, step, factor)])
+    tip = np.concatenate([[0.0], model.response_to_force(row, row, force, step, factor)])
     return tip[np.rint(time / step).astype(int)]
 
 
@@ -96,29 +98,29 @@ def _measure_decrement(result: dict, model: DiscreteModel):
 
 
 @study("Cantilever: damping and penalty (section 2.1, figures 2–6)", tasks)
-def cantilever(found: dict) -> Outcome:
+def cantilever(runs: dict) -> Outcome:
     """Compose rows, requirements and pictures from the runs."""
-    done = Outcome(text=_describe_study())
-    found[("penalty", 40)] = found[("step", 1e-5)]
-    worst = _add_damping_rows(done, found)
-    _add_kinetic_row(done, found)
-    worst = max(worst, _add_penalty_rows(done, found))
-    _add_sensitivity_rows(done, found)
-    done.require(
-        "Damping from decaying vibration within 1 % of the closed form in every case"
+    outcome = Outcome(text=_describe_study())
+    runs[("penalty", 40)] = runs[("step", 1e-5)]
+    worst = _add_damping_rows(outcome, runs)
+    _add_kinetic_row(outcome, runs)
+    worst = max(worst, _add_penalty_rows(outcome, runs))
+    _add_sensitivity_rows(outcome, runs)
+    outcome.require(
+        "Damping ratios of the decaying vibration differ from the closed form by at most 1 %"
         f" ({len(_STEPS) + len(_PENALTIES)} cases)",
         worst <= 0.01,
-        f"largest difference {per_cent(worst)}, allowed 1 %",
+        f"largest difference {per_cent(worst)}",
     )
-    done.pictures = [
-        picture("cantilever_fig4", "Figure 4: full dynamic against 1 % kinetic damping.",
-                _draw_kinetic_damping, found),
-        picture("cantilever_fig5", "Figure 5: algorithmic damping at two time steps; the dashed"
-                " lines are the closed form of the first mode.", _draw_time_steps, found),
+    outcome.pictures = [
+        picture("cantilever_fig4", "Figure 4: full dynamic analysis and 1 % kinetic damping.",
+                _draw_kinetic_damping, runs),
+        picture("cantilever_fig5", "Figure 5: algorithmic damping at two time steps; dashed: closed"
+                " form of the first mode.", _draw_time_steps, runs),
         picture("cantilever_fig6", "Figure 6: frequency, largest displacement and damping ratio"
-                " over the penalty.", _draw_penalties, found),
+                " for several penalties.", _draw_penalties, runs),
     ]  # fmt: skip
-    return done
+    return outcome
 
 
 def _describe_study() -> list[str]:
@@ -126,14 +128,14 @@ def _describe_study() -> list[str]:
     model = _discrete_model()
     beam = _beam_frequency()
     return [
-        "Ten blocks of 1 m × 1 m are clamped on the left; a triangular impulse of 0.02 s acts at"
-        " the free end. The paper prints neither material nor impulse; the input uses the rock of"
-        " Table I and 10 kN.",
-        "Blocks of constant strain do not bend, so the model bends only in its joints, whose two"
-        " corner springs have the rotational stiffness k·w²/2. The first frequency therefore"
-        f" increases as √k with soft joints ({model.frequencies[0]:.2f} Hz at 40 E) and tends to"
-        f" that of a shear beam, √(G/ρ)/4L = {_shear_frequency():.2f} Hz. It would be that of a"
-        f" bending beam, 0.5596 √(EI/ρAL⁴) = {beam:.2f} Hz, only with joints as soft as k = E/6."
+        "Ten blocks of 1 m × 1 m are clamped at the left end. A triangular impulse of 0.02 s acts"
+        " at the free end. The paper prints neither material nor impulse, so the input uses the"
+        " rock of Table I and 10 kN.",
+        "Blocks of constant strain do not bend, so only the joints allow bending. The two corner"
+        " springs of a joint have the rotational stiffness k·w²/2. With soft joints the first"
+        f" frequency is proportional to √k ({model.frequencies[0]:.2f} Hz at k = 40 E). With stiff"
+        f" joints it tends to that of a shear beam, √(G/ρ)/4L = {_shear_frequency():.2f} Hz. The"
+        f" frequency of a bending beam, 0.5596 √(EI/ρAL⁴) = {beam:.2f} Hz, would require k = E/6."
         " Figure 6 shows this as “frequency increasing with penalty”.",
     ]
 
@@ -149,72 +151,80 @@ def _shear_frequency() -> float:
     return np.sqrt(_YOUNG / 2.5 / 2643.0) / 40.0
 
 
-def _add_damping_rows(done: Outcome, found: dict) -> float:
+def _add_damping_rows(outcome: Outcome, runs: dict) -> float:
     """Compare both time steps with figure 5; return the largest error of the damping ratio."""
     model = _discrete_model()
     omega = model.omega[0]
     worst = 0.0
     for step in _STEPS:
-        decay = _measure_decrement(found[("step", step)], model)
+        decay = _measure_decrement(runs[("step", step)], model)
         free = Scheme().vibration(omega / 2 / np.pi, step)
         theory = float(free.damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
-        done.compare(
+        outcome.compare(
             f"damping ratio at Δt = {step:g} s",
             "Fig. 5, eq. 11",
             None,
             theory,
             decay.damping_exact,
             "closed form ln(1/|λ|)/|ln λ| ≈ ωΔt/4 at the first frequency of K x = ω² M x;"
-            f" eq. 11 itself, linear in ζ, gives {decay.damping:.4g}",
+            f" eq. 11, which is linear in ζ, yields {decay.damping:.4g}",
         )
-        done.compare(
+        outcome.compare(
             f"frequency at Δt = {step:g} s (Hz)",
             "Fig. 5",
             None,
             float(omega / 2 / np.pi / (1 + free.elongation)),
             decay.frequency,
-            f"{decay.times.size - 1} crests",
+            f"from {decay.times.size - 1} periods",
             5,
         )
-    ends = [found[("step", step)] for step in _STEPS]
-    sizes = [abs(one["tip"][(one["time"] >= 1.9) & (one["time"] <= 2.0)]).max() for one in ends]
+    results = [runs[("step", step)] for step in _STEPS]
+    amplitudes = [abs(r["tip"][(r["time"] >= 1.9) & (r["time"] <= 2.0)]).max() for r in results]
     expected = np.exp(-1.9 * omega**2 / 4 * (_STEPS[1] - _STEPS[0]))
-    done.compare(
-        "amplitude after 1.9 s, Δt = 1e-4 s over 1e-5 s",
+    outcome.compare(
+        "amplitude after 1.9 s: ratio of Δt = 1e-4 s to 1e-5 s",
         "Fig. 5",
         "very significant attenuation",
         float(expected),
-        float(sizes[1] / sizes[0]),
-        "first mode alone decays as exp(-ω²Δt t/4); the run contains some higher modes with the"
-        " smaller step",
+        float(amplitudes[1] / amplitudes[0]),
+        "theory: exp(-ω²Δt t/4) of the first mode; the run with the smaller step also contains"
+        " higher modes",
         3,
     )
     return worst
 
 
-def _add_kinetic_row(done: Outcome, found: dict) -> None:
+def _add_kinetic_row(outcome: Outcome, runs: dict) -> None:
     """Compare the motion with 1 % kinetic damping, Δt = 1e-5 s, with figure 4."""
-    result, full = found[("kinetic", 0.99)], found[("step", 1e-5)]
+    result, full = runs[("kinetic", 0.99)], runs[("step", 1e-5)]
     roots = kinetic_damping_roots(_discrete_model().omega[0], 1e-5, 0.99)
     slow = float(-np.log(abs(roots).max()) / 1e-5)
-    late = (result["time"] > 0.1) & (result["time"] < 0.4)
+    interval = (result["time"] > 0.1) & (result["time"] < 0.4)
     fit = np.polynomial.Polynomial.fit(
-        result["time"][late], np.log(abs(result["tip"][late])), 1
+        result["time"][interval], np.log(abs(result["tip"][interval])), 1
     ).convert()
-    sign = np.sign(result["tip"][late])
-    done.compare(
-        "motion with 1 % kinetic damping at 1e-5 s",
+    sign = np.sign(result["tip"][interval])
+    outcome.compare(
+        "motion with 1 % kinetic damping, Δt = 1e-5 s",
         "Fig. 4",
         "totally damped",
         "overdamped: both eigenvalues real" if np.isreal(roots).all() else "oscillates",
         "returns without oscillation" if np.ptp(sign) == 0 else "oscillates",
-        "a factor of 0.99 on the velocity in each of 100,000 steps per second is a decay of the"
-        f" velocity of {-np.log(0.99) / 1e-5:.0f}/s",
+        "a factor of 0.99 on the velocity in each of 100,000 steps per second is a decay rate of"
+        f" {-np.log(0.99) / 1e-5:.0f}/s",
     )
-    done.compare("rate of the return (1/s)", "Fig. 4", None, slow, float(-fit.coef[1]), "", 4)
-    done.compare(
-        "largest displacement, 1 % kinetic damping over full dynamic",
+    outcome.compare(
+        "decay rate of the displacement with 1 % kinetic damping (1/s)",
+        "Fig. 4",
+        None,
+        slow,
+        float(-fit.coef[1]),
+        "",
+        4,
+    )
+    outcome.compare(
+        "largest displacement: ratio of 1 % kinetic damping to full dynamic analysis",
         "Fig. 4",
         None,
         _theoretical_peak_ratio(),
@@ -225,7 +235,7 @@ def _add_kinetic_row(done: Outcome, found: dict) -> None:
 
 
 def _theoretical_peak_ratio() -> float:
-    """Return the largest tip displacement with 1 % kinetic damping over that without damping."""
+    """Return the ratio of largest tip displacements with 1 % kinetic damping and without."""
     time = np.arange(5001) * _SAMPLING
     damped, full = (
         _linear_tip_displacement(_discrete_model(), time, 1e-5, factor) for factor in (0.99, 1.0)
@@ -233,75 +243,78 @@ def _theoretical_peak_ratio() -> float:
     return float(abs(damped).max() / abs(full).max())
 
 
-def _add_penalty_rows(done: Outcome, found: dict) -> float:
+def _add_penalty_rows(outcome: Outcome, runs: dict) -> float:
     """Compare results for several penalties with figure 6; return the largest damping error."""
     worst = 0.0
     for factor in _PENALTIES:
-        model, result = _discrete_model(factor), found[("penalty", factor)]
+        model, result = _discrete_model(factor), runs[("penalty", factor)]
         omega, decay = model.omega[0], _measure_decrement(result, model)
         theory = float(Scheme().vibration(omega / 2 / np.pi, 1e-5).damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
         tip = _linear_tip_displacement(model, result["time"], 1e-5)
-        place = "Fig. 6"
-        done.compare(f"frequency at k = {factor} E (Hz)", place, None, float(omega / 2 / np.pi),
+        source = "Fig. 6"
+        outcome.compare(f"frequency at k = {factor} E (Hz)", source, None, float(omega / 2 / np.pi),
             decay.frequency, "discrete theory K x = ω² M x", 5)  # fmt: skip
-        done.compare(f"damping ratio at k = {factor} E", place, None, theory, decay.damping_exact)
-        done.compare(f"largest displacement at k = {factor} E (mm)", place, None,
+        outcome.compare(
+            f"damping ratio at k = {factor} E", source, None, theory, decay.damping_exact
+        )
+        outcome.compare(f"largest displacement at k = {factor} E (mm)", source, None,
             1e3 * float(abs(tip).max()), 1e3 * float(abs(result["tip"]).max()))  # fmt: skip
-    first, last = (_measure_decrement(found[("penalty", f)], _discrete_model(f)) for f in (1, 100))
-    rise = last.damping_exact / last.frequency / (first.damping_exact / first.frequency)
-    done.compare(
-        "damping ratio per hertz, k = 100 E over k = E",
+    soft, stiff = (_measure_decrement(runs[("penalty", f)], _discrete_model(f)) for f in (1, 100))
+    ratio = stiff.damping_exact / stiff.frequency / (soft.damping_exact / soft.frequency)
+    outcome.compare(
+        "damping ratio / frequency: ratio of k = 100 E to k = E",
         "Fig. 6",
         "no obvious effect",
         1.0,
-        rise,
-        "ζ = ωΔt/4 does not contain the penalty and changes only with the frequency"
-        f" (×{last.frequency / first.frequency:.1f} here), from a value too small to see",
+        ratio,
+        "ζ = ωΔt/4 does not depend on the penalty, only on the frequency"
+        f" (×{stiff.frequency / soft.frequency:.1f})",
     )
-    done.notes.append(
-        "“The penalty has no obvious effect on damping” is true only for a given frequency. From E"
-        f" to 100 E the frequency increases {last.frequency / first.frequency:.2f} times, and the"
-        f" damping ratio from {per_cent(first.damping_exact)} to {per_cent(last.damping_exact)}:"
-        " invisible in a plot of a few cycles at 1e-5 s."
-    )
+    outcome.notes.append("“The penalty has no obvious effect on damping” is true only"
+        " for a given frequency. From k = E to 100 E the frequency increases by the"
+        f" factor {stiff.frequency / soft.frequency:.2f}. The damping ratio increases"
+        f" from {per_cent(soft.damping_exact)} to {per_cent(stiff.damping_exact)},"
+        " which is invisible in a plot of a few cycles at 1e-5 s.")  # fmt: skip
     return worst
 
 
-def _add_sensitivity_rows(done: Outcome, found: dict) -> None:
-    """Compare sizes of the impulse, and add notes on other materials."""
-    forces = [force for kind, force in found if kind == "force"]
+def _add_sensitivity_rows(outcome: Outcome, runs: dict) -> None:
+    """Compare impulses of several sizes, and add notes on other materials."""
+    forces = [force for kind, force in runs if kind == "force"]
     if forces:
-        compliance = [abs(found[("force", f)]["tip"]).max() / f for f in forces]
-        done.compare(
-            "sensitivity: spread of displacement/force, impulse of 1 to 100 kN",
+        compliance = [abs(runs[("force", f)]["tip"]).max() / f for f in forces]
+        outcome.compare(
+            "sensitivity: relative range of displacement / force for impulses of 1 to 100 kN",
             "assumed",
             None,
             0.0,
             float(np.ptp(compliance) / np.mean(compliance)),
-            "linear: the response is proportional to the impulse",
+            "the response is proportional to the impulse",
             2,
         )
     omega = _discrete_model().omega[0]
     for name, scale in (("limestone of Avdat (17 GPa, 2250 kg/m³)", 17e9 / 2250),
                         ("hard rock (50 GPa, 2500 kg/m³)", 50e9 / 2500)):  # fmt: skip
-        other = omega * np.sqrt(scale / (_YOUNG / 2643.0))
-        damping = Scheme().vibration(other / 2 / np.pi, 1e-4).damping
-        done.notes.append(
-            f"Sensitivity to the material: with {name} and the same k/E the frequency would be"
-            f" {other / 2 / np.pi:.1f} Hz and the damping ratio at 1e-4 s"
-            f" {per_cent(float(damping))}: all frequencies scale with √(E/ρ),"
-            " the damping ratio with the frequency."
+        scaled = omega * np.sqrt(scale / (_YOUNG / 2643.0))
+        damping = Scheme().vibration(scaled / 2 / np.pi, 1e-4).damping
+        outcome.notes.append(
+            f"Sensitivity to the material: for {name} and the same k/E the frequency is"
+            f" {scaled / 2 / np.pi:.1f} Hz. The damping ratio at Δt = 1e-4 s is"
+            f" {per_cent(float(damping))}. All frequencies are proportional to √(E/ρ), and the"
+            " damping ratio to the frequency."
         )
 
 
-def _draw_kinetic_damping(drawing, found) -> None:
+def _draw_kinetic_damping(drawing, runs) -> None:
     with small_axes(drawing, 1, 2, size=(7.6, 3.3), width_ratios=[1, 2.6]) as (load, tip):
         load.plot([0, 10, 20, 40], [0, 10, 0, 0], color=GREY)
-        load.set(xlabel="time (ms)", ylabel="F (kN, downwards)", title="Fig. 3, assumed size")
-        full, damped = found[("step", 1e-5)], found[("kinetic", 0.99)]
-        early = full["time"] <= 0.5
-        tip.plot(full["time"][early], 1e3 * full["tip"][early], color=BLUE, label="full dynamic")
+        load.set(xlabel="time (ms)", ylabel="F (kN, downwards)", title="Fig. 3, assumed force")
+        full, damped = runs[("step", 1e-5)], runs[("kinetic", 0.99)]
+        interval = full["time"] <= 0.5
+        tip.plot(
+            full["time"][interval], 1e3 * full["tip"][interval], color=BLUE, label="full dynamic"
+        )
         tip.plot(damped["time"], 1e3 * damped["tip"], "--", color=RED,
                  label="1 % kinetic damping")  # fmt: skip
         tip.axvline(_END_OF_LOAD, color="0.6", lw=0.8, ls=":")
@@ -310,16 +323,16 @@ def _draw_kinetic_damping(drawing, found) -> None:
         tip.set_ylim(top=1.35 * 1e3 * full["tip"].max())
 
 
-def _draw_time_steps(drawing, found) -> None:
+def _draw_time_steps(drawing, runs) -> None:
     omega = _discrete_model().omega[0]
     with small_axes(drawing, 2, 1, size=(7.2, 4.6), sharex=True, sharey=True) as axes:
         for axis, step, color in zip(axes, _STEPS, COLORS, strict=False):
-            result = found[("step", step)]
+            result = runs[("step", step)]
             thin = round(1e-3 / _SAMPLING)
             time, tip = result["time"][::thin], 1e3 * result["tip"][::thin]
             axis.plot(time, tip, color=color, lw=0.8, label=f"Δt = {step:g} s")
-            start = found[("step", 1e-5)]["tip"]
-            crests = start[find_peaks(start, height=0.5 * start.max())[0][:5]]
+            fine_tip = runs[("step", 1e-5)]["tip"]
+            crests = fine_tip[find_peaks(fine_tip, height=0.5 * fine_tip.max())[0][:5]]
             envelope = 1e3 * np.median(crests) * np.exp(-(omega**2) * step / 4 * time)
             for sign in (1, -1):
                 axis.plot(time, sign * envelope, "--", color="0.25", lw=1)
@@ -328,8 +341,8 @@ def _draw_time_steps(drawing, found) -> None:
         axes[1].set_xlabel("time (s)")
 
 
-def _draw_penalties(drawing, found) -> None:
-    decays = [_measure_decrement(found[("penalty", f)], _discrete_model(f)) for f in _PENALTIES]
+def _draw_penalties(drawing, runs) -> None:
+    decays = [_measure_decrement(runs[("penalty", f)], _discrete_model(f)) for f in _PENALTIES]
     lines = np.geomspace(1, 100, 30)
     omegas = np.array([_discrete_model(float(k)).omega[0] for k in lines])
     with small_axes(drawing, 1, 3, size=(8.4, 3.0)) as (low, middle, high):
@@ -338,7 +351,7 @@ def _draw_penalties(drawing, found) -> None:
         low.axhline(_shear_frequency(), color="0.6", ls=":", lw=1, label="shear beam, √(G/ρ)/4L")
         low.set(ylabel="frequency (Hz)")
         middle.legend(*low.get_legend_handles_labels(), loc="upper right")
-        largest = [1e3 * abs(found[("penalty", f)]["tip"]).max() for f in _PENALTIES]
+        largest = [1e3 * abs(runs[("penalty", f)]["tip"]).max() for f in _PENALTIES]
         middle.loglog(_PENALTIES, largest, "o-", color=BLUE, lw=0.8)
         middle.set(ylabel="largest displacement (mm)")
         high.loglog(lines, Scheme().vibration(omegas / 2 / np.pi, 1e-5).damping, color=RED, lw=1)

@@ -60,9 +60,9 @@ class DiscreteModel:
     scheme: Scheme
 
     @classmethod
-    def of(cls, file: Path, changes: Mapping | None = None, **more) -> "DiscreteModel":
+    def of(cls, file: Path, changes: Mapping | None = None, **options) -> "DiscreteModel":
         """Return the model of an input with changes, as for `sitedda.Simulation`."""
-        changes = dict(changes or {}) | more
+        changes = dict(changes or {}) | options
         parsed = groups_by_name(changed_input(Path(file).read_text(), changes))
         with Simulation(file, changes=changes) as simulation:
             polygons = [np.array(polygon) for polygon in simulation.polygons]
@@ -73,9 +73,9 @@ class DiscreteModel:
         n = len(polygons)
         mass, stiffness = np.zeros((6 * n, 6 * n)), np.zeros((6 * n, 6 * n))
         for b, material in enumerate(_block_materials(parsed, n)):
-            here = slice(6 * b, 6 * b + 6)
-            mass[here, here] = _mass_matrix(material, *moments[b])
-            stiffness[here, here] += _strain_stiffness(material, moments[b][0])
+            unknowns = slice(6 * b, 6 * b + 6)
+            mass[unknowns, unknowns] = _mass_matrix(material, *moments[b])
+            stiffness[unknowns, unknowns] += _strain_stiffness(material, moments[b][0])
         shape = partial(_shape_matrix, centroids)
         normal = parsed["contact"][0]["normal_stiffness"]
         shear = normal / parsed["contact"][0].get("shear_ratio", 2.5)
@@ -91,8 +91,10 @@ class DiscreteModel:
             for group in parsed.get("load", [])
         ]
         scheme = Scheme.of_control(parsed["control"][0])
-        spring = ratio * normal
-        return cls(stiffness, mass, supports, axes, spring, centroids, points, loads, scheme)
+        support_stiffness = ratio * normal
+        return cls(
+            stiffness, mass, supports, axes, support_stiffness, centroids, points, loads, scheme
+        )
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -107,13 +109,13 @@ class DiscreteModel:
         """Return the sum of the rows of `supports` along an axis, shape (6n,)."""
         return self.supports[self.support_axes == axis].sum(0)
 
-    def row(self, place, axis: int = 0) -> np.ndarray:
+    def row(self, point, axis: int = 0) -> np.ndarray:
         """Return the row that yields the displacement of a point along an axis, shape (6n,).
 
         The point is a name or (block, position in m).
         """
-        block, where = self.points[place] if isinstance(place, str) else place
-        return _shape_matrix(self.centroids, block, where)[axis]
+        block, position = self.points[point] if isinstance(point, str) else point
+        return _shape_matrix(self.centroids, block, position)[axis]
 
     @cached_property
     def _modes(self) -> tuple[np.ndarray, np.ndarray]:
@@ -135,15 +137,11 @@ class DiscreteModel:
         """Return the mass-normalised shape of a mode, shape (6n,)."""
         return self._modes[1][:, number]
 
-    def share(self, axis: int) -> np.ndarray:
+    def mass_fractions(self, axis: int) -> np.ndarray:
         """Return the effective mass of each mode along an axis as a fraction of the total mass."""
         unit = np.zeros(len(self.mass))
         unit[axis::6] = 1.0
         return (self._modes[1].T @ self.mass @ unit) ** 2 / (unit @ self.mass @ unit)
-
-    def first(self, axis: int) -> int:
-        """Return the number of the mode with the largest effective mass along an axis."""
-        return int(np.argmax(self.share(axis)))
 
     def transfer(self, frequency, time_step: float, surface: str, base: str, loading: str):
         """Return the transfer function of the scheme between two points for motion in x.
@@ -165,21 +163,21 @@ class DiscreteModel:
             acceleration of the surface over acceleration of the base.
         """
         factors = self.scheme.steady(frequency, time_step)
-        spring = (
+        support_factor = (
             self.support_stiffness * factors.end_stiffness
             + self._support_dashpot(time_step) * factors.end_dashpot
         )
-        held = self.supports.T @ self.supports
+        support_product = self.supports.T @ self.supports
         if loading == "displacement":
-            force = spring[:, None] * self._sum_support_rows(0)
+            force = support_factor[:, None] * self._sum_support_rows(0)
         else:
             unit = np.zeros(len(self.mass))
             unit[0::6] = 1.0
             force = -factors.load[:, None] * (self.mass @ unit)
         x = np.array(
             [
-                np.linalg.solve(inertia * self.mass + self.elastic + k * held, f)
-                for inertia, k, f in zip(factors.inertia, spring, force, strict=True)
+                np.linalg.solve(inertia * self.mass + self.elastic + k * support_product, f)
+                for inertia, k, f in zip(factors.inertia, support_factor, force, strict=True)
             ]
         )
         top = x @ self.row(surface)
@@ -188,7 +186,7 @@ class DiscreteModel:
         # the engine computes accelerations as (v1 - v0)/Δt
         return 1 + top * factors.inertia / factors.end_stiffness
 
-    def loaded(
+    def response_to_force(
         self, row: np.ndarray, force: np.ndarray, series, time_step: float, factor: float = 1.0
     ) -> np.ndarray:
         """Return a displacement after each step under force × series, from rest.
@@ -212,7 +210,7 @@ class DiscreteModel:
         """
         return self._step_modes(row, force, series, np.zeros(len(self.mass)), time_step, factor)
 
-    def shaken(self, row: np.ndarray, motion, rate, time_step: float) -> np.ndarray:
+    def response_to_motion(self, row: np.ndarray, motion, rate, time_step: float) -> np.ndarray:
         """Return a displacement after each step if all fixed points move along x.
 
         Parameters
@@ -231,16 +229,16 @@ class DiscreteModel:
         chi, dashpot = self.scheme.chi, self._support_dashpot(time_step)
         motion, rate = np.array(motion, dtype=float), np.array(rate, dtype=float)
         if chi > 0.5:  # the scheme computes velocities of supports from their displacements
-            for n, moved in enumerate(np.diff(motion)):
-                rate[n + 1] = moved / (chi * time_step) - (1 / chi - 1) * rate[n]
-        push = self._sum_support_rows(0)
+            for n, increment in enumerate(np.diff(motion)):
+                rate[n + 1] = increment / (chi * time_step) - (1 / chi - 1) * rate[n]
+        unit_force = self._sum_support_rows(0)
         # the supports have the initial velocity already in the first step
         weight = (1 - chi) * dashpot * time_step
-        moving = np.linalg.solve(
-            self.mass + weight * self.supports.T @ self.supports, weight * rate[0] * push
+        velocity = np.linalg.solve(
+            self.mass + weight * self.supports.T @ self.supports, weight * rate[0] * unit_force
         )
         series = self.support_stiffness * motion[1:] + dashpot * rate[1:]
-        return self._step_modes(row, push, series, moving, time_step, 1.0)
+        return self._step_modes(row, unit_force, series, velocity, time_step, 1.0)
 
     def _step_modes(
         self, row, force, series, velocity, time_step: float, factor: float
@@ -253,29 +251,31 @@ class DiscreteModel:
             self.support_stiffness,
             self._support_dashpot(time_step),
         )
-        momentum, back = 1 / (chi * time_step), (1 / chi - 1) * factor
+        momentum, velocity_factor = 1 / (chi * time_step), (1 / chi - 1) * factor
         flexibility = 1 / (momentum / time_step + theta * square)
         # forces of K - k RᵀR are those at t₀ + θΔt; forces of k and c are those at the end
-        extra = (1 - theta) * k + c * momentum
-        soft = rows * flexibility
-        inside = np.linalg.inv(np.eye(len(rows)) + extra * soft @ rows.T) * extra
+        support_term = (1 - theta) * k + c * momentum
+        flexible_rows = rows * flexibility
+        reduced = (
+            np.linalg.inv(np.eye(len(rows)) + support_term * flexible_rows @ rows.T) * support_term
+        )
         x, v = np.zeros(len(square)), shapes.T @ self.mass @ velocity
-        push, weight = shapes.T @ force, row @ shapes
+        modal_force, modal_row = shapes.T @ force, row @ shapes
         result = np.empty(len(series))
         for n, value in enumerate(series):
-            load = value * push + factor * momentum * v - square * x
-            load += (c * back) * ((rows @ v) @ rows)
-            moved = flexibility * load
-            moved -= soft.T @ (inside @ (rows @ moved))
-            x = x + moved
-            v = momentum * moved - back * v
-            result[n] = weight @ x
+            load = value * modal_force + factor * momentum * v - square * x
+            load += (c * velocity_factor) * ((rows @ v) @ rows)
+            increment = flexibility * load
+            increment -= flexible_rows.T @ (reduced @ (rows @ increment))
+            x = x + increment
+            v = momentum * increment - velocity_factor * v
+            result[n] = modal_row @ x
         return result
 
 
-def _shape_matrix(centroids: np.ndarray, block: int, place) -> np.ndarray:
+def _shape_matrix(centroids: np.ndarray, block: int, point) -> np.ndarray:
     """Return the matrix T of eq. 4 of the paper for a point of a block, shape (2, 6n)."""
-    x, y = np.asarray(place) - centroids[block]
+    x, y = np.asarray(point) - centroids[block]
     rows = np.zeros((2, 6 * len(centroids)))
     rows[:, 6 * block : 6 * block + 6] = [[1, 0, -y, x, 0, y / 2], [0, 1, x, 0, y, x / 2]]
     return rows
@@ -336,24 +336,26 @@ def _add_contacts(stiffness, polygons, contacts, shape, springs) -> None:
     owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
     following = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
     for vertex, edge in zip(contacts["vertex"], contacts["edge"], strict=True):
-        place, along = vertices[vertex], following[edge] - vertices[edge]
-        if LineString([vertices[edge], following[edge]]).distance(Point(place)) > _TOUCHING:
+        point, along = vertices[vertex], following[edge] - vertices[edge]
+        if LineString([vertices[edge], following[edge]]).distance(Point(point)) > _TOUCHING:
             continue
         along = along / np.hypot(*along)
-        apart = shape(owner[vertex], place) - shape(owner[edge], place)
-        for spring, direction in zip(springs, ((along[1], -along[0]), along), strict=True):
-            row = np.asarray(direction) @ apart
-            stiffness += spring * np.outer(row, row)
+        relative = shape(owner[vertex], point) - shape(owner[edge], point)
+        for stiffness_factor, direction in zip(
+            springs, ((along[1], -along[0]), along), strict=True
+        ):
+            row = np.asarray(direction) @ relative
+            stiffness += stiffness_factor * np.outer(row, row)
 
 
 def _support_rows(parsed, polygons, names, shape) -> tuple[np.ndarray, np.ndarray]:
     """Return `supports` and `support_axes` of `DiscreteModel`."""
     rows, axes = [], []
     for group in parsed.get("fixed_point", []):
-        both = shape(_block_at_point(group, polygons, names), (group["x"], group["y"]))
+        matrix = shape(_block_at_point(group, polygons, names), (group["x"], group["y"]))
         for axis, letter in enumerate("xy"):
             if letter in group.get("direction", "xy"):
-                rows.append(both[axis])
+                rows.append(matrix[axis])
                 axes.append(axis)
     return np.array(rows).reshape(-1, 6 * len(polygons)), np.array(axes, dtype=int)
 
@@ -362,5 +364,5 @@ def _block_at_point(group, polygons, names) -> int:
     """Return the index of the block that a group names, or that contains its point."""
     if group.get("block"):
         return names.index(group["block"])
-    place = Point(group["x"], group["y"])
-    return next(i for i, one in enumerate(polygons) if Polygon(one).distance(place) < 1e-9)
+    point = Point(group["x"], group["y"])
+    return next(i for i, polygon in enumerate(polygons) if Polygon(polygon).distance(point) < 1e-9)

@@ -28,8 +28,8 @@ def first_mode_decay(time, x, frequency: float, cutoff: float, trim: float = 4.0
     time, x = np.asarray(time), np.asarray(x)
     step = (time[-1] - time[0]) / (time.size - 1)
     filtered = sosfiltfilt(butter(_ORDER, cutoff, fs=1 / step, output="sos"), x)
-    end = int(trim / frequency / step)
-    return log_decrement(time[end:-end], filtered[end:-end], offset=0.0, floor=1e-3)
+    trimmed = int(trim / frequency / step)
+    return log_decrement(time[trimmed:-trimmed], filtered[trimmed:-trimmed], offset=0.0, floor=1e-3)
 
 
 def sub_sample_maximum(time, x) -> tuple[float, float]:
@@ -39,7 +39,7 @@ def sub_sample_maximum(time, x) -> tuple[float, float]:
     if i in (0, x.size - 1):
         return float(time[i]), float(x[i])
     left, middle, right = x[i - 1 : i + 2]
-    bend = left - 2 * middle + right
-    shift = 0.5 * (left - right) / bend if bend else 0.0
+    curvature = left - 2 * middle + right
+    shift = 0.5 * (left - right) / curvature if curvature else 0.0
     step = time[i + 1] - time[i]
     return float(time[i] + shift * step), float(middle - 0.25 * (left - right) * shift)

@@ -11,7 +11,7 @@ from sitedda.report import Picture
 from sitedda.report.style import BLUE, COLORS, GREY, INK, RED, small_axes
 
 from ..case import Outcome, picture, study
-from ..compared import per_cent
+from ..comparison import per_cent
 from ..runs import Task, input_file
 from .discrete import DiscreteModel
 from .measure import sub_sample_maximum
@@ -21,25 +21,29 @@ _PERIOD = 0.004  # only wave period that the paper prints (in its discussion), s
 _DENSITY, _POISSON, _SIZE, _WIDTH = 2643.0, 0.25, 1.0, 15.0  # values of the input
 _DISTANCE = 14.5  # distance from the base block, which fixed points make rigid, to M1, m
 _RATIOS = (4, 8, 16, 32, 64)  # λ/Δx: ratios of the paper, and 64
-_WIDE = {"width": 60.0, "penalty": 400.0, "ratios": (32, 64, 128)}  # study of longer waves
-_PRINTED = (4, 8, 16, 32)  # λ/Δx of the paper
+_WIDE_STACK = {"width": 60.0, "penalty": 400.0, "ratios": (32, 64, 128)}  # study of longer waves
+_PAPER_RATIOS = (4, 8, 16, 32)  # λ/Δx of the paper
 _STEPS = (1e-5, 1e-4)  # time steps of figure 9, s
 _AMPLITUDE = 1e-3  # m
 _PENALTY = 100.0  # penalty over Young's modulus
 _PENALTIES = (1.0, 10.0, 40.0, 100.0, 300.0, 1000.0)  # penalties over Young's modulus
-_AFTER = 1.25  # number of recorded periods after the arrival of the wave, before reflections
+_RECORDED_PERIODS = (
+    1.25  # number of recorded periods after the arrival of the wave, before reflections
+)
 _PERIODS = (0.004, 0.01, 0.02)  # periods of the sensitivity study, s
-_SLOWER = 32  # λ/Δx in the measurement of wave speed
+_SPEED_RATIO = 32  # λ/Δx in the measurement of wave speed
 
 
 def tasks(quick: bool = False) -> list[Task]:
     """Return the runs of the study; `quick` omits those not needed for the requirements."""
     cases = [("triangle", r, s, _PENALTY, _PERIOD) for r in _RATIOS for s in _STEPS]
-    cases += [("sine", r, s, _PENALTY, _PERIOD) for r in _PRINTED for s in _STEPS]
+    cases += [("sine", r, s, _PENALTY, _PERIOD) for r in _PAPER_RATIOS for s in _STEPS]
     if not quick:
-        cases += [("sine", _SLOWER, 1e-5, p, _PERIOD) for p in _PENALTIES]
+        cases += [("sine", _SPEED_RATIO, 1e-5, p, _PERIOD) for p in _PENALTIES]
         cases += [("triangle", 32, s, _PENALTY, p) for s in _STEPS for p in _PERIODS[1:]]
-        cases += [_wide_stack_case(ratio, step) for ratio in _WIDE["ratios"] for step in _STEPS]
+        cases += [
+            _wide_stack_case(ratio, step) for ratio in _WIDE_STACK["ratios"] for step in _STEPS
+        ]
     return [
         Task(case, _run_case, {"case": case}, _run_time_estimate(case))
         for case in dict.fromkeys(cases)
@@ -48,7 +52,7 @@ def tasks(quick: bool = False) -> list[Task]:
 
 def _wide_stack_case(ratio: int, step: float) -> tuple:
     """Return the case of a wide stack with the same joint stiffness per metre of width."""
-    return ("wide triangle", ratio, step, _WIDE["penalty"], _PERIOD)
+    return ("wide triangle", ratio, step, _WIDE_STACK["penalty"], _PERIOD)
 
 
 def _run_time_estimate(case: tuple) -> float:
@@ -58,8 +62,8 @@ def _run_time_estimate(case: tuple) -> float:
 
 
 def _case_duration(ratio: float, period: float) -> float:
-    """Return the simulated time until `_AFTER` periods after the arrival of the wave, s."""
-    return (1.3 * _DISTANCE / (ratio * _SIZE) + 1 + _AFTER) * period
+    """Return the simulated time until `_RECORDED_PERIODS` after the arrival of the wave, s."""
+    return (1.3 * _DISTANCE / (ratio * _SIZE) + 1 + _RECORDED_PERIODS) * period
 
 
 def _young_modulus(ratio: float, period: float) -> float:
@@ -78,7 +82,7 @@ def _incident_motion(shape: str, period: float) -> tuple[np.ndarray, float]:
 
 def _width_changes(shape: str) -> dict:
     """Return the changes of the input for a wide stack."""
-    return {"layers[*].width": _WIDE["width"]} if shape.startswith("wide") else {}
+    return {"layers[*].width": _WIDE_STACK["width"]} if shape.startswith("wide") else {}
 
 
 def wave_changes(case: tuple) -> dict:
@@ -130,8 +134,10 @@ def _scaled_displacement(case: tuple, point: str, steps: int) -> np.ndarray:
     time, samples = step * np.arange(steps + 1), spacing * np.arange(values.size)
     motion = np.interp(time, samples, values)
     rate = np.interp(time, samples, _engine_velocity(values, spacing), right=0.0)
-    moved = model.shaken(model.row(point), motion, rate * period / ratio, step * ratio / period)
-    return np.concatenate([[0.0], moved])
+    displacement = model.response_to_motion(
+        model.row(point), motion, rate * period / ratio, step * ratio / period
+    )
+    return np.concatenate([[0.0], displacement])
 
 
 def _engine_velocity(values: np.ndarray, spacing: float) -> np.ndarray:
@@ -152,7 +158,7 @@ def _continuum_loss(ratio: float, step: float, period: float) -> float:
 
 
 def _speed_fraction(penalty: float) -> float:
-    """Return the speed of long waves over √(G/ρ), with springs in series with the layers."""
+    """Return speed of long waves / √(G/ρ), with springs in series with the layers."""
     shear = 1 / (2 * (1 + _POISSON))
     return float(1 / np.sqrt(1 + shear * _WIDTH / (2 * penalty / 2.5 * _SIZE)))
 
@@ -163,111 +169,110 @@ def _amplitude_error(result: dict) -> float:
 
 
 @study("Shear wave: block size, time step and penalty (section 2.2, figures 7–11)", tasks)
-def shear_wave(found: dict) -> Outcome:
+def shear_wave(runs: dict) -> Outcome:
     """Compose rows, requirements and pictures from the runs."""
-    done = Outcome(text=[
+    outcome = Outcome(text=[
         f"A base block and 100 layers of 1 m × 15 m; M1 lies {_DISTANCE:g} m above the base block."
-        f" Period {_PERIOD:g} s, density and number of interfaces per metre are constant; the shear"
-        " modulus sets the wavelength (eq. 17), the penalty is 100 E. The paper prints neither"
-        " period, distance nor the values of figure 9.",
-        "“Theory” is the exact discrete one, in modal coordinates, with the scheme's time steps.",
+        f" The period is {_PERIOD:g} s; density and number of interfaces per metre are constant."
+        " The shear modulus determines the wavelength (eq. 17); the penalty is 100 E. The paper"
+        " prints neither period nor distance nor the values of figure 9.",
+        "“Theory” is the exact solution of the discrete equations in modal coordinates, with the"
+        " time steps of the scheme.",
     ])  # fmt: skip
-    _add_amplitude_rows(done, found)
-    _add_step_rows(done, found)
-    _add_shape_rows(done, found)
-    _add_speed_rows(done, found)
-    _add_period_rows(done, found)
-    _add_width_rows(done, found)
-    done.pictures = _make_pictures(found)
-    return done
+    _add_amplitude_rows(outcome, runs)
+    _add_step_rows(outcome, runs)
+    _add_shape_rows(outcome, runs)
+    _add_speed_rows(outcome, runs)
+    _add_period_rows(outcome, runs)
+    _add_width_rows(outcome, runs)
+    outcome.pictures = _make_pictures(runs)
+    return outcome
 
 
-def _add_amplitude_rows(done: Outcome, found: dict) -> None:
+def _add_amplitude_rows(outcome: Outcome, runs: dict) -> None:
     """Compare the errors of the amplitude with figure 9."""
     for step in _STEPS:
         errors = []
         for ratio in _RATIOS:
             case = ("triangle", ratio, step, _PENALTY, _PERIOD)
-            result = found[case]
+            result = runs[case]
             theory = _amplitude_error({"M1": _exact_motion(case, result["time"])})
             errors.append(_amplitude_error(result))
-            done.compare(
-                f"amplitude error at λ/Δx = {ratio}, Δt = {step:g} s (%)",
-                "Fig. 9, eq. 16" if ratio in _PRINTED else "beyond Fig. 9",
+            outcome.compare(
+                f"amplitude error of the triangular wave, λ/Δx = {ratio}, Δt = {step:g} s (%)",
+                "Fig. 9, eq. 16" if ratio in _PAPER_RATIOS else "beyond Fig. 9",
                 None,
                 100 * theory,
                 100 * errors[-1],
                 f"continuous column: {100 * _continuum_loss(ratio, step, _PERIOD):.2f} %",
             )
-        falls = bool(np.all(np.diff(errors) < 0))
-        at = errors[_RATIOS.index(32)]
-        done.require(
-            f"Fig. 9: error falls with λ/Δx at Δt = {step:g} s; its value at 32 stated",
-            falls,
-            f"falls from {per_cent(errors[0])} to {per_cent(errors[-1])},"
-            f" {100 * at:.3g} % at λ/Δx = 32",
+        decreases = bool(np.all(np.diff(errors) < 0))
+        error_at_32 = errors[_RATIOS.index(32)]
+        outcome.require(
+            f"Fig. 9: the amplitude error decreases with λ/Δx at Δt = {step:g} s",
+            decreases,
+            f"decreases from {per_cent(errors[0])} to {per_cent(errors[-1])},"
+            f" {100 * error_at_32:.3g} % at λ/Δx = 32",
         )
 
 
-def _add_step_rows(done: Outcome, found: dict) -> None:
+def _add_step_rows(outcome: Outcome, runs: dict) -> None:
     """Compare the additional error of the larger step in run, exact theory and closed form."""
-    cells, worst, simple = [], 0.0, {}
+    cells, worst, ratio_of_closed_form = [], 0.0, {}
     for ratio in _RATIOS:
         cases = [("triangle", ratio, step, _PENALTY, _PERIOD) for step in _STEPS]
-        measured = np.subtract(*[_amplitude_error(found[case]) for case in reversed(cases)])
+        measured = np.subtract(*[_amplitude_error(runs[case]) for case in reversed(cases)])
         exact = np.subtract(
-            *[_amplitude_error({"M1": _exact_motion(c, found[c]["time"])}) for c in reversed(cases)]
+            *[_amplitude_error({"M1": _exact_motion(c, runs[c]["time"])}) for c in reversed(cases)]
         )
         closed = np.subtract(*[_continuum_loss(ratio, s, _PERIOD) for s in reversed(_STEPS)])
         worst = max(worst, abs(measured - exact) / exact)
-        simple[ratio] = closed / measured
+        ratio_of_closed_form[ratio] = closed / measured
         cells.append([f"{ratio}", *(f"{100 * v:.2f}" for v in (measured, exact, closed))])
-    done.tabulate(
-        "Gap of figure 9: error at 1e-4 s less error at 1e-5 s (%)",
+    outcome.tabulate(
+        "Gap of figure 9: amplitude error at Δt = 1e-4 s minus that at 1e-5 s (%)",
         ["λ/Δx", "sitedda", "exact discrete theory", "√(4x/πTλ) (√Δt₂ - √Δt₁)"],
         cells,
     )
-    done.require(
-        "Fig. 9: gap between the two time steps explained by the theory of the scheme",
+    outcome.require(
+        "Fig. 9: the gap between the two time steps follows from the theory of the scheme",
         bool(worst < 0.01),
-        f"run and exact theory of the scheme differ by {per_cent(worst)} of the gap at most;"
-        f" the closed form of a continuous column gives {simple[4]:.2f} times the gap at"
-        f" λ/Δx = 4, {simple[32]:.2f} at 32",
+        f"largest difference between run and exact theory: {per_cent(worst)} of the gap; ratio of"
+        f" the closed form of a continuous column to the gap: {ratio_of_closed_form[4]:.2f} at"
+        f" λ/Δx = 4, {ratio_of_closed_form[32]:.2f} at 32",
     )
-    done.notes.append(
-        "The gap is the attenuation exp(-ω²Δt x/4v) of the scheme. In a continuous column, it"
-        " reduces the peak of a triangle by √(4Δt·x/πTλ); with coarse blocks, dispersion already"
-        " broadens the peak, so the two losses do not add. The exact discrete theory of the scheme"
-        " includes both and gives the gap to all digits shown. “Largely the same for every ratio”"
-        " in the paper is true only for a fixed travel time x/v: at a fixed M1 the gap decreases as"
-        " 1/√λ."
+    outcome.notes.append(
+        "The cause of the gap is the attenuation exp(-ω²Δt x/4v) of the scheme. In a continuous"
+        " column, it reduces the peak of a triangle by √(4Δt·x/πTλ). With coarse blocks, dispersion"
+        " also broadens the peak, so the two losses do not add. The exact discrete theory includes"
+        " both and yields the gap to all printed digits. “Largely the same for every ratio” in the"
+        " paper is true only for a fixed travel time x/v. At a fixed point M1 the gap is"
+        " proportional to 1/√λ."
     )
 
 
-def _add_shape_rows(done: Outcome, found: dict) -> None:
+def _add_shape_rows(outcome: Outcome, runs: dict) -> None:
     """Compare the wave form of one-cycle sines with figures 10 and 11."""
     fits = []
-    for ratio in _PRINTED:
+    for ratio in _PAPER_RATIOS:
         case = ("sine", ratio, 1e-4, _PENALTY, _PERIOD)
-        result = found[case]
+        result = runs[case]
         theory = _exact_motion(case, result["time"])
         crest, trough = result["M1"].max(), -result["M1"].min()
         fits.append(_largest_correlation(result))
-        done.compare(f"one-cycle sine at λ/Δx = {ratio}: crest (mm)", "Fig. 11", None,
+        outcome.compare(f"one-cycle sine at λ/Δx = {ratio}: crest (mm)", "Fig. 11", None,
             1e3 * theory.max(), 1e3 * crest, "incident amplitude 1 mm")  # fmt: skip
-        done.compare(f"one-cycle sine at λ/Δx = {ratio}: trough (mm)", "Fig. 11", None,
+        outcome.compare(f"one-cycle sine at λ/Δx = {ratio}: trough (mm)", "Fig. 11", None,
             -1e3 * theory.min(), 1e3 * trough,
             f"correlation with the incident wave {fits[-1]:.4f}")  # fmt: skip
-    fine = [_largest_correlation(found[("sine", r, 1e-5, _PENALTY, _PERIOD)]) for r in _PRINTED]
-    done.compare("correlations with the incident wave at Δt = 1e-5 s", "Fig. 11",
-        "independent of the time step", None, ", ".join(f"{fit:.4f}" for fit in fine),
-        "at 1e-4 s " + ", ".join(f"{fit:.4f}" for fit in fits))  # fmt: skip
+    fine = [_largest_correlation(runs[("sine", r, 1e-5, _PENALTY, _PERIOD)]) for r in _PAPER_RATIOS]
+    outcome.compare("correlations of M1 with the incident wave for each λ/Δx, Δt = 1e-5 s",
+        "Fig. 11", "independent of the time step", None, ", ".join(f"{fit:.4f}" for fit in fine),
+        "Δt = 1e-4 s: " + ", ".join(f"{fit:.4f}" for fit in fits))  # fmt: skip
     rising = bool(np.all(np.diff(fits) > 0))
-    done.require(
-        "Fig. 11: wave form improves with λ/Δx and is well resolved from 16 on",
-        rising and fits[_PRINTED.index(16)] > 0.98,
-        "correlations " + ", ".join(f"{fit:.4f}" for fit in fits),
-    )
+    outcome.require("Fig. 11: the correlation with the incident wave increases with λ/Δx and"
+        " exceeds 0.98 at 16", rising and fits[_PAPER_RATIOS.index(16)] > 0.98,
+        "correlations " + ", ".join(f"{fit:.4f}" for fit in fits))  # fmt: skip
 
 
 def _largest_correlation(result: dict) -> float:
@@ -276,111 +281,110 @@ def _largest_correlation(result: dict) -> float:
     return float(correlate(wave, incident).max() / np.sqrt(np.sum(wave**2) * np.sum(incident**2)))
 
 
-def _add_speed_rows(done: Outcome, found: dict) -> None:
+def _add_speed_rows(outcome: Outcome, runs: dict) -> None:
     """Compare wave speeds for several penalties."""
     losses = []
     for penalty in _PENALTIES:
-        case = ("sine", _SLOWER, 1e-5, penalty, _PERIOD)
-        if case not in found:
+        case = ("sine", _SPEED_RATIO, 1e-5, penalty, _PERIOD)
+        if case not in runs:
             return
-        result = found[case]
+        result = runs[case]
         losses.append(1 - _measure_speed(result))
         theory = {"time": result["time"], "base": _exact_motion(case, result["time"], "base"),
                   "M1": _exact_motion(case, result["time"])}  # fmt: skip
-        done.compare(
-            f"loss of wave speed at k = {penalty:g} E (%)",
+        outcome.compare(
+            f"loss of wave speed 1 − v/√(G/ρ) at k = {penalty:g} E (%)",
             "section 2.2",
             {40.0: "typical", 100.0: "better accuracy above"}.get(penalty),
             100 * (1 - _measure_speed(theory)),
             100 * losses[-1],
-            f"long waves: 1 - 1/√(1 + GW/2k_sΔx) = {100 * (1 - _speed_fraction(penalty)):.3g} %",
+            f"long waves: 1 − 1/√(1 + GW/2k_sΔx) = {100 * (1 - _speed_fraction(penalty)):.3g} %",
             3,
         )
-    falls = bool(np.all(np.diff(losses) < 0))
-    done.require("Wave speed rises with the penalty", falls,
-        f"loss {per_cent(losses[0])} … {per_cent(losses[-1])}")  # fmt: skip
+    decreases = bool(np.all(np.diff(losses) < 0))
+    outcome.require("The wave speed increases with the penalty", decreases,
+        f"loss of wave speed {per_cent(losses[0])} to {per_cent(losses[-1])}")  # fmt: skip
 
 
 def _measure_speed(result: dict) -> float:
-    """Return the wave speed over √(G/ρ), from the delay of M1 with the largest correlation."""
+    """Return wave speed / √(G/ρ), from the delay of M1 with the largest correlation."""
     time = result["time"]
     step = time[1] - time[0]
-    likeness = correlate(result["M1"], result["base"])
-    delays = step * (np.arange(likeness.size) - (time.size - 1))
-    delay, _ = sub_sample_maximum(delays, likeness)
-    return _DISTANCE / delay / (_SLOWER * _SIZE / _PERIOD)
+    correlation = correlate(result["M1"], result["base"])
+    delays = step * (np.arange(correlation.size) - (time.size - 1))
+    delay, _ = sub_sample_maximum(delays, correlation)
+    return _DISTANCE / delay / (_SPEED_RATIO * _SIZE / _PERIOD)
 
 
-def _add_period_rows(done: Outcome, found: dict) -> None:
+def _add_period_rows(outcome: Outcome, runs: dict) -> None:
     """Compare errors for several periods, because the paper does not print its period."""
     for period in _PERIODS[1:]:
         cases = [("triangle", 32, step, _PENALTY, period) for step in _STEPS]
-        if any(case not in found for case in cases):
+        if any(case not in runs for case in cases):
             return
         for case, step in zip(cases, _STEPS, strict=True):
-            result = found[case]
-            done.compare(
-                f"sensitivity: error at λ/Δx = 32, T = {period:g} s, Δt = {step:g} s (%)",
+            result = runs[case]
+            outcome.compare(
+                f"sensitivity: amplitude error, λ/Δx = 32, T = {period:g} s, Δt = {step:g} s (%)",
                 "assumed",
                 None,
                 100 * _amplitude_error({"M1": _exact_motion(case, result["time"])}),
                 100 * _amplitude_error(result),
                 f"√(4Δt·x/πTλ) = {100 * _continuum_loss(32, step, period):.2f} %:"
-                " only Δt/T and x/λ count",
+                " it depends only on Δt/T and x/λ",
             )
 
 
-def _add_width_rows(done: Outcome, found: dict) -> None:
+def _add_width_rows(outcome: Outcome, runs: dict) -> None:
     """Compare errors for longer waves in a wide stack."""
-    for ratio in _WIDE["ratios"]:
+    for ratio in _WIDE_STACK["ratios"]:
         for step in _STEPS:
             case = _wide_stack_case(ratio, step)
-            if case not in found:
+            if case not in runs:
                 return
-            result = found[case]
-            done.compare(
-                f"sensitivity: error at λ/Δx = {ratio}, stack {_WIDE['width']:g} m wide,"
-                f" Δt = {step:g} s (%)",
+            result = runs[case]
+            outcome.compare(
+                f"sensitivity: amplitude error, λ/Δx = {ratio}, stack {_WIDE_STACK['width']:g} m"
+                f" wide, Δt = {step:g} s (%)",
                 "assumed",
                 None,
                 100 * _amplitude_error({"M1": _exact_motion(case, result["time"])}),
                 100 * _amplitude_error(result),
                 f"√(4Δt·x/πTλ) = {100 * _continuum_loss(ratio, step, _PERIOD):.2f} %",
             )
-    narrow = ("triangle", 128, 1e-5, _PENALTY, _PERIOD)
+    case_128 = ("triangle", 128, 1e-5, _PENALTY, _PERIOD)
     time = np.arange(0.0, _case_duration(128, _PERIOD), 1e-5)
-    excess = _exact_motion(narrow, time).max() / _AMPLITUDE - 1
-    bent, straight = (
-        100 * _amplitude_error(found[case])
+    excess = _exact_motion(case_128, time).max() / _AMPLITUDE - 1
+    narrow_error, wide_error = (
+        100 * _amplitude_error(runs[case])
         for case in (("triangle", 64, 1e-5, _PENALTY, _PERIOD), _wide_stack_case(64, 1e-5))
     )
-    done.notes.append(
-        "A stack of 15 m width is one-dimensional only for waves that are not much longer: at"
-        f" λ/Δx = 128 it also bends, and the exact theory has the crest {per_cent(excess)} above"
-        " the incident one at 1e-5 s. The error of figure 9 is then no longer one"
-        f" of the wave alone: the {bent:.2f} % at 64 is already reduced by it, a stack of"
-        f" {_WIDE['width']:g} m has {straight:.2f} %. The wider stack (rows above) continues the"
-        " trend to 128; the 15 m stack does not, and is shown to 64 only."
+    outcome.notes.append(
+        "A stack of 15 m width bends under long waves. At λ/Δx = 128 and Δt = 1e-5 s the exact"
+        f" theory predicts a crest {per_cent(excess)} above the incident crest. Bending therefore"
+        f" also affects the error of figure 9: at λ/Δx = 64 the error is {narrow_error:.2f} %, but"
+        f" {wide_error:.2f} % in a stack of {_WIDE_STACK['width']:g} m. The wide stack (rows above)"
+        " follows the trend up to 128, and the stack of 15 m only up to 64."
     )
 
 
-def _make_pictures(found: dict) -> list[Picture]:
+def _make_pictures(runs: dict) -> list[Picture]:
     """Return the pictures of figures 8 to 11, and of the wave speed if it was measured."""
     pictures = [
         picture("shear_wave_fig9", "Figures 8 and 9: triangular wave and relative error of its"
-                " amplitude at M1; faint points are not in the paper.", _draw_peak_errors, found),
+                " amplitude at M1; pale points are not in the paper.", _draw_peak_errors, runs),
         picture("shear_wave_fig11", "Figures 10 and 11: one-cycle sine at M1, Δt = 1e-4 s,"
-                " with the incident wave delayed by the true travel time.", _draw_sines, found),
+                " and the incident wave delayed by the exact travel time.", _draw_sines, runs),
     ]  # fmt: skip
-    if ("sine", _SLOWER, 1e-5, 1.0, _PERIOD) in found:
+    if ("sine", _SPEED_RATIO, 1e-5, 1.0, _PERIOD) in runs:
         pictures.append(
-            picture("shear_wave_speed", "Wave speed over penalty (section 2.2).", _draw_wave_speed,
-                    found)
+            picture("shear_wave_speed", "Wave speed for several penalties (section 2.2).",
+                    _draw_wave_speed, runs)
         )  # fmt: skip
     return pictures
 
 
-def _draw_peak_errors(drawing, found) -> None:
+def _draw_peak_errors(drawing, runs) -> None:
     with small_axes(drawing, 1, 2, size=(7.8, 3.4), width_ratios=[1, 2.2]) as (pulse, errors):
         values, spacing = _incident_motion("triangle", _PERIOD)
         pulse.plot(1e3 * spacing * np.arange(-100, 501),
@@ -389,26 +393,26 @@ def _draw_peak_errors(drawing, found) -> None:
         for step, color in zip(_STEPS, COLORS, strict=False):
             cases = [("triangle", r, step, _PENALTY, _PERIOD) for r in _RATIOS]
             exact = [
-                100 * _amplitude_error({"M1": _exact_motion(c, found[c]["time"])}) for c in cases
+                100 * _amplitude_error({"M1": _exact_motion(c, runs[c]["time"])}) for c in cases
             ]
             errors.plot(_RATIOS, exact, "-", color=color, lw=1)
-            measured = [100 * _amplitude_error(found[c]) for c in cases]
+            measured = [100 * _amplitude_error(runs[c]) for c in cases]
             errors.plot(_RATIOS[4:], measured[4:], "o", color=color, alpha=0.4)
-            errors.plot(_PRINTED, measured[:4], "o", color=color, label=f"Δt = {step:g} s")
+            errors.plot(_PAPER_RATIOS, measured[:4], "o", color=color, label=f"Δt = {step:g} s")
             closed = [100 * _continuum_loss(r, step, _PERIOD) for r in _RATIOS]
             errors.plot(_RATIOS, closed, ":", color=color, lw=1.2)
         errors.plot([], [], "-", color=INK, lw=1, label="exact discrete theory")
-        errors.plot([], [], ":", color=INK, lw=1.2, label="scheme alone, continuous column")
+        errors.plot([], [], ":", color=INK, lw=1.2, label="closed form, continuous column")
         errors.set_xscale("log", base=2)
         errors.set_xticks(_RATIOS, [str(r) for r in _RATIOS])
         errors.set(xlabel="λ/Δx", ylabel="relative error (%)", title="Fig. 9", ylim=(0, None))
         errors.legend()
 
 
-def _draw_sines(drawing, found) -> None:
+def _draw_sines(drawing, runs) -> None:
     with small_axes(drawing, 2, 2, size=(7.4, 4.6), sharey=True) as axes:
-        for axis, ratio in zip(axes.flat, _PRINTED, strict=True):
-            result = found[("sine", ratio, 1e-4, _PENALTY, _PERIOD)]
+        for axis, ratio in zip(axes.flat, _PAPER_RATIOS, strict=True):
+            result = runs[("sine", ratio, 1e-4, _PENALTY, _PERIOD)]
             delay = _DISTANCE / (ratio * _SIZE / _PERIOD)
             time = 1e3 * result["time"]
             values, spacing = _incident_motion("sine", _PERIOD)
@@ -423,13 +427,15 @@ def _draw_sines(drawing, found) -> None:
             axis.set_ylabel("u (mm)")
 
 
-def _draw_wave_speed(drawing, found) -> None:
-    measured = [_measure_speed(found[("sine", _SLOWER, 1e-5, p, _PERIOD)]) for p in _PENALTIES]
+def _draw_wave_speed(drawing, runs) -> None:
+    measured = [_measure_speed(runs[("sine", _SPEED_RATIO, 1e-5, p, _PERIOD)]) for p in _PENALTIES]
     line = np.geomspace(0.7, 1500, 80)
     with small_axes(drawing, size=(5.6, 3.2)) as axis:
         axis.semilogx(line, [_speed_fraction(p) for p in line], color=RED, lw=1,
                       label="1/√(1 + GW/2k$_s$Δx)")  # fmt: skip
-        axis.semilogx(_PENALTIES, measured, "o", color=BLUE, label=f"sitedda, λ/Δx = {_SLOWER}")
+        axis.semilogx(
+            _PENALTIES, measured, "o", color=BLUE, label=f"sitedda, λ/Δx = {_SPEED_RATIO}"
+        )
         for value, name in ((40, "40 E, typical"), (100, "100 E, advised")):
             axis.axvline(value, color="0.6", lw=0.8, ls=":")
             axis.annotate(name, (value, 0.42), rotation=90, ha="right", fontsize=8, color="0.35")

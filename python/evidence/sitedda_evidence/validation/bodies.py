@@ -13,14 +13,14 @@ SPEED, LENGTH, DENSITY = 2000.0, 200.0, 2500.0  # left half (m/s), pulse (m), ba
 
 def pulse(x):
     """Return the initial pulse, of height 1, at positions (m)."""
-    inside = np.clip((x / LENGTH + 2.5) / 1.5, -0.5, 0.5)
-    return 0.5 + 0.5 * np.cos(2 * np.pi * inside)
+    phase = np.clip((x / LENGTH + 2.5) / 1.5, -0.5, 0.5)
+    return 0.5 + 0.5 * np.cos(2 * np.pi * phase)
 
 
 @case(
     "A pulse through the interface of two bodies",
-    "A pulse in a bar of constant density with the speed ratio c: the factor 2/(1 + c) is "
-    "transmitted, and 2/(1 + c) − 1 is reflected.",
+    "A pulse in a bar of constant density meets a change of wave velocity by the factor c. Its "
+    "fraction 2/(1 + c) is transmitted, and 2/(1 + c) − 1 is reflected.",
     "Impedances of plane waves.",
 )
 def interface(short: bool) -> Outcome:
@@ -28,20 +28,20 @@ def interface(short: bool) -> Outcome:
     rows, lines = [], []
     for contrast in (0.1, 0.5, 4.0):
         centre, size, velocity = passed_by(contrast)
-        beyond = centre > 0
-        back = (centre < 0) & (centre > -2.6 * LENGTH)  # the wave to the left is farther away
-        impulse = velocity * size / np.where(beyond, contrast, 1.0)
-        whole, passes = (pulse(centre) * size)[~beyond].sum(), 2 / (1 + contrast)
+        transmitted = centre > 0
+        reflected = (centre < 0) & (centre > -2.6 * LENGTH)  # the wave to the left is farther away
+        impulse = velocity * size / np.where(transmitted, contrast, 1.0)
+        incident, passes = (pulse(centre) * size)[~transmitted].sum(), 2 / (1 + contrast)
         rows += [
-            relative(f"c = {contrast:g}: transmitted impulse", passes,
-                     impulse[beyond].sum() / whole, 1e-3),
-            relative(f"c = {contrast:g}: reflected impulse", passes - 1,
-                     impulse[back].sum() / whole, 1e-3),
-            relative(f"c = {contrast:g}: transmitted peak", passes,
-                     velocity[beyond].max(), 1e-2),
+            relative(f"c = {contrast:g}: transmitted / incident impulse", passes,
+                     impulse[transmitted].sum() / incident, 1e-3),
+            relative(f"c = {contrast:g}: reflected / incident impulse", passes - 1,
+                     impulse[reflected].sum() / incident, 1e-3),
+            relative(f"c = {contrast:g}: transmitted / incident peak velocity", passes,
+                     velocity[transmitted].max(), 1e-2),
         ]  # fmt: skip
         lines.append((centre, velocity, {"label": f"c = {contrast:g}"}))
-    return Outcome(rows, curves("place (m)", "velocity", *lines))
+    return Outcome(rows, curves("position (m)", "velocity (m/s)", *lines))
 
 
 def passed_by(contrast: float):

@@ -34,10 +34,11 @@ def _layered_model(layers: int, height: float, penalty: float, time_step: float)
 
 @case(
     "A layer on an elastic half-space",
-    "Surface over outcrop motion is 1/|cos kH + i a sin kH| with a = ρ_sV_s/ρ_rV_r; the error of "
-    "blocks of thickness h decreases as h². Dashpots with the impedance of the blocks reflect the "
-    "fraction |(Z(e^iqh) + ikh)/(Z(e^−iqh) + ikh)|, Z(e) = 1 − e − (kh)²(2 + e)/6, "
-    "cos qh = (6 − 2(kh)²)/(6 + (kh)²), kh = 2πh/λ: about (kh)²/48 of the amplitude.",
+    "The ratio of surface and outcrop motion is 1/|cos kH + i a sin kH| with a = ρ_sV_s/ρ_rV_r."
+    " The error of blocks of thickness h is proportional to h². Dashpots with the impedance of the"
+    " blocks reflect the fraction |(Z(e^iqh) + ikh)/(Z(e^−iqh) + ikh)| of the amplitude, about"
+    " (kh)²/48, where Z(e) = 1 − e − (kh)²(2 + e)/6, cos qh = (6 − 2(kh)²)/(6 + (kh)²) and kh ="
+    " 2πh/λ.",
     "Kramer (1996), §7.2.1; Lysmer and Kuhlemeyer (1969); `docs/boundaries.md`.",
 )
 def half_space(short: bool) -> Outcome:
@@ -51,19 +52,24 @@ def half_space(short: bool) -> Outcome:
     axes.plot(frequencies, exact, color=BLUE, label="closed form")
     rows, errors = [], []
     for layers, allowed in ((10, 0.01), (20, 3e-3), (40, 1e-3)):
-        found = abs(transfer(_layered_model(layers, height, 2e5, 1e-4), frequencies, base=None))
-        errors.append(max(abs(found - exact)) / max(exact))
-        rows.append(at_most(f"{layers} layers: error over the peak", errors[-1], allowed))
-    for before, after in pairwise(errors):
-        rows.append(relative("order of convergence", 2.0, float(np.log2(before / after)), 0.1))
-    axes.plot(frequencies, found, ".", color=RED, label="40 layers")
-    axes.set(xlabel="frequency (Hz)", ylabel="surface over outcrop")
+        computed = abs(transfer(_layered_model(layers, height, 2e5, 1e-4), frequencies, base=None))
+        errors.append(max(abs(computed - exact)) / max(exact))
+        rows.append(at_most(f"{layers} layers: largest error of the amplification / peak",
+            errors[-1], allowed))  # fmt: skip
+    for coarse, fine in pairwise(errors):
+        rows.append(relative("order of convergence of the amplification", 2.0,
+            float(np.log2(coarse / fine)), 0.1))  # fmt: skip
+    axes.plot(frequencies, computed, ".", color=RED, label="40 layers")
+    axes.set(xlabel="frequency (Hz)", ylabel="surface / outcrop motion")
     for length in (8, 20) if short else (8, 12, 20, 32):
         number = 2 * np.pi / length
-        turn = np.exp(1j * _discrete_phase(number))
-        there, back = (_face_force(number, one) + 1j * number for one in (turn, 1 / turn))
-        found = _measure_reflection(length)
-        rows.append(relative(f"reflection at λ/h = {length}", abs(there / back), found, 0.01))
+        factor_e = np.exp(1j * _discrete_phase(number))
+        incident_force, reflected_force = (
+            _face_force(number, factor) + 1j * number for factor in (factor_e, 1 / factor_e)
+        )
+        computed = _measure_reflection(length)
+        rows.append(relative(f"reflected / incident amplitude, λ/h = {length}",
+            abs(incident_force / reflected_force), computed, 0.01))  # fmt: skip
     return Outcome(rows, figure)
 
 
@@ -72,9 +78,9 @@ def _discrete_phase(number):
     return np.arccos((6 - 2 * number**2) / (6 + number**2))
 
 
-def _face_force(number: float, turn: complex) -> complex:
-    """Return the force on the outer face of a block over G/h × displacement; `turn` is e^iqh."""
-    return 1 - turn - number**2 * (2 + turn) / 6
+def _face_force(number: float, factor: complex) -> complex:
+    """Return force on the outer face / (G/h × displacement) of a block; `factor` is e^iqh."""
+    return 1 - factor - number**2 * (2 + factor) / 6
 
 
 def _measure_reflection(length: float, layers: int = 80) -> float:
@@ -83,18 +89,18 @@ def _measure_reflection(length: float, layers: int = 80) -> float:
     model["boundary"][0](density=DENSITY, shear_velocity=SPEED, pressure_velocity=None)
     centre, width = SPEED / length, SPEED / 2 / layers
     frequencies = centre + width * np.linspace(-0.5, 0.5, 41)
-    found = abs(transfer(model, frequencies, base=None))
+    amplitude = abs(transfer(model, frequencies, base=None))
     phase = 2 * layers * _discrete_phase(2 * np.pi * frequencies / SPEED)
-    share = frequencies / centre
-    terms = [share**2 * np.cos(phase), share**2 * np.sin(phase), np.ones_like(share), share - 1]
-    ripple = np.linalg.lstsq(np.column_stack(terms), found, rcond=None)[0]
+    ratio = frequencies / centre
+    terms = [ratio**2 * np.cos(phase), ratio**2 * np.sin(phase), np.ones_like(ratio), ratio - 1]
+    ripple = np.linalg.lstsq(np.column_stack(terms), amplitude, rcond=None)[0]
     return float(np.hypot(*ripple[:2]) / ripple[2])
 
 
 @case(
     "A pulse in rock on a half-space of the same rock",
-    "A wave of 1 g enters through the base, is doubled at the surface and leaves: 1 g at the base "
-    "twice, 2 g at the surface, then rest.",
+    "A wave of 1 g enters through the base, is doubled at the surface and leaves through the base. "
+    "The peak acceleration is 1 g at the base for both passages and 2 g at the surface.",
     "`docs/boundaries.md`.",
 )
 def pulse(short: bool) -> Outcome:
@@ -117,22 +123,24 @@ def pulse(short: bool) -> Outcome:
     model.measured_point("surface", 5.0, height)
     model.measured_point("base", 5.0, 0.0)
     history = model.run().history
-    felt = history.acceleration.sel(axis="x") / GRAVITY
-    base, surface = felt.sel(point="base").values, felt.sel(point="surface").values
+    acceleration = history.acceleration.sel(axis="x") / GRAVITY
+    base, surface = acceleration.sel(point="base").values, acceleration.sel(point="surface").values
     time = history.time.values
-    early = time < 0.15 + height / speed
+    is_incident = time < 0.15 + height / speed
     figure, (axes,) = canvas(1)
     axes.plot(time, surface, color=RED, label="surface")
     axes.plot(time, base, color=BLUE, label="base")
     axes.set(xlabel="time (s)", ylabel="acceleration (g)")
-    turned = history.energy_damping.values[-1] + history.energy_input.values[-1]
+    work = history.energy_damping.values[-1] + history.energy_input.values[-1]
     rows = [
-        relative("surface", 2.0, surface.max(), 0.01, "g"),
-        at_most("energy balance", abs(history.energy_balance.values).max() / turned, 1e-6),
+        relative("peak acceleration of the surface", 2.0, surface.max(), 0.01, "g"),
+        at_most("energy residual / work", abs(history.energy_balance.values).max() / work, 1e-6),
     ]
     if not short:
         rows += [
-            relative("base, on the way up", 1.0, base[early].max(), 0.01, "g"),
-            relative("base, on the way down", 1.0, base[~early].max(), 0.01, "g"),
-        ]
+            relative("peak acceleration of the base, upgoing wave", 1.0, base[is_incident].max(),
+                0.01, "g"),
+            relative("peak acceleration of the base, downgoing wave", 1.0, base[~is_incident].max(),
+                0.01, "g"),
+        ]  # fmt: skip
     return Outcome(rows, figure)

@@ -11,7 +11,7 @@ from sitedda.facade.model import Model
 from sitedda.report.style import BLUE, RED, canvas
 
 from ..case import Outcome, at_most, case, relative
-from ..model import GRAVITY, residual
+from ..model import GRAVITY, energy_residual
 
 STIFFNESS = 1.0e6  # N/m
 HEAVY, LIGHT = 6000.0, 2000.0  # kg/m
@@ -86,10 +86,10 @@ def sling(**control) -> Model:
 
 def sling_at_rest() -> tuple[float, float]:
     """Return sag (m) and tension N (N/m) of the sling: W = 2 N cos β, N = N₀ + k ΔL."""
-    first = math.hypot(HALF_SPAN, DROP)
+    initial_length = math.hypot(HALF_SPAN, DROP)
 
     def tension(sag: float) -> float:
-        return PRETENSION + 2.0 * STIFFNESS * (math.hypot(HALF_SPAN, DROP + sag) - first)
+        return PRETENSION + 2.0 * STIFFNESS * (math.hypot(HALF_SPAN, DROP + sag) - initial_length)
 
     def unbalanced(sag: float) -> float:
         cosine = (DROP + sag) / math.hypot(HALF_SPAN, DROP + sag)
@@ -104,16 +104,16 @@ def sling_frequencies() -> tuple[float, float]:
     sag, tension = sling_at_rest()
     length = math.hypot(HALF_SPAN, DROP + sag)
     cosine = (DROP + sag) / length
-    sideways = 2.0 * tension / length * cosine**2
-    upright = 4.0 * STIFFNESS * cosine**2 + 2.0 * tension / length * (1.0 - cosine**2)
-    return tuple(math.sqrt(k / LIGHT) / (2.0 * math.pi) for k in (sideways, upright))
+    horizontal = 2.0 * tension / length * cosine**2
+    vertical = 4.0 * STIFFNESS * cosine**2 + 2.0 * tension / length * (1.0 - cosine**2)
+    return tuple(math.sqrt(k / LIGHT) / (2.0 * math.pi) for k in (horizontal, vertical))
 
 
 @case(
     "Cables that pass blocks: a machine of Atwood and a sling",
-    "a = g (m₁ - m₂)/(m₁ + m₂); N = T (1 - cos ωt), T = 2 g m₁ m₂/(m₁ + m₂), ω² = k (m₁ + m₂)/(m₁ "
-    "m₂), less the damping ωΔt/4; W = 2 N cos β in the sling, which swings sideways with ω² = 2 N "
-    "cos²β/(L m).",
+    "Machine of Atwood: a = g (m₁ - m₂)/(m₁ + m₂) and N = T (1 - cos ωt) with T = 2 g m₁ m₂/(m₁ + "
+    "m₂), ω² = k (m₁ + m₂)/(m₁ m₂) and the damping ratio ωΔt/4. Sling: W = 2 N cos β, and the "
+    "horizontal frequency is given by ω² = 2 N cos²β/(L m).",
     "Statics and dynamics of a string without mass and friction.",
 )
 def cables_case(short: bool) -> Outcome:
@@ -122,24 +122,27 @@ def cables_case(short: bool) -> Outcome:
     steady = atwood(steps, pretension=TENSION).run().history
     speed = float(steady.velocity[-1].sel(point="right", axis="y"))
     expected = GRAVITY * (HEAVY - LIGHT) / (HEAVY + LIGHT)
-    swing = atwood(steps).run().history
-    time, force = swing.time.values, swing.bolt_force.values[:, 0]
+    sudden = atwood(steps).run().history
+    time, force = sudden.time.values, sudden.bolt_force.values[:, 0]
     exact = atwood_force(time, 1e-4)
-    hung = sling().run().history
+    at_rest = sling().run().history
     sag, tension = sling_at_rest()
-    found = modes(sling(), count=6).frequency
+    frequencies = modes(sling(), count=6).frequency
     rows = [
-        relative("acceleration", expected, speed / float(steady.time[-1]), 1e-5, "m/s²"),
-        at_most("error of the force, over T", abs(force - exact).max() / TENSION, 1e-3),
-        relative("force of the sling", tension, float(hung.bolt_force[-1, 0]), 1e-6, "N/m"),
-        relative("sag of the sling", sag, -float(hung.block_coordinates[-1, 2, 1]), 1e-5, "m"),
-    ]
-    for words, frequency in zip(("sideways", "upright"), sling_frequencies(), strict=True):
-        nearest = found[np.argmin(abs(found - frequency))]
-        rows.append(relative(f"frequency of the sling, {words}", frequency, nearest, 1e-4, "Hz"))
-    rows.append(at_most("energy left over", max(residual(steady), residual(swing)), 1e-6))
+        relative("acceleration of the machine of Atwood", expected, speed / float(steady.time[-1]),
+            1e-5, "m/s²"),
+        at_most("largest error of the cable force / T", abs(force - exact).max() / TENSION, 1e-3),
+        relative("cable force of the sling", tension, float(at_rest.bolt_force[-1, 0]), 1e-6,
+            "N/m"),
+        relative("sag of the sling", sag, -float(at_rest.block_coordinates[-1, 2, 1]), 1e-5, "m"),
+    ]  # fmt: skip
+    for direction, frequency in zip(("horizontal", "vertical"), sling_frequencies(), strict=True):
+        nearest = frequencies[np.argmin(abs(frequencies - frequency))]
+        rows.append(relative(f"{direction} frequency of the sling", frequency, nearest, 1e-4, "Hz"))
+    rows.append(at_most("energy residual / work",
+        max(energy_residual(steady), energy_residual(sudden)), 1e-6))  # fmt: skip
     figure, axes = canvas(1, size=(5.6, 3.6))
     axes[0].plot(time, exact / 1e3, color=RED, lw=2.5, alpha=0.5, label="closed form")
     axes[0].plot(time, force / 1e3, color=BLUE, lw=1.0, label="engine")
-    axes[0].set(xlabel="time (s)", ylabel="force of the cable (kN/m)")
+    axes[0].set(xlabel="time (s)", ylabel="cable force (kN/m)")
     return Outcome(rows, figure)

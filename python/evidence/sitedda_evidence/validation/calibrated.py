@@ -38,35 +38,40 @@ def avdat_column(width: float, depth: float, springs: bool) -> Model:
 
 @case(
     "The second mode of the column at Avdat",
-    "Two measured frequency bands, 3.0 to 3.8 and 4.2 to 5.3 Hz: a plane column on a fixed base "
-    "cannot have both; a heavy base on springs can, and so can the column in the other direction.",
+    "The measured frequency bands are 3.0 to 3.8 and 4.2 to 5.3 Hz. A plane column on a fixed base "
+    "cannot have both frequencies. A heavy base on springs can; so can a column with another joint "
+    "stiffness in the other direction.",
     "Bao, Hatzor, Yagoda-Biran et al. (2013), sections 3.1 and 3.2.",
 )
 def avdat_second_mode(short: bool) -> Outcome:
     """Compare the evidence of four hypotheses; fit the contact stiffness to the first mode."""
     fixed = avdat_column(3, 1, False)
     first, second = (calibrate(fixed, _FIELD[i : i + 1], _DRY) for i in (0, 1))
-    found = {
+    results = {
         "fixed base": calibrate(fixed, _FIELD, _DRY),
         "base 3 m × 1 m on springs": calibrate(avdat_column(3, 1, True), _FIELD, _DRY | _GROUND),
         "base 4 m × 2 m on springs": calibrate(avdat_column(4, 2, True), _FIELD, _DRY | _GROUND),
     }
-    found["other direction"] = replace(first, evidence=first.evidence + second.evidence,
+    results["other direction"] = replace(first, evidence=first.evidence + second.evidence,
                                        fit=pd.concat([first.fit, second.fit]))  # fmt: skip
-    weights = odds(found)
-    cells = [[name, " and ".join(f"{f:.2f}" for f in one.fit.frequency), f"{one.evidence:.1f}",
-              f"{weights[name]:.2g}"] for name, one in found.items()]  # fmt: skip
+    weights = odds(results)
+    cells = [
+        [name, " and ".join(f"{f:.2f}" for f in r.fit.frequency), f"{r.evidence:.1f}",
+         f"{weights[name]:.2g}"]
+        for name, r in results.items()
+    ]  # fmt: skip
     contact = 0.3 * first.unknowns.iloc[0]  # two contacts in a joint of 0.6 m
     rows = [
-        absolute("contact stiffness of the first mode", 2.12e8, contact["median"], 5e6, "N/m"),
-        absolute("its lower bound, 90 %", 1.66e8, contact.low, 8e6, "N/m"),
-        absolute("its upper bound, 90 %", 2.67e8, contact.high, 12e6, "N/m"),
-        at_most("fixed base: probability", weights["fixed base"], 1e-6),
-        at_most("base 4 m × 2 m: misfit, deviations",
-                abs(found["base 4 m × 2 m on springs"].fit.misfit).max(), 1.0),
+        absolute("contact stiffness from the first mode", 2.12e8, contact["median"], 5e6, "N/m"),
+        absolute("lower bound of this stiffness, 90 %", 1.66e8, contact.low, 8e6, "N/m"),
+        absolute("upper bound of this stiffness, 90 %", 2.67e8, contact.high, 12e6, "N/m"),
+        at_most("probability of the fixed base", weights["fixed base"], 1e-6),
+        at_most("largest misfit with a base of 4 m × 2 m, standard deviations",
+                abs(results["base 4 m × 2 m on springs"].fit.misfit).max(), 1.0),
     ]  # fmt: skip
-    table = Table("Hypotheses of equal prior probability",
-                  ["hypothesis", "modes (Hz)", "ln evidence", "probability"], cells)  # fmt: skip
+    table = Table("Evidence and posterior probability of hypotheses with equal prior probability",
+                  ["hypothesis", "frequencies (Hz)", "ln evidence", "probability"],
+                  cells)  # fmt: skip
     return Outcome(rows, tables=[table])
 
 
@@ -111,55 +116,56 @@ def random_column(seed: int, unknowns: tuple[int, int], measured: tuple[int, int
 
 def _check_coverage(first: int, count: int) -> dict:
     """Return whether each band contains the true value; also return the processor time, s."""
-    begin, inside = time.process_time(), []
+    begin, contained = time.process_time(), []
     for seed in range(first, first + count):
-        model, seen, priors, true = random_column(seed, (1, 4), (2, 5))
-        found = calibrate(model, seen, priors, discrepancy=0.0, seed=seed).unknowns
+        model, measured, priors, true = random_column(seed, (1, 4), (2, 5))
+        unknowns = calibrate(model, measured, priors, discrepancy=0.0, seed=seed).unknowns
         value = np.array(list(true.values()))
-        inside += ((found.low <= value) & (value <= found.high)).tolist()
-    return {"inside": inside, "seconds": time.process_time() - begin}
+        contained += ((unknowns.low <= value) & (value <= unknowns.high)).tolist()
+    return {"inside": contained, "seconds": time.process_time() - begin}
 
 
 def _compare_samplers(seed: int) -> float:
     """Return the largest relative difference of medians and bounds between both samplers."""
-    model, seen, priors, _ = random_column(seed, (1, 2), (4, 5))
-    one, two = (
-        calibrate(model, seen, priors, discrepancy=0.0, samples=4000, sampler=sampler).unknowns
+    model, measured, priors, _ = random_column(seed, (1, 2), (4, 5))
+    laplace, ensemble = (
+        calibrate(model, measured, priors, discrepancy=0.0, samples=4000, sampler=sampler).unknowns
         for sampler in ("laplace", "ensemble")
     )
-    known = one.deviation < 0.5 * math.log(_SPREAD) / BAND
-    differences = (two / one - 1).loc[known, ["low", "median", "high"]]
+    determined = laplace.deviation < 0.5 * math.log(_SPREAD) / BAND
+    differences = (ensemble / laplace - 1).loc[determined, ["low", "median", "high"]]
     return float(differences.abs().to_numpy().max(initial=0.0))
 
 
 def _coverage_tasks(short: bool) -> list[Task]:
-    todo = [Task(("bands", first), _check_coverage, {"first": first, "count": _TOGETHER}, 4.0)
+    queue = [Task(("bands", first), _check_coverage, {"first": first, "count": _TOGETHER}, 4.0)
             for first in range(0, _COLUMNS[short], _TOGETHER)]  # fmt: skip
     if find_spec("emcee"):
-        todo += [Task(("sampler", s), _compare_samplers, {"seed": s}, 4.0)
+        queue += [Task(("sampler", s), _compare_samplers, {"seed": s}, 4.0)
                  for s in range(_COMPARED[short])]  # fmt: skip
-    return todo
+    return queue
 
 
 @case(
     "Calibrated columns: how often the bands contain the true values",
-    "Random columns of 2 to 12 drums with 1 to 4 unknown stiffnesses, drawn from their priors, and "
-    "2 to 5 frequencies with 2 % noise: 90 % of the 90 % bands contain the true value. The samples "
-    "of Laplace's approximation and of emcee agree for unknowns that the modes determine.",
+    "Random columns of 2 to 12 drums have 1 to 4 unknown stiffnesses, drawn from their priors, and "
+    "2 to 5 frequencies with 2 % noise. Of the 90 % bands, 90 % contain the true value. For "
+    "unknowns that the modes determine, Laplace's approximation and emcee agree.",
     "Simulation-based calibration: Cook, Gelman & Rubin (2006), J. Comput. Graph. Stat. 15(3).",
     _coverage_tasks,
 )
-def calibration_coverage(found: dict) -> Outcome:
+def calibration_coverage(results: dict) -> Outcome:
     """Check the coverage and the agreement of both samplers; tabulate the cost."""
-    parts = [one for (kind, _), one in found.items() if kind == "bands"]
-    inside = np.concatenate([one["inside"] for one in parts])
+    parts = [result for (kind, _), result in results.items() if kind == "bands"]
+    contained = np.concatenate([result["inside"] for result in parts])
     columns = _TOGETHER * len(parts)
-    allowed = 0.02 if columns == _COLUMNS[False] else 3 * math.sqrt(0.09 / inside.size)
-    rows = [absolute(f"bands with the true value, {inside.size} unknowns of {columns} columns",
-                     0.9, float(inside.mean()), allowed)]  # fmt: skip
-    seconds = 100 / columns * sum(one["seconds"] for one in parts)
-    cost = Table("Cost", ["columns", "processor time (s)"], [[100, f"{seconds:.0f}"]])
-    if differences := [one for (kind, _), one in found.items() if kind == "sampler"]:
-        rows.append(at_most(f"Laplace and emcee, {len(differences)} columns: largest difference",
-                            max(differences), 0.05))  # fmt: skip
+    allowed = 0.02 if columns == _COLUMNS[False] else 3 * math.sqrt(0.09 / contained.size)
+    rows = [absolute(f"fraction of bands with the true value, {contained.size} unknowns,"
+                     f" {columns} columns",
+                     0.9, float(contained.mean()), allowed)]  # fmt: skip
+    seconds = 100 / columns * sum(result["seconds"] for result in parts)
+    cost = Table("Computing time", ["columns", "processor time (s)"], [[100, f"{seconds:.0f}"]])
+    if differences := [result for (kind, _), result in results.items() if kind == "sampler"]:
+        rows.append(at_most(f"largest relative difference of Laplace and emcee, {len(differences)}"
+            " columns", max(differences), 0.05))  # fmt: skip
     return Outcome(rows, tables=[cost])

@@ -13,7 +13,7 @@ from sitedda.stability.limits import limit_analysis
 from sitedda.stability.pushover import pushover
 from sitedda.stability.safety import bisect
 
-from ..case import Outcome, absolute, at_most, case, relative, true
+from ..case import Outcome, absolute, at_most, case, relative, yes_or_no
 from ..model import GRAVITY, rectangle
 from .rocking import run_tower, tower_text
 from .slopes import single_block
@@ -24,22 +24,24 @@ ROUGH = 5.0  # friction coefficient without slip
 WITH_FRICTION = {0.325: 0.178, 0.35: 0.152, 0.375: 0.126, 0.5: 0.106}  # smallest t/R by friction
 PSI = np.radians(40.0)
 STATES = {(10.0, 40.1): "stable", (5.0, 20.0): "slides", (25.0, 40.0): "topples"}
-MEASURED = {3: 0.97, 5: 0.95}  # velocity ratio over rigid theory, by height over width
+MEASURED = {3: 0.97, 5: 0.95}  # velocity ratio / rigid theory, by height / width
 
 
 @case(
-    "The thinnest half-circle arch, by radial and by vertical cuts",
-    "Rigid blocks without tension and slip under their weight: t/R = 0.1075 with radial cuts, "
-    "0.1095 with vertical cuts. With 120 stones, their straight sides change t/R by 0.0001.",
+    "The thinnest half-circle arch with radial and vertical cuts",
+    "Rigid blocks under self-weight, without tension and sliding, have the minimum thickness "
+    "t/R = 0.1075 with radial cuts and 0.1095 with vertical cuts. With 120 stones, straight sides "
+    "instead of arcs change t/R by 0.0001.",
     "`docs/casebook/arch.md`.",
 )
 def arch_stereotomy(short: bool) -> Outcome:
     """Check both thicknesses by limit analysis to the published digits."""
     stones, allowed = (40, 4e-4) if short else (160, 1.5e-4)
     rows, (figure, axes) = [], canvas(2, size=(9, 3))
-    for axis, (cuts, wanted) in zip(axes, THINNEST.items(), strict=True):
+    for axis, (cuts, published) in zip(axes, THINNEST.items(), strict=True):
         low, high = _find_thinnest(cuts, ROUGH, stones, (0.111, 0.106), 1e-3 if short else 1e-4)
-        rows.append(absolute(f"{cuts} cuts: least t/R", wanted, 0.5 * (low + high), allowed))
+        rows.append(absolute(f"smallest thickness / radius, {cuts} cuts", published,
+            0.5 * (low + high), allowed))  # fmt: skip
         polygons = limit_analysis(half_circle(stones, low, ROUGH, cuts)).lower.polygons
         draw_blocks(axis, polygons, [GROUND, *[STONE] * (len(polygons) - 1)])
         axis.set_title(f"{cuts}: t/R = {low:.4f}")
@@ -48,24 +50,27 @@ def arch_stereotomy(short: bool) -> Outcome:
 
 
 @case(
-    "The thinnest half-circle arch, by its friction",
-    "27 rigid stones with radial cuts, without tension and dilation: t/R over friction as in a "
-    "published figure, to 0.002; with a coefficient below 0.309 ± 0.001, no arch stands.",
+    "The thinnest half-circle arch for several friction coefficients",
+    "The arch has 27 rigid stones with radial cuts, without tension and dilation. Its smallest t/R "
+    "for several friction coefficients agrees with a published figure within 0.002. Below the "
+    "coefficient 0.309 ± 0.001, no arch is stable.",
     "`docs/casebook/arch.md`.",
 )
 def arch_by_friction(short: bool) -> Outcome:
     """Check the curve and its end by limit analysis without dilation."""
-    rows, here, (figure, (axis,)) = [], [], canvas(1, size=(5, 3))
+    rows, computed, (figure, (axis,)) = [], [], canvas(1, size=(5, 3))
     published = list(WITH_FRICTION.items())[:: 2 if short else 1]
-    for friction, wanted in published:
+    for friction, expected in published:
         bracket = _find_thinnest("radial", friction, 27, (0.2, 0.1), 1e-3 if short else 1e-4)
-        here.append(0.5 * sum(bracket))
-        rows.append(absolute(f"μ = {friction:g}: least t/R", wanted, here[-1], 2e-3))
+        computed.append(0.5 * sum(bracket))
+        rows.append(absolute(f"smallest thickness / radius, μ = {friction:g}", expected,
+            computed[-1], 2e-3))  # fmt: skip
     low, high = bisect(lambda mu: _is_arch_stable(0.45, "radial", mu, 27), 0.35, 0.28, 1e-3)
-    rows.append(absolute("least friction of any arch", 0.309, 0.5 * (low + high), 1e-3))
+    rows.append(absolute("smallest friction coefficient of a stable arch", 0.309,
+        0.5 * (low + high), 1e-3))  # fmt: skip
     axis.plot(*np.transpose(published), "o", label="published")
-    axis.plot([friction for friction, _ in published], here, label="here")
-    axis.set(xlabel="coefficient of friction", ylabel="least t/R", ylim=(0, None))
+    axis.plot([friction for friction, _ in published], computed, label="sitedda")
+    axis.set(xlabel="coefficient of friction", ylabel="smallest t/R", ylim=(0, None))
     return Outcome(rows, figure)
 
 
@@ -82,21 +87,23 @@ def _is_arch_stable(thickness: float, cuts: str, friction: float, stones: int) -
 
 
 @case(
-    "A dry wall pushed sideways",
-    "Six courses of stones of 0.4 × 0.175 m, friction 0.65: the limit is 0.64 of the weight.",
+    "A dry wall under horizontal load",
+    "Six courses of stones of 0.4 × 0.175 m, friction coefficient 0.65: the limit load is 0.64 of "
+    "the weight.",
     "`docs/casebook/wall.md`.",
 )
 def pushed_wall(short: bool) -> Outcome:
     """Check limit analysis to the published digits, and a pushover between its limits."""
     wall = _make_wall()
     limits = limit_analysis(wall)
-    found = pushover(wall, "top", displacement=0.01 if short else 0.03, steps=60)
+    curve = pushover(wall, "top", displacement=0.01 if short else 0.03, steps=60)
     low, high = limits.lower.factor, limits.upper.factor
     rows = [
-        absolute("limit without dilation", 0.64, low, 5e-3),
-        absolute("peak of the pushover", 0.5 * (low + high), found.peak, 0.5 * (high - low) + 1e-3),
-    ]
-    return Outcome(rows, found.draw(limits))
+        absolute("limit load / weight, without dilation", 0.64, low, 5e-3),
+        absolute("largest load of the pushover / weight, between both limits", 0.5 * (low + high),
+            curve.peak, 0.5 * (high - low) + 1e-3),
+    ]  # fmt: skip
+    return Outcome(rows, curve.draw(limits))
 
 
 def _make_wall() -> Model:
@@ -116,23 +123,27 @@ def _make_wall() -> Model:
 
 @case(
     "A block on a slope of 40°: stable, sliding, toppling",
-    "Width 10 m, height y, friction φ: y 10, φ 40.1° stable; y 5, φ 20° slides by "
-    "½ g (sin ψ − cos ψ tan φ) t²; y 25, φ 40° topples.",
+    "Width 10 m, height y, friction angle φ: with y = 10 m and φ = 40.1° the block is stable, with "
+    "5 m and 20° it slides by ½ g (sin ψ − cos ψ tan φ) t², with 25 m and 40° it topples.",
     "`docs/casebook/slope.md`.",
 )
 def block_on_slope(short: bool) -> Outcome:
     """Check every published state and the displacement of the sliding block."""
     rows, (figure, axes) = [], canvas(3, size=(9, 3))
-    for axis, ((height, friction), wanted) in zip(axes, STATES.items(), strict=True):
-        way, turn, polygons = _run_released_block(height, friction, 1.0 if short else 2.0)
-        found = "topples" if turn > 0.05 else "slides" if way > 1.0 else "stable"
-        rows.append(true(f"y {height:g} m, φ {friction:g}°: {wanted}", True, found == wanted))
-        if wanted == "slides":
-            pull = np.sin(PSI) - np.cos(PSI) * np.tan(np.radians(friction))
-            expected = 0.5 * 10.0 * pull * (1.0 if short else 2.0) ** 2
-            rows.append(relative("displacement of the sliding block", expected, way, 1e-6, "m"))
+    for axis, ((height, friction), published) in zip(axes, STATES.items(), strict=True):
+        displacement, rotation, polygons = _run_released_block(
+            height, friction, 1.0 if short else 2.0
+        )
+        state = "topples" if rotation > 0.05 else "slides" if displacement > 1.0 else "stable"
+        rows.append(yes_or_no(f"state with y = {height:g} m, φ = {friction:g}°: {published}", True,
+            state == published))  # fmt: skip
+        if published == "slides":
+            acceleration = np.sin(PSI) - np.cos(PSI) * np.tan(np.radians(friction))
+            slip = 0.5 * 10.0 * acceleration * (1.0 if short else 2.0) ** 2
+            rows.append(relative("displacement of the sliding block", slip, displacement, 1e-6,
+                "m"))  # fmt: skip
         draw_blocks(axis, polygons, STONE)
-        axis.set_title(found)
+        axis.set_title(state)
         bare(axis)
     return Outcome(rows, figure)
 
@@ -150,14 +161,15 @@ def _run_released_block(height: float, friction: float, duration: float):
         start = simulation.coordinates[1].copy()
         while not simulation.advance(100):
             pass
-        x, _, turn = (simulation.coordinates[1] - start)[:3]
-        return float(x), -float(turn), simulation.polygons
+        x, _, rotation = (simulation.coordinates[1] - start)[:3]
+        return float(x), -float(rotation), simulation.polygons
 
 
 @case(
     "Angular velocity of a rocking block after an impact",
-    "Ratio of angular velocities: 1 − 1.5 sin² α in rigid theory, α = arctan(width/height), with "
-    "restitution 0. Measured on concrete: 0.97 of that at a height of 3 widths, 0.95 at 5.",
+    "The ratio of angular velocities after and before an impact is 1 − 1.5 sin² α in rigid theory, "
+    "α = arctan(width/height), with restitution 0. Ratios measured on concrete are 0.97 of this "
+    "value at a height of 3 widths and 0.95 at 5 widths.",
     "`docs/casebook/rocking.md`.",
 )
 def rocking_share(short: bool) -> Outcome:
@@ -165,16 +177,16 @@ def rocking_share(short: bool) -> Outcome:
     rows, (figure, axes) = [], canvas(2, size=(6, 3))
     for axis, (slenderness, measured) in zip(axes, MEASURED.items(), strict=True):
         alpha = np.arctan(1 / slenderness)
-        wanted, (got, time, angle) = (
+        theory, (ratio, time, angle) = (
             1 - 1.5 * np.sin(alpha) ** 2,
             _simulate_first_impact(slenderness),
         )
-        rows.append(relative(f"height of {slenderness} widths: ratio", wanted, got, 1.5e-3))
-        rows.append(
-            at_most(f"{slenderness}: excess over the measured ratio", got / wanted - measured, 0.06)
-        )
+        rows.append(relative(f"ratio of angular velocities, height of {slenderness} widths", theory,
+            ratio, 1.5e-3))  # fmt: skip
+        rows.append(at_most(f"(computed − measured ratio) / theory, height of {slenderness} widths",
+            ratio / theory - measured, 0.06))  # fmt: skip
         axis.plot(time, angle / alpha)
-        axis.set(xlabel="time (s)", ylabel="angle over α", title=f"{slenderness}")
+        axis.set(xlabel="time (s)", ylabel="angle / α", title=f"height of {slenderness} widths")
     return Outcome(rows, figure)
 
 

@@ -26,33 +26,40 @@ def _crossed_rows(rng: np.random.Generator) -> tuple[Model, tuple[float, float],
 
     The result is the model, gravity (m/s²), and the exact slip of the upper row in `SLIDE` (m).
     """
-    lean = math.tan(math.radians(rng.uniform(-30.0, 30.0)))  # inclination of the cross joints
+    inclination = math.tan(
+        math.radians(rng.uniform(-30.0, 30.0))
+    )  # inclination of the cross joints
     below, above = rng.uniform(0.5, 2.0), rng.uniform(0.2, 0.5)  # m; low blocks do not topple
     joints = np.cumsum([0.0, *rng.uniform(0.8, 2.0, 5)])
-    friction, steeper = rng.uniform(5.0, 30.0), math.radians(rng.uniform(4.0, 12.0))
-    dip = math.radians(friction) + steeper
+    friction, excess = rng.uniform(5.0, 30.0), math.radians(rng.uniform(4.0, 12.0))
+    dip = math.radians(friction) + excess
     model = Model("Row on row", time_step=1e-3)
     model.contact(normal_stiffness=1e10)
     model.material("rock", density=2500.0, young_modulus=2e10, poisson_ratio=0.2)
     model.joint("joint", friction_angle=friction)
     for name, low, high, first in (("lower", -below, 0.0, 0), ("upper", 0.0, above, 2)):
         for i, (left, right) in enumerate(zip(joints[first:-1], joints[first + 1 :], strict=True)):
-            ends = (left + low * lean, right + low * lean, right + high * lean, left + high * lean)
-            corners = list(zip(ends, (low, low, high, high), strict=True))
+            abscissas = (
+                left + low * inclination,
+                right + low * inclination,
+                right + high * inclination,
+                left + high * inclination,
+            )
+            corners = list(zip(abscissas, (low, low, high, high), strict=True))
             model.block(np.array(corners), name=f"{name} {i}")
             if name == "lower":
-                for share in (0.2, 0.8):
-                    x = left + share * (right - left) + 0.5 * low * lean
+                for fraction in (0.2, 0.8):
+                    x = left + fraction * (right - left) + 0.5 * low * inclination
                     model.fixed_point(x, 0.5 * low)
-    model.measured_point("end", joints[-2] + 0.1 + 0.5 * above * lean, 0.5 * above)
-    pull = math.sin(dip) - math.cos(dip) * math.tan(math.radians(friction))
+    model.measured_point("end", joints[-2] + 0.1 + 0.5 * above * inclination, 0.5 * above)
+    slope = math.sin(dip) - math.cos(dip) * math.tan(math.radians(friction))
     gravity = (-GRAVITY * math.sin(dip), -GRAVITY * math.cos(dip))
-    return model, gravity, 0.5 * GRAVITY * pull * SLIDE**2
+    return model, gravity, 0.5 * GRAVITY * slope * SLIDE**2
 
 
-def _simulate_slip(model: Model, gravity: tuple[float, float], rest: bool) -> float:
+def _simulate_slip(model: Model, gravity: tuple[float, float], static_stage: bool) -> float:
     """Return the slip of the upper row, m; `rest`: after a static stage on level ground."""
-    if rest:
+    if static_stage:
         model.control(gravity=(0.0, gravity[1]))
         model.stage(name="rest", kind="static")
     model.stage(name="slide", duration=SLIDE)
@@ -65,28 +72,31 @@ def _simulate_slip(model: Model, gravity: tuple[float, float], rest: bool) -> fl
 
 @case(
     "Rows of blocks that slide over crossings of joints",
-    "Four blocks meet at a crossing of two joints. Opposite blocks share only a corner, so a row "
-    "that slides along a joint moves by `½ g (sin α - cos α tan φ) t²`, like a single block on a "
-    "plane, after a static stage or a sudden release. Sizes, inclination of the cross joints, "
-    "friction and slope are random.",
+    "Four blocks meet at a crossing of two joints. Opposite blocks touch only at a corner. A row "
+    "that slides along a joint therefore moves by `½ g (sin α - cos α tan φ) t²`, like a single "
+    "block on a plane, after a static stage or a sudden release. Sizes, inclination of the cross "
+    "joints, friction and slope are random.",
     "Coulomb friction on a plane.",
 )
 def crossings(short: bool) -> Outcome:
     """Check the largest error of the slip of random rows."""
     rng = np.random.default_rng(2013)
     count = 4 if short else 60
-    found = np.empty((count, 3))
-    for one in found:
-        model, gravity, one[0] = _crossed_rows(rng)
-        one[1:] = [_simulate_slip(model.copy(), gravity, rest) for rest in (True, False)]
-    begins = ("after a static stage", "released at once")
+    slips = np.empty((count, 3))
+    for values in slips:
+        model, gravity, values[0] = _crossed_rows(rng)
+        values[1:] = [
+            _simulate_slip(model.copy(), gravity, static_stage) for static_stage in (True, False)
+        ]
+    labels = ("after a static stage", "after a sudden release")
     figure, axes = canvas(1, size=(6, 4))
     rows = []
-    for begin, slip, color in zip(begins, found[:, 1:].T, (BLUE, ORANGE), strict=True):
-        error = np.abs(slip / found[:, 0] - 1.0).max()
-        rows.append(at_most(f"{count} rows {begin}: largest relative error", error, 0.02))
-        axes[0].plot(found[:, 0], slip, "o", color=color, label=begin)
-    axes[0].plot([0.0, found.max()], [0.0, found.max()], "k-", label="closed form")
+    for label, slip, color in zip(labels, slips[:, 1:].T, (BLUE, ORANGE), strict=True):
+        error = np.abs(slip / slips[:, 0] - 1.0).max()
+        rows.append(at_most(f"largest relative error of the slip of {count} rows {label}", error,
+            0.02))  # fmt: skip
+        axes[0].plot(slips[:, 0], slip, "o", color=color, label=label)
+    axes[0].plot([0.0, slips.max()], [0.0, slips.max()], "k-", label="closed form")
     axes[0].set(xlabel="closed form, m", ylabel=f"slip after {SLIDE:g} s, m")
     return Outcome(rows, figure)
 
@@ -129,28 +139,28 @@ def _shaken_slip(model: Model, ramp: float, duration: float) -> np.ndarray:
 
     `ramp`: time in which gravity increases before, s; 0: a static stage.
     """
-    first = {"duration": ramp} if ramp else {"kind": "static"}
-    model.stage(name="gravity", **first)
+    gravity_stage = {"duration": ramp} if ramp else {"kind": "static"}
+    model.stage(name="gravity", **gravity_stage)
     model.stage(name="shake", duration=duration, motions="quake", zero_displacements=True)
-    moved = []
+    displacements = []
     with Simulation(model) as run:
         steps = round(ramp / model["control"].time_step)
         for step in range(0, steps, FEW):
-            share = min(1.0, (step + FEW) / (FULL * steps))
-            run.gravity = (0.0, -GRAVITY * share**2 * (3.0 - 2.0 * share))
+            fraction = min(1.0, (step + FEW) / (FULL * steps))
+            run.gravity = (0.0, -GRAVITY * fraction**2 * (3.0 - 2.0 * fraction))
             run.advance(FEW)
-        begin, done = run.coordinates[0, :2].copy(), False
-        while not done:
-            done = run.advance(FEW)
-            moved.append(run.point_motions[0, 0] - (run.coordinates[0, :2] - begin))
-    return np.array(moved)
+        origin, at_end = run.coordinates[0, :2].copy(), False
+        while not at_end:
+            at_end = run.advance(FEW)
+            displacements.append(run.point_motions[0, 0] - (run.coordinates[0, :2] - origin))
+    return np.array(displacements)
 
 
 @case(
-    "A slope of two joint sets, shaken after a static stage and after a ramp of gravity",
-    "The final displacement does not depend on how gravity was applied, once the joints slip. "
-    "Model: the slope of the examples (30 m, planes at 35°, φ 38°, 5 % damping, impacts without "
-    "rebound) under its record; in the short form, a slope of 8 m under pulses. Stick and slip of "
+    "A slope with two joint sets, shaken after a static stage and after a ramp of gravity",
+    "If the joints slip, the final displacement does not depend on the application of gravity. The "
+    "model is the slope of the examples under its record (30 m, planes at 35°, φ 38°, 5 % damping, "
+    "impacts without rebound). The short form is a slope of 8 m under pulses. Stick and slip of "
     "many blocks amplify small differences, so means of several runs are compared.",
     "Plasticity: residual stresses do not change the plastic flow.",
 )
@@ -160,7 +170,7 @@ def gravity_ramp(short: bool) -> Outcome:
     offsets = (0.0,) if short else (-1e-3, 0.0, 1e-3)
     figure, axes = canvas(1, size=(8, 4))
     slips = {"static stage": [], f"ramp of {ramp:g} s": []}
-    for (begin, found), color, seconds in zip(
+    for (beginning, results), color, seconds in zip(
         slips.items(), (BLUE, ORANGE), (0.0, ramp), strict=True
     ):
         for offset in offsets:
@@ -168,13 +178,15 @@ def gravity_ramp(short: bool) -> Outcome:
                 model = _small_slope() if short else _example_slope(Path(folder))
                 model["joint.bedding"].friction_angle += offset
                 slip = np.linalg.norm(_shaken_slip(model, seconds, duration), axis=1)
-            label = begin if not found else None
+            label = beginning if not results else None
             axes[0].plot(np.linspace(0.0, duration, len(slip)), slip, color=color, label=label)
-            found.append(float(slip[-1]))
+            results.append(float(slip[-1]))
     axes[0].set(xlabel="time, s", ylabel="slip of the crest, m")
-    rest, grown = (float(np.mean(found)) for found in slips.values())
-    words = "mean slip of the crest after a ramp, and after a static stage"
-    rows = [relative(words, rest, grown, 0.01 if short else 0.1, "m")]
-    words = [[begin, *(f"{slip:.4f}" for slip in found)] for begin, found in slips.items()]
+    after_stage, after_ramp = (float(np.mean(results)) for results in slips.values())
+    quantity = "mean slip of the crest after a ramp of gravity; expected: after a static stage"
+    rows = [relative(quantity, after_stage, after_ramp, 0.01 if short else 0.1, "m")]
+    cells = [
+        [beginning, *(f"{slip:.4f}" for slip in results)] for beginning, results in slips.items()
+    ]
     head = ["gravity", *(f"φ {38.0 + offset:g}°" for offset in offsets)]
-    return Outcome(rows, figure, [Table("Slip of the crest, m", head, words)])
+    return Outcome(rows, figure, [Table("Slip of the crest, m", head, cells)])

@@ -27,9 +27,9 @@ PEAKS = {0.01: (66.073, 13.950), 0.05: (13.2507, 13.964), 0.10: (6.6820, 14.014)
 
 @case(
     "Free decay of a damped block",
-    "A free square block vibrates in shear, ω² = 24 G/(ρa²). With the constant ratio ζ, its "
-    "logarithmic decrement yields sin(½π γ/(1 − γ)), γ = atan(2ζ)/π, which exceeds ζ of steady "
-    "vibration because the motion decays. The inverse yields ζ. Rayleigh damping yields "
+    "A free square block vibrates in shear, ω² = 24 G/(ρa²). With the constant ratio ζ, the "
+    "damping ratio from its logarithmic decrement is sin(½π γ/(1 − γ)), γ = atan(2ζ)/π. This "
+    "exceeds ζ of steady vibration, because the motion decays. Rayleigh damping yields "
     "α/(2ω) + βω/2.",
     "Kjartansson (1979), Constant Q wave propagation and attenuation; `docs/damping.md`.",
 )
@@ -41,35 +41,36 @@ def free_decay(short: bool) -> Outcome:
     for ratio, color in zip(ratios, COLORS, strict=False):
         for frequency in frequencies:
             body = {"damping_ratio": ratio, "reference_frequency": frequency}
-            time, strain, left_over = _simulate_free_decay(frequency, body)
-            found = _decay_ratio(time, strain)
-            share = 2 / np.pi * np.arcsin(found)
-            asked = 0.5 * np.tan(np.pi * share / (1 + share))
+            time, strain, residual = _simulate_free_decay(frequency, body)
+            measured = _decay_ratio(time, strain)
+            exponent = 2 / np.pi * np.arcsin(measured)
+            converted = 0.5 * np.tan(np.pi * exponent / (1 + exponent))
             gamma = np.arctan(2 * ratio) / np.pi
             label = f"ζ {100 * ratio:g} %, {frequency:g} Hz"
             decay = np.sin(0.5 * np.pi * gamma / (1 - gamma))
             rows += [
-                relative(f"{label}, from the decrement", decay, found, 0.01),
-                relative(f"{label}, converted to ζ", ratio, asked, 0.01),
-                at_most(f"{label}, energy balance", left_over, 1e-6),
+                relative(f"{label}: damping ratio from the decrement", decay, measured, 0.01),
+                relative(f"{label}: ζ converted from the decrement", ratio, converted, 0.01),
+                at_most(f"{label}: energy residual / work", residual, 1e-6),
             ]
         left.plot(time * frequency, strain / abs(strain).max(), color=color, lw=0.9, label=label)
     rayleigh = Rayleigh.at(0.05, (2.0, 12.0))
-    probed = (1.0, 24.0) if short else (1.0, 2.0, 4.9, 12.0, 24.0)
+    tested = (1.0, 24.0) if short else (1.0, 2.0, 4.9, 12.0, 24.0)
     values = {"rayleigh_alpha": rayleigh.alpha, "rayleigh_beta": rayleigh.beta}
-    found = []
-    for frequency in probed:
+    measured = []
+    for frequency in tested:
         omega = 2 * np.pi * frequency
         exact = 0.5 * (rayleigh.alpha / omega + rayleigh.beta * omega)
-        time, strain, left_over = _simulate_free_decay(frequency, values)
-        found.append(_decay_ratio(time, strain))
+        time, strain, residual = _simulate_free_decay(frequency, values)
+        measured.append(_decay_ratio(time, strain))
         rows += [
-            relative(f"Rayleigh, {frequency:g} Hz", exact, found[-1], 0.005),
-            at_most(f"Rayleigh, {frequency:g} Hz, energy balance", left_over, 1e-6),
-        ]
+            relative(f"Rayleigh, {frequency:g} Hz: damping ratio", exact, measured[-1], 0.005),
+            at_most(f"Rayleigh, {frequency:g} Hz: energy residual / initial energy", residual,
+                1e-6),
+        ]  # fmt: skip
     fine = np.geomspace(0.7, 35.0, 200)
     right.semilogx(fine, rayleigh.ratio_at(fine), label="α/(2ω) + βω/2")
-    right.semilogx(probed, found, "o", label="free decay")
+    right.semilogx(tested, measured, "o", label="free decay")
     right.set(xlabel="frequency (Hz)", ylabel="damping ratio", title="Rayleigh, 5 % at 2 and 12 Hz")
     left.set(xlabel="periods", ylabel="shear strain / largest", title="constant ratio")
     return Outcome(rows, figure)
@@ -95,28 +96,28 @@ def _simulate_free_decay(frequency: float, damping: dict) -> tuple[np.ndarray, n
             free.advance()
             strain.append(float(free.coordinates[0, 5]))
         energies = free.energies
-    left_over = abs(energies["balance"]) / energies["initial"]
-    return step * np.arange(steps + 1), np.array(strain), left_over
+    residual = abs(energies["balance"]) / energies["initial"]
+    return step * np.arange(steps + 1), np.array(strain), residual
 
 
 def _decay_ratio(time: np.ndarray, strain: np.ndarray) -> float:
     """Return the damping ratio from swings between extremes, independent of the mean."""
     inner = abs(strain[1:-1])
-    at = np.flatnonzero((inner > abs(strain[:-2])) & (inner >= abs(strain[2:]))) + 1
-    y0, y1, y2 = (strain[at + k] for k in (-1, 0, 1))
+    extremes = np.flatnonzero((inner > abs(strain[:-2])) & (inner >= abs(strain[2:]))) + 1
+    y0, y1, y2 = (strain[extremes + k] for k in (-1, 0, 1))
     swings = abs(np.diff(y1 + (y0 - y2) ** 2 / (8 * (2 * y1 - y0 - y2))))
     count = np.arange(swings.size)
-    kept = (count >= 1) & (swings > 0.05 * swings[0])
-    slope = -np.polyfit(count[kept], np.log(swings[kept]), 1)[0]  # per half period
+    selected = (count >= 1) & (swings > 0.05 * swings[0])
+    slope = -np.polyfit(count[selected], np.log(swings[selected]), 1)[0]  # per half period
     return float(slope / np.hypot(np.pi, slope))
 
 
 @case(
     "A layered site with the same damping at all frequencies",
-    "Layers of table I with a constant ratio and the midpoint rule, which has no damping. Peaks of "
-    "`transfer` and of time stepping under a record are compared with an independent program; the "
-    "curve with stiff joints and thin layers is compared with the one-dimensional column of the "
-    "same complex modulus.",
+    "The layers of Table I have a constant damping ratio; the midpoint rule has no numerical "
+    "damping. Peaks of `transfer` and of time stepping under a record are compared with an "
+    "independent program. The transfer function with stiff joints and thin layers is compared with "
+    "the one-dimensional column of the same complex modulus.",
     "Schnabel, Lysmer & Seed (1972), SHAKE; `docs/damping.md`.",
 )
 def material_damping(short: bool) -> Outcome:
@@ -128,28 +129,33 @@ def material_damping(short: bool) -> Outcome:
         amplitude, frequency = PEAKS[ratio]
         for step in steps:
             label = f"ζ {100 * ratio:g} %, Δt {1e3 * step:g} ms"
-            peak, stepped, left_over, curve = _transfer_peaks(ratio, step)
+            peak, stepped_peak, residual, curve = _transfer_peaks(ratio, step)
             # the midpoint rule lowers frequencies: tan(ωΔt/2)/Δt is the same at 1 ms
             warped = np.tan(np.pi * frequency * 1e-3) / 1e-3
-            own = np.arctan(warped * step) / (np.pi * step)
+            frequency_at_step = np.arctan(warped * step) / (np.pi * step)
             rows += [
-                relative(f"{label}, transfer", amplitude, peak[0], 5e-4),
-                absolute(f"{label}, transfer", own, peak[1], 5e-3, "Hz"),
-                relative(f"{label}, time stepping", amplitude, stepped[0], 3e-3),
-                absolute(f"{label}, time stepping", own, stepped[1], 0.02, "Hz"),
-                at_most(f"{label}, energy balance", left_over, 1e-6),
-            ]
+                relative(f"{label}: largest amplification by `transfer`", amplitude, peak[0], 5e-4),
+                absolute(f"{label}: frequency of the peak by `transfer`", frequency_at_step,
+                    peak[1], 5e-3, "Hz"),
+                relative(f"{label}: largest amplification by time stepping", amplitude,
+                    stepped_peak[0], 3e-3),
+                absolute(f"{label}: frequency of the peak by time stepping", frequency_at_step,
+                    stepped_peak[1], 0.02, "Hz"),
+                at_most(f"{label}: energy residual / work", residual, 1e-6),
+            ]  # fmt: skip
             left.plot(*curve, color=color, lw=0.9, label=label)
     layers = 30 if short else 120
     for ratio, color in zip((0.05,) if short else (0.01, 0.05, 0.1), COLORS, strict=False):
-        frequencies, engine, same, hysteretic = _compare_transfer_functions(ratio, layers)
+        frequencies, engine, column, hysteretic = _compare_transfer_functions(ratio, layers)
         label = f"ζ {100 * ratio:g} %"
-        apart = abs(abs(engine) / abs(same) - 1).max()
-        rows.append(at_most(f"{label}, curve against the column", apart, 5e-3))
-        shown = abs(abs(engine).max() / abs(hysteretic).max() - 1)
-        rows.append(at_most(f"{label}, peak against K (1 + 2iζ)", shown, 5e-3))
+        difference = abs(abs(engine) / abs(column) - 1).max()
+        rows.append(at_most(f"{label}: largest relative difference from the column", difference,
+            5e-3))  # fmt: skip
+        difference_at_peak = abs(abs(engine).max() / abs(hysteretic).max() - 1)
+        rows.append(at_most(f"{label}: relative difference of the peak from K (1 + 2iζ)",
+            difference_at_peak, 5e-3))  # fmt: skip
         worst = _rayleigh_error(ratio, layers)
-        label_rayleigh = f"{label}, Rayleigh, curve against SHAKE91's modulus, 1–25 Hz"
+        label_rayleigh = f"{label}, Rayleigh: largest relative difference from SHAKE91, 1–25 Hz"
         rows.append(at_most(label_rayleigh, worst, 5e-3))
         right.semilogy(frequencies, abs(engine), color=color, label=label)
         right.semilogy(frequencies, abs(hysteretic), "k:", lw=0.9)
@@ -163,22 +169,27 @@ def _transfer_peaks(ratio: float, step: float):
     body = {"damping_ratio": ratio, "reference_frequency": REFERENCE}
     text = column_text(15, ROCK, (step, round(60 / step)), recorded("shaking"), body=body,
                        penalty=1.5e12, integration="midpoint")  # of Table I  # fmt: skip
-    with nml.written(text) as file:
+    with nml.temporary_input(text) as file:
         fine = np.linspace(13.5, 14.5, 10001)
         curve = abs(transfer(file, fine))
         history = run(file).history
-    found = amplifications(history)[0]
+    amplification = amplifications(history)[0]
     peak = (float(curve.max()), float(fine[curve.argmax()]))
-    stepped = (found.peak.amplitude, found.peak.frequency)
-    return peak, stepped, nml.residual(history), (found.frequency, found.ratio)
+    stepped_peak = (amplification.peak.amplitude, amplification.peak.frequency)
+    return (
+        peak,
+        stepped_peak,
+        nml.energy_residual(history),
+        (amplification.frequency, amplification.ratio),
+    )
 
 
 def _compare_transfer_functions(ratio: float, layers: int):
     """Return frequencies (Hz) and transfer functions of stiff stack, column and SHAKE."""
     engine = _stiff_stack_transfer(layers, damping_ratio=ratio, reference_frequency=REFERENCE)
-    same = _uniform_column(ConstantRatio(ratio, REFERENCE)).transfer(FREQUENCIES)
+    column = _uniform_column(ConstantRatio(ratio, REFERENCE)).transfer(FREQUENCIES)
     hysteretic = _uniform_column(ratio, convention="shake").transfer(FREQUENCIES)  # K (1 + 2iζ)
-    return FREQUENCIES, engine, same, hysteretic
+    return FREQUENCIES, engine, column, hysteretic
 
 
 def _rayleigh_error(ratio: float, layers: int) -> float:
@@ -207,5 +218,5 @@ def _stiff_stack_transfer(layers: int, **body: float):
     still = nml.motion("shaking", np.zeros(3), 1.0)
     text = column_text(layers, ROCK, (1e-4, 10), still, HEIGHT, STIFF_JOINTS * ROCK[1], body,
                        integration="midpoint")  # fmt: skip
-    with nml.written(text) as file:
+    with nml.temporary_input(text) as file:
         return transfer(file, FREQUENCIES)

@@ -7,7 +7,7 @@ from sitedda.report.style import canvas
 from sitedda.study.error_bars import accuracy
 
 from ..case import Outcome, absolute, at_most, case
-from ..model import written
+from ..model import temporary_input
 
 G = 9.81
 FRICTION = 20.0  # degrees
@@ -30,30 +30,34 @@ SLIDE = f"""
 
 def slip() -> float:
     """Return the exact slip of a rigid block, m (Newmark)."""
-    grip, ramp = G * math.tan(math.radians(FRICTION)), 0.01
-    held = LAST - ramp
-    speed = (PUSH - grip) * held
-    way = 0.5 * speed * held + speed * ramp + PUSH * ramp**2 / 3.0 - 0.5 * grip * ramp**2
-    speed += 0.5 * PUSH * ramp - grip * ramp
-    return way + 0.5 * speed**2 / grip
+    deceleration, ramp = G * math.tan(math.radians(FRICTION)), 0.01
+    duration = LAST - ramp
+    speed = (PUSH - deceleration) * duration
+    distance = (
+        0.5 * speed * duration + speed * ramp + PUSH * ramp**2 / 3.0 - 0.5 * deceleration * ramp**2
+    )
+    speed += 0.5 * PUSH * ramp - deceleration * ramp
+    return distance + 0.5 * speed**2 / deceleration
 
 
 @case(
     "Error bars of a block that slides",
-    "Newmark's equation of a rigid block under a push that decreases to zero in its last interval; "
-    "error bars are from runs with Δt, Δt/2, Δt/4, a stiffer contact and a displaced block.",
+    "The exact slip is by Newmark's equation of a rigid block under a pulse that decreases to zero "
+    "in its last interval. Error bars are from runs with Δt, Δt/2, Δt/4, a stiffer contact and a "
+    "displaced block.",
     "Newmark (1965); docs/accuracy.md.",
 )
 def error_bars(short: bool) -> Outcome:
     """Check that the error bar contains the exact slip and is less than 5 % of it."""
-    with written(SLIDE) as file:
-        found = accuracy(file, folder=file.parent / "runs")
+    with temporary_input(SLIDE) as file:
+        results = accuracy(file, folder=file.parent / "runs")
     rows, (figure, (axis,)) = [], canvas(1, size=(5.0, 3.0))
     for name in ("largest_slip_m", "residual_displacement_m"):
-        got, bar = found[name].finest, found[name].bar
-        rows.append(absolute(f"{name}, within its bar", slip(), got, bar, "m"))
-        rows.append(at_most(f"{name}: bar over slip", bar / slip(), 0.05))
-        axis.errorbar(name, got, bar, fmt="o", capsize=4)
+        slip_value, bar = results[name].finest, results[name].bar
+        rows.append(absolute(f"{name}: exact slip within the error bar", slip(), slip_value, bar,
+            "m"))  # fmt: skip
+        rows.append(at_most(f"{name}: error bar / slip", bar / slip(), 0.05))
+        axis.errorbar(name, slip_value, bar, fmt="o", capsize=4)
     axis.axhline(slip(), ls="--", label="rigid block")
-    axis.set_ylabel("m")
+    axis.set_ylabel("slip (m)")
     return Outcome(rows, figure)

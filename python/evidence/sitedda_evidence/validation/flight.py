@@ -26,9 +26,9 @@ DENSITY = 2500.0  # kg/m³
 
 @case(
     "Free fall and bounce",
-    "Fall: ½ g t². A contact lasts half a period of the springs, ω = √(2 k_n/m) for two corners. "
-    "The damping ζ(ωΔt) of the scheme reduces the speed by e = exp(−ζ π/√(1−ζ²)) and the height by "
-    "e²; the loss vanishes with Δt.",
+    "The distance of fall is ½ g t². A contact lasts half a period of the springs, ω = √(2 k_n/m) "
+    "for two corners. The numerical damping ratio ζ(ωΔt) reduces the speed by the factor "
+    "e = exp(−ζ π/√(1−ζ²)) and the height by e². The loss vanishes with Δt.",
     "`docs/method.md`.",
 )
 def bounce(short: bool) -> Outcome:
@@ -45,13 +45,13 @@ def bounce(short: bool) -> Outcome:
         if dt == 1e-4:
             fall = time < 0.4
             error = np.abs(height[fall] - (1 - 0.5 * nml.GRAVITY * time[fall] ** 2)).max()
-            rows.append(at_most("fall, largest error in 0.4 s", error, 1e-10, "m"))
-            rows.append(
-                relative("height of the first rebound, Δt 0.1 ms", expected, peak, 2e-3, "m")
-            )
+            rows.append(at_most("largest error of the height in the first 0.4 s", error, 1e-10,
+                "m"))  # fmt: skip
+            rows.append(relative("height of the first rebound, Δt 0.1 ms", expected, peak, 2e-3,
+                "m"))  # fmt: skip
             gain = (total - total[0]).max() / (DENSITY * nml.GRAVITY)
-            rows.append(at_most("energy gain over m g h", gain, 1e-6))
-            rows.append(at_most("audit", audit, 1e-6))
+            rows.append(at_most("energy gain / m g h", gain, 1e-6))
+            rows.append(at_most("energy residual / m g h", audit, 1e-6))
     tables = [] if short else [_rebound_table(steps, table)]
     return Outcome(rows, _draw_rebounds(runs, table), tables)
 
@@ -65,9 +65,9 @@ def _scheme_restitution(step: float) -> float:
 
 def _rebound_height(time, height) -> float:
     """Return the largest height after the first contact, m."""
-    first = int(np.argmax(height < 0))
-    after = first + int(np.argmax(height[first:] > 0))
-    top = after + int(np.argmax(height[after:]))
+    contact = int(np.argmax(height < 0))
+    rebound = contact + int(np.argmax(height[contact:] > 0))
+    top = rebound + int(np.argmax(height[rebound:]))
     return float(height[top]) if top < len(height) - 1 else np.nan
 
 
@@ -79,7 +79,7 @@ def _drop_block(time_step: float, stiffness: float):
         nml.contact(stiffness),
         nml.material("stiff", DENSITY, nml.STIFF),
         nml.joint("j", 30.0),
-        nml.held("floor", nml.rectangle(-2, -1, 4, 1), "stiff"),
+        nml.fixed_block("floor", nml.rectangle(-2, -1, 4, 1), "stiff"),
         nml.block("block", body, "stiff"),
     )
     time, height, total = [0.0], [1.0], [0.0]
@@ -88,7 +88,7 @@ def _drop_block(time_step: float, stiffness: float):
             fall.advance()
             time.append(fall.time)
             height.append(fall.coordinates[1, 1] - 0.5)
-            total.append(nml.gained(fall.energies))
+            total.append(nml.energy_gain(fall.energies))
         audit = abs(fall.energies["balance"]) / (DENSITY * nml.GRAVITY)
     return np.array(time), np.array(height), np.array(total), audit
 
@@ -97,7 +97,7 @@ def _rebound_table(steps, table) -> Table:
     errors = [line[-1] for line in table]
     orders = observed_order(steps, errors)
     return Table(
-        "Height of the first rebound by Δt: the loss is the scheme's, of first order.",
+        "Height of the first rebound for several Δt; the loss of the scheme is of first order.",
         ("Δt (s)", "ωΔt", "height (m)", "closed form (m)", "relative error", "loss (m)", "order"),
         [(*line, order) for line, order in zip(table, orders, strict=True)],
     )
@@ -116,14 +116,14 @@ def _draw_rebounds(runs, table):
     theory = [1 - _scheme_restitution(omega * dt) ** 2 for dt in fine]
     right.loglog(fine, theory, color=INK, lw=1, label="closed form")
     right.loglog(steps, loss, "o", color=BLUE, label="engine")
-    right.set(xlabel="Δt (s)", ylabel="height lost at the first bounce (m)")
+    right.set(xlabel="Δt (s)", ylabel="loss of height at the first bounce (m)")
     return figure
 
 
 @case(
     "A hundred turns in flight",
-    "Area, edges and angular momentum of a free body are constant. A rectangle and an L rotate at "
-    "2π rad/s, with 20 and 200 steps per turn.",
+    "Area, edges and angular momentum of a free body are constant. A rectangle and an L-shaped "
+    "block rotate at 2π rad/s, with 20 and 200 steps per turn.",
     "`docs/method.md` (linear rotation, a fault of the original, increases the size of blocks).",
 )
 def rotation(short: bool) -> Outcome:
@@ -132,15 +132,16 @@ def rotation(short: bool) -> Outcome:
     ell = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 2], [0, 2]], dtype=float)
     for name, shape in {"rectangle": nml.rectangle(0, 0, 2, 1), "L": ell}.items():
         for steps_per_turn in (40,) if short else (20, 200):
-            found = _run_spinning_body(shape, 100, steps_per_turn)
-            pictures.append((f"{name}, {steps_per_turn}", found))
-            label = f"{name}, {steps_per_turn} steps a turn"
+            result = _run_spinning_body(shape, 100, steps_per_turn)
+            pictures.append((f"{name}, {steps_per_turn}", result))
+            label = f"{name}, {steps_per_turn} steps per turn"
             rows += [
-                relative(f"turns, {label}", 100.0, found["turns"], 1e-10),
-                at_most(f"relative change of area, {label}", found["area"], 1e-10),
-                at_most(f"relative change of an edge, {label}", found["edge"], 1e-10),
-                at_most(f"relative change of angular momentum, {label}", found["momentum"], 1e-6),
-            ]
+                relative(f"number of turns, {label}", 100.0, result["turns"], 1e-10),
+                at_most(f"largest relative change of the area, {label}", result["area"], 1e-10),
+                at_most(f"largest relative change of an edge, {label}", result["edge"], 1e-10),
+                at_most(f"largest relative change of the angular momentum, {label}",
+                    result["momentum"], 1e-6),
+            ]  # fmt: skip
     return Outcome(rows, _draw_rotation(pictures))
 
 
@@ -165,42 +166,41 @@ def _run_spinning_body(shape, turns: int, steps_per_turn: int) -> dict:
         path, changes = [start], []
         for _ in range(4 * turns):
             flight.advance(steps_per_turn // 4)
-            now = flight.polygons[0]
-            path.append(now)
-            ratios = (Polygon(now).area / area, _edge_lengths(now) / edges,
+            polygon = flight.polygons[0]
+            path.append(polygon)
+            ratios = (Polygon(polygon).area / area, _edge_lengths(polygon) / edges,
                       flight.rates[0, 2] / rate)  # fmt: skip
             changes.append([np.abs(ratio - 1).max() for ratio in ratios])
-        turned = flight.coordinates[0, 2] / (2 * np.pi)
+        rotation = flight.coordinates[0, 2] / (2 * np.pi)
     worst = dict(zip(("area", "edge", "momentum"), np.max(changes, axis=0), strict=True))
-    return worst | {"turns": turned, "path": path, "changes": np.array(changes)}
+    return worst | {"turns": rotation, "path": path, "changes": np.array(changes)}
 
 
 def _draw_rotation(pictures):
     figure, (left, right) = canvas(size=(11, 4.4), width_ratios=[3, 2])
-    for i, (name, found) in enumerate(pictures):
+    for i, (name, result) in enumerate(pictures):
         color = COLORS[i % len(COLORS)]
-        turns = 0.25 * np.arange(1, len(found["changes"]) + 1)
-        worst = np.maximum.accumulate(found["changes"][:, 0])
+        turns = 0.25 * np.arange(1, len(result["changes"]) + 1)
+        worst = np.maximum.accumulate(result["changes"][:, 0])
         right.semilogy(turns, worst, color=color, lw=0.8, label=name)
         if i % 2 == 0 or len(pictures) == 2:
             shift = [0.0, -3.5 * (i > 0)]
-            draw_blocks(left, [p + shift for p in found["path"][:9]], color, alpha=0.35)
-            draw_blocks(left, [found["path"][0] + shift], STONE)
-    left.set_title("the first two turns, by quarters", fontsize=10)
+            draw_blocks(left, [p + shift for p in result["path"][:9]], color, alpha=0.35)
+            draw_blocks(left, [result["path"][0] + shift], STONE)
+    left.set_title("the first two turns, every quarter turn", fontsize=10)
     bare(left)
     right.axhline(1e-10, color=RED, lw=1, ls="--", label="allowed")
-    words = "largest relative change of the area so far"
-    right.set(xlabel="turns", ylabel=words, ylim=(1e-17, 1e-9))
-    right.legend(frameon=False, fontsize=8, title="steps a turn", loc="lower right")
+    label = "largest relative change of the area"
+    right.set(xlabel="turns", ylabel=label, ylim=(1e-17, 1e-9))
+    right.legend(frameon=False, fontsize=8, title="steps per turn", loc="lower right")
     return figure
 
 
 @case(
     "A block slides off an edge, tips, flies and lands",
-    "Without friction: the rigid body slides until its centre passes the edge, then turns about "
-    "the edge while it slides on (two coordinates, the bottom face through the edge), and flies "
-    "when the force at the edge vanishes. The reference integrates Lagrange's equations of each "
-    "phase (scipy, tolerance 1e-11).",
+    "A rigid block slides without friction until its centre passes the edge. It then rotates about "
+    "the edge while it slides (two coordinates), and flies when the force at the edge vanishes. "
+    "The reference integrates Lagrange's equations of each phase (scipy, tolerance 1e-11).",
     "A standard case; phases: rigid-body dynamics, derived here.",
 )
 def edge(short: bool) -> Outcome:
@@ -212,18 +212,21 @@ def edge(short: bool) -> Outcome:
     landing = truth["t"][-1]
     x, y, angle = (np.interp(landing, run["time"], run[key]) for key in ("x", "y", "angle"))
     rows = [
-        relative("x of the centre when it lands, Δt 0.1 ms", truth["x"][-1], x, 1e-3, "m"),
-        relative("height of the centre", truth["y"][-1], y, 1e-3, "m"),
-        relative("angle", truth["angle"][-1], angle, 5e-3, "rad"),
+        relative("x of the centre at landing, Δt 0.1 ms", truth["x"][-1], x, 1e-3, "m"),
+        relative("height of the centre at landing", truth["y"][-1], y, 1e-3, "m"),
+        relative("angle at landing", truth["angle"][-1], angle, 5e-3, "rad"),
         relative("time of landing", landing, run["landing"], 1e-3, "s"),
-        at_most("kinetic energy at the end over that at landing", run["left"], 1e-4),
-        at_most("depth of any corner below the floor at the end", run["depth"], 1e-4, "m"),
-        at_most("audit", run["audit"], 1e-6),
-        at_most("energy gain over m g × drop", run["gain"], 1e-6),
-    ]
-    ends = [np.interp(landing, one["time"], one["angle"]) for one in runs.values()]
-    errors = [abs(end / truth["angle"][-1] - 1) for end in ends]
-    table = convergence("Relative error of the angle at landing by Δt.", "Δt (s)", steps, errors)
+        at_most("kinetic energy at the end / at landing", run["kinetic_ratio"], 1e-4),
+        at_most("largest penetration of a corner into the floor at the end", run["depth"], 1e-4,
+            "m"),
+        at_most("energy residual / work of gravity", run["audit"], 1e-6),
+        at_most("energy gain / m g h, h: height of the table", run["gain"], 1e-6),
+    ]  # fmt: skip
+    angles = [np.interp(landing, history["time"], history["angle"]) for history in runs.values()]
+    errors = [abs(angle_at_landing / truth["angle"][-1] - 1) for angle_at_landing in angles]
+    table = convergence(
+        "Relative error of the angle at landing for several Δt.", "Δt (s)", steps, errors
+    )
     return Outcome(rows, _draw_landing(run, truth), [] if short else [table])
 
 
@@ -240,29 +243,29 @@ def _run_sliding_block(time_step: float) -> dict:
         nml.material("moving", DENSITY, nml.STIFF, velocity=(SPEED, 0.0, 0.0)),
         nml.joint("rough", 45.0),
         nml.joint("smooth", 0.0),
-        nml.held("table", nml.rectangle(-3, 0, 3, TABLE), "stiff", "smooth"),
-        nml.held("floor", nml.rectangle(-3, -0.5, 9, 0.5), "stiff", "rough"),
+        nml.fixed_block("table", nml.rectangle(-3, 0, 3, TABLE), "stiff", "smooth"),
+        nml.fixed_block("floor", nml.rectangle(-3, -0.5, 9, 0.5), "stiff", "rough"),
         nml.block("block", body, "moving", "rough"),
     )
     keys = ("time", "x", "y", "angle", "polygon", "low", "total", "kinetic")
-    found: dict = {key: [] for key in keys}
+    result: dict = {key: [] for key in keys}
     with nml.simulation(text) as flight:
         while not flight.done:
             flight.advance()
             energies, polygon = flight.energies, flight.polygons[2]
             values = (flight.time, *flight.coordinates[2, :3], polygon, polygon[:, 1].min(),
-                      nml.gained(energies), energies["kinetic"])  # fmt: skip
+                      nml.energy_gain(energies), energies["kinetic"])  # fmt: skip
             for key, value in zip(keys, values, strict=True):
-                found[key].append(value)
-    low, kinetic = np.array(found["low"]), np.array(found["kinetic"])
-    touch = int(np.argmax(low < 0.0))
-    part = low[touch - 1] / (low[touch - 1] - low[touch])
-    found["landing"] = found["time"][touch - 1] + part * time_step
-    found["left"] = kinetic[-1] / kinetic[touch - 1]
-    found["depth"] = max(0.0, -low[-1])
-    found["audit"] = abs(energies["balance"] / energies["gravity"])
-    found["gain"] = max(found["total"]) / (DENSITY * WIDTH * HEIGHT * nml.GRAVITY * TABLE)
-    return found
+                result[key].append(value)
+    lowest, kinetic = np.array(result["low"]), np.array(result["kinetic"])
+    contact = int(np.argmax(lowest < 0.0))
+    fraction = lowest[contact - 1] / (lowest[contact - 1] - lowest[contact])
+    result["landing"] = result["time"][contact - 1] + fraction * time_step
+    result["kinetic_ratio"] = kinetic[-1] / kinetic[contact - 1]
+    result["depth"] = max(0.0, -lowest[-1])
+    result["audit"] = abs(energies["balance"] / energies["gravity"])
+    result["gain"] = max(result["total"]) / (DENSITY * WIDTH * HEIGHT * nml.GRAVITY * TABLE)
+    return result
 
 
 def _integrate_tipping_block() -> dict:
@@ -280,19 +283,19 @@ def _integrate_tipping_block() -> dict:
     start = 0.5 / SPEED  # s; the centre is initially at −0.5 m
 
     def rates(_, z):
-        s, angle, ds, turn = z
+        s, angle, ds, rate = z
         matrix = [[1, -half], [-half, s**2 + half**2 + inertia]]
         load = [
-            s * turn**2 - nml.GRAVITY * np.sin(angle),
-            -2 * s * ds * turn - nml.GRAVITY * (s * np.cos(angle) - half * np.sin(angle)),
+            s * rate**2 - nml.GRAVITY * np.sin(angle),
+            -2 * s * ds * rate - nml.GRAVITY * (s * np.cos(angle) - half * np.sin(angle)),
         ]
-        return [ds, turn, *np.linalg.solve(matrix, load)]
+        return [ds, rate, *np.linalg.solve(matrix, load)]
 
     def force(t, z):
         """Return the normal force of the edge over the mass, n · (x'' + g)."""
-        s, angle, ds, turn = z
+        s, angle, ds, rate = z
         _, _, _, bend = rates(t, z)
-        return 2 * ds * turn + s * bend - half * turn**2 + nml.GRAVITY * np.cos(angle)
+        return 2 * ds * rate + s * bend - half * rate**2 + nml.GRAVITY * np.cos(angle)
 
     def off(t, z):
         """Return 0 if the rear corner reaches the edge or the force is zero."""
@@ -301,22 +304,22 @@ def _integrate_tipping_block() -> dict:
     off.terminal, off.direction = True, -1
     exact = {"rtol": 1e-11, "atol": 1e-12, "max_step": 1e-3}
     tip = solve_ivp(rates, (0, 2), [0, 0, SPEED, 0], events=off, **exact)
-    s, angle, ds, turn = tip.y
+    s, angle, ds, rate = tip.y
     t, n = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-    place = s * t + half * n + np.array([[0.0], [TABLE]])
-    speed = (ds - half * turn) * t + s * turn * n
-    times, path, angles = start + tip.t, place, angle
+    position = s * t + half * n + np.array([[0.0], [TABLE]])
+    speed = (ds - half * rate) * t + s * rate * n
+    times, path, angles = start + tip.t, position, angle
     flight = np.linspace(0, 1.0, 20001)[1:]
-    px = place[0, -1] + speed[0, -1] * flight
-    py = place[1, -1] + speed[1, -1] * flight - 0.5 * nml.GRAVITY * flight**2
-    pa = angle[-1] + turn[-1] * flight
+    px = position[0, -1] + speed[0, -1] * flight
+    py = position[1, -1] + speed[1, -1] * flight - 0.5 * nml.GRAVITY * flight**2
+    pa = angle[-1] + rate[-1] * flight
     reach = 0.5 * (WIDTH * np.abs(np.sin(pa)) + HEIGHT * np.abs(np.cos(pa)))
-    last = int(np.argmax(py < reach)) + 1
+    landing = int(np.argmax(py < reach)) + 1
     return {
-        "t": np.concatenate([times, times[-1] + flight[:last]]),
-        "x": np.concatenate([path[0], px[:last]]),
-        "y": np.concatenate([path[1], py[:last]]),
-        "angle": np.concatenate([angles, pa[:last]]),
+        "t": np.concatenate([times, times[-1] + flight[:landing]]),
+        "x": np.concatenate([path[0], px[:landing]]),
+        "y": np.concatenate([path[1], py[:landing]]),
+        "angle": np.concatenate([angles, pa[:landing]]),
         "tip": times[-1],
     }
 
@@ -324,8 +327,8 @@ def _integrate_tipping_block() -> dict:
 def _draw_landing(run, truth):
     figure, (left, right) = canvas(width_ratios=[3, 2])
     draw_blocks(left, [nml.rectangle(-2, 0, 2, TABLE), nml.rectangle(-2, -0.3, 6, 0.3)], GROUND)
-    shown = [int(i) for i in np.linspace(0, np.searchsorted(run["time"], truth["t"][-1]), 10)]
-    draw_blocks(left, [run["polygon"][i] for i in shown], STONE, alpha=0.7)
+    frames = [int(i) for i in np.linspace(0, np.searchsorted(run["time"], truth["t"][-1]), 10)]
+    draw_blocks(left, [run["polygon"][i] for i in frames], STONE, alpha=0.7)
     draw_blocks(left, run["polygon"][-1:], ORANGE, alpha=0.8)
     left.plot(truth["x"], truth["y"], color=RED, lw=1, label="centre, theory")
     left.legend(frameon=False, loc="upper right")

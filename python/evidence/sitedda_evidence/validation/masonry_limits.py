@@ -10,14 +10,14 @@ from sitedda.facade.model import Model
 from sitedda.report.style import GROUND, STONE, bare, canvas, draw_blocks
 from sitedda.stability import bisect
 
-from ..case import Outcome, at_most, case, true
+from ..case import Outcome, at_most, case, yes_or_no
 from ..model import GRAVITY, rectangle
 from .slopes import is_stable, rest_of
 from .stability import half_circle
 
 TILT = {(3, 6): 30.862, (4, 12): 26.458}  # bricks × courses: upper limit of the angle, degrees
 FRICTION = 0.65  # friction coefficient of the walls
-MOVED = 5e-3  # displacement of a vertex that counts as collapse, m
+COLLAPSE = 5e-3  # displacement of a vertex that counts as collapse, m
 
 
 def arch(friction: float, thickness: float) -> Model:
@@ -44,62 +44,66 @@ def tilted_wall(bricks: int, courses: int, angle: float) -> Model:
 
 @case(
     "A half-circle arch held by friction",
-    "An arch of 27 voussoirs with t/R = 0.112 stands for μ ≥ 0.40, for which 0.10672 suffices. "
-    "It falls for μ = 0.30, for which no thickness is sufficient (linear programme).",
+    "An arch of 27 voussoirs with t/R = 0.112 stands for μ = 0.40; limit analysis requires"
+    " 0.10672. It falls for μ = 0.30, for which limit analysis finds no sufficient thickness.",
     "Limit analysis with friction, by linear programming.",
 )
 def arch_friction(short: bool) -> Outcome:
     """Check that the arch stands at μ = 0.40 and collapses at 0.30."""
-    high = rest_of(arch(0.40, 0.112))
+    equilibrium = rest_of(arch(0.40, 0.112))
     rows = [
-        true("t/R 0.112 stands at μ 0.40", True, high is not None and high.moved < 1e-3),
-        true("t/R 0.112 stands at μ 0.30", False, is_stable(arch(0.30, 0.112), MOVED)),
-    ]
+        yes_or_no("the arch stands with t/R = 0.112, μ = 0.40", True,
+            equilibrium is not None and equilibrium.displacement < 1e-3),
+        yes_or_no("the arch stands with t/R = 0.112, μ = 0.30", False,
+            is_stable(arch(0.30, 0.112), COLLAPSE)),
+    ]  # fmt: skip
     if not short:
-        got = is_stable(arch(0.4, 0.105), MOVED)
-        rows.append(true("t/R 0.105 stands at μ 0.40", False, got))
+        stands = is_stable(arch(0.4, 0.105), COLLAPSE)
+        rows.append(yes_or_no("t/R 0.105 stands at μ 0.40", False, stands))
     figure, axes = canvas(1, size=(6, 3.6))
-    draw_blocks(axes[0], high.polygons if high else [], STONE)
+    draw_blocks(axes[0], equilibrium.polygons if equilibrium else [], STONE)
     bare(axes[0])
     return Outcome(rows, figure)
 
 
 def _is_wall_stable(bricks: int, courses: int, angle: float) -> bool:
-    return is_stable(tilted_wall(bricks, courses, angle), MOVED)
+    return is_stable(tilted_wall(bricks, courses, angle), COLLAPSE)
 
 
 @case(
     "Dry walls in running bond on a tilting table",
-    "Bricks 2 : 1, μ = 0.65: limit analysis with associated sliding gives 30.862° for 3 bricks × 6 "
-    "courses and 26.458° for 4 × 12, upper limits for friction that does not dilate.",
+    "The bricks are 2 : 1, μ = 0.65. Limit analysis with dilation yields 30.862° for 3 bricks × 6 "
+    "courses and 26.458° for 4 × 12. These are upper limits for friction without dilation.",
     "Limit analysis by linear programming.",
 )
 def tilting_wall(short: bool) -> Outcome:
     """Check the angle at which walls collapse."""
     rows = []
     figure, axes = canvas(2, size=(9, 4))
-    for at, (size, limit) in zip(axes, TILT.items(), strict=True):
+    for axis, (size, limit) in zip(axes, TILT.items(), strict=True):
         if short and size != (3, 6):
             continue
-        holds = partial(_is_wall_stable, *size)
+        stands = partial(_is_wall_stable, *size)
         low, high = 0.95 * limit, limit
         if short:
-            low, high = (low if holds(low) else 0.0), (2 * limit if holds(high) else high)
+            low, high = (low if stands(low) else 0.0), (2 * limit if stands(high) else high)
         else:
-            low, high = bisect(holds, 0.85 * limit, 1.05 * limit, 1e-3)
-        words = f"{size[0]} bricks × {size[1]} courses"
-        rows.append(at_most(f"{words}: angle over its upper limit", high / limit, 1.0))
-        rows.append(at_most(f"{words}: relative distance below it", 1.0 - low / limit, 0.06))
-        rest = rest_of(tilted_wall(*size, low))
-        rested = rest is not None and rest.moved < MOVED
-        rows.append(true(f"{words}: rests at the lower angle", True, rested))
-        if rest is None:
+            low, high = bisect(stands, 0.85 * limit, 1.05 * limit, 1e-3)
+        name = f"{size[0]} bricks × {size[1]} courses"
+        rows.append(at_most(f"{name}: smallest angle of collapse / upper limit", high / limit, 1.0))
+        rows.append(at_most(f"{name}: 1 − largest stable angle / upper limit", 1.0 - low / limit,
+            0.06))  # fmt: skip
+        equilibrium = rest_of(tilted_wall(*size, low))
+        is_at_rest = equilibrium is not None and equilibrium.displacement < COLLAPSE
+        rows.append(yes_or_no(f"{name}: the wall is at rest at the largest stable angle", True,
+            is_at_rest))  # fmt: skip
+        if equilibrium is None:
             continue
-        turn = math.radians(low)
-        c, s = np.cos(turn), np.sin(turn)
-        draw_blocks(at, [p @ np.array([[c, -s], [s, c]]) for p in rest.polygons],
-                    [GROUND, *[STONE] * (len(rest.polygons) - 1)])  # fmt: skip
-        at.set_title(f"{words}: {low:.2f}°")
-    for at in axes:
-        bare(at)
+        tilt = math.radians(low)
+        c, s = np.cos(tilt), np.sin(tilt)
+        draw_blocks(axis, [p @ np.array([[c, -s], [s, c]]) for p in equilibrium.polygons],
+                    [GROUND, *[STONE] * (len(equilibrium.polygons) - 1)])  # fmt: skip
+        axis.set_title(f"{name}: {low:.2f}°")
+    for axis in axes:
+        bare(axis)
     return Outcome(rows, figure)

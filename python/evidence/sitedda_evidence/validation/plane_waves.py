@@ -14,8 +14,8 @@ from ..model import rectangle
 DENSITY, SPEED, POISSON = 2000.0, 200.0, 0.25  # kg/m³, m/s, -
 SPEEDS = np.array([np.sqrt(2 * (1 - POISSON) / (1 - 2 * POISSON)), 1.0]) * SPEED  # P, S
 AMPLITUDE = 1e-5  # m, amplitude with negligible effect on the geometry
-_LARGEST = 2 * np.sqrt(2)  # largest amplitude on the faces of a ridge over that of the wave
-_SHARP = 60  # number of steps per period of a wavelet
+_LARGEST = 2 * np.sqrt(2)  # largest amplitude on the faces of a ridge / amplitude of the wave
+_STEPS_PER_PERIOD = 60  # number of steps per period of a wavelet
 _BODY = "ground"
 
 
@@ -38,8 +38,8 @@ def _ricker_wavelet(frequency: float, time):
 
 @case(
     "Lamé's mode of a free square",
-    "A square of side a has a mode of pure shear along its diagonals, f = V_s/(√2 a), for any "
-    "Poisson's ratio, also near ½. The model is a body of n × n cells.",
+    "A square of side a has a mode of pure shear along its diagonals with f = V_s/(√2 a), for any "
+    "Poisson's ratio, even near ½. The model is a body of n × n cells.",
     "Lamé (1852); `docs/method.md`.",
 )
 def free_square(short: bool) -> Outcome:
@@ -49,12 +49,12 @@ def free_square(short: bool) -> Outcome:
     ratios = (POISSON, 0.4999)
     errors = np.array([[_lame_frequency(n, ratio) / exact - 1 for n in counts] for ratio in ratios])
     rows = [
-        relative(f"{counts[-1]} × {counts[-1]} cells, ν = {ratio:g}", exact,
+        relative(f"frequency, {counts[-1]} × {counts[-1]} cells, ν = {ratio:g}", exact,
                  exact * (1 + error[-1]), 0.003, "Hz")
         for ratio, error in zip(ratios, errors, strict=True)
     ]  # fmt: skip
     order = observed_order([1 / n for n in counts], np.abs(errors[1]))[-1]
-    rows.append(at_most("order of convergence, ν = 0.4999, below", 1.0 / order, 0.6))
+    rows.append(at_most("1 / order of convergence of the frequency, ν = 0.4999", 1.0 / order, 0.6))
     head = ["cells", *(f"error, ν = {ratio:g}" for ratio in ratios)]
     lines = [
         [f"{n} × {n}", *(f"{100 * e:.3f} %" for e in pair)]
@@ -64,7 +64,7 @@ def free_square(short: bool) -> Outcome:
     for ratio, error, color in zip(ratios, errors, (BLUE, RED), strict=True):
         axes.loglog(counts, np.abs(error), "o-", color=color, label=f"ν = {ratio:g}")
     axes.set(xlabel="cells along a side", ylabel="error of the frequency")
-    return Outcome(rows, figure, [Table("Cells do not lock", head, lines)])
+    return Outcome(rows, figure, [Table("Relative error of the frequency", head, lines)])
 
 
 def _lame_frequency(count: int, poisson: float) -> float:
@@ -74,13 +74,15 @@ def _lame_frequency(count: int, poisson: float) -> float:
     for j in range(count):
         for i in range(count):
             model.block(rectangle(i * side, j * side, side, side), body=_BODY)
-    found = modes(model, 12)
-    at = np.pi * (np.arange(count) + 0.5) / count  # centres of the cells
-    x, y = np.stack(np.meshgrid(at, at)).reshape(2, -1)
+    modes_found = modes(model, 12)
+    centres = np.pi * (np.arange(count) + 0.5) / count  # centres of the cells
+    x, y = np.stack(np.meshgrid(centres, centres)).reshape(2, -1)
     shape = np.stack([np.cos(x) * np.sin(y), -np.sin(x) * np.cos(y)], axis=-1)
-    moved = found.shapes[:, :, :2]
-    alike = abs(np.einsum("mba,ba->m", moved, shape)) / np.linalg.norm(moved, axis=(1, 2))
-    return float(found.frequency[np.argmax(alike)])
+    displacements = modes_found.shapes[:, :, :2]
+    similarity = abs(np.einsum("mba,ba->m", displacements, shape)) / np.linalg.norm(
+        displacements, axis=(1, 2)
+    )
+    return float(modes_found.frequency[np.argmax(similarity)])
 
 
 @case(
@@ -94,22 +96,33 @@ def ridge(short: bool) -> Outcome:
     """Check amplitudes at the crest and the faces of a ridge as high as a wavelength."""
     rows, series, lines = [], [], []
     for length, poisson in ((12, 0.25),) if short else ((12, 0.25), (12, 0.4), (24, 0.25)):
-        place, found, exact, crest = _run_ridge(length, poisson)
-        series.append((length, place, found, exact))
+        distance, computed, exact, crest = _run_ridge(length, poisson)
+        series.append((length, distance, computed, exact))
         label = f"λ = {length} cells, ν = {poisson:g}"
-        shares = crest / _LARGEST, abs(found - exact).max() / _LARGEST
-        lines.append([label, *(f"{share:.4f}" for share in shares)])
+        errors = crest / _LARGEST, abs(computed - exact).max() / _LARGEST
+        lines.append([label, *(f"{value:.4f}" for value in errors)])
         rows += [
-            at_most(f"{label}: crest over the largest amplitude", shares[0], 0.12),
-            at_most(f"{label}: face, largest error", shares[1], 0.03),
+            at_most(f"{label}: amplitude at the crest / largest amplitude", errors[0], 0.12),
+            at_most(f"{label}: largest error on the faces / largest amplitude", errors[1], 0.03),
         ]
     figure, (axes,) = canvas(1)
-    length, place, found, exact = series[0]
-    axes.plot(place / length, exact, color=BLUE, label="closed form")
-    axes.plot(place / length, found, "o", ms=4, color=RED, label=f"cells, λ = {length} of them")
-    axes.set(xlabel="distance from the crest (λ)", ylabel="amplitude over that of the wave")
-    head = ["prism", "crest", "face, largest error"]
-    return Outcome(rows, figure, [Table("Fractions of the largest amplitude", head, lines)])
+    length, distance, computed, exact = series[0]
+    axes.plot(distance / length, exact, color=BLUE, label="closed form")
+    axes.plot(distance / length, computed, "o", ms=4, color=RED,
+        label=f"computed, λ = {length} cells")  # fmt: skip
+    axes.set(xlabel="distance from the crest (λ)", ylabel="amplitude / amplitude of the wave")
+    head = ["wavelength", "crest", "largest error on the faces"]
+    return Outcome(
+        rows,
+        figure,
+        [
+            Table(
+                "Amplitude at the crest and largest error on the faces, / largest amplitude",
+                head,
+                lines,
+            )
+        ],
+    )
 
 
 def _run_ridge(length: int, poisson: float):
@@ -120,14 +133,14 @@ def _run_ridge(length: int, poisson: float):
     """
     frequency = SPEED / length
     delay = 1.5 / frequency + length / SPEED
-    step, duration = 1.0 / (_SHARP * frequency), 2 * delay + 3 * length / SPEED
+    step, duration = 1.0 / (_STEPS_PER_PERIOD * frequency), 2 * delay + 3 * length / SPEED
     model = _empty_model("ridge", poisson, time_step=step, duration=duration)
     time = np.arange(0.0, duration + step, step) - delay
 
-    def motion(name: str, before: float) -> None:
+    def motion(name: str, delay_of_edge: float) -> None:
         values = (
-            _ricker_wavelet(frequency, time + before)[1]
-            - _ricker_wavelet(frequency, time - before)[1]
+            _ricker_wavelet(frequency, time + delay_of_edge)[1]
+            - _ricker_wavelet(frequency, time - delay_of_edge)[1]
         )
         model.motion(name, values.tolist(), step, "acceleration", drift_order=0)
 
@@ -143,48 +156,49 @@ def _run_ridge(length: int, poisson: float):
         motion(f"up_{x}", x / SPEED)
     for i in range(-length, length):
         for x in (i, i + 1):
-            moved = {"motion_x": "across", "motion_y": f"up_{x}"}
-            model.fixed_point(float(x), -float(length), f"b_0_{i}", **moved)
+            motions = {"motion_x": "across", "motion_y": f"up_{x}"}
+            model.fixed_point(float(x), -float(length), f"b_0_{i}", **motions)
     for i in range(length):
         model.measured_point(f"p{i}", float(i), -float(i))
     history = model.run().history
     omega = 2 * np.pi * frequency - 2j / duration
     weight = np.exp(-1j * omega * history.time.values)
     wave = weight @ _ricker_wavelet(frequency, history.time.values - delay)[0]
-    moved = np.einsum("t,tpa->pa", weight, history.displacement.values) / wave
+    motions = np.einsum("t,tpa->pa", weight, history.displacement.values) / wave
     along = np.arange(length)
-    found = np.linalg.norm(abs(moved), axis=1)
+    computed = np.linalg.norm(abs(motions), axis=1)
     exact = _LARGEST * abs(np.sin(omega / SPEED * along))
-    return np.sqrt(2) * along[1:], found[1:], exact[1:], found[0]
+    return np.sqrt(2) * along[1:], computed[1:], exact[1:], computed[0]
 
 
 @case(
     "Oblique waves on dashpots",
-    "Fraction of the energy of plane P and S waves at 30° and 60° from the normal that dashpots "
-    "ρV_p and ρV_s reflect, ν = ¼, plane strain: reflected amplitudes follow from stress = dashpot "
-    "traction at the edge.",
+    "Dashpots ρV_p and ρV_s reflect a fraction of the energy of plane P and S waves, which arrive "
+    "at 30° and 60° from the normal (ν = ¼, plane strain). The reflected amplitudes follow from "
+    "stress = dashpot traction at the edge.",
     "Lysmer and Kuhlemeyer (1969); `docs/boundaries.md`.",
 )
 def oblique_waves(short: bool) -> Outcome:
     """Check reflections in periodic ground with motions at its top."""
-    asked = [(wave, angle) for wave in (0, 1) for angle in (30.0, 60.0)]
+    waves = [(wave, angle) for wave in (0, 1) for angle in (30.0, 60.0)]
     rows, lines = [], []
     for columns in (24,) if short else (24, 36):
-        found = _reflected_energies(columns, asked)
-        for (wave, angle), share in zip(asked, found, strict=True):
+        fractions = _reflected_energies(columns, waves)
+        for (wave, angle), fraction in zip(waves, fractions, strict=True):
             exact = reflected_energy(wave, angle)
-            label = f"{'PS'[wave]} at {angle:g}°, {columns} cells along the period"
-            rows.append(absolute(label, exact, share, 0.005))
-            lines.append([label, f"{exact:.4f}", f"{share:.4f}"])
+            label = f"{'PS'[wave]} wave at {angle:g}°, {columns} cells per period"
+            rows.append(absolute(f"reflected energy, {label}", exact, fraction, 0.005))
+            lines.append([label, f"{exact:.4f}", f"{fraction:.4f}"])
     angles = np.linspace(0.0, 80.0, 81)
     figure, (axes,) = canvas(1)
     for wave, color in ((0, BLUE), (1, RED)):
         curve = [reflected_energy(wave, angle) for angle in angles]
         axes.plot(angles, curve, color=color, label=f"{'PS'[wave]}, closed form")
-        axes.plot([30, 60], [r.got for r in rows[2 * wave : 2 * wave + 2]], "o", color=color)
-    axes.set(xlabel="angle from the normal (°)", ylabel="energy reflected", ylim=(0, 0.4))
-    head = ["wave", "closed form", "cells"]
-    return Outcome(rows, figure, [Table("Energy sent back", head, lines)])
+        axes.plot([30, 60], [r.computed for r in rows[2 * wave : 2 * wave + 2]], "o", color=color)
+    axes.set(xlabel="angle from the normal (°)", ylabel="reflected / incident energy",
+        ylim=(0, 0.4))  # fmt: skip
+    head = ["wave", "closed form", "computed"]
+    return Outcome(rows, figure, [Table("Reflected / incident energy", head, lines)])
 
 
 def reflected_energy(wave: int, angle: float) -> float:
@@ -199,14 +213,16 @@ def reflected_energy(wave: int, angle: float) -> float:
 
     def imbalance(kind: int, cosine: complex):
         # (stress on the edge y = 0 − traction of the dashpots) / −iω
-        way = np.array([slowness * speed[kind], cosine])
-        moved = way if kind == 0 else np.array([cosine, -way[0]])
-        strain = way * moved / speed[kind]
-        shear = (way[1] * moved[0] + way[0] * moved[1]) / speed[kind]
-        return np.array([np.dot(stiff[1], strain) - speed[0] * moved[1], shear - moved[0]])
+        direction = np.array([slowness * speed[kind], cosine])
+        polarisation = direction if kind == 0 else np.array([cosine, -direction[0]])
+        strain = direction * polarisation / speed[kind]
+        shear = (direction[1] * polarisation[0] + direction[0] * polarisation[1]) / speed[kind]
+        return np.array(
+            [np.dot(stiff[1], strain) - speed[0] * polarisation[1], shear - polarisation[0]]
+        )
 
-    back = np.column_stack([imbalance(kind, -normal[kind]) for kind in (0, 1)])
-    amplitude = np.linalg.solve(back, -imbalance(wave, normal[wave]))
+    matrix = np.column_stack([imbalance(kind, -normal[kind]) for kind in (0, 1)])
+    amplitude = np.linalg.solve(matrix, -imbalance(wave, normal[wave]))
     flux = speed * normal.real
     return float(abs(amplitude) ** 2 @ flux / flux[wave])
 
@@ -217,20 +233,20 @@ def _direction_cosines(slowness: float, speed) -> np.ndarray:
     return np.where(normal.imag > 0, -normal, normal)
 
 
-def _reflected_energies(columns: int, asked) -> list[float]:
+def _reflected_energies(columns: int, waves) -> list[float]:
     """Return the reflected energy fractions of waves in ground of period `columns` × 1 m."""
     number = 2 * np.pi / columns
-    rates = [number * SPEEDS[wave] / np.sin(np.radians(angle)) for wave, angle in asked]
+    rates = [number * SPEEDS[wave] / np.sin(np.radians(angle)) for wave, angle in waves]
     fields = [_displacement_field(columns, axis, number, rates) for axis in "xy"]
-    shares = []
-    for i, ((wave, _), rate) in enumerate(zip(asked, rates, strict=True)):
-        found = np.array([_wave_amplitudes(field[i], number, rate) for field in fields])
+    fractions = []
+    for i, ((wave, _), rate) in enumerate(zip(waves, rates, strict=True)):
+        amplitudes = np.array([_wave_amplitudes(field[i], number, rate) for field in fields])
         # The rows belong to the two runs; a matrix maps incident to reflected amplitudes.
-        come, back = found[:, :2].T, found[:, 2:].T
-        matrix = back @ np.linalg.inv(come)
+        incident, reflected = amplitudes[:, :2].T, amplitudes[:, 2:].T
+        matrix = reflected @ np.linalg.inv(incident)
         flux = SPEEDS * _direction_cosines(number / rate, SPEEDS).real
-        shares.append(float(abs(matrix[:, wave]) ** 2 @ flux / flux[wave]))
-    return shares
+        fractions.append(float(abs(matrix[:, wave]) ** 2 @ flux / flux[wave]))
+    return fractions
 
 
 def _wave_amplitudes(field, number: float, rate: float) -> np.ndarray:
@@ -240,10 +256,10 @@ def _wave_amplitudes(field, number: float, rate: float) -> np.ndarray:
     waves = []
     for sign in (-1, 1):
         for kind in (0, 1):
-            way = np.array([number * SPEEDS[kind] / rate, sign * cosine[kind]])
-            moved = way if kind == 0 else np.array([-way[1], way[0]])
-            phase = np.exp(-1j * rate / SPEEDS[kind] * way[1] * height)
-            waves.append(np.outer(phase, moved).ravel())
+            direction = np.array([number * SPEEDS[kind] / rate, sign * cosine[kind]])
+            polarisation = direction if kind == 0 else np.array([-direction[1], direction[0]])
+            phase = np.exp(-1j * rate / SPEEDS[kind] * direction[1] * height)
+            waves.append(np.outer(phase, polarisation).ravel())
     return np.linalg.lstsq(np.array(waves).T, field.ravel(), rcond=None)[0]
 
 
@@ -254,7 +270,7 @@ def _displacement_field(columns: int, axis: str, number: float, rates) -> list[n
     """
     rows = round(0.57 * columns)
     frequency = 0.5 * (min(rates) + max(rates)) / (2 * np.pi)
-    step = 2 * np.pi / max(rates) / (_SHARP // 2)
+    step = 2 * np.pi / max(rates) / (_STEPS_PER_PERIOD // 2)
     duration = 6 / frequency + 10 * rows / SPEED
     model = _empty_model("oblique", POISSON, time_step=step, duration=duration)
     for j in range(rows):
@@ -266,18 +282,18 @@ def _displacement_field(columns: int, axis: str, number: float, rates) -> list[n
         model.motion(f"m{i}", values.tolist(), step, "acceleration", drift_order=0)
     for i in range(columns):
         for x in (i, i + 1):
-            moved = {f"motion_{axis}": f"m{x}"}
-            model.fixed_point(float(x), float(rows), f"b_{rows - 1}_{i}", **moved)
+            motions = {f"motion_{axis}": f"m{x}"}
+            model.fixed_point(float(x), float(rows), f"b_{rows - 1}_{i}", **motions)
     rock = {"density": DENSITY, "pressure_velocity": SPEEDS[0], "shear_velocity": SPEEDS[1]}
     model.boundary("base", "viscous", side="bottom", **rock)
     model.boundary(kind="tied")
-    turn = np.exp(1j * number * (np.arange(columns) + 0.5)) / columns
-    found = np.zeros((len(rates), rows, 2), dtype=complex)
+    phase = np.exp(1j * number * (np.arange(columns) + 0.5)) / columns
+    transforms = np.zeros((len(rates), rows, 2), dtype=complex)
     with Simulation(model) as run:
-        first, done = run.coordinates[:, :2].copy(), False
-        while not done:
-            done = run.advance(1)
-            moved = (run.coordinates[:, :2] - first).reshape(rows, columns, 2)
-            part = np.einsum("jia,i->ja", moved, turn)
-            found += np.exp(-1j * np.array(rates) * run.time)[:, None, None] * part
-    return list(found)
+        first, at_end = run.coordinates[:, :2].copy(), False
+        while not at_end:
+            at_end = run.advance(1)
+            motions = (run.coordinates[:, :2] - first).reshape(rows, columns, 2)
+            harmonic = np.einsum("jia,i->ja", motions, phase)
+            transforms += np.exp(-1j * np.array(rates) * run.time)[:, None, None] * harmonic
+    return list(transforms)

@@ -10,7 +10,7 @@ from sitedda.report.style import BLUE, ORANGE, canvas
 from sitedda.stability.limits import limit_analysis
 from sitedda.stability.pushover import pushover
 
-from ..case import Outcome, absolute, at_most, case, curves, relative, true
+from ..case import Outcome, absolute, at_most, case, curves, relative, yes_or_no
 
 WIDTH, HEIGHT = 0.5, 2.0
 
@@ -30,39 +30,45 @@ def tower(friction=40.0) -> Model:
 
 
 @case(
-    "A block pushed until it topples, or slides",
-    "A rocking block turns about its corner: λ = tan(α − θ), tan α = b/h, decreases from b/h to 0. "
-    "With tan φ < b/h, it slides at λ = tan φ, and friction dissipates all work.",
+    "A block loaded until it topples or slides",
+    "If a block rotates by θ about its corner, λ = tan(α − θ) decreases from tan α = b/h to 0. If "
+    "tan φ < b/h, the block slides at λ = tan φ, and friction dissipates all work.",
     "Statics of a rigid block.",
 )
 def pushed_block(short: bool) -> Outcome:
     """Check peak, curve and verdict of each kind of load."""
-    rows, turn = [], np.linspace(0, 0.5, 5000)
-    way = -WIDTH / 2 * (np.cos(turn) - 1) + HEIGHT * np.sin(turn)
+    rows, rotation = [], np.linspace(0, 0.5, 5000)
+    displacement = -WIDTH / 2 * (np.cos(rotation) - 1) + HEIGHT * np.sin(rotation)
     pushes = [(load, sense) for load in ("horizontal", "tilt", "mode") for sense in (1, -1)]
     for load, sense in pushes:
-        found = pushover(tower(), "top", load=load, sense=sense, displacement=0.6, steps=60)
-        rocking, name = found.displacement > 1e-3, f"{load}, {sense:+d}"
-        angle = np.interp(found.displacement[rocking], way, turn)
+        curve = pushover(tower(), "top", load=load, sense=sense, displacement=0.6, steps=60)
+        rocking, name = curve.displacement > 1e-3, f"{load}, {sense:+d}"
+        angle = np.interp(curve.displacement[rocking], displacement, rotation)
         exact = np.tan(math.atan(WIDTH / HEIGHT) - angle)
         rows += [
-            relative(f"{name}: peak", WIDTH / HEIGHT, found.peak, 2e-3),
-            at_most(f"{name}: λ, largest error", abs(found.factor[rocking] - exact).max(), 1e-3),
-            true(f"{name}: topples", True, found.verdicts == ("stable", "topples")),
-            true(f"{name}: collapses", True, found.factor[-1] <= 0 and "collapse" in found.ending),
-            at_most(f"{name}: friction over work", abs(found.friction[-1] / found.work[-1]), 1e-4),
-        ]
-    slid, grip = pushover(tower(10.0), "top", displacement=0.2, steps=40), math.tan(math.pi / 18)
+            relative(f"{name}: largest λ", WIDTH / HEIGHT, curve.peak, 2e-3),
+            at_most(f"{name}: largest error of λ", abs(curve.factor[rocking] - exact).max(), 1e-3),
+            yes_or_no(f"{name}: the block topples", True, curve.verdicts == ("stable", "topples")),
+            yes_or_no(f"{name}: the curve ends with collapse", True,
+                curve.factor[-1] <= 0 and "collapse" in curve.ending),
+            at_most(f"{name}: work of friction / work", abs(curve.friction[-1] / curve.work[-1]),
+                1e-4),
+        ]  # fmt: skip
+    sliding, coefficient = (
+        pushover(tower(10.0), "top", displacement=0.2, steps=40),
+        math.tan(math.pi / 18),
+    )
     rows += [
-        relative("slides: peak", grip, slid.peak, 2e-3),
-        relative("slides: λ at the end", grip, slid.factor[-1], 2e-3),
-        relative("slides: friction over work", 1.0, slid.friction[-1] / slid.work[-1], 0.02),
-        true("slides in the direction of the load", True, slid.verdicts == ("stable", "slides")
-             and "target displacement" in slid.ending),
+        relative("sliding: largest λ", coefficient, sliding.peak, 2e-3),
+        relative("sliding: λ at the end", coefficient, sliding.factor[-1], 2e-3),
+        relative("sliding: work of friction / work", 1.0,
+                 sliding.friction[-1] / sliding.work[-1], 0.02),
+        yes_or_no("sliding: in the direction of the load up to the target", True,
+             sliding.verdicts == ("stable", "slides") and "target displacement" in sliding.ending),
     ]  # fmt: skip
-    lines = [(found.displacement, found.factor, {"color": BLUE, "label": "rocks"}),
-             (found.displacement[rocking], exact, {"color": ORANGE, "ls": "--", "label": "exact"}),
-             (slid.displacement, slid.factor, {"label": "slides"})]  # fmt: skip
+    lines = [(curve.displacement, curve.factor, {"color": BLUE, "label": "rocks"}),
+             (curve.displacement[rocking], exact, {"color": ORANGE, "ls": "--", "label": "exact"}),
+             (sliding.displacement, sliding.factor, {"label": "slides"})]  # fmt: skip
     return Outcome(rows, curves("displacement of the top (m)", "λ", *lines))
 
 
@@ -90,9 +96,9 @@ def random_wall(seed: int) -> Model:
 
 
 @case(
-    "Walls with openings, pushed past their peak",
-    "Random walls of two bonds with lintels and arches: the peak is between the limits of limit "
-    "analysis without and with dilation, within 2 %.",
+    "Pushover of walls with openings beyond the peak",
+    "Random walls have two bonds, lintels or arches. The largest load is between the limits of "
+    "limit analysis without and with dilation, within 2 %.",
     "`docs/stability.md`.",
 )
 def pushed_walls(short: bool) -> Outcome:
@@ -100,11 +106,12 @@ def pushed_walls(short: bool) -> Outcome:
     rows, (figure, axes) = [], canvas(2, size=(9.0, 3.4))
     for seed, axis in zip((2, 3), axes, strict=True):
         model = random_wall(seed)
-        limits, found = limit_analysis(model), pushover(model, "top", displacement=0.02, steps=40)
+        limits, curve = limit_analysis(model), pushover(model, "top", displacement=0.02, steps=40)
         low, high = limits.lower.factor, limits.upper.factor
         middle, half = 0.5 * (0.98 * low + 1.02 * high), 0.5 * (1.02 * high - 0.98 * low)
-        rows.append(absolute(f"wall {seed}: peak, within the limits", middle, found.peak, half))
-        axis.plot(found.displacement, found.factor)
+        rows.append(absolute(f"wall {seed}: largest λ between both limits, ± 2 %", middle,
+            curve.peak, half))  # fmt: skip
+        axis.plot(curve.displacement, curve.factor)
         axis.axhspan(low, high, alpha=0.2)
         axis.set(xlabel="displacement of the top (m)", ylabel="λ", title=f"wall {seed}")
     return Outcome(rows, figure)

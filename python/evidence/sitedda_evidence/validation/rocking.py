@@ -8,7 +8,7 @@ from sitedda.report.style import BLUE, COLORS, GROUND, INK, RED, STONE, bare, ca
 from sitedda.stability import bisect
 
 from .. import model as nml
-from ..case import Outcome, Table, at_most, case, convergence, relative, true
+from ..case import Outcome, Table, at_most, case, convergence, relative, yes_or_no
 
 WIDTH, HEIGHT, DENSITY = 0.5, 2.0, 2500.0  # m, m, kg/m³
 SLENDER = np.arctan2(WIDTH, HEIGHT)  # Housner's α
@@ -68,9 +68,9 @@ def _integrate_rocking(t, duration, state, sign, base, step):
     """Return the solution (scipy) from a state at time t to impact, overturning or the end."""
 
     def rates(time, z):
-        away = SLENDER * sign - z[0]
-        push = base(time) / nml.GRAVITY
-        return [z[1], -(RATE**2) * (np.sin(away) + push * np.cos(away))]
+        angle = SLENDER * sign - z[0]
+        ratio = base(time) / nml.GRAVITY
+        return [z[1], -(RATE**2) * (np.sin(angle) + ratio * np.cos(angle))]
 
     def impact(_, z):
         return z[0] * sign
@@ -94,63 +94,65 @@ def _find_uplift(t, duration, base, step):
 
 
 def tower_text(
-    time_step, duration, angle=0.0, base=None, penalty=PENALTY, sampled=2e-3,
-    size=(WIDTH, HEIGHT), modulus=nml.STIFF, restitution=None, **more,
+    time_step, duration, angle=0.0, base=None, penalty=PENALTY, interval=2e-3,
+    size=(WIDTH, HEIGHT), modulus=nml.STIFF, restitution=None, **variables,
 ) -> str:  # fmt: skip
     """Return a block on a stiff base; the acceleration of the base (m/s²) acts as body force."""
     width, height = size
     body = nml.rectangle(-0.5 * width, 0.0, width, height)
     if angle:
-        body = nml.turned(body, -angle, (0.5 * width, 0.0))
+        body = nml.rotated(body, -angle, (0.5 * width, 0.0))
     shaking = ""
     if base is not None:
-        times = np.arange(0.0, duration + sampled, sampled)
-        shaking = nml.motion("shaking", [*np.trim_zeros(list(map(base, times)), "b"), 0.0], sampled)
-    moved = {"base_motion_x": "shaking" if shaking else None}
-    more = {"max_displacement_ratio": 0.01} | moved | more
+        times = np.arange(0.0, duration + interval, interval)
+        shaking = nml.motion(
+            "shaking", [*np.trim_zeros(list(map(base, times)), "b"), 0.0], interval
+        )
+    motion = {"base_motion_x": "shaking" if shaking else None}
+    variables = {"max_displacement_ratio": 0.01} | motion | variables
     return nml.text(
-        nml.control(time_step, round(duration / time_step), **more),
+        nml.control(time_step, round(duration / time_step), **variables),
         nml.contact(penalty),
         nml.material("stiff", DENSITY, modulus),
         nml.joint("rough", 75.0, restitution=restitution),
         shaking,
-        nml.held("base", nml.rectangle(-3, -0.5, 6, 0.5), "stiff"),
+        nml.fixed_block("base", nml.rectangle(-3, -0.5, 6, 0.5), "stiff"),
         nml.block("tower", body, "stiff"),
     )
 
 
-def run_tower(text: str, angle=0.0, every=1, limit=0.5 * np.pi - 0.3):
+def run_tower(text: str, angle=0.0, interval=1, limit=0.5 * np.pi - 0.3):
     """Run a rocking block until it has turned by a limit (rad), at which it has overturned.
 
     Returns
     -------
     time, angle : ndarray
-        s and rad, clockwise, `every` n-th step.
+        s and rad, clockwise, every `interval` steps.
     energies : dict
         Energies at the end, J/m.
     """
-    time, turn = [0.0], [angle]
+    time, angles = [0.0], [angle]
     with nml.simulation(text) as tower:
-        while not tower.done and abs(turn[-1]) < limit:
-            tower.advance(every)
+        while not tower.done and abs(angles[-1]) < limit:
+            tower.advance(interval)
             time.append(tower.time)
-            turn.append(angle - tower.coordinates[1, 2])
-        return np.array(time), np.array(turn), tower.energies
+            angles.append(angle - tower.coordinates[1, 2])
+        return np.array(time), np.array(angles), tower.energies
 
 
 def _run_audited(time_step, duration, angle=0.0, base=None, penalty=PENALTY):
-    """Run a rocking block; return time (s), angle (rad, clockwise) and audit residual over work."""
+    """Run a rocking block; return time (s), angle (rad, clockwise) and energy residual / work."""
     text = tower_text(time_step, duration, angle, base, penalty)
-    time, turn, energies = run_tower(text, angle, max(1, round(5e-4 / time_step)))
+    time, angles, energies = run_tower(text, angle, max(1, round(5e-4 / time_step)))
     work = max(abs(energies["gravity"]), abs(energies["input"]), DENSITY * WIDTH * HEIGHT * 1e-2)
-    return time, turn, abs(energies["balance"]) / work
+    return time, angles, abs(energies["balance"]) / work
 
 
 @case(
     "Rocking block: free decay with impacts",
-    "p² = 3g/4R, θ'' = −p² sin(α sgn θ − θ); an impact multiplies the angular velocity by "
-    "1 − 1.5 sin² α. A block of 0.5 m x 2 m is released at 0.6 α, with a penalty of 1e14 N/m and "
-    "Δt 0.1 ms, so an impact ends within a step.",
+    "The equation of motion is θ'' = −p² sin(α sgn θ − θ), p² = 3g/4R. An impact multiplies the"
+    " angular velocity by 1 − 1.5 sin² α. A block of 0.5 m x 2 m is released at 0.6 α. With a"
+    " penalty of 1e14 N/m and Δt 0.1 ms, an impact ends within a step.",
     "Housner (1963), Bull. Seism. Soc. Am. 53(2).",
 )
 def rocking_decay(short: bool) -> Outcome:
@@ -160,31 +162,33 @@ def rocking_decay(short: bool) -> Outcome:
     steps = (1e-4,) if short else (5e-4, 2e-4, 1e-4, 5e-5, 2.5e-5)
     runs = {dt: _run_audited(dt, duration, angle) for dt in steps}
     errors = []
-    for run_time, turn, *_ in runs.values():
-        until = run_time <= impacts[2]
-        difference = turn[until] - np.interp(run_time[until], time, theory)
+    for run_time, angles, *_ in runs.values():
+        is_compared = run_time <= impacts[2]
+        difference = angles[is_compared] - np.interp(run_time[is_compared], time, theory)
         errors.append(np.abs(difference).max() / angle)
     run = runs[1e-4]
-    third = zero_times(run[0], run[1])
-    label = "angle until the third impact, largest error over the first amplitude, Δt 0.1 ms"
+    impact_times = zero_times(run[0], run[1])
+    label = "largest error of the angle until the third impact / initial angle, Δt 0.1 ms"
     rows = [
         at_most(label, errors[steps.index(1e-4)], 1e-2),
-        *(relative(f"time of impact {i + 1}", impacts[i], third[i], 1e-2, "s") for i in range(3)),
-        relative(
-            "ratio of angular velocities at the first impact", RATIO, _velocity_ratio(run), 1e-2
+        *(
+            relative(f"time of impact {i + 1}", impacts[i], impact_times[i], 1e-2, "s")
+            for i in range(3)
         ),
-        at_most("audit", run[2], 1e-6),
-    ]
-    words = "Largest error of the angle until the third impact by Δt."
-    tables = [] if short else [convergence(words, "Δt (s)", steps, errors)]
+        relative("ratio of angular velocities at the first impact", RATIO, _velocity_ratio(run),
+            1e-2),
+        at_most("energy residual / work", run[2], 1e-6),
+    ]  # fmt: skip
+    title = "Largest relative error of the angle until the third impact for several Δt."
+    tables = [] if short else [convergence(title, "Δt (s)", steps, errors)]
     return Outcome(rows, _draw_decay(run, time, theory, impacts), tables)
 
 
 def zero_times(time, angle) -> list[float]:
     """Return the times at which the angle changes its sign, s."""
-    at = np.flatnonzero(angle[1:] * angle[:-1] < 0)
-    share = angle[at] / (angle[at] - angle[at + 1])
-    return list(time[at] + share * (time[at + 1] - time[at]))
+    index = np.flatnonzero(angle[1:] * angle[:-1] < 0)
+    fraction = angle[index] / (angle[index] - angle[index + 1])
+    return list(time[index] + fraction * (time[index + 1] - time[index]))
 
 
 def _velocity_ratio(run) -> float:
@@ -193,9 +197,9 @@ def _velocity_ratio(run) -> float:
     Between impacts, θ'²/2 = p² [cos(α − θmax) − cos α] in the upright position.
     """
     time, angle = run[:2]
-    first, second = zero_times(time, angle)[:2]
-    after = np.abs(angle[(time > first) & (time < second)]).max()
-    energy = np.cos(SLENDER - np.array([angle[0], after])) - np.cos(SLENDER)
+    first_impact, second_impact = zero_times(time, angle)[:2]
+    amplitude = np.abs(angle[(time > first_impact) & (time < second_impact)]).max()
+    energy = np.cos(SLENDER - np.array([angle[0], amplitude])) - np.cos(SLENDER)
     return float(np.sqrt(energy[1] / energy[0]))
 
 
@@ -203,12 +207,12 @@ def _draw_decay(run, time, theory, impacts):
     figure, (left, right) = canvas(width_ratios=[1, 3])
     draw_blocks(left, [nml.rectangle(-1, -0.2, 2, 0.2)], GROUND)
     block = nml.rectangle(-WIDTH / 2, 0, WIDTH, HEIGHT)
-    draw_blocks(left, [nml.turned(block, -theory[0], (WIDTH / 2, 0))], STONE)
+    draw_blocks(left, [nml.rotated(block, -theory[0], (WIDTH / 2, 0))], STONE)
     bare(left)
     right.plot(time, theory / SLENDER, color=INK, lw=3, alpha=0.3, label="Housner")
     right.plot(run[0], run[1] / SLENDER, color=BLUE, lw=1, label="engine, Δt 0.1 ms")
-    for at in impacts[:3]:
-        right.axvline(at, color="0.75", lw=0.8)
+    for impact_time in impacts[:3]:
+        right.axvline(impact_time, color="0.75", lw=0.8)
     right.set(xlabel="time (s)", ylabel="θ / α", title="lines: first three impacts")
     return figure
 
@@ -226,7 +230,7 @@ def rocking_onset(short: bool) -> Outcome:
     def base(t):
         return max(0.0, slope * (t - 1.0))
 
-    last, time, force = 0.0, [], []
+    lift_off, time, force = 0.0, [], []
     with nml.simulation(tower_text(2e-3, duration, 0.0, base)) as tower:
         owner = np.repeat(np.arange(2), [len(p) for p in tower.polygons])
         left_corner = int(np.flatnonzero(owner == 1)[0])
@@ -234,13 +238,13 @@ def rocking_onset(short: bool) -> Outcome:
             tower.advance()
             pressing = _corner_forces(tower.contacts, left_corner)
             if len(pressing) == 2:
-                last = tower.time
+                lift_off = tower.time
             time.append(tower.time)
             force.append([pressing.get(left_corner, 0.0), pressing.get(left_corner + 1, 0.0)])
         audit = abs(tower.energies["balance"] / tower.energies["input"])
     limit = nml.GRAVITY * np.tan(SLENDER)
-    rows = [relative("acceleration at uplift", limit, base(last), 5e-3, "m/s²")]
-    rows.append(at_most("audit", audit, 1e-6))
+    rows = [relative("acceleration of the base at uplift", limit, base(lift_off), 5e-3, "m/s²")]
+    rows.append(at_most("energy residual / input work", audit, 1e-6))
     figure, (axes,) = canvas(1, size=(8, 4))
     for side, label in enumerate(("left corner", "right corner")):
         pushed, kilonewtons = [base(t) for t in time], 1e-3 * np.array(force)[:, side]
@@ -253,38 +257,41 @@ def rocking_onset(short: bool) -> Outcome:
 
 def _corner_forces(contacts, first_corner) -> dict[int, float]:
     """Return the normal force (N/m) of each lower corner that is closed, by its vertex."""
-    found: dict[int, float] = {}
+    forces: dict[int, float] = {}
     columns = (contacts[name] for name in ("vertex", "normal_force", "state"))
     for vertex, force, state in zip(*columns, strict=True):
         if state and vertex in (first_corner, first_corner + 1):
-            found[int(vertex)] = float(force)
-    return found
+            forces[int(vertex)] = float(force)
+    return forces
 
 
 @case(
     "Rocking block: overturning under one sine cycle",
-    "One cycle a sin(ω t) of base acceleration at ω/p = 2, 3, 4 and 5: smallest amplitude that "
-    "overturns the block by Housner's equation (scipy, bisection to 0.1 %). In the engine, it must "
-    "stand 5 % below and fall 5 % above this amplitude (penalty 1e13 N/m, Δt 0.2 ms).",
+    "The base acceleration is one cycle a sin(ω t) with ω/p = 2, 3, 4 and 5. The limit amplitude"
+    " is the smallest that overturns the block by Housner's equation (scipy, bisection to 0.1 %)."
+    " In the engine, the block must stand 5 % below and fall 5 % above it (penalty 1e13 N/m, Δt"
+    " 0.2 ms).",
     "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5).",
 )
 def overturning(short: bool) -> Outcome:
     """Check both sides of the overturning boundary."""
     ratios = (3.0,) if short else (2.0, 3.0, 4.0, 5.0)
-    rows, drawn = [], []
+    rows, histories = [], []
     for ratio in ratios:
         limit = _overturning_amplitude(ratio)
         for side, falls in ((0.95, False), (1.05, True)):
             base, duration = _sine_cycle(side * limit, ratio)
             run = _run_audited(2e-4, duration, 0.0, base, 1e13)
             fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
-            over = f"{side:g} of the limit {limit / nml.GRAVITY:.3f} g"
-            rows.append(true(f"ω/p {ratio:g}, {over}: it overturns", falls, fell))
-            rows.append(at_most(f"audit, ω/p {ratio:g}, {side:g}", run[2], 1e-6))
-            drawn.append((ratio, side, run, housner(duration, 0.0, base)))
-        limit_row = limit / (nml.GRAVITY * np.tan(SLENDER))
-        rows.append(at_most(f"limit at ω/p {ratio:g} over g tan α (shown)", limit_row, None))
-    return Outcome(rows, _draw_overturning(drawn, len(ratios)))
+            factor_text = f"{side:g} × the limit amplitude {limit / nml.GRAVITY:.3f} g"
+            rows.append(yes_or_no(f"overturns at ω/p = {ratio:g}, {factor_text}", falls, fell))
+            rows.append(at_most(f"energy residual / work, ω/p = {ratio:g}, {side:g} × the limit",
+                run[2], 1e-6))  # fmt: skip
+            histories.append((ratio, side, run, housner(duration, 0.0, base)))
+        relative_limit = limit / (nml.GRAVITY * np.tan(SLENDER))
+        rows.append(at_most(f"limit amplitude / (g tan α) at ω/p = {ratio:g} (not checked)",
+            relative_limit, None))  # fmt: skip
+    return Outcome(rows, _draw_overturning(histories, len(ratios)))
 
 
 def _sine_cycle(amplitude, ratio):
@@ -313,14 +320,14 @@ def _overturning_amplitude(ratio) -> float:
     return 0.5 * sum(bisect(lambda a: _is_overturned(a, ratio), high, high / 1.04, 1e-3))
 
 
-def _draw_overturning(drawn, columns):
+def _draw_overturning(histories, columns):
     figure, axes = canvas(columns, 2, size=(max(6, 3.2 * columns), 5.5))
-    for i, (ratio, side, run, theory) in enumerate(drawn):
-        one = axes[i // 2 + (i % 2) * columns]
-        one.plot(theory[0], theory[1] / SLENDER, color=INK, lw=3, alpha=0.3, label="Housner")
-        one.plot(run[0], run[1] / SLENDER, color=RED if side > 1 else BLUE, lw=1, label="engine")
-        one.set(title=f"ω/p {ratio:g}, {side:g} of the limit", ylim=(-4, 4))
-        one.set(xlabel="time (s)", ylabel="θ / α")
+    for i, (ratio, side, run, theory) in enumerate(histories):
+        axis = axes[i // 2 + (i % 2) * columns]
+        axis.plot(theory[0], theory[1] / SLENDER, color=INK, lw=3, alpha=0.3, label="Housner")
+        axis.plot(run[0], run[1] / SLENDER, color=RED if side > 1 else BLUE, lw=1, label="engine")
+        axis.set(title=f"ω/p {ratio:g}, {side:g} of the limit", ylim=(-4, 4))
+        axis.set(xlabel="time (s)", ylabel="θ / α")
     return figure
 
 
@@ -339,16 +346,16 @@ def pulse_duration(width: float, height: float, acceleration: float) -> float:
         Acceleration of the floor, above g tan α, m/s².
     """
     slender, rate = _slenderness(width, height)
-    share = acceleration / nml.GRAVITY
-    last = slender - np.arcsin(np.sin(slender) - (1 - np.cos(slender)) / share)
+    ratio = acceleration / nml.GRAVITY
+    final_angle = slender - np.arcsin(np.sin(slender) - (1 - np.cos(slender)) / ratio)
 
     def time_per_root(root):  # θ = root², because θ' starts as √θ
         angle = max(root, 1e-6) ** 2
         half, mean = np.sin(angle / 2), slender - angle / 2
-        energy = 2 * half * (share * np.cos(mean) - np.sin(mean))  # avoids cancellation
+        energy = 2 * half * (ratio * np.cos(mean) - np.sin(mean))  # avoids cancellation
         return 2 * np.sqrt(angle / (2 * energy))
 
-    return quad(time_per_root, 0.0, np.sqrt(last))[0] / rate
+    return quad(time_per_root, 0.0, np.sqrt(final_angle))[0] / rate
 
 
 def housner_duration(width: float, height: float, acceleration: float) -> float:
@@ -363,62 +370,67 @@ def _slenderness(width, height):
     return np.arctan2(width, height), np.sqrt(1.5 * nml.GRAVITY / np.hypot(width, height))
 
 
-def pulse_text(width, height, pulse, way, time_step, duration, **more) -> str:
+def pulse_text(width, height, pulse, loading, time_step, duration, **variables) -> str:
     """Return a stiff block under a rectangular pulse (m/s², s) of the floor or as body force.
 
     The pulse has two samples; it may end within a time step.
     """
     acceleration, lasts = pulse
     base = nml.rectangle(-3, -0.5, 6, 0.5)
-    more["base_motion_x"] = "pulse" if way == "body force" else None
+    variables["base_motion_x"] = "pulse" if loading == "body force" else None
     return nml.text(
-        nml.control(time_step, round(duration / time_step), **more),
+        nml.control(time_step, round(duration / time_step), **variables),
         nml.contact(1e12),
         nml.material("stiff", DENSITY, nml.STIFF),
         nml.joint("rough", 75.0),
         nml.motion("pulse", [acceleration, acceleration], lasts),
-        nml.held("base", base, "stiff", motion_x="pulse" if way == "floor" else None),
+        nml.fixed_block("base", base, "stiff", motion_x="pulse" if loading == "floor" else None),
         nml.block("tower", nml.rectangle(-0.5 * width, 0.0, width, height), "stiff"),
     )
 
 
-def pulse_limit(width, height, acceleration, way, time_step=1e-3, share=5e-4, **more):
+def pulse_limit(width, height, acceleration, loading, time_step=1e-3, tolerance=5e-4, **options):
     """Return the shortest pulse (s) that overturns the block, and the largest energy residual.
 
     Bisection starts between 0.9 and 1.1 of :func:`pulse_duration` and ends at a relative width of
-    `share`.  The duration is NaN if the block overturns at 0.9 or does not at 1.1.
+    `tolerance`.  The duration is NaN if the block overturns at 0.9 or does not at 1.1.
     """
     expected = pulse_duration(width, height, acceleration)
     low, high = 0.9 * expected, 1.1 * expected
     slender, rate = _slenderness(width, height)
     audits = []
 
-    def falls(lasts):
-        pulse, duration = (acceleration, lasts), lasts + 12 / rate
-        text = pulse_text(width, height, pulse, way, time_step, duration, **more)
+    def falls(pulse_length):
+        pulse, duration = (acceleration, pulse_length), pulse_length + 12 / rate
+        text = pulse_text(width, height, pulse, loading, time_step, duration, **options)
         with nml.simulation(text) as tower:
             while not tower.done:
                 tower.advance(20)
-                turn = abs(tower.coordinates[1, 2])
-                late = tower.time - lasts
-                if turn > 1.3 * slender and late > 0 or turn < 0.2 * slender and late > 0.5 / rate:
+                rotation = abs(tower.coordinates[1, 2])
+                time_after_pulse = tower.time - pulse_length
+                if (
+                    rotation > 1.3 * slender
+                    and time_after_pulse > 0
+                    or rotation < 0.2 * slender
+                    and time_after_pulse > 0.5 / rate
+                ):
                     break
             energies = tower.energies
         audits.append(abs(energies["balance"]) / abs(energies["input"]))
-        return turn > slender
+        return rotation > slender
 
     if falls(low) or not falls(high):
         return np.nan, max(audits)
-    limit = 0.5 * sum(bisect(falls, high, low, share))
+    limit = 0.5 * sum(bisect(falls, high, low, tolerance))
     return limit, max(audits)
 
 
 @case(
     "Rocking block: overturning under a rectangular pulse",
-    "Shortest pulse of 1.5 or 3 g tan α that overturns a block, as motion of the floor and as body "
-    "force in the frame of the floor. The energy integral of the rocking equation yields this "
-    "duration; Housner's linear equation for slender blocks is cosh pt = 1 + 1/(2q(q − 1)) with "
-    "q = a/(g tan α). Δt 1 ms, duration bisected to 0.05 %.",
+    "A pulse of 1.5 or 3 g tan α acts as motion of the floor or as body force in the frame of the"
+    " floor. The energy integral of the rocking equation yields the shortest duration that"
+    " overturns the block. Housner's linear equation for slender blocks is cosh pt = 1 + 1/(2q(q −"
+    " 1)) with q = a/(g tan α). Δt is 1 ms; durations are bisected to 0.05 %.",
     "Housner (1963); Zhang & Makris (2001), J. Eng. Mech. 127(5).",
 )
 def pulses(short: bool) -> Outcome:
@@ -431,27 +443,35 @@ def pulses(short: bool) -> Outcome:
             acceleration = ratio * nml.GRAVITY * np.tan(slender)
             exact = pulse_duration(width, height, acceleration)
             linear = housner_duration(width, height, acceleration)
-            (floor, audit), (force, other) = (
-                pulse_limit(width, height, acceleration, way) for way in ("floor", "body force")
+            (floor, audit), (force, audit_of_force) = (
+                pulse_limit(width, height, acceleration, loading)
+                for loading in ("floor", "body force")
             )
-            label = f"α {slender:.3f}, {ratio:g} g tan α"
-            rows.append(relative(f"{label}: duration, moving floor", exact, floor, 5e-3, "s"))
-            rows.append(relative(f"{label}: duration, body force", floor, force, 5e-3, "s"))
+            label = f"α = {slender:.3f}, a = {ratio:g} g tan α"
+            rows.append(relative(f"{label}: shortest pulse, moving floor", exact, floor, 5e-3, "s"))
+            rows.append(relative(f"{label}: shortest pulse, body force; expected: moving floor",
+                floor, force, 5e-3, "s"))  # fmt: skip
             if slender <= 0.15:
-                rows.append(relative(f"{label}: Housner's equation", linear, floor, 1e-2, "s"))
-            rows.append(at_most(f"{label}: audit", max(audit, other), 1e-6))
+                rows.append(relative(f"{label}: shortest pulse, moving floor; expected: Housner",
+                    linear, floor, 1e-2, "s"))  # fmt: skip
+            rows.append(at_most(f"{label}: energy residual / input work",
+                max(audit, audit_of_force), 1e-6))  # fmt: skip
             table.append((f"{slender:.3f}", ratio, exact, linear, floor, force))
     heads = ("α", "a/(g tan α)", "exact (s)", "Housner (s)", "floor (s)", "body force (s)")
-    return Outcome(rows, _draw_pulse_durations(table), [Table("Least durations.", heads, table)])
+    return Outcome(
+        rows,
+        _draw_pulse_durations(table),
+        [Table("Shortest pulses that overturn the block.", heads, table)],
+    )
 
 
 def _draw_pulse_durations(table):
     figure, (axes,) = canvas(1, size=(8, 4))
-    place = np.arange(len(table))
+    abscissa = np.arange(len(table))
     exact = np.array([row[2] for row in table])
     for column, label, color in ((3, "Housner", INK), (4, "floor", RED), (5, "body force", BLUE)):
         error = 100 * (np.array([row[column] for row in table]) / exact - 1)
-        axes.plot(place, error, "o", color=color, label=label, fillstyle="none")
-    axes.set_xticks(place, [f"{row[0]}\n{row[1]:g}" for row in table])
-    axes.set(xlabel="α, a/(g tan α)", ylabel="duration, to the rocking equation (%)")
+        axes.plot(abscissa, error, "o", color=color, label=label, fillstyle="none")
+    axes.set_xticks(abscissa, [f"{row[0]}\n{row[1]:g}" for row in table])
+    axes.set(xlabel="α, a/(g tan α)", ylabel="difference from the rocking equation (%)")
     return figure

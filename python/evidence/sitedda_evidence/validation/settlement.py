@@ -21,123 +21,128 @@ PENALTIES = (1 / 25, 1.0, 40.0, 300.0)  # penalties over E × 1 m
 
 @case(
     "Walls of 50, 200 and 1000 blocks under sudden gravity",
-    "All potentials of the scheme are convex and friction only dissipates, so kinetic plus "
-    "potential energy never exceeds its initial value at any Δt and penalty. The scale is the work "
-    "of gravity, at least its work on an elastic settlement of all blocks; the audit residual is "
-    "compared with the work done.",
+    "All potentials of the scheme are convex and friction only dissipates. Kinetic plus potential "
+    "energy therefore never exceeds its initial value, for any Δt and penalty. The energy scale is "
+    "the work of gravity, at least its work on an elastic settlement of all blocks.",
     "`docs/method.md`.",
 )
 def settlement(short: bool) -> Outcome:
     """Check energy gain and audit residual of walls for several Δt and penalties."""
     sizes = (50,) if short else tuple(WALLS)
     penalties = PENALTIES[::3] if short else PENALTIES
-    found = {
+    walls = {
         key: _run_wall(*key, steps=40 if key[0] == 1000 and key[2] > 1e-4 else 200)
         for key in product(sizes, penalties, TIME_STEPS)
     }
-    refused = [
-        f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in found.items() if run.trouble
+    failures = [
+        f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in walls.items() if run.message
     ]
     rows = [
-        at_most("; ".join(["runs in which a step does not converge", *refused]), len(refused), 0)
-    ]
+        at_most("; ".join(["number of runs in which a step does not converge", *failures]),
+            len(failures), 0),
+    ]  # fmt: skip
     for size in sizes:
-        mine = {key: value for key, value in found.items() if key[0] == size}
+        same_size = {key: value for key, value in walls.items() if key[0] == size}
         for name, index in (
-            ("energy gain over its scale", 0),
-            ("audit residual over work done", 1),
+            ("energy gain / energy scale", 0),
+            ("energy residual / work of gravity", 1),
         ):
-            worst = max(mine, key=lambda key, index=index, mine=mine: mine[key][index])
-            where = f"worst at Δt {worst[2]:g} s, {worst[1]:g} E"
-            rows.append(at_most(f"{size} blocks: {name}, {where}", mine[worst][index], 1e-6))
+            worst = max(
+                same_size, key=lambda key, index=index, same_size=same_size: same_size[key][index]
+            )
+            settings = f"largest at Δt = {worst[2]:g} s, penalty {worst[1]:g} E"
+            rows.append(at_most(f"{size} blocks: {name}, {settings}", same_size[worst][index],
+                1e-6))  # fmt: skip
     tables = [
         Table(
-            "Largest energy gain over the scale | audit residual over the work done | "
-            "most open–close iterations in a step.",
+            "Largest energy gain / energy scale, energy residual / work of gravity, and number of "
+            "open–close iterations in a step.",
             ("blocks", "penalty / E", "Δt (s)", "gain", "residual", "iterations"),
-            [(*key, *value[:3]) for key, value in found.items()],
+            [(*key, *value[:3]) for key, value in walls.items()],
         )
     ]
-    return Outcome(rows, _draw_energies(found, sizes), tables)
+    return Outcome(rows, _draw_energies(walls, sizes), tables)
 
 
-def wall_text(size: int, penalty: float, time_step: float, steps: int, **more) -> str:
-    """Return a running-bond wall of about `size` blocks; `more` are variables of ``&control``."""
+def wall_text(size: int, penalty: float, time_step: float, steps: int, **variables) -> str:
+    """Return a running-bond wall of about `size` blocks; `variables` are those of ``&control``."""
     bricks, courses = WALLS[size]
     return nml.text(
-        nml.control(time_step, steps, **more),
+        nml.control(time_step, steps, **variables),
         nml.contact(penalty * YOUNG),
         nml.material("base", DENSITY, nml.STIFF),
         nml.material("stone", DENSITY, YOUNG, 0.2),
         nml.joint("dry", 35.0),
-        nml.held("base", nml.rectangle(-1, -1, bricks * BRICK[0] + 2, 1), "base"),
+        nml.fixed_block("base", nml.rectangle(-1, -1, bricks * BRICK[0] + 2, 1), "base"),
         nml.group("wall", name="brick", material="stone", brick_length=BRICK[0],
                   brick_height=BRICK[1], bricks=bricks, courses=courses),
     )  # fmt: skip
 
 
-class Settled(NamedTuple):
-    """Energies of a wall, over a scale of energy, and its final state."""
+class SettledWall(NamedTuple):
+    """Energies of a wall / energy scale, and its final state."""
 
-    gain: float  # largest increase of the energy since the start, over the scale
-    residual: float  # largest residual of the energy budget over the work
+    gain: float  # largest increase of the energy since the start, / energy scale
+    residual: float  # largest residual of the energy budget / work
     iterations: int  # largest number per step
     time: np.ndarray  # s
-    total: np.ndarray  # change of the energy since the start, over the scale
+    total: np.ndarray  # change of the energy since the start / energy scale
     picture: list[np.ndarray]  # polygons at the end, m
-    trouble: str  # error of the engine if a step does not converge
+    message: str  # error of the engine if a step does not converge
 
 
-def _run_wall(size: int, penalty: float, time_step: float, steps: int) -> Settled:
+def _run_wall(size: int, penalty: float, time_step: float, steps: int) -> SettledWall:
     """Run a wall under gravity with a penalty (over E) and a time step (s)."""
     courses = WALLS[size][1]
     with nml.simulation(wall_text(size, penalty, time_step, steps)) as wall:
         time, total, work, balance, iterations = [0.0], [0.0], [0.0], [0.0], 0
         blocks = len(wall.block_names) - 1
-        trouble = ""
+        message = ""
         try:
             while not wall.done:
                 wall.advance()
                 energies = wall.energies
                 time.append(wall.time)
-                total.append(nml.gained(energies))
+                total.append(nml.energy_gain(energies))
                 work.append(abs(energies["gravity"]))
                 balance.append(abs(energies["balance"]))
                 iterations = max(iterations, wall.iterations)
         except ConvergenceError as error:
-            trouble = str(error)
+            message = str(error)
         picture = wall.polygons
     weight = DENSITY * nml.GRAVITY * BRICK[0] * BRICK[1]
     column = weight * courses  # load on a brick of the lowest course, N/m
     elastic = blocks * weight * column * (0.5 / (penalty * YOUNG) + 0.5 / YOUNG)
     scale = max(max(work), elastic)
-    above = np.array(total) / scale
-    rest = max(balance) / max(max(work), elastic * 1e-12)
-    return Settled(above.max(), rest, iterations, np.array(time), above, picture, trouble)
+    relative = np.array(total) / scale
+    residual = max(balance) / max(max(work), elastic * 1e-12)
+    return SettledWall(
+        relative.max(), residual, iterations, np.array(time), relative, picture, message
+    )
 
 
-def _draw_energies(found, sizes):
+def _draw_energies(walls, sizes):
     figure, axes = canvas(3, size=(13, 4.2), width_ratios=[1, 1.3, 1.3])
     size = sizes[-1]
-    picture = found[size, PENALTIES[0], 1e-3].picture
+    picture = walls[size, PENALTIES[0], 1e-3].picture
     draw_blocks(axes[0], picture, [GROUND, *[STONE] * (len(picture) - 1)], lw=0.3)
     axes[0].set_title(f"{size} blocks")
     bare(axes[0])
     penalty = PENALTIES[-1]
     for time_step, color in zip(TIME_STEPS, COLORS, strict=False):
-        run = found[size, penalty, time_step]
+        run = walls[size, penalty, time_step]
         axes[1].semilogx(run.time[1:], run.total[1:], color=color, label=f"Δt {time_step:g} s")
     axes[1].axhline(0, color=RED, lw=0.8, ls="--")
     axes[1].set(
         xlabel="time (s)",
-        ylabel="energy gain / scale",
+        ylabel="energy gain / energy scale",
         title=f"{size} blocks, penalty {penalty:g} E",
     )
-    gain = [max(run.gain, 1e-20) for run in found.values()]
-    rest = [max(run.residual, 1e-20) for run in found.values()]
-    axes[2].semilogy(rest, "o", ms=4, color=BLUE, label="audit residual / work done")
-    axes[2].semilogy(gain, "s", ms=4, mfc="none", color="0.4", label="energy gain / scale")
+    gain = [max(run.gain, 1e-20) for run in walls.values()]
+    residuals = [max(run.residual, 1e-20) for run in walls.values()]
+    axes[2].semilogy(residuals, "o", ms=4, color=BLUE, label="energy residual / work of gravity")
+    axes[2].semilogy(gain, "s", ms=4, mfc="none", color="0.4", label="energy gain / energy scale")
     axes[2].axhline(1e-6, color=RED, lw=1, ls="--", label="allowed")
-    axes[2].set(xlabel="run", title=f"all {len(found)} runs (0 gain shown as 1e-20)")
+    axes[2].set(xlabel="run", title=f"all {len(walls)} runs (0 gain shown as 1e-20)")
     axes[2].legend(frameon=False, fontsize=8, loc="center right")
     return figure

@@ -14,7 +14,7 @@ from sitedda.report.style import BLUE, RED, STONE, canvas
 from sitedda.stability import bisect, mechanism, safety
 from sitedda.stability.strength import released
 
-from ..case import Outcome, Table, at_most, case, relative, true
+from ..case import Outcome, Table, at_most, case, relative, yes_or_no
 from ..model import GRAVITY, rectangle
 
 LIMIT = 0.785544  # limiting tan φ of the 16 blocks
@@ -66,13 +66,13 @@ class Rest(NamedTuple):
 
     forces: dict[tuple[int, int], float]  # normal force between two blocks, N/m
     polygons: list[np.ndarray]
-    moved: float  # largest displacement of a vertex, m
+    displacement: float  # largest displacement of a vertex, m
 
 
 def rest_of(model: Model) -> Rest | None:
     """Add a static stage to a model and return its equilibrium; None if there is none."""
-    with released(model, 1.0, None, 1.0, 1) as first:  # the undeformed model
-        starts = first.polygons
+    with released(model, 1.0, None, 1.0, 1) as undeformed:  # the undeformed model
+        starts = undeformed.polygons
     model.stage(name="rest", kind="static")
     try:
         with Simulation(model) as simulation:
@@ -86,47 +86,53 @@ def rest_of(model: Model) -> Rest | None:
     ):
         pair = tuple(sorted((int(owner[v]), int(owner[e]))))
         forces[pair] = forces.get(pair, 0.0) + float(force)
-    moved = max(abs(p - q).max() for p, q in zip(polygons, starts, strict=True))
-    return Rest(forces, polygons, float(moved))
+    displacement = max(abs(p - q).max() for p, q in zip(polygons, starts, strict=True))
+    return Rest(forces, polygons, float(displacement))
 
 
 @case(
     "Goodman and Bray's toppling slope of 16 blocks",
-    "Limit equilibrium from block to block, downwards: a toppling block needs `P_{n-1} = "
-    "[P_n (M_n - Δx tan φ) + ½ W (y sin α - Δx cos α)]/L_n`, a sliding one `P_{n-1} = P_n - "
-    "W (cos α tan φ - sin α)/(1 - tan²φ)`, the larger acts. The slope of Δx 10 m, steps of 1 m on "
-    "planes at 30° needs tan φ = 0.785544; blocks 16–14 are then stable, 13–4 topple, 3–1 slide; "
-    "with tan φ = 0.65 a horizontal bolt of 2013 kN/m at block 1 holds it.",
+    "Limit equilibrium from block to block, downwards: toppling requires the support `P_{n-1} = "
+    "[P_n (M_n - Δx tan φ) + ½ W (y sin α - Δx cos α)]/L_n`, sliding requires `P_{n-1} = P_n - "
+    "W (cos α tan φ - sin α)/(1 - tan²φ)`; the larger force acts. A slope with Δx = 10 m and steps "
+    "of 1 m on planes at 30° requires tan φ = 0.785544. Then blocks 16–14 are stable, 13–4 topple "
+    "and 3–1 slide. With tan φ = 0.65, stability requires a horizontal bolt force of 2013 kN/m at "
+    "block 1.",
     "Goodman and Bray (1976), Toppling of rock slopes.",
 )
 def goodman_bray_case(short: bool) -> Outcome:
     """Check limit, forces, modes and bolt force."""
     rows = [
-        true("stands at tan φ 1 % above the limit", True, is_stable(goodman_bray(1.01 * LIMIT))),
-        true("stands at tan φ 1 % below the limit", False, is_stable(goodman_bray(0.99 * LIMIT))),
-    ]
-    found = safety(goodman_bray(LIMIT), tolerance=0.02 if short else 1e-3)
+        yes_or_no("the slope stands with tan φ 1 % above the limit", True,
+            is_stable(goodman_bray(1.01 * LIMIT))),
+        yes_or_no("the slope stands with tan φ 1 % below the limit", False,
+            is_stable(goodman_bray(0.99 * LIMIT))),
+    ]  # fmt: skip
+    result = safety(goodman_bray(LIMIT), tolerance=0.02 if short else 1e-3)
     at_limit = rest_of(goodman_bray(LIMIT * 1.001))
     if not short:
-        rows.append(relative("factor of safety at the limit", 1.0, found.factor, 0.01))
+        rows.append(relative("factor of safety at the limit", 1.0, result.factor, 0.01))
     for n, force in zip(range(13, 1, -1), FORCES, strict=True):
-        got = at_limit.forces.get((n - 1, n), 0.0) / 1e3 if at_limit else np.nan
-        rows.append(relative(f"force from block {n} to {n - 1}", force, got, 0.05, "kN/m"))
-    modes = found.mechanism.verdicts[1:]
-    wrong = sum(a != b for a, b in zip(modes, MODES, strict=True))
-    rows.append(at_most("blocks whose mode differs from the published one", wrong, 0))
+        computed = at_limit.forces.get((n - 1, n), 0.0) / 1e3 if at_limit else np.nan
+        rows.append(relative(f"normal force between blocks {n} and {n - 1}", force, computed, 0.05,
+            "kN/m"))  # fmt: skip
+    modes = result.mechanism.verdicts[1:]
+    differences = sum(a != b for a, b in zip(modes, MODES, strict=True))
+    rows.append(at_most("number of blocks whose mode differs from the published mode", differences,
+        0))  # fmt: skip
     if not short:
-        ends = bisect(lambda bolt: is_stable(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
-        rows.append(relative("bolt force at tan φ 0.65", 2013.0, sum(ends) / 2e3, 0.02, "kN/m"))
+        bracket = bisect(lambda bolt: is_stable(goodman_bray(0.65, bolt)), 2.5e6, 1.5e6, 1e-3)
+        rows.append(relative("smallest bolt force, tan φ = 0.65", 2013.0, sum(bracket) / 2e3, 0.02,
+            "kN/m"))  # fmt: skip
     figure, axes = canvas(1, size=(9, 4))
-    found.mechanism.draw(axes[0])
+    result.mechanism.draw(axes[0])
     return Outcome(rows, figure)
 
 
 def is_stable(model: Model, allowed: float = 0.1) -> bool:
     """Return whether a model is in equilibrium and no vertex has moved by `allowed`, m."""
-    rest = rest_of(model)
-    return rest is not None and rest.moved < allowed
+    equilibrium = rest_of(model)
+    return equilibrium is not None and equilibrium.displacement < allowed
 
 
 def single_block(friction: float, slope: float, width: float, height: float) -> Model:
@@ -170,42 +176,45 @@ def limit_verdict(friction: float, slope: float, width: float, height: float):
 
 @case(
     "A block on a slope: stable, slides or topples",
-    "With tan δ = b/h: stable for φ > α and δ > α; slides for φ < α and φ < δ; else topples. "
-    "Random φ and α of 5 … 60°, δ of 8 … 70°.",
+    "With tan δ = b/h, the block is stable if φ > α and δ > α, and slides if φ < α and φ < δ. "
+    "Otherwise it topples. Random φ and α are from 5 to 60°, δ from 8 to 70°.",
     "Goodman and Bray (1976); Sagaseta (1986) for φ < α.",
 )
 def single_block_case(short: bool) -> Outcome:
     """Check the verdicts on random blocks and on published examples."""
     random = np.random.default_rng(17)
-    tried = []
+    trials = []
     for _ in range(12 if short else 200):
         friction, slope = random.uniform(5.0, 60.0, 2)
         angle = math.radians(random.uniform(8.0, 70.0))
-        given = (friction, slope, 10.0, 10.0 / math.tan(angle))
-        expected, margin = limit_verdict(*given)
-        got = mechanism(single_block(*given)).verdicts[1]
-        tried.append((friction, slope, math.degrees(angle), expected, got, margin))
-    wrong = [one for one in tried if one[3] != one[4]]
-    rows = [at_most("wrong verdicts beyond 1 % from a limit", sum(w[5] > 0.01 for w in wrong), 0)]
-    for given, expected in (
+        block = (friction, slope, 10.0, 10.0 / math.tan(angle))
+        expected, margin = limit_verdict(*block)
+        computed = mechanism(single_block(*block)).verdicts[1]
+        trials.append((friction, slope, math.degrees(angle), expected, computed, margin))
+    errors = [trial for trial in trials if trial[3] != trial[4]]
+    rows = [
+        at_most("number of wrong verdicts more than 1 % from a limit",
+            sum(w[5] > 0.01 for w in errors), 0),
+    ]  # fmt: skip
+    for block, expected in (
         ((40.1, 40.0, 10.0, 10.0), "stable"),
         ((20.0, 40.0, 10.0, 5.0), "slides"),
         ((40.0, 40.0, 10.0, 25.0), "topples"),
     ):
-        got = mechanism(single_block(*given)).verdicts[1]
-        rows.append(true(f"{given[0]:g}° on {given[1]:g}°, height {given[3]:g} m: {expected}",
-                         True, got == expected))  # fmt: skip
+        computed = mechanism(single_block(*block)).verdicts[1]
+        rows.append(yes_or_no(f"φ = {block[0]:g}°, slope {block[1]:g}°, height {block[3]:g} m:"
+            f" {expected}", True, computed == expected))  # fmt: skip
     figure, axes = canvas(1, size=(5.6, 4.6))
     for verdict, color in (("stable", STONE), ("slides", BLUE), ("topples", RED)):
-        mine = np.array([one[:3] for one in tried if one[4] == verdict]).reshape(-1, 3)
-        axes[0].plot(mine[:, 0] - mine[:, 1], mine[:, 2] - mine[:, 1], "o", ms=4, mec="0.3",
+        points = np.array([trial[:3] for trial in trials if trial[4] == verdict]).reshape(-1, 3)
+        axes[0].plot(points[:, 0] - points[:, 1], points[:, 2] - points[:, 1], "o", ms=4, mec="0.3",
                      mew=0.3, color=color, label=verdict)  # fmt: skip
     axes[0].axhline(0.0, color="0.6", lw=0.8)
     axes[0].axvline(0.0, color="0.6", lw=0.8)
     axes[0].set(xlabel="φ − α (°)", ylabel="δ − α (°)")
-    words = "Wrong verdicts, all close to a limit" if wrong else "No wrong verdict"
-    head = ("φ (°)", "α (°)", "δ (°)", "expected", "got", "from the limit")
-    return Outcome(rows, figure, [Table(words, head, wrong)])
+    title = "Wrong verdicts" if errors else "No wrong verdict"
+    head = ("φ (°)", "α (°)", "δ (°)", "expected", "computed", "distance from the limit")
+    return Outcome(rows, figure, [Table(title, head, errors)])
 
 
 def wet_wedge(friction: float, head: float) -> Model:
@@ -225,8 +234,8 @@ def wet_wedge(friction: float, head: float) -> Model:
     corners = [toe, (toe[0], -12.0), (25.0, -12.0), (25.0, top[1]), top, foot]
     model.block(np.array(corners), name="base")
     model.block(block, name="block")
-    for place in ((25.0, -12.0), (25.0, top[1]), (toe[0], -12.0)):
-        model.fixed_point(*place, "base")
+    for position in ((25.0, -12.0), (25.0, top[1]), (toe[0], -12.0)):
+        model.fixed_point(*position, "base")
     if head > 0.0:
         level = foot[1] + head
         model.water(along=[*top, *foot, 0.0, 0.0], head=[level, level, 0.0])
@@ -235,10 +244,10 @@ def wet_wedge(friction: float, head: float) -> Model:
 
 def wet_factor(friction: float, head: float) -> float:
     """Return the exact factor of safety, (W cos ψ − U − V sin ψ) tan φ/(W sin ψ + V cos ψ)."""
-    dip, uplift, push = math.radians(35.0), 0.5 * WATER * head * WET_LENGTH, 0.5 * WATER * head**2
-    hold = WET_WEIGHT * math.cos(dip) - uplift - push * math.sin(dip)
-    drive = WET_WEIGHT * math.sin(dip) + push * math.cos(dip)
-    return hold * math.tan(math.radians(friction)) / drive
+    dip, uplift, thrust = math.radians(35.0), 0.5 * WATER * head * WET_LENGTH, 0.5 * WATER * head**2
+    resistance = WET_WEIGHT * math.cos(dip) - uplift - thrust * math.sin(dip)
+    load = WET_WEIGHT * math.sin(dip) + thrust * math.cos(dip)
+    return resistance * math.tan(math.radians(friction)) / load
 
 
 WATER, WET_WEIGHT = 9810.0, 2.5e6  # unit weight of water (N/m³), weight of the block (N/m)
@@ -248,25 +257,26 @@ WET_LENGTH = 0.8e6 / (WATER * WET_HEAD)  # length A of the plane, m: U = ½ γ z
 
 @case(
     "A block on a plane with water in and under it",
-    "FS = (W cos ψ - U - V sin ψ) tan φ/(W sin ψ + V cos ψ), ψ 35°, W 2.5, U 0.4, V 0.2 MN/m: "
-    "0.9596 at φ 45° (dry 1.428), 0.5540 at 30°, by strength reduction; and the head in the crack "
-    "at which FS = 1 for φ 45°.",
+    "The factor of safety is (W cos ψ - U - V sin ψ) tan φ/(W sin ψ + V cos ψ). With ψ = 35°, W ="
+    " 2.5 MN/m, uplift U = 0.4 MN/m and thrust V = 0.2 MN/m, it is 0.9596 for φ = 45° (dry 1.428)"
+    " and 0.5540 for φ = 30°. Also computed is the head in the crack at which it is 1 for φ = 45°.",
     "Hoek and Bray (1981), Rock slope engineering.",
 )
 def wet_wedge_case(short: bool) -> Outcome:
-    """Check factors of safety and the limiting head."""
+    """Check factors of safety and the limit of the head."""
     rows = []
-    tried = ((45.0, WET_HEAD), (45.0, 0.0), (30.0, WET_HEAD))
-    for friction, head in tried[:1] if short else tried:
-        found = safety(wet_wedge(friction, head), tolerance=2e-3 if short else 2e-4)
+    cases = ((45.0, WET_HEAD), (45.0, 0.0), (30.0, WET_HEAD))
+    for friction, head in cases[:1] if short else cases:
+        result = safety(wet_wedge(friction, head), tolerance=2e-3 if short else 2e-4)
         expected = wet_factor(friction, head)
-        words = f"factor of safety, φ {friction:g}°, {'wet' if head else 'dry'}"
-        rows.append(relative(words, expected, found.factor, 0.005))
+        label = f"factor of safety, φ = {friction:g}°, {'wet' if head else 'dry'}"
+        rows.append(relative(label, expected, result.factor, 0.005))
     limit = bisect(lambda z: wet_factor(45.0, z) > 1.0, 1.0, 8.0, 1e-9)[0]
-    ends = bisect(lambda z: is_stable(wet_wedge(45.0, z)), 5.0, 7.0, 4e-3 if short else 1e-4)
-    rows.append(relative("limiting head at φ 45°", limit, sum(ends) / 2, 0.005, "m"))
+    bracket = bisect(lambda z: is_stable(wet_wedge(45.0, z)), 5.0, 7.0, 4e-3 if short else 1e-4)
+    rows.append(relative("limit of the water head in the crack, φ = 45°", limit, sum(bracket) / 2,
+        0.005, "m"))  # fmt: skip
     figure, axes = canvas(1, size=(6, 4))
-    found.mechanism.draw(axes[0])
+    result.mechanism.draw(axes[0])
     return Outcome(rows, figure)
 
 
@@ -275,7 +285,7 @@ def bolted_block(force: float, angle: float) -> Model:
 
     The angle (degrees) is that between bolt and plane; the axes are those of the plane.
     """
-    dip, turn = math.radians(40.0), math.radians(angle)
+    dip, radians = math.radians(40.0), math.radians(angle)
     model = Model("Bolted block", time_step=1e-3)
     model.control(gravity=(10.0 * math.sin(dip), -10.0 * math.cos(dip)))
     model.contact(normal_stiffness=1e10, shear_ratio=1.0)
@@ -289,7 +299,7 @@ def bolted_block(force: float, angle: float) -> Model:
     for x in (-20.0, -16.0):
         model.fixed_point(x, 0.5, "wall")
     head = np.array([2.0, 0.3])
-    foot = head - 18.5 * np.array([math.cos(turn), math.sin(turn)])
+    foot = head - 18.5 * np.array([math.cos(radians), math.sin(radians)])
     model.bolt("bolt", head, foot, "block", "base" if angle else "wall", axial_stiffness=1e3,
                pretension=force, yield_force=force)  # fmt: skip
     return model
@@ -297,27 +307,30 @@ def bolted_block(force: float, angle: float) -> Model:
 
 @case(
     "The smallest bolt force that holds a block on a plane",
-    "T = W (sin α - cos α tan φ)/(cos ε + sin ε tan φ) at an angle ε to the plane; W 100 kN/m, α "
-    "40°, φ 30°: 20.0512 kN/m at ε = 0, and the minimum, 17.3648 kN/m, at ε = φ.",
+    "The smallest force at an angle ε to the plane is T = W (sin α - cos α tan φ)/(cos ε + sin ε "
+    "tan φ). With W = 100 kN/m, α = 40° and φ = 30° it is 20.0512 kN/m at ε = 0. Its minimum is "
+    "17.3648 kN/m at ε = φ.",
     "Statics.",
 )
 def bolted_block_case(short: bool) -> Outcome:
     """Check the required force at several angles, and the angle of the smallest force."""
     dip, tangent = math.radians(40.0), math.tan(math.radians(30.0))
     angles = (0.0, 30.0) if short else (0.0, 10.0, 20.0, 26.0, 30.0, 34.0, 40.0, 50.0)
-    rows, got = [], []
+    rows, forces = [], []
     for angle in angles:
-        turn = math.radians(angle)
+        radians = math.radians(angle)
         expected = 100.0 * (math.sin(dip) - math.cos(dip) * tangent)
-        expected /= math.cos(turn) + math.sin(turn) * tangent
-        ends = bisect(lambda force, angle=angle: is_stable(bolted_block(force, angle)), 25e3, 15e3,
-                      4e-3 if short else 1e-4)  # fmt: skip
-        got.append(sum(ends) / 2e3)
-        rows.append(relative(f"force at ε {angle:g}°", expected, got[-1], 0.005, "kN/m"))
-    least = angles[int(np.argmin(got))]
-    rows.append(at_most("angle of the smallest force minus φ", abs(least - 30.0), 0.0, "°"))
+        expected /= math.cos(radians) + math.sin(radians) * tangent
+        bracket = bisect(lambda force, angle=angle: is_stable(bolted_block(force, angle)), 25e3,
+                         15e3, 4e-3 if short else 1e-4)  # fmt: skip
+        forces.append(sum(bracket) / 2e3)
+        rows.append(relative(f"smallest bolt force, ε = {angle:g}°", expected, forces[-1], 0.005,
+            "kN/m"))  # fmt: skip
+    best_angle = angles[int(np.argmin(forces))]
+    rows.append(at_most("|ε − φ| at the minimum of the bolt force", abs(best_angle - 30.0), 0.0,
+        "°"))  # fmt: skip
     figure, axes = canvas(1, size=(5.6, 3.6))
-    axes[0].plot(angles, got, "o-", color=BLUE)
+    axes[0].plot(angles, forces, "o-", color=BLUE)
     axes[0].axvline(30.0, color=RED, lw=0.8, ls="--")
     axes[0].set(xlabel="angle to the plane (°)", ylabel="smallest force (kN/m)")
     return Outcome(rows, figure)

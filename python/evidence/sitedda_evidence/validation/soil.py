@@ -52,8 +52,8 @@ def shaken_column(ground, cells, soil, integration="midpoint", height=20.0, time
         model.block(vertices=corners, body="column", name=f"c{i}")
         for x in (0, size):
             for y in (low, high):
-                way = {"motion_x": "ground"} if y == 0 else {"direction": "y"}
-                model.fixed_point(x=x, y=y, block=f"c{i}", **way)
+                support = {"motion_x": "ground"} if y == 0 else {"direction": "y"}
+                model.fixed_point(x=x, y=y, block=f"c{i}", **support)
     for name, i, y in (("top", cells - 1, height), ("base", 0, 0.0)):
         model.measured_point(name=name, x=size / 2, y=y, block=f"c{i}")
     return model
@@ -83,69 +83,73 @@ def hold_sheared(model, values):
 
 @case(
     "Loops of a block of hysteretic soil",
-    "A hyperbola with Masing's rules: D = (2/π)[2(1 + 1/x)(1 − ln(1 + x)/x) − 1] at x = γ/γ_r. MKZ "
-    "with β 1.4 and s 0.8: G/G_max of its curve, D by quadrature.",
+    "A hyperbola with Masing's rules has the damping ratio D = (2/π)[2(1 + 1/x)(1 − ln(1 + x)/x) − "
+    "1] at x = γ/γ_r. For MKZ with β = 1.4 and s = 0.8, G/G_max follows from its curve and D from "
+    "quadrature.",
     "Masing (1926); Matasović and Vucetic (1993).",
 )
 def hysteretic_loops(short: bool) -> Outcome:
     """Check the damping of the second of two cycles, and the secant modulus."""
     rows, lines = [], []
     for x in (0.3, 1.0, 3.0):
-        lost = sheared_block(x * REFERENCE, MASING).run().history.energy_plastic.values
-        whole = 2 * np.pi * SHEAR / (1 + x) * (x * REFERENCE) ** 2
-        wanted = 200 / np.pi * (2 * (1 + 1 / x) * (1 - np.log(1 + x) / x) - 1)
-        found = 100 * (lost[-1] - lost[-401]) / whole
-        rows.append(absolute(f"hyperbola, x = {x:g}: damping", wanted, found, 0.4, "%"))
+        dissipated = sheared_block(x * REFERENCE, MASING).run().history.energy_plastic.values
+        elastic = 2 * np.pi * SHEAR / (1 + x) * (x * REFERENCE) ** 2
+        expected = 200 / np.pi * (2 * (1 + 1 / x) * (1 - np.log(1 + x) / x) - 1)
+        computed = 100 * (dissipated[-1] - dissipated[-401]) / elastic
+        rows.append(absolute(f"hyperbola, x = {x:g}: damping ratio", expected, computed, 0.4, "%"))
     for strain, reduction, damping in BACKBONE:
         model = sheared_block(strain, MKZ)
         model.output(block_interval=4)
         history = model.run().history
         stress = history.block_stress.sel(component="xy").values[:, 0]
-        most, lost = np.abs(stress).max(), history.energy_plastic.values
-        found = 100 * (lost[-1] - lost[-401]) / (2 * np.pi * most * strain)
-        secant = most / (SHEAR * strain)
+        peak, dissipated = np.abs(stress).max(), history.energy_plastic.values
+        computed = 100 * (dissipated[-1] - dissipated[-401]) / (2 * np.pi * peak * strain)
+        secant = peak / (SHEAR * strain)
         rows.append(relative(f"MKZ, γ = {strain:g}: G/G_max", reduction, secant, 1e-3))
-        rows.append(absolute(f"MKZ, γ = {strain:g}: damping", damping, found, 0.03, "%"))
+        rows.append(absolute(f"MKZ, γ = {strain:g}: damping ratio", damping, computed, 0.03, "%"))
         time = history.frame_time.values / 4.0
-        lines.append((np.sin(2 * np.pi * time), stress / most, {"label": f"γ = {strain:g}"}))
-    return Outcome(rows, curves("strain over the largest", "stress over the largest", *lines))
+        lines.append((np.sin(2 * np.pi * time), stress / peak, {"label": f"γ = {strain:g}"}))
+    return Outcome(rows, curves("strain / largest strain", "stress / largest stress", *lines))
 
 
 @case(
     "A simple wave through soil that softens",
-    "In a simple wave, the strain x γ_r of a hyperbola has the velocity v = c₀γ_r ln(1 + x) and "
-    "travels at c₀/(1 + x), so a pulse steepens behind its peak.",
+    "In a simple wave through soil with a hyperbolic curve, the strain x γ_r has the particle "
+    "velocity c₀γ_r ln(1 + x) and the wave velocity c₀/(1 + x). A pulse therefore steepens behind "
+    "its peak.",
     "Characteristics of the wave equation with a tangent modulus G₀/(1 + x)².",
 )
 def simple_wave(short: bool) -> Outcome:
     """Check the strain after 20 m in cells in pure shear."""
     rows, lines = [], []
     for x, cells, height in WAVES:
-        time, strain, wanted = travelled(x, cells, height)
-        rows.append(relative(f"largest strain, x = {x:.3g}", x, strain.max(), 5e-3))
-        worst = np.abs(strain - wanted).max() / x
-        rows.append(at_most(f"difference at any time, x = {x:.3g}", worst, 0.015))
-        lines += [(time, strain, {"color": BLUE, "label": "cells"}),
-                  (time, wanted, {"color": ORANGE, "ls": "--", "label": "exact"})]  # fmt: skip
-    return Outcome(rows, curves("time (s)", "strain over γ_r, after 20 m", *lines))
+        time, strain, exact = strain_history(x, cells, height)
+        rows.append(relative(f"largest strain / γ_r after 20 m, x = {x:.3g}", x, strain.max(),
+            5e-3))  # fmt: skip
+        worst = np.abs(strain - exact).max() / x
+        rows.append(at_most(f"largest error of the strain at any time / peak, x = {x:.3g}", worst,
+            0.015))  # fmt: skip
+        lines += [(time, strain, {"color": BLUE, "label": "computed"}),
+                  (time, exact, {"color": ORANGE, "ls": "--", "label": "exact"})]  # fmt: skip
+    return Outcome(rows, curves("time (s)", "strain / γ_r after 20 m", *lines))
 
 
-def travelled(x: float, cells: int, height: float):
-    """Return times (s), and computed and exact strains over γ_r after 20 m."""
+def strain_history(x: float, cells: int, height: float):
+    """Return times (s), and computed and exact strains / γ_r after 20 m."""
     speed, reference, rise, step = 300.0, 1e-3, 0.04, 5e-4
-    until = 20.0 / speed * (1 + x) + 1.1 * rise
-    time = step * np.arange(round(until / step) + 1)
+    duration = 20.0 / speed * (1 + x) + 1.1 * rise
+    time = step * np.arange(round(duration / step) + 1)
     wave = np.where(time < rise, 1 - np.cos(2 * np.pi * time / rise), 0.0) / rise
     soil = MASING | {"reference_strain": reference, "branches": 150}
-    pushed = speed * reference * np.log(1 + x) * wave
-    model = shaken_column(pushed, cells, soil, height=height, time_step=step)
+    ground_motion = speed * reference * np.log(1 + x) * wave
+    model = shaken_column(ground_motion, cells, soil, height=height, time_step=step)
     size = height / cells
-    first = round(20.0 / size)
-    for i in (first, first + 1):
-        model.measured_point(name=f"p{i}", x=size / 2, y=i * size, block=f"c{first}")
+    cell = round(20.0 / size)
+    for i in (cell, cell + 1):
+        model.measured_point(name=f"p{i}", x=size / 2, y=i * size, block=f"c{cell}")
     u = model.run().history.displacement.sel(axis="x").values
     strain = np.abs(u[:, -1] - u[:, -2]) / (size * reference)
     fine = np.linspace(0, rise, 2001)
     strains = (1 + x) ** (fine / rise - np.sin(2 * np.pi * fine / rise) / (2 * np.pi)) - 1
-    arrival = fine + (first + 0.5) * size * (1 + strains) / speed
+    arrival = fine + (cell + 0.5) * size * (1 + strains) / speed
     return time, strain, np.interp(time, arrival, strains, left=0.0)

@@ -9,8 +9,8 @@ from sitedda.facade.model import Model
 from sitedda.report.style import BLUE, GROUND, RED, STONE, bare, canvas, draw_blocks
 from sitedda.stability import bisect, limit_analysis
 
-from ..case import Outcome, Table, at_most, case, relative, true
-from ..model import GRAVITY, STIFF, rectangle, turned
+from ..case import Outcome, Table, at_most, case, relative, yes_or_no
+from ..model import GRAVITY, STIFF, rectangle, rotated
 from .slopes import goodman_bray
 
 DENSITY = 2500.0  # kg/m³
@@ -64,80 +64,80 @@ def _directions(angle: np.ndarray) -> np.ndarray:
 
 
 @case(
-    "Thickness at which a semicircular arch falls",
-    "Limit analysis (linprog, no tension, friction 60°) of the same straight voussoirs yields "
-    "the smallest thickness over the radius of the centre line. In the engine, the arch must stand "
-    "3 % above it and fall 3 % below. The limit of the continuum is t/R = 0.1075.",
+    "Smallest thickness of a semicircular arch",
+    "Limit analysis (linprog, no tension, friction 60°) of the same straight voussoirs yields the "
+    "smallest ratio t/R of thickness to radius of the centre line. In the engine, the arch must "
+    "stand 3 % above this limit and fall 3 % below. The limit of the continuum is t/R = 0.1075.",
     "Heyman (1969), Int. J. Mech. Sci. 11; Livesley (1978); Makris & Alexakis (2013) for 0.1075.",
 )
 def arch(short: bool) -> Outcome:
     """Check arches of 15 and 27 voussoirs, 3 % above and below the limit."""
-    rows, lines, drawn = [], [], []
+    rows, lines, pictures = [], [], []
     for count in (15,) if short else (15, 27):
         limit = _bisect_limit(lambda t, n=count: has_equilibrium(half_circle(n, t)), 0.05, 0.2)
         lines.append((count, limit, 0.1075, limit / 0.1075 - 1))
         for side, falls in ((1.03, False), (0.97, True)):
-            found = _run_arch(count, side * limit)
-            label = f"{count} voussoirs, {side:g} of the limit t/R = {limit:.5f}: it falls"
-            rows.append(true(label, falls, found["fell"]))
-            label = f"{count} voussoirs, {side:g}: audit residual over the work of gravity"
-            rows.append(at_most(label, found["audit"], 1e-6))
+            result = _run_arch(count, side * limit)
+            label = f"{count} voussoirs, {side:g} × the limit t/R = {limit:.5f}: the arch falls"
+            rows.append(yes_or_no(label, falls, result["falls"]))
+            label = f"{count} voussoirs, {side:g} × the limit: energy residual / work of gravity"
+            rows.append(at_most(label, result["audit"], 1e-6))
             if not falls:
-                label = f"{count} voussoirs, {side:g}: kinetic energy at the end over m g R"
-                rows.append(at_most(label, found["kinetic"], 1e-9))
-            drawn.append((f"{count} voussoirs, {side:g} of the limit", found))
+                label = f"{count} voussoirs, {side:g} × the limit: final kinetic energy / m g R"
+                rows.append(at_most(label, result["kinetic"], 1e-9))
+            pictures.append((f"{count} voussoirs, {side:g} × the limit", result))
     table = Table(
-        "Limit thickness over radius.",
+        "Limit of thickness / radius.",
         ("voussoirs", "limit analysis", "continuum", "relative difference"),
         lines,
     )
-    return Outcome(rows, _draw_arches(drawn), [table])
+    return Outcome(rows, _draw_arches(pictures), [table])
 
 
 def _run_arch(stones: int, thickness: float) -> dict:
     """Run an arch under gravity; it falls if its crown moves by the thickness."""
     model = half_circle(stones, thickness)
     model.contact(normal_stiffness=1e13)
-    found = _run_until(model, [stones // 2 + 1], thickness * RADIUS, 8.0)
+    result = _run_until(model, [stones // 2 + 1], thickness * RADIUS, 8.0)
     work = DENSITY * GRAVITY * np.pi * RADIUS**3 * thickness  # weight times radius
-    found["moved"] /= thickness * RADIUS
-    return found | {"kinetic": found["energies"]["kinetic"] / work}
+    result["displacement"] /= thickness * RADIUS
+    return result | {"kinetic": result["energies"]["kinetic"] / work}
 
 
 def _run_until(model: Model, blocks, distance: float, duration: float) -> dict:
     """Run a model until a block has moved by a distance (m); return histories and states."""
-    time, moved = [], []
-    with Simulation(model, time_step=2e-3, duration=duration) as opened:
-        origin, start = opened.coordinates[blocks, :2], opened.polygons
-        while not opened.done and (not moved or moved[-1] < distance):
-            opened.advance(10)
-            away = opened.coordinates[blocks, :2] - origin
-            time.append(opened.time)
-            moved.append(np.linalg.norm(away, axis=1).max())
-        energies = opened.energies
+    time, displacements = [], []
+    with Simulation(model, time_step=2e-3, duration=duration) as process:
+        origin, start = process.coordinates[blocks, :2], process.polygons
+        while not process.done and (not displacements or displacements[-1] < distance):
+            process.advance(10)
+            offset = process.coordinates[blocks, :2] - origin
+            time.append(process.time)
+            displacements.append(np.linalg.norm(offset, axis=1).max())
+        energies = process.energies
         return {
-            "fell": moved[-1] >= distance,
+            "falls": displacements[-1] >= distance,
             "time": np.array(time),
-            "moved": np.array(moved),
+            "displacement": np.array(displacements),
             "audit": abs(energies["balance"] / energies["gravity"]),
             "energies": energies,
             "start": start,
-            "polygons": opened.polygons,
+            "polygons": process.polygons,
         }
 
 
-def _draw_arches(drawn):
-    figure, axes = canvas(len(drawn), 2, size=(3.4 * len(drawn), 5), height_ratios=[3, 2])
-    for i, (label, found) in enumerate(drawn):
-        top, below = axes[i], axes[i + len(drawn)]
-        draw_blocks(top, found["start"], "none", edge="0.6", lw=0.4)
-        draw_blocks(top, found["polygons"], [GROUND, *[STONE] * (len(found["start"]) - 1)])
+def _draw_arches(pictures):
+    figure, axes = canvas(len(pictures), 2, size=(3.4 * len(pictures), 5), height_ratios=[3, 2])
+    for i, (label, result) in enumerate(pictures):
+        top, lower = axes[i], axes[i + len(pictures)]
+        draw_blocks(top, result["start"], "none", edge="0.6", lw=0.4)
+        draw_blocks(top, result["polygons"], [GROUND, *[STONE] * (len(result["start"]) - 1)])
         top.set_title(label, fontsize=9)
         bare(top)
-        color = RED if found["fell"] else BLUE
-        below.semilogy(found["time"], np.maximum(found["moved"], 1e-12), color=color)
-        below.set(xlabel="time (s)", ylim=(1e-10, 2))
-    axes[len(drawn)].set_ylabel("displacement of the crown / thickness")
+        color = RED if result["falls"] else BLUE
+        lower.semilogy(result["time"], np.maximum(result["displacement"], 1e-12), color=color)
+        lower.set(xlabel="time (s)", ylim=(1e-10, 2))
+    axes[len(pictures)].set_ylabel("displacement of the crown / thickness")
     return figure
 
 
@@ -153,26 +153,26 @@ def toe_force(friction: float) -> float:
     − sin ψ)/(1 − μ²).  M and L are the heights at which P' and P act.
     """
     mu, psi = np.tan(np.radians(friction)), np.radians(DIP)
-    passed = 0.0
+    force = 0.0
     for n in reversed(range(len(HEIGHTS))):
         y = HEIGHTS[n]
         weight = DENSITY * GRAVITY * COLUMN * y
         high = y if n < CREST else y - FALL
         low = y - FALL if n <= CREST else y
-        slide = passed - weight * (mu * np.cos(psi) - np.sin(psi)) / (1 - mu**2)
+        slide = force - weight * (mu * np.cos(psi) - np.sin(psi)) / (1 - mu**2)
         topple = -np.inf
         if low > 0:
-            turn = 0.5 * weight * (y * np.sin(psi) - COLUMN * np.cos(psi))
-            topple = (passed * (high - COLUMN * mu) + turn) / low
-        passed = max(topple, slide, 0.0)
-    return passed
+            moment = 0.5 * weight * (y * np.sin(psi) - COLUMN * np.cos(psi))
+            topple = (force * (high - COLUMN * mu) + moment) / low
+        force = max(topple, slide, 0.0)
+    return force
 
 
 @case(
     "Toppling slope of Goodman & Bray",
-    "Sixteen columns of 10 m on a stepped base that dips 30°, slope 56.6°: limit equilibrium of "
-    "Goodman & Bray requires φ = 38.15° (tan φ = 0.7855). Limit analysis (linprog) of the same "
-    "columns is lower, because it chooses the most favourable position of each force.",
+    "Sixteen columns of 10 m stand on a stepped base that dips 30° (slope 56.6°). Limit"
+    " equilibrium of Goodman & Bray requires φ = 38.15° (tan φ = 0.7855). The limit of limit"
+    " analysis (linprog) is lower, because it chooses the most favourable position of each force.",
     "Goodman & Bray (1976), ASCE Rock Engineering for Foundations and Slopes; Wyllie & Mah (2004), "
     "Rock Slope Engineering, §9.4.",
 )
@@ -180,24 +180,32 @@ def toppling(short: bool) -> Outcome:
     """Check both sides of the limit, 5 % of tan φ apart, and the limit of the engine."""
     limit = _bisect_limit(lambda phi: toe_force(phi) <= 1e-9, 30.0, 44.0)
     mu = np.tan(np.radians(limit))
-    rows = [relative("Goodman & Bray's limit as printed", 0.7855, mu, 2e-3)]
-    drawn = []
+    rows = [
+        relative("limit of tan φ, limit equilibrium; expected: printed value", 0.7855, mu, 2e-3)
+    ]
+    pictures = []
     for side, falls in ((1.05, False), (0.95, True)):
-        found = _run_slope(side * mu)
-        rows.append(true(f"{side:g} of tan φ = {mu:.4f}: it falls", falls, found["fell"]))
-        label = f"{side:g}: audit residual over the work of gravity"
-        rows.append(at_most(label, found["audit"], 1e-6))
+        result = _run_slope(side * mu)
+        rows.append(yes_or_no(f"tan φ = {side:g} × {mu:.4f}: the slope falls", falls,
+            result["falls"]))  # fmt: skip
+        label = f"tan φ = {side:g} × {mu:.4f}: energy residual / work of gravity"
+        rows.append(at_most(label, result["audit"], 1e-6))
         angle = np.degrees(np.arctan(side * mu))
-        drawn.append((f"{side:g} of the limit, φ {angle:.1f}°", found))
+        pictures.append((f"{side:g} of the limit, φ {angle:.1f}°", result))
     tables = []
     if not short:
-        ends = bisect(lambda one: not _run_slope(one)["fell"], 1.05 * mu, 0.95 * mu, 4e-3)
-        own = 0.5 * sum(ends)
-        rows.append(relative("limit of the engine by bisection, tan φ", mu, own, 3e-2))
-        by_analysis = _bisect_limit(lambda one: has_equilibrium(goodman_bray(one)), 0.36, 0.97)
-        lines = [("Goodman & Bray", mu), ("limit analysis", by_analysis), ("engine", own)]
-        tables = [Table("Least tan φ with which the slope stands.", ("by", "tan φ"), lines)]
-    return Outcome(rows, _draw_slopes(drawn), tables)
+        bracket = bisect(
+            lambda coefficient: not _run_slope(coefficient)["falls"], 1.05 * mu, 0.95 * mu, 4e-3
+        )
+        engine_limit = 0.5 * sum(bracket)
+        rows.append(relative("limit of tan φ by bisection of runs; expected: limit equilibrium", mu,
+            engine_limit, 3e-2))  # fmt: skip
+        by_analysis = _bisect_limit(
+            lambda coefficient: has_equilibrium(goodman_bray(coefficient)), 0.36, 0.97
+        )
+        lines = [("Goodman & Bray", mu), ("limit analysis", by_analysis), ("engine", engine_limit)]
+        tables = [Table("Smallest tan φ of a stable slope.", ("method", "tan φ"), lines)]
+    return Outcome(rows, _draw_slopes(pictures), tables)
 
 
 def _run_slope(friction: float) -> dict:
@@ -207,16 +215,16 @@ def _run_slope(friction: float) -> dict:
 
 def _turned(polygons) -> list[np.ndarray]:
     """Return polygons in horizontal and vertical axes, given those in axes of the base planes."""
-    return [turned(polygon, -np.radians(DIP)) for polygon in polygons]
+    return [rotated(polygon, -np.radians(DIP)) for polygon in polygons]
 
 
-def _draw_slopes(drawn):
-    figure, axes = canvas(len(drawn), size=(6 * len(drawn), 5))
-    for one, (label, found) in zip(axes, drawn, strict=True):
-        before, after = (_turned(found[key]) for key in ("start", "polygons"))
-        draw_blocks(one, before, "none", edge="0.6")
-        draw_blocks(one, after, [GROUND, *[STONE] * (len(after) - 1)])
-        moved, time = found["moved"][-1], found["time"][-1]
-        one.set_title(f"{label}: moved {moved:.2g} m in {time:.0f} s", fontsize=10)
-        bare(one)
+def _draw_slopes(pictures):
+    figure, axes = canvas(len(pictures), size=(6 * len(pictures), 5))
+    for axis, (label, result) in zip(axes, pictures, strict=True):
+        initial, deformed = (_turned(result[key]) for key in ("start", "polygons"))
+        draw_blocks(axis, initial, "none", edge="0.6")
+        draw_blocks(axis, deformed, [GROUND, *[STONE] * (len(deformed) - 1)])
+        displacement, time = result["displacement"][-1], result["time"][-1]
+        axis.set_title(f"{label}: {displacement:.2g} m in {time:.0f} s", fontsize=10)
+        bare(axis)
     return figure

@@ -8,8 +8,8 @@ from sitedda.facade.run import run
 from sitedda.output.scene import Scene
 from sitedda.report.style import STONE, bare, canvas, draw_blocks
 
-from ..case import Outcome, Row, at_most, case, true
-from ..model import GRAVITY, residual
+from ..case import Outcome, Row, at_most, case, yes_or_no
+from ..model import GRAVITY, energy_residual
 from .sliding import record_file
 
 ROCK = {"density": 2600.0, "shear_velocity": 900.0, "pressure_velocity": 1600.0}
@@ -33,11 +33,11 @@ VARIANTS = {
 
 @case(
     "A tunnel between free fields",
-    "Beds at 15°, φ = 30°, and cross joints at −70°, φ = 35°, between bonded ground, free fields "
-    "at both sides and a half-space below. With bolts, the rock around the opening is stable after "
-    "excavation and during the record. Without bolts, the wedge of the left wall must fall: "
-    "its lower face dips into the opening by 70° > φ. All steps must converge, and the energy "
-    "budget must balance.",
+    "Beds at 15° (φ = 30°) and cross joints at −70° (φ = 35°) lie between bonded ground, free"
+    " fields at both sides and a half-space below. With bolts, the rock around the opening is"
+    " stable after excavation and during the record. Without bolts, the wedge of the left wall"
+    " must fall, because its lower face dips into the opening by 70° > φ. All steps must converge,"
+    " and the energy budget must balance.",
     "Goodman and Shi (1985), removability of wedges; `docs/boundaries.md`.",
 )
 def tunnel(short: bool) -> Outcome:
@@ -58,15 +58,15 @@ def tunnel(short: bool) -> Outcome:
 
 
 def _tunnel_rows(name: str, data, duration: float) -> list[Row]:
-    """Check that a run is complete, that energies balance, and that only bolts hold the wedge."""
+    """Check that a run is complete, that energies balance, and that bolts retain the wedge."""
     scene = Scene.of(data)
     wedge = scene.names.index(_wedge_name(scene))
     fallen = np.linalg.norm(scene.displacement(scene.frames - 1)[wedge]) > 0.1
-    ends = abs(float(data.time[-1]) - duration) < 1e-6
+    is_complete = abs(float(data.time[-1]) - duration) < 1e-6
     return [
-        true(f"{name}: completes its steps", True, ends),
-        at_most(f"{name}: audit residual over work done", residual(data), 1e-6),
-        true(f"{name}: the wedge of the left wall falls", name.startswith("no"), fallen),
+        yes_or_no(f"{name}: the run completes all steps", True, is_complete),
+        at_most(f"{name}: energy residual / work", energy_residual(data), 1e-6),
+        yes_or_no(f"{name}: the wedge of the left wall falls", name.startswith("no"), fallen),
     ]
 
 
@@ -74,11 +74,11 @@ def _wedge_name(scene: Scene) -> str:
     """Return the name of the triangular block at the left wall of the opening."""
     left, bottom, _, top = OPENING
     start = scene.coordinates(0)
-    beside = [
-        i for i, one in enumerate(scene.polygons(0))
-        if len(one) == 3 and left - 1.0 < start[i, 0] < left and bottom < start[i, 1] < top
+    candidates = [
+        i for i, polygon in enumerate(scene.polygons(0))
+        if len(polygon) == 3 and left - 1.0 < start[i, 0] < left and bottom < start[i, 1] < top
     ]  # fmt: skip
-    return scene.names[beside[0]]
+    return scene.names[candidates[0]]
 
 
 def _tunnel_model(name: str, duration: float) -> Model:
@@ -89,7 +89,7 @@ def _tunnel_model(name: str, duration: float) -> Model:
     impacts = {} if name.endswith("no restitution") else {"restitution": 0.0}
     model.joint("bed", friction_angle=30.0, **impacts)
     model.joint("cross", friction_angle=35.0, **impacts)
-    model.joint("whole", friction_angle=35.0, cohesion=1e9, tensile_strength=1e9)
+    model.joint("bonded", friction_angle=35.0, cohesion=1e9, tensile_strength=1e9)
     _add_rock(model)
     quake = {"file": str(record_file())}
     model.motion("quake", **quake)
@@ -100,11 +100,11 @@ def _tunnel_model(name: str, duration: float) -> Model:
     if bolted:
         for number, (head, anchor) in enumerate(ROOF + WALLS, 1):
             model.bolt(f"bolt_{number}", head, anchor, **BOLT)
-    opened = {"remove": "core_*"}
+    excavation = {"remove": "core_*"}
     model.stage("rest", kind="static")
     if bolted:
-        model.stage("excavation", kind="static", add="bolt_*", **opened)
-    model.stage("shaking", duration=duration, motions="quake", **({} if bolted else opened))
+        model.stage("excavation", kind="static", add="bolt_*", **excavation)
+    model.stage("shaking", duration=duration, motions="quake", **({} if bolted else excavation))
     return model
 
 
@@ -113,7 +113,7 @@ def _add_rock(model: Model) -> None:
     parts = {"rock": (-SIDE, SIDE), "left": (-EDGE, -SIDE), "right": (SIDE, EDGE)}
     for name, (left, right) in parts.items():
         outline = (left, -HALF, right, -HALF, right, HALF, left, HALF)
-        model.region(name=name, outline=outline, joint="bed" if name == "rock" else "whole")
+        model.region(name=name, outline=outline, joint="bed" if name == "rock" else "bonded")
     left, bottom, right, top = OPENING
     model.excavation(
         name="core", outline=(left, bottom, right, bottom, right, top, left, top), joint="bed"
@@ -122,4 +122,5 @@ def _add_rock(model: Model) -> None:
         model.joint_set(joint=joint, region="rock", angle=angle, spacing=spacing, origin=(0.0, 0.0))
     for side in ("left", "right"):
         for angle in (0.0, 90.0):
-            model.joint_set(joint="whole", region=side, angle=angle, spacing=5.0, origin=(0.0, 0.0))
+            model.joint_set(joint="bonded", region=side, angle=angle, spacing=5.0,
+                origin=(0.0, 0.0))  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 from sitedda.facade.model import Model
 from sitedda.stability.safety import Safety, safety
 
-from ..case import Outcome, Table, at_most, case, curves, relative, true
+from ..case import Outcome, Table, at_most, case, curves, relative, yes_or_no
 
 HEIGHT = 10.0  # H, m
 WEIGHT = 2e4  # γ, N/m³
@@ -67,9 +67,9 @@ def factor(model: Model) -> Safety:
 
 @case(
     "Slopes and a cut of soil that yields",
-    "Factors of safety by strength reduction: 1.40 of a slope of 2:1 with φ = 20°, c = 0.05 γH; "
-    "1.47 of a slope of 2:1 in clay of c = ¼ γH on a layer of this clay of the same height; 1 of a "
-    "vertical cut in clay of c = γH/3.776.",
+    "Factors of safety by strength reduction: 1.40 for a slope of 2:1 with φ = 20°, c = 0.05 γH;"
+    " 1.47 for a slope of 2:1 in clay with c = ¼ γH on a layer of this clay of the same height; 1"
+    " for a vertical cut in clay with c = γH/3.776.",
     "Griffiths & Lane (1999), Géotechnique 49, example 1 (charts: 1.380) and example 4 (their "
     "finite elements: 1.45; 1.47 is Taylor's, 1937); limit analysis for the cut.",
 )
@@ -80,20 +80,30 @@ def slopes_that_yield(short: bool) -> Outcome:
     if not short:
         cases += [
             ("slope of clay", clay, 1.47, 0.03, 0.02, (8, 16)),
-            ("slope, φ = 20°", slope, 1.40, 0.03, None, (10, 20)),
+            ("slope with φ = 20°", slope, 1.40, 0.03, None, (10, 20)),
         ]
     for name, build, published, allowed, may_change, sizes in cases:
-        found = [factor(build(cells)) for cells in sizes]
-        last = found[-1].factor
-        label = f"{name}, {sizes[-1]} cells over the height: factor of safety"
-        rows.append(relative(label, published, last, allowed))
+        results = [factor(build(cells)) for cells in sizes]
+        finest = results[-1].factor
+        label = f"factor of safety of the {name}, {sizes[-1]} cells over the height"
+        rows.append(relative(label, published, finest, allowed))
         if not short:
-            label = f"{name}: change from cells of twice the size"
-            rows.append(at_most(label, abs(last / found[0].factor - 1), may_change))
-        for cells, one in zip(sizes, found, strict=True):
-            table.append((name, cells, one.low, one.high, published))
-    head = ("", "cells over the height", "stands at", "fails at", "published")
-    return Outcome(rows, found[-1].draw().figure, [Table("Strength divided by.", head, table)])
+            label = "relative change of this factor from cells of twice the size"
+            rows.append(at_most(label, abs(finest / results[0].factor - 1), may_change))
+        for cells, result in zip(sizes, results, strict=True):
+            table.append((name, cells, result.low, result.high, published))
+    head = ("case", "cells over the height", "stable", "unstable", "published")
+    return Outcome(
+        rows,
+        results[-1].draw().figure,
+        [
+            Table(
+                "Factor of safety: largest stable and smallest unstable divisor of the strength.",
+                head,
+                table,
+            )
+        ],
+    )
 
 
 def strip(cells, sink, size=(5.0, 3.0), angle=0.0, young=1e8, poisson=0.49, steps=60, **control):
@@ -119,19 +129,20 @@ def strip(cells, sink, size=(5.0, 3.0), angle=0.0, young=1e8, poisson=0.49, step
             corners = [x, y, x + h, y, x + h, y + h, x, y + h]
             model.block(vertices=corners, body="clay", name=name)
             if j == 0:
-                for at in (x, x + h):
-                    model.fixed_point(x=at, y=y, block=name)
+                for coordinate in (x, x + h):
+                    model.fixed_point(x=coordinate, y=y, block=name)
             if i in (0, columns - 1):
-                for at in (y, y + h):
-                    model.fixed_point(x=x + h * (i > 0), y=at, block=name, direction="x")
+                for coordinate in (y, y + h):
+                    model.fixed_point(x=x + h * (i > 0), y=coordinate, block=name, direction="x")
             if j == rows - 1 and i < cells:
-                for at in (x, x + h):
-                    model.fixed_point(x=at, y=y + h, block=name, direction="y", motion_y="down")
+                for coordinate in (x, x + h):
+                    model.fixed_point(x=coordinate, y=y + h, block=name, direction="y",
+                        motion_y="down")  # fmt: skip
     return model
 
 
 def bearing(history, sink):
-    """Return the pressure below the footing over the cohesion in each step."""
+    """Return pressure below the footing / cohesion in each step."""
     work = history.energy_input.values
     return np.diff(work) / (sink / (work.size - 1)) / 1e5
 
@@ -146,8 +157,8 @@ def prandtl(angle):
 
 @case(
     "The bearing capacity of a strip footing",
-    "Smooth, on soil without weight: N_c = (N_q − 1) cot φ, N_q = e^(π tan φ) tan²(45° + φ/2); "
-    "2 + π without friction. The settlement is small enough for small strains.",
+    "A smooth footing on soil without weight has N_c = (N_q − 1) cot φ, N_q = e^(π tan φ) "
+    "tan²(45° + φ/2); without friction N_c = 2 + π. Strains remain small.",
     "Prandtl (1920); Reissner (1924).",
 )
 def footing(short: bool) -> Outcome:
@@ -155,17 +166,21 @@ def footing(short: bool) -> Outcome:
     rows, lines = [], []
     for angle, sink, steps, size, error in FOOTINGS:
         history = strip(4, sink, size, angle, young=1e10, steps=steps).run().history
-        found, name = bearing(history, sink), f"φ = {angle:g}°"
-        lost = history.energy_plastic.values
-        balance = np.abs(history.energy_balance.values).max() / lost[-1]
+        pressure, name = bearing(history, sink), f"φ = {angle:g}°"
+        dissipated = history.energy_plastic.values
+        balance = np.abs(history.energy_balance.values).max() / dissipated[-1]
         rows += [
-            relative(f"{name}: N_c", prandtl(angle), found[-1], error),
-            relative(f"{name}: N_c halfway", found[-1], found[found.size // 2], 0.01),
-            relative(f"{name}: N_c after ¾", found[-1], found[3 * found.size // 4], 5e-3),
-            true(f"{name}: yielding dissipates energy", True, bool(np.all(np.diff(lost) >= 0))),
-            at_most(f"{name}: energy balance over dissipation by yielding", balance, 1e-9),
-            at_most(f"{name}: open–close iterations, median", np.median(history.iterations), 15),
-        ]
-        settled = 1e3 * sink * np.arange(1, found.size + 1) / found.size
-        lines.append((settled, found, {"label": name}))
-    return Outcome(rows, curves("settlement (mm)", "pressure over cohesion", *lines))
+            relative(f"{name}: N_c at the end", prandtl(angle), pressure[-1], error),
+            relative(f"{name}: N_c after ½ of the settlement; expected: at the end", pressure[-1],
+                pressure[pressure.size // 2], 0.01),
+            relative(f"{name}: N_c after ¾ of the settlement; expected: at the end", pressure[-1],
+                pressure[3 * pressure.size // 4], 5e-3),
+            yes_or_no(f"{name}: the dissipation by yielding never decreases", True,
+                bool(np.all(np.diff(dissipated) >= 0))),
+            at_most(f"{name}: energy residual / dissipation by yielding", balance, 1e-9),
+            at_most(f"{name}: median number of open–close iterations per step",
+                np.median(history.iterations), 15),
+        ]  # fmt: skip
+        settled = 1e3 * sink * np.arange(1, pressure.size + 1) / pressure.size
+        lines.append((settled, pressure, {"label": name}))
+    return Outcome(rows, curves("settlement (mm)", "pressure / cohesion", *lines))

@@ -7,14 +7,14 @@ Value = float | tuple[float, float] | str | None
 
 
 @dataclass(frozen=True)
-class Compared:
+class Comparison:
     """A result of the paper, of theory and of the run.
 
     Attributes
     ----------
     quantity : str
-        Compared quantity, with its unit.
-    place : str
+        Quantity with its unit.
+    source : str
         Figure, table or section of the paper.
     paper : float, (float, float), str or None
         Printed value, range of values, or statement; None if the paper prints none.
@@ -22,18 +22,18 @@ class Compared:
         Value of a closed form or of the exact discrete theory.
     sitedda : float or str
         Result of the run.
-    why : str
+    cause : str
         Cause of the difference.
     digits : int
         Number of significant digits shown.
     """
 
     quantity: str
-    place: str
+    source: str
     paper: Value
     theory: Value
     sitedda: Value
-    why: str = ""
+    cause: str = ""
     digits: int = 4
 
     @property
@@ -69,7 +69,7 @@ def per_cent(fraction: float | None, sign: bool = False) -> str:
 
 
 def show(value: Value, digits: int = 4) -> str:
-    """Format a compared value."""
+    """Format a value of a comparison."""
     if value is None:
         return "–"
     if isinstance(value, str):
