@@ -40,8 +40,8 @@ def main() -> None:
     parser.add_argument("--systems", type=Path, help="folder of systems, kept (temporary)")
     parser.add_argument("--before", default="HEAD~10", help="last commit that was pushed before")
     options = parser.parse_args()
-    extra = dict(word.split("=", 1) for word in options.jobs if "=" in word)
-    selection = {word for word in options.jobs if "=" not in word}
+    extra = dict(choice.split("=", 1) for choice in options.jobs if "=" in choice)
+    selection = {choice for choice in options.jobs if "=" not in choice}
     before = call("git", "-C", ROOT, "rev-parse", options.before).strip()
     jobs = {k: job for k, job in all_jobs() if not selection or selection & {k, k.split()[0]}}
     if options.list or not jobs:

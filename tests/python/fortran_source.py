@@ -156,8 +156,8 @@ def own_functions(statements) -> set[str]:
 
 def bound_names(statements) -> set[str]:
     """Return the names of procedures that are bound to types."""
-    found = [match[1] for _, code in statements if (match := _BINDING.match(code))]
-    return {part.split("=>")[0].strip() for names in found for part in names.split(",")}
+    procedure_names = [match[1] for _, code in statements if (match := _BINDING.match(code))]
+    return {part.split("=>")[0].strip() for names in procedure_names for part in names.split(",")}
 
 
 def logical_operands(code: str) -> list[list[str]]:

@@ -29,12 +29,12 @@ def jammed(**control) -> list:
     """Return blocks with little friction that fall on each other, with too few iterations."""
     groups = flying_block(steps=500, gravity=[-3.0, -9.81], **control)
     groups = changed(groups, "contact", max_iterations=2, force_tolerance=1e-15)
-    more = [
+    wedges = [
         group("block", name="left", vertices=rectangle(-0.6, -1.01, 1.0, 1.0)),
         group("block", name="right", vertices=rectangle(1.6, -1.02, 1.0, 1.0)),
         *(group("fixed_point", x=x, y=-0.5) for x in (-0.2, 0.2, 1.8, 2.2)),
     ]
-    return [*changed(groups, "joint", friction_angle=5.0), *more]
+    return [*changed(groups, "joint", friction_angle=5.0), *wedges]
 
 
 def fault(case: str, groups, *arguments: str, exception="ConvergenceError", status=3):

@@ -301,8 +301,8 @@ def test_each_edge_has_the_joint_that_cut_it():
     angles = {"a": 30.0, "b": 130.0}
     for corners, names in zip(blocks.polygons, blocks.edge_joints, strict=True):
         along = np.roll(corners, -1, axis=0) - corners
-        turn = np.degrees(np.arctan2(along[:, 1], along[:, 0])) % 180
-        for name, angle in zip(names, turn, strict=True):
+        inclination = np.degrees(np.arctan2(along[:, 1], along[:, 0])) % 180
+        for name, angle in zip(names, inclination, strict=True):
             if name in angles:
                 assert angle == pytest.approx(angles[name], abs=1e-6)
             else:

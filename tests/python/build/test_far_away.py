@@ -112,11 +112,11 @@ def shaken(at, unit: float = 1.0, noise: float = 0.0, seed: int = 0) -> sitedda.
     model.joint(name="dry", friction_angle=35.0)
     pulse = 5.0 * np.sin(np.linspace(0, 4 * np.pi, 41))
     model.motion(name="pulse", values=pulse, time_step=0.005, quantity="acceleration")
-    places = [(-0.5, -0.5, 5.0, 0.5)]
+    outlines = [(-0.5, -0.5, 5.0, 0.5)]
     for k in range(5):
-        places += [(0.5 * (k % 2) + i, 0.5 * k, 1.0, 0.5) for i in range(3)]
-    places.append((1.25, 2.53125, 0.5, 0.75))
-    for number, (x, y, width, height) in enumerate(unit * np.array(places)):
+        outlines += [(0.5 * (k % 2) + i, 0.5 * k, 1.0, 0.5) for i in range(3)]
+    outlines.append((1.25, 2.53125, 0.5, 0.75))
+    for number, (x, y, width, height) in enumerate(unit * np.array(outlines)):
         corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
         corners = corners + noise * chance.choice([-1.0, 1.0], corners.shape) + at
         model.block(name=f"b{number}", vertices=corners.ravel())

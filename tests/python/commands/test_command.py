@@ -96,8 +96,8 @@ def test_amplification_is_printed_in_the_same_words_by_both(
         lines.append(re.search(r"^amplification .*?\)$", process.stdout, re.M | re.S)[0])
         assert all(len(line) <= 80 for line in lines[-1].splitlines())
     assert lines[0] == lines[1]
-    words = " ".join(lines[0].split())
-    assert re.search(r'surface/base \("within"\): [\d.]+ at [\d.]+ Hz \(bin width', words)
+    text = " ".join(lines[0].split())
+    assert re.search(r'surface/base \("within"\): [\d.]+ at [\d.]+ Hz \(bin width', text)
 
 
 def test_a_picture_is_drawn_beside_the_output_unless_unwanted(
@@ -159,10 +159,10 @@ def test_native_progress_states_time_fraction_and_time_left(native, write_input,
 
 def test_the_bar_is_for_terminals_and_a_closed_terminal_is_no_error(write_input, tmp_path):
     command = [executable("sitedda"), "run", write_input(tower(steps=500)), "--no-plot"]
-    ours, writer_end = os.openpty()
+    terminal, writer_end = os.openpty()
     fcntl.ioctl(writer_end, termios.TIOCSWINSZ, struct.pack("4H", 24, 99, 0, 0))
     parts = []
-    reading = threading.Thread(target=_read_all, args=(ours, parts), daemon=True)
+    reading = threading.Thread(target=_read_all, args=(terminal, parts), daemon=True)
     reading.start()  # a terminal that is not read blocks the writer
     subprocess.run(command, stdout=subprocess.DEVNULL, stderr=writer_end, cwd=tmp_path, check=True)
     reader, writer = os.pipe()

@@ -67,9 +67,11 @@ def _shown(figure) -> list[Text]:
         for axis in (axes.xaxis, axes.yaxis):
             labels = {label for tick in axis.get_major_ticks() + axis.get_minor_ticks()
                       for label in (tick.label1, tick.label2)}  # fmt: skip
-            drawn = {label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)}
+            tick_labels = {
+                label for tick in axis._update_ticks() for label in (tick.label1, tick.label2)
+            }
             is_visible = axes.get_visible() and axes.axison and axis.get_visible()
-            hidden |= labels - drawn if is_visible else labels
+            hidden |= labels - tick_labels if is_visible else labels
     return [text for text in figure.findobj(Text)
             if text.get_visible() and text.get_text().strip() and text not in hidden]  # fmt: skip
 

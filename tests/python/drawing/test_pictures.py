@@ -530,14 +530,14 @@ def test_commands_write_the_files_that_they_report(main, run, write_input, tmp_p
     file = write_input(changed(tower(steps=40), "output", block_interval=5))
     main.ok("run", file, "-o", tmp_path / "t.nc", "-q", folder=tmp_path)
     assert (tmp_path / "t.png").stat().st_size > 20_000
-    for words, files in (
+    for arguments, files in (
         (("draw", tmp_path / "t.nc"), "t.blocks.png"),
         (("draw", file, "-o", tmp_path / "model.svg"), "model.svg"),
         (("view", tmp_path / "t.nc", "--no-open"), "t.view.html"),
         (("report", tmp_path / "t.nc"), "t.html"),
         (("export", tmp_path / "t.nc", "--vtk", tmp_path / "vtk"), "vtk/blocks.pvd"),
     ):
-        process = main.ok(*words, folder=tmp_path)
+        process = main.ok(*arguments, folder=tmp_path)
         assert files in process.stdout and (tmp_path / files).stat().st_size > 100
     page = (tmp_path / "t.html").read_text(encoding="utf-8")
     assert "<h2>Check" in page and "highest frequency" in page
@@ -671,8 +671,8 @@ def test_check_prints_four_digits(write_input, main):
     assert not any("E-0" in line.words or "E+0" in line.words for line in report.lines)
     assert report.conclusion.startswith(f"verdict: {report.verdict}")
     assert replace(report, text=f"{report}\n{report}").conclusion == report.conclusion
-    told = json.loads(main("check", file, "--json").stdout)
-    assert told["omega_max"] == report.omega_max and len(told["lines"]) == len(report.lines)
+    values = json.loads(main("check", file, "--json").stdout)
+    assert values["omega_max"] == report.omega_max and len(values["lines"]) == len(report.lines)
 
 
 def test_a_report_of_a_motion_without_movement(main, write_input, tmp_path):

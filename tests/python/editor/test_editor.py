@@ -58,8 +58,8 @@ def test_completion_offers_every_group_and_variable_once():
             v.name for v in group.variables
         ]
         for v in group.variables:
-            words = hover(f"&{name} {v.name} = ", 0, len(name) + 2)
-            assert v.meaning in words and v.unit in words and v.default in words
+            hover_text = hover(f"&{name} {v.name} = ", 0, len(name) + 2)
+            assert v.meaning in hover_text and v.unit in hover_text and v.default in hover_text
 
 
 def test_completion_depends_on_the_position():
@@ -74,17 +74,17 @@ def test_completion_depends_on_the_position():
 
 def values_of(file) -> dict:
     """An input as the object that the JSON schema describes."""
-    whole: dict = {}
+    all_values: dict = {}
     for group in find_groups(file.read_text(), file):
         values = {k: np.asarray(v).ravel().tolist() if np.ndim(v) else v
                   for k, v in group.values.items()}  # fmt: skip
         values = {k: [x for x in v if x != UNSET] if isinstance(v, list) else v
                   for k, v in values.items()}  # fmt: skip
         if GROUPS[group.name].repeats:
-            whole.setdefault(group.name, []).append(values)
+            all_values.setdefault(group.name, []).append(values)
         else:
-            whole[group.name] = values
-    return whole
+            all_values[group.name] = values
+    return all_values
 
 
 def test_shipped_inputs_meet_the_json_schema_and_mistakes_do_not(request):

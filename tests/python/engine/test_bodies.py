@@ -318,8 +318,8 @@ def test_check_bounds_the_ringing_of_a_body_by_beta():
     half = beta * stiffest * step / 2
     steps = -1 / np.log((half - 1) / (half + 1))
     line = next(one for one in sitedda.check(model).lines if one.topic == "Rayleigh damping")
-    found = float(re.search(r"falls to 1/e in ([0-9.e+]+) steps", line.words)[1])
-    assert 0.999 * steps < found < 3 * steps
+    step_count = float(re.search(r"falls to 1/e in ([0-9.e+]+) steps", line.words)[1])
+    assert 0.999 * steps < step_count < 3 * steps
 
 
 def propped(**stage):

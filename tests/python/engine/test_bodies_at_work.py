@@ -104,11 +104,11 @@ def test_hertz():
     owner = np.repeat(np.arange(len(cells) + 1), [4, *map(len, cells)])
     last = history.contact_frame.values == history.contact_frame.values.max()
     vertex = history.contact_vertex.values[last]
-    x, push = corners[vertex, 0], history.contact_normal_force.values[last]
-    assert push.sum() == pytest.approx(force, rel=1e-6)
-    assert 2 * np.sqrt(push @ x**2 / force) == pytest.approx(width, rel=0.03)
+    x, normal_force = corners[vertex, 0], history.contact_normal_force.values[last]
+    assert normal_force.sum() == pytest.approx(force, rel=1e-6)
+    assert 2 * np.sqrt(normal_force @ x**2 / force) == pytest.approx(width, rel=0.03)
     length = np.bincount(owner[vertex], history.contact_length.values[last])
-    total = np.bincount(owner[vertex], push)
+    total = np.bincount(owner[vertex], normal_force)
     pressure = (total / np.maximum(length, 1e-9)).max()
     assert pressure == pytest.approx(2 * force / (np.pi * width), rel=0.05)
 

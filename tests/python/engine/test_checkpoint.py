@@ -268,8 +268,8 @@ def two_checkpoints(write_input, tmp_path):
         simulation.checkpoint()
         simulation.advance(1)
         shutil.copytree(tmp_path, tmp_path / "kept")
-    for kept in (tmp_path / "kept").glob("out.nc*"):
-        shutil.copy(kept, tmp_path)
+    for copied_file in (tmp_path / "kept").glob("out.nc*"):
+        shutil.copy(copied_file, tmp_path)
     return file, output
 
 

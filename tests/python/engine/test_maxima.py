@@ -270,14 +270,14 @@ def test_supports_that_move_differently_give_absolute_values(write_input):
     run = sitedda.run(write_input(groups))
     assert "absolute: supports move differently" in " ".join(str(run.verdict).split())
     name = {"surface": "head", "base": "foot", "lowest": 1.0, "highest": 9.0}
-    named = sitedda.run(write_input([*groups, ("amplification", name)]))
-    assert "relative to the point 'foot'" in " ".join(str(named.verdict).split())
-    u = named.history.displacement
+    amplified_run = sitedda.run(write_input([*groups, ("amplification", name)]))
+    assert "relative to the point 'foot'" in " ".join(str(amplified_run.verdict).split())
+    u = amplified_run.history.displacement
     relative = np.linalg.norm((u - u.sel(point="foot")).values, axis=2).max()
-    assert named.maxima["point_displacement"].value == pytest.approx(relative, **EQUAL)
-    a = named.history.acceleration
+    assert amplified_run.maxima["point_displacement"].value == pytest.approx(relative, **EQUAL)
+    a = amplified_run.history.acceleration
     relative = np.linalg.norm((a - a.sel(point="foot")).values, axis=2)[1:].max()
-    assert named.maxima["point_acceleration"].value == pytest.approx(relative, **EQUAL)
+    assert amplified_run.maxima["point_acceleration"].value == pytest.approx(relative, **EQUAL)
 
 
 @pytest.mark.parametrize("direction", ["x", "xy"])

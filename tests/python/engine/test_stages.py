@@ -202,7 +202,7 @@ def test_a_summary_states_forces_below_rounding_errors(write_input):
         assert "count as balanced" not in run.summary
 
 
-def brick_on_base(size: float, brick: float, turned: float) -> list:
+def brick_on_base(size: float, brick: float, inclination: float) -> list:
     """A brick with φ = 30° on a fixed base; gravity is rotated from the vertical (degrees)."""
     blocks = {
         "base": rectangle(-0.5 * size, -size, size, size),
@@ -210,7 +210,7 @@ def brick_on_base(size: float, brick: float, turned: float) -> list:
     }
     supports = [("base", x * size, -0.9 * size) for x in (-0.4, 0.4)]
     supports.append(("base", 0.0, -0.2 * size))
-    angle = math.radians(turned)
+    angle = math.radians(inclination)
     gravity = [GRAVITY * math.sin(angle), -GRAVITY * math.cos(angle)]
     groups = model(blocks, 30.0, supports, [("top", "brick", 0.0, 0.25 * brick)], gravity=gravity)
     return [*groups, group("contact", normal_stiffness=1e12)]

@@ -23,14 +23,14 @@ def components(text: str, name: str) -> set[str]:
     begin = rf"^ *type(?:, extends\(\w+\))? :: {name}\n"
     body = re.search(rf"{begin}(.*?)^ *end type", text, re.M | re.S)
     assert body, f"there is no type {name}"
-    found = set()
+    component_names = set()
     for line in body[1].splitlines():
         code = line.partition("!")[0]
         if code.strip() == "contains":
             break
         names = re.sub(r"\(.*?\)", "", code.partition("::")[2])
-        found |= set(re.findall(r"(?:^|,)\s*(\w+)", names))
-    return found
+        component_names |= set(re.findall(r"(?:^|,)\s*(\w+)", names))
+    return component_names
 
 
 @pytest.fixture(scope="module")
@@ -60,10 +60,10 @@ def source_of(folder, name: str) -> str:
 )
 def test_every_component_is_saved_or_declared_unsaved(root, serialised, folder, name):
     text = source_of(root / "fortran" / folder, name)
-    found = components(text, name)
+    component_names = components(text, name)
     declaration = re.search(rf":: {name}\n(.*?)^ *end type", text, re.M | re.S)[1]
     excused = set(", ".join(re.findall(r"! unsaved, .*: (.*)", declaration)).split(", ")) - {""}
-    written = {part for part in found if re.search(rf"%{part}\b", serialised)}
-    missing = found - written - excused
+    written = {part for part in component_names if re.search(rf"%{part}\b", serialised)}
+    missing = component_names - written - excused
     assert not missing, f"{name}: {missing} are neither saved nor declared unsaved"
-    assert excused <= found, "an unsaved component no longer exists"
+    assert excused <= component_names, "an unsaved component no longer exists"

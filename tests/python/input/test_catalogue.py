@@ -64,8 +64,8 @@ def test_every_variable_is_changed_in_its_group(variable):
     groups = [(name, needed(variable)) for name in (*GROUPS_READ, variable.group)]
     groups = [(name, values if name == variable.group else {}) for name, values in groups]
     after = changed_input(namelist(groups), {path: value_of(variable)})
-    found = groups_by_name(after)[variable.group]
-    assert all(group.get(variable.name) == value_of(variable) for group in found)
+    changed_groups = groups_by_name(after)[variable.group]
+    assert all(group.get(variable.name) == value_of(variable) for group in changed_groups)
 
 
 @pytest.mark.parametrize("variable", VARIABLES, ids=lambda v: f"{v.group}-{v.name}")

@@ -429,11 +429,11 @@ def test_bands_are_stored_and_shown(write_input, python_program, tmp_path):
     band = stored_figures.bands["largest_slip_m"]
     assert band.time[-1] == pytest.approx(0.5, abs=0.01) and len(band.time) <= 200
     assert (band.low <= band.high).all() and band.median[-1] > 0.01
-    shown = str(stored_figures["largest_slip_m"])
+    printed = str(stored_figures["largest_slip_m"])
     python_program.ok("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
     for page in ("o.html", "v.html"):
         text = (tmp_path / page).read_text()
-        assert shown in text and "Results of the twins over time" in text
+        assert printed in text and "Results of the twins over time" in text
 
 
 def test_a_study_with_error_bars_contains_horizons(write_input):

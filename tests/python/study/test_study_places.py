@@ -160,8 +160,8 @@ def test_a_job_array_gives_the_same_table(study, table, main, tmp_path, monkeypa
     script = (tmp_path / "grid_study" / "submit.sh").read_text()
     assert "#SBATCH --partition=a\\ b" in script and "#SBATCH --array=0-4" in script
     assert main("study", "collect", study, "-q", "-w", "1").returncode == 1
-    found = collect(tmp_path / "grid_study")
-    same(found, table)
+    collected = collect(tmp_path / "grid_study")
+    same(collected, table)
 
 
 def test_a_job_array_killed_halfway_continues(write_input, tmp_path):
