@@ -40,7 +40,7 @@ class Opening(schema.OpeningValues):
             raise InputError(f"wall = {self.wall!r} is not the name of a &masonry_wall")
         return [], []
 
-    def fitted(self, wall: MasonryWall) -> Opening:
+    def with_defaults(self, wall: MasonryWall) -> Opening:
         """Return the opening with default values from its wall; reject it if it leaves the wall."""
         values = dict(vars(self))
         course, stone = wall.height / wall.courses, wall.stone
@@ -158,7 +158,7 @@ class MasonryWall(schema.MasonryWallValues):
     def _make_opening(self, values: dict) -> Opening:
         """Return an opening that fits the wall; an error names the opening."""
         try:
-            return Opening(**values).fitted(self)
+            return Opening(**values).with_defaults(self)
         except InputError as error:
             raise InputError(f"opening {values.get('name', Opening.name)!r}: {error}") from None
 

@@ -177,10 +177,10 @@ def calibrate(
     posterior, peaks, error, best, note = _fit_contacts(model, tuple(unknowns), terms, seed,
                                                          contacts, changes)  # fmt: skip
     peak = peaks[0][0]
-    draws, weights, evidence, sigma, counting = posterior.weighted(peaks, seed)
+    draws, weights, evidence, sigma, counting = posterior.draw_weighted(peaks, seed)
     picked = draws[np.random.default_rng(seed).choice(len(draws), samples, p=weights)]
     if sampler == "ensemble":
-        draws = picked = posterior.sampled(picked, samples, seed)
+        draws = picked = posterior.draw_samples(picked, samples, seed)
         weights = None
     values = pd.DataFrame(posterior.values(picked)[:, :count], columns=list(unknowns))
     low, median, high = np.quantile(posterior.values(draws)[:, :count], (0.05, 0.5, 0.95), axis=0,
@@ -202,7 +202,7 @@ def calibrate(
 
 def _compare_modes(posterior: Posterior, peak, picked, level: float) -> pd.DataFrame:
     """Compare measured modes with those of the best model and of the samples."""
-    squares, y, numbers = posterior.solved(np.vstack([peak, picked]), shapes=False)
+    squares, y, numbers = posterior.solve_modes(np.vstack([peak, picked]), shapes=False)
     frequencies = np.sqrt(np.take_along_axis(squares, numbers, 1)) / (2 * np.pi)
     low, high = np.percentile(frequencies[1:], (5, 95), axis=0)
     observed = posterior.seen
@@ -247,7 +247,7 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
         posterior, peaks, error = _find_peaks(Posterior(family, *terms), seed)
         peak = peaks[0][0]
         best_values = dict(zip(unknowns, posterior.values(peak).tolist(), strict=False))
-        squares, _, (numbers,) = posterior.solved(peak[None])
+        squares, _, (numbers,) = posterior.solve_modes(peak[None])
         frequency = np.sqrt(squares[0, numbers]) / (2 * np.pi)
         result = modes(model, int(numbers.max()) + 1, contacts, changes | best_values)
         change = float(abs(result.frequency[numbers] / frequency - 1).max())
@@ -294,7 +294,7 @@ def _find_peaks(posterior: Posterior, seed: int) -> tuple[Posterior, list[tuple]
         peaks, error = posterior.peaks([z for z, _ in peaks] or posterior.starts(seed)), 0.0
         for z, covariance in peaks:
             for point, squares, y in solve(z, 2 * np.linalg.cholesky(covariance).T):
-                reduced = posterior.solved(point[None])[0][0, :count]
+                reduced = posterior.solve_modes(point[None])[0][0, :count]
                 error = max(error, float(np.max(abs(reduced / squares[:count] - 1))) / 2)
                 vectors.append(y)
         if error < _EXACT:

@@ -66,7 +66,7 @@ class Posterior:
         """Return the unknowns θ, and δ if it is unknown, at rows of z."""
         return np.exp(np.clip(self.mean + self.deviation * z, -_LARGEST, _LARGEST))
 
-    def solved(self, z: np.ndarray, shapes: bool = True) -> tuple:
+    def solve_modes(self, z: np.ndarray, shapes: bool = True) -> tuple:
         """Return all ω² and modes of the family at rows of z, and the measured modes.
 
         The modes can be omitted if no shape was measured.
@@ -125,7 +125,7 @@ class Posterior:
 
         If δ adds to the variance of an error, the change of c is the square of one more.
         """
-        return self._weigh_errors(z, *self.solved(z, shapes=False))
+        return self._weigh_errors(z, *self.solve_modes(z, shapes=False))
 
     def _weigh_errors(self, z, squares, y, numbers) -> np.ndarray:
         """Return `residuals` from modes at rows of z."""
@@ -148,7 +148,7 @@ class Posterior:
         Those of the modes are exact (`Family.slopes`); only the residuals that follow from the
         modes in closed form are differentiated by differences.
         """
-        squares, y, numbers = self.solved(z[None])
+        squares, y, numbers = self.solve_modes(z[None])
         count = len(self.family.parts)
         scale = (self.deviation * self.values(z))[:count]
         slopes = np.zeros((z.size, *squares[0].shape)), np.zeros((z.size, *y[0].shape))
@@ -188,7 +188,7 @@ class Posterior:
         return [(fit.x, np.linalg.inv(fit.jac.T @ fit.jac)) for fit in distinct
                 if fit.cost <= ends[0].cost + _LOWEST]  # fmt: skip
 
-    def weighted(self, peaks: list[tuple], seed: int) -> tuple:
+    def draw_weighted(self, peaks: list[tuple], seed: int) -> tuple:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.
 
         Importance sampling draws from a mixture of multivariate t distributions: one about each
@@ -234,7 +234,7 @@ class Posterior:
                      for w in owned.T]  # fmt: skip
         return *best[1:], best[0]
 
-    def sampled(self, pool: np.ndarray, count: int, seed: int) -> np.ndarray:
+    def draw_samples(self, pool: np.ndarray, count: int, seed: int) -> np.ndarray:
         """Sample z by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
 
         Raises

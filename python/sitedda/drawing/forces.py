@@ -17,7 +17,7 @@ _WIDEST = 7.0  # width of the widest link of a chain, points
 _CHAIN_KEYS = (1.0, 0.5, 0.2)  # forces in the legend as fractions of the force scale
 
 
-def force_lines(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndarray]:
+def neighbour_forces(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, np.ndarray]:
     """Return contact forces between neighbours: positions (m) and forces (N/m), each (k, 2)."""
     positions, force, _, _ = resultants(scene, frame, vertices)
     return positions, force
@@ -50,7 +50,9 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
 
 def force_scale(scene: Scene, frames) -> float:
     """Return the force (N/m) that the longest arrow or the widest link represents, for frames."""
-    sizes = [np.linalg.norm(force_lines(scene, f, scene.vertices(f))[1], axis=1) for f in frames]
+    sizes = [
+        np.linalg.norm(neighbour_forces(scene, f, scene.vertices(f))[1], axis=1) for f in frames
+    ]
     sizes = np.concatenate([np.zeros(1), *sizes])
     return limits(sizes, np.ones(len(sizes))).usual
 
@@ -62,7 +64,7 @@ def arrow_length(scene: Scene) -> float:
 
 def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, scale: float) -> list:
     """Draw two opposed arrows at the contact force of each pair of neighbours; return artists."""
-    points, force = force_lines(scene, frame, vertices)
+    points, force = neighbour_forces(scene, frame, vertices)
     size = np.linalg.norm(force, axis=1)
     visible = size > _LEAST * scale
     if not scale > 0 or not visible.any():

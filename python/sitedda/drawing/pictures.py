@@ -47,9 +47,9 @@ from .forces import (
     draw_chains,
     draw_forces,
     draw_movement,
-    force_lines,
     force_scale,
     movement_scale,
+    neighbour_forces,
     scale_arrow,
 )
 from .joint_map import draw_movements, joint_lines
@@ -65,11 +65,11 @@ from .quantities import (
     movement_limits,
     quantity,
     rounding,
-    some_of,
+    select_frames,
 )
 from .stress_crosses import draw_crosses, key_of_crosses, largest_stress
 
-__all__ = ["BlockPicture", "deformed", "draw", "force_lines", "view_box"]
+__all__ = ["BlockPicture", "deformed", "draw", "neighbour_forces", "view_box"]
 
 BROKEN = 4  # state of a bolt
 _MOST_DRAWN_OUTLINES = 30000
@@ -213,7 +213,7 @@ class BlockPicture:
     def _draw_first_frame(self, frame: int, vertices) -> None:
         """Draw all that later frames retain: blocks, boundaries, view, title and keys."""
         scene, axes = self.scene, self.axes
-        frames = some_of(self.frames) or [frame]
+        frames = select_frames(self.frames) or [frame]
         if scene.frames > 1 and (frame or self.frames) and scene.blocks <= _MOST_DRAWN_OUTLINES:
             look = {"facecolors": "none", "edgecolors": RULE, "linewidths": 0.5, "zorder": 1}
             axes.add_collection(PolyCollection(scene.polygons(0), **look))
@@ -227,7 +227,7 @@ class BlockPicture:
         if scene.before or self.color == "material":
             handles += draw_boundaries(axes, scene, frame) + _draw_supports(axes, scene)
         handles += _bolt_legend(scene, frame) + key_of_flow(scene, frame) + _draw_water(axes, scene)
-        positions = [deformed(scene, f, self.deformation) for f in some_of(self.frames)]
+        positions = [deformed(scene, f, self.deformation) for f in select_frames(self.frames)]
         if scene.before or self.color == "material":
             positions += [tail for tail, _, _ in load_arrows(scene)]
         _set_view(axes, scene, np.vstack([vertices, *positions]))
@@ -468,10 +468,10 @@ def _draw_supports(axes: Axes, scene: Scene) -> list:
     """Draw supports, loads, measured points and slivers; return handles for the legend."""
     handles = []
     for is_moved, color, label in ((False, INK, "fixed point"), (True, BLUE, "moved point")):
-        places = [(s["x"], s["y"]) for s in scene.supports() if s["moved"] == is_moved]
-        if places:
+        fixed = [(s["x"], s["y"]) for s in scene.supports() if s["moved"] == is_moved]
+        if fixed:
             (line,) = axes.plot(
-                *zip(*places, strict=True), "^", color=color, mec=PAPER, mew=0.8, ms=8.5, zorder=6
+                *zip(*fixed, strict=True), "^", color=color, mec=PAPER, mew=0.8, ms=8.5, zorder=6
             )
             line.set_label(label)
             handles.append(line)
@@ -483,8 +483,8 @@ def _draw_supports(axes: Axes, scene: Scene) -> list:
         line.set_label("measured point")
         handles.append(line)
         names = [plain(_shorten_name(point["name"])) for point in points[:_MOST_LABELS]]
-        places = np.column_stack([x, y])
-        PointNames(axes, names, places[:_MOST_LABELS], places)
+        fixed = np.column_stack([x, y])
+        PointNames(axes, names, fixed[:_MOST_LABELS], fixed)
     return handles + _draw_slivers(axes, scene)
 
 

@@ -195,7 +195,7 @@ def rounding(scene: Scene) -> dict[str, float]:
     }
 
 
-def some_of(frames: Sequence[int], count: int = 40) -> list[int]:
+def select_frames(frames: Sequence[int], count: int = 40) -> list[int]:
     """Return at most `count` evenly spaced frames, including the first and the last."""
     frames = sorted(set(frames))
     if len(frames) <= count:

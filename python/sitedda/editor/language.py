@@ -121,8 +121,10 @@ def _locate_problem(text: str, message: str, file) -> Problem:
     start = min(int(match[2]), len(rows)) - 1
     for name in mentioned[:1]:
         for number in range(start, len(rows)):
-            if hit := re.search(rf"(?i)\b{name}\b(?=[\s(\d:,)]*=)", rows[number].split("!")[0]):
-                return Problem(number, hit.start(), hit.end(), message)
+            if occurrence := re.search(
+                rf"(?i)\b{name}\b(?=[\s(\d:,)]*=)", rows[number].split("!")[0]
+            ):
+                return Problem(number, occurrence.start(), occurrence.end(), message)
     return Problem(start, 0, len(rows[start]), message)
 
 
@@ -138,12 +140,12 @@ def _context_at(text: str, offset: int) -> _Position:
     for token in _TOKEN.finditer(text):
         if token.start() >= offset:
             break
-        item, near = token[0], token.end() >= offset
-        if item[0] == "!" and near:
+        item, at_cursor = token[0], token.end() >= offset
+        if item[0] == "!" and at_cursor:
             return _Position(comment=True)
-        if item[0] in "'\"" and near and (token.end() > offset or item[-1:] != item[0]):
+        if item[0] in "'\"" and at_cursor and (token.end() > offset or item[-1:] != item[0]):
             return _Position(group, variable, frozenset(used), text=True)
-        if item[0] == "&" and not near:
+        if item[0] == "&" and not at_cursor:
             group, variable, used = GROUPS.get(item[1:].lower()), None, set()
         elif item == "/":
             group, variable = None, None
@@ -152,7 +154,7 @@ def _context_at(text: str, offset: int) -> _Position:
             used.add(previous)
         if _NAME.fullmatch(item):
             previous = item.lower()
-            variable = variable if near and variable is not None else None
+            variable = variable if at_cursor and variable is not None else None
     return _Position(group, variable, frozenset(used))
 
 

@@ -74,13 +74,13 @@ def with_stage(
         text = changed_input(text, {f"{final}.duration": None, f"{final}.steps": end}, file=file)
     else:
         text = _with_stages_of_control(text, control, end, file)
-    added = [group_text("stage", {"name": name, "kind": kind})]
+    groups_text = [group_text("stage", {"name": name, "kind": kind})]
     timed = "duration" in values or "steps" in values
     if kind == "static" and remainder > 0:
-        added.append(group_text("stage", {"name": f"{name}, after", "steps": remainder}))
+        groups_text.append(group_text("stage", {"name": f"{name}, after", "steps": remainder}))
     elif kind != "static" and not timed:
         values = dict(values) | {"steps": max(remainder, 1)}
-    text = f"{text.rstrip()}\n{''.join(added)}"
+    text = f"{text.rstrip()}\n{''.join(groups_text)}"
     path = f"stage[{max(len(stages), 1 + bool(control.get('settle'))) + 1}]"
     typed = {f"{path}.{k}": v if isinstance(v, Typed) else checked("stage", k, v)
              for k, v in values.items()}  # fmt: skip

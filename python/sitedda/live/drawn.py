@@ -31,7 +31,7 @@ class Drawing:
     Attributes
     ----------
     message : bytes
-        Message to the page in the format of `packed`.
+        Message to the page in the format of `pack_message`.
     notes : list of str
         Notes on blocks that were removed or merged, and on probable mistakes of the input.
     start : ndarray, shape (blocks, 6)
@@ -87,10 +87,10 @@ def draw_simulation(simulation: Simulation, **extra) -> Drawing:
         "points": simulation.point_names,
         "notes": notes,
     }
-    return Drawing(packed(head | extra, streams), notes, simulation.coordinates)
+    return Drawing(pack_message(head | extra, streams), notes, simulation.coordinates)
 
 
-def packed(head: dict, streams: dict[str, bytes]) -> bytes:
+def pack_message(head: dict, streams: dict[str, bytes]) -> bytes:
     """Pack a message: length of the head (4 bytes), head as JSON, streams of bytes.
 
     The head contains the offset of each stream from the end of the head, and its length, in bytes.
@@ -115,13 +115,13 @@ def marks(scene: Scene) -> dict:
     low, high = scene.box
     x0, y0 = 0.5 * (low + high)
 
-    def placed(item: dict) -> dict:
+    def relative_to_centre(item: dict) -> dict:
         return item | {"x": item["x"] - x0, "y": item["y"] - y0}
 
     lines = [np.reshape(g["surface"], (-1, 2)) for g in scene.groups.get("water", [])
              if np.size(g.get("surface", ()))]  # fmt: skip
     return {
-        "supports": [placed(entry) for entry in scene.supports()],
+        "supports": [relative_to_centre(entry) for entry in scene.supports()],
         "boundaries": [
             {
                 "kind": entry["kind"],
@@ -130,8 +130,11 @@ def marks(scene: Scene) -> dict:
             }
             for entry in scene.boundaries(0)
         ],  # fmt: skip
-        "loads": [placed({name: float(v) for name, v in entry.items()}) for entry in scene.loads()],
-        "points": [placed(entry) for entry in scene.points()],
+        "loads": [
+            relative_to_centre({name: float(v) for name, v in entry.items()})
+            for entry in scene.loads()
+        ],
+        "points": [relative_to_centre(entry) for entry in scene.points()],
         "water": [(line - (x0, y0)).ravel().tolist() for line in lines],
         "slivers": scene.slivers().tolist(),
         "origin": [float(x0), float(y0)],

@@ -5,7 +5,7 @@ import numpy as np
 
 from ..drawing.view.encode import NOT_FULL
 from ..engine.simulation import Simulation
-from .drawn import packed
+from .drawn import pack_message
 
 _BYTES = 128_000_000  # largest total size of the stored frames
 _CONTACTS = 40_000  # number of contacts above which a frame has no contact forces
@@ -52,7 +52,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
         "moved": simulation.point_motions[0].round(12).ravel().tolist(),
         "energies": {name: energies[name] for name in _ENERGIES},
     }
-    return packed(head, streams)
+    return pack_message(head, streams)
 
 
 def _contact_streams(simulation: Simulation) -> dict[str, bytes]:

@@ -231,8 +231,8 @@ class LiveServer:
         """Send the state of the session to a new page, which then receives all messages."""
 
         def greet() -> None:
-            first_message = {"kind": "schema", "groups": schema(), "changeable": BETWEEN_STEPS}
-            messages = [first_message, *self.session.welcome()]
+            schema_message = {"kind": "schema", "groups": schema(), "changeable": BETWEEN_STEPS}
+            messages = [schema_message, *self.session.welcome()]
             self._loop.call_soon_threadsafe(enter, messages)
 
         def enter(messages: list) -> None:

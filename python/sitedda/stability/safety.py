@@ -274,7 +274,7 @@ class _Trials:
         self._end_early(_SETTLEMENT * self.bodies.radii.max())
 
     @property
-    def allowed(self) -> np.ndarray:
+    def allowed_displacement(self) -> np.ndarray:
         """Return the displacement of each block that counts as failure, m."""
         radii = self.bodies.radii
         usual = float(np.quantile(radii, 0.5, method="lower"))
@@ -283,11 +283,11 @@ class _Trials:
 
     def largest(self, coordinates: np.ndarray, start: np.ndarray) -> tuple[float, float]:
         """Return the displacement closest to failure, and its allowed value, m."""
-        distance = self.moved(coordinates, start)
-        worst = int(np.argmax(distance / self.allowed))
-        return float(distance[worst]), float(self.allowed[worst])
+        distance = self.movement(coordinates, start)
+        worst = int(np.argmax(distance / self.allowed_displacement))
+        return float(distance[worst]), float(self.allowed_displacement[worst])
 
-    def moved(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
+    def movement(self, coordinates: np.ndarray, start: np.ndarray) -> np.ndarray:
         """Return √(displacement² + (radius × rotation)²) of each block, shape (blocks,), m."""
         change = coordinates - start
         radii = self.bodies.radii[self.bodies.of]
@@ -299,7 +299,8 @@ class _Trials:
         if result.stands:
             if self.reference is None:
                 distance = (
-                    self.moved(result.coordinates, self.start) / self.bodies.radii[self.bodies.of]
+                    self.movement(result.coordinates, self.start)
+                    / self.bodies.radii[self.bodies.of]
                 )
                 peak, limit, unit = float(distance.max()), _SETTLEMENT, "radii"
             else:
@@ -308,8 +309,8 @@ class _Trials:
             result = Rest(factor, peak <= limit, text, result.coordinates)
         if result.stands and self.reference is None:
             self.reference = result.coordinates
-            settled = self.moved(self.reference, self.start).max()
-            self._end_early(settled + self.allowed.max())
+            settled = self.movement(self.reference, self.start).max()
+            self._end_early(settled + self.allowed_displacement.max())
         self.done.append(result)
         if self.progress:
             self.progress(result)
@@ -329,7 +330,7 @@ class _Trials:
             factor /= 16.0
         return None
 
-    def undisturbed(self) -> float:
+    def undisturbed_factor(self) -> float:
         """Return the largest factor at which the model stands with small displacements."""
         factors = []
         for rest in self.done:
@@ -399,7 +400,7 @@ def _bisect_factor(trials: _Trials, tolerance: float) -> Safety:
     if high > _MOST_REDUCTION:
         return Safety(low, math.inf, tuple(trials.done), None, _find_warnings(None, trials.model))
     low, high = bisect(trials.stands, low, high, tolerance)
-    mechanism = _release_mechanism(trials, _BEYOND * high, trials.undisturbed())
+    mechanism = _release_mechanism(trials, _BEYOND * high, trials.undisturbed_factor())
     return Safety(low, high, tuple(trials.done), mechanism, _find_warnings(mechanism, trials.model))
 
 
@@ -439,7 +440,7 @@ def _release_mechanism(trials: _Trials, factor: float, start_factor: float | Non
     """
     gravity = trials.model.control.gravity
     pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
-    unit = math.sqrt(float(trials.allowed.min()) / (pull or 1.0))
+    unit = math.sqrt(float(trials.allowed_displacement.min()) / (pull or 1.0))
     moves = ended = False
     with released(trials.model, factor, start_factor, _STEP * unit, _STEPS, trials.removed) as run:
         run.advance(_ELASTIC)

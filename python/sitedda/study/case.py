@@ -14,7 +14,7 @@ import numpy as np
 from ..base.errors import CheckpointError, InterruptedRun, OutputError, SiteddaError, lacks_memory
 from ..base.stop import SIGNALS, Stop
 from .arrays import Array
-from .quantities import NotBegun, Quantity, check_names, measure, returned
+from .quantities import NotBegun, Quantity, check_names, measure, split_value
 from .store import (
     FAILED,
     INPUT,
@@ -138,13 +138,13 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
     with locked(folder, wait) as mine:
         if not mine:
             return {"status": "busy", "message": ""}
-        result = finished(work, folder)
+        result = valid_result(work, folder)
         if result is None:
             result = _obtain_result(work, folder)
     return {"status": result["status"], "message": result["message"]}
 
 
-def finished(work: Work, folder: Path) -> dict | None:
+def valid_result(work: Work, folder: Path) -> dict | None:
     """Return the result of a case if it was obtained with the present settings."""
     result = read_result(folder)
     if result is None:
@@ -201,11 +201,11 @@ def _compute_results(work: Work, folder: Path) -> tuple[dict[str, float], dict[s
     """Execute a case; return its numbers, arrays and warning."""
     if work.model is not None:
         values = json.loads((folder / "values.json").read_text())
-        return *_numbers_and_arrays(returned("value", work.model(**values))), {}
+        return *_numbers_and_arrays(split_value("value", work.model(**values))), {}
     if callable(work.task):
         value = work.task(folder / INPUT)
         warning = value.pop("warning", "") if isinstance(value, dict) else ""
-        return *_numbers_and_arrays(returned("value", value)), {"warning": str(warning)}
+        return *_numbers_and_arrays(split_value("value", value)), {"warning": str(warning)}
     _raise_stored_failure(folder, work.again)
     if not work.start and not (folder / WORDS).exists():
         raise Missing

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError
 
 from ..base.errors import InterruptedRun, OutputError, SiteddaError
-from .case import Work, carry_out, check_first, finished
+from .case import Work, carry_out, check_first, valid_result
 from .store import case_folder, locked
 from .workers import TaskTooLong, WorkerDied
 
@@ -40,7 +40,7 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
         If the executor has stopped, or a case cannot be written.
     """
     distinct = list(dict.fromkeys(keys))
-    todo = [key for key in distinct if finished(work, case_folder(work.study, key)) is None]
+    todo = [key for key in distinct if valid_result(work, case_folder(work.study, key)) is None]
     check_first(work, todo)
     loop = _CaseLoop(executor, work, todo)
     complete, failures = len(distinct) - len(todo), 0

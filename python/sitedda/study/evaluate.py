@@ -9,7 +9,7 @@ import numpy as np
 from .arrays import Array
 from .distribute import workers_of
 from .plan import Plan, plain
-from .quantities import returned
+from .quantities import split_value
 from .table import coordinate_values
 
 _WORKERS = 32  # number of workers of an executor if unknown
@@ -57,7 +57,7 @@ def call_each(function: Callable, cases: Sequence[dict]) -> list[tuple[dict, str
     results = []
     for values in cases:
         try:
-            results.append((returned("value", function(**values)), ""))
+            results.append((split_value("value", function(**values)), ""))
         except Exception as error:  # an error fails only this case
             results.append(({}, f"{type(error).__name__}: {error}"))
     return results

@@ -231,7 +231,7 @@ def measure(
 def _measure_one(output: Output, quantity: Quantity) -> dict:
     """Return the numbers and arrays of one quantity by their labels."""
     if quantity.function:
-        return returned(quantity.label, quantity.function(_ended_run(output.file)))
+        return split_value(quantity.label, quantity.function(_ended_run(output.file)))
     name, label, component, reduction = _PATH.fullmatch(quantity.name).groups()
     if name == "verdict":
         return _verdict_numbers(output, list(_TOPICS))
@@ -318,14 +318,14 @@ def _compute_spectrum(output: Output, name: str, point: str | None, axis: str | 
 def _read_history(output, path, name, label, component, reduction) -> Array | float:
     """Return a variable of a point or block as a function of time, or reduced to a number."""
     index, reduction = _locate_history(output, path, name, label, component, reduction)
-    stored = _WRITTEN_AS.get(name, name)
-    values, dim = output[stored][index], output.dims(stored)[0]
+    variable = _WRITTEN_AS.get(name, name)
+    values, dim = output[variable][index], output.dims(variable)[0]
     if name == "displacement" and output.has("base_displacement"):
         values = values - output["base_displacement"][:, index[-1]]
     if reduction:
         return float(REDUCTIONS[reduction](values))
     time = output["time" if dim == "time" else "frame_time"]
-    return Array(values, (dim,), {dim: time}, output.units(stored))
+    return Array(values, (dim,), {dim: time}, output.units(variable))
 
 
 def _locate_history(output, path, name, label, component, reduction) -> tuple[tuple, str | None]:
@@ -406,10 +406,12 @@ def _find_index(path: str, kind: str, name: str | None, names) -> int:
     raise InputError(f"{path}: there is no {kind.partition(' ')[2]} {name!r}; there are {listing}")
 
 
-def returned(label: str, value) -> dict:
+def split_value(label: str, value) -> dict:
     """Convert the value of a function (number, array, DataArray, mapping) to numbers and arrays."""
     if isinstance(value, Mapping):
-        return {k: v for name, item in value.items() for k, v in returned(str(name), item).items()}
+        return {
+            k: v for name, item in value.items() for k, v in split_value(str(name), item).items()
+        }
     if hasattr(value, "dims") and hasattr(value, "coords"):
         coordinates = {d: np.asarray(value[d].values) for d in value.dims}
         units = str(value.attrs.get("units", ""))

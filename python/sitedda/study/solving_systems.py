@@ -151,10 +151,12 @@ class _Search:
         values = zip(self.trials.parameters, self._parameter_values(u), strict=True)
         point = ", ".join(f"{name} = {value:.6g}" for name, value in values)
         results = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)
-        found = ", ".join(f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in results)
+        listing = ", ".join(
+            f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in results
+        )
         count = len(self.trials.done)
         return self.trials.failure("outside", f"none found within the ranges ({count} runs); "
-                                   f"the closest is {point}, with {found}")  # fmt: skip
+                                   f"the closest is {point}, with {listing}")  # fmt: skip
 
 
 def _are_independent(slopes: np.ndarray) -> bool:

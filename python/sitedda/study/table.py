@@ -128,11 +128,13 @@ class _Results:
                 self.numbers[name] = np.full(len(self.keys), np.nan)
             self.numbers[name][number] = value
         for name, about in result.get("shapes", {}).items():
-            earlier = self.arrays.setdefault(name, {**about, "shape": list(about["shape"])})
-            if earlier["dims"] != about["dims"]:
-                raise OutputError(f"{name} has dimensions {earlier['dims']} in one case and "
+            reference = self.arrays.setdefault(name, {**about, "shape": list(about["shape"])})
+            if reference["dims"] != about["dims"]:
+                raise OutputError(f"{name} has dimensions {reference['dims']} in one case and "
                                   f"{about['dims']} in case {number}")  # fmt: skip
-            earlier["shape"] = [max(p) for p in zip(earlier["shape"], about["shape"], strict=True)]
+            reference["shape"] = [
+                max(p) for p in zip(reference["shape"], about["shape"], strict=True)
+            ]
         if result.get("shapes"):
             self.with_arrays.append(number)
 

@@ -11,7 +11,7 @@ from ..base.errors import InputError, InterruptedRun, NoRootError, SiteddaError
 from ..input.changes import changed_input, with_files
 from ..input.source import InputOfRun, opened_input
 from .axes import short_names
-from .quantities import Quantity, measure, quantities_of, returned
+from .quantities import Quantity, measure, quantities_of, split_value
 from .tasks import task_of
 
 
@@ -91,14 +91,14 @@ class Trials:
             value = self.model(**dict(zip(names, values, strict=True)))
             if len(self.names) > 1 and not isinstance(value, Mapping):
                 value = self._name_numbers(value)
-            return self._pick_numbers(returned(self.name, value))
+            return self._pick_numbers(split_value(self.name, value))
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
         with tempfile.TemporaryDirectory(prefix="sitedda-solve-") as folder:
             if callable(self.task):
                 file = Path(folder) / "model.nml"
                 file.write_text(text, "utf-8", "surrogateescape")
-                return self._pick_numbers(returned(self.name, self.task(file)))
+                return self._pick_numbers(split_value(self.name, self.task(file)))
             output = Path(folder) / "out.nc"
             _run_case(InputOfRun(self.file, text), output)
             numbers, _ = measure(output, self.wanted, [])

@@ -192,7 +192,7 @@ def test_probability_of_errors_and_shapes():
     posterior = Posterior(family, Observations(modes, names), mean, np.ones(5), None)
     squares, y = family.modes(np.exp(mean + z)[:4], 5)
     expected, delta = norm.logpdf(z).sum(), 0.02 * np.exp(0.4)
-    solved = posterior.solved(z[None])[2][0]
+    solved = posterior.solve_modes(z[None])[2][0]
     solutions = zip(modes.itertuples(), shapes_of(modes).to_numpy(), solved, strict=True)
     for mode, like, k in solutions:
         off = np.log(2 * np.pi * mode.frequency) - np.log(squares[k]) / 2
@@ -243,9 +243,9 @@ def test_probability_where_modes_cross():
     assert calibration.evidence == pytest.approx(np.log(weights.mean()), abs=4 * error)
     assert error < 0.2
     far = [(np.full(4, 1e4), np.eye(4))]  # stiffnesses overflow there
-    assert np.all(np.isfinite(posterior.weighted(far, 0)[1]))
+    assert np.all(np.isfinite(posterior.draw_weighted(far, 0)[1]))
     with pytest.raises(ConvergenceError, match="cannot be integrated"):
-        posterior.weighted([(np.zeros(4), np.diag([1, 1, 1, 1e-12]))], 0)
+        posterior.draw_weighted([(np.zeros(4), np.diag([1, 1, 1, 1e-12]))], 0)
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from sitedda.drawing.point_names import PointNames
 from sitedda.drawing.quantities import limits
 from sitedda.movie import ffmpeg, write_movie
 from sitedda.numbers import in_unit
-from sitedda.pictures import draw, force_lines
+from sitedda.pictures import draw, neighbour_forces
 from sitedda.plot import run_picture
 from sitedda.report import Page, Paragraph, Table, to_html
 from sitedda.report.html import json_for_script
@@ -85,7 +85,7 @@ def test_shear_forces_balance_a_block_on_a_slope(write_input):
     ]  # fmt: skip
     scene = Scene.of(sitedda.run(write_input(groups)))
     frame = scene.frames - 1
-    _, force = force_lines(scene, frame, scene.vertices(frame))
+    _, force = neighbour_forces(scene, frame, scene.vertices(frame))
     assert force.shape == (1, 2)
     assert np.linalg.norm(force[0]) == pytest.approx(2000 * 9.81, rel=1e-3)
     assert abs(force[0, 0]) < 1e-3 * abs(force[0, 1])

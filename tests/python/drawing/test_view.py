@@ -370,7 +370,7 @@ def test_joints_have_slip_and_opening(run):
 
 
 def test_charts_have_ticks_and_units_and_scales_are_those_of_pictures(pages, opened, run):
-    from sitedda.drawing.quantities import OWN_QUANTITIES, QUANTITIES, limits_of, some_of
+    from sitedda.drawing.quantities import OWN_QUANTITIES, QUANTITIES, limits_of, select_frames
 
     page = opened(pages / "view.html")
     for chart in page.evaluate(
@@ -390,7 +390,7 @@ def test_charts_have_ticks_and_units_and_scales_are_those_of_pictures(pages, ope
         assert view_range["high"] == pytest.approx(expected.high, rel=2e-3, abs=smallest), name
         assert view_range["usual"] == pytest.approx(expected.usual, rel=2e-3, abs=smallest), name
         full_range = page.evaluate(f"blockViews[0].model.range('{name}', -1)")
-        assert full_range["high"] == limits_of(scene, name, some_of(range(scene.frames))).high
+        assert full_range["high"] == limits_of(scene, name, select_frames(range(scene.frames))).high
 
 
 def test_histories_of_rounding_errors_have_no_chart(run):

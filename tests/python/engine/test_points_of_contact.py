@@ -9,7 +9,7 @@ import pytest
 import sitedda
 from sitedda.drawing.view.encode import encode
 from sitedda.model import Model
-from sitedda.pictures import force_lines
+from sitedda.pictures import neighbour_forces
 from sitedda.scene import Scene
 from sitedda.vtk import contacts_of
 
@@ -76,7 +76,7 @@ def test_resultants_pass_through_the_points(bracketed):
     """The weight of the brick acts under its middle, in pictures and in the view."""
     scene = Scene.of(bracketed)
     frame = scene.frames - 1
-    positions, force = force_lines(scene, frame, scene.vertices(frame))
+    positions, force = neighbour_forces(scene, frame, scene.vertices(frame))
     brick = np.argmin(np.linalg.norm(positions - scene.coordinates(frame)[2, :2], axis=1))
     np.testing.assert_allclose(abs(force[brick, 1]), 10.0 * 0.08 * 9.81, rtol=1e-2)
     assert encode(scene, 10**7).meta["pairs"] >= 5 + 1

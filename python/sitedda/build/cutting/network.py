@@ -114,9 +114,9 @@ def merge_close_nodes(network: Network, reach: float) -> tuple[Network, float]:
 
     The shape of outlines does not change.  The distance is reduced if merging fails.
     """
-    for closer in (reach, reach / 2, reach / 4):
+    for distance in (reach, reach / 2, reach / 4):
         try:
-            return split_network(network, closer, rigid=True), closer
+            return split_network(network, distance, rigid=True), distance
         except InputError:
             continue
     return network, reach

@@ -23,9 +23,9 @@ from ..cutting.network import (
 )
 from ..cutting.rings import Rings
 from .cells import Cells
-from .fitting import fitted
+from .fitting import fit_to_outlines
 from .graphs import Graph, polygons, squares
-from .quadrangles import divided
+from .quadrangles import divide_quadrangle
 from .sizes import Sizes
 
 _ROUNDING = 1e-9  # tolerance of positions / size of a body
@@ -33,7 +33,10 @@ _BITS = 8  # rounding error of coordinates far from (0, 0), in units in the last
 _CLOSE = 0.1  # distance of merged nodes as fraction of the smallest cell size
 _HOLE = 0.5  # largest size of cells beside a hole / width of the hole
 _SHORTEST, _LONGEST = 0.05, 1.6  # lengths of faces without a note, as fractions of the local size
-_CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}  # distance / local size, see `fitted`
+_CORNER_REACH = {
+    "quadrilateral": 0.75,
+    "voronoi": 0.25,
+}  # distance / local size, see `fit_to_outlines`
 _LINE_REACH = {"quadrilateral": 0.3, "voronoi": 0.2}
 
 
@@ -166,7 +169,7 @@ class _Body:
         if self.cells == "voronoi":
             return [polygons(shape, self.sizes, self.seed) for shape in self.shapes]
         if len(self.parts) == 1 and not self.sizes.varies:
-            graph = divided(self.shapes[0], self.sizes.largest)
+            graph = divide_quadrangle(self.shapes[0], self.sizes.largest)
             if graph is not None:
                 return [graph]
         return [squares(shapely.multipolygons(self.shapes), self.sizes, self._main_direction())]
@@ -202,7 +205,9 @@ class _Body:
             count += len(ring)
         for graph, shape in zip(self._dividing_lines(), self.shapes, strict=False):
             shape = shape if self.cells == "voronoi" else self.domain
-            graph = fitted(graph, self.rings, _CORNER_REACH[self.cells], _LINE_REACH[self.cells])
+            graph = fit_to_outlines(
+                graph, self.rings, _CORNER_REACH[self.cells], _LINE_REACH[self.cells]
+            )
             inner = _clip_graph(graph, shape)
             nodes.append(inner.nodes)
             edges.append(inner.edges + count)

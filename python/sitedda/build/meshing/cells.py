@@ -204,10 +204,12 @@ class Cells:
         cycle = self.cycles[i]
         one, other = self._split_cycle(cycle, k, end, point)
         if point is not None:
-            added = len(self.nodes)
+            node_index = len(self.nodes)
             self.nodes.append(point)
-            one, other = ([added if node < 0 else node for node in half] for half in (one, other))
-            self._insert_node(cycle[end], cycle[(end + 1) % len(cycle)], added)
+            one, other = (
+                [node_index if node < 0 else node for node in half] for half in (one, other)
+            )
+            self._insert_node(cycle[end], cycle[(end + 1) % len(cycle)], node_index)
         self.cycles[i] = one
         self.cycles.append(other)
         self.kinds.append(self.kinds[i])

@@ -11,7 +11,7 @@ _SHARP = np.radians(19.5)  # smallest turn of an outline at a sharp corner
 _LEVEL = 1e-6  # difference of distances that are treated as equal / local size
 
 
-def fitted(graph: Graph, rings, corner_share: float, line_share: float) -> Graph:
+def fit_to_outlines(graph: Graph, rings, corner_share: float, line_share: float) -> Graph:
     """Move the nodes of a graph near outlines onto their corners and sides.
 
     Parameters

@@ -40,7 +40,7 @@ class Graph:
     local: np.ndarray
 
 
-def counted(lengths: np.ndarray, size: float) -> np.ndarray:
+def count_cells(lengths: np.ndarray, size: float) -> np.ndarray:
     """Return the numbers of cells of a size (m) along two lengths (m); reject too many cells."""
     with np.errstate(over="ignore"):
         counts = np.maximum(1.0, np.ceil(lengths / size - _FIT))
@@ -59,7 +59,7 @@ def _quadtree_squares(low, high, sizes: Sizes, rotation, shape):
     A square is divided by four until it has the target size at its middle.  Sizes grow so slowly
     with the distance that neighbours differ at most by a factor of two.
     """
-    count = counted(high - low, sizes.largest)
+    count = count_cells(high - low, sizes.largest)
     if count.max() * sizes.largest > _FINEST * sizes.smallest:
         raise InputError(
             f"the cell size {sizes.smallest:g} m is less than {1 / _FINEST:.0e} of the body size; "

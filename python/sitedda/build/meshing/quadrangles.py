@@ -4,14 +4,14 @@
 import numpy as np
 import shapely
 
-from .graphs import Graph, counted
+from .graphs import Graph, count_cells
 
 _STRAIGHT = 1e-9  # largest sine of the turn at a point of a straight side
 _SHARPEST = np.radians(40.0)  # sharpest corner of a shape that is divided along its sides
 _UNEVEN = 2.0  # largest ratio of the lengths of opposite sides
 
 
-def divided(shape, size: float) -> Graph | None:
+def divide_quadrangle(shape, size: float) -> Graph | None:
     """Return a graph of lines between opposite sides of a quadrangle; None for other shapes."""
     if len(shape.interiors):
         return None
@@ -35,7 +35,7 @@ def divided(shape, size: float) -> Graph | None:
         return None
     if max(length[:2] / length[2:]) > _UNEVEN or min(length[:2] / length[2:]) < 1 / _UNEVEN:
         return None
-    counts = counted(np.maximum(length[:2], length[2:]), size)
+    counts = count_cells(np.maximum(length[:2], length[2:]), size)
     u, v = (np.linspace(0.0, 1.0, count + 1) for count in counts)
     u, v = (grid.ravel()[:, None] for grid in np.meshgrid(u, v, indexing="ij"))
     a, b, c, d = corners

@@ -19,7 +19,7 @@ from ...report.page import Part
 from ...report.style import BOLT, JOINT_MAP, MAGNITUDE, RESTING, SIGNED, STONES, WATER
 from ..forces import force_scale
 from ..pictures import BROKEN
-from ..quantities import MOVEMENTS, QUANTITIES, limits_of, movement_limits, rounding, some_of
+from ..quantities import MOVEMENTS, QUANTITIES, limits_of, movement_limits, rounding, select_frames
 from .encode import NOT_FULL, encode_histories
 from .encode import encode as encoded
 
@@ -71,7 +71,7 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
 
 def _find_scales(scene: Scene) -> dict:
     """Return quantities, limits over all frames, rounding errors and the force scale."""
-    frames = some_of(range(scene.frames)) if not scene.before else []
+    frames = select_frames(range(scene.frames)) if not scene.before else []
     unavailable = set(OWN_QUANTITIES) - set(scene.own_quantities)
     available = [item for item in QUANTITIES.values() if item.name not in unavailable]
     spans = {}

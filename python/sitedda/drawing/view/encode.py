@@ -362,14 +362,16 @@ def encode_histories(result: Encoded, scene: Scene, count: int = 1500) -> None:
         described, stacked = [], title.endswith("stacked")
         for label, values in lines.items():
             stream = f"line{len(result.streams)}"
-            samples = thinned(np.sum(list(lines.values()), axis=0) if stacked else values, count)
+            samples = thin_samples(
+                np.sum(list(lines.values()), axis=0) if stacked else values, count
+            )
             result.put_array(stream, np.concatenate([time[samples], values[samples]]), "<f4")
             described.append({"label": label, "stream": stream, "samples": len(samples)})
         chart = {"title": title, "unit": unit, "lines": described, "stacked": stacked}
         result.meta["charts"].append(chart)
 
 
-def thinned(values: np.ndarray, count: int) -> np.ndarray:
+def thin_samples(values: np.ndarray, count: int) -> np.ndarray:
     """Return the indices of first, smallest and largest sample in count/3 bins, and the last."""
     n = len(values)
     if n <= count:
