@@ -52,9 +52,8 @@ class Session:
         self.run: LiveRun | None = None
         self._drawn: bytes | None = None
         self._opened = 0  # number of models that have been opened
-        self._last_messages: dict[
-            str, dict
-        ] = {}  # last message of each kind that new pages receive
+        # last message of each kind that new pages receive
+        self._last_messages: dict[str, dict] = {}
         self._cards: dict[str, dict] = {}
         self._cards_requested = False
         self._work = threading.Condition()

@@ -33,10 +33,8 @@ _BITS = 8  # rounding error of coordinates far from (0, 0), in units in the last
 _CLOSE = 0.1  # distance of merged nodes as fraction of the smallest cell size
 _HOLE = 0.5  # largest size of cells beside a hole / width of the hole
 _SHORTEST, _LONGEST = 0.05, 1.6  # lengths of faces without a note, as fractions of the local size
-_CORNER_REACH = {
-    "quadrilateral": 0.75,
-    "voronoi": 0.25,
-}  # distance / local size, see `fit_to_outlines`
+# Distances within which nodes move onto corners and sides / local size, see `fit_to_outlines`.
+_CORNER_REACH = {"quadrilateral": 0.75, "voronoi": 0.25}
 _LINE_REACH = {"quadrilateral": 0.3, "voronoi": 0.2}
 
 
