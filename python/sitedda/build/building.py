@@ -343,12 +343,12 @@ def _comment_out(text: str, groups: Sequence[Found]) -> str:
     for item in groups:
         line = text.rfind("\n", 0, item.start) + 1
         tail = text[item.end :].split("\n", 1)[0].strip()
-        single = not text[max(line, start) : item.start].strip() and (not tail or tail[0] == "!")
+        separate = not text[max(line, start) : item.start].strip() and (not tail or tail[0] == "!")
         group = text[item.start : item.end]
         parts.append(text[start : item.start])
         parts.append(
             "! " + group.replace("\n", "\n! ")
-            if single and line >= start
+            if separate and line >= start
             else re.sub(r"[^\n]", " ", group)
         )
         start = item.end

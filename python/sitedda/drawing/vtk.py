@@ -37,7 +37,7 @@ class PolyData:
         self.connectivity = np.asarray(connectivity, dtype="<i8")
         self.offsets = np.asarray(offsets, dtype="<i8")
         self.cells: dict[str, np.ndarray] = {}
-        self.places: dict[str, np.ndarray] = {}  # data of the points
+        self.point_data: dict[str, np.ndarray] = {}
         self.field: dict[str, list[str]] = {}
 
     def write(self, file: Path) -> None:
@@ -64,7 +64,7 @@ class PolyData:
         topology = _array_xml("connectivity", self.connectivity, appended) + _array_xml(
             "offsets", self.offsets, appended
         )
-        at_points = "".join(_array_xml(name, v, appended) for name, v in self.places.items())
+        at_points = "".join(_array_xml(name, v, appended) for name, v in self.point_data.items())
         points = _array_xml("Points", self.points, appended)
         fields = "".join(_text_xml(name, texts) for name, texts in self.field.items())
         return (
@@ -119,7 +119,7 @@ def blocks_of(scene: Scene, frame: int) -> PolyData:
     displacement = scene.displacement(frame)
     largest, smallest = principal_stresses(stress)
     moved_vertices = scene.vertices(frame) - scene.vertices(0)
-    data.places = {"displacement (m)": _to_3d(moved_vertices)}
+    data.point_data = {"displacement (m)": _to_3d(moved_vertices)}
     data.cells = {
         "block": np.arange(scene.blocks, dtype="<i4"),
         "material": scene.material.astype("<i4"),

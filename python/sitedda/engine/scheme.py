@@ -292,10 +292,8 @@ def theta_for_damping(
 
 def _solve_for_damping(damping, frequency, scheme: Scheme, time_step: float, check=positive):
     """Return the time steps (s), and θ at a given time step, that have given damping ratios."""
-    ratio, values = np.broadcast_arrays(check("damping", damping), positive("frequency", frequency))
-    rows = api.scheme_for_damping(
-        scheme.theta, scheme.chi, time_step, ratio.ravel(), values.ravel()
-    )
+    ratio, hz = np.broadcast_arrays(check("damping", damping), positive("frequency", frequency))
+    rows = api.scheme_for_damping(scheme.theta, scheme.chi, time_step, ratio.ravel(), hz.ravel())
     return [row.reshape(ratio.shape) for row in rows]
 
 

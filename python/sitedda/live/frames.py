@@ -57,11 +57,12 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
 
 def _contact_streams(simulation: Simulation) -> dict[str, bytes]:
     """Return ``pairs`` and ``forces`` of the closed contacts; nothing if there are too many."""
-    points = simulation.closed_contacts
-    if len(points) > _CONTACTS:
+    contacts = simulation.closed_contacts
+    if len(contacts) > _CONTACTS:
         return {}
-    points[:, 2] = np.rint(100 * points[:, 2])
-    pairs, forces = points[:, :3].astype("<i4", order="C"), points[:, 3:].astype("<f4", order="C")
+    contacts[:, 2] = np.rint(100 * contacts[:, 2])
+    pairs = contacts[:, :3].astype("<i4", order="C")
+    forces = contacts[:, 3:].astype("<f4", order="C")
     return {"pairs": pairs.tobytes(), "forces": forces.tobytes()}
 
 

@@ -223,8 +223,8 @@ class Scene:
             start, current = self._cohesive_contacts(0), self._cohesive_contacts(frame)
             glued = np.unique(start["edge"][start["bonded"] > 0])
             open_edges = np.setdiff1d(glued, current["edge"])
-            of_glued = np.isin(current["edge"], glued)
-            np.maximum.at(damage, current["edge"][of_glued], current["damage"][of_glued])
+            is_glued = np.isin(current["edge"], glued)
+            np.maximum.at(damage, current["edge"][is_glued], current["damage"][is_glued])
             damage[open_edges] = 1.0
         return damage
 

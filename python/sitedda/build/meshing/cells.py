@@ -184,20 +184,20 @@ class Cells:
         count = len(cycle)
         p = self.nodes[cycle[k]]
 
-        def side(a, b, c) -> float:
+        def cross(a, b, c) -> float:
             return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
         for e in range(count):
             if e in (k, (k - 1) % count, *edges_of_target):
                 continue
             a, b = self.nodes[cycle[e]], self.nodes[cycle[(e + 1) % count]]
-            if side(p, target, a) * side(p, target, b) <= 0 and (
-                side(a, b, p) * side(a, b, target) <= 0
+            if cross(p, target, a) * cross(p, target, b) <= 0 and (
+                cross(a, b, p) * cross(a, b, target) <= 0
             ):
                 return False
         previous, following = self.nodes[cycle[k - 1]], self.nodes[cycle[(k + 1) % count]]
         # At a reflex corner, the line must not begin between the two sides, outside the cell.
-        return side(p, following, target) > 0 or side(previous, p, target) > 0
+        return cross(p, following, target) > 0 or cross(previous, p, target) > 0
 
     def _split(self, i: int, k: int, end: int, point) -> tuple[int, int]:
         """Split a cell; return the indices of the two new cells."""
