@@ -33,7 +33,7 @@ def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
         Sa (m/s²) as a function of periods (s).
     """
     if kind not in _GROUND or ground not in _GROUND[kind]:
-        raise InputError(f"ground {ground!r} of kind {kind!r}: use A to E, and 1 or 2")
+        raise InputError(f"ground = {ground!r}, kind = {kind!r}: use ground A to E and kind 1 or 2")
     soil, b, c, d = _GROUND[kind][ground]
 
     def spectrum(period):
