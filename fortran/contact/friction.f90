@@ -10,8 +10,8 @@ module dda_friction
    use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
    use dda_coulomb, only: coulomb_contact_type, respond
    use dda_joint_bond, only: add_bond, bond_after, is_cohesive, slider_stretch
-   use dda_joint_contact, only: acts_before_end, limit_friction, joint_bound, joint_response, &
-      joint_slide, store_state, state_of, opens_at_centre, slip_lifts
+   use dda_joint_contact, only: acts_before_end, directed_state, frozen_friction, joint_bound, &
+      joint_response, joint_slide, limit_friction, store_state, state_of, opens_at_centre, slip_lifts
    use dda_joint_law, only: add_columns, column_type, response_type, shared, weakened
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type
@@ -20,8 +20,8 @@ module dda_friction
    private
    public :: laws_type, set_laws, weaker_joint, law_of, find_response, acting, &
       end_stretch, accept_contacts, acts_at_theta, shear_stiffness_of, inelastic_slip, &
-      slip_counts, bond_length_of, multiplier_of, find_bound, slide_response, closed_springs, &
-      same_branch, start_force
+      slip_counts, bond_length_of, multiplier_of, find_bound, frozen_bound_of, slide_response, &
+      closed_springs, same_branch, start_force
 
    real(wp), parameter :: round_off = 1.0e-9_wp  !< slip, over stretch, that is ignored
 
@@ -196,6 +196,20 @@ contains
             difference)
       end if
    end subroutine find_bound
+
+   !> Return the frozen friction of contact c in the direction of its assumed force, N/m.
+   pure real(wp) function frozen_bound_of(contacts, laws, c) result(bound)
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with frozen bounds
+      type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: c  !< number of the contact
+
+      bound = contacts%frozen_bound(c)
+      if (laws%plain) return
+      associate (law => laws%slot(contacts%joint(c))%law)
+         bound = frozen_friction(contacts, law, c, directed_state(contacts, law, c, &
+            state_of(contacts, law, c), contacts%slide_force(c)))
+      end associate
+   end function frozen_bound_of
 
    !> Return the friction of contact c in the assumed direction without the part due to tilt, N/m.
    pure real(wp) function slide_response(contacts, laws, c, gap, stretch) result(friction)

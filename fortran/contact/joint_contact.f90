@@ -12,8 +12,9 @@ module dda_joint_contact
    implicit none
    private
    public :: state_of, store_state, joint_response, acts_before_end, closure_of, linearise_normal, &
-      linearise_shear, line_of, tilt_line, joint_bound, joint_slide, limit_friction, joint_energy, &
-      centre_shift, opens_at_centre, slip_lifts, most_closings
+      linearise_shear, line_of, tilt_line, joint_bound, directed_state, frozen_friction, &
+      joint_slide, limit_friction, &
+      joint_energy, centre_shift, opens_at_centre, slip_lifts, most_closings
 
    integer, parameter :: most_closings = 8 !< after more closings in a step, contacts first slide
    !> first assumed force over initial spring force
@@ -124,20 +125,16 @@ contains
       type(joint_state_type) :: state
       logical :: intact, lifts
 
-      state = state_of(contacts, law, c)
-      state%slip_sign = sign(1.0_wp, stretch)
+      state = directed_state(contacts, law, c, state_of(contacts, law, c), stretch)
       lifts = slip_lifts(contacts, law, c)
-      if (lifts .and. allocated(contacts%frozen_bound)) then
-         state%frozen = contacts%frozen_bound(c)
-         state%lifting = contacts%frozen_lifting(c)
-      end if
       call find_forces(contacts, law, c, state, gap, stretch, intact, response)
       if (allocated(contacts%frozen_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
          contact_open))) then
          if (law%flows) then
             call apply_slip_curve(law, state, contacts%frozen_bound(c), stretch, response)
          else
-            call limit_friction(response, contacts%frozen_bound(c), law%shear_spring(state)*stretch)
+            call limit_friction(response, frozen_friction(contacts, law, c, state), &
+               law%shear_spring(state)*stretch)
          end if
       end if
       response%slider = response%shear_force
@@ -145,8 +142,40 @@ contains
          response%strength_ratio = overload(contacts, law, c, state, response, intact)
    end function joint_response
 
+   !> Return the state of contact c for slip in the direction of a stretch, with the frozen force.
+   pure type(joint_state_type) function directed_state(contacts, law, c, start, stretch) &
+      result(state)
+      type(contacts_type), intent(in) :: contacts   !< contacts of this step
+      class(joint_law_type), intent(in) :: law      !< law of the contact
+      integer, intent(in) :: c                      !< number of the contact
+      type(joint_state_type), intent(in) :: start   !< state at the start of the step
+      real(wp), intent(in) :: stretch               !< its sign is the direction of slip
+
+      state = start
+      state%slip_sign = sign(1.0_wp, stretch)
+      if (.not. (allocated(contacts%frozen_bound) .and. slip_lifts(contacts, law, c))) return
+      state%frozen = contacts%frozen_bound(c)
+      state%lifting = contacts%frozen_lifting(c)
+   end function directed_state
+
+   !> Return the frozen friction of contact c without the part due to dilation, N/m.
+   pure real(wp) function frozen_friction(contacts, law, c, state) result(friction)
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with frozen bounds
+      class(joint_law_type), intent(in) :: law     !< law of the contact
+      integer, intent(in) :: c                     !< number of the contact
+      type(joint_state_type), intent(in) :: state  !< state with the direction of slip
+
+      friction = contacts%frozen_bound(c)
+      if (slip_lifts(contacts, law, c)) friction = friction_without_rise(law, state)
+   end function frozen_friction
+
    !> Find the frozen quantities of contact c for the next pass, from the solution of the last one:
-   !> the largest friction without the part of dilation, and the fraction of slip that lifts.
+   !> the largest friction, and the fraction of slip that lifts.
+   !>
+   !> If slip lifts the contact, its friction depends on the direction of slip.  Its normal force is
+   !> therefore frozen in place of its friction.  Then the map of the passes is continuous if slip
+   !> reverses, and the energy remains convex, because b₊ and b₋ in −b₋ ≤ T − N tan α ≤ b₊ are
+   !> constant.
    !>
    !> The lift of this fraction, distributed over the whole slip, is the lift by the law.  With a
    !> constant fraction the energy of the step is convex, also in the step in which dilation ends.
@@ -176,7 +205,7 @@ contains
       if (response%state /= contact_open .or. normal_force > 0.0_wp) &
          bound = law%strength(state, normal_force)
       lifting = law%lifting_share(state, max(0.0_wp, abs(at(2)) - bound/law%shear_spring(state)))
-      bound = bound - lifting*law%rise(state, 0.0_wp)*normal_force
+      bound = normal_force
    end subroutine joint_bound
 
    !> Return the state of contact c that determines its strength and rise in the direction of slip.
@@ -239,7 +268,7 @@ contains
          ! With dilation, the joint remains closed while its gap grows less than the lift, also
          ! beyond zero net slip.
          if (.not. lifts) return
-         if (law%shear_spring(state)*abs(stretch) <= state%frozen) return
+         if (law%shear_spring(state)*abs(stretch) <= friction_without_rise(law, state)) return
          if (.not. law%has_centre) then
             if (lifted_force(law, state, closure, abs(stretch)) <= 0.0_wp) return
          end if
@@ -279,8 +308,19 @@ contains
       end if
    end subroutine stick_or_slide
 
-   !> Return the largest friction, N/m, at a normal force: by the law, or by the frozen bound.
-   !> The part due to dilation is added to a frozen bound.
+   !> Return the friction at the frozen normal force without the part due to dilation, N/m; −1 if
+   !> no force is frozen.
+   pure real(wp) function friction_without_rise(law, state) result(friction)
+      class(joint_law_type), intent(in) :: law     !< law of the contact
+      type(joint_state_type), intent(in) :: state  !< state of the contact
+
+      friction = min(0.0_wp, state%frozen)
+      if (state%frozen > 0.0_wp) friction = law%strength(state, state%frozen) &
+         - state%lifting*law%rise(state, 0.0_wp)*state%frozen
+   end function friction_without_rise
+
+   !> Return the largest friction, N/m, at a normal force: by the law, or with a frozen force.
+   !> The part due to dilation is added to frozen friction.
    pure real(wp) function available_friction(law, state, normal_force) result(friction)
       class(joint_law_type), intent(in) :: law     !< law of the contact
       type(joint_state_type), intent(in) :: state  !< state of the contact
@@ -289,7 +329,8 @@ contains
       if (state%frozen < 0.0_wp) then
          friction = law%strength(state, normal_force)
       else
-         friction = state%frozen + state%lifting*law%rise(state, 0.0_wp)*max(0.0_wp, normal_force)
+         friction = friction_without_rise(law, state) &
+            + state%lifting*law%rise(state, 0.0_wp)*max(0.0_wp, normal_force)
       end if
    end function available_friction
 
@@ -307,8 +348,8 @@ contains
       end if
       springs = [law%initial_spring(state), law%shear_spring(state)]
       rise = state%lifting*law%rise(state, 0.0_wp)
-      force = max(0.0_wp, springs(1)*(closure + rise*(stretch - state%frozen/springs(2))) &
-         /(1.0_wp + springs(1)*rise**2/springs(2)))
+      force = max(0.0_wp, springs(1)*(closure + rise*(stretch - friction_without_rise(law, state) &
+         /springs(2)))/(1.0_wp + springs(1)*rise**2/springs(2)))
    end function lifted_force
 
    !> Decide whether slip that reaches zero net slip stops there or continues beyond.
@@ -360,15 +401,15 @@ contains
       type(joint_state_type) :: state
       real(wp) :: normal_force
 
-      state = assumed_state(contacts, law, c)
-      state%slip_sign = contacts%slip_sign(c)
+      state = directed_state(contacts, law, c, assumed_state(contacts, law, c), &
+         contacts%slip_sign(c))
       normal_force = contacts%line(1, c) - contacts%tangent(1, c)*gap
       if (slip_lifts(contacts, law, c)) normal_force = law%sliding_force(state, law%lift(state) &
          - gap, max(0.0_wp, contacts%slip_sign(c)*(stretch + centre_shift(contacts, c))))
       friction = contacts%slip_sign(c)*law%strength(state, normal_force) &
          - contacts%tilt(1, c)*normal_force
       if (allocated(contacts%frozen_bound)) &
-         friction = contacts%slip_sign(c)*contacts%frozen_bound(c)
+         friction = contacts%slip_sign(c)*frozen_friction(contacts, law, c, state)
    end function joint_slide
 
    !> Tilt the line of contact c with dilation: its normal spring acts along gap − rise × slip, in

@@ -38,8 +38,8 @@ module dda_joint_law
       real(wp) :: length     !< tributary length, m
       real(wp) :: stiffness_fraction = 1.0_wp  !< fraction of the stiffness of a contact
       real(wp) :: slip_sign = 1.0_wp  !< direction of slip, sign of the shear force
-      real(wp) :: frozen = -1.0_wp !< frozen friction without dilation, N/m
-      real(wp) :: lifting = 1.0_wp !< with frozen friction, fraction of the slip that lifts
+      real(wp) :: frozen = -1.0_wp !< frozen normal force, N/m; < 0: none is frozen
+      real(wp) :: lifting = 1.0_wp !< with a frozen force, fraction of the slip that lifts
       real(wp) :: memory(most_law_columns + 3) = 0.0_wp  !< memory of the law for this contact
       real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
       real(wp) :: time_step = 0.0_wp     !< Δt, s; 0: static

@@ -15,7 +15,8 @@ module dda_contact_terms
    use dda_kinds, only: wp, long
    use dda_contact, only: capacity_of, contacts_type, contact_open, contact_slide
    use dda_contact_gradients, only: acting_rows, rows_type
-   use dda_friction, only: laws_type, acting, acts_at_theta, closed_springs, multiplier_of
+   use dda_friction, only: laws_type, acting, acts_at_theta, closed_springs, frozen_bound_of, &
+      multiplier_of
    use dda_growth, only: grow
    use dda_joint_bond, only: add_bond_terms, is_cohesive
    use dda_joint_contact, only: centre_shift
@@ -209,7 +210,7 @@ contains
 
       open_friction = has_open_friction(contacts, c)
       at_bound = open_friction
-      if (open_friction) at_bound = abs(contacts%slide_force(c)) >= contacts%frozen_bound(c)
+      if (open_friction) at_bound = abs(contacts%slide_force(c)) >= frozen_bound_of(contacts, laws, c)
       springs = closed_springs(contacts, laws, c)
       forces = [multiplier_of(contacts, c), 0.0_wp]
       at = acting(contacts, laws, c, [contacts%gap(c), contacts%stretch(c)])
