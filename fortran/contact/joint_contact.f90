@@ -11,7 +11,8 @@ module dda_joint_contact
       weakened
    implicit none
    private
-   public :: state_of, store_state, joint_response, acts_before_end, closure_of, linearise_normal, &
+   public :: state_of, assumed_state, store_state, joint_response, acts_before_end, closure_of, &
+      linearise_normal, &
       linearise_shear, line_of, tilt_line, joint_bound, directed_state, frozen_friction, &
       joint_slide, limit_friction, &
       joint_energy, centre_shift, opens_at_centre, slip_lifts, most_closings
@@ -126,6 +127,7 @@ contains
       logical :: intact, lifts
 
       state = directed_state(contacts, law, c, state_of(contacts, law, c), stretch)
+      state%slip_sign = slip_direction(law, state, closure_of(contacts, law, c, gap), stretch)
       lifts = slip_lifts(contacts, law, c)
       call find_forces(contacts, law, c, state, gap, stretch, intact, response)
       if (allocated(contacts%frozen_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
@@ -133,8 +135,7 @@ contains
          if (law%flows) then
             call apply_slip_curve(law, state, contacts%frozen_bound(c), stretch, response)
          else
-            call limit_friction(response, frozen_friction(contacts, law, c, state), &
-               law%shear_spring(state)*stretch)
+            call drag(contacts, law, c, state, stretch, response)
          end if
       end if
       response%slider = response%shear_force
@@ -158,6 +159,25 @@ contains
       state%lifting = contacts%frozen_lifting(c)
    end function directed_state
 
+   !> Return the direction of slip at a stretch, which is usually its sign.
+   !>
+   !> With a frozen force, a normal force far above it can drive a descent, b₋ − N tan α < 0, at any
+   !> stretch above the negative limit.
+   pure real(wp) function slip_direction(law, state, closure, stretch) result(direction)
+      class(joint_law_type), intent(in) :: law     !< law of the contact
+      type(joint_state_type), intent(in) :: state  !< state of the contact
+      real(wp), intent(in) :: closure, stretch     !< m
+      type(joint_state_type) :: opposite
+      real(wp) :: limit
+
+      direction = sign(1.0_wp, stretch)
+      if (.not. (law%has_centre .and. state%frozen > 0.0_wp .and. closure > 0.0_wp)) return
+      opposite = state
+      opposite%slip_sign = -direction
+      limit = available_friction(law, opposite, law%normal_force(opposite, closure))
+      if (law%shear_spring(state)*abs(stretch) < -limit) direction = -direction
+   end function slip_direction
+
    !> Return the frozen friction of contact c without the part due to dilation, N/m.
    pure real(wp) function frozen_friction(contacts, law, c, state) result(friction)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with frozen bounds
@@ -168,6 +188,27 @@ contains
       friction = contacts%frozen_bound(c)
       if (slip_lifts(contacts, law, c)) friction = friction_without_rise(law, state)
    end function frozen_friction
+
+   !> Apply frozen friction to contact c; it may have slipped beyond zero net slip.
+   pure subroutine drag(contacts, law, c, start, stretch, response)
+      type(contacts_type), intent(in) :: contacts     !< contacts of this step
+      class(joint_law_type), intent(in) :: law        !< law of the contact
+      integer, intent(in) :: c                        !< number of the contact
+      type(joint_state_type), intent(in) :: start     !< state with the direction of slip
+      real(wp), intent(in) :: stretch                 !< stretch of the shear spring without slip, m
+      type(response_type), intent(inout) :: response  !< response with the normal force
+      type(joint_state_type) :: state
+      real(wp) :: elastic
+
+      state = start
+      elastic = stretch
+      if (response%past_centre) then
+         state = law%state_after_slip(start, -start%memory(net_slip), 0.0_wp)
+         elastic = stretch + start%memory(net_slip)
+      end if
+      call limit_friction(response, frozen_friction(contacts, law, c, state), &
+         law%shear_spring(state)*elastic)
+   end subroutine drag
 
    !> Find the frozen quantities of contact c for the next pass, from the solution of the last one:
    !> the largest friction, and the fraction of slip that lifts.
@@ -300,11 +341,12 @@ contains
       response%bound = available_friction(law, state, response%normal_force)
       trial = law%shear_spring(state)*stretch
       response%shear_force = trial
-      if (abs(trial) > response%bound .and. .not. intact) then
+      if (state%slip_sign*trial > response%bound .and. .not. intact) then
          response%state = contact_slide
-         if (lifts) response%normal_force = lifted_force(law, state, closure, abs(stretch))
+         if (lifts) response%normal_force = lifted_force(law, state, closure, &
+            state%slip_sign*stretch)
          response%bound = available_friction(law, state, response%normal_force)
-         response%shear_force = sign(1.0_wp, trial)*response%bound  ! a descent may drive slip
+         response%shear_force = state%slip_sign*response%bound  ! a descent may drive slip
       end if
    end subroutine stick_or_slide
 
@@ -363,7 +405,7 @@ contains
       real(wp) :: slip
 
       if (response%state /= contact_slide) return
-      slip = abs(stretch) - response%bound/law%shear_spring(state)
+      slip = state%slip_sign*stretch - response%bound/law%shear_spring(state)
       if (state%slip_sign*state%memory(net_slip) < 0.0_wp .and. &
          slip > abs(state%memory(net_slip))) then
          response%past_centre = .true.
@@ -371,7 +413,9 @@ contains
          call stick_or_slide(law, centre, closure + law%lift(centre) - law%lift(state), &
             stretch + state%memory(net_slip), .false., .true., response)
       end if
-      if (response%normal_force <= 0.0_wp) response = response_type(contact_open)
+      ! With frozen friction, an open contact is still dragged beyond zero net slip.
+      if (response%normal_force <= 0.0_wp) response = response_type(contact_open, &
+         past_centre=response%past_centre .and. state%frozen >= 0.0_wp)
    end subroutine pass_centre
 
    !> Return the overload (force − strength)/strength of a bond or intact joint; ≤ 0: no failure.
@@ -427,7 +471,9 @@ contains
       if (contacts%trial_state(c) /= contact_slide) return
       if (.not. slip_lifts(contacts, law, c)) return
       stretch = at(2) + centre_shift(contacts, c)
-      state = sliding_state(contacts, law, c, response%past_centre, stretch)
+      state = sliding_state(contacts, law, c, response%past_centre, slip_direction(law, &
+         directed_state(contacts, law, c, state_of(contacts, law, c), at(2)), &
+         closure_of(contacts, law, c, at(1)), at(2)))
       associate (normal => contacts%tangent(1, c), shear => law%shear_spring(state), &
          tilt => contacts%tilt(1, c))
          if (allocated(contacts%frozen_lifting)) then

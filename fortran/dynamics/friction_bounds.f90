@@ -8,16 +8,24 @@
 !>
 !> If normal force and slip resistance increase each other, the plain iteration diverges from one
 !> fixed point, often by 0.1 % per pass, towards another fixed point at which contacts lock.
-!> Changes of the bounds that repeat their direction and do not decrease are therefore extrapolated;
-!> other changes that do not decrease are damped.
+!> Two methods alternate, because each finds fixed points that the other does not find.  The first
+!> is Anderson acceleration.  The second extrapolates changes of the bounds that repeat their
+!> direction and do not decrease, and damps other changes that do not decrease.
+!>
+!> Of 72 hard walls per law, runs that complete with the first, the second, and both methods:
+!> dilating joints 66, 70, 71; Barton–Bandis 69, 71, 71; continuously yielding 66, 60, 69.
 module dda_friction_bounds
    use dda_kinds, only: wp
+   use dda_anderson, only: anderson_type, accelerate
    use dda_contact, only: contacts_type
    use dda_friction, only: find_bound, laws_type
    implicit none
    private
    public :: bounds_type, freeze_bounds, unfreeze_bounds, renew_bounds
 
+   !> mixing factor of Anderson acceleration in successive iterations, used cyclically; 0: the second
+   !> method
+   real(wp), parameter :: mixing(4) = [1.0_wp, 0.0_wp, 0.3_wp, 0.0_wp]
    !> least cosine of the angle between equal directions
    real(wp), parameter :: least_cosine = 0.99_wp
    real(wp), parameter :: stretch = 4.0_wp  !< growth of `extrapolation` per pass
@@ -33,17 +41,21 @@ module dda_friction_bounds
       real(wp) :: extrapolation = 1.0_wp       !< last extrapolation factor
       real(wp) :: length = 0.0_wp              !< norm of the last difference, N/m
       real(wp), allocatable :: change(:)       !< [contacts] the last difference, N/m
+      real(wp) :: mixing = 0.0_wp              !< see `mixing`
+      type(anderson_type) :: memory            !< memory of Anderson acceleration
    end type bounds_type
 
 contains
 
    !> Freeze the friction bounds of the contacts at their present normal forces.
-   pure subroutine freeze_bounds(bounds, contacts, laws)
+   pure subroutine freeze_bounds(bounds, contacts, laws, round)
       type(bounds_type), intent(out) :: bounds  !< new iteration
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      integer, intent(in) :: round  !< number of the iteration in this step, from 1
       integer :: c
 
+      bounds%mixing = mixing(modulo(round - 1, size(mixing)) + 1)
       allocate (bounds%change(contacts%n))
       allocate (contacts%frozen_bound(contacts%n), contacts%frozen_lifting(contacts%n))
       call find_bound(contacts, laws, [(c, c=1, contacts%n)], contacts%frozen_bound, &
@@ -60,17 +72,39 @@ contains
    end subroutine unfreeze_bounds
 
    !> Set the next bounds from the normal forces of the solution with the present frozen bounds.
-   pure subroutine renew_bounds(bounds, contacts, laws)
+   subroutine renew_bounds(bounds, contacts, laws)
       type(bounds_type), intent(inout) :: bounds  !< iteration of the bounds
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), dimension(contacts%n) :: bound, lifting, difference, change
-      real(wp) :: factor, length, along
-      logical :: keeps_direction
+      real(wp) :: factor
       integer :: c
 
       call find_bound(contacts, laws, [(c, c=1, contacts%n)], bound, lifting, difference)
       change = bound - contacts%frozen_bound
+      factor = 1.0_wp
+      if (bounds%mixing > 0.0_wp) then
+         bound = contacts%frozen_bound
+         call accelerate(bounds%memory, bound, contacts%frozen_bound + bounds%mixing*change)
+      else
+         factor = factor_of(bounds, change)
+         bound = contacts%frozen_bound + factor*change
+      end if
+      contacts%frozen_bound = max(0.0_wp, bound)
+      contacts%frozen_lifting = contacts%frozen_lifting &
+         + min(1.0_wp, factor)*(lifting - contacts%frozen_lifting)
+      difference = max(difference, abs(change))
+      bounds%unconverged = maxloc(difference, 1)
+      bounds%difference = difference(bounds%unconverged)
+   end subroutine renew_bounds
+
+   !> Return the fraction of a change to apply, above 1 to extrapolate; store the change.
+   real(wp) function factor_of(bounds, change) result(factor)
+      type(bounds_type), intent(inout) :: bounds  !< iteration of the bounds
+      real(wp), intent(in) :: change(:)           !< [contacts] present change of the bounds, N/m
+      real(wp) :: length, along
+      logical :: keeps_direction
+
       length = norm2(change)
       along = dot_product(change, bounds%change)
       keeps_direction = length >= bounds%length .and. along > least_cosine*length*bounds%length
@@ -83,14 +117,8 @@ contains
          bounds%fraction = min(1.0_wp, longer*bounds%fraction)
       end if
       factor = merge(bounds%extrapolation, bounds%fraction, keeps_direction)
-      contacts%frozen_bound = max(0.0_wp, contacts%frozen_bound + factor*change)
-      contacts%frozen_lifting = contacts%frozen_lifting &
-         + min(1.0_wp, factor)*(lifting - contacts%frozen_lifting)
       bounds%change = change
       bounds%length = length
-      difference = max(difference, abs(change))
-      bounds%unconverged = maxloc(difference, 1)
-      bounds%difference = difference(bounds%unconverged)
-   end subroutine renew_bounds
+   end function factor_of
 
 end module dda_friction_bounds

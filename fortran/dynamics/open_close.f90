@@ -146,7 +146,7 @@ contains
          call add_counts(iteration, before)
          if (by_bounds .and. .not. (converged .or. allocated(error))) &
             call find_bounds(iteration, system, solver, contacts, laws, &
-            merge(patience, 1, rounds > 1)*iteration%max_iterations, converged, error)
+            merge(patience, 1, rounds > 1)*iteration%max_iterations, round, converged, error)
          if (converged .or. allocated(error)) exit
          before = counts_of(iteration)
       end do
@@ -156,19 +156,21 @@ contains
    end subroutine solve_contacts
 
    !> Iterate with frozen friction bounds until they agree with the normal forces.
-   subroutine find_bounds(iteration, system, solver, contacts, laws, limit, converged, error)
+   subroutine find_bounds(iteration, system, solver, contacts, laws, limit, round, converged, &
+      error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: limit  !< iteration limit per set of bounds; half of the total limit
+      integer, intent(in) :: round  !< number of this search in the step, from 1
       logical, intent(out) :: converged  !< the bounds and all contact forces have converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(bounds_type) :: bounds
       integer :: before(3), most, saved_limit
 
-      call freeze_bounds(bounds, contacts, laws)
+      call freeze_bounds(bounds, contacts, laws, round)
       saved_limit = iteration%max_iterations
       most = iteration%iterations + 2*limit
       iteration%max_iterations = limit
