@@ -113,8 +113,8 @@ module dda_contact
       !> [2,n] springs and forces at d = 0, N/m, that replace the values by the contact states in
       !> dda_static_relaxation; else not allocated
       real(wp), allocatable :: imposed_spring(:,:), imposed_force(:,:)
-      !> frozen friction bounds, N/m, or frozen normal forces of contacts with dilation or with a curve
-      !> of slip, see dda_friction_bounds; else not allocated
+      !> frozen friction bounds, or normal forces of contacts with dilation or a curve of slip, N/m,
+      !> see dda_friction_bounds; else not allocated
       real(wp), allocatable :: frozen_bound(:)
       !> with frozen bounds, fraction of the slip of the step that lifts a dilating contact
       real(wp), allocatable :: frozen_lifting(:)

@@ -10,8 +10,9 @@ module dda_friction
    use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
    use dda_coulomb, only: coulomb_contact_type, respond
    use dda_joint_bond, only: add_bond, bond_after, is_cohesive, slider_stretch
-   use dda_joint_contact, only: acts_before_end, assumed_state, directed_state, frozen_friction, joint_bound, &
-      joint_response, joint_slide, limit_friction, store_state, state_of, opens_at_centre, slip_lifts
+   use dda_joint_contact, only: acts_before_end, assumed_state, directed_state, frozen_friction, &
+      joint_bound, joint_response, joint_slide, limit_friction, store_state, state_of, &
+      opens_at_centre, slip_lifts
    use dda_joint_law, only: add_columns, column_type, response_type, shared, weakened
    use dda_joint_laws, only: law_slot_type, new_joint_law
    use dda_material, only: joint_type

@@ -171,7 +171,7 @@ contains
       real(wp) :: limit
 
       direction = sign(1.0_wp, stretch)
-      if (.not. (law%has_centre .and. state%frozen > 0.0_wp .and. closure > 0.0_wp)) return
+      if (.not. (law%has_centre .and. state%frozen >= 0.0_wp .and. closure > 0.0_wp)) return
       opposite = state
       opposite%slip_sign = -direction
       limit = available_friction(law, opposite, law%normal_force(opposite, closure))

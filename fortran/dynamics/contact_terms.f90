@@ -210,7 +210,8 @@ contains
 
       open_friction = has_open_friction(contacts, c)
       at_bound = open_friction
-      if (open_friction) at_bound = abs(contacts%slide_force(c)) >= frozen_bound_of(contacts, laws, c)
+      if (open_friction) &
+         at_bound = abs(contacts%slide_force(c)) >= frozen_bound_of(contacts, laws, c)
       springs = closed_springs(contacts, laws, c)
       forces = [multiplier_of(contacts, c), 0.0_wp]
       at = acting(contacts, laws, c, [contacts%gap(c), contacts%stretch(c)])

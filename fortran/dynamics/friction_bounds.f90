@@ -25,7 +25,7 @@ module dda_friction_bounds
 
    !> mixing factor of Anderson acceleration in successive iterations, used cyclically; 0: the second
    !> method
-   real(wp), parameter :: mixing(4) = [1.0_wp, 0.0_wp, 0.3_wp, 0.0_wp]
+   real(wp), parameter :: mixing(4) = [0.0_wp, 0.3_wp, 0.0_wp, 1.0_wp]
    !> least cosine of the angle between equal directions
    real(wp), parameter :: least_cosine = 0.99_wp
    real(wp), parameter :: stretch = 4.0_wp  !< growth of `extrapolation` per pass

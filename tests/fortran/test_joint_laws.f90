@@ -237,6 +237,40 @@ contains
       call check(travel > 1.0e-3_wp .and. passed > 10000, 'up, down, and through the centre')
    end subroutine random_cycles_of_a_rough_joint
 
+   !> With a frozen force the response is monotone, so that the energy of a step is convex: also if
+   !> the normal force is far above the frozen one, and beyond zero net slip.
+   subroutine frozen_friction_is_monotone()
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(response_type) :: a, b
+      real(wp) :: at(2, 2), work, least
+      integer :: i, passed, driven
+
+      call set_laws(laws, [worn()], 1.0_wp, 1.0_wp)
+      least = 0.0_wp
+      passed = 0
+      driven = 0
+      do i = 1, 20000
+         call begin_contact(contacts, laws)
+         contacts%was_closed = .true.
+         contacts%memory(net_slip, 1) = random(-1.0e-3_wp, 1.0e-3_wp)
+         contacts%memory(lifted, 1) = tan(15*pi/180)*abs(contacts%memory(net_slip, 1))
+         contacts%frozen_bound = [max(0.0_wp, random(-1.0e5_wp, 1.0e6_wp))]
+         contacts%frozen_lifting = [1.0_wp]
+         at = reshape([random(-5.0e-4_wp, 5.0e-4_wp), random(-3.0e-3_wp, 3.0e-3_wp), &
+            random(-5.0e-4_wp, 5.0e-4_wp), random(-3.0e-3_wp, 3.0e-3_wp)], [2, 2])
+         call find_response(contacts, laws, 1, at(1, 1), at(2, 1), a)
+         call find_response(contacts, laws, 1, at(1, 2), at(2, 2), b)
+         work = (a%shear_force - b%shear_force)*(at(2, 1) - at(2, 2)) &
+            - (a%normal_force - b%normal_force)*(at(1, 1) - at(1, 2))
+         least = min(least, work)
+         if (a%past_centre) passed = passed + 1
+         if (a%shear_force*at(2, 1) < 0.0_wp) driven = driven + 1
+      end do
+      call check(least >= -1.0e-6_wp, 'monotone')
+      call check(passed > 1000 .and. driven > 500, 'beyond zero net slip; descents driven by N')
+   end subroutine frozen_friction_is_monotone
+
    !> One contact under a joint law, whole and without load.
    subroutine begin_contact(contacts, laws)
       type(contacts_type), intent(inout) :: contacts
