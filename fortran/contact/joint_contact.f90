@@ -12,10 +12,9 @@ module dda_joint_contact
    implicit none
    private
    public :: state_of, assumed_state, store_state, joint_response, acts_before_end, closure_of, &
-      linearise_normal, &
-      linearise_shear, line_of, tilt_line, joint_bound, directed_state, frozen_friction, &
-      joint_slide, limit_friction, &
-      joint_energy, centre_shift, opens_at_centre, slip_lifts, most_closings
+      linearise_normal, linearise_shear, line_of, tilt_line, joint_bound, directed_state, &
+      frozen_friction, joint_slide, limit_friction, joint_energy, centre_shift, opens_at_centre, &
+      slip_lifts, most_closings
 
    integer, parameter :: most_closings = 8 !< after more closings in a step, contacts first slide
    !> first assumed force over initial spring force
@@ -230,13 +229,14 @@ contains
       real(wp), intent(out) :: difference          !< of the normal force from its law, N/m
       type(joint_state_type) :: state
       type(response_type) :: response
-      real(wp) :: normal_force
+      real(wp) :: normal_force, friction
       logical :: intact
 
       state = state_of(contacts, law, c)
       state%slip_sign = sign(1.0_wp, at(2))
       call find_forces(contacts, law, c, state, at(1), at(2), intact, response)
       bound = response%bound
+      friction = response%bound
       lifting = 1.0_wp
       difference = 0.0_wp
       if (.not. slip_lifts(contacts, law, c)) return
@@ -244,8 +244,8 @@ contains
       difference = abs(normal_force - max(0.0_wp, response%normal_force))
       state = sliding_state(contacts, law, c, response%past_centre, at(2))
       if (response%state /= contact_open .or. normal_force > 0.0_wp) &
-         bound = law%strength(state, normal_force)
-      lifting = law%lifting_share(state, max(0.0_wp, abs(at(2)) - bound/law%shear_spring(state)))
+         friction = law%strength(state, normal_force)
+      lifting = law%lifting_share(state, max(0.0_wp, abs(at(2)) - friction/law%shear_spring(state)))
       bound = normal_force
    end subroutine joint_bound
 
