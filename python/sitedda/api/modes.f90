@@ -35,7 +35,7 @@ contains
       if (.not. allocated(error)) call find_modes(linear, wanted, modes, error)
       if (allocated(error)) return
       found = min(wanted, modes%n)
-      words = modes%words
+      words = modes%text
       do i = 1, found
          values(:, i) = [modes%frequency(i), modes%damping(i), modes%elongation(i), &
             modes%participation(:, i), modes%effective_mass(:, i)]
@@ -132,7 +132,7 @@ contains
       if (aim == 'shift') call penalty_for_shift(linear, target, penalty, error)
       if (allocated(error)) return
       values = [penalty%normal_stiffness, penalty%frequency, penalty%limit]
-      if (.not. penalty%found) call fail(error, error_input, penalty%words)
+      if (.not. penalty%reached) call fail(error, error_input, penalty%text)
    end subroutine penalty_for
 
    !> The linearised model of a run.

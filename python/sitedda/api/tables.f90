@@ -21,7 +21,7 @@ module api_tables
    use dda_site_response, only: response_peak_type, amplification_peak
    use dda_stopwatch, only: seconds_of
    use dda_system, only: assemble_linear
-   use dda_team, only: team_words
+   use dda_team, only: team_text
    implicit none
    private
    public :: take_table, take_text
@@ -235,7 +235,7 @@ contains
          case ('notes')
             text = lines(notes)
          case ('threads')
-            text = team_words()
+            text = team_text()
          case ('warning')
             text = audit_warning(run%simulation)
          case ('peaks')
