@@ -153,7 +153,8 @@ contains
 
       state = start
       state%slip_sign = sign(1.0_wp, stretch)
-      if (.not. (allocated(contacts%frozen_bound) .and. slip_lifts(contacts, law, c))) return
+      if (.not. allocated(contacts%frozen_bound)) return
+      if (.not. slip_lifts(contacts, law, c)) return
       state%frozen = contacts%frozen_bound(c)
       state%lifting = contacts%frozen_lifting(c)
    end function directed_state

@@ -13,7 +13,7 @@
 !> direction and do not decrease, and damps other changes that do not decrease.
 !>
 !> Of 72 hard walls per law, runs that complete with the first, the second, and both methods:
-!> dilating joints 66, 70, 71; Barton–Bandis 69, 71, 71; continuously yielding 66, 60, 69.
+!> dilating joints 66, 70, 72; Barton–Bandis 69, 71, 72; continuously yielding 66, 60, 69.
 module dda_friction_bounds
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
@@ -23,8 +23,7 @@ module dda_friction_bounds
    private
    public :: bounds_type, freeze_bounds, unfreeze_bounds, renew_bounds
 
-   !> mixing factor of Anderson acceleration in successive iterations, used cyclically; 0: the second
-   !> method
+   !> mixing factor of Anderson acceleration in successive searches of a step; 0: second method
    real(wp), parameter :: mixing(4) = [0.0_wp, 0.3_wp, 0.0_wp, 1.0_wp]
    !> least cosine of the angle between equal directions
    real(wp), parameter :: least_cosine = 0.99_wp

@@ -58,15 +58,15 @@ contains
    !>
    !> After `trusted_iterations`, the residual is recomputed, because the updated residual may
    !> differ.
-   subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, &
-      max_iterations, work, iterations, residual, success)
+   subroutine iterate_to_solution(matrix, preconditioner, b, size, x, tolerance, reduction, limit, &
+      work, iterations, residual, success)
       type(block_matrix_type), intent(in) :: matrix  !< K
       class(preconditioner_type), intent(inout) :: preconditioner  !< its workspace changes
       real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side
       real(wp), intent(in) :: size  !< reference value of residuals, at least ‖b‖
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess; on return, solution
       real(wp), intent(in) :: tolerance, reduction !< limits of ‖r‖/size and of ‖r‖/‖first r‖
-      integer, intent(in) :: max_iterations                !< largest number of iterations
+      integer, intent(in) :: limit               !< largest number of iterations
       type(workspace_type), intent(inout) :: work  !< vectors of the iteration
       integer, intent(out) :: iterations  !< number of iterations
       real(wp), intent(out) :: residual          !< reached ‖r‖/size
@@ -88,8 +88,7 @@ contains
       do
          residual = sqrt(inner_product(n, work%r, work%r))
          if (iterations == 0) target = max(target, reduction*residual)
-         if (residual <= target .or. iterations == max_iterations .or. .not. residual &
-            <= huge(1.0_wp)) exit
+         if (residual <= target .or. iterations == limit .or. .not. residual <= huge(1.0_wp)) exit
          if (is_stop_requested(n)) exit
          call preconditioner%apply(n, work%r, work%z)
          old_slope = slope
