@@ -360,7 +360,7 @@ contains
       type(transfer_type) :: transfer
       type(steady_type) :: weights
       type(bolt_type) :: bolt
-      complex(wp) :: pull, expected
+      complex(wp) :: numerator, expected
       real(wp) :: frequency
       integer :: i, instant
 
@@ -383,9 +383,9 @@ contains
          do i = 1, 12
             frequency = 5.0_wp*i
             weights = steady_weights(linear%scheme, 2*pi*frequency, dt, 1.0_wp)
-            pull = bolt%stiffness*merge((1.0_wp, 0.0_wp), weights%end_stiffness, &
+            numerator = bolt%stiffness*merge((1.0_wp, 0.0_wp), weights%end_stiffness, &
                instant == at_theta) + bolt%viscosity*weights%mean_dashpot
-            expected = pull/(pull + mass*weights%inertia)
+            expected = numerator/(numerator + mass*weights%inertia)
             call check_close(abs(transfer_at(transfer, frequency) - expected), 0.0_wp, 'H', &
                absolute=1.0e-8_wp*abs(expected))
          end do
@@ -415,8 +415,8 @@ contains
       if (allocated(error)) return
       do i = 1, 12
          weights = steady_weights(linear%scheme, 2*pi*5.0_wp*i, dt, 1.0_wp)
-         associate (pull => viscosity*weights%mean_dashpot)
-            call check_close(abs(transfer_at(transfer, 5.0_wp*i) - pull/(pull &
+         associate (numerator => viscosity*weights%mean_dashpot)
+            call check_close(abs(transfer_at(transfer, 5.0_wp*i) - numerator/(numerator &
                + mass*weights%inertia)), 0.0_wp, 'H', absolute=1.0e-8_wp)
          end associate
       end do
