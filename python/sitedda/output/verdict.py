@@ -75,14 +75,17 @@ def run_scheme(history: xr.Dataset) -> Scheme:
     return Scheme.of_control(next(iter(groups.get("control", [])), {}))
 
 
+def run_step(history: xr.Dataset) -> float:
+    """Return the largest time step of a run, s; 0 if it has static stages only."""
+    steps = history.time_step.values[1:][np.diff(history.time.values) > 0]
+    return float(np.max(steps, initial=0.0))
+
+
 def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     """Describe the damping of a model at frequencies (Hz) in one line."""
-    steps = history.time_step.values[1:][
-        np.diff(history.time.values) > 0
-    ]  # static stages take no time
-    if len(steps) == 0:
+    step = run_step(history)
+    if not step:
         return "static stages only: damping has no effect"
-    step = float(np.max(steps))
     scheme = run_scheme(history)
     ratios = [scheme_damping(f, step, scheme) if f < 0.5 / step else np.nan for f in frequencies]
     text = ", ".join(

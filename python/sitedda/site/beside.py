@@ -15,7 +15,7 @@ from ..engine.scheme import Scheme
 from ..engine.spectra import find_peak
 from ..input.input_text import input_values
 from ..output.response import amplifications, spectral_ratio
-from ..output.verdict import run_scheme
+from ..output.verdict import run_scheme, run_step
 from .column import Column
 from .compare import analyses, tabulate_motions
 from .layers import convention_words
@@ -154,8 +154,8 @@ def beside(
     column, soils = layered_soils(history, surface, base)
     series = {name: history.acceleration.sel(point=name).sel(axis="x").values for name in names}
     step = equal_step(history.time.values)
-    ground, scheme = series[base], run_scheme(history)
-    columns, words = _compute_columns(column, soils, ground, step, scheme, damping)
+    ground, integration = series[base], (run_scheme(history), run_step(history))
+    columns, words = _compute_columns(column, soils, ground, step, integration, damping)
     frequency, ratio = spectral_ratio(series[surface], ground, step, 8)
     band = (frequency >= 0.2) & (frequency <= min(25.0, 0.4 / step))
     top = float(history.point_place.sel(point=surface).values[1])
@@ -168,9 +168,17 @@ def beside(
 
 
 def _compute_columns(
-    column: Column, soils, ground, step: float, scheme: Scheme, damping: float | None
+    column: Column,
+    soils,
+    ground,
+    step: float,
+    integration: tuple[Scheme, float],
+    damping: float | None,
 ) -> tuple[dict[str, SiteResponse], str]:
-    """Return the columns under the motion of the base, and a description of their damping."""
+    """Return the columns under the motion of the base, and a description of their damping.
+
+    The motion has samples at `step` (s); the run has a time integration scheme and Δt (s).
+    """
     if any(soils):
         if damping is not None:
             raise InputError(
@@ -183,7 +191,9 @@ def _compute_columns(
     if damping is None:
         damped = any(layer.damping for layer in column.layers)
         also = "and the materials" if damped else "alone"
-        response = column.response(ground, step, kind="within", scheme=scheme)
+        response = column.response(
+            ground, step, kind="within", scheme=integration[0], scheme_step=integration[1]
+        )
         words = f"damped like the blocks, by the time integration {also}"
     else:
         fixed = replace(column, layers=[replace(la, damping=damping) for la in column.layers])

@@ -330,6 +330,7 @@ class Column:
         bottom: float | None = None,
         kind: str = "outcrop",
         scheme: Scheme | None = None,
+        scheme_step: float | None = None,
     ) -> ColumnResponse:
         """Compute the response to a motion: histories at any depth, profiles, spectra.
 
@@ -345,6 +346,8 @@ class Column:
             Kind of motion, as in :meth:`transfer`; records are of outcrops, hence the default.
         scheme : Scheme, optional
             Time integration whose damping replaces that of the layers.
+        scheme_step : float, optional
+            Δt of the time integration, s; by default the time between samples.
 
         Raises
         ------
@@ -363,7 +366,7 @@ class Column:
                               "the record repeats, and contaminates the result: increase the "
                               "damping of the layers, or use a half-space with an outcrop motion",
                               stacklevel=2)  # fmt: skip
-        return ColumnResponse(self, ground, depth, kind, scheme)
+        return ColumnResponse(self, ground, depth, kind, scheme, scheme_step)
 
 
 def refined_peak(

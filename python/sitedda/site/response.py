@@ -107,6 +107,8 @@ class ColumnResponse(SiteResponse):
         Kind of reference motion.
     scheme : Scheme or None
         Time integration whose damping replaces that of the layers.
+    scheme_step : float or None
+        Δt of the time integration, s; None: the time between samples.
     """
 
     column: Column
@@ -114,13 +116,15 @@ class ColumnResponse(SiteResponse):
     bottom: float
     kind: str
     scheme: Scheme | None = None
+    scheme_step: float | None = None
 
     def _wave_field(self, frequencies: NDArray[np.float64], depth: ArrayLike):
         """Return waves, and what `Column.wave_field` returns at depths (m)."""
         if self.scheme is None:
             waves = Waves.damped(frequencies, self.column.convention)
         else:
-            waves = Waves.stepped(frequencies, self.motion.time_step, self.scheme)
+            step = self.scheme_step or self.motion.time_step
+            waves = Waves.stepped(frequencies, step, self.scheme)
         depths = floats("depth", depth).ravel()
         return waves, *self.column.wave_field(waves, depths, self.bottom, self.kind)
 

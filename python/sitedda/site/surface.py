@@ -14,7 +14,7 @@ from ..engine.signals import fast_length, running_integral, smooth_konno_ohmachi
 from ..engine.spectra import fourier_spectrum
 from ..input.input_text import input_values
 from ..output.scene import Scene
-from ..output.verdict import run_scheme
+from ..output.verdict import run_scheme, run_step
 from .motion import equal_step
 from .twin import column_below
 
@@ -166,7 +166,9 @@ def _column_motions(history: xr.Dataset, scene: Scene, place, felt, step: float)
         below = [column_below(history, point, side) for side in (small, -small)]
         found = next((one for one in below if one), None)
         try:
-            return found and found.scheme_transfer(bins, step, kind="outcrop", integration=scheme)
+            return found and found.scheme_transfer(
+                bins, run_step(history), kind="outcrop", integration=scheme
+            )
         except ValueError:  # undamped resonance
             return None
 

@@ -88,6 +88,19 @@ def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():
     assert found.aggravation_factor == pytest.approx(1.0, rel=0.01)
 
 
+def test_the_column_has_the_time_step_of_the_run_at_any_sampling_interval():
+    """The numerical damping of DDA is proportional to Δt, not to the sampling interval."""
+    time = np.arange(0.0, 0.2, 2e-3)
+    pulse = np.sin(np.pi * time / 0.2) ** 2 * np.sin(2 * np.pi * time / 0.1)
+    model = stack(20, motion=pulse, time_step=2e-3, duration=4.0)
+    model.measured_point("edge", 0.0, 20.0)
+    history = model.run().history
+    band = {"lowest": 1.0, "highest": 8.0}
+    full, sampled = (surface(history.isel(time=slice(None, None, n)), **band) for n in (1, 5))
+    np.testing.assert_allclose(sampled.aggravation, full.aggravation, rtol=0.03)
+    np.testing.assert_allclose(sampled.aggravation, 1.0, rtol=0.05)
+
+
 @pytest.mark.parametrize(
     ("sides", "values", "words"),
     [
