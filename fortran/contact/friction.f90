@@ -185,7 +185,7 @@ contains
       integer, intent(in) :: c        !< number of the contact
       real(wp), intent(out) :: bound  !< N/m
       real(wp), intent(out) :: lifting  !< 0 … 1
-      real(wp), intent(out) :: difference  !< of the normal force from its law, N/m
+      real(wp), intent(out) :: difference  !< of the forces from their law, N/m
 
       lifting = 1.0_wp
       difference = 0.0_wp

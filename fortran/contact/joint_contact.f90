@@ -156,6 +156,7 @@ contains
       if (.not. allocated(contacts%frozen_bound)) return
       if (.not. slip_lifts(contacts, law, c)) return
       state%frozen = contacts%frozen_bound(c)
+      if (contacts%bonded(c)) state%frozen = max(state%frozen, tiny(1.0_wp))  ! cohesion in tension
       state%lifting = contacts%frozen_lifting(c)
    end function directed_state
 
@@ -227,7 +228,7 @@ contains
       real(wp), intent(in) :: at(2)                !< gap and stretch, m
       real(wp), intent(out) :: bound               !< N/m
       real(wp), intent(out) :: lifting             !< 0 … 1
-      real(wp), intent(out) :: difference          !< of the normal force from its law, N/m
+      real(wp), intent(out) :: difference          !< of the forces from their law, N/m
       type(joint_state_type) :: state
       type(response_type) :: response
       real(wp) :: normal_force, friction
@@ -242,7 +243,8 @@ contains
       difference = 0.0_wp
       if (.not. slip_lifts(contacts, law, c)) return
       normal_force = max(0.0_wp, contacts%normal_force(c))
-      difference = abs(normal_force - max(0.0_wp, response%normal_force))
+      difference = max(abs(normal_force - max(0.0_wp, response%normal_force)), &
+         abs(contacts%shear_force(c) - response%shear_force))
       state = sliding_state(contacts, law, c, response%past_centre, at(2))
       if (response%state /= contact_open .or. normal_force > 0.0_wp) &
          friction = law%strength(state, normal_force)
@@ -340,6 +342,7 @@ contains
          return
       end if
       response%bound = available_friction(law, state, response%normal_force)
+      if (intact) response%bound = law%strength(state, response%normal_force)
       trial = law%shear_spring(state)*stretch
       response%shear_force = trial
       if (state%slip_sign*trial > response%bound .and. .not. intact) then

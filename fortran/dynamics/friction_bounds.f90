@@ -13,7 +13,7 @@
 !> direction and do not decrease, and damps other changes that do not decrease.
 !>
 !> Of 72 hard walls per law, runs that complete with the first, the second, and both methods:
-!> dilating joints 66, 70, 72; Barton–Bandis 69, 71, 72; continuously yielding 66, 60, 69.
+!> dilating joints 66, 70, 71; Barton–Bandis 69, 71, 72; continuously yielding 66, 60, 69.
 module dda_friction_bounds
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
@@ -71,16 +71,19 @@ contains
    end subroutine unfreeze_bounds
 
    !> Set the next bounds from the normal forces of the solution with the present frozen bounds.
-   subroutine renew_bounds(bounds, contacts, laws)
+   subroutine renew_bounds(bounds, contacts, laws, tolerance)
       type(bounds_type), intent(inout) :: bounds  !< iteration of the bounds
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
+      real(wp), intent(in) :: tolerance  !< of forces, N/m
       real(wp), dimension(contacts%n) :: bound, lifting, difference, change
+      logical :: vanishes(contacts%n)
       real(wp) :: factor
       integer :: c
 
       call find_bound(contacts, laws, [(c, c=1, contacts%n)], bound, lifting, difference)
       change = bound - contacts%frozen_bound
+      vanishes = .not. bound > 0.0_wp
       factor = 1.0_wp
       if (bounds%mixing > 0.0_wp) then
          bound = contacts%frozen_bound
@@ -89,6 +92,8 @@ contains
          factor = factor_of(bounds, change)
          bound = contacts%frozen_bound + factor*change
       end if
+      ! A small force that remains would retain the whole cohesion of an open contact.
+      where (vanishes .and. bound <= tolerance) bound = 0.0_wp
       contacts%frozen_bound = max(0.0_wp, bound)
       contacts%frozen_lifting = contacts%frozen_lifting &
          + min(1.0_wp, factor)*(lifting - contacts%frozen_lifting)

@@ -179,7 +179,7 @@ contains
          call iterate(iteration, system, solver, contacts, laws, converged, error)
          call add_counts(iteration, before)
          if (allocated(error) .or. .not. converged) exit
-         call renew_bounds(bounds, contacts, laws)
+         call renew_bounds(bounds, contacts, laws, iteration%tolerance)
          converged = bounds%difference <= iteration%tolerance
          if (converged) exit
          iteration%unconverged = bounds%unconverged

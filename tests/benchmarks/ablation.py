@@ -108,7 +108,7 @@ REMEDIES = {
         DYNAMICS / "local_iteration.f90", "most_blocks = 0.4_wp", "most_blocks = 0.0_wp"
     ),
     "low-rank update": Remedy(
-        ALGEBRA / "cholesky" / "low_rank.f90", "done = changes%n <=", "done = changes%n == 0*"
+        ALGEBRA / "cholesky" / "low_rank.f90", "success = changes%n <=", "success = changes%n == 0*"
     ),
     "kept factor": Remedy(
         ALGEBRA / "solvers" / "lagged_solver.f90", "factor_cost = 8 ", "factor_cost = -1 "

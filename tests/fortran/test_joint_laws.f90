@@ -271,6 +271,36 @@ contains
       call check(passed > 1000 .and. driven > 500, 'beyond zero net slip; descents driven by N')
    end subroutine frozen_friction_is_monotone
 
+   !> A bonded joint with dilation retains its cohesion and tension if the frozen force is zero.
+   subroutine frozen_tension()
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(joint_type) :: joint
+      type(response_type) :: response
+      real(wp), parameter :: weakening_slip(2) = [0.0_wp, 1.0_wp]
+      integer :: i
+
+      do i = 1, 2  ! brittle, weakening
+         joint = weakening()
+         joint%weakening_slip = weakening_slip(i)
+         joint%cohesion = 1.0e6_wp
+         joint%tensile_strength = 1.0e6_wp
+         call set_laws(laws, [joint], 1.0e9_wp, 2.5_wp)
+         call begin_contact(contacts, laws)
+         contacts%bonded = .true.
+         contacts%was_closed = .true.
+         contacts%frozen_bound = [0.0_wp]
+         contacts%frozen_lifting = [1.0_wp]
+         associate (law => laws%slot(1)%law, state => joint_state(contacts, laws%slot(1)%law, 1))
+            call find_response(contacts, laws, 1, 7.0e4_wp/law%initial_spring(state), &
+               7.0e4_wp/law%shear_spring(state), response)
+         end associate
+         call check_close(response%normal_force, -7.0e4_wp, 'normal force', 1.0e-12_wp)
+         call check_close(response%shear_force, 7.0e4_wp, 'shear force', 1.0e-12_wp)
+         call check(response%strength_ratio < 0.0_wp, 'intact')
+      end do
+   end subroutine frozen_tension
+
    !> One contact under a joint law, whole and without load.
    subroutine begin_contact(contacts, laws)
       type(contacts_type), intent(inout) :: contacts

@@ -51,7 +51,7 @@ EXCLUDED = {
         r".*:(constant|number) (\d\.0e-([6-9]|1\d)_wp|1\.0e[6-9]_wp)"
     ),
     "integers that name states and columns, or are sizes of tables": (
-        r".*:(?!most_|least_|enough|wanted_|few_|many_)\w+:constant \d+(_long)?$"
+        r".*:(?!most_|least_|bending_cells|enough|wanted_|few_|many_)\w+:constant \d+(_long)?$"
     ),
     "bounds that models, memory or iterations do not reach": (
         r".*:(most_(blocks|away|samples|points|pairs|names|comments|vectors|expansions|passes"
@@ -62,8 +62,8 @@ EXCLUDED = {
     "limits between a series and its formula: both exact": r".*:(small|small_step):constant",
     "practically rigid: more stiffness changes nothing": r".*:(rigid|unyielding|rigidity):constant",
     "path of a search or fit, or more than it requires": (
-        r".*:(stride|stiffest|golden|aside|half|both_sides|sum_weight|least_weight|small_misfit"
-        r"|wanted_misfit|first_force_ratio|slack|gain_allowed|short_way|steepest\w*):constant"
+        r".*:(stride|stiffest|golden|ray_fraction|half|both_sides|sum_weight|least_weight"
+        r"|small_misfit|wanted_misfit|first_force_ratio|slack|gain_allowed|short_way|steepest\w*):constant"
     ),
     "pairs to be examined: more than those in contact": r"contact/neighbours\.f90",
     "corners of cells: distances of edge ends are far from 1e-6": r"model/weld\.f90:near:",

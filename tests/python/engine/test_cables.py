@@ -147,7 +147,7 @@ def test_pictures_show_the_points_of_a_cable():
         ({"to": None}, "to is missing"),
         ({"grouted": True}, "give either through or grouted = .true."),
         ({"compression": True}, "through or compression = .true., not both"),
-        ({"through_block": ["beam", "beam", "beam"]}, "names more blocks than through has"),
+        ({"through_block": ["beam", "beam", "beam"]}, "names more blocks than `through` has"),
         ({"through_block": ["left"]}, "the point (-2, 9.5) lies outside block 'left'"),
         ({"through_block": ["no"]}, "'no' is not the name or number of a block"),
     ],

@@ -182,7 +182,7 @@ def test_an_excavation_within_one_block_is_a_ring():
         ({"k0": (0.4, 0.8), "depth": (2, 1)}, "depth must ascend"),
         ({"surface": [(0, 10), (40, 10)]}, "`surface` is 10.*m below the top of the model"),
         ({"surface": [(40, 30), (0, 30)]}, "from left to right"),
-        ({"unit_weight": 2e4}, "give surface"),
+        ({"unit_weight": 2e4}, "give `surface`"),
         ({"material": "soil"}, "'soil'"),
     ],
 )

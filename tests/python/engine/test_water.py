@@ -135,7 +135,7 @@ def test_tractions_that_follow_turn_with_the_block(follows):
         ("water", {"surface": (3, 1, 0, 1)}, "x must increase"),
         ("water", {"along": (0, 0, 0, -0.5), "head": (1, 1)}, "away from its joints and faces"),
         ("water", {"along": (0, 0, 2, 0)}, "along needs head or pressure"),
-        ("water", {"along": (0, 0, 2, 0), "head": (1, 1, 1)}, "as many values as along"),
+        ("water", {"along": (0, 0, 2, 0), "head": (1, 1, 1)}, "as many values as `along`"),
         ("water", {}, "give surface or along"),
         ("water", {"surface": (0, 1, 2, 1), "joints": "clay"}, "joints: nothing is named 'clay'"),
         ("traction", {"side": "left"}, "give normal or shear or level"),
