@@ -182,13 +182,13 @@ contains
       integer(long), intent(in) :: items  !< items of the array
       integer, intent(in) :: bits        !< bits of an item
       integer(long), target :: bytes
-      integer(long) :: expected
+      integer(long) :: expected_bytes
 
-      expected = items*bits/8
-      bytes = expected
+      expected_bytes = items*bits/8
+      bytes = expected_bytes
       call transfer_bytes(archive, c_loc(bytes), storage_size(bytes, long)/8)
-      if (bytes /= expected) call fail_archive(archive, 'an array has another size')
-      call transfer_bytes(archive, address, expected)
+      if (bytes /= expected_bytes) call fail_archive(archive, 'an array has another size')
+      call transfer_bytes(archive, address, expected_bytes)
    end subroutine serialise_array
 
    !> Serialise default integers.

@@ -153,26 +153,27 @@ contains
       integer, intent(in) :: edge              !< free edge, by its first vertex
       integer, intent(out) :: cells            !< number of cells that the ray crosses
       real(wp), intent(out) :: width           !< length of the ray, m
-      real(wp) :: at(2), direction(2), step
-      integer :: cell, out
+      real(wp) :: position(2), direction(2), distance
+      integer :: cell, exit_edge
 
-      at = blocks%vertex(:, edge) + ray_fraction*blocks%length(edge)*blocks%along(:, edge)
+      position = blocks%vertex(:, edge) + ray_fraction*blocks%length(edge)*blocks%along(:, edge)
       direction = [-blocks%along(2, edge), blocks%along(1, edge)]
       cell = blocks%owner(edge)
-      out = edge
+      exit_edge = edge
       width = 0.0_wp
       do cells = 1, blocks%n
-         call find_exit_edge(blocks, cell, at, direction, out, step)
-         if (out == 0) exit
-         width = width + step
-         at = at + step*direction
-         if (free(out)) then
-            if (dot_product(blocks%along(:, out), blocks%along(:, edge)) < facing) return
+         call find_exit_edge(blocks, cell, position, direction, exit_edge, distance)
+         if (exit_edge == 0) exit
+         width = width + distance
+         position = position + distance*direction
+         if (free(exit_edge)) then
+            if (dot_product(blocks%along(:, exit_edge), blocks%along(:, edge)) < facing) return
             exit
          end if
-         out = edge_welded_at(blocks, welds(weld(first(cell):first(cell + 1) - 1)), out, at)
-         if (out == 0) exit
-         cell = blocks%owner(out)
+         exit_edge = edge_welded_at(blocks, welds(weld(first(cell):first(cell + 1) - 1)), &
+            exit_edge, position)
+         if (exit_edge == 0) exit
+         cell = blocks%owner(exit_edge)
       end do
       cells = 0
    end subroutine count_crossed_cells
@@ -198,27 +199,27 @@ contains
    end function edge_welded_at
 
    !> Find the edge at which a ray leaves a cell, and the distance from the entry.
-   pure subroutine find_exit_edge(blocks, cell, at, direction, edge, step)
+   pure subroutine find_exit_edge(blocks, cell, entry, direction, edge, distance)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: cell              !< convex cell
-      real(wp), intent(in) :: at(2), direction(2)  !< point of entry, m; unit vector of the ray
+      real(wp), intent(in) :: entry(2), direction(2)  !< point of entry, m; unit vector of the ray
       integer, intent(inout) :: edge           !< edge of entry; edge of exit, or 0
-      real(wp), intent(out) :: step            !< m
-      real(wp) :: outward, distance
+      real(wp), intent(out) :: distance        !< m
+      real(wp) :: outward, edge_distance
       integer :: e, entry_edge
 
       entry_edge = edge
       edge = 0
-      step = huge(1.0_wp)
+      distance = huge(1.0_wp)
       do e = blocks%first(cell), blocks%first(cell + 1) - 1
          if (e == entry_edge) cycle
          associate (normal => [blocks%along(2, e), -blocks%along(1, e)])
             outward = dot_product(normal, direction)
             if (.not. outward > 0.0_wp) cycle
-            distance = max(0.0_wp, dot_product(normal, blocks%vertex(:, e) - at)/outward)
+            edge_distance = max(0.0_wp, dot_product(normal, blocks%vertex(:, e) - entry)/outward)
          end associate
-         if (.not. distance < step) cycle
-         step = distance
+         if (.not. edge_distance < distance) cycle
+         distance = edge_distance
          edge = e
       end do
    end subroutine find_exit_edge

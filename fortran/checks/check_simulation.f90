@@ -324,11 +324,12 @@ contains
       end do
       cost = linear%scheme%theta*linear%scheme%chi*linear%time_step**2*maxval(springs &
          /linear%block_mass, mask=linear%block_mass > 0.0_wp)
-      text = 'condition of the contact iteration '//short_text(1.0_wp + cost)
+      text = 'condition number of the contact iteration '//short_text(1.0_wp + cost)
       if (shift <= least_shift .or. shift >= 1.0_wp) return
       ratio = ((1.0_wp - shift)**(-2) - 1.0_wp)/((1.0_wp - target_shift)**(-2) - 1.0_wp)
       text = text//'; for 1 %, normal_stiffness = '// &
-         short_text(ratio*linear%normal_stiffness)//' N/m, with '//short_text(1.0_wp + ratio*cost)
+         short_text(ratio*linear%normal_stiffness)//' N/m, with condition number '// &
+         short_text(1.0_wp + ratio*cost)
    end function penalty_cost_text
 
    !> Check the static penetration and the forces due to rounding of positions.

@@ -77,7 +77,7 @@ contains
       type(scheme_type), intent(in) :: scheme  !< time integration (θ, χ)
       character(len=*), intent(in) :: kind  !< kind of term with the most energy
 
-      ringing%text = 'no velocity changes sign in each step'
+      ringing%text = 'no modal velocity changes its sign from step to step'
       ringing%brief = ringing%text
       ringing%advice = "a smaller time_step, a lower normal_stiffness, or integration = 'theta'"
       if (scheme%chi > 0.5_wp) &

@@ -323,7 +323,7 @@ contains
       call move_alloc(from%shift, to%shift)
    end subroutine move_damping_arrays
 
-   !> .true. if contact c is a point between corners: its `vertex` is an edge number.
+   !> .true. if contact c is at a point between corners; `vertex` is then the edge of this point.
    pure logical function is_point(contacts, c)  ! total
       type(contacts_type), intent(in) :: contacts  !< a list
       integer, intent(in) :: c                     !< number of the contact

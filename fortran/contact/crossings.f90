@@ -24,31 +24,32 @@ contains
 
    !> Find opposite corners at crossings and mark their contacts.
    !> Blocks of opposite corners have no common face; touching faces of other blocks connect them.
-   pure subroutine find_crossings(contacts, blocks, across, marked)
+   pure subroutine find_crossings(contacts, blocks, across, is_opposite)
       type(contacts_type), intent(in) :: contacts   !< first list of the run
       type(blocks_type), intent(in) :: blocks       !< blocks in their first state
       integer, intent(inout) :: across(:,:)  !< [most_across,vertices] opposite vertices, else 0
-      logical, intent(out) :: marked(:)             !< [n] contacts of opposite corners
-      logical :: joined(contacts%n), face(contacts%n)
-      integer :: node(size(across, 2)), room(2), c
+      logical, intent(out) :: is_opposite(:)        !< [n] contacts of opposite corners
+      logical :: joined(contacts%n), has_overlap(contacts%n)
+      integer :: node(size(across, 2)), free_slot(2), c
 
       do c = 1, contacts%n
          associate (e => contacts%edge(c))
-            face(c) = contact_overlap(blocks, e, contacts%vertex(c)) > touching*blocks%length(e)
-            joined(c) = face(c) .and. contacts%gap(c) <= touching*blocks%length(e)
+            has_overlap(c) = contact_overlap(blocks, e, contacts%vertex(c)) &
+               > touching*blocks%length(e)
+            joined(c) = has_overlap(c) .and. contacts%gap(c) <= touching*blocks%length(e)
          end associate
       end do
       call number_nodes(contacts, joined, node)
-      marked = .false.
+      is_opposite = .false.
       do c = 1, contacts%n
          associate (v => contacts%vertex(c), w => contacts%corner(c))
-            if (face(c) .or. w == 0) cycle
+            if (has_overlap(c) .or. w == 0) cycle
             if (node(v) /= node(w)) cycle
-            room = [findloc(across(:, v), 0, 1), findloc(across(:, w), 0, 1)]
-            marked(c) = all(room > 0)
-            if (.not. marked(c)) cycle
-            across(room(1), v) = w
-            across(room(2), w) = v
+            free_slot = [findloc(across(:, v), 0, 1), findloc(across(:, w), 0, 1)]
+            is_opposite(c) = all(free_slot > 0)
+            if (.not. is_opposite(c)) cycle
+            across(free_slot(1), v) = w
+            across(free_slot(2), w) = v
          end associate
       end do
    end subroutine find_crossings

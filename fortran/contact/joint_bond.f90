@@ -15,7 +15,7 @@ module dda_joint_bond
       weakened
    implicit none
    private
-   public :: is_cohesive, add_bond, add_bond_terms, slider_stretch, fitting_damage, &
+   public :: is_cohesive, add_bond, add_bond_terms, slider_stretch, energy_consistent_damage, &
       bond_losses, bond_after
 
 contains
@@ -103,8 +103,8 @@ contains
          max(contacts%memory(weakened, c), contacts%acting_damage(c)))
    end function new_damage
 
-   !> Find the damage D* of contact c for the fracture energy at the solution.
-   pure real(wp) function fitting_damage(contacts, law, c) result(fitting)
+   !> Return the damage D* of contact c that dissipates the fracture energy at the solution.
+   pure real(wp) function energy_consistent_damage(contacts, law, c) result(acting_damage)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
@@ -113,15 +113,15 @@ contains
       slip = new_slip(contacts, law, c)
       associate (before => contacts%memory(weakened, c), opening => contacts%new_gap(c))
          damage = law%damage(opening, slip, before)
-         fitting = before
+         acting_damage = before
          if (.not. damage > before) return
          energy = [law%bond_energy(contacts%gap(c), contacts%memory(net_slip, c)), &
             law%bond_energy(opening, slip)]
          surplus = energy(2)*(damage - before) - law%dissipated(opening, slip, before, damage)
-         if (energy(2) > energy(1)) fitting = before + max(0.0_wp, min(damage - before, &
+         if (energy(2) > energy(1)) acting_damage = before + max(0.0_wp, min(damage - before, &
             surplus/(energy(2) - energy(1))))
       end associate
-   end function fitting_damage
+   end function energy_consistent_damage
 
    !> Return the dissipation of contact c in the converged step by friction and by fracture, J/m.
    pure function bond_losses(contacts, law, c) result(losses)

@@ -530,15 +530,15 @@ contains
       real(wp), intent(in) :: gap                        !< gap at which the contact acts, m
       type(response_type), intent(in) :: response        !< response of the law
       real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
-      real(wp) :: closure, expected
+      real(wp) :: closure, estimate
 
       closure = law%lift(assumed_state(contacts, law, c)) - gap
       if (law%curved) then
-         expected = contacts%line(1, c) - contacts%tangent(1, c)*gap
-         if (contacts%state(c) == contact_open .or. expected <= 0.0_wp) &
-            expected = first_force_ratio*law%initial_spring(state_of(contacts, law, c))*closure
+         estimate = contacts%line(1, c) - contacts%tangent(1, c)*gap
+         if (contacts%state(c) == contact_open .or. estimate <= 0.0_wp) &
+            estimate = first_force_ratio*law%initial_spring(state_of(contacts, law, c))*closure
          if (closure > 0.0_wp) closure = min(closure, &
-            law%closure(state_of(contacts, law, c), expected))
+            law%closure(state_of(contacts, law, c), estimate))
       end if
       call linearise_normal(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
       ! With frozen bounds, the line is the tangent at the solution, which reduces the energy.

@@ -155,11 +155,11 @@ contains
       allocate (across(most_across, size(simulation%blocks%owner)), source=0)
       associate (contacts => simulation%contacts(simulation%now))
          block
-            logical :: marked(contacts%n)
+            logical :: is_opposite(contacts%n)
 
-            call find_crossings(contacts, simulation%blocks, across, marked)
-            if (.not. any(marked)) return
-            call filter_contacts(contacts, .not. marked)
+            call find_crossings(contacts, simulation%blocks, across, is_opposite)
+            if (.not. any(is_opposite)) return
+            call filter_contacts(contacts, .not. is_opposite)
          end block
       end associate
       call move_alloc(across, simulation%detection%across)

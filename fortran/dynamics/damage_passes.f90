@@ -7,7 +7,7 @@ module dda_damage_passes
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
    use dda_friction, only: laws_type
-   use dda_joint_bond, only: fitting_damage, is_cohesive
+   use dda_joint_bond, only: energy_consistent_damage, is_cohesive
    use dda_joint_law, only: weakened
    implicit none
    private
@@ -38,16 +38,16 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(inout) :: passes  !< number of passes in this step
       logical, intent(out) :: converged  !< the damage has converged or is accepted
-      real(wp) :: fitting
+      real(wp) :: acting_damage
       integer :: c
 
       converged = .true.
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
             if (.not. is_cohesive(contacts, law, c)) cycle
-            fitting = fitting_damage(contacts, law, c)
-            if (abs(fitting - contacts%acting_damage(c)) <= tolerance) cycle
-            if (passes < most_passes) contacts%acting_damage(c) = fitting
+            acting_damage = energy_consistent_damage(contacts, law, c)
+            if (abs(acting_damage - contacts%acting_damage(c)) <= tolerance) cycle
+            if (passes < most_passes) contacts%acting_damage(c) = acting_damage
             converged = .false.
          end associate
       end do

@@ -98,11 +98,12 @@ contains
       integer :: p
 
       if (blocks%n < parallel_from) then
-         total = sum_losses(blocks, step, d, 1, blocks%n)
+         total = sum_quadratic_forms(blocks, step, d, 1, blocks%n)
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(blocks%n)
-            part(:, p) = sum_losses(blocks, step, d, first_of(p, blocks%n), last_of(p, blocks%n))
+            part(:, p) = sum_quadratic_forms(blocks, step, d, first_of(p, blocks%n), &
+               last_of(p, blocks%n))
          end do
          total = sum(part(:, :pieces(blocks%n)), 2)
       end if
@@ -115,25 +116,25 @@ contains
    end subroutine add_block_losses
 
    !> Sum dᵀKd of the strains and, if χ > ½, ΔvᵀMΔv of blocks first … last.
-   pure function sum_losses(blocks, step, d, first, last) result(total)
+   pure function sum_quadratic_forms(blocks, step, d, first, last) result(total)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(in) :: first, last  !< first and last in the range
-      real(wp) :: total(2), change(6)
+      real(wp) :: total(2), velocity_change(6)
       integer :: b
 
       total = 0.0_wp
       do b = first, last
-         total(1) = total(1) + blocks%interior_fraction(b)*quadratic_form(blocks%stiffness(:, :, &
-            b), &
-            d(4:6, b))
+         total(1) = total(1) + blocks%interior_fraction(b)*quadratic_form( &
+            blocks%stiffness(:, :, b), d(4:6, b))
          if (.not. step%scheme%chi > 0.5_wp) cycle
-         change = momentum_weight(step)*d(:, b) &
+         velocity_change = momentum_weight(step)*d(:, b) &
             - (velocity_weight(step) + 1.0_wp)*blocks%velocity(:, b)
-         total(2) = total(2) + dot_product(change, momentum_of(blocks%inertia(:, b), change))
+         total(2) = total(2) + dot_product(velocity_change, &
+            momentum_of(blocks%inertia(:, b), velocity_change))
       end do
-   end function sum_losses
+   end function sum_quadratic_forms
 
    !> Return the quadratic form εᵀDε.
    pure real(wp) function quadratic_form(stiffness, strain)

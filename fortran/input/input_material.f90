@@ -223,7 +223,8 @@ contains
       n = size(input%strains)
       if (n < 2 .or. size(input%reductions) /= n .or. size(input%dampings) /= n) then
          call input_error(error, group, &
-            "curve = 'table' needs as many strains, reductions and dampings, two at least")
+            "curve = 'table' needs equal numbers of strains, reductions and dampings, "// &
+            'at least two of each')
       else if (any(input%strains(2:) <= input%strains(:n - 1))) then
          call input_error(error, group, 'strains must ascend')
       end if

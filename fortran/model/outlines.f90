@@ -163,12 +163,12 @@ contains
       end do
    end subroutine add_wall
 
-   !> Set the initial stress of polygons from `first` on: the weight of the ground up to the highest
-   !> of them.
+   !> Set the cover of polygon `first` and of all later ones, for their initial stress: the depth of
+   !> each below the highest vertex, and the overburden on this vertex.
    pure subroutine set_cover(outlines, first, overburden)
       type(outlines_type), intent(inout) :: outlines  !< list
       integer, intent(in) :: first                    !< number of the polygon
-      real(wp), intent(in) :: overburden  !< vertical pressure on the highest polygon, Pa
+      real(wp), intent(in) :: overburden  !< vertical pressure on the highest vertex, Pa
       real(wp) :: top
       integer :: i
 

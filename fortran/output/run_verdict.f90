@@ -343,8 +343,9 @@ contains
          + spread(simulation%maxima%base%displacement, 2, size(input_position, 2))
       call find_farthest_block(simulation%blocks, input_position, b, distance)
       call add_value(verdict, key, distance)
-      if (b > 0) call add_figure(verdict, 'since drawn', [character(len=len(key)) :: '', key], &
-         [0.0_wp, distance], 'm', block_label(simulation, b)//', settling included')
+      if (b > 0) call add_figure(verdict, 'distance from input', &
+         [character(len=len(key)) :: '', key], [0.0_wp, distance], 'm', &
+         block_label(simulation, b)//', including settlement')
    end subroutine add_distance_from_input
 
    !> Text with the names of the blocks or points of a value.

@@ -81,7 +81,7 @@ contains
       real(wp), intent(in) :: bytes         !< bytes of the factor
       integer, intent(in) :: blocks         !< blocks of the matrix
       integer, intent(in) :: threads        !< threads that call BLAS at the same time
-      character(len=*), intent(in) :: user  !< user of the memory, for the message
+      character(len=*), intent(in) :: user  !< what needs the memory, for the message
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=*), parameter :: room = ', with room for the steps'
       real(wp) :: needed, buffers

@@ -66,40 +66,40 @@ contains
    end subroutine skip_comments
 
    !> Read a declared number of values from the following lines, with or without blanks between.
-   subroutine read_values(reader, expected, items, list)
+   subroutine read_values(reader, declared, items, list)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
-      integer(long), intent(in) :: expected                !< number declared by the header
+      integer(long), intent(in) :: declared                !< number declared by the header
       character(len=*), intent(in) :: items                 !< 'samples', … for messages
       type(sample_list_type), intent(inout) :: list        !< list to which values are added
       character(len=:), allocatable :: text, excess_message
       logical :: has_line
 
-      excess_message = 'more than the '//to_text(expected)//' '//items//' that the header declares'
-      do while (list%count < expected)
+      excess_message = 'more than the '//to_text(declared)//' '//items//' that the header declares'
+      do while (list%count < declared)
          call next_line(reader, text, has_line)
          if (.not. has_line) call fail_at(reader, 'the file ends after '//to_text(list%count)// &
-            ' of the '//to_text(expected)//' '//items//' that its header declares')
-         call read_row(reader, text, .false., expected, excess_message, list)
+            ' of the '//to_text(declared)//' '//items//' that its header declares')
+         call read_row(reader, text, .false., declared, excess_message, list)
          if (allocated(reader%error)) return
       end do
    end subroutine read_values
 
    !> Read a declared number of samples, followed only by blank lines.
-   subroutine read_trace(reader, expected, items, values)
+   subroutine read_trace(reader, declared, items, values)
       type(line_reader_type), intent(inout) :: reader      !< reader before the first sample
-      integer(long), intent(in) :: expected                !< number declared by the header
+      integer(long), intent(in) :: declared                !< number declared by the header
       character(len=*), intent(in) :: items                 !< 'samples', … for messages
       real(wp), allocatable, intent(out) :: values(:)      !< [samples] values in the file's unit
       type(sample_list_type) :: list
       character(len=:), allocatable :: text
       logical :: has_line
 
-      call read_values(reader, expected, items, list)
+      call read_values(reader, declared, items, list)
       do
          call next_line(reader, text, has_line)
          if (.not. has_line) exit
          if (len(word_at(text, 1)) > 0) call fail_at(reader, quoted(text)//' follows the '// &
-            to_text(expected)//' samples that the header declares')
+            to_text(declared)//' samples that the header declares')
       end do
       if (.not. allocated(reader%error)) values = list%values(:list%count)
    end subroutine read_trace

@@ -91,17 +91,17 @@ contains
    end subroutine read_rate
 
    !> Read header numbers, and check that they fill the number of lines of the format.
-   subroutine read_header(reader, expected, lines, items, list)
+   subroutine read_header(reader, declared, lines, items, list)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
-      integer(long), intent(in) :: expected  !< number declared by the header
+      integer(long), intent(in) :: declared  !< number declared by the header
       integer, intent(in) :: lines  !< lines according to the format
       character(len=*), intent(in) :: items  !< name of the counted items, for messages
       type(sample_list_type), intent(out) :: list  !< numbers read
       integer :: previous_line
 
       previous_line = reader%line
-      call read_values(reader, expected, items, list)
-      if (reader%line - previous_line /= lines) call fail_at(reader, 'the '//to_text(expected)// &
+      call read_values(reader, declared, items, list)
+      if (reader%line - previous_line /= lines) call fail_at(reader, 'the '//to_text(declared)// &
          ' '//items//' are on '//to_text(reader%line - previous_line)//' lines instead of '// &
          to_text(lines))
    end subroutine read_header

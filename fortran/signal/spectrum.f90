@@ -59,7 +59,7 @@ contains
       end do
    end subroutine fourier_spectrum
 
-   !> Ratio of the complex spectra of two motions, surface over base.
+   !> Ratio of the complex spectra of two motions, surface / base.
    !>
    !> Bins in which the base is below `least` of its largest bin are set to 0, since their ratio
    !> would contain only rounding errors.
@@ -112,8 +112,9 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
       if (size(frequency) /= size(amplitude) .or. size(frequency) < 2) then
-         call fail(error, error_input, 'a peak needs at least two bins and as many amplitudes '// &
-            'as frequencies, not '//to_text(size(frequency))//' and '//to_text(size(amplitude)))
+         call fail(error, error_input, 'a peak needs equal numbers of frequencies and '// &
+            'amplitudes, at least two of each, not '//to_text(size(frequency))//' and '// &
+            to_text(size(amplitude)))
          return
       end if
       peak%bin = maxloc(amplitude, 1, frequency >= lowest .and. frequency <= highest)

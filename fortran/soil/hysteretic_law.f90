@@ -155,7 +155,7 @@ contains
       end do
    end subroutine add_branches
 
-   !> Set up the small-strain body in a step.
+   !> Return stresses and stiffness in a step of the Maxwell element that damps small strains.
    pure type(maxwell_type) function maxwell_of(branches, state, change, time_step) result(maxwell)
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: state(:)             !< [any] state of the point at the start

@@ -77,7 +77,7 @@ contains
          .and. .not. state%flags(2), 'text and flags')
       call write_archive(second)
       call carry_state(second, state)
-      call check(second%at == archive%at, 'as many bytes')
+      call check(second%at == archive%at, 'as many bytes are read as written')
       call check(all(second%bytes(:second%at) == archive%bytes(:archive%at)), 'the same bytes')
    end subroutine write_and_read
 

@@ -62,7 +62,7 @@ contains
          damping = damping_type(ratio=ratio(i), reference=3.0_wp)
          call fit_body(damping, huge(1.0_wp), error)
          call check_no_error(error, 'fit')
-         call check(damping%misfit < 1.0e-3_wp, 'as many mechanisms as are needed')
+         call check(damping%misfit < 1.0e-3_wp, 'enough mechanisms for the misfit')
          call check(sum(damping%weight) < 1.0_wp, 'stable')
          call check(all(damping%weight(:damping%n) > 0.0_wp), 'positive weights')
          do k = 0, 100

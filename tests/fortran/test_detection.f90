@@ -422,7 +422,7 @@ contains
          call list(blocks, contacts_ab, distance)
          call place_blocks(blocks, second, first)
          call list(blocks, contacts_ba, distance)
-         call check(contacts_ab%n == contacts_ba%n, 'as many')
+         call check(contacts_ab%n == contacts_ba%n, 'as many contacts')
          n_contacts = n_contacts + contacts_ab%n
          if (contacts_ab%n == 0 .or. contacts_ab%n /= contacts_ba%n) cycle
          call check_close(sum(contacts_ab%gap(:contacts_ab%n)), &

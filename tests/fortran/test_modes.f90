@@ -61,7 +61,7 @@ contains
       call linear_of(linear, layered_site(), 'closed')
       call find_modes(linear, 96, modes, error)
       call check_no_error(error, 'modes')
-      call check(modes%n == 96, 'as many as coordinates')
+      call check(modes%n == 96, 'as many modes as coordinates')
       call check_close(sum(modes%effective_mass, 2), [1.0_wp, 1.0_wp], 'sum of effective masses', &
          relative=1.0e-9_wp)
       call check(all(modes%omega(2:) >= modes%omega(:95)), 'ascending')

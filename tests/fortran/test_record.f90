@@ -56,24 +56,25 @@ contains
       call expect_no_section('sine.smc', 2, 'channel 2')
    end subroutine sections_of_a_cosmos_file
 
-   subroutine expect_section(name, quantity, channel, expected)
-      character(len=*), intent(in) :: name, quantity
+   subroutine expect_section(file_name, quantity, channel, expected)
+      character(len=*), intent(in) :: file_name, quantity
       integer, intent(in) :: channel
       real(wp), intent(in) :: expected(:)
 
-      call read_record(record, data_file(name), 'auto', quantity, '', error, channel=channel)
-      call check_no_error(error, name//' '//quantity)
-      if (.not. allocated(error)) call check_close(record%values, expected, name//' '//quantity, &
-         relative=printed)
+      call read_record(record, data_file(file_name), 'auto', quantity, '', error, channel=channel)
+      call check_no_error(error, file_name//' '//quantity)
+      if (.not. allocated(error)) call check_close(record%values, expected, &
+         file_name//' '//quantity, relative=printed)
    end subroutine expect_section
 
-   subroutine expect_no_section(name, channel, names)
-      character(len=*), intent(in) :: name
+   subroutine expect_no_section(file_name, channel, expected_text)
+      character(len=*), intent(in) :: file_name
       integer, intent(in) :: channel
-      character(len=*), intent(in) :: names
+      character(len=*), intent(in) :: expected_text
 
-      call read_record(record, data_file(name), 'auto', 'acceleration', '', error, channel=channel)
-      call check_fails(error, names)
+      call read_record(record, data_file(file_name), 'auto', 'acceleration', '', error, &
+         channel=channel)
+      call check_fails(error, expected_text)
    end subroutine expect_no_section
 
    subroutine columns_of_text()

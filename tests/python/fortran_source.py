@@ -130,7 +130,7 @@ _INTRINSIC = set(
 
 
 def read_statements(file: Path) -> list[tuple[int, str]]:
-    """Return the statements of a file in lower case, without comments, with their first lines."""
+    """Return first line number and text of each statement, in lower case and without comments."""
     statements = _statements(file.read_text().splitlines())
     return [
         (line, re.sub(r"'[^']*'|\"[^\"]*\"", "''", code).lower()) for line, _, code, _ in statements

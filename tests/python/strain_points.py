@@ -55,7 +55,7 @@ def faces_of(polygons, near=1e-7):
     return Faces(owner[a], owner[b], start, end, normal, np.column_stack([a, b]))
 
 
-def displacement(points, centres):
+def displacement_operator(points, centres):
     """Return the displacement operator of cells with these centroids, shape (k, 2, 6)."""
     x, y = (points - centres).T
     one, zero = np.ones_like(x), np.zeros_like(x)
@@ -99,7 +99,7 @@ class Body:
         height = [abs(((self.centres[c] - f.start) * f.normal).sum(axis=1)) for c in pair]
         part = 0.5 * length * np.array(height)
         self.point_areas = part.sum(axis=0)
-        at = [[displacement(p, self.centres[c]) for c in pair] for p in (f.start, f.end)]
+        at = [[displacement_operator(p, self.centres[c]) for c in pair] for p in (f.start, f.end)]
         jump = [np.concatenate([one, -other], axis=2) for one, other in at]
         mean, linear = 0.5 * (jump[0] + jump[1]), 0.5 * (jump[1] - jump[0])
         own = np.zeros((len(length), 3, 12))
@@ -150,7 +150,7 @@ class Body:
                 0.5 * (corners_of_cell + after),
             ]  # exact for squares
             for points in middles:
-                shape = displacement(points, 0.0)
+                shape = displacement_operator(points, 0.0)
                 blocks[i] += np.einsum("kai,kaj,k->ij", shape, shape, double / 6)
         index = 6 * np.arange(len(blocks))[:, None] + np.arange(6)
         rows, columns = np.broadcast_arrays(index[:, :, None], index[:, None, :])

@@ -39,10 +39,10 @@ RAMP, HOLD = 2.0, 2.0  # s, duration of the increase and of the constant force
 
 @dataclass(frozen=True)
 class Outcome:
-    """Whether a static stage rests, remarks, and its duration in s."""
+    """Whether a static stage comes to rest, remarks, and its duration in s."""
 
-    rests: bool
-    words: str
+    at_rest: bool
+    remarks: str
     seconds: float
 
 
@@ -150,11 +150,11 @@ class Tally:
 
     def judge(self, label: str, outcome: Outcome, rests: bool | None) -> None:
         """Print an outcome, and count it if it differs from `rests` (None: not judged)."""
-        verdict = "rests" if outcome.rests else "falls"
-        bad = rests is not None and outcome.rests != rests
-        description = outcome.words if outcome.rests else ""
+        verdict = "rests" if outcome.at_rest else "falls"
+        bad = rests is not None and outcome.at_rest != rests
+        description = outcome.remarks if outcome.at_rest else ""
         if (
-            outcome.rests
+            outcome.at_rest
             and description
             and rests is not False
             and not description.startswith("moved")
@@ -194,7 +194,7 @@ def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
                 outcome = static_outcome(assembly, fraction * (low if fraction < 1.0 else high))
                 expected = False if not rests else True if fraction < 0.99 else None
                 tally.judge(f"{fraction:.2f}", outcome, expected)
-                rests = outcome.rests
+                rests = outcome.at_rest
     return tally
 
 

@@ -10,7 +10,7 @@ import shapely
 import xarray as xr
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
-from strain_points import Body, displacement
+from strain_points import Body, displacement_operator
 from test_bodies import cells_of
 from test_meshing import part
 
@@ -213,7 +213,7 @@ class Notched(Body):
         distance = [shapely.Polygon(cell).distance(shapely.Point(x, y)) for cell in self.polygons]
         cell = int(np.argmin(distance))
         row = np.zeros((len(self.areas), 6))
-        row[cell] = displacement(np.array([[x, y]]), self.centres[cell])[0, axis]
+        row[cell] = displacement_operator(np.array([[x, y]]), self.centres[cell])[0, axis]
         return row.ravel()
 
 

@@ -172,8 +172,8 @@ contains
 
    !> The check report as text, its worst verdict (1 ok, 2 warn, 3 fail), and its numbers:
    !> omega_max, its bracket (rad/s), its residual, shift of the first frequency, band (Hz), steps
-   !> in which the slowest alternating mode falls to 1/e (0: none alternates; huge: it does not
-   !> decay), memory (bytes) and duration (s) of the run, about.
+   !> in which the slowest alternating mode falls to 1/e (0: no mode alternates; huge: it does
+   !> not decay), memory (bytes) and duration (s) of the run, about.
    subroutine check_run(handle, text, worst, numbers)
       integer(c_int), intent(in) :: handle
       character(len=16384), intent(out) :: text

@@ -95,7 +95,7 @@ class NoRootError(SiteddaError, ArithmeticError):
         self.mode, self.bracket, self.trials = mode, bracket, trials
 
     def __reduce__(self):
-        """Return the state that passes the exception between processes."""
+        """Return class and arguments, with which `pickle` restores the exception."""
         return type(self), (str(self), self.mode, self.bracket, self.trials)
 
 

@@ -24,7 +24,7 @@ from ..input.groups import (
     nearest,
     read_values,
     single_groups,
-    variables,
+    variable_kinds,
 )
 from ..input.input_text import cited, find_groups
 from ..input.schema import Groups
@@ -47,12 +47,12 @@ class Group:
     >>> rock.density = 2700.0
     """
 
-    __slots__ = ("_name", "_values", "_place")
+    __slots__ = ("_name", "_values", "_source")
 
     def __init__(self, name: str, values: dict | None = None, source: str = ""):
         object.__setattr__(self, "_name", known_group(name))
         object.__setattr__(self, "_values", {})
-        object.__setattr__(self, "_place", source)
+        object.__setattr__(self, "_source", source)
         self(**(values or {}))
 
     @classmethod
@@ -81,24 +81,24 @@ class Group:
         return self
 
     def __getattr__(self, name: str):
-        if name.startswith("_") or name not in variables()[self._name]:
-            hint = nearest(name, variables()[self._name])
+        if name.startswith("_") or name not in variable_kinds()[self._name]:
+            hint = nearest(name, variable_kinds()[self._name])
             raise AttributeError(f"group &{self._name} has no variable {name!r}{hint}")
         return self._values.get(name)
 
     def __setattr__(self, name: str, value) -> None:
-        if name not in variables()[self._name]:
-            hint = nearest(name, variables()[self._name])
+        if name not in variable_kinds()[self._name]:
+            hint = nearest(name, variable_kinds()[self._name])
             raise AttributeError(f"group &{self._name} has no variable {name!r}{hint}")
         self(**{name: value})
 
     def __reduce__(self):
         """Return the values that `copy` and `pickle` restore."""
-        return Group._of_checked_values, (self._name, self._values, self._place)
+        return Group._of_checked_values, (self._name, self._values, self._source)
 
     def __dir__(self):
         """Return the names of attributes and variables."""
-        return [*super().__dir__(), *variables()[self._name]]
+        return [*super().__dir__(), *variable_kinds()[self._name]]
 
     def __eq__(self, other) -> bool:
         """Return whether another group has the same name and values."""
@@ -194,7 +194,7 @@ class Model(Groups):
         **values
             Variables of the group.
         """
-        names = list(variables()[known_group(kind)])
+        names = list(variable_kinds()[known_group(kind)])
         if len(arguments) > len(names):
             raise TypeError(f"{kind} accepts at most {len(names)} values")
         for name, value in zip(names, arguments, strict=False):
@@ -211,7 +211,7 @@ class Model(Groups):
         if kind in _UNIQUE and any(
             member._values.get("name") == name for member in self.groups if member._name == kind
         ):
-            source = f"{group._place}: " if group._place else f"&{kind}: "
+            source = f"{group._source}: " if group._source else f"&{kind}: "
             raise InputError(f"{source}name = {name!r} is used twice")
         self.groups.append(group)
         return group
@@ -224,7 +224,7 @@ class Model(Groups):
         if name in ("folder", "title"):
             super().__setattr__(name, value)
             return
-        names = [variable for group in single_groups() for variable in variables()[group]]
+        names = [variable for group in single_groups() for variable in variable_kinds()[group]]
         hint = f"; set it in a group, as model.control.{name}" if name in names else ""
         raise AttributeError(f"a model has no attribute {name!r} to set{hint}")
 
@@ -268,7 +268,7 @@ class Model(Groups):
         for name, group in self._once.items():
             model._once[name](**group._values)
         model.groups.extend(
-            Group._of_checked_values(item._name, item._values, item._place) for item in self.groups
+            Group._of_checked_values(item._name, item._values, item._source) for item in self.groups
         )
         return model
 
@@ -419,7 +419,7 @@ class Model(Groups):
         """Return a model with blocks in place of joints, regions and masonry."""
         source = [group for group in (*self.groups, self._once["cutting"]) if group._values]
         parts = [
-            (group._name, group._values, group._place or f"&{group._name}") for group in source
+            (group._name, group._values, group._source or f"&{group._name}") for group in source
         ]
         built = build_blocks(parts, self.folder)
         model = self.copy()
@@ -429,7 +429,7 @@ class Model(Groups):
             item for item in self.groups if not is_made(item._name) and id(item) not in meshed
         ]
         model.groups[:] = [
-            Group._of_checked_values(item._name, item._values, item._place) for item in groups
+            Group._of_checked_values(item._name, item._values, item._source) for item in groups
         ]
         model.groups.extend(Group._of_checked_values(kind, values) for kind, values in built.groups)
         model.groups.extend(Group._of_checked_values("block", block) for block in built.blocks)
@@ -461,7 +461,7 @@ class Model(Groups):
             number = next(i for i, item in enumerate(peers, 1) if item is group)
             name = repr(group.name) if group._values.get("name") else f"number {number}"
             label = "" if group._name in single_groups() else f"(…), {name}"
-            return group._place or f"Model.{group._name}{label}"
+            return group._source or f"Model.{group._name}{label}"
 
         message = cited(message, file, place)
         return re.sub(rf"^{re.escape(str(file))}(?=[:,])", "Model", message)

@@ -32,11 +32,11 @@ _PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peak
 _MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to the highest in ln p
 _FARTHEST = 8.0  # search range in standard deviations of the prior
 _LARGEST = 200.0  # bound on ln θ, so that the stiffnesses of extreme draws are finite
-_DRAWS = 3000  # draws per round of the integral of the evidence
-_BROAD = 0.3  # fraction of draws from the proposal that is as wide as the prior
-_FREEDOM = 6  # degrees of freedom of the proposals, whose tails are wider than Gaussian
-_ROUNDS, _LEAST = 6, 1e-12  # rounds that fit the proposals; least weight of a draw in a fit
-_ENOUGH = 0.5  # effective fraction of draws at which the adaptation ends
+_DRAWS = 3000  # samples per round of importance sampling of the evidence
+_BROAD = 0.3  # fraction of samples from the proposal with the width of the prior
+_FREEDOM = 6  # degrees of freedom of Student's t of the proposals
+_ROUNDS, _LEAST = 6, 1e-12  # rounds that fit proposals; least weight of a sample in a fit
+_ENOUGH = 0.5  # effective sample size / samples at which the adaptation ends
 _WALKERS, _STEPS, _LENGTHS = 32, 500, 50  # walkers, steps, least number of autocorrelation times
 _MOST_STEPS = 20000
 

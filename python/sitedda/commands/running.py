@@ -79,8 +79,8 @@ def _run_to_end(options: argparse.Namespace) -> int:
     tell(thread_notes[0])
     if not result.complete:
         print(f"{result.verdict}\noutput: {result.output}")
-        words = f"interrupted at t = {float(result.history.time[-1]):g} s"
-        print(f"sitedda: {words}; to continue: {_resume_command(options)}", file=sys.stderr)
+        message = f"interrupted at t = {float(result.history.time[-1]):g} s"
+        print(f"sitedda: {message}; to continue: {_resume_command(options)}", file=sys.stderr)
         return 6
     if options.accuracy or options.ensemble:
         _store_accuracy(result, not options.quiet, options.ensemble)
@@ -119,12 +119,12 @@ def _store_accuracy(result: Run, progress: bool, ensemble: int) -> None:
 
 def _resume_command(options: argparse.Namespace) -> str:
     """Return the command line that continues an interrupted run."""
-    words = ["sitedda", "resume", str(options.file)]
+    command = ["sitedda", "resume", str(options.file)]
     if options.output:
-        words += ["--output", str(options.output)]
+        command += ["--output", str(options.output)]
     for name, value in options.set:
-        words += ["--set", f"{name}={value}"]
-    return shlex.join(words)
+        command += ["--set", f"{name}={value}"]
+    return shlex.join(command)
 
 
 def _discrete_transfer(source: Path, changes: dict, found):

@@ -80,12 +80,12 @@ def _array_xml(name: str, values, appended: list[bytes]) -> str:
     """Return the XML element of an array, and append its numbers to `appended`."""
     values = np.ascontiguousarray(values)
     kind = values.dtype.newbyteorder("<").str[1:]
-    parts = 1 if values.ndim == 1 else values.shape[1]
+    components = 1 if values.ndim == 1 else values.shape[1]
     offset = sum(map(len, appended))
     appended.append(_compress_blocks(values.astype(f"<{kind}").tobytes()))
     return (
         f'<DataArray type="{_TYPES[kind]}" Name={quoteattr(_remove_illegal_characters(name))} '
-        f'NumberOfComponents="{parts}" format="appended" offset="{offset}"/>\n'
+        f'NumberOfComponents="{components}" format="appended" offset="{offset}"/>\n'
     )
 
 

@@ -49,5 +49,5 @@ def _describe_commands(what: str) -> str:
 
         return shtab.complete(whole_parser(), shell=what)
     except ImportError as trouble:
-        words = f"{what} needs a library: pip install 'sitedda[editor]'"
-        raise MissingLibrary(words) from trouble
+        message = f"{what} needs a library: pip install 'sitedda[editor]'"
+        raise MissingLibrary(message) from trouble

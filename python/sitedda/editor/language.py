@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..base.errors import SiteddaError
 from ..engine.simulation import Simulation
-from ..input.groups import variables
+from ..input.groups import variable_kinds
 from ..input.schema import GROUPS, Group, Variable
 from ..input.source import InputOfRun
 
@@ -116,7 +116,7 @@ def _locate_problem(text: str, message: str, file) -> Problem:
     match = re.search(_PLACE.format(file=re.escape(str(file))), message)
     if match is None:
         return Problem(0, 0, len(rows[0]), message)
-    names = variables().get(match[1].lower(), {})
+    names = variable_kinds().get(match[1].lower(), {})
     mentioned = [name for name in _NAME.findall(message[match.end() :]) if name in names]
     start = min(int(match[2]), len(rows)) - 1
     for name in mentioned[:1]:

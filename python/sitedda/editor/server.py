@@ -10,8 +10,8 @@ try:
     from pygls.lsp.server import LanguageServer
     from pygls.uris import to_fs_path
 except ImportError as trouble:
-    words = "the language server needs pygls: pip install 'sitedda[editor]'"
-    raise MissingLibrary(words) from trouble
+    message = "the language server needs pygls: pip install 'sitedda[editor]'"
+    raise MissingLibrary(message) from trouble
 
 _KINDS = {
     "group": types.CompletionItemKind.Module,

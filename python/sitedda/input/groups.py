@@ -25,7 +25,7 @@ def single_groups() -> tuple[str, ...]:
 
 
 @cache
-def variables() -> dict[str, dict[str, str]]:
+def variable_kinds() -> dict[str, dict[str, str]]:
     """Return the kind of each variable of each group."""
     return {
         name: {v.name: _variable_kind(v) for v in group.variables} for name, group in GROUPS.items()
@@ -60,14 +60,14 @@ def nearest(word: str, words) -> str:
 
 def known_group(name: str) -> str:
     """Return the name of a group in lower case; raise an error if it is unknown."""
-    if name not in variables():
-        raise InputError(f"there is no group &{name}{nearest(name, variables())}")
+    if name not in variable_kinds():
+        raise InputError(f"there is no group &{name}{nearest(name, variable_kinds())}")
     return name
 
 
 def known_variable(group: str, name: str) -> str:
     """Return the kind of a variable of a group; raise an error if it is unknown."""
-    kinds = variables()[group]
+    kinds = variable_kinds()[group]
     if name not in kinds:
         hint = nearest(name, kinds) or f"; its variables are {', '.join(kinds)}"
         raise InputError(f"group &{group} has no variable {name!r}{hint}")

@@ -41,7 +41,7 @@ class Beside:
     frequency : ndarray, shape (bins,)
         Hz.
     ratio : ndarray, shape (bins,)
-        Surface over base, of the blocks.
+        Surface / base, of the blocks.
     column_ratios : dict of str to ndarray, shape (bins,)
         The ratios of the columns.
     points : tuple of ndarray
@@ -205,7 +205,7 @@ def _compute_columns(
 
 
 def _surface_over_base(response: SiteResponse, ground, step: float, frequency: NDArray[np.float64]):
-    """Return surface over base of a column: transfer function, or ratio of the spectra."""
+    """Return surface / base of a column: transfer function, or ratio of the spectra."""
     if isinstance(response, ColumnResponse):
         return response.transfer(frequency)
     bins, ratio = spectral_ratio(response.acceleration(), ground, step, 8)

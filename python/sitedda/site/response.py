@@ -144,10 +144,10 @@ class ColumnResponse(SiteResponse):
         if any(layer.damping_at(self._frequencies).any() for layer in self.column.layers):
             return ""
         within = isinstance(self.column.base, HalfSpace)
-        place = "above a within motion" if within else "on a rigid base"
+        place = "above a base with a within motion" if within else "on a rigid base"
         return (
-            f"without damping {place} its resonance is infinite; give its soils a damping "
-            "ratio at small strains"
+            f"soils without damping {place} have infinite amplification at resonance; give them a "
+            "damping ratio at small strains"
         )
 
     def check_bounded(self) -> None:

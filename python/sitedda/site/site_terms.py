@@ -38,7 +38,7 @@ class SiteTerm:
         that of the columns); ``sampling``, ``sigma_error`` and ``aggravation_sampling``, half of
         their confidence intervals (of the medians in ln); ``total``, which adds the errors of
         ``discretisation``; ``saving``, the runs that plain sampling needs for the same interval
-        over the runs made.
+        divided by the runs made.
     """
 
     table: xr.Dataset
@@ -52,7 +52,8 @@ class SiteTerm:
                                               float_format="{:.4g}".format)]  # fmt: skip
         useless = int((table.saving < _WORTH).sum())
         if useless:
-            lines.append(f"columns save no runs for {useless} of {table.saving.size} results")
+            lines.append("the columns (control variates) do not reduce the number of plane runs "
+                         f"for {useless} of {table.saving.size} results")  # fmt: skip
         return "\n".join(lines)
 
     def to_csv(self, file) -> Path:

@@ -22,7 +22,8 @@ def add_safety(parser: argparse.ArgumentParser) -> None:
         help="largest displacement of blocks of a stable model, as fraction of their median "
         "radius (0.05)")  # fmt: skip
     parser.add_argument("--least-area", type=NOT_NEGATIVE, default=0.0, metavar="AREA",
-        help="remove the blocks of mechanisms with a smaller area, m² (0)")  # fmt: skip
+        help="ignore mechanisms with an area below this value, m²: remove their blocks "
+        "and continue (0)")  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")
     parser.add_argument("-o", "--output", type=picture_name, help="picture (FILE_mechanism.png)")
     add_changes(parser)

@@ -102,7 +102,8 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
     if name in _DIMENSIONS:
         _check_dimension(name, value, plan)
         if value in select and not isinstance(select[value], list):
-            raise InputError(f"{name} = {value!r}: select reduces this dimension to one value")
+            raise InputError(f"{name} = {value!r}: `select` gives this dimension only one "
+                             "value; choose another dimension or a list of values")  # fmt: skip
         return
     names, stem = _known_results(plan), value.partition("[")[0].partition(".")[0]
     if names and not names & {value, stem}:

@@ -152,7 +152,9 @@ def _parse_task(values: dict):
     if len(tasks) > 1:
         raise InputError(f"[{table}] and [{tasks[1]}] are two tasks: remove one")
     if "task" in values or "results" in values:
-        raise InputError(f"[{table}] sets `task` and `results`: remove these two keys")
+        raise InputError(
+            f"[{table}] defines the task and its results: remove the keys `task` and `results`"
+        )
     options = dict(values[table])
     _check_names(options, table)
     for entry in fields(_TASKS[table]):

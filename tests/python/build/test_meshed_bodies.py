@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import shapely
 from scipy.sparse.linalg import eigsh, splu
-from strain_points import Body, displacement
+from strain_points import Body, displacement_operator
 from test_meshing import CELLS, SHAPES, circle, part
 
 from sitedda.meshing.body import mesh_body
@@ -64,7 +64,7 @@ def test_cantilever(cells, deep, bound):
     owner, start, end, _ = body.free_edges()
     for cell in owner[(start[:, 0] < 1e-9) & (end[:, 0] < 1e-9)]:
         ends = body.polygons[cell][body.polygons[cell][:, 0] < 1e-9]
-        for shape in displacement(ends, body.centres[cell]):
+        for shape in displacement_operator(ends, body.centres[cell]):
             index = 6 * cell + np.arange(6)
             stiffness[np.ix_(index, index)] += 1e14 * shape.T @ shape
     value = eigsh(stiffness.tocsc(), 1, body.mass(), sigma=0.0, return_eigenvectors=False)[0]
@@ -119,14 +119,14 @@ def solve_kirsch(polygons):
         traction = np.column_stack(
             [x * normal[:, 0] + xy * normal[:, 1], xy * normal[:, 0] + y * normal[:, 1]]
         )
-        work = np.einsum("kai,ka->ki", displacement(points, body.centres[owner]), traction)
+        work = np.einsum("kai,ka->ki", displacement_operator(points, body.centres[owner]), traction)
         np.add.at(force, owner[outer], (0.5 * length[:, None] * work)[outer])
     # A small mass prevents rigid motions.
     tiny = 1e-9 * body.mass()
     displacements = splu((body.stiffness() + tiny).tocsc()).solve(force.ravel()).reshape(-1, 6)
     exact = kirsch(body.centres, radius, 1.0, young, poisson)
     weight = body.areas[:, None]
-    rigid = displacement(body.centres, 0.0)[:, :, :3]
+    rigid = displacement_operator(body.centres, 0.0)[:, :, :3]
     errors = displacements[:, :2] - exact
     off = np.linalg.lstsq(
         (rigid * np.sqrt(weight)[:, None]).reshape(-1, 3), (errors * np.sqrt(weight)).ravel(), None

@@ -42,15 +42,15 @@ def sharpest_turn(polygons):
     return worst
 
 
-def common_lengths(polygons, near):
+def common_lengths(polygons, tolerance):
     """Length of the edges of each cell, and length shared with edges of other cells."""
     rings = [shapely.LinearRing(corners) for corners in polygons]
     tree = shapely.STRtree(rings)
-    one, other = tree.query(rings, predicate="dwithin", distance=near)
+    one, other = tree.query(rings, predicate="dwithin", distance=tolerance)
     shared = np.zeros(len(rings))
     for i, k in zip(one, other, strict=True):
         if i != k:
-            shared[i] += common(polygons[i], polygons[k], near)
+            shared[i] += common(polygons[i], polygons[k], tolerance)
     return np.array([ring.length for ring in rings]), shared
 
 
@@ -68,23 +68,23 @@ def common(first, second, near):
     return total
 
 
-def check_cells(cut, parts, area=1e-12):
+def check_cells(mesh, parts, area_tolerance=1e-12):
     """Check that cells are convex, fill the parts without overlap, and share faces or outlines."""
     domain = shape_of(parts)
-    polygons = [shapely.Polygon(corners) for corners in cut.polygons]
-    assert sharpest_turn(cut.polygons) > -1e-6
+    polygons = [shapely.Polygon(corners) for corners in mesh.polygons]
+    assert sharpest_turn(mesh.polygons) > -1e-6
     for i, one in enumerate(parts):
         body = shape_of([one])
-        cells = Rings.of([p for p, own in zip(cut.polygons, cut.parts, strict=True) if own == i])
-        assert cells.areas().sum() == pytest.approx(body.area, rel=area)
+        cells = Rings.of([p for p, k in zip(mesh.polygons, mesh.parts, strict=True) if k == i])
+        assert cells.areas().sum() == pytest.approx(body.area, rel=area_tolerance)
     tree = shapely.STRtree(polygons)
     first, second = tree.query(polygons, predicate="overlaps")
-    near = 1e-9 * np.sqrt(domain.area) + 16 * np.spacing(abs(parts[0].outline).max())
+    tolerance = 1e-9 * np.sqrt(domain.area) + 16 * np.spacing(abs(parts[0].outline).max())
     # Without a grid, the intersection of two touching cells may be one of these cells.
     pairs = np.array(polygons)[first], np.array(polygons)[second]
-    shared = shapely.intersection(*pairs, grid_size=near)
-    assert shapely.area(shared).max(initial=0.0) < near * np.sqrt(domain.area)
-    around, within = common_lengths(cut.polygons, near)
+    shared = shapely.intersection(*pairs, grid_size=tolerance)
+    assert shapely.area(shared).max(initial=0.0) < tolerance * np.sqrt(domain.area)
+    around, within = common_lengths(mesh.polygons, tolerance)
     boundary = domain.length
     assert around.sum() - within.sum() == pytest.approx(boundary, rel=1e-6)
 
@@ -178,7 +178,7 @@ def test_cells_far_away_are_the_same(name, cells):
     ]
     far = mesh_body(far_parts, cells)
     assert same(mesh_body(parts, cells), far, UTM, 1e-6)
-    check_cells(far, far_parts, area=1e-9)
+    check_cells(far, far_parts, area_tolerance=1e-9)
 
 
 def test_a_rotated_rectangle_is_divided_into_rectangles():

@@ -15,7 +15,7 @@ from model_text import BONDED, flying_block, namelist, tower
 import sitedda
 from sitedda import InputError, Model
 from sitedda.building import built_text, find_groups, kinds
-from sitedda.groups import is_made, read_values, variables
+from sitedda.groups import is_made, read_values, variable_kinds
 from sitedda.model import Group
 from sitedda.schema import GROUPS
 
@@ -25,7 +25,8 @@ def test_each_group_that_becomes_blocks_has_a_class():
     assert group_names == {*kinds(), "polygons"}
     for name, kind in kinds().items():
         files = set(getattr(kind, "from_file", "") and ("file", "layer", "scale"))
-        assert set(vars(kind.__base__)) & set(variables()[name]) | files == set(variables()[name])
+        names = set(variable_kinds()[name])
+        assert set(vars(kind.__base__)) & names | files == names
         assert "Attributes" in kind.__doc__ and not kind.__doc__.startswith("&")
 
 

@@ -87,11 +87,11 @@ def test_free_vibration_of_the_scheme():
     assert_allclose(decrement.frequency, phase / (2 * np.pi * step), rtol=1e-4)
 
 
-def test_a_poor_decay_has_a_large_residual():
-    time, good = decay(0.01)
-    _, other = decay(0.01, frequency=5.6)
-    assert log_decrement(time, good).residual < 1e-3
-    assert log_decrement(time, good + 0.5 * other).residual > 0.1
+def test_a_decay_of_two_frequencies_has_a_large_residual():
+    time, single = decay(0.01)
+    _, second = decay(0.01, frequency=5.6)
+    assert log_decrement(time, single).residual < 1e-3
+    assert log_decrement(time, single + 0.5 * second).residual > 0.1
 
 
 def test_small_noise_does_not_add_crests():

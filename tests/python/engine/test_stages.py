@@ -264,15 +264,17 @@ def test_a_block_that_falls_and_rests_is_reported(write_input, native, tmp_path)
     message = "block 3 'stone' moved farthest, by 0.3 m; block 3 'stone' is "
     assert message in fell
     assert run.verdict.values["displacement_from_drawn_m"] == pytest.approx(0.3, abs=1e-3)
-    printed = "300 mm at the end; stone, settling included"
-    assert dict(run.verdict.lines)["since drawn"] == printed
+    printed = "300 mm at the end; stone, including settlement"
+    assert dict(run.verdict.lines)["distance from input"] == printed
     process = native("run", write_input(groups), folder=tmp_path)
     assert message in " ".join(process.stdout.split())
     head = next(line for line in process.stdout.splitlines() if "where, when" in line)
-    line = next(line for line in process.stdout.splitlines() if line.startswith("since drawn "))
+    line = next(
+        row for row in process.stdout.splitlines() if row.startswith("distance from input ")
+    )
     columns = (
         (head.index("at the end"), "300 mm"),
-        (head.index("where"), "stone, settling included"),
+        (head.index("where"), "stone, including settlement"),
     )
     assert all(line[at:].startswith(message) for at, message in columns)
 

@@ -83,9 +83,9 @@ def test_endless_free_vibration_is_reported():
     soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
     with pytest.warns(UserWarning, match="more than 1 % of the free vibration remains"):
         Column([replace(soil, damping=1e-5)]).response(ricker(), STEP).acceleration()
-    with pytest.raises(ValueError, match="unbounded: without damping on a rigid base"):
+    with pytest.raises(ValueError, match="unbounded: soils without damping on a rigid base"):
         Column([soil]).response(ricker(), STEP).acceleration()
-    with pytest.raises(ValueError, match="unbounded: without damping above a within motion"):
+    with pytest.raises(ValueError, match="soils without damping above a base with a within motion"):
         Column([soil], ROCK).response(ricker(), STEP, kind="within").acceleration()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -134,7 +134,7 @@ def test_analyses_omit_each_unbounded_column():
     assert list(found.responses) == ["nonlinear"]
     text = str(found)
     for name in ("linear", "equivalent-linear"):
-        assert f"the {name} column is omitted: without damping on a rigid base" in text
+        assert f"the {name} column is omitted: soils without damping on a rigid base" in text
     assert "% strain" not in text
     found.plot()
 

@@ -72,7 +72,7 @@ def test_a_term_reports_results_without_saving(tmp_path):
     far = table.sel(point="far")
     assert (np.abs(np.log(far["median"])) < 1.5 * far.sampling).all()  # the exact mean is 0
     assert far.sampling.values == pytest.approx(2.02 * 0.5 / np.sqrt(40), rel=0.4)  # plain sampling
-    assert "columns save no runs for 2 of 4 results" in str(found)
+    assert "do not reduce the number of plane runs for 2 of 4 results" in str(found)
     lines = found.to_csv(tmp_path / "term.csv").read_text().splitlines()
     assert lines[0].startswith("point,period,median,") and len(lines) == 5
 

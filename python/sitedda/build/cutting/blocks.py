@@ -199,11 +199,12 @@ class _Cut:
     def _gather_segments(self, joints, surfaces, holes, excavations) -> None:
         """Collect the segments of all cuts with their labels; check their expected number first."""
         reach = self.size * 0.75
-        expected = sum(joint.expected(reach) for joint in joints if hasattr(joint, "expected"))
-        if expected > MOST_JOINTS:
+        sets = [joint for joint in joints if hasattr(joint, "expected_segments")]
+        segment_count = sum(joint.expected_segments(reach) for joint in sets)
+        if segment_count > MOST_JOINTS:
             raise InputError(
-                f"the joints would have about {expected:.2g} segments, more than {MOST_JOINTS:.2g};"
-                " choose a larger spacing, or a smaller region"
+                f"the joints would have about {segment_count:.2g} segments, more than "
+                f"{MOST_JOINTS:.2g}; choose a larger spacing, or a smaller region"
             )
         rows = []  # tuples: rank of the kind of cut, joint, segments, whether they are an outline
         for hole, polygon in zip(holes, self.holes, strict=True):
@@ -281,7 +282,7 @@ class _Cut:
         directions = np.arange(bins) * np.pi / bins
         sine = abs(np.sin(directions[:, None] - directions))
         crossings = 0.5 * float(length @ sine @ length) / self.domain.area
-        expected = crossings + len(joints) + len(self.regions)
+        block_count = crossings + len(joints) + len(self.regions)
         limit = self.settings.most_blocks
         if crossings > _MARGIN * limit:
             raise InputError(
@@ -289,10 +290,10 @@ class _Cut:
                 f"most_blocks = {limit}; choose larger spacings, or a smaller region"
             )
         memory = _free_memory()
-        if expected * _BYTES > memory:
+        if block_count * _BYTES > memory:
             raise InputError(
-                f"cutting about {expected:.2g} blocks needs {expected * _BYTES / 1e9:.2g} GB of "
-                f"memory, but only {memory / 1e9:.2g} GB are free"
+                f"cutting about {block_count:.2g} blocks needs {block_count * _BYTES / 1e9:.2g} GB "
+                f"of memory, but only {memory / 1e9:.2g} GB are free"
             )
 
     def blocks(self, rings: bool = False) -> Blocks:

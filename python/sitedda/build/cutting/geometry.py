@@ -114,7 +114,7 @@ class JointLine(schema.JointLineValues):
         """Return the segments, shape (n, 2, 2), m."""
         return _segments_between(self.points)
 
-    def expected(self, radius: float) -> float:
+    def expected_segments(self, radius: float) -> float:
         """Return the number of segments."""
         return len(self.points) - 1
 
@@ -141,11 +141,11 @@ class JointSet(schema.JointSetValues):
         values = (f"{name}_distribution", name, f"{name}_deviation")
         return tuple(getattr(self, value) for value in values)
 
-    def expected(self, radius: float) -> float:
+    def expected_segments(self, radius: float) -> float:
         """Estimate the number of segments in a circle (m)."""
-        lines = 2 * radius / self.spacing + 1
+        line_count = 2 * radius / self.spacing + 1
         period = self.trace_length + self.bridge
-        return lines * (2 * radius / period + 1) if period else lines
+        return line_count * (2 * radius / period + 1) if period else line_count
 
     def segments(self, centre, radius: float, corner=(0.0, 0.0)) -> np.ndarray:
         """Return the joints that reach into a circle (m), shape (n, 2, 2).
@@ -254,7 +254,7 @@ def _segments_on_line(origin, ends, p: float, angles, along, normal) -> np.ndarr
 class Voronoi(schema.VoronoiValues):
     """Random polygons of a Voronoi diagram."""
 
-    def expected(self, radius: float) -> float:
+    def expected_segments(self, radius: float) -> float:
         """Estimate the number of segments in a circle (m)."""
         return 3 * (2 * (min(radius / self.size, 1e9) + 3)) ** 2
 

@@ -91,7 +91,7 @@ def mesh_blocks(
 
 def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
     """Raise InputError for outlines without area and for too many cells, from an estimate."""
-    expected = 0.0
+    cell_count = 0.0
     for mesh, source in meshes:
         with placed(source):
             for _, members in _bodies_of_mesh(mesh, pieces):
@@ -99,11 +99,11 @@ def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
                     values = pieces[i].values
                     material = values.get("material") or next(iter(materials), "")
                     size = mesh.size_of(material, materials.get(material, {}))
-                    expected += max(1.0, _outline_area(values) / size / size)
-            if expected > MOST_CELLS:
-                raise _too_many_error(size, expected)
-    if expected > _MANY:
-        text = f"about {expected:.2g} cells take minutes to generate; choose a larger cell size"
+                    cell_count += max(1.0, _outline_area(values) / size / size)
+            if cell_count > MOST_CELLS:
+                raise _too_many_cells_error(size, cell_count)
+    if cell_count > _MANY:
+        text = f"about {cell_count:.2g} cells take minutes to generate; choose a larger cell size"
         warnings.warn(text, CostWarning, stacklevel=2)
 
 
@@ -118,10 +118,10 @@ def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> 
             meshed = (region.outline for region in regions if is_listed(region.name, mesh.regions))
             cells = sum(shapely.Polygon(outline).area for outline in meshed) / size / size
             if cells > _FAR * MOST_CELLS:
-                raise _too_many_error(size, cells)
+                raise _too_many_cells_error(size, cells)
 
 
-def _too_many_error(size: float, cells: float) -> InputError:
+def _too_many_cells_error(size: float, cells: float) -> InputError:
     """Return the error for a cell size (m) that would give too many cells."""
     return InputError(
         f"a cell size of {size:.4g} m would give about {cells:.2g} cells, more than {MOST_CELLS}; "
