@@ -63,7 +63,8 @@ EXCLUDED = {
     "practically rigid: more stiffness changes nothing": r".*:(rigid|unyielding|rigidity):constant",
     "path of a search or fit, or more than it requires": (
         r".*:(stride|stiffest|golden|ray_fraction|half|both_sides|sum_weight|least_weight"
-        r"|small_misfit|wanted_misfit|first_force_ratio|slack|gain_allowed|short_way|steepest\w*):constant"
+        r"|small_misfit|wanted_misfit|first_force_ratio|slack|gain_allowed|short_way"
+        r"|steepest\w*):constant"
     ),
     "pairs to be examined: more than those in contact": r"contact/neighbours\.f90",
     "corners of cells: distances of edge ends are far from 1e-6": r"model/weld\.f90:near:",
