@@ -364,10 +364,13 @@ contains
    pure function first_word(text) result(word)
       character(len=*), intent(in) :: text  !< text of the input
       character(len=:), allocatable :: word
-      integer :: length
+      integer :: i, length
 
       if (scan(text(:1), '''"') > 0) then
          word = quoted(text(2:index(text(2:)//text(:1), text(:1))))
+         do i = 1, len(word)
+            if (iachar(word(i:i)) < 32) word(i:i) = ' '
+         end do
          return
       end if
       length = scan(text//' ', ends) - 1

@@ -10,7 +10,7 @@ from .paths import install as find_short_paths
 find_short_paths()
 with on_access(globals()):
     from . import drawing, site, study
-    from .base.core import __version__
+    from .base.core import __version__ as __version__
     from .base.errors import (
         AuditWarning,
         CheckError,

@@ -103,7 +103,7 @@ def bridge(rng: np.random.Generator, name: str) -> Assembly:
 
 
 def _cut(left: float, right: float, joints: np.ndarray, smallest: float) -> list[tuple]:
-    """Cut a course at joints such that no piece is shorter than `least`."""
+    """Cut a course at joints such that no piece is shorter than `smallest`."""
     ends = [left]
     for x in joints:
         if x - ends[-1] >= smallest and right - x >= smallest:

@@ -149,6 +149,8 @@ def draw(seed: int, count: int) -> tuple[list[Mutant], Counter]:
         chance = sha256(f"{seed} {file} {match.string} {match.start(group)}".encode()).hexdigest()
         old, factor = match[group], 2.0 if chance[-1] in "02468ace" else 0.5
         new = TURNED[old] if kind == "operator" else times(old, factor)
+        if new == old:  # zero
+            continue
         mutant = Mutant(file, line, match.start(group), old, new, kind, name)
         kinds.setdefault(kind, []).append((chance, mutant))
     ordered = [sorted(kinds[kind], key=lambda pair: pair[0]) for kind in sorted(kinds)]

@@ -2,10 +2,10 @@
 """Import names of a package on first access, because imports take time."""
 
 import builtins
-from _thread import allocate_lock
+from _thread import RLock
 from importlib import import_module
 
-_LOCK = allocate_lock()  # of the built-in function that imports
+_LOCK = RLock()  # of the built-in function that imports
 
 
 class on_access:  # noqa: N801
@@ -34,7 +34,7 @@ class on_access:  # noqa: N801
         builtins.__import__ = self._import
         _LOCK.release()
         for name in self._places:
-            del self._members[name]
+            self._members.pop(name, None)
         self._members.update(__getattr__=self._get, __dir__=self._names)
 
     def _register(self, module, members=None, local=None, names=(), level=0):
@@ -52,10 +52,10 @@ class on_access:  # noqa: N801
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         place = self._places[name]
         home = import_module(place, package) if place.strip(".") else None
-        if hasattr(home, name):
-            value = getattr(home, name)
-        else:
+        if home is None or (hasattr(home, "__path__") and not hasattr(home, name)):
             value = import_module(f"{place.rstrip('.')}.{name}", package)
+        else:
+            value = getattr(home, name)
         self._members[name] = value
         return value
 

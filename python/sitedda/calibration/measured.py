@@ -147,9 +147,9 @@ class Observations:
         """Raise InputError if a model has fewer modes than are measured or numbered."""
         highest = int(np.argmax(self.number))
         if count <= self.number[highest] or count < len(self.table):
-            raise InputError(f"{self.table.index[highest]}: the model has only {count} modes "
-                             f"with stiffness, but {len(self.table)} modes are measured, up to "
-                             f"mode {self.number[highest] + 1}")  # fmt: skip
+            raise InputError(f"{self.table.index[highest]}: mode {self.number[highest] + 1} and "
+                             f"{len(self.table)} measured modes, but the model has only {count} "
+                             "modes with stiffness")  # fmt: skip
 
     def _check_order(self) -> None:
         """Raise InputError if a number is repeated, or frequencies contradict the numbers."""

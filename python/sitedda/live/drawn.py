@@ -51,7 +51,7 @@ def draw_model(text: str, file: Path, **extra) -> Drawing:
     text : str
     file : path
         File of the input.
-    **more
+    **extra
         Additional values for the head of the message.
 
     Raises

@@ -153,7 +153,7 @@ def _run_input(file: Path) -> Path:
     """Run an input to its end; return its output."""
     from ..engine.simulation import Simulation, run_to_end
 
-    with Stop(SIGNALS, program=True) as stop, Simulation(file, True) as simulation:
+    with Simulation(file, True) as simulation, Stop(SIGNALS, program=True) as stop:
         if not run_to_end(simulation, None, stop):
             raise InterruptedRun("interrupted")
         output = simulation.finish()

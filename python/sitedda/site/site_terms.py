@@ -133,14 +133,13 @@ def site_term(
     if not _FEWEST <= runs <= columns:
         raise InputError(f"runs = {runs}, columns = {columns}: give {_FEWEST} runs or more, and at "
                          "least as many columns")  # fmt: skip
+    if not 1 <= finer_runs <= runs:
+        raise InputError(f"finer_runs = {finer_runs}: give 1 ... {runs}")
     if not 0 < level < 1:
         raise InputError(f"level = {level:g}: give a confidence between 0 and 1")
     shape = (len(points), len(np.atleast_1d(periods)))
     factors = np.array([np.reshape(column(i), shape) for i in range(columns)], dtype=float)
-    bad = ~((factors > 0) & (factors < np.inf)).all(axis=(1, 2))
-    if bad.any():
-        raise InputError(f"column {bad.argmax()} has an amplification that is not finite and above "
-                         "0: check its layers")  # fmt: skip
+    _check_amplification("column", range(columns), factors)
     control = np.log(factors)
     samples = draw_samples(control, runs, np.random.default_rng(1))
     found = _log_amplification(plane, samples, shape, folder, workers)
@@ -154,7 +153,7 @@ def site_term(
 
 def draw_samples(control: NDArray, runs: int, generator: np.random.Generator) -> NDArray[np.int_]:
     """Draw the samples of plane runs by ln AF of columns, shape (columns, points, periods)."""
-    chance = _chances(_controls(control, runs))
+    chance = _chances(_controls(control))
     return generator.choice(len(chance), size=runs, p=chance)
 
 
@@ -170,8 +169,9 @@ def term_of(
     import xarray as xr
 
     shape, changes = found.shape[1:], changes or {}
-    terms = _controls(control, len(found))
+    terms = _controls(control)
     weights = 1 / _chances(terms)[samples] / len(control)
+    terms = terms[:, : len(found) // 2 - 1]
     rows = []
     for i, j in np.ndindex(shape):
         own = control[:, i, j]
@@ -204,18 +204,31 @@ def _log_amplification(model, samples, shape, folder, workers) -> NDArray[np.flo
     if (done.status != "complete").any():
         words = next(one for one in done.message.values if one)
         raise InputError(f"a plane run fails: {words}")
-    return np.log(done["value"].values.reshape(-1, *shape))[back]
+    factors = done["value"].values.reshape(-1, *shape)
+    _check_amplification("plane run", distinct, factors)
+    return np.log(factors)[back]
 
 
-def _controls(control, runs: int) -> NDArray[np.float64]:
-    """Return the controls of all columns, orthonormal and with mean 0, shape (columns, terms)."""
+def _check_amplification(kind: str, samples, factors: NDArray[np.float64]) -> None:
+    """Raise InputError if a factor of a sample is not finite and above 0."""
+    bad = ~((factors > 0) & (factors < np.inf)).all(axis=(1, 2))
+    if bad.any():
+        raise InputError(f"{kind} {samples[bad.argmax()]} has an amplification that is not finite "
+                         "and above 0: check its layers")  # fmt: skip
+
+
+def _controls(control) -> NDArray[np.float64]:
+    """Return the controls of all columns, orthonormal and with mean 0, shape (columns, terms).
+
+    They do not depend on the number of runs, so more runs include those of fewer runs.
+    """
     flat = control.reshape(len(control), -1)
     parts, size = _orthonormal(flat / np.maximum(flat.std(axis=0), 1e-12))
     parts, size = parts[:, :_TERMS], size[:_TERMS] / size[:1]
     first, second = np.triu_indices(size.size)
     terms = np.hstack([parts, parts[:, first] * parts[:, second]])
     order = np.argsort(-np.append(size, _PRODUCT * size[first] * size[second]), kind="stable")
-    return _orthonormal(terms[:, order[: min(_TERMS, runs // 2 - 1)]])[0]
+    return _orthonormal(terms[:, order[:_TERMS]])[0]
 
 
 def _orthonormal(values) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -244,12 +257,12 @@ def _estimate(found, terms, samples, weights, control, level: float) -> dict[str
     sampled = np.sum((factors[0] * alone) ** 2)
     explained, scatter = np.sum(np.square(slope)), weights @ (rest * alone) / total
     quantile = float(stdtrit(number - design.shape[1], (1 + level) / 2))
-    half = quantile * np.sqrt(sampled + explained / many)
+    half = quantile * np.sqrt(sampled + (explained + scatter) / many)
     plain = weights @ (found - weights @ found / total) ** 2 / total
     sigma = np.sqrt(explained + scatter)
     off = 2 * (slope @ factors[1:]) * alone + weights / total * (rest * alone - scatter)  # of σ²
-    wide = np.sum(off**2) + 2 * explained**2 / many
-    beside = np.var(terms @ slope - control) / many
+    wide = np.sum(off**2) + 2 * sigma**4 / many
+    beside = (np.var(terms @ slope - control) + scatter) / many
     return {
         "median": np.exp(mean),
         "sampling": half,

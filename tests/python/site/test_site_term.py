@@ -36,17 +36,21 @@ def failing(sample):
     raise ValueError(f"sample {sample} is no good")
 
 
-@pytest.mark.parametrize(("noise", "least", "most"), [(0.05, 20, 500), (3.0, 0.7, 1.2)])
-def test_intervals_have_their_nominal_coverage(noise, least, most):
+@pytest.mark.parametrize(
+    ("noise", "columns", "least", "most"),
+    [(0.05, 2000, 20, 500), (3.0, 2000, 0.7, 1.2), (0.3, 60, 0.7, 3.0)],
+)
+def test_intervals_have_their_nominal_coverage(noise, columns, least, most):
     """y = 0.2 + 1.1 x + 0.3 x² + noise with x normal, σ 0.3; 300 repetitions of 40 runs."""
     generator, right, saving = np.random.default_rng(1), [], []
     mean = 0.2 + 0.3 * 0.09
     sigma = np.sqrt((1.1 * 0.3) ** 2 + 2 * (0.3 * 0.09) ** 2 + (0.3 * noise) ** 2)
     for _ in range(300):
-        control = 0.3 * generator.standard_normal((2000, 1, 2))
+        control = 0.3 * generator.standard_normal((columns, 1, 2))
         control[:, 0, 0] = 0.8 * control[:, 0, 1] + 0.6 * control[:, 0, 0]
         samples = draw_samples(control, 40, generator)
-        x, away = control[samples, :, 1:], 0.3 * noise * generator.standard_normal((40, 1, 1))
+        x = control[samples, :, 1:]
+        away = 0.3 * noise * generator.standard_normal((columns, 1, 1))[samples]
         result = np.tile(0.2 + 1.1 * x + 0.3 * x**2 + away, 2)
         table = term_of(result, control, samples, ["top"], [0.5, 1.0]).table.drop_dims("error")
         found = table.isel(point=0, period=1)

@@ -83,7 +83,15 @@ export class Forms {
     }
   }
 
+  /** Remember which groups are open; events of `toggle` come too late if the form is rebuilt. */
+  remember() {
+    for (const box of this.root.querySelectorAll("details")) {
+      this.open[box.open ? "add" : "delete"](box.dataset.key);
+    }
+  }
+
   build() {
+    this.remember();
     this.root.replaceChildren();
     this.fields.clear();
     this.adder();
@@ -117,8 +125,8 @@ export class Forms {
     const kind = this.kinds.get(name), key = `${name} ${number}`;
     const box = element("details", this.root, "", "group");
     box.dataset.group = key;
+    box.dataset.key = key;
     box.open = this.open.has(key);
-    box.addEventListener("toggle", () => this.open[box.open ? "add" : "delete"](key));
     const head = element("summary", box);
     element("strong", head, spoken(name));
     element("span", head, this.title(values, kind));
@@ -133,14 +141,15 @@ export class Forms {
     if (name === "motion" && this.records.length) this.record(box, number);
     if (others.length) {
       const more = element("details", box, "", "more");
-      more.open = this.open.has(`${key} more`);
-      more.addEventListener("toggle", () => {
-        this.open[more.open ? "add" : "delete"](`${key} more`);
-        if (more.open && more.childElementCount === 1) {
-          for (const one of others) this.variable(more, name, number, one, undefined);
-        }
-      });
+      more.dataset.key = `${key} more`;
+      more.open = this.open.has(more.dataset.key);
       element("summary", more, `${others.length} more variables with default values`);
+      const fill = () => {
+        if (!more.open || more.childElementCount > 1) return;
+        for (const one of others) this.variable(more, name, number, one, undefined);
+      };
+      more.addEventListener("toggle", fill);
+      fill();
     }
     button(box, "Remove", () => this.ask("take_out", {group: name, number}),
       `remove this &${name}`).className = "quiet";
