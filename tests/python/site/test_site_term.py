@@ -60,7 +60,8 @@ def test_intervals_have_their_nominal_coverage(noise, columns, least, most):
             abs(np.log(found["aggravation"]) - mean) <= found["aggravation_sampling"],
         ])  # fmt: skip
         saving.append(found.saving)
-    assert np.all(np.abs(np.mean(right, axis=0) - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 300))
+    # Intervals of σ are less accurate, because they follow from the fourth moment of 40 runs.
+    assert np.all(np.abs(np.mean(right, axis=0) - 0.95) < [0.05, 0.08, 0.05])
     assert least <= np.median(saving) <= most
 
 

@@ -58,7 +58,7 @@ def _crossed_rows(rng: np.random.Generator) -> tuple[Model, tuple[float, float],
 
 
 def _simulate_slip(model: Model, gravity: tuple[float, float], static_stage: bool) -> float:
-    """Return the slip of the upper row, m; with `static_stage` after a static stage on level ground."""
+    """Return the slip of the upper row, m, directly or after a static stage on level ground."""
     if static_stage:
         model.control(gravity=(0.0, gravity[1]))
         model.stage(name="rest", kind="static")

@@ -183,7 +183,7 @@ def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.nda
 
 
 def _integrate_slip(s: float, v: float, drive: float, bound: float, duration: float):
-    """Return slip and velocity after `duration` seconds of constant push and friction bound, m/s²."""
+    """Return slip and velocity after a duration (s) of constant push and friction bound, m/s²."""
     for _ in range(2):
         if v == 0.0 and abs(drive) <= bound:
             return s, 0.0
