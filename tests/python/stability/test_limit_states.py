@@ -27,18 +27,18 @@ def models():
 def test_static_stages_rest_below_the_lower_limit(models):
     for assembly, limits in models:
         outcome = static_outcome(assembly, BELOW * limits.lower.factor)
-        assert outcome.rests and not outcome.words, f"{assembly.name}: {outcome.words}"
+        assert outcome.at_rest and not outcome.remarks, f"{assembly.name}: {outcome.remarks}"
 
 
 def test_static_stages_fail_above_the_upper_limit(models):
     for assembly, limits in models:
-        assert not static_outcome(assembly, ABOVE * limits.upper.factor).rests, assembly.name
+        assert not static_outcome(assembly, ABOVE * limits.upper.factor).at_rest, assembly.name
 
 
 def test_a_slowly_increasing_force_has_the_same_limits(models):
     for assembly, limits in models:
-        assert slow_outcome(assembly, BELOW * limits.lower.factor).rests, assembly.name
-        assert not slow_outcome(assembly, ABOVE * limits.upper.factor).rests, assembly.name
+        assert slow_outcome(assembly, BELOW * limits.lower.factor).at_rest, assembly.name
+        assert not slow_outcome(assembly, ABOVE * limits.upper.factor).at_rest, assembly.name
 
 
 def test_limits_differ_if_blocks_are_wedged(models):

@@ -93,7 +93,7 @@ def test_the_page_of_the_facade_begins_with_its_verdict(tmp_path, main, root):
         ('point = "top", ', "", r"\[pushover\] point is missing"),
         ("limits = true", 'load = "up"', "load = 'up'"),
         ("steps = 20", "steps = 0", "steps"),
-        ("model =", 'task = "safety"\nmodel =', "remove these two keys"),
+        ("model =", 'task = "safety"\nmodel =', "remove the keys `task` and `results`"),
         ("model =", "solve = {}\nmodel =", "are two tasks"),
         ("limits", "limit", "did you mean 'limits'"),
     ],

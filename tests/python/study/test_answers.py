@@ -301,7 +301,7 @@ def test_a_study_with_one_case_prints_its_root(tmp_path, capsys):
         ("target = 0.05", "", "target is missing"),
         ("[10, 40]", "[10]", "two numbers"),
         ("result =", "outcome =", "there is no name 'outcome'"),
-        ("[solve]", 'results = ["verdict"]\n[solve]', "remove these two keys"),
+        ("[solve]", 'results = ["verdict"]\n[solve]', "remove the keys `task` and `results`"),
     ],
 )
 def test_bad_tables_of_a_study_are_refused(tmp_path, old, new, message):
