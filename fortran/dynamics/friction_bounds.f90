@@ -8,12 +8,12 @@
 !>
 !> If normal force and slip resistance increase each other, the plain iteration diverges from one
 !> fixed point, often by 0.1 % per pass, towards another fixed point at which contacts lock.
-!> Two methods alternate, because each finds fixed points that the other does not find.  The first
-!> is Anderson acceleration.  The second extrapolates changes of the bounds that repeat their
-!> direction and do not decrease, and damps other changes that do not decrease.
+!> Two methods alternate, because each finds fixed points that the other does not find.  Relaxation
+!> extrapolates changes of the bounds that repeat their direction and do not decrease, and damps
+!> other changes that do not decrease.  The other method is Anderson acceleration.
 !>
-!> Of 72 hard walls per law, runs that complete with the first, the second, and both methods:
-!> dilating joints 66, 70, 71; Barton–Bandis 69, 71, 72; continuously yielding 66, 60, 69.
+!> Of 72 hard walls per law, runs that complete with relaxation, acceleration, and both:
+!> dilating joints 70, 66, 71; Barton–Bandis 71, 69, 72; continuously yielding 60, 66, 69.
 module dda_friction_bounds
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
@@ -23,7 +23,7 @@ module dda_friction_bounds
    private
    public :: bounds_type, freeze_bounds, unfreeze_bounds, renew_bounds
 
-   !> mixing factor of Anderson acceleration in successive searches of a step; 0: second method
+   !> mixing factor of Anderson acceleration in successive searches of a step; 0: relaxation
    real(wp), parameter :: mixing(4) = [0.0_wp, 0.3_wp, 0.0_wp, 1.0_wp]
    !> least cosine of the angle between equal directions
    real(wp), parameter :: least_cosine = 0.99_wp
@@ -89,7 +89,7 @@ contains
          bound = contacts%frozen_bound
          call accelerate(bounds%memory, bound, contacts%frozen_bound + bounds%mixing*change)
       else
-         factor = factor_of(bounds, change)
+         call find_factor(bounds, change, factor)
          bound = contacts%frozen_bound + factor*change
       end if
       ! A small force that remains would retain the whole cohesion of an open contact.
@@ -102,10 +102,11 @@ contains
       bounds%difference = difference(bounds%unconverged)
    end subroutine renew_bounds
 
-   !> Return the fraction of a change to apply, above 1 to extrapolate; store the change.
-   real(wp) function factor_of(bounds, change) result(factor)
+   !> Find the fraction of a change to apply, above 1 to extrapolate; store the change.
+   pure subroutine find_factor(bounds, change, factor)
       type(bounds_type), intent(inout) :: bounds  !< iteration of the bounds
       real(wp), intent(in) :: change(:)           !< [contacts] present change of the bounds, N/m
+      real(wp), intent(out) :: factor             !< fraction of the change
       real(wp) :: length, along
       logical :: keeps_direction
 
@@ -123,6 +124,6 @@ contains
       factor = merge(bounds%extrapolation, bounds%fraction, keeps_direction)
       bounds%change = change
       bounds%length = length
-   end function factor_of
+   end subroutine find_factor
 
 end module dda_friction_bounds

@@ -4,7 +4,7 @@ module test_joint_laws
    use dda_kinds, only: wp, pi
    use dda_barton_bandis, only: closure_of_joint
    use dda_contact, only: contacts_type, reserve
-   use dda_friction, only: accept_contacts, find_response, laws_type, set_laws
+   use dda_friction, only: accept_contacts, find_bound, find_response, laws_type, set_laws
    use dda_joint_contact, only: joint_state => state_of, store_state
    use dda_joint_law, only: joint_state_type, net_slip, response_type, slip_path, weakened
    use dda_joint_laws, only: law_slot_type, new_joint_law
@@ -300,6 +300,31 @@ contains
          call check(response%strength_ratio < 0.0_wp, 'intact')
       end do
    end subroutine frozen_tension
+
+   !> A search has not converged while a small frozen force gives an open contact its cohesion.
+   subroutine frozen_cohesion_of_an_open_contact()
+      type(contacts_type) :: contacts
+      type(laws_type) :: laws
+      type(response_type) :: response
+      real(wp) :: bound, lifting, difference
+
+      call set_laws(laws, [weakening()], 1.0e9_wp, 2.5_wp)
+      call begin_contact(contacts, laws)
+      contacts%was_closed = .true.
+      contacts%frozen_bound = [1.0e-12_wp]
+      contacts%frozen_lifting = [1.0_wp]
+      contacts%new_gap = 1.0e-3_wp
+      contacts%slip = 1.0e-3_wp
+      call find_response(contacts, laws, 1, 1.0e-3_wp, 1.0e-3_wp, response)
+      contacts%normal_force(1) = response%normal_force
+      contacts%shear_force(1) = response%shear_force
+      call check_close(response%shear_force, 3.0e5_wp*length, 'frozen cohesion', 1.0e-12_wp)
+      call find_bound(contacts, laws, 1, bound, lifting, difference)
+      call check_close(difference, 3.0e5_wp*length, 'not the force of the law', 1.0e-12_wp)
+      contacts%frozen_bound = 0.0_wp
+      call find_response(contacts, laws, 1, 1.0e-3_wp, 1.0e-3_wp, response)
+      call check(.not. abs(response%shear_force) > 0.0_wp, 'an open contact has no shear force')
+   end subroutine frozen_cohesion_of_an_open_contact
 
    !> One contact under a joint law, whole and without load.
    subroutine begin_contact(contacts, laws)
