@@ -396,6 +396,15 @@ def test_a_replaced_joint_is_a_stage_of_the_saved_namelist(served, opened):
     assert " -> ice'" in (served.folder / "pile_live.nml").read_text()
 
 
+def test_a_group_remains_open_if_the_form_is_rebuilt_at_once(served, opened):
+    (served.folder / "pile.nml").write_text(PILE)
+    page = begun(opened(served), "pile.nml")
+    assert page.evaluate(
+        "() => { const box = () => document.querySelector('[data-group=\"joint 1\"]');"
+        " box().querySelector('summary').click(); page.forms.build(); return box().open; }"
+    )
+
+
 def test_a_field_shows_the_present_or_the_pending_value(served, opened):
     (served.folder / "pile.nml").write_text(PILE)
     page = begun(opened(served), "pile.nml")
