@@ -15,25 +15,13 @@ _BINDING = re.compile(r"\s*(?:procedure|generic)\b[^:]*::(.*)", re.I)
 
 @dataclass
 class Procedure:
-    """A procedure of the tree.
+    """A procedure of the tree."""
 
-    Attributes
-    ----------
-    where : str
-        File and line.
-    name : str
-    arguments : list of str
-    documented : set of str
-        Arguments with a comment beside (``!<``) or before (``!>``) them.
-    lines : int
-        Number of lines from its first statement to its end.
-    """
-
-    where: str
+    where: str  # file and line
     name: str
     arguments: list[str]
-    documented: set[str] = field(default_factory=set)
-    lines: int = 0
+    documented: set[str] = field(default_factory=set)  # arguments with a comment, !< or !>
+    lines: int = 0  # number of lines from its first statement to its end
 
 
 @dataclass

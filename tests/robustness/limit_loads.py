@@ -40,29 +40,14 @@ CLOSED = 1e-5  # relative to the largest velocity: insufficient dilation of slip
 
 @dataclass(frozen=True)
 class Loaded:
-    """An assembly under loads.
-
-    Attributes
-    ----------
-    bare : Assembly
-    joint : dict
-        Variables of its joint other than friction.
-    dead : list of (int, ndarray, ndarray)
-        Block, place (m) and force (N/m) of each permanent load.
-    live : tuple (block, place, force) or None
-        The variable load at a factor of 1; None: a variable horizontal body force.
-    bolts : list of (int, int, float)
-        Two blocks between whose centroids a bolt is, and its yield force, N/m.
-    level : ndarray, shape (2, 2) or None
-        Ends of a phreatic line, m.
-    """
+    """An assembly under loads."""
 
     bare: Assembly
-    joint: dict = field(default_factory=dict)
-    dead: list = field(default_factory=list)
-    live: tuple | None = None
-    bolts: list = field(default_factory=list)
-    level: np.ndarray | None = None
+    joint: dict = field(default_factory=dict)  # variables of its joint other than friction
+    dead: list = field(default_factory=list)  # permanent loads: block, position (m), force (N/m)
+    live: tuple | None = None  # the variable load; None: a variable horizontal body force
+    bolts: list = field(default_factory=list)  # two blocks, and yield force (N/m) of each bolt
+    level: np.ndarray | None = None  # ends of a phreatic line, shape (2, 2), m
 
     def model(self, factor: float = 1.0) -> sitedda.Model:
         """Return the model at a factor of the variable load."""

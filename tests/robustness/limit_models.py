@@ -19,26 +19,13 @@ LEAST, MOST = 0.03, 3.0  # limits of realistic shapes, times the weight
 
 @dataclass(frozen=True)
 class Assembly:
-    """Dry blocks, some of them fixed.
-
-    Attributes
-    ----------
-    name : str
-    polygons : list of ndarray
-        The blocks, shape (n, 2), m.
-    held : tuple of int
-        Blocks that are fixed at their corners.
-    friction : float
-        tan φ of all joints.
-    sense : int
-        Direction of the body force along x: 1 or −1.
-    """
+    """Dry blocks, some of them fixed."""
 
     name: str
-    polygons: list[np.ndarray]
-    held: tuple[int, ...]
-    friction: float
-    sense: int
+    polygons: list[np.ndarray]  # the blocks, shape (n, 2), m
+    held: tuple[int, ...]  # blocks that are fixed at their corners
+    friction: float  # tan φ of all joints
+    sense: int  # direction of the body force along x: 1 or −1
 
     def model(self, factor: float = 0.0) -> sitedda.Model:
         """Return the model without stages under a body force of `factor` times the weight."""

@@ -22,37 +22,16 @@ Tasks = Callable[[bool], list[Task]]
 
 @dataclass(frozen=True)
 class Row:
-    """A computed result and its expected value.
+    """A computed result and its expected value."""
 
-    Attributes
-    ----------
-    quantity : str
-        Name of the result.
-    expected : float or None
-        Theoretical value; None if only a bound is known.
-    computed : float
-        Result of the engine.
-    error : float
-        Relative error, absolute error or the result itself, see `kind`.
-    allowed : float or None
-        Largest allowed error; None if the row is only for information.
-    kind : str
-        ``"relative"`` (a ratio), ``"absolute"`` or ``"at most"`` (both in `unit`), or
-        ``"yes or no"``.
-    unit : str
-        Unit of `expected` and `computed`.
-    description : str
-        Description of the result, if a number is not sufficient.
-    """
-
-    quantity: str
-    expected: float | None
-    computed: float
-    error: float
-    allowed: float | None
-    kind: str
-    unit: str = ""
-    description: str = ""
+    quantity: str  # name of the result
+    expected: float | None  # theoretical value; None if only a bound is known
+    computed: float  # result of the engine
+    error: float  # relative error, absolute error or the result itself, see `kind`
+    allowed: float | None  # largest allowed error; None if the row is only for information
+    kind: str  # "relative" (a ratio), "absolute" or "at most" (both in `unit`), or "yes or no"
+    unit: str = ""  # unit of `expected` and `computed`
+    description: str = ""  # description of the result, if a number is not sufficient
 
     @property
     def passed(self) -> bool:
@@ -98,30 +77,15 @@ class Table:
 
 @dataclass
 class Outcome:
-    """The result of a case: judged rows and the contents of its report.
-
-    Attributes
-    ----------
-    rows : list of Row
-    figure : Figure, optional
-        Picture whose caption is the title of the case, if there is only one.
-    tables : list of Table
-    text : list of str
-        First paragraphs: model, printed values and assumptions.
-    comparisons : list of Comparison
-        Published values with those of theory and run.
-    pictures : list of Picture
-    notes : list of str
-        Differences and their causes.
-    """
+    """The result of a case: judged rows and the contents of its report."""
 
     rows: list[Row] = field(default_factory=list)
-    figure: Figure | None = None
+    figure: Figure | None = None  # its caption is the title of the case
     tables: list[Table] = field(default_factory=list)
-    text: list[str] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)  # model, printed values and assumptions
     comparisons: list[Comparison] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)  # differences and their causes
 
     def compare(self, *values, within: float | None = None) -> None:
         """Add a comparison with a published value, see `Comparison`.
@@ -162,18 +126,11 @@ def curves(x_label: str, y_label: str, *lines) -> Figure:
 
 @dataclass(frozen=True)
 class Collection:
-    """A collection of cases for a command and its report.
+    """A collection of cases for a command and its report."""
 
-    Attributes
-    ----------
-    name, title, lead : str
-        File name of the page without ending, title and first paragraph.
-    cases : dict of str to Case
-    """
-
-    name: str
+    name: str  # file name of the page without ending
     title: str
-    lead: str
+    lead: str  # first paragraph
     cases: dict[str, Case] = field(default_factory=dict)
 
     def add(self, title: str, formula: str, reference: str, tasks: Tasks | None = None) -> Callable:
@@ -228,27 +185,15 @@ class Collection:
 
 @dataclass(frozen=True)
 class Case:
-    """A case with a known solution.
-
-    Attributes
-    ----------
-    name, title : str
-    formula : str
-        Expected result and its derivation, Markdown.
-    reference : str
-        Source of the formula.
-    function : callable
-        Function of ``short`` (bool), or of the results of the tasks by key; returns an `Outcome`.
-    tasks : callable, optional
-        Function of ``short`` that returns a list of `Task`.
-    """
+    """A case with a known solution."""
 
     name: str
     title: str
-    formula: str
-    reference: str
+    formula: str  # expected result and its derivation, Markdown
+    reference: str  # source of the formula
+    # Function of ``short``, or of the results of the tasks by key; it returns an `Outcome`
     function: Callable[..., Outcome]
-    tasks: Tasks | None = None
+    tasks: Tasks | None = None  # function of ``short`` that returns a list of `Task`
 
     def run(self, short: bool = False, task_results: Mapping | None = None) -> Result:
         """Run the case; an error of the engine becomes a failed result.

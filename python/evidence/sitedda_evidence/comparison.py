@@ -8,33 +8,15 @@ Value = float | tuple[float, float] | str | None
 
 @dataclass(frozen=True)
 class Comparison:
-    """A result of the paper, of theory and of the run.
+    """A result of the paper, of theory and of the run."""
 
-    Attributes
-    ----------
-    quantity : str
-        Quantity with its unit.
-    source : str
-        Figure, table or section of the paper.
-    paper : float, (float, float), str or None
-        Printed value, range of values, or statement; None if the paper prints none.
-    theory : float, str or None
-        Value of a closed form or of the exact discrete theory.
-    sitedda : float or str
-        Result of the run.
-    cause : str
-        Cause of the difference.
-    digits : int
-        Number of significant digits shown.
-    """
-
-    quantity: str
-    source: str
-    paper: Value
-    theory: Value
-    sitedda: Value
-    cause: str = ""
-    digits: int = 4
+    quantity: str  # quantity with its unit
+    source: str  # figure, table or section of the paper
+    paper: Value  # printed value, range of values, or statement; None if the paper prints none
+    theory: Value  # value of a closed form or of the exact discrete theory
+    sitedda: Value  # result of the run
+    cause: str = ""  # cause of the difference
+    digits: int = 4  # number of significant digits shown
 
     @property
     def from_paper(self) -> float | None:

@@ -15,24 +15,12 @@ _CORES = 2
 
 @dataclass(frozen=True)
 class Task:
-    """An independent run.
+    """An independent run."""
 
-    Attributes
-    ----------
-    key : object
-        Key of its result.
-    work : callable
-        Function of a module.
-    arguments : dict
-        Arguments of the function by name.
-    weight : float
-        Estimated computing time, s; longer tasks start first.
-    """
-
-    key: object
-    work: Callable[..., Any]
-    arguments: dict = field(default_factory=dict)
-    weight: float = 1.0
+    key: object  # key of its result
+    work: Callable[..., Any]  # function of a module
+    arguments: dict = field(default_factory=dict)  # arguments of the function by name
+    weight: float = 1.0  # estimated computing time, s; longer tasks start first
 
 
 def input_file(name: str) -> Path:
@@ -47,7 +35,6 @@ def run_all(
 
     Parameters
     ----------
-    tasks : iterable of Task
     progress : callable, optional
         Called with the number of completed tasks and the number of tasks.
     cores : int

@@ -311,7 +311,6 @@ def built_text(text: str, file, write_blocks: Callable = blocks_text) -> tuple[s
 
     Parameters
     ----------
-    text : str
     file : path
         File of the text, for messages and relative file names.
     write_blocks : callable

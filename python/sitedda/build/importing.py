@@ -26,21 +26,11 @@ _UNITS = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 7: 1e3, 10: 0.9144, 14
 
 @dataclass
 class Outline:
-    """A line of a file.
+    """A line of a file."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (n, 2)
-        Points, m; a closed line does not repeat its first point.
-    closed : bool
-    name : str
-        Name of the line, or blank.
-    layer : str
-    """
-
-    points: np.ndarray
+    points: np.ndarray  # shape (n, 2), m; a closed line does not repeat its first point
     closed: bool
-    name: str = ""
+    name: str = ""  # name of the line, or blank
     layer: str = ""
 
     def closed_points(self, group: str) -> np.ndarray:
@@ -65,10 +55,6 @@ def read_outlines(
         Metres per unit of the file (default: from the header of a DXF file, otherwise 1).
     closed : bool, optional
         Read only closed lines, or only open lines.
-
-    Returns
-    -------
-    list of Outline
 
     Raises
     ------

@@ -14,20 +14,11 @@ MOST_BLOCKS = 100_000  # largest number of blocks of a structure
 
 @dataclass(frozen=True)
 class Stone:
-    """A block of masonry.
-
-    Attributes
-    ----------
-    name : str
-    polygon : ndarray, shape (n, 2)
-        Corners, m, counter-clockwise.
-    material, joint : str
-        Names of material and joint; blank: the first of the model.
-    """
+    """A block of masonry."""
 
     name: str
-    polygon: np.ndarray
-    material: str = ""
+    polygon: np.ndarray  # corners, shape (n, 2), m, counter-clockwise
+    material: str = ""  # blank: the first material and the first joint of the model
     joint: str = ""
 
 

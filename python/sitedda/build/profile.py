@@ -51,39 +51,19 @@ _FORMULAS = ("darendeli", "hyperbolic", "mkz", "gqh", "linear")
 
 @dataclass(frozen=True)
 class Ground:
-    """A row of a file.
+    """A row of a file."""
 
-    Attributes
-    ----------
-    thickness : float
-        m; inf for the half-space.
-    shear_velocity, pressure_velocity : float
-        m/s; the latter is NaN if the file has neither this velocity nor Poisson's ratio.
-    density : float
-        kg/m³
-    damping : float
-        Damping ratio, a fraction.
-    curve : str
-        Curve as in the file; blank: linear.
-    name : str
-    row : int
-        Row of the file, from 1.
-    shear_strength : float
-        Undrained strength, or cohesion in addition to friction, Pa; NaN: not given.
-    friction_angle : float
-        Effective angle of friction, degrees; NaN: not given.
-    """
-
-    thickness: float
-    shear_velocity: float
-    pressure_velocity: float
-    density: float
-    damping: float
-    curve: str
+    thickness: float  # m; inf for the half-space
+    shear_velocity: float  # m/s
+    pressure_velocity: float  # m/s; NaN without this velocity and Poisson's ratio in the file
+    density: float  # kg/m³
+    damping: float  # damping ratio, a fraction
+    curve: str  # curve as in the file; blank: linear
     name: str
-    row: int
+    row: int  # row of the file, from 1
+    # Undrained strength, or cohesion in addition to friction, Pa; NaN: not given
     shear_strength: float = math.nan
-    friction_angle: float = math.nan
+    friction_angle: float = math.nan  # effective angle of friction, degrees; NaN: not given
 
     def values(self) -> dict[str, float]:
         """Return the arguments for `Layer` and `HalfSpace`."""
@@ -96,18 +76,10 @@ class Ground:
 
 @dataclass(frozen=True)
 class SoilProfile:
-    """Layers of ground, from the surface downwards.
-
-    Attributes
-    ----------
-    layers : tuple of Ground
-    half_space : Ground or None
-        Ground below the layers; None: the file ends with its last layer.
-    file : Path
-    """
+    """Layers of ground, from the surface downwards."""
 
     layers: tuple[Ground, ...]
-    half_space: Ground | None
+    half_space: Ground | None  # ground below the layers; None: the file ends with its last layer
     file: Path
 
     @property
@@ -398,7 +370,6 @@ def parse_curve(text: str, source: str) -> tuple[str, list[float]]:
 
     Parameters
     ----------
-    text : str
     source : str
         File and row, for messages.
     """

@@ -30,21 +30,11 @@ _FREE = 12  # motions without stiffness for which the first search suffices
 
 @dataclass(frozen=True)
 class Family:
-    """A stiffness matrix that depends linearly on unknowns, in coordinates of unit mass.
+    """A stiffness matrix that depends linearly on unknowns, in coordinates of unit mass."""
 
-    Attributes
-    ----------
-    fixed : ndarray or sparse array, shape (n, n)
-        K₀, 1/s².
-    parts : list of the same
-        Kᵢ, 1/s² for one unit of the unknown.
-    points : ndarray, shape (2 points, n)
-        Displacements x and y of the measured points in turn.
-    """
-
-    fixed: np.ndarray
-    parts: list
-    points: np.ndarray
+    fixed: np.ndarray  # K₀, shape (n, n), 1/s²
+    parts: list  # Kᵢ, 1/s² for one unit of the unknown
+    points: np.ndarray  # displacements x and y of the measured points in turn, (2 points, n)
 
     def stiffness(self, theta):
         """Return K at unknowns of shape (unknowns,)."""

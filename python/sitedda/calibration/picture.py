@@ -22,7 +22,6 @@ def draw_calibration(model, result: Calibration, changes=None, contacts: str = "
     ----------
     model, changes, contacts
         See `calibrate`.
-    result : Calibration
     """
     values = result.unknowns.best.to_dict()
     number = result.fit.number.to_numpy()

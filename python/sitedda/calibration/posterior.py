@@ -43,24 +43,13 @@ _MOST_STEPS = 20000
 
 @dataclass(frozen=True)
 class Posterior:
-    """The posterior of eq. 1 on a reduced family.
+    """The posterior of eq. 1 on a reduced family."""
 
-    Attributes
-    ----------
-    family : Family
-        Dense and small.
-    seen : Observations
-    mean, deviation : ndarray
-        Priors of ln θ; the last one is that of ln δ if `discrepancy` is None.
-    discrepancy : float or None
-        δ; None: unknown.
-    """
-
-    family: Family
+    family: Family  # dense and small
     seen: Observations
-    mean: np.ndarray
+    mean: np.ndarray  # of the priors of ln θ, and of that of ln δ if δ is unknown
     deviation: np.ndarray
-    discrepancy: float | None
+    discrepancy: float | None  # δ; None: unknown
 
     def values(self, z: np.ndarray) -> np.ndarray:
         """Return the unknowns θ, and δ if it is unknown, at rows of z."""

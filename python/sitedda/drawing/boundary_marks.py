@@ -48,8 +48,6 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
     ----------
     axes : matplotlib.axes.Axes
         Axes with coordinates in m.
-    scene : Scene
-    frame : int
     """
     handles = {}
     for boundary in scene.boundaries(frame):

@@ -28,7 +28,6 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
     ----------
     source : path or Simulation
         Model.
-    count : int
     contacts : str
         See `sitedda.modes`.
 

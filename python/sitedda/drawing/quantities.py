@@ -17,23 +17,12 @@ _GRAVITY = 9.81  # m/s²
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity of blocks or joints.
+    """A quantity of blocks or joints."""
 
-    Attributes
-    ----------
-    name : str
-        Name in options and in the view.
-    label : str
-        Label of the colour bar, without the unit.
-    unit : str
-    signed : bool
-        Whether the colour scale has positive and negative values.
-    """
-
-    name: str
-    label: str
+    name: str  # name in options and in the view
+    label: str  # label of the colour bar, without the unit
     unit: str
-    signed: bool = False
+    signed: bool = False  # whether the colour scale has positive and negative values
 
 
 _ALL = (

@@ -28,17 +28,10 @@ def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: flo
 
     Parameters
     ----------
-    axes : matplotlib.axes.Axes
-    scene : Scene
-    frame : int
     factor : float
         Factor on the displacements of the picture.
     scale : float
         Stress whose arm is 85 % of a cell long, Pa.
-
-    Returns
-    -------
-    list of matplotlib artists
     """
     cells = np.flatnonzero(scene.body > 0)
     if not scale > 0:

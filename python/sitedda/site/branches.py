@@ -24,27 +24,19 @@ class Branches:
     that modulus *and* damping curve are fitted. A body with capped stress gives small strains a
     damping ratio independent of frequency; its effect vanishes as the soil yields
     (``docs/site.md``).
-
-    Attributes
-    ----------
-    strain, modulus, slipping : ndarray, shape (branches,)
-        γ_j, g_j, F_j; the sum of the g_j is 1 less the modulus fraction of the small-strain body.
-    least_damping : float
-        Damping ratio at small strains.
-    body_strain, body_cap : float
-        Strain from which that body slips, and its cap over G.
-    misfit : (float, float)
-        Between strains of 0.001 and 1 %, as far as the curves go: largest relative error of the
-        modulus, and largest error of the damping ratio (0 by Masing's rules, where it follows from
-        the modulus).
     """
 
+    # γ_j, g_j, F_j; the sum of the g_j is 1 less the modulus fraction of the small-strain body
     strain: NDArray[np.float64]
     modulus: NDArray[np.float64]
     slipping: NDArray[np.float64]
-    least_damping: float
+    least_damping: float  # damping ratio at small strains
+    # Strain from which that body slips, and its cap over G
     body_strain: float
     body_cap: float
+    # Between strains of 0.001 and 1 %, as far as the curves go: largest relative error of the
+    # modulus, and largest error of the damping ratio (0 by Masing's rules, where it follows
+    # from the modulus)
     misfit: tuple[float, float]
 
     @classmethod

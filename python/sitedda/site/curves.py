@@ -203,7 +203,6 @@ def strength_corrected(
 
     Parameters
     ----------
-    curves : SoilCurves
     shear_modulus : float
         Modulus at small strains, Pa.
     strength : float

@@ -71,7 +71,6 @@ def matched(
         Largest permitted misfit; ε is half of it.
     damping : float
         Damping ratio of the spectrum.
-    most_rounds : int
 
     Returns
     -------

@@ -120,8 +120,6 @@ def rotated_spectra(
         Components with equal time steps.
     periods : array_like, shape (n,)
         s.
-    percentiles : sequence of float, length m
-    damping : float
 
     Returns
     -------
@@ -161,7 +159,6 @@ def scale_to(motion, target: Target, periods: ArrayLike, damping: float = 0.05) 
         Sa (m/s²) of periods (s).
     periods : array_like, shape (n,)
         s, such as ``np.geomspace(0.2, 2.0, 50)`` for a band.
-    damping : float
     """
     given, at = Motion.of(motion), np.asarray(periods, dtype=float)
     own = spectral_acceleration(given.acceleration, given.time_step, at, damping)
@@ -240,20 +237,11 @@ def conditional_mean(
 
 @dataclass(frozen=True)
 class Flatfile:
-    """Spectra of records.
-
-    Attributes
-    ----------
-    names : list of str
-    periods : ndarray, shape (n,)
-        s.
-    spectra : ndarray, shape (records, n)
-        m/s².
-    """
+    """Spectra of records."""
 
     names: list[str]
-    periods: NDArray[np.float64]
-    spectra: NDArray[np.float64]
+    periods: NDArray[np.float64]  # s
+    spectra: NDArray[np.float64]  # shape (records, periods), m/s²
 
     def select(
         self, target: Target, count: int, periods: ArrayLike | None = None,
@@ -265,7 +253,6 @@ class Flatfile:
         ----------
         target : callable or (periods, values)
             Sa (m/s²) of periods (s).
-        count : int
         periods : array_like, optional
             s; periods of the file at which spectra are compared.
         factors : (float, float)

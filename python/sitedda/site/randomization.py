@@ -29,24 +29,17 @@ class Toro:
     ρ_d = ρ₂₀₀ [(h + h₀)/(200 + h₀)]^b with the mean depth h of the middles of two layers (m; ρ₂₀₀
     below 200 m), ρ_t = ρ₀ exp(−t/Δ) with the distance t of the middles (m).
 
-    Attributes
-    ----------
-    sigma : float
-        Standard deviation of ln V_s.
-    rho_0, delta, rho_200, h_0, b : float
-        ρ₀, Δ (m), ρ₂₀₀, h₀ (m), b.
-
     References
     ----------
     Toro, G. R. (1995). Probabilistic models of site velocity profiles for generic and
     site-specific ground-motion amplification studies. Brookhaven National Laboratory, 779574.
     """
 
-    sigma: float
+    sigma: float  # standard deviation of ln V_s
     rho_0: float
-    delta: float
+    delta: float  # m
     rho_200: float
-    h_0: float
+    h_0: float  # m
     b: float
 
     def correlation(self, middles: ArrayLike) -> NDArray[np.float64]:
@@ -89,8 +82,6 @@ def randomized(
     ----------
     profile : Profile
         Its velocities are the medians.
-    count : int
-    seed : int
     velocity : str, Toro or None
         Correlation of the velocities, one of `TORO`; None: they are those of the profile.
     sigma : float, optional

@@ -29,37 +29,19 @@ _TOUCHING = 1e-6  # tolerance of points on the surface over the size of the mode
 
 @dataclass(frozen=True)
 class Surface:
-    """The motion of the measured points along the surface over that of a reference.
+    """The motion of the measured points along the surface over that of a reference."""
 
-    Attributes
-    ----------
-    scene : Scene
-        Scene of the run.
-    names : list of str
-        Names of the points from left to right.
-    place : ndarray, shape (points, 2)
-        Positions of the points, m.
-    frequency : ndarray, shape (bins,)
-        Hz.
-    amplification : ndarray, shape (points, bins)
-        Ratio of the smoothed Fourier spectra of acceleration.
-    peak_acceleration, peak_velocity : ndarray, shape (points,)
-        Ratios of the peaks.
-    reference : str
-        Reference of the ratios, in words.
-    column_amplification : ndarray, shape (points, bins)
-        The same ratio of the column of layers below each point, stepped as the run; NaN if the
-        model has no such column, or the axis is y.
-    """
-
-    scene: Scene
-    names: list[str]
-    place: NDArray[np.float64]
-    frequency: NDArray[np.float64]
+    scene: Scene  # scene of the run
+    names: list[str]  # names of the points from left to right
+    place: NDArray[np.float64]  # positions of the points, shape (points, 2), m
+    frequency: NDArray[np.float64]  # Hz
+    # Ratio of the smoothed Fourier spectra of acceleration, shape (points, bins)
     amplification: NDArray[np.float64]
-    peak_acceleration: NDArray[np.float64]
+    peak_acceleration: NDArray[np.float64]  # ratios of the peaks
     peak_velocity: NDArray[np.float64]
-    reference: str
+    reference: str  # reference of the ratios, in words
+    # The same ratio of the column of layers below each point, with the time step of the run; NaN
+    # if the model has no such column, or the axis is y
     column_amplification: NDArray[np.float64]
 
     @property

@@ -195,21 +195,11 @@ class Travel:
 
 @dataclass(frozen=True)
 class Backfill:
-    """Soil on edges that face upwards or sideways: weight, and pressures from 0 to passive.
+    """Soil on edges that face upwards or sideways: weight, and pressures from 0 to passive."""
 
-    Attributes
-    ----------
-    surface : array_like, shape (points, 2)
-        Surface of the soil from left to right, m; there is no soil beyond its ends.
-    unit_weight : float
-        N/m³.
-    friction_angle : float
-        φ, degrees; the passive pressure is tan²(45° + φ/2) times the vertical stress.
-    """
-
-    surface: np.ndarray
-    unit_weight: float
-    friction_angle: float
+    surface: np.ndarray  # from left to right, shape (points, 2), m; no soil is beyond its ends
+    unit_weight: float  # N/m³
+    friction_angle: float  # φ, degrees; passive pressure / vertical stress = tan²(45° + φ/2)
 
     def forces(self, begin: np.ndarray, end: np.ndarray):
         """Return position (m), weight and passive force (N/m) of the soil on an edge.

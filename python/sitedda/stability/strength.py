@@ -30,24 +30,12 @@ _WITH_STRENGTH = ("hyperbolic", "gqh")  # curves that end at a shear strength
 
 @dataclass(frozen=True)
 class Rest:
-    """The result of the static stages at a factor.
+    """The result of the static stages at a factor."""
 
-    Attributes
-    ----------
-    factor : float
-        Divisor of tan φ, c and T.
-    stands : bool
-        Whether all static stages reach equilibrium.
-    words : str
-        Description of the equilibrium, or of the blocks that still move.
-    coordinates : ndarray or None
-        Block coordinates at equilibrium, shape (blocks, 6).
-    """
-
-    factor: float
-    stands: bool
-    words: str
-    coordinates: np.ndarray | None
+    factor: float  # divisor of tan φ, c and T
+    stands: bool  # whether all static stages reach equilibrium
+    words: str  # description of the equilibrium, or of the blocks that still move
+    coordinates: np.ndarray | None  # block coordinates at equilibrium, shape (blocks, 6)
 
     def __str__(self) -> str:
         """Return factor and outcome."""

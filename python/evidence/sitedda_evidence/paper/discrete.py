@@ -26,38 +26,19 @@ _TOUCHING = 1e-6  # largest distance between an edge and a vertex that touches i
 
 @dataclass(frozen=True)
 class DiscreteModel:
-    """The matrices of a linear model with bonded contacts.
+    """The matrices of a linear model with bonded contacts."""
 
-    Attributes
-    ----------
-    elastic, mass : ndarray, shape (6n, 6n)
-        K of blocks and contacts, and M, per metre of thickness; unknowns of each block are (u0, v0,
-        r0, ex, ey, gxy).
-    supports : ndarray, shape (supports, 6n)
-        Matrix that yields the displacements of all fixed points in their fixed directions.
-    support_axes : ndarray, shape (supports,)
-        These directions: 0 x, 1 y.
-    support_stiffness : float
-        k of each support, N/m per metre of thickness; its dashpot is (1 - χ) k Δt.
-    centroids : ndarray, shape (n, 2)
-        m.
-    points : dict
-        Block and position (m) of each measured point, by name.
-    loads : list
-        Block and position (m) of each point load.
-    scheme : Scheme
-        Time integration of the input.
-    """
-
+    # Matrices of shape (6n, 6n), N/m and kg per metre of thickness; the unknowns of each block
+    # are (u0, v0, r0, ex, ey, gxy)
     elastic: np.ndarray
     mass: np.ndarray
-    supports: np.ndarray
-    support_axes: np.ndarray
-    support_stiffness: float
-    centroids: np.ndarray
-    points: dict
-    loads: list
-    scheme: Scheme
+    supports: np.ndarray  # displacements of fixed points per unknown, shape (supports, 6n)
+    support_axes: np.ndarray  # fixed directions: 0 x, 1 y
+    support_stiffness: float  # k, N/m per metre of thickness; the dashpot is (1 - χ) k Δt
+    centroids: np.ndarray  # shape (n, 2), m
+    points: dict  # block and position (m) of each measured point, by name
+    loads: list  # block and position (m) of each point load
+    scheme: Scheme  # time integration of the input
 
     @classmethod
     def of(cls, file: Path, changes: Mapping | None = None, **options) -> "DiscreteModel":

@@ -44,42 +44,23 @@ _NAMED = 5  # largest number of positions in a message
 
 @dataclass
 class Blocks:
-    """The blocks cut from regions.
+    """The blocks cut from regions."""
 
-    Attributes
-    ----------
-    polygons : list of ndarray, shape (corners, 2)
-        Corners, m, counter-clockwise, beginning at the lowest one.
-    edge_joints : list of list of str
-        Joint of each edge; edge i connects corners i and i + 1.
-    holes : list of list of (ndarray, list of str)
-        Corners, clockwise, and joints of the holes within a block, if rings are allowed.
-    names, materials, regions : list of str
-    messages : list of str
-        Notes on removed, merged or remaining blocks.
-    slivers : list of Sliver
-        Remaining slivers.
-    area : float
-        Area of the regions without holes, m².
-    dead_ends, loops : int
-        Numbers of removed edges of joints that end inside a block, and of removed loops of joints
-        inside a block.
-    merged : int
-        Number of slivers that have been merged with a neighbour.
-    """
-
+    # Corners, m, counter-clockwise, beginning at the lowest one; each of shape (corners, 2)
     polygons: list[np.ndarray] = field(default_factory=list)
+    # Joint of each edge; edge i connects corners i and i + 1
     edge_joints: list[list[str]] = field(default_factory=list)
+    # Corners, clockwise, and joints of the holes within a block, if rings are allowed
     holes: list[list[tuple[np.ndarray, list[str]]]] = field(default_factory=list)
     names: list[str] = field(default_factory=list)
     materials: list[str] = field(default_factory=list)
     regions: list[str] = field(default_factory=list)
-    messages: list[str] = field(default_factory=list)
-    slivers: list[Sliver] = field(default_factory=list)
-    area: float = 0.0
-    dead_ends: int = 0
-    loops: int = 0
-    merged: int = 0
+    messages: list[str] = field(default_factory=list)  # on removed, merged or remaining blocks
+    slivers: list[Sliver] = field(default_factory=list)  # remaining slivers
+    area: float = 0.0  # area of the regions without holes, m²
+    dead_ends: int = 0  # number of removed edges of joints that end inside a block
+    loops: int = 0  # number of removed loops of joints inside a block
+    merged: int = 0  # number of slivers that have been merged with a neighbour
 
     def __len__(self) -> int:
         """Return the number of blocks."""

@@ -25,7 +25,6 @@ def uniform(seed: int, stream: tuple[int, ...], count: int) -> np.ndarray:
     stream : up to three int
         Numbers that identify a stream of a seed: the first is part of the key, the others are words
         of the counter.  A longer draw from a stream begins with the numbers of a shorter draw.
-    count : int
     """
     kind, *index = stream
     counter = np.array([0, *index, 0, 0, 0][:4], dtype=np.uint64)

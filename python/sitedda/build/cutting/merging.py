@@ -17,8 +17,6 @@ def merge_slivers(
 
     Parameters
     ----------
-    network : Network
-    faces : Faces
     kinds : ndarray of int, shape (faces,)
         Kind of each face; only faces of the same kind are merged; −1: no block.
     least_area : float

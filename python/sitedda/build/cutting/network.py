@@ -31,30 +31,14 @@ CORNER, BOUNDARY, CROSSING, END = range(4)
 
 @dataclass
 class Network:
-    """A plane graph of nodes and edges.
+    """A plane graph of nodes and edges."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (nodes, 2)
-        m.
-    kinds : ndarray, shape (nodes,)
-        0 corner of an outline, 1 on an outline, 2 crossing, 3 end of a joint.
-    edges : ndarray, shape (edges, 2)
-        Nodes at both ends, in ascending order; each edge occurs once.
-    labels : ndarray, shape (edges,)
-        Smallest label of the segments to which an edge belongs.
-    outline : ndarray of bool, shape (edges,)
-        Whether an edge is part of an outline.
-    moved : int
-        Number of nodes that have been merged with others.
-    """
-
-    nodes: np.ndarray
-    kinds: np.ndarray
-    edges: np.ndarray
-    labels: np.ndarray
-    outline: np.ndarray
-    moved: int = 0
+    nodes: np.ndarray  # shape (nodes, 2), m
+    kinds: np.ndarray  # kind of each node, `CORNER` to `END`
+    edges: np.ndarray  # nodes at both ends, in ascending order; each edge occurs once
+    labels: np.ndarray  # smallest label of the segments to which an edge belongs
+    outline: np.ndarray  # whether an edge is part of an outline
+    moved: int = 0  # number of nodes that have been merged with others
 
     @property
     def starts(self) -> np.ndarray:
@@ -88,7 +72,6 @@ def split_network(network: Network, tolerance: float, rigid: bool = False) -> Ne
 
     Parameters
     ----------
-    network : Network
     tolerance : float
         m. Nodes that are closer to each other are merged. Nodes whose distance from an edge is less
         than 0.7 of the tolerance split the edge, and free ends of joints are moved onto the edge.
@@ -444,20 +427,11 @@ class Faces:
     """The faces of a network, each on the left of its half-edges.
 
     Half-edge 2e leads along edge e from its first to its second node; half-edge 2e + 1 leads back.
-
-    Attributes
-    ----------
-    cycles : list of list of int
-        Half-edges around each face, counter-clockwise.
-    face : ndarray, shape (half-edges,)
-        Face on the left of each half-edge; −1: outside.
-    areas : ndarray, shape (faces,)
-        m².
     """
 
-    cycles: list[list[int]]
-    face: np.ndarray
-    areas: np.ndarray
+    cycles: list[list[int]]  # half-edges around each face, counter-clockwise
+    face: np.ndarray  # face on the left of each half-edge; −1: outside
+    areas: np.ndarray  # m²
 
 
 def trace_faces(network: Network) -> Faces:

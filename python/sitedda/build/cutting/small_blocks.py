@@ -17,23 +17,12 @@ _NAMED = 5  # largest number of slivers in a message
 
 @dataclass(frozen=True)
 class Sliver:
-    """A block that is too small or too thin.
+    """A block that is too small or too thin."""
 
-    Attributes
-    ----------
-    index : int
-        Index of the block, from 0.
-    name : str
-    place : (float, float)
-        A point in the block, m.
-    reason : str
-        Area, edge or angle that is too small, in words.
-    """
-
-    index: int
+    index: int  # index of the block, from 0
     name: str
-    place: tuple[float, float]
-    reason: str
+    place: tuple[float, float]  # a point in the block, m
+    reason: str  # area, edge or angle that is too small, in words
 
     def __str__(self) -> str:
         """Return name, position and reason in one line."""
@@ -64,7 +53,6 @@ def slivers(
     ----------
     polygons : sequence of array_like, shape (n, 2)
         m, counter-clockwise.
-    names : sequence of str, optional
     least_area : float
         Smallest area, m² (1e-4 of the median area).
     least_edge : float

@@ -40,23 +40,12 @@ _LINE_REACH = {"quadrilateral": 0.3, "voronoi": 0.2}
 
 @dataclass
 class Part:
-    """A polygon of one material in a body.
+    """A polygon of one material in a body."""
 
-    Attributes
-    ----------
-    outline : ndarray, shape (n, 2)
-        Corners, m, counter-clockwise.
-    joints : sequence of str
-        Joint of each edge of the outline.
-    size : float
-        Size of the cells, m.
-    holes : list of (ndarray, sequence of str)
-        Outlines of holes, of either orientation, and the joint of each edge.
-    """
-
-    outline: np.ndarray
-    joints: Sequence[str]
-    size: float
+    outline: np.ndarray  # corners, shape (n, 2), m, counter-clockwise
+    joints: Sequence[str]  # joint of each edge of the outline
+    size: float  # size of the cells, m
+    # Outlines of holes, of either orientation, and the joint of each edge
     holes: list = field(default_factory=list)
 
     @property
@@ -67,25 +56,13 @@ class Part:
 
 @dataclass
 class Cut:
-    """Cells of a body, in an order independent of the input.
+    """Cells of a body, in an order independent of the input."""
 
-    Attributes
-    ----------
-    polygons : list of ndarray, shape (corners, 2)
-        Corners, m, counter-clockwise, beginning at the lowest one.
-    joints : list of list of str
-        Joint of each edge; blank within the body.
-    parts : ndarray of int, shape (cells,)
-        Part to which each cell belongs.
-    short, long : ndarray, shape (faces, 2)
-        Middles of faces that are much shorter or longer than the local size, m.
-    """
-
-    polygons: list[np.ndarray]
-    joints: list[list[str]]
-    parts: np.ndarray
-    short: np.ndarray
-    long: np.ndarray
+    polygons: list[np.ndarray]  # corners, m, counter-clockwise, beginning at the lowest one
+    joints: list[list[str]]  # joint of each edge; blank within the body
+    parts: np.ndarray  # part to which each cell belongs
+    short: np.ndarray  # middles of faces that are much shorter than the local size, m
+    long: np.ndarray  # middles of much longer faces, m
 
 
 def mesh_body(
@@ -104,7 +81,6 @@ def mesh_body(
     cells : {'quadrilateral', 'voronoi'}
     fine : sequence of shapely geometries
         Near these geometries, cells have `fine_size` (m) and grow with the distance.
-    fine_size : float, optional
     seed : int
         Seed of the random polygons ('voronoi').
 

@@ -16,7 +16,6 @@ def fit_to_outlines(graph: Graph, rings, corner_share: float, line_share: float)
 
     Parameters
     ----------
-    graph : Graph
     rings : sequence of ndarray, shape (corners, 2)
         Outlines, m; the first corner is not repeated.
     corner_share, line_share : float

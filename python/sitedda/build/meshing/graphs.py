@@ -24,20 +24,11 @@ _FINEST = 2**29  # largest ratio of body to smallest square; positions are 32-bi
 
 @dataclass
 class Graph:
-    """Nodes and straight edges without crossings.
+    """Nodes and straight edges without crossings."""
 
-    Attributes
-    ----------
-    nodes : ndarray, shape (nodes, 2)
-        m.
-    edges : ndarray of int, shape (edges, 2)
-    local : ndarray, shape (nodes,)
-        Size of the cells at each node, m.
-    """
-
-    nodes: np.ndarray
-    edges: np.ndarray
-    local: np.ndarray
+    nodes: np.ndarray  # shape (nodes, 2), m
+    edges: np.ndarray  # nodes at both ends, shape (edges, 2)
+    local: np.ndarray  # size of the cells at each node, m
 
 
 def count_cells(lengths: np.ndarray, size: float) -> np.ndarray:

@@ -23,20 +23,11 @@ LONGEST_NAME = 64  # longest name of a body, bytes
 
 @dataclass
 class Piece:
-    """A block that may be meshed.
+    """A block that may be meshed."""
 
-    Attributes
-    ----------
-    values : dict
-        Variables of its &block group.
-    region : str
-        Region from which the block has been cut, or blank.
-    holes : list of (ndarray, list of str)
-        Corners (m) and joints of the holes and blocks that it surrounds.
-    """
-
-    values: dict
-    region: str = ""
+    values: dict  # variables of its &block group
+    region: str = ""  # region from which the block has been cut, or blank
+    # Corners (m) and joints of the holes and blocks that it surrounds
     holes: list = field(default_factory=list)
 
     @property
@@ -55,7 +46,6 @@ def mesh_blocks(
 
     Parameters
     ----------
-    pieces : sequence of Piece
     meshes : sequence of (Mesh, str)
         Mesh, and its position in the input.
     materials : dict

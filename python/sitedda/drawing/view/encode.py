@@ -32,18 +32,10 @@ NOT_FULL = 2  # state of a water channel that is not full
 
 @dataclass
 class Encoded:
-    """Streams by name, and the data that describe them.
+    """Streams by name, and the data that describe them."""
 
-    Attributes
-    ----------
-    meta : dict
-        Plain values for JSON.
-    streams : dict of str
-        Deflated bytes, base64.
-    """
-
-    meta: dict = field(default_factory=dict)
-    streams: dict[str, str] = field(default_factory=dict)
+    meta: dict = field(default_factory=dict)  # plain values for JSON
+    streams: dict[str, str] = field(default_factory=dict)  # deflated bytes, base64
 
     def put(self, name: str, data: bytes) -> None:
         """Add a stream."""
@@ -64,22 +56,12 @@ class Encoded:
 
 @dataclass
 class Channel:
-    """A quantity of many objects over all frames, with its rounding.
-
-    Attributes
-    ----------
-    name : str
-    values : ndarray, shape (frames, things)
-    quantum : float
-        Rounding step of the values, or of their roots.
-    root : bool
-        Whether signed square roots are stored, which resolve small values better.
-    """
+    """A quantity of many objects over all frames, with its rounding."""
 
     name: str
-    values: np.ndarray
-    quantum: float
-    root: bool = False
+    values: np.ndarray  # shape (frames, things)
+    quantum: float  # rounding step of the values, or of their roots
+    root: bool = False  # whether signed square roots are stored, which resolve small values better
 
     @classmethod
     def rooted(cls, name: str, values: np.ndarray, steps: int) -> "Channel":
