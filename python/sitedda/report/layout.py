@@ -41,7 +41,6 @@ def headline(figure: Figure, title: str, words: str = "") -> None:
 
     Parameters
     ----------
-    figure : matplotlib.figure.Figure
     title, words : str
         Texts in the notation of matplotlib, see `plain`.
     """

@@ -33,21 +33,12 @@ class Facts:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; verdicts are coloured in columns with the head "verdict" or without one.
-
-    Attributes
-    ----------
-    heads : sequence of str
-    rows : sequence of sequences of str
-    title : str
-    markup : bool
-        See `Paragraph`.
-    """
+    """A table of texts; verdicts are coloured in columns with the head "verdict" or without one."""
 
     heads: Sequence[str]
     rows: Sequence[Sequence[str]]
     title: str = ""
-    markup: bool = False
+    markup: bool = False  # see `Paragraph`
 
 
 @dataclass(frozen=True)
@@ -70,19 +61,11 @@ class Listing:
 
 @dataclass(frozen=True)
 class Picture:
-    """A drawing with its caption.
-
-    Attributes
-    ----------
-    figure : matplotlib.figure.Figure
-    caption : str
-    name : str
-        File name without ending, if pictures are written to files.
-    """
+    """A drawing with its caption."""
 
     figure: Figure
     caption: str
-    name: str = "picture"
+    name: str = "picture"  # file name without ending, if pictures are written to files
 
     def encoded(self, scheme: str = "light") -> tuple[str, bytes]:
         """Return media type and bytes of the picture in a colour scheme: SVG if small, else PNG."""
@@ -110,18 +93,10 @@ class Picture:
 
 @dataclass(frozen=True)
 class View:
-    """The interactive view of a scene.
+    """The interactive view of a scene."""
 
-    Attributes
-    ----------
-    meta : dict
-        Plain values for the script of the view.
-    streams : dict of str
-        Data arrays as base64 texts.
-    """
-
-    meta: dict
-    streams: dict[str, str]
+    meta: dict  # plain values for the script of the view
+    streams: dict[str, str]  # data arrays as base64 texts
 
 
 Part = Paragraph | Facts | Table | Bullets | Listing | Picture | View
@@ -129,19 +104,11 @@ Part = Paragraph | Facts | Table | Bullets | Listing | Picture | View
 
 @dataclass
 class Section:
-    """A heading with its content.
-
-    Attributes
-    ----------
-    title : str
-    parts : list
-    anchor : str
-        Name of the link to the section; derived from the title if empty.
-    """
+    """A heading with its content."""
 
     title: str
     parts: list[Part] = field(default_factory=list)
-    anchor: str = ""
+    anchor: str = ""  # name of the link to the section; derived from the title if empty
 
     def __post_init__(self):
         if not self.anchor:
@@ -150,22 +117,12 @@ class Section:
 
 @dataclass
 class Page:
-    """A report.
-
-    Attributes
-    ----------
-    title : str
-    lead : str
-        A few sentences under the title.
-    sections : list of Section
-    provenance : sequence of (str, str)
-        Version, commit, date, command, machine …, at the end of the page.
-    """
+    """A report."""
 
     title: str
-    lead: str = ""
+    lead: str = ""  # a few sentences under the title
     sections: list[Section] = field(default_factory=list)
-    provenance: Sequence[tuple[str, str]] = ()
+    provenance: Sequence[tuple[str, str]] = ()  # version, date, command …, at the end of the page
 
     def add(self, title: str, *parts: Part, anchor: str = "") -> Section:
         """Append a section."""

@@ -80,7 +80,6 @@ def small_axes(figure: Figure, rows: int = 1, columns: int = 1, size=(6.6, 3.7),
 
     Parameters
     ----------
-    figure : matplotlib.figure.Figure
     rows, columns, size, **options
         See `new_figure`.
     """
@@ -114,7 +113,6 @@ def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
 
     Parameters
     ----------
-    figure : matplotlib.figure.Figure
     scheme : {'light', 'dark', 'print'}
     was : str
         Present scheme of the figure.

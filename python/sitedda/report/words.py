@@ -32,7 +32,6 @@ def folded(text: str, room: float, size: float, bold: bool = False, most: int = 
         Largest width of a line, inches.
     size : float
         Font size, points.
-    bold : bool
     most : int
         Largest number of lines.
     """

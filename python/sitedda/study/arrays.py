@@ -8,18 +8,9 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Array:
-    """An array result of a case.
-
-    Attributes
-    ----------
-    values : ndarray
-    dims : tuple of str
-    coordinates : dict of ndarray
-        Coordinate of each dimension.
-    units : str
-    """
+    """An array result of a case."""
 
     values: np.ndarray
     dims: tuple[str, ...]
-    coordinates: dict[str, np.ndarray]
+    coordinates: dict[str, np.ndarray]  # coordinate of each dimension
     units: str = ""

@@ -37,38 +37,17 @@ KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time", 7: "m
 
 @dataclass(frozen=True)
 class Work:
-    """Settings of a study that a worker needs.
+    """Settings of a study that a worker needs."""
 
-    Attributes
-    ----------
-    study : Path
-        Folder of the study.
-    model : callable or None
-        The model, if it is a function.
-    task : str or callable
-        ``'run'`` or a function of the path of the input.
-    quantities : list of Quantity
-    time_limit : float
-        Largest duration of a case, s (wall clock).
-    keep : bool
-        Whether outputs are kept after the extraction of results.
-    again : bool
-        Whether failed cases are repeated.
-    start : bool
-        Whether to run inputs; otherwise results are extracted from complete outputs only.
-    memory : float, optional
-        Bytes that a case may allocate; None: unlimited.
-    """
-
-    study: Path
-    model: Callable | None = None
-    task: str | Callable = "run"
+    study: Path  # folder of the study
+    model: Callable | None = None  # the model, if it is a function
+    task: str | Callable = "run"  # ``'run'`` or a function of the path of the input
     quantities: list[Quantity] = field(default_factory=list)
-    time_limit: float = np.inf
-    keep: bool = True
-    again: bool = False
-    start: bool = True
-    memory: float | None = None
+    time_limit: float = np.inf  # largest duration of a case, s (wall clock)
+    keep: bool = True  # whether to keep outputs after the extraction of results
+    again: bool = False  # whether failed cases are repeated
+    start: bool = True  # whether to run inputs; otherwise only complete outputs are read
+    memory: float | None = None  # bytes that a case may allocate; None: unlimited
 
     @property
     def requested(self) -> list[list[str]]:
@@ -97,7 +76,6 @@ def check_first(work: Work, keys: Sequence[str]) -> None:
 
     Parameters
     ----------
-    work : Work
     keys : sequence of str
         Keys of the cases that will be run.
 
@@ -119,7 +97,6 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
 
     Parameters
     ----------
-    work : Work
     key : str
         Key of the case.
     wait : bool

@@ -24,7 +24,6 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
     Parameters
     ----------
     executor : concurrent.futures.Executor
-    work : Work
     keys : sequence of str
         Keys of the cases.
     progress : callable, optional

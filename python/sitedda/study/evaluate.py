@@ -21,7 +21,6 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
 
     Parameters
     ----------
-    plan : Plan
     executor : concurrent.futures.Executor
     progress : callable, optional
         Called with the numbers of ended and failed cases.

@@ -214,7 +214,6 @@ def fragility_of(
     quantity : str
         Result whose value above the threshold means failure. Cases without this result (failed or
         missing runs) do not count.
-    threshold : float
     intensity : str
         Dimension of the levels; the other dimensions contain the trials.
     confidence : float

@@ -20,10 +20,6 @@ LOOKS = 1000  # number of equal intervals of the duration, at whose ends results
 def histories(output: Output) -> dict[str, Array]:
     """Return results as functions of time, at `LOOKS` + 1 equally spaced times of a run.
 
-    Parameters
-    ----------
-    output : Output
-
     Returns
     -------
     dict of Array

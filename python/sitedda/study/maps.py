@@ -13,25 +13,13 @@ FRACTILES = (0.16, 0.5, 0.84)
 
 @dataclass(frozen=True)
 class Map:
-    """A quantity as a function of two parameters.
+    """A quantity as a function of two parameters."""
 
-    Attributes
-    ----------
-    x, y : ndarray
-        Values of the parameters.
-    values : ndarray, shape (y, x)
-        Values of the quantity; NaN if a case failed or is missing.
-    names : (str, str, str)
-        Axis labels of x, y and the quantity, with units.
-    level : float or None
-        Value of a contour that is drawn, such as a factor of safety of 1.
-    """
-
-    x: np.ndarray
+    x: np.ndarray  # values of the parameters
     y: np.ndarray
-    values: np.ndarray
-    names: tuple[str, str, str]
-    level: float | None = None
+    values: np.ndarray  # the quantity, shape (y, x); NaN if a case failed or is missing
+    names: tuple[str, str, str]  # axis labels of x, y and the quantity, with units
+    level: float | None = None  # value of a contour that is drawn, such as a factor of safety of 1
 
     def picture(self):
         """Draw a map with contours, and crosses for missing results; return the figure."""
@@ -81,24 +69,12 @@ def parameter_map(table, quantity: str, x: str, y: str, level: float | None = No
 
 @dataclass(frozen=True)
 class Bands:
-    """Median and fractiles of a quantity over samples.
+    """Median and fractiles of a quantity over samples."""
 
-    Attributes
-    ----------
-    coordinate : ndarray, shape (n,)
-        Coordinate of the second dimension of the quantity.
-    fractiles : ndarray, shape (3, n)
-        16, 50 and 84 % fractiles.
-    samples : ndarray, shape (samples, n)
-        Values of all samples with results.
-    names : (str, str)
-        Axis labels of the coordinate and the quantity.
-    """
-
-    coordinate: np.ndarray
-    fractiles: np.ndarray
-    samples: np.ndarray
-    names: tuple[str, str]
+    coordinate: np.ndarray  # coordinate of the second dimension of the quantity
+    fractiles: np.ndarray  # 16, 50 and 84 % fractiles, shape (3, n)
+    samples: np.ndarray  # all samples with results, shape (samples, n)
+    names: tuple[str, str]  # axis labels of the coordinate and the quantity
 
     def picture(self):
         """Draw samples, median and fractiles; return the figure."""

@@ -42,31 +42,15 @@ _FORMAT = 1
 
 @dataclass
 class Plan:
-    """Definition of a study: model, axes, results, folder and cases.
+    """Definition of a study: model, axes, results, folder and cases."""
 
-    Attributes
-    ----------
-    model : path, Model or callable
-        Model to change, or function to call.
-    axes : list of Axis
-    quantities : list of Quantity
-        Results of each case.
-    task : str or callable
-        ``'run'``, or a function of the path of the input of a case.
-    fixed : dict
-        Changes of the input in all cases.
-    folder : Path or None
-    keys : list of str
-        Keys of the cases in the order of the dimensions; the last dimension varies fastest.
-    """
-
-    model: Any
+    model: Any  # model to change, or function to call
     axes: list[Axis]
-    quantities: list[Quantity]
-    task: str | Callable = "run"
-    fixed: dict = field(default_factory=dict)
+    quantities: list[Quantity]  # results of each case
+    task: str | Callable = "run"  # ``'run'``, or a function of the path of the input of a case
+    fixed: dict = field(default_factory=dict)  # changes of the input in all cases
     folder: Path | None = None
-    keys: list[str] = field(default_factory=list)
+    keys: list[str] = field(default_factory=list)  # of the cases; the last dimension varies fastest
 
     @property
     def dims(self) -> dict[str, int]:

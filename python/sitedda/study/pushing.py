@@ -11,29 +11,14 @@ from .quantities import Quantity, check_names
 
 @dataclass(frozen=True)
 class PushTo:
-    """Settings of a pushover, see `sitedda.stability.pushover`.
+    """Settings of a pushover, see `sitedda.stability.pushover`."""
 
-    Attributes
-    ----------
-    point : str
-        Measured point whose displacement the curve shows.
-    load : {'horizontal', 'tilt', 'mode'}
-    sense : {1, -1}
-        Sense of the load along x.
-    displacement : float, optional
-        Displacement at the end of the curve, m; default: a tenth of the height of the point.
-    steps : int
-        Number of steps to this displacement.
-    limits : bool
-        Whether to compute the limits of dry rigid blocks under a horizontal load.
-    """
-
-    point: str
+    point: str  # measured point whose displacement the curve shows
     load: str = "horizontal"
-    sense: int = 1
-    displacement: float | None = None
-    steps: int = 200
-    limits: bool = False
+    sense: int = 1  # sense of the load along x
+    displacement: float | None = None  # at the end, m; default: height of the point / 10
+    steps: int = 200  # number of steps to this displacement
+    limits: bool = False  # whether to compute limits of dry rigid blocks under a horizontal load
     results: ClassVar = (
         "peak_factor", "displacement_at_peak_m", "end_factor", "end_displacement_m", "work_j_m",
         "slip_loss_j_m", "limit_lower", "limit_upper",

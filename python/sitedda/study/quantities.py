@@ -69,21 +69,11 @@ _ZERO = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen",
 
 @dataclass(frozen=True)
 class Quantity:
-    """A result that is extracted from each case.
+    """A result that is extracted from each case."""
 
-    Attributes
-    ----------
-    label : str
-        Name in the table.
-    name : str
-        Name as in `measure`, or name of a function with the checksum of its source.
-    function : callable, optional
-        Function of a `sitedda.Run`.
-    """
-
-    label: str
-    name: str
-    function: Callable | None = None
+    label: str  # name in the table
+    name: str  # name as in `measure`, or name of a function with the checksum of its source
+    function: Callable | None = None  # function of a `sitedda.Run`
 
 
 def quantities_of(results) -> list[Quantity]:
@@ -205,7 +195,6 @@ def measure(
     ----------
     file : path
         Output of a run.
-    quantities : iterable of Quantity
     notes : list of str, optional
         List to which the warnings of the run are appended.
 

@@ -19,23 +19,12 @@ _PERIODS = np.geomspace(0.1, 2.0, 12)  # periods at which the spectra of records
 
 @dataclass(frozen=True)
 class Record:
-    """A ground acceleration in memory.
-
-    Attributes
-    ----------
-    name : str
-    acceleration : ndarray, shape (samples,)
-        m/s².
-    time_step : float
-        s.
-    misfit : float
-        Root mean square of Sa / target − 1 of a synthetic record; otherwise NaN.
-    """
+    """A ground acceleration in memory."""
 
     name: str
-    acceleration: np.ndarray
-    time_step: float
-    misfit: float = np.nan
+    acceleration: np.ndarray  # m/s²
+    time_step: float  # s
+    misfit: float = np.nan  # root mean square of Sa / target − 1 of a synthetic record
 
     @property
     def data(self) -> bytes:

@@ -66,7 +66,6 @@ def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sam
     distributions : mapping
         Distribution of each variable: frozen distributions of `scipy.stats`, or `uniform`,
         `normal`, `lognormal` of this package.
-    seed : int
     name : str
         Name of the dimension.
     """

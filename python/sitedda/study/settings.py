@@ -61,25 +61,13 @@ _SAMPLES = {"latin_hypercube": latin_hypercube, "sobol": sobol, "saltelli": salt
 
 @dataclass
 class Settings:
-    """Settings of a study from a file.
-
-    Attributes
-    ----------
-    plan : Plan
-    table : Path
-        File of the table.
-    slurm : Slurm
-    limits : dict
-        ``time_limit`` (s) and ``memory`` (bytes, MB in the file) of a case.
-    figures : list of dict
-        Figures of the report.
-    """
+    """Settings of a study from a file."""
 
     plan: Plan
-    table: Path
+    table: Path  # file of the table
     slurm: Slurm = field(default_factory=Slurm)
-    limits: dict = field(default_factory=dict)
-    figures: list = field(default_factory=list)
+    limits: dict = field(default_factory=dict)  # `time_limit` (s) and `memory` (bytes) of a case
+    figures: list = field(default_factory=list)  # figures of the report
 
 
 def read_settings(file, folder=None) -> Settings:

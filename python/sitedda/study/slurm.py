@@ -107,27 +107,13 @@ exit $worst
 
 @dataclass(frozen=True)
 class Slurm:
-    """Options of a study for Slurm.
+    """Options of a study for Slurm."""
 
-    Attributes
-    ----------
-    program : str
-        Name or path of sitedda-native; default: the executable of this installation.
-    each : int
-        Number of cases per task; 0: the smallest number with at most 1000 tasks.
-    time : str
-        Time limit of a task in the format of sbatch; default: three times the estimate.
-    memory : float
-        Memory of a task, MiB; default: twice the estimate of `sitedda check`, plus 200 MiB.
-    options : sequence of str
-        Options of sbatch, such as ``--partition=long``.
-    """
-
-    program: str = ""
-    each: int = 0
-    time: str = ""
-    memory: float = 0.0
-    options: Sequence[str] = field(default_factory=tuple)
+    program: str = ""  # path of sitedda-native; default: the executable of this installation
+    each: int = 0  # number of cases per task; 0: the smallest number with at most 1000 tasks
+    time: str = ""  # limit of a task in the format of sbatch; default: three times the estimate
+    memory: float = 0.0  # MiB; default: twice the estimate of `sitedda check`, plus 200 MiB
+    options: Sequence[str] = field(default_factory=tuple)  # of sbatch, such as --partition=long
 
     def __post_init__(self):
         for name, value in (("each", self.each), ("memory", self.memory)):

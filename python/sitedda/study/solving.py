@@ -180,13 +180,7 @@ def solve_for(
 
 @dataclass(frozen=True)
 class SolveFor:
-    """The task [solve] of a study: `solve_for` with the input of each case.
-
-    Attributes
-    ----------
-    parameter, result, target, between, tolerance, task, accuracy, jumps
-        Arguments of `solve_for`.
-    """
+    """The task [solve] of a study: `solve_for` with the input of each case."""
 
     parameter: str
     result: str

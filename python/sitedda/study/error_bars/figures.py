@@ -207,7 +207,6 @@ def is_figure(name: str, values: Mapping[str, float]) -> bool:
 
     Parameters
     ----------
-    name : str
     values : mapping of float
         All numbers of the verdict.
     """
@@ -230,7 +229,6 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
 
     Parameters
     ----------
-    name : str
     numbers : tuple of float
         Values with three time steps.
     bar : Bar

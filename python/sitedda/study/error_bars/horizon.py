@@ -63,7 +63,6 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
 
     Parameters
     ----------
-    figures : dict of Figure
     table : xarray.Dataset
         Results and histories of all runs.
     """

@@ -21,7 +21,6 @@ def keep_accuracy(results: Accuracy, output: Path, attributes: dict) -> None:
 
     Parameters
     ----------
-    results : Accuracy
     output : Path
     attributes : dict
         Attributes of the output as read, which are updated.

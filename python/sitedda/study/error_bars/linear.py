@@ -35,21 +35,12 @@ _AXES = ("x", "y")
 
 @dataclass(frozen=True)
 class _Point:
-    """Motion of a measured point along the axis of its largest velocity.
-
-    Attributes
-    ----------
-    name : str
-    axis : str
-        ``'x'`` or ``'y'``
-    velocity, acceleration : ndarray, shape (samples,)
-        m/s, m/s²
-    """
+    """Motion of a measured point along the axis of its largest velocity."""
 
     name: str
-    axis: str
-    velocity: np.ndarray
-    acceleration: np.ndarray
+    axis: str  # ``'x'`` or ``'y'``
+    velocity: np.ndarray  # m/s
+    acceleration: np.ndarray  # m/s²
 
 
 def is_linear(history, facts: Facts) -> bool:

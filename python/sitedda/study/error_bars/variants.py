@@ -39,23 +39,12 @@ class Variants:
 
 @dataclass(frozen=True)
 class Facts:
-    """Properties of a model that determine its variants.
+    """Properties of a model that determine its variants."""
 
-    Attributes
-    ----------
-    groups : mapping
-        Groups of the input.
-    order : int
-        Order of the time integration.
-    penalty : float
-        Penalty stiffness k_n, N/m; 0 if all joints have a measured stiffness.
-    remaining : sequence of int
-        Numbers (from 1) of the blocks that no stage removes, from the highest block down.
-    """
-
-    groups: Mapping
-    order: int
-    penalty: float
+    groups: Mapping  # groups of the input
+    order: int  # order of the time integration
+    penalty: float  # penalty stiffness k_n, N/m; 0 if all joints have a measured stiffness
+    # Numbers (from 1) of the blocks that no stage removes, from the highest block down
     remaining: Sequence[int] = (1,)
 
     @property
@@ -119,7 +108,6 @@ def finer(facts: Facts, times: int) -> dict:
 
     Parameters
     ----------
-    facts : Facts
     times : int
         The divisor.
     """
@@ -154,7 +142,6 @@ def ensemble(facts: Facts, count: int) -> dict[str, dict]:
 
     Parameters
     ----------
-    facts : Facts
     count : int
         Number of twins.
     """
