@@ -30,7 +30,11 @@ _MESH = re.compile(r"^[^!\n]*&mesh\b", re.IGNORECASE | re.MULTILINE)
 
 @cache
 def kinds() -> dict[str, Any]:
-    """Return the class of each group that is converted; new modules are registered here."""
+    """Return the class of each group that is converted; new modules are registered here.
+
+    `blocks()` of a class returns its blocks; `groups(folder, others)` returns groups (names and
+    variables) and notes, from the folder and all groups (names and variables) of the input.
+    """
     from . import ground, layered, masonry, wall
     from .cutting import geometry
     from .meshing import settings
@@ -207,14 +211,12 @@ def _read_objects(name: str, values: dict, folder) -> list:
         raise InputError(f"give either {points} or file")
     from .importing import read_outlines
 
-    outlines = read_outlines(
-        Path(folder) / values.pop("file"), values.pop("layer", None), values.pop("scale", None)
-    )
+    source = Path(folder) / values.pop("file")
+    outlines = read_outlines(source, values.pop("layer", None), values.pop("scale", None))
     if name != "joint_line" and len(outlines) != 1:
         raise InputError(f"the file contains {len(outlines)} lines instead of one; give the layer")
-    return [
-        _make_object(name, values | {points: outline.closed_points(name)}) for outline in outlines
-    ]
+    vertices = [outline.closed_points(name) for outline in outlines]
+    return [_make_object(name, values | {points: corners}) for corners in vertices]
 
 
 def _import_blocks(values: dict, folder) -> list[dict]:
@@ -226,17 +228,13 @@ def _import_blocks(values: dict, folder) -> list[dict]:
         raise InputError("file is missing")
     stem = values.get("name", "block")
     options = {key: values[key] for key in ("material", "joint") if key in values}
-    outlines = read_outlines(
-        Path(folder) / values["file"], values.get("layer"), values.get("scale"), closed=True
-    )
-    return [
-        {
-            "name": outline.name or f"{stem}_{i}",
-            **options,
-            "vertices": outline_of(f"polygon {i}", outline.points),
-        }
-        for i, outline in enumerate(outlines, 1)
-    ]
+    source = Path(folder) / values["file"]
+    outlines = read_outlines(source, values.get("layer"), values.get("scale"), closed=True)
+    blocks = []
+    for i, outline in enumerate(outlines, 1):
+        vertices = outline_of(f"polygon {i}", outline.points)
+        blocks.append({"name": outline.name or f"{stem}_{i}", **options, "vertices": vertices})
+    return blocks
 
 
 def _cut_regions(built: Built, parts: dict[str, list], first_joint: str, rings: bool):
@@ -345,11 +343,8 @@ def _comment_out(text: str, groups: Sequence[Found]) -> str:
         separate = not text[max(line, start) : item.start].strip() and (not tail or tail[0] == "!")
         group = text[item.start : item.end]
         parts.append(text[start : item.start])
-        parts.append(
-            "! " + group.replace("\n", "\n! ")
-            if separate and line >= start
-            else re.sub(r"[^\n]", " ", group)
-        )
+        comment, blanks = "! " + group.replace("\n", "\n! "), re.sub(r"[^\n]", " ", group)
+        parts.append(comment if separate and line >= start else blanks)
         start = item.end
     return "".join(parts) + text[start:]
 
@@ -396,12 +391,10 @@ def _rename_files(text: str, file: Path, target: Path) -> str:
 
 def summary(built: Built) -> str:
     """Return the number of blocks with the same name, up to its final number, in one line."""
-    stems = Counter(
-        f"cells of {block['body']}"
-        if "body" in block
-        else re.sub(r"_?\d*$", "", block.get("name", ""))
-        for block in built.blocks
-    )
+    stems: Counter = Counter()
+    for block in built.blocks:
+        stem = re.sub(r"_?\d*$", "", block.get("name", ""))
+        stems[f"cells of {block['body']}" if "body" in block else stem] += 1
     corners = sum(len(np.reshape(block["vertices"], (-1, 2))) for block in built.blocks)
     listed = ", ".join(f"{count} {stem}" for stem, count in list(stems.items())[:12])
     return f"{len(built.blocks)} blocks with {corners} corners: {listed}"

@@ -46,15 +46,7 @@ class Ground(schema.GroundValues):
         return shapely.orient_polygons(outline)
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Generate the groups: blocks, bodies, region of the core, joints, boundaries.
-
-        Parameters
-        ----------
-        folder : path
-            Folder of the input.
-        others : sequence of (str, dict)
-            All groups of the input.
-        """
+        """Generate blocks, bodies, region of the core, joints and boundaries; see `kinds`."""
         joints = [("joint", dict(friction_angle=_ANGLE, cohesion=_STRENGTH, name=name,
                                  tensile_strength=_STRENGTH, **variables))
                   for name, variables in self._side_joints(others).items()]  # fmt: skip

@@ -29,15 +29,7 @@ class LayeredGround(schema.ProfileValues):
     """Level ground from a file of velocities over depth."""
 
     def groups(self, folder: Path, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Return the generated groups (names and variables) and notes on these.
-
-        Parameters
-        ----------
-        folder : Path
-            Folder of the input.
-        others : sequence of (str, dict)
-            All groups of the input; not used.
-        """
+        """Generate the groups, and notes on these; see `kinds`."""
         profile = read_soil_profile(Path(folder) / self.file)
         rigid = not self.base and profile.half_space is None
         self._check_profile(profile)

@@ -62,6 +62,10 @@ class Group:
         group._values.update(values)
         return group
 
+    def _copy(self) -> "Group":
+        """Return an independent group with the same values."""
+        return Group._of_checked_values(self._name, self._values, self._source)
+
     def __call__(self, **values) -> "Group":
         """Set several variables; return the group."""
         if self._name == "control" and None not in map(values.get, ("duration", "steps")):
@@ -208,9 +212,7 @@ class Model(Groups):
         kind, name = group._name, group._values.get("name")
         if kind in single_groups():
             raise InputError(f"&{kind} occurs only once; set its variables by model.{kind}(…)")
-        if kind in _UNIQUE and any(
-            member._values.get("name") == name for member in self.groups if member._name == kind
-        ):
+        if kind in _UNIQUE and name in [item._values.get("name") for item in self.of_kind(kind)]:
             source = f"{group._source}: " if group._source else f"&{kind}: "
             raise InputError(f"{source}name = {name!r} is used twice")
         self.groups.append(group)
@@ -267,9 +269,7 @@ class Model(Groups):
         model.folder = self.folder
         for name, group in self._once.items():
             model._once[name](**group._values)
-        model.groups.extend(
-            Group._of_checked_values(item._name, item._values, item._source) for item in self.groups
-        )
+        model.groups.extend(group._copy() for group in self.groups)
         return model
 
     @property
@@ -418,21 +418,18 @@ class Model(Groups):
     def build(self) -> "Model":
         """Return a model with blocks in place of joints, regions and masonry."""
         source = [group for group in (*self.groups, self._once["cutting"]) if group._values]
-        parts = [
-            (group._name, group._values, group._source or f"&{group._name}") for group in source
-        ]
+        parts = [(item._name, item._values, item._source or f"&{item._name}") for item in source]
         built = build_blocks(parts, self.folder)
         model = self.copy()
         model.clear("cutting")
         meshed = {id(source[i]) for i in built.meshed}
-        groups = [
-            item for item in self.groups if not is_made(item._name) and id(item) not in meshed
-        ]
         model.groups[:] = [
-            Group._of_checked_values(item._name, item._values, item._source) for item in groups
+            group._copy()
+            for group in self.groups
+            if not is_made(group._name) and id(group) not in meshed
         ]
-        model.groups.extend(Group._of_checked_values(kind, values) for kind, values in built.groups)
-        model.groups.extend(Group._of_checked_values("block", block) for block in built.blocks)
+        generated = [*built.groups, *(("block", block) for block in built.blocks)]
+        model.groups.extend(Group._of_checked_values(kind, values) for kind, values in generated)
         return model
 
     @contextmanager

@@ -26,14 +26,7 @@ class Opening(schema.OpeningValues):
     """A door, a window or a niche in a wall."""
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Raise InputError unless the wall exists; return no groups: the wall makes the blocks.
-
-        Parameters
-        ----------
-        folder : path
-        others : sequence of (str, dict)
-            All groups of the input.
-        """
+        """Raise InputError unless the wall exists; return no groups: the wall makes the blocks."""
         walls = [values.get("name", MasonryWall.name) for kind, values in others
                  if kind == "masonry_wall"]  # fmt: skip
         if self.wall not in walls:
@@ -133,14 +126,7 @@ class MasonryWall(schema.MasonryWallValues):
             raise InputError(f"courses = {self.courses} would need more than {MOST_BLOCKS} blocks")
 
     def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Return the groups (names, variables) of blocks and tie rods, and no notes.
-
-        Parameters
-        ----------
-        folder : path
-        others : sequence of (str, dict)
-            All groups of the input, including the openings of the wall.
-        """
+        """Generate blocks and tie rods, and no notes; see `kinds`."""
         own_values = [values for kind, values in others
                if kind == "opening" and values.get("wall", Opening.wall) == self.name]  # fmt: skip
         openings = [self._make_opening(values) for values in own_values]

@@ -15,18 +15,7 @@ from scipy.sparse.csgraph import connected_components
 from ...base.arrays import parts_of
 from ...base.errors import InputError
 from ...base.numbers import counted
-from .geometry import (
-    MOST_JOINTS,
-    Cutting,
-    Excavation,
-    Hole,
-    JointLine,
-    JointSet,
-    Region,
-    Surface,
-    Tunnel,
-    Voronoi,
-)
+from . import geometry
 from .merging import merge_slivers
 from .network import Network, merge_close_nodes, split_segments, trace_faces, without_dead_ends
 from .rings import Rings
@@ -87,12 +76,12 @@ def main_joints(polygons: Sequence, edge_joints: Sequence[Sequence[str]]) -> lis
 
 
 def cut(
-    regions: Sequence[Region],
-    joints: Sequence[JointLine | JointSet | Voronoi] = (),
-    surfaces: Sequence[Surface] = (),
-    holes: Sequence[Hole | Tunnel] = (),
-    excavations: Sequence[Excavation] = (),
-    settings: Cutting | None = None,
+    regions: Sequence[geometry.Region],
+    joints: Sequence[geometry.JointLine | geometry.JointSet | geometry.Voronoi] = (),
+    surfaces: Sequence[geometry.Surface] = (),
+    holes: Sequence[geometry.Hole | geometry.Tunnel] = (),
+    excavations: Sequence[geometry.Excavation] = (),
+    settings: geometry.Cutting | None = None,
     rings: bool = False,
 ) -> Blocks:
     """Cut regions into blocks.
@@ -125,7 +114,7 @@ def cut(
     If two cuts coincide, the edge gets the joint of the cut that is first in this list: hole,
     excavation, single joint, surface, joint set, Voronoi polygons, region.
     """
-    settings = settings or Cutting()
+    settings = settings or geometry.Cutting()
     return _Cut(regions, joints, surfaces, holes, excavations, settings).blocks(rings)
 
 
@@ -182,19 +171,18 @@ class _Cut:
         reach = self.size * 0.75
         sets = [joint for joint in joints if hasattr(joint, "expected_segments")]
         segment_count = sum(joint.expected_segments(reach) for joint in sets)
-        if segment_count > MOST_JOINTS:
+        if segment_count > geometry.MOST_JOINTS:
             raise InputError(
                 f"the joints would have about {segment_count:.2g} segments, more than "
-                f"{MOST_JOINTS:.2g}; choose a larger spacing, or a smaller region"
+                f"{geometry.MOST_JOINTS:.2g}; choose a larger spacing, or a smaller region"
             )
         rows = []  # tuples: rank of the kind of cut, joint, segments, whether they are an outline
         for hole, polygon in zip(holes, self.holes, strict=True):
             rows.append((0, hole.joint, _polygon_sides(polygon), True))
         for excavation, polygon in zip(excavations, self.pits, strict=True):
-            rows.append(
-                (1, excavation.joint, self._clip_to_regions(_polygon_sides(polygon), ""), True)
-            )
-        ranks = {JointLine: 2, JointSet: 4, Voronoi: 5}
+            sides = self._clip_to_regions(_polygon_sides(polygon), "")
+            rows.append((1, excavation.joint, sides, True))
+        ranks = {geometry.JointLine: 2, geometry.JointSet: 4, geometry.Voronoi: 5}
         cutters = [(ranks[type(joint)], joint) for joint in joints]
         for rank, cutter in [*cutters, *((3, surface) for surface in surfaces)]:
             rows.append((rank, cutter.joint, self._clip_cutter(cutter, reach), False))
@@ -211,12 +199,11 @@ class _Cut:
     def _clip_cutter(self, cutter, reach: float) -> np.ndarray:
         """Return the segments of a joint or surface in its regions; errors name this joint."""
         try:
-            options = (
-                {"corner": self._lower_left_corner(cutter)} if isinstance(cutter, JointSet) else {}
-            )
-            return self._clip_to_regions(
-                cutter.segments(self.centre, reach, **options) - self.centre, cutter
-            )
+            options = {}
+            if isinstance(cutter, geometry.JointSet):
+                options["corner"] = self._lower_left_corner(cutter)
+            segments = cutter.segments(self.centre, reach, **options)
+            return self._clip_to_regions(segments - self.centre, cutter)
         except InputError as error:
             error.cause = cutter
             raise
@@ -241,12 +228,8 @@ class _Cut:
         lines = lines[shapely.intersects(domain, lines)]
         crossing = ~shapely.contains_properly(domain, lines)
         lines[crossing] = shapely.intersection(lines[crossing], domain)
-        parts = shapely.get_parts(shapely.get_parts(lines))
-        parts = parts[shapely.get_type_id(parts) == 1]
-        parts = parts[shapely.length(parts) > 0]
-        ends, owner = shapely.get_coordinates(parts, return_index=True)
-        mask = owner[1:] == owner[:-1]
-        return np.stack([ends[:-1][mask], ends[1:][mask]], axis=1)
+        ends, start = segments_of(lines)
+        return np.stack([ends[start], ends[start + 1]], axis=1)
 
     def _check_block_count(self) -> None:
         """Raise InputError if the estimated number of blocks exceeds the limit or the memory.
@@ -289,7 +272,7 @@ class _Cut:
             )
         network, faces = self._merge_short_edges(network, faces)
         self._report_loops(loops)
-        polygons = _face_polygons(network, faces.cycles)
+        polygons = face_polygons(network, faces.cycles)
         inner = self._find_enclosed(network, faces, polygons)
         if inner and not rings:
             self._reject_rings(network, inner)
@@ -454,17 +437,24 @@ class _Cut:
         if blocks.merged:
             count = counted(blocks.merged, "sliver was", "slivers were")
             self.messages.append(f"{count} merged with the block that shares the longest edge")
-        blocks.slivers = slivers(
-            blocks.polygons,
-            blocks.names,
-            least_area=least_area,
-            least_edge=least_edge,
-            least_angle=self.settings.least_angle,
-        )
+        limits = {"least_area": least_area, "least_edge": least_edge}
+        limits["least_angle"] = self.settings.least_angle
+        blocks.slivers = slivers(blocks.polygons, blocks.names, **limits)
         text = in_words(blocks.slivers)
         if text and self.settings.slivers == "refuse":
             raise InputError(f"{text}; merge them (slivers = 'merge') or move the joints")
         self.messages += [text] if text else []
+
+
+def segments_of(lines) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points of lines and collections of lines, m, and the points that begin segments.
+
+    Each segment ends at the following point; parts without length have no segments.
+    """
+    parts = shapely.get_parts(shapely.get_parts(lines))
+    parts = parts[(shapely.get_type_id(parts) == 1) & (shapely.length(parts) > 0)]
+    points, owner = shapely.get_coordinates(parts, return_index=True)
+    return points, np.flatnonzero(owner[1:] == owner[:-1])
 
 
 def _polygon_sides(polygon: shapely.Polygon) -> np.ndarray:
@@ -493,14 +483,12 @@ def _find_containing(points, polygons) -> np.ndarray:
     return result
 
 
-def _face_polygons(network: Network, cycles) -> np.ndarray:
-    """Return the faces as shapely polygons."""
-    lengths = [len(cycle) for cycle in cycles]
-    if not lengths:
+def face_polygons(network: Network, cycles) -> np.ndarray:
+    """Return the faces as shapely polygons; `cycles`: half-edges around each face."""
+    if not cycles:
         return np.array([], dtype=object)
-    start = network.starts
-    owner = np.repeat(np.arange(len(cycles)), lengths)
-    corners = network.nodes[start[np.concatenate(cycles)]]
+    owner = np.repeat(np.arange(len(cycles)), list(map(len, cycles)))
+    corners = network.nodes[network.starts[np.concatenate(cycles)]]
     return shapely.polygons(shapely.linearrings(corners, indices=owner))
 
 

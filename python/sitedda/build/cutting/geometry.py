@@ -5,7 +5,7 @@ import numpy as np
 
 from ...base.errors import InputError
 from ...input import schema
-from ...input.values import points_of
+from ...input.values import Values, points_of
 from .distributions import check_distribution, draw, draw_lengths, uniform
 
 MOST_JOINTS = 2_000_000  # largest number of segments of all joints together
@@ -32,28 +32,26 @@ def _segments_between(points) -> np.ndarray:
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-class Region(schema.RegionValues):
+class _Outlined(Values):
+    """A group with an outline."""
+
+    outline: np.ndarray
+
+    def _check_values(self) -> None:
+        """Check the outline, and orient it counter-clockwise."""
+        self.outline = outline_of("outline", self.outline)
+
+
+class Region(schema.RegionValues, _Outlined):
     """A polygon that is cut into blocks."""
 
-    def _check_values(self) -> None:
-        """Check the outline, and orient it counter-clockwise."""
-        self.outline = outline_of("outline", self.outline)
 
-
-class Hole(schema.HoleValues):
+class Hole(schema.HoleValues, _Outlined):
     """A polygon without blocks."""
 
-    def _check_values(self) -> None:
-        """Check the outline, and orient it counter-clockwise."""
-        self.outline = outline_of("outline", self.outline)
 
-
-class Excavation(schema.ExcavationValues):
+class Excavation(schema.ExcavationValues, _Outlined):
     """A polygon whose outline cuts blocks that a later stage can remove."""
-
-    def _check_values(self) -> None:
-        """Check the outline, and orient it counter-clockwise."""
-        self.outline = outline_of("outline", self.outline)
 
 
 class Tunnel(schema.TunnelValues):
@@ -178,10 +176,8 @@ class JointSet(schema.JointSetValues):
         """Return random deviations of joints from the mean angle, degrees, shape (count,)."""
         if self.angle_distribution == "constant":
             return np.zeros(count)
-        return (
-            draw(uniform(self.seed, stream, count), *self._distribution_arguments("angle"))
-            - self.angle
-        )
+        numbers = uniform(self.seed, stream, count)
+        return draw(numbers, *self._distribution_arguments("angle")) - self.angle
 
     def _draw_offsets(self, side: int, end: float) -> np.ndarray:
         """Return random distances of lines from the origin on one side, m, to beyond `end`.
@@ -190,9 +186,7 @@ class JointSet(schema.JointSetValues):
         """
         count = int(end / self.spacing * 1.2) + 16
         while True:
-            numbers = uniform(self.seed, (1 + (side < 0),), count)
-            steps = draw_lengths(numbers, *self._distribution_arguments("spacing"))
-            offsets = np.cumsum(steps)
+            offsets = np.cumsum(self._draw_lengths("spacing", (1 + (side < 0),), count))
             if offsets[-1] > end:
                 offsets = offsets[: np.searchsorted(offsets, end) + 1]
                 return np.append(0.0, offsets) if side > 0 else offsets
@@ -223,23 +217,21 @@ class JointSet(schema.JointSetValues):
         """
         count = int(end / (self.trace_length + self.bridge) * 1.2) + 8
         while True:
-            lengths = draw_lengths(
-                uniform(self.seed, (5, *stream), count),
-                *self._distribution_arguments("trace_length"),
-            )
+            lengths = self._draw_lengths("trace_length", (5, *stream), count)
             gaps = np.zeros(count)
             if self.bridge:
-                gaps = draw_lengths(
-                    uniform(self.seed, (6, *stream), count), *self._distribution_arguments("bridge")
-                )
+                gaps = self._draw_lengths("bridge", (6, *stream), count)
             finish = np.cumsum(lengths + gaps)
             if finish[-1] > end:
-                return np.column_stack(
-                    [finish - lengths - gaps, finish - gaps]
-                    if stream[2] == 0
-                    else [finish - lengths, finish]
-                )
+                if stream[2] == 0:
+                    return np.column_stack([finish - lengths - gaps, finish - gaps])
+                return np.column_stack([finish - lengths, finish])
             count *= 2
+
+    def _draw_lengths(self, name: str, stream, count: int) -> np.ndarray:
+        """Return random values of a length with a distribution, m, shape (count,)."""
+        numbers = uniform(self.seed, stream, count)
+        return draw_lengths(numbers, *self._distribution_arguments(name))
 
 
 def _segments_on_line(origin, ends, p: float, angles, along, normal) -> np.ndarray:

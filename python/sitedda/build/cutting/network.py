@@ -145,7 +145,7 @@ def _overlapping_pairs(network: Network, tolerance: float):
         yield one[keep][order], other[keep][order]
 
 
-def _cross_product(a, b):
+def cross_product(a, b):
     """Return the cross products of vectors, shape (..., 2)."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
@@ -224,7 +224,7 @@ def _find_touching(network, edge, node, tolerance):
     along, offset = b - a, network.nodes[node] - a
     squared = (along**2).sum(axis=1)
     fraction = (offset * along).sum(axis=1) / squared
-    distance = abs(_cross_product(along, offset)) / np.sqrt(squared)
+    distance = abs(cross_product(along, offset)) / np.sqrt(squared)
     foreign = (network.edges[edge] != node[:, None]).all(axis=1)
     hits = np.flatnonzero(foreign & (fraction > 0) & (fraction < 1) & (distance <= tolerance))
     return hits, fraction[hits], a[hits] + fraction[hits, None] * along[hits]
@@ -237,10 +237,10 @@ def _find_crossings(network, one, other, mask):
     a, b = network.nodes[network.edges[one[pairs]]].swapaxes(0, 1)
     c, d = network.nodes[network.edges[other[pairs]]].swapaxes(0, 1)
     r, s, offset = b - a, d - c, c - a
-    sine = _cross_product(r, s)
+    sine = cross_product(r, s)
     parallel = sine == 0
     sine = np.where(parallel, 1.0, sine)
-    t, u = _cross_product(offset, s) / sine, _cross_product(offset, r) / sine
+    t, u = cross_product(offset, s) / sine, cross_product(offset, r) / sine
     crosses = ~(_is_collinear(r, c - a, network) & _is_collinear(r, d - a, network))
     crosses &= ~(_is_collinear(s, a - c, network) & _is_collinear(s, b - c, network))
     hits = np.flatnonzero(~parallel & crosses & (t > 0) & (t < 1) & (u > 0) & (u < 1))
@@ -254,7 +254,7 @@ def _is_collinear(along, arm, network) -> np.ndarray:
     their crossing is therefore undefined.
     """
     rounding = _ROUNDING * abs(network.nodes).max()
-    return abs(_cross_product(along, arm)) <= rounding * (np.hypot(*along.T) + np.hypot(*arm.T))
+    return abs(cross_product(along, arm)) <= rounding * (np.hypot(*along.T) + np.hypot(*arm.T))
 
 
 def _split_edges(network, edge, fraction, node, positions, kinds, shifted, targets) -> Network:

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from ...base.arrays import parts_of
 from ...base.errors import InputError
+from ..cutting.blocks import face_polygons, segments_of
 from ..cutting.network import (
     CORNER,
     CROSSING,
@@ -126,7 +127,7 @@ class _Body:
         faces = trace_faces(network)
         starts = network.starts
         cycles = [starts[np.array(cycle)].tolist() for cycle in faces.cycles]
-        kinds = self._find_parts(network, cycles)
+        kinds = self._find_parts(face_polygons(network, faces.cycles))
         ends = network.edges[network.outline].tolist()
         labels = dict(zip(map(tuple, ends), network.labels[network.outline].tolist(), strict=True))
         indices = [i for i, kind in enumerate(kinds) if kind >= 0]
@@ -201,13 +202,10 @@ class _Body:
         mask = shapely.contains_xy(self.domain, *ends.mean(axis=1).T)
         return network.subset(mask | network.outline)
 
-    def _find_parts(self, network: Network, cycles) -> np.ndarray:
+    def _find_parts(self, faces) -> np.ndarray:
         """Return the index of the part that contains each face; −1: none."""
-        owner = np.repeat(np.arange(len(cycles)), list(map(len, cycles)))
-        corners = network.nodes[np.concatenate(cycles)]
-        faces = shapely.polygons(shapely.linearrings(corners, indices=owner))
         points = shapely.point_on_surface(faces)
-        kinds = np.full(len(cycles), -1)
+        kinds = np.full(len(faces), -1)
         for i, shape in enumerate(self.shapes):
             kinds[shapely.contains(shape, points)] = i
         return kinds
@@ -233,24 +231,17 @@ class _Body:
         nodes = np.concatenate(cycles)
         following = np.concatenate([cycle[1:] + cycle[:1] for cycle in cycles])
         inner = len(self.names)
-        labels = np.array(
-            [
-                inner if (label := cells.label(a, b)) is None else label
-                for a, b in zip(nodes.tolist(), following.tolist(), strict=True)
-            ]
-        )
+        edges = zip(nodes.tolist(), following.tolist(), strict=True)
+        edge_labels = (cells.label(a, b) for a, b in edges)
+        labels = np.array([inner if label is None else label for label in edge_labels])
         rings = Rings(np.array(cells.nodes)[nodes], list(map(len, cycles)))
         rings, corners, labels, order = rings.in_order(labels, self.size, self.rounding)
         short, long = self._unusual_faces(rings)
         polygons = parts_of(self._original_positions(rings.corners[corners]), rings.first)
         joints = np.array([*self.names, ""], dtype=object)[labels].tolist()
-        return Cut(
-            [polygons[i] for i in order],
-            [joints[rings.first[i] : rings.first[i + 1]] for i in order],
-            np.array([cells.kinds[indices[i]] for i in order]),
-            short,
-            long,
-        )
+        joints_of_cells = [joints[rings.first[i] : rings.first[i + 1]] for i in order]
+        parts = np.array([cells.kinds[indices[i]] for i in order])
+        return Cut([polygons[i] for i in order], joints_of_cells, parts, short, long)
 
     def _original_positions(self, positions) -> np.ndarray:
         """Return positions relative to (0, 0); corners of outlines are exactly as in the input."""
@@ -264,13 +255,9 @@ class _Body:
     def _check_connected(self, cells: Cells, indices) -> None:
         """Raise InputError if a body consists of unconnected pieces."""
         rank = {i: k for k, i in enumerate(indices)}
-        links = np.array(
-            [
-                (rank[i], rank[cells.owner[b, a]])
-                for (a, b), i in cells.owner.items()
-                if (b, a) in cells.owner
-            ]
-        ).reshape(-1, 2)
+        owner = cells.owner
+        pairs = [(i, owner[b, a]) for (a, b), i in owner.items() if (b, a) in owner]
+        links = np.array([(rank[i], rank[k]) for i, k in pairs]).reshape(-1, 2)
         graph = coo_array((np.ones(len(links)), links.T), shape=(len(indices),) * 2)
         count, _ = connected_components(graph, directed=False)
         if count > 1:
@@ -303,11 +290,7 @@ def _clip_graph(graph: Graph, shape) -> Graph:
     """Return a graph whose edges are clipped to a shape."""
     lines = shapely.linestrings(graph.nodes[graph.edges])
     interior = shapely.contains_properly(shape, lines)
-    cut = shapely.intersection(lines[~interior], shape)
-    cut = shapely.get_parts(shapely.get_parts(cut))
-    cut = cut[(shapely.get_type_id(cut) == 1) & (shapely.length(cut) > 0)]
-    ends, owner = shapely.get_coordinates(cut, return_index=True)
-    starts = np.flatnonzero(owner[1:] == owner[:-1])
+    ends, starts = segments_of(shapely.intersection(lines[~interior], shape))
     edges = np.column_stack([starts, starts + 1]) + len(graph.nodes)
     nodes = np.concatenate([graph.nodes, ends])
     return Graph(nodes, np.concatenate([graph.edges[interior], edges]), graph.local)

@@ -54,11 +54,8 @@ class Cells:
     def reflex(self, cycle: list[int]) -> list[int]:
         """Return the indices of the corners at which a cycle turns to the right."""
         count = len(cycle)
-        return [
-            k
-            for k in range(count)
-            if self.turn(cycle[k - 1], cycle[k], cycle[(k + 1) % count]) < -_FLAT
-        ]
+        turns = (self.turn(cycle[k - 1], cycle[k], cycle[(k + 1) % count]) for k in range(count))
+        return [k for k, turn in enumerate(turns) if turn < -_FLAT]
 
     def concave(self, cycle: list[int]) -> list[int]:
         """Return the corners at which a cycle turns right, or a joint ends on a straight side."""
@@ -106,10 +103,8 @@ class Cells:
         size = float(local(np.array([self.nodes[cycle[reflex[0]]]]))[0])
         best_rating, result = -np.inf, None
         for k in reflex:
-            for end, point in [
-                *self._visible_corners(cycle, k),
-                *self._ray_points(cycle, k, _NEAR * size),
-            ]:
+            rays = self._ray_points(cycle, k, _NEAR * size)
+            for end, point in [*self._visible_corners(cycle, k), *rays]:
                 one, other = self._split_cycle(cycle, k, end, point)
                 if min(len(one), len(other)) < 3:
                     continue
@@ -206,9 +201,8 @@ class Cells:
         if point is not None:
             node_index = len(self.nodes)
             self.nodes.append(point)
-            one, other = (
-                [node_index if node < 0 else node for node in half] for half in (one, other)
-            )
+            halves = (one, other)
+            one, other = ([node_index if n < 0 else n for n in half] for half in halves)
             self._insert_node(cycle[end], cycle[(end + 1) % len(cycle)], node_index)
         self.cycles[i] = one
         self.cycles.append(other)
@@ -234,14 +228,12 @@ class Cells:
 
     def merge_small(self, local) -> int:
         """Merge small cells into convex unions, the smallest first; return the number merged."""
-        middles = np.array(
-            [np.mean([self.nodes[k] for k in cycle], axis=0) for cycle in self.cycles]
-        )
+        corners = ([self.nodes[k] for k in cycle] for cycle in self.cycles)
+        middles = np.array([np.mean(points, axis=0) for points in corners])
         self._least = (_SMALL * local(middles) ** 2).tolist()
         self.areas = [self._relative_area(i) for i in range(len(self.cycles))]
-        return merge_smallest(
-            self.cycles, self.areas, lambda i: self.areas[i] < 1, self._merge_cell
-        )
+        areas = self.areas
+        return merge_smallest(self.cycles, areas, lambda i: areas[i] < 1, self._merge_cell)
 
     def _relative_area(self, i: int) -> float:
         """Return area of a cell / smallest permitted area, rounded."""

@@ -5,6 +5,7 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
+from ..cutting.network import cross_product
 from .graphs import Graph
 
 _SHARP = np.radians(19.5)  # smallest turn of an outline at a sharp corner
@@ -56,5 +57,5 @@ def fit_to_outlines(graph: Graph, rings, corner_share: float, line_share: float)
 def _turning_angles(ring) -> np.ndarray:
     """Return the turning angle of an outline at each corner, rad, shape (corners,)."""
     leaving, arriving = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
-    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    cross = cross_product(arriving, leaving)
     return abs(np.arctan2(cross, (arriving * leaving).sum(axis=1)))

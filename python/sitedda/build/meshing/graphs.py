@@ -93,13 +93,8 @@ def squares(shape, sizes: Sizes, angle: float) -> Graph:
     middle = ((corners + np.roll(corners, -1, axis=1)) // 2) @ np.array([2**32, 1])
     position = np.minimum(np.searchsorted(nodes, middle), len(nodes) - 1)
     halved = (nodes[position] == middle) & (leaves[:, 2:] > 1)
-    edges = np.concatenate(
-        [
-            np.column_stack([index[~halved], following[~halved]]),
-            np.column_stack([index[halved], position[halved]]),
-            np.column_stack([position[halved], following[halved]]),
-        ]
-    )
+    ends = [(index, following, ~halved), (index, position, halved), (position, following, halved)]
+    edges = np.concatenate([np.column_stack([a[mask], b[mask]]) for a, b, mask in ends])
     grid = np.column_stack(np.divmod(nodes, 2**32))
     edges = np.unique(np.sort(edges, axis=1), axis=0)
     return Graph((low + grid * unit) @ rotation, edges, local)
@@ -150,12 +145,9 @@ def _relax_seeds(seeds, shape, sizes: Sizes) -> np.ndarray:
     if sizes.smallest < sizes.largest:  # move seeds towards smaller cells
         middle = sizes.at(centres)
         step = 0.1 * middle
-        slope = np.column_stack(
-            [
-                sizes.at(centres + step[:, None] * axis) - sizes.at(centres - step[:, None] * axis)
-                for axis in np.eye(2)
-            ]
-        ) / (2 * step[:, None])
+        arms = [step[:, None] * axis for axis in np.eye(2)]
+        rises = [sizes.at(centres + arm) - sizes.at(centres - arm) for arm in arms]
+        slope = np.column_stack(rises) / (2 * step[:, None])
         shifted = centres - slope * middle[:, None] / 6
         mask = shapely.contains_xy(shape, *shifted.T)
         centres[mask] = shifted[mask]

@@ -86,10 +86,8 @@ def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
         with placed(source):
             for _, members in _bodies_of_mesh(mesh, pieces):
                 for i in members:
-                    values = pieces[i].values
-                    material = values.get("material") or next(iter(materials), "")
-                    size = mesh.size_of(material, materials.get(material, {}))
-                    cell_count += max(1.0, _outline_area(values) / size / size)
+                    size = _cell_size(mesh, pieces[i], materials)
+                    cell_count += max(1.0, _outline_area(pieces[i].values) / size / size)
             if cell_count > MOST_CELLS:
                 raise _too_many_cells_error(size, cell_count)
     if cell_count > _MANY:
@@ -109,6 +107,12 @@ def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> 
             cells = sum(shapely.Polygon(outline).area for outline in meshed) / size / size
             if cells > _FAR * MOST_CELLS:
                 raise _too_many_cells_error(size, cells)
+
+
+def _cell_size(mesh: Mesh, piece: Piece, materials: dict[str, dict]) -> float:
+    """Return the size of the cells of a piece, m."""
+    material = piece.values.get("material") or next(iter(materials), "")
+    return mesh.size_of(material, materials.get(material, {}))
 
 
 def _too_many_cells_error(size: float, cells: float) -> InputError:
@@ -169,13 +173,11 @@ def _cut_body(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -
     """Return the cells of a body that consists of pieces; an error names the body."""
     parts = []
     for piece in pieces:
-        values = piece.values
-        material = values.get("material") or next(iter(materials), "")
+        values, size = piece.values, _cell_size(mesh, piece, materials)
         outline = np.reshape(values["vertices"], (-1, 2))
         joints = list(values.get("edge_joints", ()))
         joint = values.get("joint", "")
         joints = [name or joint for name in joints] + [joint] * (len(outline) - len(joints))
-        size = mesh.size_of(material, materials.get(material, {}))
         parts.append(Part(outline, joints, size, piece.holes))
     fine = list(shapely.points(mesh.fine_at))
     if len(mesh.fine_along):

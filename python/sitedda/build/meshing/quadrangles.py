@@ -4,6 +4,7 @@
 import numpy as np
 import shapely
 
+from ..cutting.network import cross_product
 from .graphs import Graph, count_cells
 
 _STRAIGHT = 1e-9  # largest sine of the turn at a point of a straight side
@@ -17,7 +18,7 @@ def divide_quadrangle(shape, size: float) -> Graph | None:
         return None
     ring = shapely.get_coordinates(shape.exterior)[:-1]
     leaving, arriving = np.roll(ring, -1, axis=0) - ring, ring - np.roll(ring, 1, axis=0)
-    cross = arriving[:, 0] * leaving[:, 1] - arriving[:, 1] * leaving[:, 0]
+    cross = cross_product(arriving, leaving)
     lengths = np.hypot(*arriving.T) * np.hypot(*leaving.T)
     turning = abs(cross) > _STRAIGHT * lengths
     if turning.sum() != 4:
@@ -28,9 +29,7 @@ def divide_quadrangle(shape, size: float) -> Graph | None:
     corners = np.roll(corners, -lowest, axis=0)
     sides = np.roll(corners, -1, axis=0) - corners
     length = np.hypot(*sides.T)
-    sine = [
-        s[0] * t[1] - s[1] * t[0] for s, t in zip(sides, np.roll(sides, -1, axis=0), strict=True)
-    ]
+    sine = cross_product(sides, np.roll(sides, -1, axis=0))
     if min(sine / (length * np.roll(length, -1))) < np.sin(_SHARPEST):
         return None
     if max(length[:2] / length[2:]) > _UNEVEN or min(length[:2] / length[2:]) < 1 / _UNEVEN:
@@ -41,10 +40,6 @@ def divide_quadrangle(shape, size: float) -> Graph | None:
     a, b, c, d = corners
     nodes = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)
     number = np.arange(len(nodes)).reshape(counts + 1)
-    edges = np.concatenate(
-        [
-            np.column_stack([number[:-1].ravel(), number[1:].ravel()]),
-            np.column_stack([number[:, :-1].ravel(), number[:, 1:].ravel()]),
-        ]
-    )
-    return Graph(nodes, edges, np.full(len(nodes), size))
+    upward = np.column_stack([number[:-1].ravel(), number[1:].ravel()])
+    across = np.column_stack([number[:, :-1].ravel(), number[:, 1:].ravel()])
+    return Graph(nodes, np.concatenate([upward, across]), np.full(len(nodes), size))
