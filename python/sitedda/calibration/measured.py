@@ -97,25 +97,16 @@ def _complete_row(line: str, row: pd.Series) -> dict[str, float]:
 
 
 class Observations:
-    """Measured modes as arrays, related to the points of a model.
+    """Measured modes as arrays, related to the points of a model."""
 
-    Attributes
-    ----------
-    table : DataFrame
-        Table of `measured_modes`.
-    log_omega, error : ndarray, shape (measured,)
-        ln ω (rad/s) and relative standard deviation of the frequencies.
-    rows : list of ndarray of int
-        Rows of `Family.points` of the components of each shape; empty: no shape.
-    shapes : list of ndarray
-        The shapes, of unit length.
-    shape_error : ndarray, shape (measured,)
-        Standard deviation of their components.
-    number : ndarray of int
-        Modes of the model from 0; −1: by the shape.
-    count : int
-        Number of model modes among which the measured modes are sought.
-    """
+    table: pd.DataFrame  # table of `measured_modes`
+    log_omega: np.ndarray  # ln ω (rad/s)
+    error: np.ndarray  # relative standard deviation of the frequencies
+    rows: list[np.ndarray]  # rows of `Family.points` of each component of a shape; empty: no shape
+    shapes: list[np.ndarray]  # the shapes, of unit length
+    shape_error: np.ndarray  # standard deviation of their components
+    number: np.ndarray  # modes of the model from 0; −1: by the shape
+    count: int  # number of model modes among which the measured modes are sought
 
     def __init__(self, table: pd.DataFrame, points: list[str]):
         """Find the points of shapes in a model; raise InputError if a point is missing."""

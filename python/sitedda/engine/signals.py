@@ -350,11 +350,6 @@ def response_spectrum(
     ResponseSpectrum
         Largest displacement, velocity and acceleration of each oscillator.
 
-    Raises
-    ------
-    InputError
-        If an argument is not finite or out of range.
-
     References
     ----------
     Nigam, N. C. & Jennings, P. C. (1969). Calculation of response spectra from strong-motion
@@ -407,11 +402,6 @@ def spectral_acceleration(
     -------
     ndarray, shape (n,)
         Unit of the ground acceleration.
-
-    Raises
-    ------
-    InputError
-        If an argument is not finite or out of range.
     """
     longest = 1 / _natural_hz(periods, None).min()
     zeros = np.zeros(int(np.ceil(longest / float(positive("time_step", time_step)))) + 1)

@@ -29,39 +29,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Beside:
-    """Results of blocks and column for the same site.
+    """Results of blocks and column for the same site."""
 
-    Attributes
-    ----------
-    columns : dict of str to SiteResponse
-        The column under the motion of the blocks' base, by names: ``column`` where it is linear,
-        otherwise ``nonlinear``, ``equivalent-linear`` and ``linear``.
-    surface, base : ndarray, shape (samples,)
-        Accelerations of the blocks, m/s².
-    frequency : ndarray, shape (bins,)
-        Hz.
-    ratio : ndarray, shape (bins,)
-        Surface / base, of the blocks.
-    column_ratios : dict of str to ndarray, shape (bins,)
-        The ratios of the columns.
-    points : tuple of ndarray
-        Depths (m) and peak accelerations (m/s²) of the measured points, from the surface down.
-    strains : tuple of ndarray
-        Depths (m) and peak mean shear strains between adjacent measured points.
-    words : str
-        Description of the column.
-    title : str
-    """
-
+    # The column under the motion of the blocks' base: "column" if it is linear; otherwise
+    # "nonlinear", "equivalent-linear" and "linear"
     columns: dict[str, SiteResponse]
-    surface: NDArray[np.float64]
+    surface: NDArray[np.float64]  # acceleration of the blocks, m/s²
     base: NDArray[np.float64]
-    frequency: NDArray[np.float64]
-    ratio: NDArray[np.complex128]
-    column_ratios: dict[str, NDArray[np.complex128]]
+    frequency: NDArray[np.float64]  # Hz
+    ratio: NDArray[np.complex128]  # surface / base motion of the blocks
+    column_ratios: dict[str, NDArray[np.complex128]]  # those of the columns
+    # Depths (m) and peak accelerations (m/s²) of the measured points, from the surface down
     points: tuple[NDArray[np.float64], NDArray[np.float64]]
+    # Depths (m) and peak mean shear strains between adjacent measured points
     strains: tuple[NDArray[np.float64], NDArray[np.float64]]
-    words: str
+    words: str  # description of the column
     title: str
 
     @property

@@ -61,11 +61,6 @@ class Branches:
             Damping ratio at small strains; default: the least of the curves, with Masing's rules 0.
         reference_frequency : float
             Hz; frequency at which the modulus is the given one.
-
-        Raises
-        ------
-        ValueError
-            If an argument is out of range.
         """
         one_of("damping_curve", damping_curve, DAMPING_CURVES)
         if not 2 <= int(branches) <= 200:
@@ -88,12 +83,10 @@ class Branches:
         if material.get("law") != "hysteretic":
             return None
         return cls.of(
-            curves_of(material, shear_modulus),
-            material.get("branches", 30),
-            material.get("damping_curve", "target"),
-            material.get("damping_ratio"),
+            curves_of(material, shear_modulus), material.get("branches", 30),
+            material.get("damping_curve", "target"), material.get("damping_ratio"),
             material.get("reference_frequency", 1.0),
-        )
+        )  # fmt: skip
 
     def curves(self) -> SoilCurves:
         """Return the modulus reduction and damping curves of the branches."""

@@ -83,9 +83,8 @@ class Column:
                 raise InputError(
                     f"layers must contain Layer objects, got {layer!r} as item {number}"
                 )
-        if isinstance(self.base, Layer) or not (
-            isinstance(self.base, HalfSpace) or self.base == "rigid"
-        ):
+        is_half_space = isinstance(self.base, HalfSpace) and not isinstance(self.base, Layer)
+        if not is_half_space and self.base != "rigid":
             raise InputError(f"base must be 'rigid' or a HalfSpace, got {self.base!r}")
         one_of("convention", self.convention, CONVENTIONS)
         object.__setattr__(self, "layers", layers)
@@ -348,11 +347,6 @@ class Column:
             Time integration whose damping replaces that of the layers.
         scheme_step : float, optional
             Δt of the time integration, s; by default the time between samples.
-
-        Raises
-        ------
-        ValueError
-            If an argument is out of range.
         """
         one_of("kind", kind, KINDS)
         depth = self.depth if bottom is None else float(bottom)

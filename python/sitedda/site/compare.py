@@ -41,11 +41,8 @@ class Analyses:
     @property
     def unbounded(self) -> str:
         """Return which responses are unbounded, and why; '' if none is."""
-        return "\n".join(
-            f"the {name} column is omitted: {one.unbounded}"
-            for name, one in self._columns.items()
-            if one.unbounded
-        )
+        columns = [(name, one.unbounded) for name, one in self._columns.items() if one.unbounded]
+        return "\n".join(f"the {name} column is omitted: {reason}" for name, reason in columns)
 
     def __str__(self) -> str:
         profiles = [one.profile() for one in self.responses.values()]

@@ -109,11 +109,6 @@ def hyperbolic(
         a.
     least_damping : float
         Damping ratio at small strain, added.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
     """
     reference = float(positive("reference_strain", reference_strain))
     power = float(positive("curvature", curvature))
@@ -133,11 +128,6 @@ def mkz(reference_strain: float, beta: float = 1.0, power: float = 1.0) -> SoilC
         β.
     power : float
         s, at most 1, so that the stress never falls.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
 
     References
     ----------
@@ -277,11 +267,6 @@ def darendeli(
         Frequency of the loading, Hz.
     cycles : float
         Number of cycles.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
 
     References
     ----------

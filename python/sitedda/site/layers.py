@@ -121,26 +121,8 @@ def undamped_amplification(
 ) -> NDArray[np.float64]:
     """Return the surface amplification of a uniform undamped layer on a rigid base (eq. 9).
 
-    ``1 / |cos(ωH/v)|`` as in eq. 9 of the paper; rounding limits it at a resonance.
-
-    Parameters
-    ----------
-    frequency : array_like, shape (...)
-        Frequencies, Hz.
-    thickness : float
-        H, m.
-    shear_velocity : float
-        v, m/s.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Amplification, dimensionless.
-
-    Raises
-    ------
-    InputError
-        If an argument is not finite or out of range.
+    ``1 / |cos(ωH/v)|`` with ω of the frequency (Hz), the thickness H (m) and the velocity v (m/s);
+    rounding limits it at a resonance.
     """
     return 1 / np.abs(np.cos(_phase(frequency, thickness, shear_velocity)))
 
@@ -151,14 +133,7 @@ def damped_amplification(
     """Return the surface amplification of a uniform damped layer on a rigid base (eq. 10).
 
     ``1 / √(cos²(ωH/v) + (ζωH/v)²)``: ``1 / |cos(k*H)|`` with a relative error of the order of
-    ζ² (1 + (ωH/v)²).
-
-    Parameters
-    ----------
-    frequency, thickness, shear_velocity
-        See :func:`undamped_amplification`, which also lists result and errors.
-    damping : array_like, shape (...)
-        Damping ratio ζ >= 0.
+    ζ² (1 + (ωH/v)²), see :func:`undamped_amplification`; ζ is the damping ratio.
     """
     phase = _phase(frequency, thickness, shear_velocity)
     ratio = not_negative("damping", damping)
@@ -280,18 +255,12 @@ class Layer(HalfSpace):
 
 @dataclass(frozen=True)
 class Waves:
-    """Propagation of shear waves in media at some frequencies.
+    """Propagation of shear waves in media at some frequencies."""
 
-    Attributes
-    ----------
-    omega : ndarray, shape (n,)
-        Angular frequencies, rad/s; complex ones include the damping of a time integration.
-    properties : callable
-        Returns complex shear modulus, Pa, and density, kg/m³, of a medium, each of shape (n,), or
-        (1,) if all frequencies have the same.
-    """
-
+    # Angular frequencies, rad/s; complex ones include the damping of a time integration
     omega: NDArray[np.complex128]
+    # Returns complex shear modulus (Pa) and density (kg/m³) of a medium at these frequencies, of
+    # shape (1,) if all are equal
     properties: Callable[[HalfSpace], tuple[NDArray[np.complex128], NDArray[np.complex128]]]
 
     @classmethod

@@ -15,21 +15,11 @@ _MOST_ZEROS = 31  # largest number of zeros over samples
 
 @dataclass(frozen=True)
 class Motion:
-    """Acceleration at equal steps, followed by zeros for the free vibration after it.
+    """Acceleration at equal steps, followed by zeros for the free vibration after it."""
 
-    Attributes
-    ----------
-    acceleration : ndarray, shape (samples,)
-        m/s².
-    time_step : float
-        s.
-    length : int
-        Number of samples including the zeros.
-    """
-
-    acceleration: NDArray[np.float64]
-    time_step: float
-    length: int
+    acceleration: NDArray[np.float64]  # m/s²
+    time_step: float  # s
+    length: int  # number of samples including the zeros
 
     @classmethod
     def of(cls, motion, time_step: float | None = None) -> "Motion":

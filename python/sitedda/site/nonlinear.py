@@ -37,33 +37,19 @@ CONVERGED = 0.05  # largest relative difference of two resolutions of a converge
 
 @dataclass(frozen=True)
 class Histories:
-    """Histories of a column at the samples of the motion.
+    """Histories of a column at the samples of the motion."""
 
-    Attributes
-    ----------
-    interfaces : ndarray, shape (cells + 1,)
-        Depths of the nodes, m, from the surface down.
-    acceleration, displacement : ndarray, shape (cells + 1, samples)
-        Acceleration of the nodes, m/s², and displacement, m.
-    strain, stress : ndarray, shape (cells, samples)
-        Shear strain and shear stress (Pa) of the cells.
-    largest_strain, largest_stress : ndarray, shape (cells,)
-        Largest absolute values of all steps, also between samples.
-    energy : dict of str to float
-        J/m²: ``work`` at the base, and what it became, ``kinetic``, ``stored``, ``slipped`` (lost
-        by the branches) and ``damped`` (lost by the damping of small strains).
-    iterations : ndarray of int, shape (steps,)
-    """
-
-    interfaces: NDArray[np.float64]
-    acceleration: NDArray[np.float64]
-    displacement: NDArray[np.float64]
-    strain: NDArray[np.float64]
-    stress: NDArray[np.float64]
-    largest_strain: NDArray[np.float64]
-    largest_stress: NDArray[np.float64]
+    interfaces: NDArray[np.float64]  # depths of the nodes, from the surface down, m
+    acceleration: NDArray[np.float64]  # of the nodes, shape (cells + 1, samples), m/s²
+    displacement: NDArray[np.float64]  # of the nodes, m
+    strain: NDArray[np.float64]  # of the cells, shape (cells, samples)
+    stress: NDArray[np.float64]  # Pa
+    largest_strain: NDArray[np.float64]  # of all steps, also between samples, shape (cells,)
+    largest_stress: NDArray[np.float64]  # Pa
+    # Energies, J/m²: "work" at the base, "kinetic", "stored", "slipped" (lost by the branches),
+    # "damped" (lost by the damping of small strains)
     energy: dict[str, float]
-    iterations: NDArray[np.int32]
+    iterations: NDArray[np.int32]  # of each step
 
 
 @dataclass(frozen=True)
@@ -388,20 +374,14 @@ def _run_column(
     for i, soil in enumerate(soils):
         rows = [soil.strain, soil.modulus, soil.slipping]
         branches[: soil.strain.size, :, i] = np.transpose(rows)
+    damping = [soil.least_damping for soil in soils]
+    body_strains = [soil.body_strain for soil in soils]
+    fine = np.interp(np.arange((samples - 1) * every + 1) / every, np.arange(samples), ground)
+    owners = np.repeat(np.arange(1, len(cells) + 1), cells)
     acceleration, displacement, strain, stress, largest, energy, iterations = checked(
-        api.shake_soil,
-        layers,
-        np.repeat(np.arange(1, len(cells) + 1), cells),
-        branches,
-        [soil.least_damping for soil in soils],
-        [soil.body_strain for soil in soils],
-        reference,
-        dashpot,
-        motion.time_step / every,
-        np.interp(np.arange((samples - 1) * every + 1) / every, np.arange(samples), ground),
-        every,
-        samples,
-    )
+        api.shake_soil, layers, owners, branches, damping, body_strains, reference, dashpot,
+        motion.time_step / every, fine, every, samples,
+    )  # fmt: skip
     names = ("work", "kinetic", "stored", "slipped", "damped")
     balance = dict(zip(names, map(float, energy), strict=True))
     strain, stress = -strain, -stress  # depth increases downwards

@@ -246,14 +246,9 @@ def _draw_map(axes, surface) -> None:
     """Draw amplification by position and frequency; white is 1."""
     ratio = surface.amplification
     most = max(float(ratio.max()), 1.0 / float(ratio.min()), 1.01)
-    shown = axes.contourf(
-        surface.place[:, 0],
-        surface.frequency,
-        ratio.T,
-        levels=np.geomspace(1.0 / most, most, _LEVELS),
-        cmap="RdBu_r",
-        norm=LogNorm(1.0 / most, most),
-    )
+    levels, norm = np.geomspace(1.0 / most, most, _LEVELS), LogNorm(1.0 / most, most)
+    grid = surface.place[:, 0], surface.frequency, ratio.T
+    shown = axes.contourf(*grid, levels=levels, cmap="RdBu_r", norm=norm)
     for x in surface.place[:, 0]:
         axes.axvline(x, color=INK, lw=0.6, ls=":", alpha=0.5)
     ticks = [f for f in _TICKS if surface.frequency[0] <= f <= surface.frequency[-1]]

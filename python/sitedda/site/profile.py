@@ -17,13 +17,7 @@ _WEAK, _STRONG = 20.0, 45.0  # usual range of the friction angle of an implied s
 
 @dataclass(frozen=True)
 class Profile(SoilProfile):
-    """Layers of ground, from the surface downwards, as a column.
-
-    Attributes
-    ----------
-    layers, half_space, file
-        Those of `sitedda.build.profile.SoilProfile`.
-    """
+    """Layers of ground, from the surface downwards, as a column."""
 
     def column(
         self, base: str | None = None, convention: str | None = None, waves: str = "S"
@@ -114,19 +108,7 @@ class Profile(SoilProfile):
 
 
 def read_profile(file, fill: str = "") -> Profile:
-    """Read a site from a CSV file, see `sitedda.build.profile.read_soil_profile`.
-
-    Parameters
-    ----------
-    file : path
-    fill : {'', 'above', 'interpolate'}
-        How gaps are filled.
-
-    Raises
-    ------
-    InputError
-        If a column is unknown or lacks its unit, or a value is invalid; the message names the row.
-    """
+    """Read a site from a CSV file, see `sitedda.build.profile.read_soil_profile`."""
     found = read_soil_profile(file, fill)
     return Profile(found.layers, found.half_space, found.file)
 

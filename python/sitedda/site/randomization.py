@@ -104,11 +104,6 @@ def randomized(
     Returns
     -------
     list of (Column, list of SoilCurves or None)
-
-    Raises
-    ------
-    InputError
-        If an argument is out of range.
     """
     model = _velocity_model(velocity, sigma)
     if count != int(count) or count < 1:

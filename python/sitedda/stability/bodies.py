@@ -9,28 +9,14 @@ from ..build.cutting.rings import Rings
 
 
 class Bodies:
-    """The bodies of a model: bodies composed of cells, and all other blocks as single bodies.
+    """The bodies of a model: bodies composed of cells, and all other blocks as single bodies."""
 
-    Parameters
-    ----------
-    polygons : sequence of ndarray, shape (vertices, 2)
-        Polygons of all blocks, m.
-    body : ndarray of int, shape (blocks,)
-        Number of the body of which each block is a cell; 0: the block is not a cell.
-    names : sequence of str
-        Names of all blocks.
-
-    Attributes
-    ----------
-    of : ndarray of int, shape (blocks,)
-        Index of the body to which each block belongs.
-    names : tuple of str
-        Names of the bodies.
-    radii : ndarray, shape (bodies,)
-        Largest distance of a vertex from the mean of all vertices of the body, m.
-    """
+    of: np.ndarray  # index of the body to which each block belongs
+    names: tuple[str, ...]  # of the bodies
+    radii: np.ndarray  # largest distance of a vertex from the mean of all vertices of a body, m
 
     def __init__(self, polygons: Sequence[np.ndarray], body: np.ndarray, names: Sequence[str]):
+        """Find the bodies of blocks; `body` is the number of the body of each cell, otherwise 0."""
         self._polygons, self._alone = list(polygons), not np.any(body)
         label = np.where(body > 0, -body, np.arange(1, len(body) + 1))
         _, firsts, inverse = np.unique(label, return_index=True, return_inverse=True)

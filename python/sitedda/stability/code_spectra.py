@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Elastic response spectra of building codes, with 5 % damping."""
+"""Elastic spectra of building codes: functions of periods (s) that return Sa (m/s²), 5 % damping."""
 
 from collections.abc import Callable
 
@@ -26,11 +26,6 @@ def eurocode8(peak: float, ground: str = "A", kind: int = 1) -> Callable:
         Ground type.
     kind : {1, 2}
         Type of the spectrum.
-
-    Returns
-    -------
-    callable
-        Sa (m/s²) as a function of periods (s).
     """
     if kind not in _GROUND or ground not in _GROUND[kind]:
         raise InputError(f"ground = {ground!r}, kind = {kind!r}: use ground A to E and kind 1 or 2")
@@ -57,11 +52,6 @@ def eurocode8_2024(
         S_α,RP and S_β,RP of site category A, m/s².
     factors : (float, float)
         Site amplification factors F_α and F_β, from the table of the code or a site analysis.
-
-    Returns
-    -------
-    callable
-        Sa (m/s²) as a function of periods (s).
     """
     high, at_one = plateau * factors[0], one_second * factors[1]
     if not (high > 0 and one_second > 0 and 0.05 * high <= at_one <= 2 * high):
@@ -87,11 +77,6 @@ def asce7(short: float, one_second: float, long_period: float = 8.0) -> Callable
         S_DS and S_D1, m/s².
     long_period : float
         T_L, s.
-
-    Returns
-    -------
-    callable
-        Sa (m/s²) as a function of periods (s).
     """
     if not 0 < one_second <= short * long_period or not short > 0:
         raise InputError(f"S_DS = {short:g} and S_D1 = {one_second:g} m/s²: give values above 0, "

@@ -12,17 +12,11 @@ _ORDER = 1e-6  # difference of centroids that are treated as equal in the order 
 
 
 class Rings:
-    """Polygons, counter-clockwise.
+    """Polygons, counter-clockwise."""
 
-    Attributes
-    ----------
-    corners : ndarray, shape (all corners, 2)
-        m.
-    first : ndarray of int, shape (polygons + 1,)
-        Index of the first corner of each polygon, followed by the number of corners.
-    after : ndarray of int, shape (all corners,)
-        Index of the next corner within the polygon.
-    """
+    corners: np.ndarray  # of all polygons, shape (corners, 2), m
+    first: np.ndarray  # index of the first corner of each polygon, then the number of corners
+    after: np.ndarray  # index of the next corner within the polygon
 
     def __init__(self, corners, lengths):
         self.corners = corners
