@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Elastic spectra of building codes: functions of periods (s) that return Sa (m/s²), 5 % damping."""
+"""Elastic spectra of building codes: functions of the period (s), Sa in m/s², 5 % damping."""
 
 from collections.abc import Callable
 
