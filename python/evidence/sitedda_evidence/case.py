@@ -262,12 +262,7 @@ def study(title: str, tasks: Tasks) -> Callable:
 def observed_order(steps: Sequence[float], errors: Sequence[float]) -> list[float]:
     """Return the order of convergence between successive steps; ``nan`` for the first step.
 
-    Parameters
-    ----------
-    steps : sequence of float
-        Time steps or sizes, in any unit.
-    errors : sequence of float
-        Absolute error at each step.
+    `steps`: time steps or sizes, in any unit; `errors`: absolute error at each step.
     """
     orders = [math.nan]
     for i in range(1, len(steps)):

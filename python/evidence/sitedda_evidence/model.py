@@ -65,14 +65,8 @@ def fixed_block(name: str, vertices, material="", joint="", points=None, **motio
 def pressed_block(time_step, steps, law: dict, *groups: str, stress=1e6, width=1.0) -> str:
     """Return a stiff block of height 1 m that presses on a joint of its fixed base under 10 m/s².
 
-    Parameters
-    ----------
-    law : dict
-        Variables of ``&joint``; the friction angle is 30° by default.
-    *groups : str
-        Further groups.
-    stress, width : float
-        Stress on the joint, Pa, and its length, m.
+    `law`: variables of ``&joint``; the friction angle is 30° by default; `*groups`: further groups;
+    `stress`, `width`: stress on the joint, Pa, and its length, m.
     """
     return text(
         control(time_step, steps, (0.0, -10.0), settle=True, integration="theta"),

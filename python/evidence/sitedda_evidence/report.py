@@ -102,14 +102,7 @@ def terminal_text(result: Result) -> str:
 def write_report(collection: Collection, results: Iterable[Result], folder) -> Path:
     """Write a report as ``NAME.html``, and as ``NAME.md`` with pictures ``NAME/*.png``.
 
-    Parameters
-    ----------
-    collection : Collection
-        Collection of the cases.
-    results : iterable of Result
-        Results in the order of the report.
-    folder : path
-        Folder of the report; it is created if it does not exist.
+    The results are in the order of the report; the folder is created if it does not exist.
 
     Returns
     -------

@@ -33,12 +33,8 @@ def run_all(
 ) -> dict[Any, Any]:
     """Execute all tasks and return their results by key.
 
-    Parameters
-    ----------
-    progress : callable, optional
-        Called with the number of completed tasks and the number of tasks.
-    cores : int
-        Number of processes; 1: this process executes the tasks.
+    `progress`: called with the number of completed tasks and the number of tasks; `cores`: number
+    of processes; 1: this process executes the tasks.
     """
     queue = sorted(tasks, key=lambda task: -task.weight)
     results = {}

@@ -50,12 +50,8 @@ def kinds() -> dict[str, Any]:
 def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     """Build the blocks from the groups of an input.
 
-    Parameters
-    ----------
-    groups : sequence of (str, dict, str)
-        All groups of an input: name, variables, and position in the file for messages.
-    folder : path
-        Folder to which file names are relative.
+    `groups`: name, variables, and position in the file for messages of each group; `folder`: folder
+    to which file names are relative.
     """
     built = Built()
     pieces: list[dict] = []
@@ -307,12 +303,8 @@ def built_text(text: str, file, write_blocks: Callable = blocks_text) -> tuple[s
 
     These groups remain as comments; the numbers of all other lines do not change.
 
-    Parameters
-    ----------
-    file : path
-        File of the text, for messages and relative file names.
-    write_blocks : callable
-        Converts the blocks into text.
+    `file`: file of the text, for messages and relative file names; `write_blocks`: converts the
+    blocks into text.
     """
     typed = () if _MESH.search(text) else ("block",)  # only a mesh needs the existing blocks
     all_groups = find_groups(text, file, typed)
@@ -352,14 +344,9 @@ def _comment_out(text: str, groups: Sequence[Found]) -> str:
 def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path, Built]:
     """Convert the groups of joints and masonry of an input into blocks and write the result.
 
-    Parameters
-    ----------
-    file : path
-        Namelist input.
-    output : path, optional
-        File to write (NAME_blocks.nml beside the input).
-    block_file : bool, optional
-        Write the blocks to a netCDF file, NAME_blocks.blocks.nc (default: for 10,000 or more).
+    `file`: namelist input; `output`: file to write (NAME_blocks.nml beside the input);
+    `block_file`: write the blocks to a netCDF file, NAME_blocks.blocks.nc (default: for 10,000 or
+    more).
 
     Returns
     -------

@@ -9,10 +9,7 @@ import numpy as np
 def doubtful_sizes(groups: Sequence[tuple[str, dict, str]]) -> list[str]:
     """Return a sentence for each group whose size is probably a mistake.
 
-    Parameters
-    ----------
-    groups : sequence of (str, dict, str)
-        Name, variables and position in the file.
+    `groups`: name, variables and position in the file.
     """
     outlines = [np.reshape(values["outline"], (-1, 2)) for kind, values, _ in groups
                 if kind == "region" and len(values.get("outline", ()))]  # fmt: skip

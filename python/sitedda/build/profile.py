@@ -108,12 +108,7 @@ class SoilProfile:
     ) -> list[float]:
         """Return the mean effective stress in the middle of each layer, Pa.
 
-        Parameters
-        ----------
-        water_table : float
-            Depth of the water table, m (no water).
-        pressure_at_rest : float
-            Coefficient K₀.
+        `water_table`: depth of the water table, m (no water); `pressure_at_rest`: coefficient K₀.
         """
         stresses, overburden = [], 0.0
         for layer, top in zip(self.layers, self.tops, strict=False):
@@ -128,10 +123,7 @@ class SoilProfile:
     ) -> list[float]:
         """Return the shear strength of each layer, s_u + σ'_v tan φ', Pa; NaN if not in the file.
 
-        Parameters
-        ----------
-        water_table, pressure_at_rest : float
-            See `mean_stresses`.
+        `water_table`, `pressure_at_rest`: see `mean_stresses`.
         """
         means = self.mean_stresses(water_table, pressure_at_rest)
         values = []
@@ -217,12 +209,7 @@ def read_soil_profile(file, fill: str = "") -> SoilProfile:
 
 
 def read_rows(file: Path) -> list[tuple[int, list[str]]]:
-    """Return the line number and the cells of each row of a CSV file; omit blank rows and comments.
-
-    Parameters
-    ----------
-    file : Path
-    """
+    """Return line number and cells of each row of a CSV file; omit blank rows and comments."""
     try:
         text = read_bounded(file, _LARGEST).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -368,10 +355,7 @@ def _make_ground(file: Path, values: dict, thickness: float, heads: dict[str, st
 def parse_curve(text: str, source: str) -> tuple[str, list[float]]:
     """Return name and parameters of a curve; for a file of a curve, only its name.
 
-    Parameters
-    ----------
-    source : str
-        File and row, for messages.
+    `source`: file and row, for messages.
     """
     if not text or text.lower().endswith((".csv", ".txt")):
         return text, []
@@ -386,12 +370,7 @@ def parse_curve(text: str, source: str) -> tuple[str, list[float]]:
 
 
 def read_curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return shear strain, G/G_max and damping ratio of a CSV file, all as fractions.
-
-    Parameters
-    ----------
-    file : Path
-    """
+    """Return shear strain, G/G_max and damping ratio of a CSV file, all as fractions."""
     rows = read_rows(file)
     try:
         start = 0 if rows[0][1][0][:1] in "0123456789.+-" else 1

@@ -100,15 +100,9 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
     K is linear in each unknown, so that K(θᵢ + h θᵢ) − K(θ) = h θᵢ Kᵢ exactly.  A small h leaves
     the contacts that gravity closes.
 
-    Parameters
-    ----------
-    model : path or Model
-    unknowns : mapping of float
-        Values by the name of what they change, such as ``joint[bed].shear_stiffness_per_area``.
-    contacts : str
-        See `sitedda.modes`.
-    changes : mapping, optional
-        Further changes of the input.
+    `unknowns`: values by the name of what they change, such as
+    ``joint[bed].shear_stiffness_per_area``; `contacts`: see `sitedda.modes`; `changes`: further
+    changes of the input.
 
     Raises
     ------

@@ -18,10 +18,7 @@ def draw_calibration(model, result: Calibration, changes=None, contacts: str = "
 
     Arrows are the measured components of shapes; they end at the model's points where both agree.
 
-    Parameters
-    ----------
-    model, changes, contacts
-        See `calibrate`.
+    `model`, `changes`, `contacts`: see `calibrate`.
     """
     values = result.unknowns.best.to_dict()
     number = result.fit.number.to_numpy()

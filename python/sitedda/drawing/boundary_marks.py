@@ -44,10 +44,7 @@ SIGNS = {
 def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
     """Draw the boundaries of a frame; return handles for the legend.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Axes with coordinates in m.
+    `axes`: axes with coordinates in m.
     """
     handles = {}
     for boundary in scene.boundaries(frame):

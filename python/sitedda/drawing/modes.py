@@ -24,12 +24,7 @@ _WIDTH = 3.6  # width of the picture of a mode, inches
 def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, Modes]:
     """Return a scene with one period of each of the lowest modes, one stage per mode.
 
-    Parameters
-    ----------
-    source : path or Simulation
-        Model.
-    contacts : str
-        See `sitedda.modes`.
+    `contacts`: see `sitedda.modes`.
 
     Returns
     -------
@@ -98,14 +93,8 @@ def draw_modes(
 ) -> Figure:
     """Draw the lowest modes with exaggerated displacements; return the figure.
 
-    Parameters
-    ----------
-    source, count, contacts
-        See `mode_scene`.
-    only : sequence of int, optional
-        Indices of the drawn modes, from 0 (all).
-    words : sequence of str, optional
-        Title and description of each mode, separated by a comma (`mode_words`).
+    `source`, `count`, `contacts`: see `mode_scene`; `only`: indices of the drawn modes, from 0
+    (all); `words`: title and description of each mode, separated by a comma (`mode_words`).
     """
     scene, result = mode_scene(source, count, contacts)
     only = range(len(result.frequency)) if only is None else only

@@ -195,13 +195,8 @@ def ffmpeg() -> str:
 def animate(source, fps: float = 25.0, seconds: float = 10.0, absolute: bool = False, **look):
     """Return the frames of an output as a `matplotlib.animation.FuncAnimation`.
 
-    Parameters
-    ----------
-    source : path, Run, xarray.Dataset or Scene
-    fps, seconds, absolute
-        See `write_movie`.
-    **look
-        color, contacts, arrows, deformation, since, see `pictures.draw`.
+    `fps`, `seconds`, `absolute`: see `write_movie`; `**look`: color, contacts, arrows, deformation,
+    since, see `pictures.draw`.
     """
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
     scene = Scene.of(source, absolute)

@@ -111,13 +111,8 @@ def limits(values, weights, signed: bool = False) -> Limits:
 
     This is true for all frames together and for the last frame.
 
-    Parameters
-    ----------
-    values : ndarray, shape (frames, things) or (things,)
-    weights : ndarray, shape (things,)
-        Areas of the blocks (m²), lengths of the joints (m).
-    signed : bool
-        Whether the limits are symmetric to 0.
+    `values`: shape (frames, things) or (things,); `weights`: areas of the blocks (m²), lengths of
+    the joints (m); `signed`: whether the limits are symmetric to 0.
     """
     values = np.atleast_2d(values)
     sizes = np.broadcast_to(weights, values.shape)

@@ -26,12 +26,8 @@ def largest_stress(scene: Scene, frames) -> float:
 def draw_crosses(axes: Axes, scene: Scene, frame: int, factor: float, scale: float) -> list:
     """Draw the principal stresses of cells as arms along the principal directions.
 
-    Parameters
-    ----------
-    factor : float
-        Factor on the displacements of the picture.
-    scale : float
-        Stress whose arm is 85 % of a cell long, Pa.
+    `factor`: factor on the displacements of the picture; `scale`: stress whose arm is 85 % of a
+    cell long, Pa.
     """
     cells = np.flatnonzero(scene.body > 0)
     if not scale > 0:

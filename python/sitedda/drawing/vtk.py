@@ -214,12 +214,8 @@ def bolts_of(scene: Scene, frame: int) -> PolyData:
 def write_vtk(source, folder) -> Path:
     """Write all frames for ParaView.
 
-    Parameters
-    ----------
-    source : path, Run, Simulation, xarray.Dataset or Scene
-    folder : path
-        Created if missing; receives ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``,
-        ``bolts.pvd`` if there are bolts, their frames, and ``points.csv`` for measured points.
+    `folder`: created if missing; receives ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``,
+    ``bolts.pvd`` if there are bolts, their frames, and ``points.csv`` for measured points.
 
     Returns
     -------

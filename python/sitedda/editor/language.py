@@ -49,12 +49,7 @@ class _Position:
 def offers(text: str, line: int, column: int) -> list[Offer]:
     """Return the completions at a position.
 
-    Parameters
-    ----------
-    text : str
-        The input.
-    line, column : int
-        From 0.
+    `text`: the input; `line`, `column`: from 0.
     """
     spot = _context_at(text, _text_offset(text, line, column))
     if spot.comment:
@@ -71,12 +66,7 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
 def hover(text: str, line: int, column: int) -> str:
     """Return meaning, unit, default and values of the name at a position, as Markdown.
 
-    Parameters
-    ----------
-    text : str
-        The input.
-    line, column : int
-        From 0.
+    `text`: the input; `line`, `column`: from 0.
     """
     row = text.split("\n")[line] if line < text.count("\n") + 1 else ""
     match = next((m for m in _NAME.finditer(row) if m.start() <= column <= m.end()), None)
@@ -96,12 +86,8 @@ def hover(text: str, line: int, column: int) -> str:
 def problems(text: str, file) -> list[Problem]:
     """Return the errors of an input; the engine reports only the first one.
 
-    Parameters
-    ----------
-    text : str
-        The input, saved or not.
-    file : path
-        File of the input; names of other files are relative to its folder.
+    `text`: the input, saved or not; `file`: file of the input; names of other files are relative to
+    its folder.
     """
     try:
         Simulation(InputOfRun(Path(file), text)).close()

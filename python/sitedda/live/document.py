@@ -55,13 +55,8 @@ class Document:
     def set(self, group: str, number: int, variable: str, value: str | None) -> None:
         """Set or remove a variable.
 
-        Parameters
-        ----------
-        group, number : str, int
-            Kind of the group, and its number among the groups of this kind, from 1.
-        variable : str
-        value : str or None
-            Value as in the input; None removes the variable.
+        `group`, `number`: kind of the group, and its number among the groups of this kind, from 1;
+        `value`: value as in the input; None removes the variable.
 
         Raises
         ------

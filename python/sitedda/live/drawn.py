@@ -46,13 +46,7 @@ class Drawing:
 def draw_model(text: str, file: Path, **extra) -> Drawing:
     """Draw the model of an input.
 
-    Parameters
-    ----------
-    text : str
-    file : path
-        File of the input.
-    **extra
-        Additional values for the head of the message.
+    `file`: file of the input; `**extra`: additional values for the head of the message.
 
     Raises
     ------
@@ -144,12 +138,8 @@ def marks(scene: Scene) -> dict:
 def card(text: str, file: Path, limit: int = 4000) -> dict:
     """Return the outlines of blocks in thousandths of the size of the model, for a thumbnail.
 
-    Parameters
-    ----------
-    text, file
-        The input and its file.
-    limit : int
-        Largest number of blocks in the thumbnail; of more blocks, every second, third … is drawn.
+    `text`, `file`: the input and its file; `limit`: largest number of blocks in the thumbnail; of
+    more blocks, every second, third … is drawn.
     """
     with Simulation(InputOfRun(file, text), drawn=True) as simulation:
         polygons, materials = simulation.polygons, simulation.block_materials

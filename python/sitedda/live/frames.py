@@ -15,12 +15,8 @@ _ENERGIES = ("kinetic", "strain", "contact", "input", "friction", "balance")
 def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     """Return the present state of a run as a message.
 
-    Parameters
-    ----------
-    simulation : Simulation
-    start : ndarray, shape (blocks, 6)
-        Reference of the block coordinates: positions (m) and rotations in the first frame of the
-        output, strains in the drawing.
+    `start`: reference of the block coordinates: positions (m) and rotations in the first frame of
+    the output, strains in the drawing.
 
     Notes
     -----

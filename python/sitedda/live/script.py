@@ -21,14 +21,8 @@ def written_script(
 ) -> str:
     """Return the script of a run.
 
-    Parameters
-    ----------
-    model, output : str
-        Names of the input file and of the output file.
-    title : str
-    actions : list of dict
-    steps : int or None
-        Number of steps after which the run was stopped; None if it is complete.
+    `model`, `output`: names of the input file and of the output file; `steps`: number of steps
+    after which the run was stopped; None if it is complete.
     """
     title = title.replace("\\", "\\\\").replace('"', "'")
     lines, step = [], 0

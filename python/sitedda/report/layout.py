@@ -39,10 +39,7 @@ def room_of(axes: Axes) -> float:
 def headline(figure: Figure, title: str, words: str = "") -> None:
     """Draw a title above all panels, at the left, with a fainter text below.
 
-    Parameters
-    ----------
-    title, words : str
-        Texts in the notation of matplotlib, see `plain`.
+    `title`, `words`: texts in the notation of matplotlib, see `plain`.
     """
     room = figure.bbox.width / figure.dpi - 0.4
     title = folded(title, room, 13, True, 2)

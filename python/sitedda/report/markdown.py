@@ -14,14 +14,8 @@ _HUES = 64  # number of colours of a picture
 def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path:
     """Write a page as Markdown.
 
-    Parameters
-    ----------
-    page : Page
-    file : path
-    folder : str
-        Folder of the pictures, relative to that of the file; created if it is missing.
-    dpi : float
-        Dots per inch of the pictures.
+    `folder`: folder of the pictures, relative to that of the file; created if it is
+    missing; `dpi`: dots per inch of the pictures.
     """
     file = Path(file)
     pictures = file.parent / folder

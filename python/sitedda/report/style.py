@@ -40,14 +40,7 @@ def __getattr__(name: str) -> str:
 def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
     """Create a figure and its axes, like `matplotlib.pyplot.subplots` but without a window.
 
-    Parameters
-    ----------
-    rows, columns : int
-        Numbers of rows and columns of axes.
-    size : (float, float)
-        Width and height, inches.
-    **options
-        For `matplotlib.figure.Figure.subplots`, for example ``height_ratios``.
+    `size`: width and height, inches; `**options`: for `matplotlib.figure.Figure.subplots`.
     """
     figure = empty_figure(size)
     return figure, figure.subplots(rows, columns, **options)
@@ -78,10 +71,7 @@ class _RepeatedLayout(ConstrainedLayoutEngine):
 def small_axes(figure: Figure, rows: int = 1, columns: int = 1, size=(6.6, 3.7), **options):
     """Create the axes of an empty figure in the style of small pictures.
 
-    Parameters
-    ----------
-    rows, columns, size, **options
-        See `new_figure`.
+    `rows`, `columns`, `size`, `**options`: see `new_figure`.
     """
     small = {"font.size": 9.5, "axes.grid": True, "grid.color": RULE, "grid.linewidth": 0.7,
              "axes.axisbelow": True, "legend.fontsize": 8.5, "lines.linewidth": 1.4,
@@ -111,11 +101,7 @@ def dressed(figure: Figure, scheme: str):
 def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
     """Apply the common style and a scheme to all axes of a figure; return the figure.
 
-    Parameters
-    ----------
-    scheme : {'light', 'dark', 'print'}
-    was : str
-        Present scheme of the figure.
+    `was`: present scheme of the figure.
     """
     artists = figure.findobj()
     for axes in artists:
@@ -184,15 +170,7 @@ def _recolor(artist, new: dict[str, str]) -> None:
 def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **options) -> Path:
     """Save a figure in the format of the file's ending (PNG if it has none); return the file.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    file : path
-    reads : iterable of path
-        Files that the same command reads.
-    scheme : {'light', 'dark', 'print'}
-    **options
-        Options of ``savefig``.
+    `reads`: files that the same command reads; `**options`: options of ``savefig``.
     """
     file = Path(file)
     file = file if file.suffix else file.with_name(f"{file.name}.png")

@@ -36,11 +36,7 @@ _KNOWN = {  # names by table
 def read_suite(file, folder=None) -> dict:
     """Read a suite; its file names are relative to its folder.
 
-    Parameters
-    ----------
-    file : path
-    folder : path, optional
-        Folder of the cases, instead of the one in the file.
+    `folder`: folder of the cases, instead of the one in the file.
 
     Returns
     -------

@@ -15,13 +15,7 @@ _LONGEST_ARROW = 0.12  # length of the longest arrow as a fraction of the size o
 def draw_mechanism(result, axes=None, title: str = "", subtitle: str = ""):
     """Draw a mechanism: undisplaced blocks, coloured by their verdicts, and displacement arrows.
 
-    Parameters
-    ----------
-    result : Mechanism or Limit
-    axes : matplotlib.axes.Axes, optional
-        Axes to draw in; default: those of a new figure.
-    title, subtitle : str
-        Title and subtitle.
+    `axes`: axes to draw in; default: those of a new figure.
 
     Returns
     -------
@@ -96,11 +90,7 @@ def _count_verdicts(verdicts) -> list[Patch]:
 def pushover_figure(result, limits=None):
     """Draw a capacity curve, the energy dissipated by slip, and the blocks at the end.
 
-    Parameters
-    ----------
-    result : Pushover
-    limits : Limits, optional
-        Limits to draw as horizontal lines L (lower) and U (upper).
+    `limits`: limits to draw as horizontal lines L (lower) and U (upper).
 
     Returns
     -------
@@ -132,10 +122,6 @@ def pushover_figure(result, limits=None):
 
 def performance_figure(result):
     """Draw capacity curve, equivalent oscillator and elastic spectrum over displacement.
-
-    Parameters
-    ----------
-    result : Performance
 
     Returns
     -------

@@ -48,11 +48,7 @@ def static_model(source, changes: Mapping | None = None) -> Model:
     Dynamic stages that change the model become static; other dynamic stages are removed.  A model
     without stages gets one static stage.  Motions and references to them are removed.
 
-    Parameters
-    ----------
-    source : path or Model
-    changes : mapping, optional
-        Changes of the input, see `sitedda.changes.changed_input`.
+    `changes`: changes of the input, see `sitedda.changes.changed_input`.
     """
     from ..input.source import opened_input
 

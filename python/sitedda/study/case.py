@@ -74,10 +74,7 @@ class Work:
 def check_first(work: Work, keys: Sequence[str]) -> None:
     """Check the names of results and tasks on the first case that can start.
 
-    Parameters
-    ----------
-    keys : sequence of str
-        Keys of the cases that will be run.
+    `keys`: keys of the cases that will be run.
 
     Raises
     ------
@@ -95,12 +92,7 @@ def check_first(work: Work, keys: Sequence[str]) -> None:
 def carry_out(work: Work, key: str, wait: bool = False) -> dict:
     """Execute a case unless it has a result.
 
-    Parameters
-    ----------
-    key : str
-        Key of the case.
-    wait : bool
-        Whether to wait for another process that executes the case.
+    `key`: key of the case; `wait`: whether to wait for another process that executes the case.
 
     Returns
     -------

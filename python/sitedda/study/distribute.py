@@ -21,13 +21,7 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
     Cases that another client executes come last. A case whose process dies is repeated twice at
     most, and then marked as failed.
 
-    Parameters
-    ----------
-    executor : concurrent.futures.Executor
-    keys : sequence of str
-        Keys of the cases.
-    progress : callable, optional
-        Called with the numbers of ended and failed cases.
+    `keys`: keys of the cases; `progress`: called with the numbers of ended and failed cases.
 
     Raises
     ------

@@ -19,11 +19,7 @@ _TASKS_EACH = 8  # number of tasks per worker; several tasks balance the load
 def evaluate(plan: Plan, executor, progress: Callable | None = None):
     """Call the function of a plan for all cases; return the table of results.
 
-    Parameters
-    ----------
-    executor : concurrent.futures.Executor
-    progress : callable, optional
-        Called with the numbers of ended and failed cases.
+    `progress`: called with the numbers of ended and failed cases.
 
     Returns
     -------

@@ -9,10 +9,7 @@ RESULTS = ("factor_of_safety", "stands_at", "fails_at")
 def factor_of_safety(file) -> dict:
     """Return the factor of safety of an input, see `sitedda.safety`.
 
-    Parameters
-    ----------
-    file : path
-        Namelist input.
+    `file`: namelist input.
 
     Returns
     -------

@@ -47,12 +47,7 @@ def arguments_of(kind: str, values: Mapping) -> inspect.BoundArguments:
 def check_figures(figures, plan) -> list[dict]:
     """Return the figures of a study file; check that the results of the study will suffice.
 
-    Parameters
-    ----------
-    figures : list of dict
-        The tables [[figures]] of the file.
-    plan : Plan
-        The plan of the study.
+    `figures`: the tables [[figures]] of the file; `plan`: the plan of the study.
 
     Raises
     ------

@@ -79,10 +79,8 @@ class Quantity:
 def quantities_of(results) -> list[Quantity]:
     """Convert the ``results`` of `study` to quantities.
 
-    Parameters
-    ----------
-    results : str, callable, sequence or mapping of these
-        Names as in `measure`, or functions of a Run; the keys of a mapping are names in the table.
+    `results`: names as in `measure`, or functions of a Run; the keys of a mapping are names in the
+    table.
     """
     if isinstance(results, str) or callable(results):
         results = [results]
@@ -191,12 +189,7 @@ def measure(
     - ``histories``: results of the verdict as functions of time, see `sitedda.study.histories`;
     - ``amplification_ratio``: spectral ratio of the first &amplification of the input.
 
-    Parameters
-    ----------
-    file : path
-        Output of a run.
-    notes : list of str, optional
-        List to which the warnings of the run are appended.
+    `file`: output of a run; `notes`: list to which the warnings of the run are appended.
 
     Raises
     ------
@@ -335,12 +328,7 @@ def _locate_history(output, path, name, label, component, reduction) -> tuple[tu
 def check_names(source, quantities: Iterable[Quantity]) -> None:
     """Check before a run that its output will contain quantities; see `measure`.
 
-    Parameters
-    ----------
-    source : path or InputOfRun
-        The input.
-    quantities : iterable of Quantity
-        Quantities; functions are not checked.
+    `source`: the input; `quantities`: quantities; functions are not checked.
 
     Raises
     ------

@@ -73,11 +73,7 @@ class Settings:
 def read_settings(file, folder=None) -> Settings:
     """Read a study file; file names in it are relative to its folder.
 
-    Parameters
-    ----------
-    file : path
-    folder : path, optional
-        Folder of the study; it replaces the one in the file and may be anywhere.
+    `folder`: folder of the study; it replaces the one in the file and may be anywhere.
 
     Raises
     ------

@@ -16,10 +16,7 @@ TASKS = {
 def task_of(task: str | Callable) -> str | Callable:
     """Return 'run', or the function that executes a task.
 
-    Parameters
-    ----------
-    task : str or callable
-        Name of the task, or a function of the path of an input.
+    `task`: name of the task, or a function of the path of an input.
     """
     if task == "run" or callable(task):
         return task

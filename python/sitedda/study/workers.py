@@ -39,12 +39,7 @@ class TaskTooLong(Exception):
 def check_limits(memory: float | None, time_limit: float) -> None:
     """Check the limits of memory and time of a case.
 
-    Parameters
-    ----------
-    memory : float, optional
-        Bytes.
-    time_limit : float
-        s.
+    `memory`: bytes; `time_limit`: s.
 
     Raises
     ------

@@ -63,14 +63,8 @@ def _discrete_model(penalty: float = 40) -> DiscreteModel:
 def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.ndarray:
     """Return the two eigenvalues of a time step with kinetic damping.
 
-    Parameters
-    ----------
-    omega : float
-        rad/s.
-    time_step : float
-        Δt, s.
-    factor : float
-        The dynamic factor g, by which the velocity is multiplied; 0.99 is 1 % kinetic damping.
+    `omega`: rad/s; `time_step`: Δt, s; `factor`: the dynamic factor g, by which the velocity is
+    multiplied; 0.99 is 1 % kinetic damping.
     """
     # coefficients of z², z, 1 of the equation for x with x1 = x0 + d, v1 = 2d/Δt - g v0
     inertia, square = 2 / time_step**2, omega**2

@@ -194,14 +194,8 @@ class DiscreteModel:
     def response_to_motion(self, row: np.ndarray, motion, rate, time_step: float) -> np.ndarray:
         """Return a displacement after each step if all fixed points move along x.
 
-        Parameters
-        ----------
-        row : ndarray, shape (6n,)
-            Row of the displacement, see `row`.
-        motion, rate : array_like, shape (steps + 1,)
-            Displacement (m) and velocity (m/s) of the fixed points from the start.
-        time_step : float
-            Δt, s.
+        `row`: row of the displacement, see `row`; `motion`, `rate`: displacement (m) and velocity
+        (m/s) of the fixed points from the start; `time_step`: Δt, s.
 
         Returns
         -------

@@ -22,12 +22,7 @@ LARGEST_OVERLAP = 2e-3  # largest allowed overlap at any time, with impacts of u
 def polygons(count: int, columns: int, seed: int = 5) -> list[np.ndarray]:
     """Return random convex polygons of 3 to 8 corners, each within a cell of a grid.
 
-    Parameters
-    ----------
-    count, columns : int
-        Number of polygons, and number of columns of the grid.
-    seed : int
-        Seed of the random numbers.
+    `columns`: number of columns of the grid.
 
     Returns
     -------

@@ -338,12 +338,7 @@ def pulse_duration(width: float, height: float, acceleration: float) -> float:
     block overturns if this is at least p² (1 − cos(α − θ)) at the end of the pulse, which is at
     sin(α − θ) = sin α − (1 − cos α)/k.  The duration is t = ∫ dθ/θ'.
 
-    Parameters
-    ----------
-    width, height : float
-        m.
-    acceleration : float
-        Acceleration of the floor, above g tan α, m/s².
+    `width`, `height`: m; `acceleration`: acceleration of the floor, above g tan α, m/s².
     """
     slender, rate = _slenderness(width, height)
     ratio = acceleration / nml.GRAVITY

@@ -30,12 +30,7 @@ def goodman_bray(friction: float, bolt: float = 0.0) -> Model:
     the shear force there.  With springs stiffer than the normal ones, friction is mobilised, as
     limit equilibrium assumes; with k_n/k_s = 2.5, the limit is 2 % higher.
 
-    Parameters
-    ----------
-    friction : float
-        tan φ of bases and sides.
-    bolt : float
-        Horizontal force on block 1, into the slope, N/m.
+    `friction`: tan φ of bases and sides; `bolt`: horizontal force on block 1, into the slope, N/m.
     """
     dip = math.radians(30.0)
     model = Model("Goodman and Bray, 16 blocks", time_step=1e-2)
@@ -138,12 +133,7 @@ def is_stable(model: Model, allowed: float = 0.1) -> bool:
 def single_block(friction: float, slope: float, width: float, height: float) -> Model:
     """Return a block on a slope, in axes of the slope.
 
-    Parameters
-    ----------
-    friction, slope : float
-        Degrees.
-    width, height : float
-        m.
+    `friction`, `slope`: degrees; `width`, `height`: m.
     """
     dip = math.radians(slope)
     model = Model("Single block on a slope", time_step=1e-2)

@@ -15,14 +15,8 @@ def merge_slivers(
 ) -> tuple[list[list[int]], int]:
     """Merge small and sharp faces with the neighbour of the longest common edge.
 
-    Parameters
-    ----------
-    kinds : ndarray of int, shape (faces,)
-        Kind of each face; only faces of the same kind are merged; −1: no block.
-    least_area : float
-        m².
-    least_angle : float
-        Degrees.
+    `kinds`: kind of each face; only faces of the same kind are merged; −1: no block; `least_area`:
+    m²; `least_angle`: degrees.
 
     Returns
     -------

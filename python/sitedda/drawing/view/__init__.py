@@ -31,13 +31,8 @@ _STOPS = 33  # number of colours of a colour map
 def view(source, budget: int = BUDGET, color: str | None = None) -> View:
     """Return the view of an input or an output as a part of a page.
 
-    Parameters
-    ----------
-    source : path, Run, Simulation, xarray.Dataset or Scene
-    budget : int
-        Largest size in bytes; if necessary, frames are omitted, and the page states this.
-    color : str, optional
-        Quantity of the initial colours, see `pictures.draw`.
+    `budget`: largest size in bytes; if necessary, frames are omitted, and the page states this;
+    `color`: quantity of the initial colours, see `pictures.draw`.
     """
     scene = Scene.of(source)
     encoding = encoded(scene, budget - _REST)

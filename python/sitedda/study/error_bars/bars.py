@@ -43,12 +43,7 @@ class Bar:
 def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
     """Return the error bar of a result at the finest step.
 
-    Parameters
-    ----------
-    a, b, c : float
-        The result with Δt, Δt/2 and Δt/4.
-    order : int
-        Order of the time integration: 1 or 2.
+    `a`, `b`, `c`: the result with Δt, Δt/2 and Δt/4; `order`: that of the time integration, 1 or 2.
     """
     if not all(map(math.isfinite, (a, b, c))):
         return Bar(math.nan, math.nan, math.nan, False)
@@ -73,9 +68,6 @@ def penalty_error(figure: float, stiffer: float) -> float:
     The error is proportional to 1/k_n in elastic contacts, and to 1/√k_n with impacts or beginning
     slip, like the contact time.  The assumption of 1/√k_n is conservative for both.
 
-    Parameters
-    ----------
-    figure, stiffer : float
-        Results with k_n and with 4 k_n, and otherwise the same input.
+    `figure`, `stiffer`: results with k_n and with 4 k_n, and otherwise the same input.
     """
     return 2.0 * abs(figure - stiffer)

@@ -205,10 +205,7 @@ def _table_row(figure: Figure, end: float) -> tuple[str, ...]:
 def is_figure(name: str, values: Mapping[str, float]) -> bool:
     """Return whether a result can have an error bar: not audit residuals, times or round-off.
 
-    Parameters
-    ----------
-    values : mapping of float
-        All numbers of the verdict.
+    `values`: all numbers of the verdict.
     """
     if name.startswith(_NO_BAR) or not math.isfinite(values[name]):
         return False

@@ -29,12 +29,7 @@ _FOLLOW = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2
 def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
     """Return the last time before two histories diverge, s; inf if they do not diverge.
 
-    Parameters
-    ----------
-    time : ndarray, shape (times,)
-        s
-    run, twin : ndarray, shape (times,)
-        Histories of a result in the run and in its twin; NaN if missing.
+    `time`: s; `run`, `twin`: histories of a result in the run and in its twin; NaN if missing.
     """
     largest = np.nanmax(np.abs(run), initial=0.0)
     differs = np.abs(run - twin) > APART * largest
@@ -61,10 +56,7 @@ def _fit_growth(time: np.ndarray, difference: np.ndarray, end: int) -> float:
 def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
     """Add horizon and spread of the ensemble to results.
 
-    Parameters
-    ----------
-    table : xarray.Dataset
-        Results and histories of all runs.
+    `table`: results and histories of all runs.
     """
     names = [str(name) for name in table.variant.values]
     complete = {n for n in names if str(table.sel(variant=n).status.values) == "complete"}
@@ -85,10 +77,7 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
 def bands_of(table) -> dict[str, Band]:
     """Return the spread of each result over time in an ensemble of twins, by name.
 
-    Parameters
-    ----------
-    table : xarray.Dataset
-        Results and histories of all runs.
+    `table`: results and histories of all runs.
     """
     twins = [str(n) for n in table.variant.values if str(n).startswith(ENSEMBLE)]
     if not twins or "look" not in table:

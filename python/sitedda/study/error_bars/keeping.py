@@ -19,11 +19,7 @@ ATTRIBUTE = "accuracy"
 def keep_accuracy(results: Accuracy, output: Path, attributes: dict) -> None:
     """Write results with error bars into the attribute ``accuracy`` of an output, as JSON.
 
-    Parameters
-    ----------
-    output : Path
-    attributes : dict
-        Attributes of the output as read, which are updated.
+    `attributes`: attributes of the output as read, which are updated.
 
     Raises
     ------
@@ -42,11 +38,6 @@ def keep_accuracy(results: Accuracy, output: Path, attributes: dict) -> None:
 
 def kept_accuracy(attributes: Mapping) -> Accuracy | None:
     """Return the results with error bars that an output contains; None if there are none.
-
-    Parameters
-    ----------
-    attributes : mapping
-        Attributes of the output.
 
     Raises
     ------

@@ -46,12 +46,7 @@ class _Point:
 def is_linear(history, facts: Facts) -> bool:
     """Return whether a run was linear and excited only by motion of its base along one axis.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        Histories of the run.
-    facts : Facts
-        Properties of the input.
+    `history`: histories of the run; `facts`: properties of the input.
     """
     groups = facts.groups
     control = next(iter(groups.get("control", [])), {})
@@ -72,10 +67,7 @@ def is_linear(history, facts: Facts) -> bool:
 def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, Figure]:
     """Return the results of a linear run with their error bars.
 
-    Parameters
-    ----------
-    model, changes, history, facts
-        See `sitedda.error_bars.measure.of_linear_run`.
+    `model`, `changes`, `history`, `facts`: see `sitedda.error_bars.measure.of_linear_run`.
 
     Raises
     ------

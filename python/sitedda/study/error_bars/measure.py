@@ -130,15 +130,8 @@ def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
 def of_linear_run(model, history, changes: Mapping | None = None, facts=None) -> Accuracy | None:
     """Return the results with error bars if a run is linear, otherwise None; see `linear.py`.
 
-    Parameters
-    ----------
-    model : path or Model
-    history : xarray.Dataset
-        Histories of the run.
-    changes : mapping, optional
-        Changes of the input.
-    facts : Facts, optional
-        Properties of the changed input.
+    `history`: histories of the run; `changes`: changes of the input; `facts`: properties of the
+    changed input.
     """
     from .linear import is_linear, linear_figures
 

@@ -10,10 +10,7 @@ from .measure import accuracy
 def figures_with_bars(file) -> dict:
     """Return the results of an input with error bars and horizons, see `accuracy`.
 
-    Parameters
-    ----------
-    file : path
-        Namelist input.
+    `file`: namelist input.
 
     Returns
     -------

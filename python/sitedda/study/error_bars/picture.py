@@ -20,10 +20,7 @@ _COLUMNS = 2
 def bands_picture(results: Accuracy):
     """Draw median and 16–84 % range of up to six results over time; return the figure.
 
-    Parameters
-    ----------
-    results : Accuracy
-        Results with an ensemble.
+    `results`: results with an ensemble.
 
     Raises
     ------

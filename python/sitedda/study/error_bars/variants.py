@@ -69,11 +69,7 @@ class Facts:
 def facts_of(model, changes: Mapping) -> Facts:
     """Read a model and return the properties that determine its variants.
 
-    Parameters
-    ----------
-    model : path or Model
-    changes : mapping
-        Changes of the input.
+    `changes`: changes of the input.
 
     Raises
     ------
@@ -106,10 +102,7 @@ def _is_dynamic_stage(stage: Mapping) -> bool:
 def finer(facts: Facts, times: int) -> dict:
     """Return the changes that divide all time steps by a whole number.
 
-    Parameters
-    ----------
-    times : int
-        The divisor.
+    `times`: the divisor.
     """
     groups = {"control": next(iter(facts.groups.get("control", [])), {})}
     stages = enumerate(facts.groups.get("stage", []), 1)
@@ -126,25 +119,14 @@ def finer(facts: Facts, times: int) -> dict:
 def twin(block: int, signs: tuple[int, int] = (1, 1)) -> dict:
     """Return the changes that displace a block slightly at the start of dynamics.
 
-    Parameters
-    ----------
-    block : int
-        Number of the block, from 1.
-    signs : (int, int)
-        Signs of the displacement along x and y.
+    `block`: number of the block, from 1; `signs`: signs of the displacement along x and y.
     """
     shift = tuple(PERTURBATION * sign for sign in signs)
     return {"control.displaced_block": str(block), "control.displaced_by": shift}
 
 
 def ensemble(facts: Facts, count: int) -> dict[str, dict]:
-    """Return the changes of each twin of an ensemble: reproducible random blocks and signs.
-
-    Parameters
-    ----------
-    count : int
-        Number of twins.
-    """
+    """Return the changes of each twin of an ensemble: reproducible random blocks and signs."""
     signs = ((1, 1), (1, -1), (-1, 1), (-1, -1))
     twins = {}
     for number in range(1, count + 1):
