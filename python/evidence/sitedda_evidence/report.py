@@ -39,40 +39,18 @@ def format_error(value) -> str:
 def row_cells(row: Row) -> list[str]:
     """Return a row as texts: quantity, expected, computed, error, allowed error, verdict."""
     unit = f" {row.unit}" if row.unit else ""
+    expected = "" if row.expected is None else number(row.expected) + unit
+    allowed = "" if row.allowed is None else format_error(row.allowed)
+    computed, error = number(row.computed) + unit, format_error(row.error)
     if row.kind == "yes or no":
         answer = {0.0: "no", 1.0: "yes"}
         expected = "" if row.description else answer[row.expected]
-        return [
-            row.quantity,
-            expected,
-            row.description or answer[row.computed],
-            "",
-            "",
-            _row_verdict(row),
-        ]
-    expected = "" if row.expected is None else number(row.expected) + unit
-    if row.kind == "at most":
-        return [
-            row.quantity,
-            expected,
-            format_error(row.computed) + unit,
-            "",
-            _format_allowed(row),
-            _row_verdict(row),
-        ]
-    suffix = unit if row.kind == "absolute" else ""
-    return [
-        row.quantity,
-        expected,
-        number(row.computed) + unit,
-        format_error(row.error) + suffix,
-        _format_allowed(row) + (suffix if row.allowed is not None else ""),
-        _row_verdict(row),
-    ]
-
-
-def _format_allowed(row: Row) -> str:
-    return "" if row.allowed is None else format_error(row.allowed)
+        computed, error, allowed = row.description or answer[row.computed], "", ""
+    elif row.kind == "at most":
+        computed, error = format_error(row.computed) + unit, ""
+    elif row.kind == "absolute":
+        error, allowed = error + unit, allowed and allowed + unit
+    return [row.quantity, expected, computed, error, allowed, _row_verdict(row)]
 
 
 def _row_verdict(row: Row) -> str:
@@ -88,14 +66,10 @@ def terminal_text(result: Result) -> str:
     if result.engine_error:
         lines.append(f"  error: {result.engine_error}")
     for row in result.rows:
-        quantity, expected, result_text, error, allowed, mark = row_cells(row)
-        parts = [
-            f"computed {result_text}",
-            f"expected {expected}" if expected else "",
-            f"error {error}" if error else "",
-            f"allowed {allowed}" if allowed else "",
-        ]
-        lines.append(f"  {mark:5s} {quantity}: " + ", ".join(part for part in parts if part))
+        quantity, expected, computed, error, allowed, mark = row_cells(row)
+        values = {"computed": computed, "expected": expected, "error": error, "allowed": allowed}
+        words = ", ".join(f"{name} {value}" for name, value in values.items() if value)
+        lines.append(f"  {mark:5s} {quantity}: {words}")
     return "\n".join(lines)
 
 
@@ -176,13 +150,6 @@ def _result_parts(result: Result) -> list[Part]:
 
 def _comparison_cells(row: Comparison) -> list[str]:
     """Return a comparison as cells under the heads `_COMPARISON_HEADS`."""
-    return [
-        row.quantity,
-        row.source,
-        show(row.paper, row.digits),
-        show(row.theory, row.digits),
-        show(row.sitedda, row.digits),
-        per_cent(row.from_paper, sign=True),
-        per_cent(row.from_theory, sign=True),
-        row.cause,
-    ]
+    values = [show(value, row.digits) for value in (row.paper, row.theory, row.sitedda)]
+    differences = [per_cent(value, sign=True) for value in (row.from_paper, row.from_theory)]
+    return [row.quantity, row.source, *values, *differences, row.cause]

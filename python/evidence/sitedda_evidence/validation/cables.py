@@ -72,15 +72,9 @@ def sling(**control) -> Model:
             model.fixed_point(x + dx, DROP + 0.5, name)
     model.block(square(0, 0), name="hung", material="light")
     model.measured_point("hung", 0.0, 0.0)
-    model.bolt(
-        "cable",
-        (-HALF_SPAN, DROP),
-        (HALF_SPAN, DROP),
-        through=[(0, 0)],
-        through_block=["hung"],
-        axial_stiffness=STIFFNESS,
-        pretension=PRETENSION,
-    )
+    ends, path = ((-HALF_SPAN, DROP), (HALF_SPAN, DROP)), {"through": [(0, 0)]}
+    model.bolt("cable", *ends, **path, through_block=["hung"], axial_stiffness=STIFFNESS,
+               pretension=PRETENSION)  # fmt: skip
     return model
 
 

@@ -131,15 +131,14 @@ def block_on_slope(short: bool) -> Outcome:
     """Check every published state and the displacement of the sliding block."""
     rows, (figure, axes) = [], canvas(3, size=(9, 3))
     for axis, ((height, friction), published) in zip(axes, STATES.items(), strict=True):
-        displacement, rotation, polygons = _run_released_block(
-            height, friction, 1.0 if short else 2.0
-        )
+        duration = 1.0 if short else 2.0
+        displacement, rotation, polygons = _run_released_block(height, friction, duration)
         state = "topples" if rotation > 0.05 else "slides" if displacement > 1.0 else "stable"
         rows.append(yes_or_no(f"state with y = {height:g} m, φ = {friction:g}°: {published}", True,
             state == published))  # fmt: skip
         if published == "slides":
             acceleration = np.sin(PSI) - np.cos(PSI) * np.tan(np.radians(friction))
-            slip = 0.5 * 10.0 * acceleration * (1.0 if short else 2.0) ** 2
+            slip = 0.5 * 10.0 * acceleration * duration**2
             rows.append(relative("displacement of the sliding block", slip, displacement, 1e-6,
                 "m"))  # fmt: skip
         draw_blocks(axis, polygons, STONE)
@@ -177,10 +176,8 @@ def rocking_share(short: bool) -> Outcome:
     rows, (figure, axes) = [], canvas(2, size=(6, 3))
     for axis, (slenderness, measured) in zip(axes, MEASURED.items(), strict=True):
         alpha = np.arctan(1 / slenderness)
-        theory, (ratio, time, angle) = (
-            1 - 1.5 * np.sin(alpha) ** 2,
-            _simulate_first_impact(slenderness),
-        )
+        theory = 1 - 1.5 * np.sin(alpha) ** 2
+        ratio, time, angle = _simulate_first_impact(slenderness)
         rows.append(relative(f"ratio of angular velocities, height of {slenderness} widths", theory,
             ratio, 1.5e-3))  # fmt: skip
         rows.append(at_most(f"(computed − measured ratio) / theory, height of {slenderness} widths",
@@ -194,9 +191,8 @@ def _simulate_first_impact(slenderness: int):
     """Return the ratio of angular velocities at the first impact, times (s) and angles (rad)."""
     width, alpha = 1.0 / slenderness, np.arctan(1 / slenderness)
     tilt = 0.5 * alpha
-    text = tower_text(
-        2e-4, 1.5, tilt, penalty=1e11, size=(width, 1.0), restitution=0.0, integration="theta"
-    )
+    contact = {"penalty": 1e11, "restitution": 0.0}
+    text = tower_text(2e-4, 1.5, tilt, size=(width, 1.0), integration="theta", **contact)
     time, angle, _ = run_tower(text, tilt, 5)
     energy = np.cos(alpha - np.array([tilt, abs(min(angle))])) - np.cos(alpha)
     return float(np.sqrt(energy[1] / energy[0])), time, angle

@@ -19,13 +19,8 @@ RISE = np.linspace(0.0, 1.0, 101)
 def bar(steps: int, displacement: float, length: float = 0.5, **law) -> str:
     """Return a bar with a joint of T = 2 MPa, G = 60 N/m that is pulled apart in 0.2 s."""
     half = length / 2
-    law = {
-        "law": "cohesive",
-        "cohesion": 4e6,
-        "tensile_strength": 2e6,
-        "fracture_energy": 60.0,
-        "normal_stiffness_per_area": 2e12,
-    } | law
+    strength = {"cohesion": 4e6, "tensile_strength": 2e6, "fracture_energy": 60.0}
+    law = {"law": "cohesive", "normal_stiffness_per_area": 2e12} | strength | law
     return nml.text(
         nml.control(0.2 / steps, steps, (0.0, 0.0), integration="midpoint"),
         nml.contact(1e10),
@@ -45,15 +40,10 @@ def bar(steps: int, displacement: float, length: float = 0.5, **law) -> str:
 
 def triplet(steps: int, slip: float, **law) -> str:
     """Return a block under 1 MPa, sheared along a joint of c = 1 MPa, G_II = 100 N/m, φ = 30°."""
-    law = {
-        "law": "cohesive",
-        "cohesion": 1e6,
-        "tensile_strength": 5e5,
-        "fracture_energy": 20.0,
-        "shear_fracture_energy": 100.0,
-        "normal_stiffness_per_area": 1e11,
-        "shear_stiffness_per_area": 1e11,
-    } | law
+    strength = {"cohesion": 1e6, "tensile_strength": 5e5}
+    energy = {"fracture_energy": 20.0, "shear_fracture_energy": 100.0}
+    stiffness = {"normal_stiffness_per_area": 1e11, "shear_stiffness_per_area": 1e11}
+    law = {"law": "cohesive"} | strength | energy | stiffness | law
     return nml.driven_block(0.4 / steps, steps, law, slip * RISE, 4e-3, 1)
 
 
@@ -134,9 +124,8 @@ def cohesive_triplet(short: bool) -> Outcome:
     """Check peak, residual force and energies with linear and exponential softening."""
     rows, lines, friction = [], [], np.tan(np.radians(30.0))
     for softening in ("linear", "exponential"):
-        data = nml.history(
-            triplet(2000, 4e-4 if softening == "linear" else 2e-3, softening=softening)
-        )
+        slip = 4e-4 if softening == "linear" else 2e-3
+        data = nml.history(triplet(2000, slip, softening=softening))
         shear, normal = of_frames(data, "shear_force"), of_frames(data, "normal_force")
         work = friction * 1e6 * float(data.contact_slip_path[-3:].mean())
         dissipated, friction_work = float(data.energy_fracture[-1]), float(data.energy_friction[-1])

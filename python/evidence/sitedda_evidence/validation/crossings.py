@@ -26,9 +26,7 @@ def _crossed_rows(rng: np.random.Generator) -> tuple[Model, tuple[float, float],
 
     The result is the model, gravity (m/s²), and the exact slip of the upper row in `SLIDE` (m).
     """
-    inclination = math.tan(
-        math.radians(rng.uniform(-30.0, 30.0))
-    )  # inclination of the cross joints
+    inclination = math.tan(math.radians(rng.uniform(-30.0, 30.0)))  # of the cross joints
     below, above = rng.uniform(0.5, 2.0), rng.uniform(0.2, 0.5)  # m; low blocks do not topple
     joints = np.cumsum([0.0, *rng.uniform(0.8, 2.0, 5)])
     friction, excess = rng.uniform(5.0, 30.0), math.radians(rng.uniform(4.0, 12.0))
@@ -39,14 +37,9 @@ def _crossed_rows(rng: np.random.Generator) -> tuple[Model, tuple[float, float],
     model.joint("joint", friction_angle=friction)
     for name, low, high, first in (("lower", -below, 0.0, 0), ("upper", 0.0, above, 2)):
         for i, (left, right) in enumerate(zip(joints[first:-1], joints[first + 1 :], strict=True)):
-            abscissas = (
-                left + low * inclination,
-                right + low * inclination,
-                right + high * inclination,
-                left + high * inclination,
-            )
-            corners = list(zip(abscissas, (low, low, high, high), strict=True))
-            model.block(np.array(corners), name=f"{name} {i}")
+            heights = np.array([low, low, high, high])
+            abscissas = [left, right, right, left] + heights * inclination
+            model.block(np.column_stack([abscissas, heights]), name=f"{name} {i}")
             if name == "lower":
                 for fraction in (0.2, 0.8):
                     x = left + fraction * (right - left) + 0.5 * low * inclination
@@ -85,9 +78,7 @@ def crossings(short: bool) -> Outcome:
     slips = np.empty((count, 3))
     for values in slips:
         model, gravity, values[0] = _crossed_rows(rng)
-        values[1:] = [
-            _simulate_slip(model.copy(), gravity, static_stage) for static_stage in (True, False)
-        ]
+        values[1:] = [_simulate_slip(model.copy(), gravity, static) for static in (True, False)]
     labels = ("after a static stage", "after a sudden release")
     figure, axes = canvas(1, size=(6, 4))
     rows = []
@@ -112,9 +103,7 @@ def _small_slope() -> Model:
     model.region("slope", outline=SMALL_SLOPE)
     model.joint_set("bedding", region="slope", angle=35.0, spacing=2.0, origin=(1.0, 1.5))
     model.joint_set("cross", region="slope", angle=100.0, spacing=2.5, origin=(4.0, 0.0))
-    ground = np.array(
-        [(-5.0, -3.0), (20.0, -3.0), (20.0, 8.0), (16.0, 8.0), (16.0, 0.0), (-5.0, 0.0)]
-    )
+    ground = [(-5.0, -3.0), (20.0, -3.0), (20.0, 8.0), (16.0, 8.0), (16.0, 0.0), (-5.0, 0.0)]
     model.region("ground", outline=ground)
     quake = 6.0 * np.sin(6.0 * np.pi * t) * np.sin(np.pi * t) ** 2
     model.motion("quake", quantity="acceleration", time_step=0.01, values=quake)
@@ -185,8 +174,6 @@ def gravity_ramp(short: bool) -> Outcome:
     after_stage, after_ramp = (float(np.mean(results)) for results in slips.values())
     quantity = "mean slip of the crest after a ramp of gravity; expected: after a static stage"
     rows = [relative(quantity, after_stage, after_ramp, 0.01 if short else 0.1, "m")]
-    cells = [
-        [beginning, *(f"{slip:.4f}" for slip in results)] for beginning, results in slips.items()
-    ]
+    cells = [[start, *(f"{slip:.4f}" for slip in results)] for start, results in slips.items()]
     head = ["gravity", *(f"φ {38.0 + offset:g}°" for offset in offsets)]
     return Outcome(rows, figure, [Table("Slip of the crest, m", head, cells)])

@@ -176,12 +176,8 @@ def _transfer_peaks(ratio: float, step: float):
     amplification = amplifications(history)[0]
     peak = (float(curve.max()), float(fine[curve.argmax()]))
     stepped_peak = (amplification.peak.amplitude, amplification.peak.frequency)
-    return (
-        peak,
-        stepped_peak,
-        nml.energy_residual(history),
-        (amplification.frequency, amplification.ratio),
-    )
+    curve = (amplification.frequency, amplification.ratio)
+    return peak, stepped_peak, nml.energy_residual(history), curve
 
 
 def _compare_transfer_functions(ratio: float, layers: int):
@@ -199,9 +195,8 @@ def _rayleigh_error(ratio: float, layers: int) -> float:
     modulus of SHAKE91, it does not change the stiffness.
     """
     omega = 2 * np.pi * REFERENCE * (1 + ratio)
-    engine = _stiff_stack_transfer(
-        layers, rayleigh_alpha=ratio * omega, rayleigh_beta=ratio / omega
-    )
+    rayleigh = {"rayleigh_alpha": ratio * omega, "rayleigh_beta": ratio / omega}
+    engine = _stiff_stack_transfer(layers, **rayleigh)
     exact = _uniform_column(ratio, convention="shake91").transfer(FREQUENCIES)
     return float(abs(abs(engine) / abs(exact) - 1).max())
 

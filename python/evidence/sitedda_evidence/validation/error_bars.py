@@ -33,9 +33,8 @@ def slip() -> float:
     deceleration, ramp = G * math.tan(math.radians(FRICTION)), 0.01
     duration = LAST - ramp
     speed = (PUSH - deceleration) * duration
-    distance = (
-        0.5 * speed * duration + speed * ramp + PUSH * ramp**2 / 3.0 - 0.5 * deceleration * ramp**2
-    )
+    distance = 0.5 * speed * duration + speed * ramp
+    distance += (PUSH / 3.0 - 0.5 * deceleration) * ramp**2
     speed += 0.5 * PUSH * ramp - deceleration * ramp
     return distance + 0.5 * speed**2 / deceleration
 

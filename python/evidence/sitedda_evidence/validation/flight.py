@@ -94,13 +94,10 @@ def _drop_block(time_step: float, stiffness: float):
 
 
 def _rebound_table(steps, table) -> Table:
-    errors = [line[-1] for line in table]
-    orders = observed_order(steps, errors)
-    return Table(
-        "Height of the first rebound for several Δt; the loss of the scheme is of first order.",
-        ("Δt (s)", "ωΔt", "height (m)", "closed form (m)", "relative error", "loss (m)", "order"),
-        [(*line, order) for line, order in zip(table, orders, strict=True)],
-    )
+    orders = observed_order(steps, [line[-1] for line in table])
+    title = "Height of the first rebound for several Δt; the loss of the scheme is of first order."
+    head = ("Δt (s)", "ωΔt", "height (m)", "closed form (m)", "relative error", "loss (m)", "order")
+    return Table(title, head, [(*line, order) for line, order in zip(table, orders, strict=True)])
 
 
 def _draw_rebounds(runs, table):
@@ -224,9 +221,8 @@ def edge(short: bool) -> Outcome:
     ]  # fmt: skip
     angles = [np.interp(landing, history["time"], history["angle"]) for history in runs.values()]
     errors = [abs(angle_at_landing / truth["angle"][-1] - 1) for angle_at_landing in angles]
-    table = convergence(
-        "Relative error of the angle at landing for several Δt.", "Δt (s)", steps, errors
-    )
+    title = "Relative error of the angle at landing for several Δt."
+    table = convergence(title, "Δt (s)", steps, errors)
     return Outcome(rows, _draw_landing(run, truth), [] if short else [table])
 
 

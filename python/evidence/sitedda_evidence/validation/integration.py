@@ -281,11 +281,8 @@ def integration(short: bool) -> Outcome:
         error, *curves[label] = transfer_error(changes)
         rows.append(at_most(f"largest relative error of the transfer function, {label}", error,
             2e-3))  # fmt: skip
-    table = Table(
-        "Energy / exchanged energy.",
-        ("member", "model", "gain", "gain in a step", "lowest", "residual"),
-        lines,
-    )
+    head = ("member", "model", "gain", "gain in a step", "lowest", "residual")
+    table = Table("Energy / exchanged energy.", head, lines)
     return Outcome(rows, _draw_energies_and_transfer(last_audits, curves), [table])
 
 

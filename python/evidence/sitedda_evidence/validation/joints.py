@@ -89,10 +89,8 @@ class Bar:
             sides = ["glued"] * 3 + ["joint" if i in joints else "glued"]
             parts.append(nml.group("block", name=f"b{i}", vertices=outline, edge_joints=sides))
             if self.wave == "S":
-                parts += [
-                    nml.group("fixed_point", x=x, y=y, block=f"b{i}", direction="x")
-                    for x, y in outline
-                ]
+                fixed = {"block": f"b{i}", "direction": "x"}
+                parts += [nml.group("fixed_point", x=x, y=y, **fixed) for x, y in outline]
         axis = "x" if self.wave == "P" else "y"
         drive = {"direction": axis, f"motion_{axis}": "wave"}
         parts += [nml.group("fixed_point", x=0.0, y=y, block="b0", **drive) for y in (0.0, 1.0)]
@@ -197,9 +195,8 @@ def _measure_over_xi(bar: Bar, largest: float, width: float, shortest: float = 2
     At `largest`, the wavelength is `shortest` blocks.
     """
     stiffness = np.pi * bar.speed / (shortest * bar.size) * bar.impedance / largest
-    omega, transmitted, reflected, data = _measure_transmission(
-        bar, width, (bar.before,), stiffness
-    )
+    joints = (bar.before,)
+    omega, transmitted, reflected, data = _measure_transmission(bar, width, joints, stiffness)
     xi = omega * bar.impedance / (2 * stiffness)
     band = (xi > 0.09) & (xi < 1.02 * largest)
     return np.array([xi[band], transmitted[band], reflected[band]]), data
@@ -261,16 +258,11 @@ def joints_in_series(short: bool) -> Outcome:
             ratio, transmitted = results[spacing, count]
             band = (ratio > 0.1) & (ratio < 2.0)
             angle = 2 * np.pi * spacing * ratio[band]
-            axis.plot(
-                ratio[band],
-                _series_transmission(0.5 * ratio[band], angle, count),
-                color="0.7",
-                lw=3,
-            )
+            theory = _series_transmission(0.5 * ratio[band], angle, count)
+            axis.plot(ratio[band], theory, color="0.7", lw=3)
             axis.plot(ratio[band], np.abs(transmitted[band]), color=color, label=f"{count} joints")
-        axis.set(
-            xlabel="ω/ω(ξ = ½)", ylabel="|T|", title=f"d/λ = {spacing:g} at ξ = ½; grey: theory"
-        )
+        title = f"d/λ = {spacing:g} at ξ = ½; grey: theory"
+        axis.set(xlabel="ω/ω(ξ = ½)", ylabel="|T|", title=title)
     return Outcome(rows, figure)
 
 
@@ -408,9 +400,8 @@ def _transmitted_velocity(bar: Bar, speed: float, period: float, stiffness: floa
         slope = (1 + bar.impedance * v / (stiffness * closure)) ** 2
         return 2 * stiffness / bar.impedance * (incident - v) * slope
 
-    return solve_ivp(
-        rate, (0, period / 2), [0.0], rtol=1e-9, atol=1e-12 * speed, max_step=period / 2000
-    )
+    exact = {"rtol": 1e-9, "atol": 1e-12 * speed, "max_step": period / 2000}
+    return solve_ivp(rate, (0, period / 2), [0.0], **exact)
 
 
 @case(

@@ -92,11 +92,8 @@ def packing(short: bool) -> Outcome:
         at_most("energy residual / work of gravity", first["audit"], 1e-6),
         yes_or_no("two runs are bit-identical", True, is_identical),
     ]  # fmt: skip
-    table = Table(
-        "The run.",
-        ("blocks", "Δt (s)", "time (s)", "steps and iterations"),
-        [(count, TIME_STEP, first["time"][-1], first["summary"])],
-    )
+    head = ("blocks", "Δt (s)", "time (s)", "steps and iterations")
+    table = Table("The run.", head, [(count, TIME_STEP, first["time"][-1], first["summary"])])
     return Outcome(rows, _draw_packing(first), [table])
 
 
@@ -133,9 +130,8 @@ def _run_packing(count: int, columns: int, duration: float) -> dict:
                 samples[key].append(value)
         rates, positions, summary = pile.rates[3:], pile.coordinates[3:], pile.summary
     work = max(samples["work"])
-    is_inside = (
-        (positions[:, 0] > 0) & (positions[:, 0] < columns * SPACING) & (positions[:, 1] > 0)
-    )
+    x, y = positions[:, :2].T
+    is_inside = (x > 0) & (x < columns * SPACING) & (y > 0)
     return {
         **samples,
         "start": start,

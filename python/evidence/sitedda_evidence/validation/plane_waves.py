@@ -79,9 +79,8 @@ def _lame_frequency(count: int, poisson: float) -> float:
     x, y = np.stack(np.meshgrid(centres, centres)).reshape(2, -1)
     shape = np.stack([np.cos(x) * np.sin(y), -np.sin(x) * np.cos(y)], axis=-1)
     displacements = modes_found.shapes[:, :, :2]
-    similarity = abs(np.einsum("mba,ba->m", displacements, shape)) / np.linalg.norm(
-        displacements, axis=(1, 2)
-    )
+    similarity = abs(np.einsum("mba,ba->m", displacements, shape))
+    similarity /= np.linalg.norm(displacements, axis=(1, 2))
     return float(modes_found.frequency[np.argmax(similarity)])
 
 
@@ -112,17 +111,8 @@ def ridge(short: bool) -> Outcome:
         label=f"computed, λ = {length} cells")  # fmt: skip
     axes.set(xlabel="distance from the crest (λ)", ylabel="amplitude / amplitude of the wave")
     head = ["wavelength", "crest", "largest error on the faces"]
-    return Outcome(
-        rows,
-        figure,
-        [
-            Table(
-                "Amplitude at the crest and largest error on the faces, / largest amplitude",
-                head,
-                lines,
-            )
-        ],
-    )
+    title = "Amplitude at the crest and largest error on the faces, / largest amplitude"
+    return Outcome(rows, figure, [Table(title, head, lines)])
 
 
 def _run_ridge(length: int, poisson: float):
@@ -138,10 +128,9 @@ def _run_ridge(length: int, poisson: float):
     time = np.arange(0.0, duration + step, step) - delay
 
     def motion(name: str, delay_of_edge: float) -> None:
-        values = (
-            _ricker_wavelet(frequency, time + delay_of_edge)[1]
-            - _ricker_wavelet(frequency, time - delay_of_edge)[1]
-        )
+        times = (time + delay_of_edge, time - delay_of_edge)
+        early, late = (_ricker_wavelet(frequency, at)[1] for at in times)
+        values = early - late
         model.motion(name, values.tolist(), step, "acceleration", drift_order=0)
 
     for j in range(length):
@@ -217,9 +206,8 @@ def reflected_energy(wave: int, angle: float) -> float:
         polarisation = direction if kind == 0 else np.array([cosine, -direction[0]])
         strain = direction * polarisation / speed[kind]
         shear = (direction[1] * polarisation[0] + direction[0] * polarisation[1]) / speed[kind]
-        return np.array(
-            [np.dot(stiff[1], strain) - speed[0] * polarisation[1], shear - polarisation[0]]
-        )
+        normal_stress = np.dot(stiff[1], strain)
+        return np.array([normal_stress - speed[0] * polarisation[1], shear - polarisation[0]])
 
     matrix = np.column_stack([imbalance(kind, -normal[kind]) for kind in (0, 1)])
     amplitude = np.linalg.solve(matrix, -imbalance(wave, normal[wave]))

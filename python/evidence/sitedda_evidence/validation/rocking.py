@@ -22,25 +22,10 @@ def housner(duration, angle=0.0, base=None, step=1e-3):
     """Return the rocking angle by Housner's equation.
 
     θ'' = −p² [sin(α sgn θ − θ) + (a/g) cos(α sgn θ − θ)]; at θ = 0, the angular velocity is
-    multiplied by 1 − 1.5 sin² α.
-
-    Parameters
-    ----------
-    duration : float
-        s.
-    angle : float
-        Initial θ, rad; positive about the right corner (clockwise).
-    base : callable, optional
-        Acceleration of the base as a function of time, m/s²; a positive one causes negative θ.
-    step : float
-        Output step, s.
-
-    Returns
-    -------
-    time, angle : ndarray
-        s and rad, until the block has overturned (|θ| > π/2).
-    impacts : list of float
-        Times of impact, s.
+    multiplied by 1 − 1.5 sin² α.  The initial θ, `angle`, is positive about the right corner
+    (clockwise).  `base` is the acceleration of the base (m/s²) as a function of time; a positive
+    one causes negative θ.  The result is times (s), angles (rad) until the block has overturned
+    (|θ| > π/2), and times of impact (s).
     """
     times, angles, impacts = [0.0], [angle], []
     t, state, base = 0.0, [angle, 0.0], base or (lambda _: 0.0)
@@ -105,9 +90,8 @@ def tower_text(
     shaking = ""
     if base is not None:
         times = np.arange(0.0, duration + interval, interval)
-        shaking = nml.motion(
-            "shaking", [*np.trim_zeros(list(map(base, times)), "b"), 0.0], interval
-        )
+        values = [*np.trim_zeros(list(map(base, times)), "b"), 0.0]
+        shaking = nml.motion("shaking", values, interval)
     motion = {"base_motion_x": "shaking" if shaking else None}
     variables = {"max_displacement_ratio": 0.01} | motion | variables
     return nml.text(
@@ -124,12 +108,7 @@ def tower_text(
 def run_tower(text: str, angle=0.0, interval=1, limit=0.5 * np.pi - 0.3):
     """Run a rocking block until it has turned by a limit (rad), at which it has overturned.
 
-    Returns
-    -------
-    time, angle : ndarray
-        s and rad, clockwise, every `interval` steps.
-    energies : dict
-        Energies at the end, J/m.
+    Return times (s) and clockwise angles (rad) every `interval` steps, and the energies at the end.
     """
     time, angles = [0.0], [angle]
     with nml.simulation(text) as tower:
@@ -403,12 +382,8 @@ def pulse_limit(width, height, acceleration, loading, time_step=1e-3, tolerance=
                 tower.advance(20)
                 rotation = abs(tower.coordinates[1, 2])
                 time_after_pulse = tower.time - pulse_length
-                if (
-                    rotation > 1.3 * slender
-                    and time_after_pulse > 0
-                    or rotation < 0.2 * slender
-                    and time_after_pulse > 0.5 / rate
-                ):
+                is_falling = rotation > 1.3 * slender and time_after_pulse > 0
+                if is_falling or (rotation < 0.2 * slender and time_after_pulse > 0.5 / rate):
                     break
             energies = tower.energies
         audits.append(abs(energies["balance"]) / abs(energies["input"]))
@@ -453,11 +428,8 @@ def pulses(short: bool) -> Outcome:
                 max(audit, audit_of_force), 1e-6))  # fmt: skip
             table.append((f"{slender:.3f}", ratio, exact, linear, floor, force))
     heads = ("α", "a/(g tan α)", "exact (s)", "Housner (s)", "floor (s)", "body force (s)")
-    return Outcome(
-        rows,
-        _draw_pulse_durations(table),
-        [Table("Shortest pulses that overturn the block.", heads, table)],
-    )
+    tables = [Table("Shortest pulses that overturn the block.", heads, table)]
+    return Outcome(rows, _draw_pulse_durations(table), tables)
 
 
 def _draw_pulse_durations(table):

@@ -37,31 +37,21 @@ def settlement(short: bool) -> Outcome:
     failures = [
         f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in walls.items() if run.message
     ]
-    rows = [
-        at_most("; ".join(["number of runs in which a step does not converge", *failures]),
-            len(failures), 0),
-    ]  # fmt: skip
+    label = "; ".join(["number of runs in which a step does not converge", *failures])
+    rows = [at_most(label, len(failures), 0)]
     for size in sizes:
-        same_size = {key: value for key, value in walls.items() if key[0] == size}
-        for name, index in (
-            ("energy gain / energy scale", 0),
-            ("energy residual / work of gravity", 1),
-        ):
-            worst = max(
-                same_size, key=lambda key, index=index, same_size=same_size: same_size[key][index]
-            )
-            settings = f"largest at Δt = {worst[2]:g} s, penalty {worst[1]:g} E"
-            rows.append(at_most(f"{size} blocks: {name}, {settings}", same_size[worst][index],
-                1e-6))  # fmt: skip
-    tables = [
-        Table(
-            "Largest energy gain / energy scale, energy residual / work of gravity, and number of "
-            "open–close iterations in a step.",
-            ("blocks", "penalty / E", "Δt (s)", "gain", "residual", "iterations"),
-            [(*key, *value[:3]) for key, value in walls.items()],
-        )
-    ]
-    return Outcome(rows, _draw_energies(walls, sizes), tables)
+        runs = [(key, run) for key, run in walls.items() if key[0] == size]
+        for name, index in (("gain / energy scale", 0), ("residual / work of gravity", 1)):
+            (_, penalty, step), run = max(runs, key=lambda item, index=index: item[1][index])
+            settings = f"largest at Δt = {step:g} s, penalty {penalty:g} E"
+            rows.append(at_most(f"{size} blocks: energy {name}, {settings}", run[index], 1e-6))
+    table = Table(
+        "Largest energy gain / energy scale, energy residual / work of gravity, and number of "
+        "open–close iterations in a step.",
+        ("blocks", "penalty / E", "Δt (s)", "gain", "residual", "iterations"),
+        [(*key, *value[:3]) for key, value in walls.items()],
+    )
+    return Outcome(rows, _draw_energies(walls, sizes), [table])
 
 
 def wall_text(size: int, penalty: float, time_step: float, steps: int, **variables) -> str:
@@ -116,9 +106,8 @@ def _run_wall(size: int, penalty: float, time_step: float, steps: int) -> Settle
     scale = max(max(work), elastic)
     relative = np.array(total) / scale
     residual = max(balance) / max(max(work), elastic * 1e-12)
-    return SettledWall(
-        relative.max(), residual, iterations, np.array(time), relative, picture, message
-    )
+    largest = (relative.max(), residual, iterations)
+    return SettledWall(*largest, np.array(time), relative, picture, message)
 
 
 def _draw_energies(walls, sizes):
@@ -133,11 +122,8 @@ def _draw_energies(walls, sizes):
         run = walls[size, penalty, time_step]
         axes[1].semilogx(run.time[1:], run.total[1:], color=color, label=f"Δt {time_step:g} s")
     axes[1].axhline(0, color=RED, lw=0.8, ls="--")
-    axes[1].set(
-        xlabel="time (s)",
-        ylabel="energy gain / energy scale",
-        title=f"{size} blocks, penalty {penalty:g} E",
-    )
+    axes[1].set(xlabel="time (s)", ylabel="energy gain / energy scale")
+    axes[1].set_title(f"{size} blocks, penalty {penalty:g} E")
     gain = [max(run.gain, 1e-20) for run in walls.values()]
     residuals = [max(run.residual, 1e-20) for run in walls.values()]
     axes[2].semilogy(residuals, "o", ms=4, color=BLUE, label="energy residual / work of gravity")

@@ -69,9 +69,8 @@ def incline(short: bool) -> Outcome:
             rows.append(relative(name, expected, _slip_down_slope(data, 30.0)[-1], 1e-6, "m"))
             rows.append(at_most(f"energy residual / work, φ = {friction:g}°, penalty {factor} E",
                 nml.energy_residual(data), 1e-6))  # fmt: skip
-        data = nml.history(
-            _incline_text(35.0, factor * young, 1e-3, 6.0 if short else 60.0, samples=600)
-        )
+        duration = 6.0 if short else 60.0
+        data = nml.history(_incline_text(35.0, factor * young, 1e-3, duration, samples=600))
         runs[factor, 35.0] = data
         displacement = _slip_down_slope(data, 30.0)
         drift = np.ptp(displacement[data.time.values > 1.0])
@@ -133,41 +132,25 @@ def _draw_incline(runs, tables):
         factors, errors = zip(*tables[0].rows, strict=True)
         right.loglog(factors, errors, "o-", color=style.BLUE, label="φ 20°, Δt 1 ms")
         right.axhline(1e-6, color=style.RED, lw=1, ls="--", label="allowed")
-        right.set(
-            xlabel="penalty / E", ylabel="relative error", title="Error of the slip after 1 s"
-        )
+        right.set(xlabel="penalty / E", ylabel="relative error")
+        right.set_title("Error of the slip after 1 s")
     else:
         for factor, color in ((1, style.BLUE), (50, style.ORANGE)):
             data = runs[factor, 35.0]
-            right.plot(
-                data.time, 1e6 * _slip_down_slope(data, 30.0), color=color, label=f"{factor} E"
-            )
+            slip = 1e6 * _slip_down_slope(data, 30.0)
+            right.plot(data.time, slip, color=color, label=f"{factor} E")
         right.set(xlabel="time (s)", ylabel="displacement (µm)", title="φ = 35°: the block sticks")
     return figure
 
 
 def rigid_slide(time, base, slope: float, friction_angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return slip and slip velocity of Newmark's block on a horizontally accelerated base.
+    """Return slip (m) and slip velocity (m/s) of Newmark's block on an accelerated base.
 
-    Parameters
-    ----------
-    time : ndarray
-        Equidistant times, s; each interval is integrated in closed form with mean acceleration.
-    base : ndarray
-        Horizontal acceleration of the base in the downslope sense, m/s².
-    slope, friction_angle : float
-        Degrees.
-
-    Returns
-    -------
-    slip, velocity : ndarray
-        Slip and its velocity down the slope, m and m/s.
-
-    Notes
-    -----
-    During downward slip, v' = g [sin α + k cos α − tan φ (cos α − k sin α)] with k = −base/g;
-    during upward slip, friction has the opposite sign.  The block sticks if the velocity changes
-    its sign and the driving force is less than friction.
+    `base` is the horizontal acceleration of the base in the downslope sense, m/s², at equidistant
+    times (s).  Each interval is integrated in closed form with mean acceleration.  During downward
+    slip, v' = g [sin α + k cos α − tan φ (cos α − k sin α)] with k = −base/g; during upward slip,
+    friction has the opposite sign.  The block sticks if the velocity changes its sign and the
+    driving force is less than friction.
     """
     angle, mu = np.radians(slope), np.tan(np.radians(friction_angle))
     drive = nml.GRAVITY * np.sin(angle) - base * np.cos(angle)
@@ -278,12 +261,11 @@ def _draw_newmark_slip(fine, base, slip, velocity, data, computed, slope, fricti
     top.set(ylabel="downslope push k (–)", title="Loma Prieta 1989, APEEL array 2, doubled")
     along = np.array([np.cos(np.radians(slope)), -np.sin(np.radians(slope))])
     speed = data.velocity.sel(point="centre").values @ along
-    middle.plot(
-        fine[::10], velocity[::10], color=style.INK, lw=2.2, alpha=0.35, label="rigid block"
-    )
+    pale = {"color": style.INK, "lw": 2.2, "alpha": 0.35, "label": "rigid block"}
+    middle.plot(fine[::10], velocity[::10], **pale)
     middle.plot(data.time, speed, color=style.BLUE, lw=0.8, label="engine")
     middle.set(ylabel="slip velocity (m/s)")
-    bottom.plot(fine[::10], slip[::10], color=style.INK, lw=2.2, alpha=0.35, label="rigid block")
+    bottom.plot(fine[::10], slip[::10], **pale)
     bottom.plot(data.time, computed, color=style.BLUE, lw=1, label="engine")
     bottom.set(xlabel="time (s)", ylabel="slip (m)")
     return figure
@@ -415,10 +397,8 @@ def _tilting_table_text(rate: float, duration: float, time_step: float) -> str:
         dy = x * np.sin(angle) + y * (np.cos(angle) - 1)
         motions += nml.motion(f"x{i}", dx, 0.01, "displacement")
         motions += nml.motion(f"y{i}", dy, 0.01, "displacement")
-        motions_of_point = {"motion_x": f"x{i}", "motion_y": f"y{i}"}
-        points += nml.group(
-            "fixed_point", x=table[i, 0], y=table[i, 1], block="table", **motions_of_point
-        )
+        position = {"x": table[i, 0], "y": table[i, 1], "block": "table"}
+        points += nml.group("fixed_point", **position, motion_x=f"x{i}", motion_y=f"y{i}")
     return nml.text(
         nml.control(time_step, round(duration / time_step)),
         nml.contact(50 * ROCK["young_modulus"]),
@@ -470,11 +450,8 @@ def many_blocks(short: bool) -> Outcome:
         start, initial = slide.coordinates[1:, :2], slide.polygons
         while not slide.advance(100):
             pass
-        displacement, final, energies = (
-            slide.coordinates[1:, :2] - start,
-            slide.polygons,
-            slide.energies,
-        )
+        displacement = slide.coordinates[1:, :2] - start
+        final, energies = slide.polygons, slide.energies
     slip = displacement @ np.array([np.cos(angle), np.sin(angle)])
     expected = np.array([_coulomb_slip(phi, 30.0, 1.0) for phi in friction])
     worst = int(np.argmax(np.abs(slip / expected - 1)))

@@ -76,9 +76,8 @@ def rest_of(model: Model) -> Rest | None:
         return None
     owner = np.repeat(np.arange(len(polygons)), [*map(len, polygons)])
     forces: dict[tuple[int, int], float] = {}
-    for v, e, force in zip(
-        contacts["vertex"], contacts["edge"], contacts["normal_force"], strict=True
-    ):
+    columns = (contacts[name] for name in ("vertex", "edge", "normal_force"))
+    for v, e, force in zip(*columns, strict=True):
         pair = tuple(sorted((int(owner[v]), int(owner[e]))))
         forces[pair] = forces.get(pair, 0.0) + float(force)
     displacement = max(abs(p - q).max() for p, q in zip(polygons, starts, strict=True))

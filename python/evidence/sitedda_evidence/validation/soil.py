@@ -27,10 +27,8 @@ WAVES = ((0.64872, 108, 36.0), (1.71828, 225, 45.0))  # strain, cells, height (m
 def soil_model(steps, soil, integration="midpoint", time_step=2e-3):
     """Return a plane-strain model with one soil, without blocks."""
     model = Model()
-    model.control(
-        time_step=time_step, steps=steps, gravity=[0.0, 0.0], integration=integration,
-        analysis="plane_strain",
-    )  # fmt: skip
+    model.control(time_step=time_step, steps=steps, gravity=[0.0, 0.0], integration=integration,
+                  analysis="plane_strain")  # fmt: skip
     model.contact(normal_stiffness=100 * SHEAR)
     young = 2 * SHEAR * (1 + POISSON)
     model.material(name="soil", density=DENSITY, young_modulus=young, poisson_ratio=POISSON, **soil)
@@ -41,10 +39,7 @@ def soil_model(steps, soil, integration="midpoint", time_step=2e-3):
 def shaken_column(ground, cells, soil, integration="midpoint", height=20.0, time_step=2e-3):
     """Return a column of cells in pure shear on a base with accelerations `ground`, m/s²."""
     model = soil_model(ground.size - 1, soil, integration, time_step)
-    model.motion(
-        name="ground", values=ground.tolist(), quantity="acceleration", time_step=time_step,
-        drift_order=0,
-    )  # fmt: skip
+    model.motion("ground", ground.tolist(), time_step, "acceleration", drift_order=0)
     size = height / cells
     for i in range(cells):
         low, high = i * size, (i + 1) * size

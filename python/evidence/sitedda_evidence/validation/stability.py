@@ -86,11 +86,8 @@ def arch(short: bool) -> Outcome:
                 label = f"{count} voussoirs, {side:g} × the limit: final kinetic energy / m g R"
                 rows.append(at_most(label, result["kinetic"], 1e-9))
             pictures.append((f"{count} voussoirs, {side:g} × the limit", result))
-    table = Table(
-        "Limit of thickness / radius.",
-        ("voussoirs", "limit analysis", "continuum", "relative difference"),
-        lines,
-    )
+    head = ("voussoirs", "limit analysis", "continuum", "relative difference")
+    table = Table("Limit of thickness / radius.", head, lines)
     return Outcome(rows, _draw_arches(pictures), [table])
 
 
@@ -180,10 +177,8 @@ def toppling(short: bool) -> Outcome:
     """Check both sides of the limit, 5 % of tan φ apart, and the limit of the engine."""
     limit = _bisect_limit(lambda phi: toe_force(phi) <= 1e-9, 30.0, 44.0)
     mu = np.tan(np.radians(limit))
-    rows = [
-        relative("limit of tan φ, limit equilibrium; expected: printed value", 0.7855, mu, 2e-3)
-    ]
-    pictures = []
+    label = "limit of tan φ, limit equilibrium; expected: printed value"
+    rows, pictures = [relative(label, 0.7855, mu, 2e-3)], []
     for side, falls in ((1.05, False), (0.95, True)):
         result = _run_slope(side * mu)
         rows.append(yes_or_no(f"tan φ = {side:g} × {mu:.4f}: the slope falls", falls,
@@ -194,15 +189,11 @@ def toppling(short: bool) -> Outcome:
         pictures.append((f"{side:g} of the limit, φ {angle:.1f}°", result))
     tables = []
     if not short:
-        bracket = bisect(
-            lambda coefficient: not _run_slope(coefficient)["falls"], 1.05 * mu, 0.95 * mu, 4e-3
-        )
-        engine_limit = 0.5 * sum(bracket)
+        bounds = (1.05 * mu, 0.95 * mu)
+        engine_limit = 0.5 * sum(bisect(lambda m: not _run_slope(m)["falls"], *bounds, 4e-3))
         rows.append(relative("limit of tan φ by bisection of runs; expected: limit equilibrium", mu,
             engine_limit, 3e-2))  # fmt: skip
-        by_analysis = _bisect_limit(
-            lambda coefficient: has_equilibrium(goodman_bray(coefficient)), 0.36, 0.97
-        )
+        by_analysis = _bisect_limit(lambda m: has_equilibrium(goodman_bray(m)), 0.36, 0.97)
         lines = [("Goodman & Bray", mu), ("limit analysis", by_analysis), ("engine", engine_limit)]
         tables = [Table("Smallest tan φ of a stable slope.", ("method", "tan φ"), lines)]
     return Outcome(rows, _draw_slopes(pictures), tables)
