@@ -134,9 +134,8 @@ class Limit:
     def to_csv(self) -> str:
         """Return forces, opening and slip at each point as CSV."""
         numbers = np.column_stack([self.points, self.normal_force, self.shear_force, self.openings])
-        lines = [
-            "block,other,x (m),y (m),normal force (N/m),shear force (N/m),opening (m),slip (m)"
-        ]
+        heads = "block,other,x (m),y (m),normal force (N/m),shear force (N/m),opening (m),slip (m)"
+        lines = [heads]
         for pair, row in zip(self.blocks, numbers, strict=True):
             lines.append(",".join([*(self.names[i] for i in pair), *map("{:.9g}".format, row)]))
         return "\n".join([*lines, ""])
@@ -145,9 +144,8 @@ class Limit:
         """Draw the blocks coloured by their verdicts, with arrows; return matplotlib axes."""
         from .picture import draw_mechanism
 
-        return draw_mechanism(
-            self, axes, self.title or f"Body force {self.factor:.4g} times the weight"
-        )
+        title = self.title or f"Body force {self.factor:.4g} times the weight"
+        return draw_mechanism(self, axes, title)
 
 
 @dataclass(frozen=True)
@@ -269,9 +267,8 @@ def travelling_axle(
     factors = np.array([solve(position).factor for position in stations])
     lowest = int(np.argmin(factors))
     low, high = stations[max(lowest - 1, 0)], stations[min(lowest + 1, len(stations) - 1)]
-    refined = minimize_scalar(
-        lambda position: solve(position).factor, bounds=(low, high), method="bounded"
-    )
+    bounded = {"bounds": (low, high), "method": "bounded"}
+    refined = minimize_scalar(lambda position: solve(position).factor, **bounded)
     worst_position = stations[lowest] if factors[lowest] <= refined.fun else float(refined.x)
     result = programme.limit(solve(worst_position))
     loads = np.where(factors >= _UNLIMITED, np.inf, factors * programme.weight)
@@ -422,10 +419,9 @@ class _Programme:
         for group in self.scene.groups.get("load", []):
             if str(group.get("name", "")).strip() == name:
                 time = np.asarray(group["time"], dtype=float)
-                force = [
-                    float(np.interp(0.0, time, np.broadcast_to(values, len(time)), 0.0, 0.0))
-                    for values in (group.get("force_x", 0.0), group.get("force_y", 0.0))
-                ]
+                values = (group.get(name, 0.0) for name in ("force_x", "force_y"))
+                series = (np.broadcast_to(forces, len(time)) for forces in values)
+                force = [float(np.interp(0.0, time, forces, 0.0, 0.0)) for forces in series]
                 point = np.array([group["x"], group["y"]], dtype=float)
                 block = self._block_at(point, str(group.get("block", "")).strip())
                 live += self._block_forces([block], point[None], np.array([force]) / self.unit)
@@ -443,9 +439,8 @@ class _Programme:
         """Return forces and moments on all blocks, (blocks, 3), due to scaled forces (k, 2)."""
         if not len(blocks):
             return np.zeros((len(self.polygons), 3))
-        return (
-            self._equilibrium_columns(np.array(blocks), points, forces).sum(axis=1).reshape(-1, 3)
-        )
+        columns = self._equilibrium_columns(np.array(blocks), points, forces)
+        return columns.sum(axis=1).reshape(-1, 3)
 
     def upper(self, prestress: float = _PRESTRESS) -> _Solution:
         """Return the limit with associated friction."""
@@ -484,10 +479,8 @@ class _Programme:
         self.points = np.vstack([ends, scene.vertices(0)[corners]])
         self.normals = np.vstack([np.repeat(faces.normal, 2, axis=0), normals])
         self.tangents = np.column_stack([-self.normals[:, 1], self.normals[:, 0]])
-        self.friction = np.append(
-            np.repeat(tangent[scene.interface_joints], 2),
-            tangent[scene.joint[touched]].min(axis=1, initial=np.inf),
-        )
+        corner_friction = tangent[scene.joint[touched]].min(axis=1, initial=np.inf)
+        self.friction = np.append(np.repeat(tangent[scene.interface_joints], 2), corner_friction)
         self._set_strengths(len(single))
 
     def _set_strengths(self, corners: int) -> None:
@@ -548,10 +541,8 @@ class _Programme:
         faces = scene.interfaces
         pairs = {*zip(faces.first_edge, faces.second_edge, strict=True)}
         pairs |= {(b, a) for a, b in pairs}
-        single = [
-            not pairs & {(v, e), (previous, e)}
-            for v, previous, e in zip(vertex, scene.previous_vertex[vertex], edge, strict=True)
-        ]
+        touched = zip(vertex, scene.previous_vertex[vertex], edge, strict=True)
+        single = [not pairs & {(v, e), (previous, e)} for v, previous, e in touched]
         mask = on_edge & np.array(single, dtype=bool)
         return vertex[mask], edge[mask], normals[mask]
 
@@ -582,16 +573,13 @@ class _Programme:
         """Yield name, equilibrium column and bounds (N/m) of the axial force of each bolt."""
         for group in self.scene.groups.get("bolt", []):
             inner_points = np.ravel(group.get("through", []))
-            points = np.reshape([*group["from"], *inner_points, *group["to"]], (-1, 2)).astype(
-                float
-            )
+            points = np.array([*group["from"], *inner_points, *group["to"]], dtype=float)
+            points = points.reshape(-1, 2)
             inner = np.ravel(group.get("through_block", [])).tolist()
             inner += [""] * (len(points) - 2 - len(inner))
             owners = [group.get("from_block", ""), *inner, group.get("to_block", "")]
-            blocks = [
-                self._block_at(point, str(name).strip())
-                for point, name in zip(points, owners, strict=True)
-            ]
+            pairs = zip(points, owners, strict=True)
+            blocks = [self._block_at(point, str(name).strip()) for point, name in pairs]
             along = np.diff(points, axis=0)
             along /= np.linalg.norm(along, axis=1)[:, None]
             force = np.pad(along, ((0, 1), (0, 0))) - np.pad(along, ((1, 0), (0, 0)))
@@ -605,9 +593,8 @@ class _Programme:
         """Add the weight of backfill to the dead load; yield columns and bounds of pressures."""
         scene = self.scene
         joint_edges = {*scene.interfaces.first_edge, *scene.interfaces.second_edge}
-        for edge, (begin, end) in enumerate(
-            zip(scene.vertices(0), scene.vertices(0)[scene.next_vertex], strict=True)
-        ):
+        ends = zip(scene.vertices(0), scene.vertices(0)[scene.next_vertex], strict=True)
+        for edge, (begin, end) in enumerate(ends):
             width, height = begin[0] - end[0], abs(end[1] - begin[1])
             if edge in joint_edges or width < -_CORNER * height:
                 continue
@@ -625,9 +612,8 @@ class _Programme:
             return self.scene.names.index(name)
         if name.isdigit():
             return int(name) - 1
-        distance = shapely.distance(
-            [shapely.Polygon(p) for p in self.polygons], shapely.Point(point)
-        )
+        polygons = [shapely.Polygon(polygon) for polygon in self.polygons]
+        distance = shapely.distance(polygons, shapely.Point(point))
         candidates = np.flatnonzero(distance <= _CORNER * self.scene.size)
         if candidates.size:
             return int(candidates[0])
@@ -657,11 +643,9 @@ class _Programme:
         """Return the columns of equilibrium: normal forces, shear forces, reactions, bolts."""
         parts = []
         for force in (self.normals, self.tangents):
-            first_block, second = self.blocks.T
-            parts.append(
-                self._equilibrium_columns(second, self.points, force)
-                - self._equilibrium_columns(first_block, self.points, force)
-            )  # fmt: skip
+            first, second = (self._equilibrium_columns(block, self.points, force)
+                             for block in self.blocks.T)  # fmt: skip
+            parts.append(second - first)
         self.bolts = [*self._bolt_columns(), *self.passive]
         columns = [coo_array(column) for _, column, _ in self.bolts]
         return block_array([[*parts, self._reaction_columns(), *columns]], format="csc")
@@ -683,9 +667,8 @@ class _Programme:
         previous, steady = np.inf, 0
         for _ in range(_CUTS):
             solution = self._solve_once(slope, bound, limit, prestress, binding)
-            steady = (
-                steady + 1 if abs(solution.factor - previous) <= _STILL * solution.factor else 0
-            )
+            is_steady = abs(solution.factor - previous) <= _STILL * solution.factor
+            steady = steady + 1 if is_steady else 0
             previous = solution.factor
             if not self._add_tangents(solution.normal, _LEFT if steady >= rounds else 0.0):
                 return solution
@@ -712,15 +695,9 @@ class _Programme:
             balanced = np.append(balanced, right[fixed])
             bounds[low, 1], bounds[high, 0] = bounds[low, 0], bounds[high, 1]
         penalty = np.append(np.broadcast_to(prestress, n), np.zeros(size - n - 1))
-        result = linprog(
-            np.append(penalty, -1.0 if binding is None else 1.0),
-            A_ub=matrix,
-            b_ub=right,
-            A_eq=exact,
-            b_eq=balanced,
-            bounds=bounds,
-            options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
-        )
+        objective = np.append(penalty, -1.0 if binding is None else 1.0)
+        options = {f"{name}_feasibility_tolerance": 1e-9 for name in ("primal", "dual")}
+        result = linprog(objective, matrix, right, exact, balanced, bounds, options=options)
         if result.status == 2:
             raise InputError("no factor of the load is in equilibrium with the joint strengths")
         if result.status != 0:
@@ -731,11 +708,8 @@ class _Programme:
         forces = result.x[: 2 * n] * self.unit
         pulls = result.x[size - 1 - len(bolts) : -1] * self.unit
         tolerance = _MOVES[0] * abs(multipliers).max() + _MOVES[1] * penalty.max()
-        motions = [
-            -result.ineqlin.marginals,
-            result.lower.marginals[:-1],
-            -result.upper.marginals[:-1],
-        ]
+        low, high = result.lower.marginals[:-1], -result.upper.marginals[:-1]
+        motions = [-result.ineqlin.marginals, low, high]
         binding = tuple(np.flatnonzero(motion > tolerance) for motion in motions)
         return _Solution(float(result.x[-1]), forces[:n], forces[n:], pulls, velocity, binding)
 

@@ -118,9 +118,8 @@ def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Perfo
         demand = _inelastic_demand(demand, period, strength, values)
     elastic = np.column_stack([values * (_PERIODS / (2 * math.pi)) ** 2, values])
     curve = np.column_stack([displacement, resistance])
-    return Performance(
-        method, period, demand, capacity, participation * demand, curve, line, elastic
-    )
+    at_point = participation * demand
+    return Performance(method, period, demand, capacity, at_point, curve, line, elastic)
 
 
 def _spectrum_function(given) -> Callable:

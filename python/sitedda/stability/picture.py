@@ -51,9 +51,8 @@ def draw_mechanism(result, axes=None, title: str = "", subtitle: str = ""):
 def _draw_blocks(axes, polygons, verdicts, width: float) -> None:
     """Draw blocks coloured by their verdicts; `width` is that of their outlines in points."""
     fills = [FILLS[verdict] for verdict in verdicts]
-    axes.add_collection(
-        PolyCollection(polygons, facecolors=fills, edgecolors=EDGE, linewidths=width)
-    )
+    look = {"facecolors": fills, "edgecolors": EDGE, "linewidths": width}
+    axes.add_collection(PolyCollection(polygons, **look))
 
 
 def _draw_lines(axes, lines) -> list:
@@ -100,9 +99,8 @@ def pushover_figure(result, limits=None):
     distance = 1e3 * result.displacement
     curve.plot(distance, result.factor, color=BLUE)
     curve.plot(1e3 * result.at_peak, result.peak, "o", color=BLUE)
-    for limit, text, side in (
-        ((limits.lower, "L", "top"), (limits.upper, "U", "bottom")) if limits else ()
-    ):
+    levels = ((limits.lower, "L", "top"), (limits.upper, "U", "bottom")) if limits else ()
+    for limit, text, side in levels:
         curve.axhline(limit.factor, color=INK, ls="--", lw=0.8)
         curve.annotate(text, (0.0, limit.factor), va=side, ha="right")
     labels = {"tilt": "tangent of the tilt", "mode": "load in the first mode / weight"}

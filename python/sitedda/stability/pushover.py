@@ -118,10 +118,8 @@ class Pushover:
 
     def __str__(self) -> str:
         """Return four lines: peak, end, energies and mechanism."""
-        counts = {
-            verdict: self.verdicts.count(verdict) for verdict in ("stable", "slides", "topples")
-        }
-        moves = ", ".join(f"{n} {verdict}" for verdict, n in counts.items() if n)
+        verdicts = [v for v in ("stable", "slides", "topples") if v in self.verdicts]
+        moves = ", ".join(f"{self.verdicts.count(verdict)} {verdict}" for verdict in verdicts)
         quantity = {"tilt": "tangent of the tilt", "mode": "load in the first mode / weight",
                 "horizontal": "horizontal load / weight"}[self.load]  # fmt: skip
         return "\n".join([
@@ -134,13 +132,10 @@ class Pushover:
 
     def to_csv(self) -> str:
         """Return the curve as CSV: displacement (m), factor, work and friction (J/m)."""
-        rows = zip(
-            self.displacement, self.largest, self.factor, self.work, self.friction, strict=True
-        )
-        lines = [",".join(f"{value:.9g}" for value in row) for row in rows]
-        return "\n".join(
-            ["displacement (m),largest (m),factor (1),work (J/m),friction (J/m)", *lines, ""]
-        )
+        columns = self.displacement, self.largest, self.factor, self.work, self.friction
+        lines = [",".join(map("{:.9g}".format, row)) for row in zip(*columns, strict=True)]
+        heads = "displacement (m),largest (m),factor (1),work (J/m),friction (J/m)"
+        return "\n".join([heads, *lines, ""])
 
     def draw(self, limits=None):
         """Draw the curve, the energy dissipated by slip and the blocks at the end.
@@ -219,11 +214,8 @@ class _LoadedBlocks:
     def of(cls, model: Model, load: str) -> "_LoadedBlocks":
         """Return the blocks of a model under one of `LOADS`."""
         with Simulation(model) as simulation:
-            scene, polygons, centres = (
-                Scene.of(simulation),
-                simulation.polygons,
-                simulation.coordinates[:, :2],
-            )
+            scene, polygons = Scene.of(simulation), simulation.polygons
+            centres = simulation.coordinates[:, :2]
             density = [float(group["density"]) for group in scene.groups["material"]]
             mass = np.array(density)[scene.material] * scene.areas()
             each = zip(polygons, centres, strict=True)
@@ -296,20 +288,16 @@ class _PushoverRun:
                 current = run.coordinates
                 change, step = current - previous, run.time - time
                 previous, time, previous_motion = current, run.time, motion
-                power, inertia = (
-                    self._load_work(change, factor),
-                    self._squared_mass_norm(change) / step**2,
-                )
+                power = self._load_work(change, factor)
+                inertia = self._squared_mass_norm(change) / step**2
                 balance = factor - (inertia / power if power > 0 else 0.0)
                 work += balance * power
                 row = (motion, farthest_motion, balance, work, run.energies["friction"] - friction)
                 motion = self.sense * float(run.point_motions[0, self.index, 0])
                 distances = np.hypot(*(current - start)[:, :2].T)
                 farthest = int(distances.argmax())
-                farthest_motion, name = (
-                    float(distances[farthest]),
-                    names[farthest] or f"block {farthest + 1}",
-                )
+                farthest_motion = float(distances[farthest])
+                name = names[farthest] or f"block {farthest + 1}"
                 steady = factor - balance <= _STEADY * _EXCESS
                 ending = self._end_reason(ended, motion, farthest_motion, name, balance)
                 if balance <= 0 and not steady:
@@ -317,9 +305,8 @@ class _PushoverRun:
                 if steady:
                     rows.append(row)
                     states.append(current[:, :3])
-                steps.append(
-                    (self._controlling_displacement(change, motion - previous_motion), balance)
-                )
+                path = self._controlling_displacement(change, motion - previous_motion)
+                steps.append((path, balance))
                 excess = self._next_load_excess(excess, factor, steps)
                 ahead = max(_extrapolate_factor(steps), _BACK * balance)
                 factor = min(factor, ahead) + excess

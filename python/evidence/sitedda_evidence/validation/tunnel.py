@@ -91,8 +91,7 @@ def _tunnel_model(name: str, duration: float) -> Model:
     model.joint("cross", friction_angle=35.0, **impacts)
     model.joint("bonded", friction_angle=35.0, cohesion=1e9, tensile_strength=1e9)
     _add_rock(model)
-    quake = {"file": str(record_file())}
-    model.motion("quake", **quake)
+    model.motion("quake", file=str(record_file()))
     model.boundary("base", "compliant", side="bottom", motion_x="quake", **ROCK)
     for side in ("left", "right"):
         model.boundary(side=side, kind="free_field", **ROCK)
@@ -115,9 +114,8 @@ def _add_rock(model: Model) -> None:
         outline = (left, -HALF, right, -HALF, right, HALF, left, HALF)
         model.region(name=name, outline=outline, joint="bed" if name == "rock" else "bonded")
     left, bottom, right, top = OPENING
-    model.excavation(
-        name="core", outline=(left, bottom, right, bottom, right, top, left, top), joint="bed"
-    )
+    opening = (left, bottom, right, bottom, right, top, left, top)
+    model.excavation(name="core", outline=opening, joint="bed")
     for joint, angle, spacing in (("bed", 15.0, 3.0), ("cross", -70.0, 4.0)):
         model.joint_set(joint=joint, region="rock", angle=angle, spacing=spacing, origin=(0.0, 0.0))
     for side in ("left", "right"):

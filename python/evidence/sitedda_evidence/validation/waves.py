@@ -38,9 +38,8 @@ def damping(short: bool) -> Outcome:
     for name, member in MEMBERS.items():
         for omega_dt in steps:
             computed = fit_invariants(_run_bonded_blocks(omega_dt, name))
-            rows += _invariant_rows(
-                f"{name}, Ω = {omega_dt:g}", computed, amplification_invariants(*member, omega_dt)
-            )
+            expected = amplification_invariants(*member, omega_dt)
+            rows += _invariant_rows(f"{name}, Ω = {omega_dt:g}", computed, expected)
             ratios[name, omega_dt] = _damping_ratio(*computed)
         for omega_dt in steps[1::2]:
             computed = fit_invariants(_run_supported_block(omega_dt, name))
@@ -49,26 +48,23 @@ def damping(short: bool) -> Outcome:
     figure, (left, right) = canvas()
     fine = np.geomspace(0.005, 20.0, 300)
     for (name, member), color in zip(MEMBERS.items(), COLORS, strict=False):
-        theory = [
-            _damping_ratio(*amplification_invariants(*member, omega_step)) for omega_step in fine
-        ]
+        theory = [_damping_ratio(*amplification_invariants(*member, step)) for step in fine]
         right.loglog(fine, theory, color=color, lw=1, label=name)
         right.loglog(steps, [ratios[name, s] for s in steps], "o", color=color, ms=4)
         x = _run_bonded_blocks(5.0, name)
         left.plot(x / np.abs(x).max(), ".-", color=color, lw=0.8, label=name)
-    right.set(
-        xlabel="Ω = ωΔt", ylabel="damping ratio ζ", ylim=(1e-3, 1.5), title="lines: closed form"
-    )
+    right.set(xlabel="Ω = ωΔt", ylabel="damping ratio ζ", ylim=(1e-3, 1.5))
+    right.set_title("lines: closed form")
     left.set(xlabel="step", ylabel="displacement / largest", title="Ω = 5", xlim=(0, 20))
     return Outcome(rows, figure)
 
 
 def amplification_invariants(theta: float, chi: float, omega_step: float) -> tuple[float, float]:
     """Return trace and determinant of the amplification matrix of a member at Ω = `omega_step`."""
-    denominator = 1 + theta * chi * omega_step**2
-    return 2 - (theta + chi) * omega_step**2 / denominator, (
-        1 + (1 - theta) * (1 - chi) * omega_step**2
-    ) / denominator
+    square = omega_step**2
+    denominator = 1 + theta * chi * square
+    determinant = (1 + (1 - theta) * (1 - chi) * square) / denominator
+    return 2 - (theta + chi) * square / denominator, determinant
 
 
 def fit_invariants(x: np.ndarray) -> tuple[float, float]:
@@ -200,10 +196,8 @@ def _column_text(
             motion = {f"motion_{direction}": "wave"}
             text += [nml.group("fixed_point", x=x, y=0.5, block="b0", **motion) for x in (0.0, 1.0)]
         elif upright:
-            text += [
-                nml.group("fixed_point", x=x, y=i + 0.5, block=f"b{i}", direction="y")
-                for x in (0.0, 1.0)
-            ]
+            fixed = {"y": i + 0.5, "block": f"b{i}", "direction": "y"}
+            text += [nml.group("fixed_point", x=x, **fixed) for x in (0.0, 1.0)]
     return "".join(text)
 
 
@@ -215,15 +209,14 @@ def _run_pulse(wave: str, length: float, speed: float):
     duration = (90 + 2 * length) / speed
     samples = np.arange(0.0, duration, sigma / 20)
     pulse = 1e-6 * np.exp(-0.5 * ((samples - 5 * sigma) / sigma) ** 2)
+    names, axis = (["glued"] * count, ["rock"] * count), "y" if wave == "P" else "x"
     text = nml.text(
         nml.control(step, round(duration / step), gravity=(0, 0)),
         nml.contact(PENALTY),
         nml.material("rock", DENSITY, YOUNG),
         nml.joint("glued", 45.0, **GLUE),
         nml.motion("wave", pulse, sigma / 20, "displacement"),
-        _column_text(
-            count, ["glued"] * count, ["rock"] * count, "y" if wave == "P" else "x", wave == "S"
-        ),
+        _column_text(count, *names, axis, wave == "S"),
         nml.measured_point("near", (0.5, 10.5)),
         nml.measured_point("far", (0.5, 70.5)),
     )
@@ -268,11 +261,9 @@ def cantilever(short: bool) -> Outcome:
             first_case = shape, data
         lines.append((count, frequency, theory, beam, abs(frequency / beam - 1)))
     orders = observed_order([1 / count for count in counts], [line[-1] for line in lines])
-    table = Table(
-        "First frequency (Hz) for several numbers of blocks.",
-        ("blocks", "engine", "chain of joints", "beam", "relative error to the beam", "order"),
-        [(*line, order) for line, order in zip(lines, orders, strict=True)],
-    )
+    lines = [(*line, order) for line, order in zip(lines, orders, strict=True)]
+    head = ("blocks", "engine", "chain of joints", "beam", "relative error to the beam", "order")
+    table = Table("First frequency (Hz) for several numbers of blocks.", head, lines)
     figure, (left, right) = canvas(width_ratios=[2, 3])
     shape, data = first_case
     bent = [nml.rectangle(i, -0.5, 1, 1) + [0, 2.5 * shape[3 * i + 1]] for i in range(10)]
@@ -353,12 +344,9 @@ def slip_joint(short: bool) -> Outcome:
     for ratio in ratios:
         data, _ = _run_slip_joint(ratio, per_wave)
         transmitted = _energy_flux(data, "above", per_wave) / incident / (ratio / 0.5) ** 2
-        reflected_velocity = _point_velocity(data, "below") - ratio / 0.5 * _point_velocity(
-            reference, "below"
-        )  # reflected
-        reflected = (
-            _squared_velocity(reflected_velocity, data, per_wave) / incident / (ratio / 0.5) ** 2
-        )
+        below, incoming = (_point_velocity(one, "below") for one in (data, reference))
+        square = _squared_velocity(below - ratio / 0.5 * incoming, data, per_wave)
+        reflected = square / incident / (ratio / 0.5) ** 2
         coefficients = np.sqrt([transmitted, reflected, max(0.0, 1 - transmitted - reflected)])
         expected = clipped_sine(1 / (ratio * arriving))
         for name, a, b in zip(("T", "R", "A"), expected, coefficients, strict=True):

@@ -22,10 +22,8 @@ def _soil_body(outline, cells: int, poisson: float, sides, **strength) -> Model:
     model = Model()
     model.control(time_step=1.0, gravity=[0.0, -10.0], analysis="plane_strain")
     model.contact(normal_stiffness=STIFF)
-    model.material(
-        name="soil", density=WEIGHT / 10.0, young_modulus=STIFF, poisson_ratio=poisson,
-        law="mohr_coulomb", **strength,
-    )  # fmt: skip
+    model.material(name="soil", density=WEIGHT / 10.0, young_modulus=STIFF, poisson_ratio=poisson,
+                   law="mohr_coulomb", **strength)  # fmt: skip
     model.joint(name="joint", friction_angle=30.0)
     model.block(vertices=[HEIGHT * value for value in outline], name="ground")
     model.mesh(blocks="ground", size=HEIGHT / cells)
@@ -38,26 +36,22 @@ def _soil_body(outline, cells: int, poisson: float, sides, **strength) -> Model:
 def slope(cells: int) -> Model:
     """Return a slope of 2:1 on a firm base with φ = 20°, c = 0.05 γH, ψ = 0."""
     outline = [0, 0, 3.2, 0, 3.2, 1, 2, 1]
-    return _soil_body(
-        outline, cells, 0.3, ("right",), cohesion=0.05 * WEIGHT * HEIGHT, friction_angle=20.0
-    )
+    strength = {"cohesion": 0.05 * WEIGHT * HEIGHT, "friction_angle": 20.0}
+    return _soil_body(outline, cells, 0.3, ("right",), **strength)
 
 
 def clay(cells: int) -> Model:
     """Return a slope of 2:1 in clay of c = ¼ γH, on a layer of this clay of the same height."""
     outline = [0, 0, 6, 0, 6, 2, 4, 2, 2, 1, 0, 1]
-    return _soil_body(
-        outline, cells, 0.3, ("left", "right"), cohesion=0.25 * WEIGHT * HEIGHT, friction_angle=0.0
-    )
+    strength = {"cohesion": 0.25 * WEIGHT * HEIGHT, "friction_angle": 0.0}
+    return _soil_body(outline, cells, 0.3, ("left", "right"), **strength)
 
 
 def cut(cells: int) -> Model:
     """Return a vertical cut in clay that is at its limit load by limit analysis."""
     outline = [-2, -1, 1, -1, 1, 0, 0, 0, 0, 1, -2, 1]
-    return _soil_body(
-        outline, cells, 0.49, ("left", "right"), cohesion=WEIGHT * HEIGHT / CUT,
-        friction_angle=0.0,
-    )  # fmt: skip
+    strength = {"cohesion": WEIGHT * HEIGHT / CUT, "friction_angle": 0.0}
+    return _soil_body(outline, cells, 0.49, ("left", "right"), **strength)
 
 
 def factor(model: Model) -> Safety:
@@ -93,31 +87,19 @@ def slopes_that_yield(short: bool) -> Outcome:
         for cells, result in zip(sizes, results, strict=True):
             table.append((name, cells, result.low, result.high, published))
     head = ("case", "cells over the height", "stable", "unstable", "published")
-    return Outcome(
-        rows,
-        results[-1].draw().figure,
-        [
-            Table(
-                "Factor of safety: largest stable and smallest unstable divisor of the strength.",
-                head,
-                table,
-            )
-        ],
-    )
+    title = "Factor of safety: largest stable and smallest unstable divisor of the strength."
+    return Outcome(rows, results[-1].draw().figure, [Table(title, head, table)])
 
 
 def strip(cells, sink, size=(5.0, 3.0), angle=0.0, young=1e8, poisson=0.49, steps=60, **control):
     """Return a smooth strip footing of half-width 1 m on square cells of clay, c = 100 kPa."""
     model = Model()
-    model.control(
-        **{"time_step": 0.05, "steps": steps, "gravity": [0.0, 0.0], "analysis": "plane_strain",
-           "integration": "backward_euler"} | control,
-    )  # fmt: skip
+    usual = {"time_step": 0.05, "steps": steps, "gravity": [0.0, 0.0]}
+    model.control(analysis="plane_strain", **{"integration": "backward_euler"} | usual | control)
     model.contact(normal_stiffness=young)
-    model.material(
-        name="clay", density=2000.0, young_modulus=young, poisson_ratio=poisson,
-        law="mohr_coulomb", cohesion=1e5, friction_angle=angle, dilation_angle=angle,
-    )  # fmt: skip
+    model.material(name="clay", density=2000.0, young_modulus=young, poisson_ratio=poisson,
+                   law="mohr_coulomb", cohesion=1e5, friction_angle=angle,
+                   dilation_angle=angle)  # fmt: skip
     model.joint(name="joint", friction_angle=30.0)
     values = -sink * np.arange(steps + 2) / steps
     model.motion(name="down", values=values.tolist(), quantity="displacement", time_step=0.05)
