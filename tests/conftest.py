@@ -2,6 +2,7 @@
 """Fixtures that the tests of the package, of the executable and of verification share."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -48,17 +49,18 @@ def caller(name: str):
 
     def call(*arguments, folder=None, threads=None) -> subprocess.CompletedProcess:
         return subprocess.run(
-            [path, *map(os.fspath, arguments)],
-            cwd=folder,
+            [path, *map(os.fspath, arguments)], cwd=folder,
             env=os.environ | ({"OMP_NUM_THREADS": str(threads)} if threads else {}),
-            capture_output=True,
-            encoding="utf-8",
-            errors="replace",
-            timeout=DEADLINE,
-            check=False,
-        )
+            capture_output=True, encoding="utf-8", errors="replace", timeout=DEADLINE,
+            check=False)  # fmt: skip
 
-    call.path = path
+    def start(*arguments, folder, **options) -> subprocess.Popen:
+        return subprocess.Popen([path, *map(os.fspath, arguments)], cwd=folder, text=True,
+            # In the background, the shell makes tests ignore Ctrl-C.
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+            **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options)  # fmt: skip
+
+    call.path, call.start = path, start
     return named(call, name)
 
 

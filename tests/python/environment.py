@@ -2,7 +2,9 @@
 """Programs of the environment that runs the tests, and the time limit of waiting for them."""
 
 import shutil
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 BROWSER = next(
@@ -18,3 +20,12 @@ def executable(name: str) -> str:
     path = str(beside) if beside.exists() else shutil.which(name)
     assert path, f"{name} is not installed"
     return path
+
+
+def wait_for(condition, process: subprocess.Popen | None = None) -> None:
+    """Wait until a condition is true; fail if the process ends before."""
+    end = time.monotonic() + DEADLINE
+    while not condition():
+        assert process is None or process.poll() is None, process.communicate()
+        assert time.monotonic() < end, "the condition remains false"
+        time.sleep(0.02)

@@ -26,13 +26,8 @@ def lattice(
     cell = {"body": body} if body else {}
     for j in range(rows):
         name = f"layer_{j}"
-        model.material(
-            name,
-            density=DENSITY + 100 * j,
-            young_modulus=MODULUS * (2 - 0.5 * j),
-            poisson_ratio=POISSON,
-            **(damping or {}),
-        )
+        model.material(name, density=DENSITY + 100 * j, young_modulus=MODULUS * (2 - 0.5 * j),
+                       poisson_ratio=POISSON, **(damping or {}))  # fmt: skip
         for i in range(columns)[::order]:
             model.block(_square(i, j), name=f"b_{i}_{j}", material=name, **cell)
     for i in hill:

@@ -8,7 +8,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -149,11 +148,3 @@ async def connect(server: LiveProcess, **headers):
     given = {name: value for name, value in given.items() if value is not None}
     request = HTTPRequest(f"ws://{server.host}/socket", headers=given)
     return await websocket_connect(request, max_message_size=2**30)
-
-
-def wait_for(condition, description: str = "") -> None:
-    """Wait until a condition is true."""
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, description
-        time.sleep(0.05)

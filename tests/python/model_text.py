@@ -6,12 +6,8 @@ import copy
 from sitedda.groups import value_text
 
 ROCK = {"name": "rock", "density": 2643.0, "young_modulus": 4.788e9, "poisson_ratio": 0.25}
-BONDED = {
-    "name": "bedding",
-    "friction_angle": 50.0,
-    "cohesion": 100.0e6,
-    "tensile_strength": 50.0e6,
-}
+BONDED = {"name": "bedding", "friction_angle": 50.0, "cohesion": 100.0e6,
+          "tensile_strength": 50.0e6}  # fmt: skip
 DRY = {"name": "bedding", "friction_angle": 35.0}
 
 
@@ -58,13 +54,8 @@ def tower(layers: int = 3, steps: int = 60, joint=None, **control) -> list:
         ("joint", dict(joint or BONDED)),
         group("layers", name="base", bottom=-1.0, width=15.0, thickness=1.0),
         group("layers", name="layer", width=15.0, thickness=1.0, count=layers),
-        group(
-            "motion",
-            name="pulse",
-            values=[0.0, 0.3, 0.5, 0.1, -0.4, -0.2, 0.0],
-            time_step=0.01,
-            quantity="acceleration",
-        ),
+        group("motion", name="pulse", values=[0.0, 0.3, 0.5, 0.1, -0.4, -0.2, 0.0], time_step=0.01,
+              quantity="acceleration"),
         *(
             group("fixed_point", x=x, y=y, motion_x="pulse")
             for y in (-0.25, -0.75)
@@ -73,7 +64,7 @@ def tower(layers: int = 3, steps: int = 60, joint=None, **control) -> list:
         group("measured_point", name="base", x=7.5, y=-0.5, block="base_1"),
         group("measured_point", name="surface", x=7.5, y=float(layers)),
         group("output", file="tower.nc", block_interval=20),
-    ]
+    ]  # fmt: skip
 
 
 def flying_block(steps: int = 50, **control) -> list:

@@ -230,10 +230,8 @@ def _tunnel(chance) -> list:
     jointed = chance.random() < 0.5
     if jointed:
         angles = chance.uniform(5, 30), chance.uniform(95, 120)
-        cut = [
-            group("joint_set", joint=joint, angle=angle, spacing=0.35 * half)
-            for joint, angle in zip(joints, angles, strict=True)
-        ]
+        cut = [group("joint_set", joint=joint, angle=angle, spacing=0.35 * half)
+               for joint, angle in zip(joints, angles, strict=True)]  # fmt: skip
     else:
         cut = [group("mesh", regions="rock", size=0.25 * half)]
         if chance.random() < 0.6:

@@ -46,52 +46,23 @@ FAULTS = [
     fault("leaves slowly", flying(500.0, **ROLLING), "'brick' has left the model"),
     fault("leaves at once", flying(1e29), "'brick' has left the model", "step 1 "),
     fault("leaves in leaps", flying(1e5), "moves too far in one step"),
-    fault(
-        "leaves in leaps, adaptive",
-        flying(1e12, time_step_control="adaptive", least_time_step=1e-5),
-        "least_time_step",
-    ),
-    fault(
-        "never closes",
-        jammed(),
-        "does not converge",
-        "worst contact",
-        "block 1 'brick'",
-        "time_step_control = 'adaptive'",
-    ),
-    fault(
-        "never closes, adaptive",
-        jammed(time_step_control="adaptive", least_time_step=9e-4),
-        "does not converge",
-        "worst contact",
-        "least_time_step",
-    ),
-    fault(
-        "never closes, original rules",
-        changed(jammed(), "contact", contact_rules="original", normal_stiffness=1e12),
-        "does not converge by the original rules",
-    ),
-    *(
-        fault(
-            f"no pivot, {name}",
-            hopeless(name),
-            "not positive definite",
-            exception="SolverError",
-            status=4,
-        )
-        for name in SOLVERS
-    ),
-    fault(
-        "load beyond measure",
-        [*flying_block(), group("load", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1e30, 1e30])],
-        "moves too far",
-    ),
-    fault(
-        "stress beyond measure",
-        changed(flying_block(), "material", initial_stress=[1e25, 0.0, 0.0]),
-        "moves too far",
-    ),
-]
+    fault("leaves in leaps, adaptive",
+          flying(1e12, time_step_control="adaptive", least_time_step=1e-5), "least_time_step"),
+    fault("never closes", jammed(), "does not converge", "worst contact", "block 1 'brick'",
+          "time_step_control = 'adaptive'"),
+    fault("never closes, adaptive", jammed(time_step_control="adaptive", least_time_step=9e-4),
+          "does not converge", "worst contact", "least_time_step"),
+    fault("never closes, original rules",
+          changed(jammed(), "contact", contact_rules="original", normal_stiffness=1e12),
+          "does not converge by the original rules"),
+    *(fault(f"no pivot, {name}", hopeless(name), "not positive definite", exception="SolverError",
+            status=4) for name in SOLVERS),
+    fault("load beyond measure",
+          [*flying_block(), group("load", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1e30, 1e30])],
+          "moves too far"),
+    fault("stress beyond measure",
+          changed(flying_block(), "material", initial_stress=[1e25, 0.0, 0.0]), "moves too far"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("groups", "exception", "status", "phrases"), FAULTS)

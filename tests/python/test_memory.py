@@ -6,11 +6,10 @@ import platform
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
-from environment import DEADLINE
+from environment import wait_for
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "robustness"))
 
@@ -42,11 +41,12 @@ def enough_for_jacobi(native, tmp_path_factory) -> int:
     environment = os.environ | memory_limits.ONE_THREAD
     running = subprocess.Popen([native.path, "run", "model.nml", "-q"], cwd=folder, env=environment)
     journal, sizes = folder / "model.nc.journal", set()
-    deadline = time.monotonic() + DEADLINE
-    while len(sizes) < 4:  # steps
-        assert running.poll() is None and time.monotonic() < deadline
-        time.sleep(0.05)
-        sizes |= {journal.stat().st_size} if journal.exists() else set()
+
+    def has_computed_steps() -> bool:
+        sizes.update({journal.stat().st_size} if journal.exists() else ())
+        return len(sizes) >= 4
+
+    wait_for(has_computed_steps, running)
     status = Path(f"/proc/{running.pid}/status").read_text()
     running.kill()
     running.wait()

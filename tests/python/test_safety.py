@@ -19,15 +19,8 @@ from model_text import flying_block, namelist, tower
 import sitedda
 from sitedda.engine import api, checked
 
-ERRORS = [
-    sitedda.SiteddaError,
-    sitedda.InputError,
-    sitedda.CheckError,
-    sitedda.ConvergenceError,
-    sitedda.SolverError,
-    sitedda.OutputError,
-    sitedda.InterruptedRun,
-]
+ERRORS = [sitedda.SiteddaError, sitedda.InputError, sitedda.CheckError, sitedda.ConvergenceError,
+          sitedda.SolverError, sitedda.OutputError, sitedda.InterruptedRun]  # fmt: skip
 
 
 @pytest.fixture
@@ -264,12 +257,8 @@ def test_one_simulation_in_many_threads(write_input):
         except Exception as error:
             failure.append(error)
 
-    calls = [
-        lambda: run.advance(20),
-        lambda: run.advance(3),
-        lambda: run.contacts,
-        lambda: run.energies,
-    ]
+    calls = [lambda: run.advance(20), lambda: run.advance(3), lambda: run.contacts,
+             lambda: run.energies]  # fmt: skip
     threads = [threading.Thread(target=use, args=(call,)) for call in calls]
     for thread in threads:
         thread.start()

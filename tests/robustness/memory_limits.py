@@ -58,14 +58,8 @@ def limited(program, limit: int, *arguments, folder, core="") -> subprocess.Comp
         resource.setrlimit(resource.RLIMIT_CPU, (PROCESSOR_TIME, PROCESSOR_TIME))
 
     environment = os.environ | ONE_THREAD | ({"OPENBLAS_CORETYPE": core} if core else {})
-    return subprocess.run(
-        [program, *arguments],
-        cwd=folder,
-        env=environment,
-        preexec_fn=limit_process,
-        capture_output=True,
-        text=True,
-    )
+    return subprocess.run([program, *arguments], cwd=folder, env=environment,
+                          preexec_fn=limit_process, capture_output=True, text=True)  # fmt: skip
 
 
 def outcome(process: subprocess.CompletedProcess) -> str:

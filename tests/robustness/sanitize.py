@@ -45,16 +45,10 @@ SANITIZERS = {
 
 def call(*command, folder: Path) -> tuple[int, str]:
     """Return status and complete output of a command."""
-    process = subprocess.run(
-        [str(argument) for argument in command],
-        cwd=folder,
-        env=os.environ | QUIET | SANITIZERS,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        encoding="utf-8",
-        errors="replace",
-        check=False,
-    )
+    process = subprocess.run([str(argument) for argument in command], cwd=folder,
+                             env=os.environ | QUIET | SANITIZERS, stdout=subprocess.PIPE,
+                             stderr=subprocess.STDOUT, encoding="utf-8", errors="replace",
+                             check=False)  # fmt: skip
     return process.returncode, process.stdout
 
 

@@ -40,14 +40,9 @@ def test_bounds_are_close_at_the_time_step_of_check(length, energy, softening, t
 def test_flexural_strength(strength, holds, tmp_path):
     """Self-weight stresses a glued block by 6M/L² = 58.86 kPa, with three contact points."""
     stiffness = 1e12
-    model = bracket(
-        steps=200,
-        law="cohesive",
-        tensile_strength=strength,
-        fracture_energy=0.75 * strength**2 / stiffness,
-        shear_fracture_energy=100.0,
-        normal_stiffness_per_area=stiffness,
-    )
+    model = bracket(steps=200, law="cohesive", tensile_strength=strength,
+                    fracture_energy=0.75 * strength**2 / stiffness, shear_fracture_energy=100.0,
+                    normal_stiffness_per_area=stiffness)  # fmt: skip
     model.output(block_interval=200)
     data = model.run(output=tmp_path / "out.nc").history
     glued = (data.contact_joint.values == 0) & (data.contact_frame.values == 1)

@@ -87,17 +87,12 @@ def glued(tensile_strength: float, points: int, timing: str, **options) -> str:
         timing,
         nml.contact(1e9),
         nml.material("stone", DENSITY, 1e12),
-        nml.joint(
-            "mortar",
-            30.0,
-            cohesion=1e6,
-            tensile_strength=tensile_strength,
-            contact_points=points,
-            **({"normal_stiffness_per_area": 1e10} | options),
-        ),
+        nml.joint("mortar", 30.0, cohesion=1e6, tensile_strength=tensile_strength,
+                  contact_points=points,
+                  **({"normal_stiffness_per_area": 1e10} | options)),
         nml.fixed_block("wall", nml.rectangle(-1.0, -2.0, 1.0, 5.0), "stone", "mortar"),
         nml.block("block", nml.rectangle(0.0, 0.0, SIDE, SIDE), "stone", "mortar"),
-    )
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("options", [{}, {"law": "mohr_coulomb", "weakening_slip": 1e-3}])

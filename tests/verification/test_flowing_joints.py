@@ -8,13 +8,8 @@ from scipy.integrate import solve_ivp
 from sitedda_evidence import model as nml
 
 GRAVITY, LOAD = 10.0, 1e6  # m/s²; N/m on a block of 1 m x 1 m: a stress of 1 MPa
-YIELDING = {
-    "law": "continuously_yielding",
-    "initial_friction_angle": 45.0,
-    "roughness": 2e-3,
-    "normal_stiffness_per_area": 1e10,
-    "shear_stiffness_per_area": 1e10,
-}
+YIELDING = {"law": "continuously_yielding", "initial_friction_angle": 45.0, "roughness": 2e-3,
+            "normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}  # fmt: skip
 A, SLIP, THRESHOLD = 0.01, 1e-4, 1e-9  # a, L (m), v_c (m/s)
 REFERENCE = 1e-6  # v_0, m/s
 
@@ -94,16 +89,10 @@ def steady(velocity: float, b: float, friction: float = np.tan(np.pi / 6)) -> fl
 
 
 def rate_state(b: float) -> dict:
-    return {
-        "law": "rate_state",
-        "direct_effect": A,
-        "evolution_effect": b or None,
-        "threshold_velocity": THRESHOLD,
-        "reference_velocity": REFERENCE,
-        "state_distance": SLIP if b else None,
-        "normal_stiffness_per_area": 1e10,
-        "shear_stiffness_per_area": 1e12,
-    }
+    return {"law": "rate_state", "direct_effect": A, "evolution_effect": b or None,
+            "threshold_velocity": THRESHOLD, "reference_velocity": REFERENCE,
+            "state_distance": SLIP if b else None, "normal_stiffness_per_area": 1e10,
+            "shear_stiffness_per_area": 1e12}  # fmt: skip
 
 
 @pytest.mark.parametrize("b", [0.0, 0.006, 0.015])

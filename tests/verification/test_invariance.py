@@ -61,52 +61,26 @@ class Pile:
         axis = int(np.argmax(np.abs(self.shaking)))
         pulse = self.acceleration * np.sin(np.linspace(0, 4 * np.pi, 41)) * self.shaking[axis]
         names = ("ground", "ell", "slab", "wedge")
+        materials = ("still", "still", "thrown", "thrown")
+        supported = {"block": "ground", f"motion_{'xy'[axis]}": "pulse"}
         return [
-            group(
-                "control",
-                time_step=self.time_step,
-                steps=STEPS,
-                gravity=self.gravity,
-                max_displacement_ratio=0.01,
-            ),
+            group("control", time_step=self.time_step, steps=STEPS, gravity=self.gravity,
+                  max_displacement_ratio=0.01),
             group("contact", normal_stiffness=self.penalty),
             group("material", name="still", **solid),
             group("material", name="thrown", **solid, initial_velocity=thrown),
             group("joint", name="joint", friction_angle=self.friction),
-            group(
-                "motion",
-                name="pulse",
-                values=pulse,
-                time_step=0.004 * self.second,
-                quantity="acceleration",
-            ),
-            *(
-                group(
-                    "block",
-                    name=names[number],
-                    material="thrown" if number > 1 else "still",
-                    vertices=np.asarray(outline).ravel(),
-                )
-                for number, outline in zip(self.numbers, self.blocks, strict=True)
-            ),
-            *(
-                (
-                    "fixed_point",
-                    {"x": x, "y": y, "block": "ground", f"motion_{'xy'[axis]}": "pulse"},
-                )
-                for x, y in self.held
-            ),
-            group(
-                "load",
-                x=self.loaded[0],
-                y=self.loaded[1],
-                block="ell",
-                time=[0.0, 0.05 * self.second, 0.1 * self.second],
-                force_x=[0.0, self.load[0], 0.0],
-                force_y=[0.0, self.load[1], 0.0],
-            ),
+            group("motion", name="pulse", values=pulse, time_step=0.004 * self.second,
+                  quantity="acceleration"),
+            *(group("block", name=names[number], material=materials[number],
+                    vertices=np.asarray(outline).ravel())
+              for number, outline in zip(self.numbers, self.blocks, strict=True)),
+            *(group("fixed_point", x=x, y=y, **supported) for x, y in self.held),
+            group("load", x=self.loaded[0], y=self.loaded[1], block="ell",
+                  time=[0.0, 0.05 * self.second, 0.1 * self.second],
+                  force_x=[0.0, self.load[0], 0.0], force_y=[0.0, self.load[1], 0.0]),
             group("output", block_interval=30),
-        ]
+        ]  # fmt: skip
 
     # --- Transformed models ---
 

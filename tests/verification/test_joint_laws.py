@@ -104,14 +104,8 @@ def test_slip_dilates_up_to_its_limit(limit):
 
 def test_work_of_linear_slip_weakening():
     """Work of linear slip weakening: ½ (peak + residual) d + residual (s − d)."""
-    law = {
-        "law": "mohr_coulomb",
-        "friction_angle": 40.0,
-        "residual_friction_angle": 20.0,
-        "cohesion": 2e4,
-        "residual_cohesion": 5e3,
-        "weakening_slip": 0.01,
-    }
+    law = {"law": "mohr_coulomb", "friction_angle": 40.0, "residual_friction_angle": 20.0,
+           "cohesion": 2e4, "residual_cohesion": 5e3, "weakening_slip": 0.01}  # fmt: skip
     data = nml.history(sheared(0.02, **law))
     peak, residual = (
         WEIGHT * np.tan(np.radians(angle)) + WIDTH * cohesion
@@ -126,15 +120,9 @@ def test_work_of_linear_slip_weakening():
 
 def test_a_brittle_joint_drops_to_its_residual_strength():
     """A brittle joint breaks once, at its peak strength."""
-    law = {
-        "law": "mohr_coulomb",
-        "friction_angle": 40.0,
-        "residual_friction_angle": 20.0,
-        "cohesion": 2e4,
-        "tensile_strength": 1e4,
-        "residual_cohesion": 5e3,
-        "residual_tensile_strength": 2e3,
-    }
+    law = {"law": "mohr_coulomb", "friction_angle": 40.0, "residual_friction_angle": 20.0,
+           "cohesion": 2e4, "tensile_strength": 1e4, "residual_cohesion": 5e3,
+           "residual_tensile_strength": 2e3}  # fmt: skip
     data = nml.history(sheared(0.02, **law))
     residual = WEIGHT * np.tan(np.radians(20.0)) + WIDTH * 5e3
     slip = last(data, "slip_path").mean()

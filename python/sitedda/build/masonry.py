@@ -112,10 +112,8 @@ class Arch(schema.ArchValues):
     def blocks(self) -> list[Stone]:
         """Return the voussoirs, beginning at the right springing, then the abutments."""
         inner, outer = self._joint_ends(-self.thickness / 2), self._joint_ends(self.thickness / 2)
-        polygons = [
-            np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]])
-            for i in range(self.voussoirs)
-        ]
+        polygons = [np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]])
+                    for i in range(self.voussoirs)]  # fmt: skip
         stones = _number_stones(self.name, polygons, self.material, self.joint)
         if self.abutment:
             for side, i in (("left", -1), ("right", 0)):

@@ -67,11 +67,8 @@ class Ground:
 
     def values(self) -> dict[str, float]:
         """Return the arguments for `Layer` and `HalfSpace`."""
-        return {
-            "density": self.density,
-            "shear_velocity": self.shear_velocity,
-            "damping": self.damping,
-        }
+        return {"density": self.density, "shear_velocity": self.shear_velocity,
+                "damping": self.damping}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -198,10 +195,8 @@ def read_soil_profile(file, fill: str = "") -> SoilProfile:
     thickness = _thicknesses(file, names, table)
     heads_by_name = {name: head for (name, _), head in zip(columns, heads, strict=True)}
     _fill_gaps(file, table, thickness, heads_by_name, fill)
-    ground = [
-        _make_ground(file, values, thick, heads_by_name)
-        for values, thick in zip(table, thickness, strict=True)
-    ]
+    ground = [_make_ground(file, values, thick, heads_by_name)
+              for values, thick in zip(table, thickness, strict=True)]  # fmt: skip
     half_space = ground.pop() if math.isinf(ground[-1].thickness) else None
     if not ground:
         raise InputError(f"{file} has no layer above its half-space")

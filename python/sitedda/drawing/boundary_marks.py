@@ -18,27 +18,15 @@ SIGNS = {
     "fixed": ("fixed", HELD, [[[0.5, 0.0], [-0.2, 1.0]], [[-0.2, 0.0], [-0.9, 1.0]]]),
     "roller": ("roller", HELD, [np.column_stack([np.cos(_TURN), 1 + np.sin(_TURN)]) / 2]),
     "springs": ("springs", HELD, [[[0, 0], [0.4, 0.3], [-0.4, 0.7], [0.4, 1.1], [0, 1.4]]]),
-    "viscous": (
-        "viscous",
-        ABSORBS,
-        [
-            [[0.0, 0.0], [0.0, 0.6]],
-            [[-0.35, 0.6], [0.35, 0.6]],
-            [[-0.5, 0.35], [-0.5, 0.95], [0.5, 0.95], [0.5, 0.35]],
-        ],
-    ),
-    "compliant": (
-        "compliant",
-        ABSORBS,
-        [[[0.0, 1.4], [0.0, 0.15]], [[-0.3, 0.65], [0.0, 0.15], [0.3, 0.65]]],
-    ),
+    "viscous": ("viscous", ABSORBS,
+                [[[0.0, 0.0], [0.0, 0.6]], [[-0.35, 0.6], [0.35, 0.6]],
+                 [[-0.5, 0.35], [-0.5, 0.95], [0.5, 0.95], [0.5, 0.35]]]),
+    "compliant": ("compliant", ABSORBS,
+                  [[[0.0, 1.4], [0.0, 0.15]], [[-0.3, 0.65], [0.0, 0.15], [0.3, 0.65]]]),
     "tied": ("left tied to right", GOES_ON, [[[-0.5, d], [0.5, d]] for d in (0.4, 0.8)]),
-    "free_field": (
-        "free field beyond",
-        GOES_ON,
-        [[[a, 0.0], [a, d]] for a, d in ((-0.5, 0.7), (0.0, 1.4), (0.5, 0.7))],
-    ),
-}
+    "free_field": ("free field beyond", GOES_ON,
+                   [[[a, 0.0], [a, d]] for a, d in ((-0.5, 0.7), (0.0, 1.4), (0.5, 0.7))]),
+}  # fmt: skip
 
 
 def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:

@@ -50,10 +50,8 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
 
 def force_scale(scene: Scene, frames) -> float:
     """Return the force (N/m) that the longest arrow or the widest link represents, for frames."""
-    sizes = [
-        np.linalg.norm(neighbour_forces(scene, f, scene.vertices(f))[1], axis=1) for f in frames
-    ]
-    sizes = np.concatenate([np.zeros(1), *sizes])
+    forces = [neighbour_forces(scene, frame, scene.vertices(frame))[1] for frame in frames]
+    sizes = np.append(0.0, np.linalg.norm(np.concatenate(forces), axis=1))
     return limits(sizes, np.ones(len(sizes))).usual
 
 
@@ -71,9 +69,7 @@ def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, scale: float) ->
         return []
     relative = np.minimum(1.0, scale / size[visible])[:, None] * force[visible] / scale
     arrows = arrow_length(scene) * relative
-    return [
-        _draw_quiver(axes, points[visible], sign * arrows, "tip", FORCE) for sign in (1.0, -1.0)
-    ]
+    return [_draw_quiver(axes, points[visible], sign * arrows, "tip", FORCE) for sign in (1, -1)]
 
 
 def _draw_quiver(axes: Axes, positions, arrows, pivot: str, color: str):
@@ -107,10 +103,8 @@ def draw_chains(
     width = _WIDEST * np.clip(size[visible] / scale, 0.04, 1.0)
     colors = np.where(presses[visible], INK, FORCE)
     look = {"capstyle": "round", "joinstyle": "round", "zorder": 4}
-    return [
-        axes.add_collection(LineCollection(lines, colors=c, linewidths=width + margin, **look))
-        for c, margin in ((PAPER, 1.2), (colors, 0.0))
-    ]
+    return [axes.add_collection(LineCollection(lines, colors=c, linewidths=width + margin, **look))
+            for c, margin in ((PAPER, 1.2), (colors, 0.0))]  # fmt: skip
 
 
 def chain_key(scale: float) -> list:

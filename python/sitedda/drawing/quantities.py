@@ -66,18 +66,11 @@ def quantity(scene: Scene, name: str, frame: int, since: int = 0) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a scale that includes all values, but is coarser above the usual values.
-
-    Attributes
-    ----------
-    low, high : float
-    usual : float
-        Largest usual value, for both signs; equal to `most` if the scale is linear.
-    """
+    """Limits of a scale that includes all values, but is coarser above the usual values."""
 
     low: float
     high: float
-    usual: float
+    usual: float  # largest usual value, for both signs; equal to `most` if the scale is linear
 
     @property
     def most(self) -> float:

@@ -322,17 +322,13 @@ def nonlinear(
             least = None if damping_curve == "target" else ratio
             curve = _fit_branches(curve, branches, damping_curve, least, reference)
         soils.append(curve)
-    every_soil = [
-        soil or _linear_branches(ratio, reference)
-        for soil, ratio in zip(soils, ratios, strict=True)
-    ]
+    every_soil = [soil or _linear_branches(ratio, reference)
+                  for soil, ratio in zip(soils, ratios, strict=True)]  # fmt: skip
     dashpot = 0.0
     if kind == "outcrop" and isinstance(column.base, HalfSpace):
         dashpot = column.base.density * column.base.shear_velocity
-    runs = [
-        _run_column(column, every_soil, ground, reference, dashpot, resolved)
-        for resolved in ((highest, highest / 2) if compare else (highest,))
-    ]
+    runs = [_run_column(column, every_soil, ground, reference, dashpot, resolved)
+            for resolved in ((highest, highest / 2) if compare else (highest,))]  # fmt: skip
     fine, coarse = runs if compare else (*runs, None)
     depth = column.depth
     return NonlinearResponse(column, ground, depth, kind, tuple(soils), fine, coarse, highest)

@@ -97,9 +97,8 @@ class Mechanism:
         listing = ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
         verb = "moves" if len(names) == 1 else "move"
         joint = f", on joint {self.joint!r}" if self.joint else ""
-        return (
-            f"{listing} {verb}: {moving:.4g} m², {100 * moving / total:.3g} % of the model{joint}"
-        )
+        share = 100 * moving / total
+        return f"{listing} {verb}: {moving:.4g} m², {share:.3g} % of the model{joint}"
 
     def to_dict(self) -> dict:
         """Return numbers, texts and lists, for example for JSON."""
@@ -116,14 +115,13 @@ class Mechanism:
         """Return a table of the blocks as text."""
         width = max(map(len, self.names))
         head = f"{'block':{width}}  {'verdict':8} {'x (m)':>11} {'y (m)':>11} {'rotation (°)':>12}"
+        rows = []
         negligible = _NEGLIGIBLE * float(abs(self.displacement).max(initial=0.0))
         displacement = np.where(abs(self.displacement) > negligible, self.displacement, 0.0)
-        rows = [
-            f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {math.degrees(angle):12.4g}"
-            for name, verdict, (x, y, angle) in zip(
-                self.names, self.verdicts, displacement, strict=True
-            )
-        ]
+        for name, verdict, (x, y, angle) in zip(self.names, self.verdicts, displacement,
+                                                 strict=True):  # fmt: skip
+            turn = math.degrees(angle)
+            rows.append(f"{name:{width}}  {verdict:8} {x:11.4g} {y:11.4g} {turn:12.4g}")
         outcome = "moves" if self.moves else "does not move"
         result = f"strength divided by {self.factor:.6g}: the model {outcome}"
         return "\n".join([head, *rows, result])
@@ -173,11 +171,9 @@ class Safety:
             "stands_at": self.low,
             "fails_at": None if math.isinf(self.high) else self.high,
             "warning": self.warning,
-            "trials": [
-                {"factor": item.factor, "stands": item.stands, "words": item.words}
-                for item in self.trials
-            ],
-        }
+            "trials": [{"factor": item.factor, "stands": item.stands, "words": item.words}
+                       for item in self.trials],
+        }  # fmt: skip
         if self.mechanism:
             keys = ("blocks", "area", "joint")
             result |= {name: self.mechanism.to_dict()[name] for name in keys}
@@ -188,10 +184,8 @@ class Safety:
     @property
     def words(self) -> str:
         """Return the result, and the removed smaller mechanisms, in a sentence."""
-        notes = [
-            f"removed, below least_area: {smaller.mechanism.words}, factor {smaller.factor:.4g}"
-            for smaller in self.smaller
-        ]
+        notes = [f"removed, below least_area: {item.mechanism.words}, factor {item.factor:.4g}"
+                 for item in self.smaller]  # fmt: skip
         return "; ".join([self._result_words, *notes])
 
     @property
@@ -201,17 +195,14 @@ class Safety:
             return f"stands even with all strengths divided by {self.low:g}"
         if self.low == 0.0:
             return f"fails even with all strengths multiplied by {1 / self.high:g}"
-        mechanism = self.mechanism
-        moves = (
-            mechanism is not None and "stable" in mechanism.verdicts and mechanism.areas[0] > 0.0
-        )
-        small = moves and mechanism.areas[0] < _SMALL * mechanism.areas[1]
-        return (
-            f"factor of safety {self.factor:.4g}: stands with all strengths divided "
-            f"by {self.low:.6g}, fails at {self.high:.6g}"
-            + (f"; {mechanism.words}" if moves else "")
-            + ("; set least_area to find the factor of larger mechanisms" if small else "")
-        )
+        words = (f"factor of safety {self.factor:.4g}: stands with all strengths divided "
+                 f"by {self.low:.6g}, fails at {self.high:.6g}")  # fmt: skip
+        if self.mechanism is None or "stable" not in self.mechanism.verdicts:
+            return words
+        moving, total = self.mechanism.areas
+        words += f"; {self.mechanism.words}" if moving > 0.0 else ""
+        small = 0.0 < moving < _SMALL * total
+        return words + "; set least_area to find the factor of larger mechanisms" * small
 
     def __str__(self) -> str:
         """Return trials, mechanism and result as text."""
@@ -231,21 +222,10 @@ def _are_moving(verdicts: tuple[str, ...]) -> np.ndarray:
 def bisect(
     stands: Callable[[float], bool], low: float, high: float, tolerance: float
 ) -> tuple[float, float]:
-    """Bisect a bracket between a value at which a model stands and one at which it fails.
+    """Bisect a bracket between a value at which a model stands, `low`, and one at which it fails.
 
-    Parameters
-    ----------
-    stands : callable
-        Returns whether the model stands at a value.
-    low, high : float
-        Values at which the model stands and fails; `low` may be the larger value.
-    tolerance : float
-        Width of the last bracket as a fraction of its larger end.
-
-    Returns
-    -------
-    low, high : float
-        Ends of the last bracket.
+    `low` may be the larger value.  `tolerance` is the width of the last bracket as a fraction of
+    its larger end.
     """
     while abs(high - low) > tolerance * max(abs(low), abs(high)):
         middle = 0.5 * (low + high)
@@ -298,11 +278,9 @@ class _Trials:
         result = come_to_rest(self.model, factor)
         if result.stands:
             if self.reference is None:
-                distance = (
-                    self.movement(result.coordinates, self.start)
-                    / self.bodies.radii[self.bodies.of]
-                )
-                peak, limit, unit = float(distance.max()), _SETTLEMENT, "radii"
+                distance = self.movement(result.coordinates, self.start)
+                peak = float((distance / self.bodies.radii[self.bodies.of]).max())
+                limit, unit = _SETTLEMENT, "radii"
             else:
                 (peak, limit), unit = self.largest(result.coordinates, self.reference), "m"
             text = f"{result.words}; a block has moved by {peak:.3g} {unit}, allowed {limit:.3g}"
@@ -332,12 +310,12 @@ class _Trials:
 
     def undisturbed_factor(self) -> float:
         """Return the largest factor at which the model stands with small displacements."""
-        factors = []
-        for rest in self.done:
-            if rest.stands:
-                peak, limit = self.largest(rest.coordinates, self.reference)
-                factors += [rest.factor] if peak <= _UNDISTURBED * limit else []
-        return max(factors)
+
+        def is_undisturbed(rest: Rest) -> bool:
+            peak, limit = self.largest(rest.coordinates, self.reference)
+            return peak <= _UNDISTURBED * limit
+
+        return max(rest.factor for rest in self.done if rest.stands and is_undisturbed(rest))
 
 
 def safety(
@@ -481,18 +459,14 @@ def _find_warnings(mechanism: Mechanism | None, model: Model) -> str:
     """Return warnings about the mechanism, elastic soils and large yielding cells."""
     warnings = []
     if mechanism and not mechanism.moves:
-        warnings.append(
-            "static stages fail, but the released model moves less than the allowed displacement: "
-            "the cause may not be a lack of strength; see the trials"
-        )
+        warnings.append("static stages fail, but the released model moves less than the allowed "
+                        "displacement: the cause may not be a lack of strength; see the "
+                        "trials")  # fmt: skip
     if elastic := elastic_soils(model):
-        warnings.append(
-            f"soils of law 'hysteretic' are elastic in this analysis ({', '.join(elastic)}): only "
-            "the curves 'hyperbolic' and 'gqh' have a shear strength"
-        )
+        warnings.append(f"soils of law 'hysteretic' are elastic in this analysis "
+                        f"({', '.join(elastic)}): only the curves 'hyperbolic' and 'gqh' have a "
+                        "shear strength")  # fmt: skip
     if mechanism and yielding(model):
-        warnings.append(
-            "large cells overestimate the strength: compare with the factor for cells of half the "
-            "size"
-        )
+        warnings.append("large cells overestimate the strength: compare with the factor for cells "
+                        "of half the size")  # fmt: skip
     return "; ".join(warnings)

@@ -156,20 +156,14 @@ def weakened(model: Model, factor: float) -> Model:
 
 def _groups_with_strength(model: Model) -> list[tuple[str, Group]]:
     """Return joints and yielding materials with their kinds, 'joint' or 'material'."""
-    joints = model.of_kind("joint")
-    return [
-        *(("joint", group) for group in joints),
-        *(("material", group) for group in yielding(model)),
-    ]
+    groups = {"joint": model.of_kind("joint"), "material": yielding(model)}
+    return [(kind, group) for kind in groups for group in groups[kind]]
 
 
 def yielding(model: Model) -> list[Group]:
     """Return the materials that have a strength."""
-    return [
-        material
-        for material in model.of_kind("material")
-        if _divide_strength("material", material, 1.0)
-    ]
+    solids = model.of_kind("material")
+    return [solid for solid in solids if _divide_strength("material", solid, 1.0)]
 
 
 def _divide_strength(kind: str, group: Group, factor: float) -> dict:
@@ -212,24 +206,9 @@ def released(
     Velocities are set to zero after each step, so blocks move by F Δt²/M per step in the direction
     of the unbalanced forces F, without oscillation.
 
-    Parameters
-    ----------
-    model : Model
-        A model with static stages only.
-    factor : float
-        Divisor of the strengths.
-    start_factor : float or None
-        Factor at which the model reaches equilibrium; None: start without contact forces.
-    time_step : float
-        Largest time step, s; steps that do not converge are shortened.
-    steps : int
-        Largest duration, in multiples of this time step.
-    removed : str, optional
-        Blocks to remove if `start_factor` is None, as in `remove` of a stage.
-
-    Yields
-    ------
-    Simulation
+    `model` has static stages only.  It reaches equilibrium at `start_factor`; without this factor,
+    it starts without contact forces and without the blocks `removed` (as in `remove` of a stage).
+    The time step is at most `time_step` (s), the duration at most `steps` such time steps.
     """
     moving = weakened(model, factor if start_factor is None else start_factor)
     moving.control(time_step=time_step, time_step_control="adaptive", dynamic_factor=0.0)

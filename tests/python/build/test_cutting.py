@@ -86,10 +86,8 @@ def test_inner_areas_of_two_sets(first, second):
     spacings = 0.7, 0.5
     sets = [JointSet(angle=a, spacing=s) for a, s in zip((first, second), spacings, strict=True)]
     blocks = cut([Region(outline=SQUARE)], sets, settings=KEEP)
-    inner = [
-        corners for corners in blocks.polygons
-        if (abs(corners - 5) < 5 - 1e-6).all() and len(corners) == 4
-    ]  # fmt: skip
+    inner = [corners for corners in blocks.polygons
+             if (abs(corners - 5) < 5 - 1e-6).all() and len(corners) == 4]  # fmt: skip
     expected = spacings[0] * spacings[1] / np.sin(np.radians(first - second))
     assert len(inner) > 50
     assert abs(Rings.of(inner).areas() / abs(expected) - 1).max() < 1e-9
@@ -221,27 +219,20 @@ BAD = {
     "no region": (lambda: cut([]), "nothing to cut"),
     "hole outside": (
         lambda: cut([Region(outline=SQUARE)], holes=[Hole(outline=np.add(SQUARE, 20))]),
-        "outside all regions",
-    ),
+        "outside all regions"),
     "all hole": (
         lambda: cut([Region(outline=SQUARE)], holes=[Hole(outline=SQUARE)]), "cover the regions",
     ),
     "unknown region": (
         lambda: cut([Region(outline=SQUARE)], [JointSet(angle=0, spacing=1, region="x")]),
-        "region = 'x'",
-    ),
-    "overlap": (
-        lambda: cut([Region(name="a", outline=SQUARE), Region(name="b", outline=SQUARE)]),
-        "'a' and 'b' overlap by 100",
-    ),
-    "ring": (
-        lambda: cut([Region(outline=SQUARE)], holes=[Hole(outline=[4, 4, 6, 4, 6, 6, 4, 6])]),
-        "is a ring around the hole",
-    ),
+        "region = 'x'"),
+    "overlap": (lambda: cut([Region(name="a", outline=SQUARE), Region(name="b", outline=SQUARE)]),
+                "'a' and 'b' overlap by 100"),
+    "ring": (lambda: cut([Region(outline=SQUARE)], holes=[Hole(outline=[4, 4, 6, 4, 6, 6, 4, 6])]),
+             "is a ring around the hole"),
     "many corners": (
         lambda: cut([Region(outline=[(np.cos(a), np.sin(a)) for a in np.arange(600) / 96])]),
-        "600 corners",
-    ),
+        "600 corners"),
 }  # fmt: skip
 
 

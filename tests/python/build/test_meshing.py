@@ -92,8 +92,7 @@ def check_cells(mesh, parts, area_tolerance=1e-12):
 def same(one, other, shift=0.0, within=0.0):
     return len(one.polygons) == len(other.polygons) and all(
         p.shape == q.shape and abs(p + shift - q).max() <= within
-        for p, q in zip(one.polygons, other.polygons, strict=True)
-    )
+        for p, q in zip(one.polygons, other.polygons, strict=True))  # fmt: skip
 
 
 SHAPES = {
@@ -174,8 +173,7 @@ def test_cells_far_away_are_the_same(name, cells):
     parts = SHAPES[name]
     far_parts = [
         Part(part.outline + UTM, part.joints, part.size, [(h + UTM, j) for h, j in part.holes])
-        for part in parts
-    ]
+        for part in parts]  # fmt: skip
     far = mesh_body(far_parts, cells)
     assert same(mesh_body(parts, cells), far, UTM, 1e-6)
     check_cells(far, far_parts, area_tolerance=1e-9)

@@ -28,11 +28,9 @@ def pile(*blocks, supports="xy", **control) -> list:
         group("joint", name="dry", friction_angle=30.0),
         group("block", name="floor", vertices=rectangle(-2.0, -1.0, 4.0, 1.0)),
         *(group("block", name=name, vertices=shape) for name, shape in blocks or bricks),
-        *(
-            group("fixed_point", x=x, y=-0.5, block="floor", direction=supports)
-            for x in (-1.5, 1.5)
-        ),
-    ]
+        *(group("fixed_point", x=x, y=-0.5, block="floor", direction=supports)
+          for x in (-1.5, 1.5)),
+    ]  # fmt: skip
 
 
 def notes_of(groups, write_input) -> list[str]:
@@ -54,44 +52,33 @@ SIDES = [
 ]
 YIELDING = {"law": "mohr_coulomb", "cohesion": 1e6, "friction_angle": 30.0}
 TWINS = [("twin", rectangle(x, 0.0, 0.5, 0.5)) for x in (0.0, 1.0)]
+FLOOD = {"name": "flood", "surface": [-2.0, 0.0, 2.0, 0.0]}
 HEAP = {"left": (-1.0, 2.0), "right": (0.0, 2.0), "upper": (-0.5, 3.0)}
 FALLING = [(name, rectangle(*place, 1.0, 1.0)) for name, place in HEAP.items()]
 PILLAR = [(f"drum {i}", rectangle(0.0, float(i), 1.0, 1.0)) for i in range(4)]
 ODD = {
-    "strain": (
-        changed(pile(*PILLAR), "material", young_modulus=1e6),
-        r"the weight strains block 'drum 0' by about 8.584 %, limit 2 %: 85838 Pa over",
-    ),
-    "depth": (
-        changed(pile(), "contact", normal_stiffness=1e4),
-        r"the weight presses block 'brick' about 1.226 m into its support, 122\.6 %",
-    ),
-    "no stiffness": (
-        changed(pile(), "contact", normal_stiffness=1e-3),
-        r"the weight presses block 'brick' about 1.226e7 m into its support",
-    ),
+    "strain": (changed(pile(*PILLAR), "material", young_modulus=1e6),
+               r"the weight strains block 'drum 0' by about 8.584 %, limit 2 %: 85838 Pa over"),
+    "depth": (changed(pile(), "contact", normal_stiffness=1e4),
+              r"the weight presses block 'brick' about 1.226 m into its support, 122\.6 %"),
+    "no stiffness": (changed(pile(), "contact", normal_stiffness=1e-3),
+                     r"the weight presses block 'brick' about 1.226e7 m into its support"),
     "gravity": (pile(gravity=[0.0, GRAVITY]), r"gravity = 0, 9.81 m/s² points upwards"),
-    "radians": (
-        changed(pile(), "joint", friction_angle=0.52),
-        r"friction_angle = 0.52° of &joint 'dry': is it meant in radians\? .* 29.79°",
-    ),
+    "radians": (changed(pile(), "joint", friction_angle=0.52),
+                r"friction_angle = 0.52° of &joint 'dry': is it meant in radians\? .* 29.79°"),
     "duration": (
         pile(duration=7e-4),
-        r"duration = 7\S* s of stage 'run' is not a multiple of time_step = .* rounded to 0.001 s",
-    ),
+        r"duration = 7\S* s of stage 'run' is not a multiple of time_step = .* rounded to 0.001 s"),
     "no support": (
         without(pile(), "fixed_point"),
-        r"nothing supports the blocks against gravity: no &fixed_point and no &boundary",
-    ),
+        r"nothing supports the blocks against gravity: no &fixed_point and no &boundary"),
     "support across gravity": (pile(supports="x"), r"nothing supports the blocks against gravity"),
     "beside the floor": (
         pile(("brick", rectangle(5.0, 0.0, 1.0, 1.0)), ("tile", rectangle(7.0, 3.0, 1.0, 1.0))),
         r"nothing supports block 'brick' \(and 1 more\) against gravity",
     ),
-    "gravity in cm/s²": (
-        pile(gravity=[0.0, -981.0]),
-        r"gravity = 0, -981 m/s²: is it meant in cm/s",
-    ),
+    "gravity in cm/s²": (pile(gravity=[0.0, -981.0]),
+                         r"gravity = 0, -981 m/s²: is it meant in cm/s"),
     "gravity in mm/s²": (pile(gravity=[0.0, -9810.0]), r"gravity = 0, -9810 m/s²: is it meant in"),
     "gravity sideways": (
         without(pile(gravity=[GRAVITY, 0.0], supports="xy"), "nothing"),
@@ -99,8 +86,7 @@ ODD = {
     ),
     "unit weight": (
         changed(pile(), "material", density=25.0),
-        r"density = 25 kg/m³ of &material 'rock': is it a unit weight in kN/m³\? .* 2548 kg/m³",
-    ),
+        r"density = 25 kg/m³ of &material 'rock': is it a unit weight in kN/m³\? .* 2548 kg/m³"),
     "unit weight of soft rock": (
         [
             *without(pile(gravity=[0.0, 0.0]), "material"),
@@ -114,54 +100,34 @@ ODD = {
     ),
     "cohesion in kPa": (
         changed(pile(), "joint", cohesion=50.0),
-        r"cohesion = 50 Pa of &joint 'dry' is almost zero: is it meant in kPa or MPa\?",
-    ),
+        r"cohesion = 50 Pa of &joint 'dry' is almost zero: is it meant in kPa or MPa\?"),
     "tensile strength in MPa": (
         changed(pile(), "joint", tensile_strength=2.0),
         r"tensile_strength = 2 Pa of &joint 'dry' is almost zero: is it meant in kPa or MPa\?",
     ),
-    "record in gal": (
-        shaken(scale=100.0),
-        r"PGA = .* m/s² is .* g: is the record in gal \(cm/s²\), or scaled twice\?",
-    ),
-    "step of a record": (
-        changed(shaken(), "control", time_step=10.0),
-        r"motion 'quake' lasts .* s, fewer than ten steps of time_step = 10 s",
-    ),
+    "record in gal": (shaken(scale=100.0),
+                      r"PGA = .* m/s² is .* g: is the record in gal \(cm/s²\), or scaled twice\?"),
+    "step of a record": (changed(shaken(), "control", time_step=10.0),
+                         r"motion 'quake' lasts .* s, fewer than ten steps of time_step = 10 s"),
     "one side": (SIDES, r"only one side has a free field: give both sides one, or neither"),
     "yielding of one block": (
         changed(pile()[:5] + pile()[-2:], "material", **YIELDING),
         r"&material 'rock' yields, but its block has uniform strain and yields as a whole",
     ),
-    "few samples": (
-        [*pile(), group("output", history_interval=500000)],
-        r"history_interval = 500000 of &output is more than the \d+ steps of the run",
-    ),
+    "few samples": ([*pile(), group("output", history_interval=500000)],
+                    r"history_interval = 500000 of &output is more than the \d+ steps of the run"),
     "water of another unit": (
         [*pile(), group("water", surface=[-2.0, 5000.0, 2.0, 5000.0])],
         r"&water reaches up to 4999 m above the model, which is 2 m high: are its levels in m",
     ),
     "water that rises": (
-        [
-            *pile(),
-            group(
-                "water",
-                name="flood",
-                surface=[-2.0, 0.0, 2.0, 0.0],
-                time=[0.0, 1.0],
-                rise=[0.0, 300.0],
-            ),
-        ],
+        [*pile(), ("water", FLOOD | {"time": [0.0, 1.0], "rise": [0.0, 300.0]})],
         r"&water 'flood' reaches up to 299 m above the model",
     ),
-    "level of another unit": (
-        [*pile(), group("traction", side="top", level=600.0)],
-        r"&traction reaches up to 599 m above the model",
-    ),
-    "water below all": (
-        [*pile(), group("water", surface=[-2.0, -3.0, 2.0, -3.0])],
-        r"&water has no effect: the water is below the model",
-    ),
+    "level of another unit": ([*pile(), group("traction", side="top", level=600.0)],
+                              r"&traction reaches up to 599 m above the model"),
+    "water below all": ([*pile(), group("water", surface=[-2.0, -3.0, 2.0, -3.0])],
+                        r"&water has no effect: the water is below the model"),
     "soft bed": (
         [
             *without(pile(), "fixed_point"),
@@ -169,20 +135,16 @@ ODD = {
         ],
         r"the weight presses the model about 0.6131 m into its bed of springs",
     ),
-    "speed": (
-        changed(pile(), "material", initial_velocity=[50.0, 0.0, 0.0]),
-        r"initial_velocity of &material 'rock' is 50 m/s: faster than falling rock",
-    ),
-    "turn": (
-        changed(pile(), "material", initial_velocity=[0.0, 0.0, 300.0]),
-        r"turns its blocks by 0.3 rad per step: the third value is in rad/s",
-    ),
+    "speed": (changed(pile(), "material", initial_velocity=[50.0, 0.0, 0.0]),
+              r"initial_velocity of &material 'rock' is 50 m/s: faster than falling rock"),
+    "turn": (changed(pile(), "material", initial_velocity=[0.0, 0.0, 300.0]),
+             r"turns its blocks by 0.3 rad per step: the third value is in rad/s"),
     "point on two blocks": (
         [*pile(), group("measured_point", name="joint", x=0.5, y=0.0)],
         r"measured point 'joint' lies on block 'floor' and block 'brick' and follows the first",
     ),
     "names": (pile(*TWINS), r"2 blocks are named 'twin': this name in a list selects all of them"),
-}
+}  # fmt: skip
 
 
 @pytest.fixture(params=["python", "native"])

@@ -12,11 +12,10 @@ import struct
 import subprocess
 import termios
 import threading
-import time
 
 import pytest
 import xarray as xr
-from environment import DEADLINE, executable
+from environment import DEADLINE, executable, wait_for
 from model_text import DRY, changed, group, rectangle, tower, without
 
 from sitedda.errors import AuditWarning, CostWarning
@@ -36,18 +35,13 @@ def stubborn() -> list:
     return [
         group("control", time_step=1e-3, steps=400, gravity=[3.0, -9.81]),
         group("contact", normal_stiffness=1e8, max_iterations=2, force_tolerance=1e-15),
-        group(
-            "material",
-            density=2000.0,
-            young_modulus=1e9,
-            poisson_ratio=0.2,
-            initial_velocity=[1.0, -3.0, 2.0],
-        ),
+        group("material", density=2000.0, young_modulus=1e9, poisson_ratio=0.2,
+              initial_velocity=[1.0, -3.0, 2.0]),
         ("joint", dict(DRY)),
         group("block", name="ground", vertices=rectangle(0, 0, 6, 1)),
         group("block", name="brick", vertices=[2.0, 1.01, 3.0, 1.05, 2.9, 2.0, 2.0, 1.9]),
         *(group("fixed_point", x=x, y=0.5, block="ground") for x in (1.0, 5.0)),
-    ]
+    ]  # fmt: skip
 
 
 # --- Output of both ------------------------------------------------------------------------------
@@ -263,15 +257,8 @@ def test_an_output_never_replaces_the_input(program, write_input, tmp_path):
 def test_an_output_never_replaces_the_record(program, write_input, tmp_path):
     record = tmp_path / "record.txt"
     record.write_text("".join(f"{0.01 * i} {(-1) ** i}\n" for i in range(20)))
-    shaken = changed(
-        tower(steps=3),
-        "motion",
-        values=None,
-        time_step=None,
-        file="record.txt",
-        format="text",
-        unit="m/s2",
-    )
+    shaken = changed(tower(steps=3), "motion", values=None, time_step=None, file="record.txt",
+                     format="text", unit="m/s2")  # fmt: skip
     text = record.read_bytes()
     process = program("run", write_input(shaken), "-q", "-o", tmp_path / "record.txt")
     assert record.read_bytes() == text
@@ -308,20 +295,8 @@ def test_an_option_without_its_value_fails_with_a_message(program, write_input):
 
 def start(program, file, folder) -> subprocess.Popen:
     """Start a run in the background and wait until it has written something."""
-    running = subprocess.Popen(
-        [program.path, "run", file],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
-    partial = folder / "tower.nc.partial"
-    deadline = time.monotonic() + DEADLINE
-    while not (partial.exists() and partial.stat().st_size > 100_000):
-        assert running.poll() is None, running.communicate()
-        assert time.monotonic() < deadline, "nothing was written"
-        time.sleep(0.02)
+    running, partial = program.start("run", file, folder=folder), folder / "tower.nc.partial"
+    wait_for(lambda: partial.exists() and partial.stat().st_size > 100_000, running)
     return running
 
 
@@ -393,16 +368,9 @@ def test_a_log_is_written_at_once_and_in_order(native, write_input, tmp_path):
     """Each line is written when its event occurs; errors follow the earlier lines."""
     log = tmp_path / "log"
     with log.open("wb") as stream:
-        running = subprocess.Popen(
-            [native.path, "resume", write_input(tower(steps=NEVER_ENDING))],
-            cwd=tmp_path,
-            stdout=stream,
-            stderr=subprocess.STDOUT,
-        )
-    deadline = time.monotonic() + DEADLINE
-    while not log.read_text().endswith("starting at time 0\n"):
-        assert running.poll() is None and time.monotonic() < deadline, log.read_text()
-        time.sleep(0.02)
+        running = native.start("resume", write_input(tower(steps=NEVER_ENDING)), folder=tmp_path,
+                               stdout=stream, stderr=subprocess.STDOUT)  # fmt: skip
+    wait_for(lambda: log.read_text().endswith("starting at time 0\n"), running)
     running.send_signal(signal.SIGINT)
     assert running.wait(timeout=DEADLINE) == 6
     lines = log.read_text().splitlines()
@@ -424,13 +392,9 @@ def test_the_executable_needs_no_python(native, write_input, tmp_path):
     linked = subprocess.run([shutil.which("ldd"), native.path], capture_output=True, text=True)
     assert "libpython" not in linked.stdout
     bare = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
-    process = subprocess.run(
-        [native.path, "run", write_input(tower(steps=5)), "-q"],
-        cwd=tmp_path,
-        env=bare | {"PATH": "/nowhere"},
-        capture_output=True,
-        text=True,
-    )
+    process = subprocess.run([native.path, "run", write_input(tower(steps=5)), "-q"], cwd=tmp_path,
+                             env=bare | {"PATH": "/nowhere"}, capture_output=True,
+                             text=True)  # fmt: skip
     assert process.returncode == 0, process.stderr
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from environment import DEADLINE
+from environment import DEADLINE, wait_for
 from model_text import DRY, ROCK, group, namelist, rectangle
 
 import sitedda
@@ -36,16 +36,11 @@ def sliding_blocks(steps: int = 120) -> list:
         group("block", name=EVIL, vertices=[1, 1, 3, 1, 3, 2, 2, 1.6, 1, 2]),
         group("block", name="right", vertices=rectangle(5, 1, 1, 1)),
         *(group("fixed_point", x=x, y=0.5, block="table", motion_x="throw") for x in (1, 7)),
-        group(
-            "motion",
-            name="throw",
-            quantity="displacement",
-            time_step=0.05,
-            values=[0.0, 0.0, 0.05, 0.15, 0.25, 0.3, 0.3],
-        ),
+        group("motion", name="throw", quantity="displacement", time_step=0.05,
+              values=[0.0, 0.0, 0.05, 0.15, 0.25, 0.3, 0.3]),
         group("measured_point", name="top<&", x=5.5, y=2.0, block="right"),
         group("output", block_interval=10),
-    ]
+    ]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -70,10 +65,8 @@ def opened(new_page):
     def open_page(file: Path, **options):
         page = new_page(("file:", "data:", "blob:"), **options)
         page.goto(file.as_uri())
-        deadline = time.monotonic() + DEADLINE
-        while not page.evaluate("window.blockViews.every(v => v.state.decoded || v.state.trouble)"):
-            assert time.monotonic() < deadline, page.evaluate("window.blockViews[0].state")
-            time.sleep(0.05)
+        decoded = "window.blockViews.every(v => v.state.decoded || v.state.trouble)"
+        wait_for(lambda: page.evaluate(decoded))
         return page
 
     return open_page
@@ -81,10 +74,7 @@ def opened(new_page):
 
 def wait_until_decoded(page) -> None:
     """Wait until the first view of a page has decoded all frames."""
-    deadline = time.monotonic() + DEADLINE
-    while not page.evaluate("window.blockViews?.[0]?.state.decoded"):
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    wait_for(lambda: page.evaluate("window.blockViews?.[0]?.state.decoded"))
 
 
 def wait_until(page, condition) -> None:
@@ -142,10 +132,7 @@ def test_the_view_plays_and_a_block_is_picked_by_a_click(pages, opened, run):
     page.evaluate("blockViews[0].show(0)")
     first = drawn(page)
     page.click("button.play")
-    deadline = time.monotonic() + DEADLINE
-    while page.evaluate("blockViews[0].frame") < 2:
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
+    wait_for(lambda: page.evaluate("blockViews[0].frame") >= 2)
     page.evaluate("blockViews[0].play(false)")
     assert drawn(page) != first
 
@@ -213,10 +200,8 @@ def test_a_phone_stacks_all_parts(pages, opened, dark):
     boxes = [
         page.locator(name).first.bounding_box() for name in (".stage", ".bar", ".side", ".charts")
     ]
-    assert all(
-        above["y"] + above["height"] <= below["y"] + 1
-        for above, below in zip(boxes[:-1], boxes[1:], strict=True)
-    )
+    assert all(above["y"] + above["height"] <= below["y"] + 1
+               for above, below in zip(boxes[:-1], boxes[1:], strict=True))  # fmt: skip
     assert all(box["x"] >= 0 and box["x"] + box["width"] <= 390 for box in boxes)
     ink, paper = page.evaluate(
         """['color', 'backgroundColor'].map((name) =>
@@ -261,8 +246,7 @@ def test_the_page_blocks_network_and_foreign_scripts(pages, opened):
         image.src = 'data:image/png;base64,AA'; document.body.append(image);
         await new Promise((next) => setTimeout(next, 100));
         if (!window.bad) found.push('handler');
-        return found; }"""
-    )
+        return found; }""")  # fmt: skip
     assert refused == ["network", "script", "handler"]
 
 

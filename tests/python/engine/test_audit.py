@@ -17,17 +17,12 @@ WALL = [
     ("joint", DRY),
     group("layers", name="base", left=-0.5, bottom=-0.5, width=5.0, thickness=0.5),
     group("wall", name="brick", brick_length=1.0, brick_height=0.5, bricks=4, courses=4),
-    group(
-        "motion",
-        name="shake",
-        quantity="displacement",
-        time_step=0.05,
-        values=[0.0, 0.03, 0.05, 0.03, -0.03, -0.05, 0.0],
-    ),
+    group("motion", name="shake", quantity="displacement", time_step=0.05,
+          values=[0.0, 0.03, 0.05, 0.03, -0.03, -0.05, 0.0]),
     group("fixed_point", x=0.0, y=-0.25, motion_x="shake"),
     group("fixed_point", x=4.0, y=-0.25, motion_x="shake"),
     group("fixed_point", x=2.0, y=-0.4, motion_x="shake"),
-]
+]  # fmt: skip
 
 
 @pytest.fixture

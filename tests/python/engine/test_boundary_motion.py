@@ -119,14 +119,7 @@ def test_boundaries_are_drawn_where_they_are(tmp_path):
     kinds_and_sizes = [(boundary["kind"], len(boundary["start"])) for boundary in boundaries]
     kinds = ["compliant", "fixed", "fixed", "roller", "viscous", "free_field"]
     assert kinds_and_sizes == list(zip(kinds, (1, 1, 1, 3, 2, 4), strict=True))
-    assert [boundary["moved"] for boundary in boundaries] == [
-        True,
-        False,
-        True,
-        False,
-        False,
-        False,
-    ]
+    assert [i for i, boundary in enumerate(boundaries) if boundary["moved"]] == [0, 2]
     for boundary, length in zip(boundaries, (1, 1, 1, 2.5, 1.5, 4), strict=True):
         assert np.linalg.norm(boundary["end"] - boundary["start"], axis=1).sum() == pytest.approx(
             length

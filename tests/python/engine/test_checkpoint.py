@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from environment import DEADLINE
+from environment import DEADLINE, wait_for
 from model_text import changed, tower
 
 import sitedda
@@ -47,19 +47,8 @@ def interrupted(program, file, folder, number=signal.SIGTERM, command="run"):
     """A run that receives a signal after its first checkpoint."""
     newest = folder / "tower.nc.checkpoint"
     before = written(newest)
-    running = subprocess.Popen(
-        [program.path, command, file],
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
-    )
-    deadline = time.monotonic() + DEADLINE
-    while written(newest) in (None, before):
-        assert running.poll() is None, running.communicate()
-        assert time.monotonic() < deadline, "no checkpoint was written"
-        time.sleep(0.01)
+    running = program.start(command, file, folder=folder)
+    wait_for(lambda: written(newest) not in (None, before), running)
     running.send_signal(number)
     out, err = running.communicate(timeout=DEADLINE)
     return subprocess.CompletedProcess(command, running.returncode, out, err)
@@ -96,35 +85,18 @@ def test_a_resumed_run_equals_an_uninterrupted_one(write_input, tmp_path, same_b
 
 
 LAWS = {
-    "mohr_coulomb": {
-        "friction_angle": 5.0,
-        "residual_friction_angle": 4.0,
-        "cohesion": 1e3,
-        "weakening_slip": 0.001,
-        "dilation_angle": 2.0,
-    },
+    "mohr_coulomb": {"friction_angle": 5.0, "residual_friction_angle": 4.0, "cohesion": 1e3,
+                     "weakening_slip": 0.001, "dilation_angle": 2.0},
     "plesha": {"asperity_angle": 1.0, "asperity_wear": 1e-3},
-    "cohesive": {
-        "cohesion": 2e3,
-        "tensile_strength": 1e3,
-        "fracture_energy": 0.1,
-        "normal_stiffness_per_area": 1e9,
-    },
+    "cohesive": {"cohesion": 2e3, "tensile_strength": 1e3, "fracture_energy": 0.1,
+                 "normal_stiffness_per_area": 1e9},
     "continuously_yielding": {"initial_friction_angle": 3.0, "roughness": 1e-3},
-    "rate_state": {
-        "direct_effect": 1e-3,
-        "evolution_effect": 2e-3,
-        "threshold_velocity": 1e-6,
-        "state_distance": 1e-3,
-    },
+    "rate_state": {"direct_effect": 1e-3, "evolution_effect": 2e-3, "threshold_velocity": 1e-6,
+                   "state_distance": 1e-3},
     "crushing": {"crushing_strength": 5e4, "crushing_energy": 1e3},
-    "barton_bandis": {
-        "jrc": 8.0,
-        "jcs": 1e7,
-        "max_closure": 1e-3,
-        "normal_stiffness_per_area": 1e9,
-    },
-}
+    "barton_bandis": {"jrc": 8.0, "jcs": 1e7, "max_closure": 1e-3,
+                      "normal_stiffness_per_area": 1e9},
+}  # fmt: skip
 LAWS = {law: {"law": law, "friction_angle": 1.0} | values for law, values in LAWS.items()}
 LAWS["points"] = {"cohesion": 1e3, "contact_points": 5}
 FIVE = {"contact_points": 5, "normal_stiffness_per_area": 1e9}
@@ -352,15 +324,8 @@ def test_a_checkpoint_with_other_records_is_refused(write_input, tmp_path):
     record = tmp_path / "record.txt"
     lines = [f"{0.01 * i} {(-1) ** i}\n" for i in range(20)]
     record.write_text("".join(lines))
-    shaken = changed(
-        shaken_tower(50),
-        "motion",
-        values=None,
-        time_step=None,
-        file="record.txt",
-        format="text",
-        unit="m/s2",
-    )
+    shaken = changed(shaken_tower(50), "motion", values=None, time_step=None, file="record.txt",
+                     format="text", unit="m/s2")  # fmt: skip
     file = write_input(shaken)
     stopped(file, tmp_path / "out.nc", 10)
     record.write_text("".join([*lines[:7], "0.07 2\n", *lines[8:]]))

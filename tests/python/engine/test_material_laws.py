@@ -113,10 +113,8 @@ CURVES = {
          "curve_fit": [-2.0, 1.9, 1.0, 1.0, 0.9]},
         gqh(1e-3, [-2.0, 1.9, 1.0, 1.0, 0.9]),
     ),
-    "darendeli": (
-        DARENDELI | {"mean_stress": 2e5, "plasticity_index": 30.0, "ocr": 2.0},
-        darendeli(2e5, 30.0, 2.0),
-    ),
+    "darendeli": (DARENDELI | {"mean_stress": 2e5, "plasticity_index": 30.0, "ocr": 2.0},
+                  darendeli(2e5, 30.0, 2.0)),
 }  # fmt: skip
 
 

@@ -46,10 +46,8 @@ def test_the_column_with_a_scheme_has_the_complex_modulus(name):
 
 def test_the_peak_of_a_column_depends_on_the_member():
     column = Column([Layer(15.0, density=2643.0, shear_velocity=851.0)])
-    peaks = {
-        name: column.peak(time_step=1e-3, integration=name).amplitude
-        for name in ("dda", "theta", "backward_euler")
-    }
+    peaks = {name: column.peak(time_step=1e-3, integration=name).amplitude
+             for name in ("dda", "theta", "backward_euler")}  # fmt: skip
     assert peaks["theta"] == pytest.approx(peaks["dda"], rel=2e-3)
     assert peaks["backward_euler"] == pytest.approx(peaks["dda"] / 2, rel=5e-3)
     with pytest.raises(ValueError, match="unbounded"):

@@ -56,13 +56,8 @@ def test_crests_are_located_between_samples():
 
 
 @settings(max_examples=40, deadline=None)
-@given(
-    damping=st.floats(0.002, 0.15),
-    scale=st.floats(1e-9, 1e9),
-    offset=st.floats(-5.0, 5.0),
-    phase=st.floats(0.0, 6.28),
-    frequency=st.floats(3.0, 30.0),
-)
+@given(damping=st.floats(0.002, 0.15), scale=st.floats(1e-9, 1e9), offset=st.floats(-5.0, 5.0),
+       phase=st.floats(0.0, 6.28), frequency=st.floats(3.0, 30.0))  # fmt: skip
 def test_units_origin_and_phase_have_no_effect(damping, scale, offset, phase, frequency):
     time, x = decay(damping, frequency, offset, phase=phase)
     decrement = log_decrement(time + 17.0, scale * x)

@@ -304,15 +304,10 @@ STAGES = [
     {"name": "rest", "kind": "static"},
     {"name": "dig", "kind": "static", "remove": "beam_m"},
     {"name": "wait", "steps": 20, "zero_displacements": True},
-    {
-        "name": "soften",
-        "steps": 20,
-        "time_step": 2e-3,
-        "integration": "theta",
-        "change_materials": "stone -> soft",
-    },
+    {"name": "soften", "steps": 20, "time_step": 2e-3, "integration": "theta",
+     "change_materials": "stone -> soft"},
     {"name": "last", "kind": "static"},
-]
+]  # fmt: skip
 
 
 def reactions(data: xr.Dataset, frame: int) -> list[float]:
@@ -377,31 +372,22 @@ def test_motions_begin_with_their_stage(write_input):
 @pytest.mark.parametrize(
     ("stages", "control", "message"),
     [
-        (
-            [{"name": "a", "kind": "static", "steps": 3}],
-            {},
-            "steps belongs to kind = 'dynamic', but the kind here is 'static'",
-        ),
-        (
-            [{"name": "a", "steps": 3, "displacement": 1.0}],
-            {},
-            "displacement belongs to kind = 'static', but the kind here is 'dynamic'",
-        ),
+        ([{"name": "a", "kind": "static", "steps": 3}], {},
+         "steps belongs to kind = 'dynamic', but the kind here is 'static'"),
+        ([{"name": "a", "steps": 3, "displacement": 1.0}], {},
+         "displacement belongs to kind = 'static', but the kind here is 'dynamic'"),
         ([{"name": "a"}], {}, "give either `duration` or `steps`"),
         ([{"name": "a", "steps": 3}], {"steps": 3}, "with &stage groups, duration, steps"),
         ([{"name": "a", "steps": 3, "remove": "arch_*"}], {}, "nothing is named 'arch_*'"),
         ([{"name": "a", "steps": 3, "remove": "pier_*, beam_*"}], {}, "no block would remain"),
-        (
-            [{"name": n, "steps": 3, "remove": "beam_m"} for n in "ab"],
-            {},
-            "block 'beam_m' has been removed in stage 'a'",
-        ),
+        ([{"name": n, "steps": 3, "remove": "beam_m"} for n in "ab"], {},
+         "block 'beam_m' has been removed in stage 'a'"),
         ([{"name": "a", "steps": 3}] * 2, {}, "name = 'a' is used twice"),
         ([{"name": "a", "steps": 3, "change_joints": "dry"}], {}, "'old -> new'"),
         ([{"name": "a", "steps": 3, "change_joints": "dry -> wet"}], {}, "'wet' is not the name"),
         ([{"name": "a", "steps": 3, "theta": 0.6}], {}, "need integration = 'theta'"),
     ],
-)
+)  # fmt: skip
 def test_contradictory_stages_are_refused(stages, control, message, write_input):
     groups = beam(stages)
     if control:

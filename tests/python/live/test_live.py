@@ -17,8 +17,8 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from environment import DEADLINE
-from live_server import Client, LiveProcess, connect, live, talk, wait_for
+from environment import DEADLINE, wait_for
+from live_server import Client, LiveProcess, connect, live, talk
 from model_text import DRY, ROCK, group, namelist, rectangle
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClosedError
@@ -272,7 +272,7 @@ def test_displacements_of_frames_are_relative_to_equilibrium_as_in_the_output(fo
     soft = soft.replace("&fixed_point", "&fixed_point motion_x = 'm',")
     run = LiveRun(soft, folder / "soft.nml", folder / "soft.nc", *(Mock(),) * 3)
     run.run()
-    wait_for(lambda: run.status in ("done", "failed"), "the run does not end")
+    wait_for(lambda: run.status in ("done", "failed"))
     message = list(run.frames)[-1]
     size = 4 + int.from_bytes(message[:4], "little")
     at, length = json.loads(message[4:size])["streams"]["blocks"]

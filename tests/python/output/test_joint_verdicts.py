@@ -17,12 +17,8 @@ def direct_shear(**joint) -> list:
     """A support pushes a block of 1 m under 1 MPa over another one, by WAY in 0.1 s."""
     law = {"name": "plane", "law": "mohr_coulomb", "friction_angle": 30.0}
     law |= {"normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 1e10}
-    motion = {
-        "name": "push",
-        "quantity": "displacement",
-        "time_step": 0.1,
-        "values": [0.0, WAY, WAY],
-    }
+    motion = {"name": "push", "quantity": "displacement", "time_step": 0.1,
+              "values": [0.0, WAY, WAY]}  # fmt: skip
     blocks = {"lower": rectangle(-0.2, -0.1, 1.4, 0.1), "upper": rectangle(0.0, 0.0, 1.0, 0.1)}
     return [
         group("control", time_step=1e-3),

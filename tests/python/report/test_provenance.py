@@ -17,14 +17,8 @@ RECORD = "inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc"
 
 
 def shaken_by_a_record(**control) -> list:
-    return changed(
-        changed(tower(steps=300), "control", **control),
-        "motion",
-        values=None,
-        time_step=None,
-        file="record.smc",
-        unit="cm/s2",
-    )
+    return changed(changed(tower(steps=300), "control", **control), "motion", values=None,
+                   time_step=None, file="record.smc", unit="cm/s2")  # fmt: skip
 
 
 @pytest.fixture

@@ -35,14 +35,11 @@ def uniform_column(damping=0.022, count=15):
 def random_column(seed, base="half-space", convention="shake"):
     rng = np.random.default_rng(seed)
     layers = [
-        Layer(
-            rng.uniform(0.5, 12.0),
-            density=rng.uniform(1500.0, 2700.0),
-            shear_velocity=rng.uniform(100.0, 900.0),
-            damping=rng.uniform(0.002, 0.1),
-        )
+        Layer(rng.uniform(0.5, 12.0), density=rng.uniform(1500.0, 2700.0),
+              shear_velocity=rng.uniform(100.0, 900.0),
+              damping=rng.uniform(0.002, 0.1))
         for _ in range(rng.integers(1, 9))
-    ]
+    ]  # fmt: skip
     rock = HalfSpace(density=2700.0, shear_velocity=rng.uniform(600.0, 2500.0), damping=0.005)
     return Column(layers, rock if base == "half-space" else "rigid", convention)
 
@@ -182,10 +179,8 @@ def test_table_1_agrees_with_the_papers_shake():
 
 
 def test_table_2_agrees_with_the_papers_shake_with_layer_1_on_top():
-    layers = [
-        Layer(3.0, density=density, shear_modulus=modulus, damping=0.023)
-        for density, modulus in TABLE_2
-    ]
+    layers = [Layer(3.0, density=density, shear_modulus=modulus, damping=0.023)
+              for density, modulus in TABLE_2]  # fmt: skip
     peak = Column(layers, convention="shake").peak()
     assert_allclose(peak.amplitude, 27.79, rtol=0.008)
     assert_allclose(peak.frequency, 14.50, rtol=0.003)
@@ -293,11 +288,8 @@ def test_scheme_as_a_function_of_frequency():
         lambda f: scheme_damping(np.arctan(np.pi * f * step) / np.pi / step, step)
     )
     frequencies = np.linspace(1.0, 50.0, 30)
-    assert_allclose(
-        column.transfer(scheme_frequency(frequencies, step)),
-        column.scheme_transfer(frequencies, step),
-        rtol=1e-11,
-    )
+    assert_allclose(column.transfer(scheme_frequency(frequencies, step)),
+                    column.scheme_transfer(frequencies, step), rtol=1e-11)  # fmt: skip
 
 
 # --- Properties ----------------------------------------------------------------------------------
@@ -339,11 +331,8 @@ def test_splitting_a_layer_changes_nothing(seed, base, share, which):
     halves = [replace(layer, thickness=layer.thickness * part) for part in (share, 1 - share)]
     layers = [*column.layers[:index], *halves, *column.layers[index + 1 :]]
     for field in ("within", "outcrop"):
-        assert_allclose(
-            replace(column, layers=layers).transfer(FREQUENCIES, kind=field),
-            column.transfer(FREQUENCIES, kind=field),
-            rtol=1e-9,
-        )
+        assert_allclose(replace(column, layers=layers).transfer(FREQUENCIES, kind=field),
+                        column.transfer(FREQUENCIES, kind=field), rtol=1e-9)  # fmt: skip
 
 
 @settings(max_examples=40, deadline=None)

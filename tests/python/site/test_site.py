@@ -175,10 +175,8 @@ def test_velocity_and_displacement_are_integrals_of_the_acceleration():
 
 
 def test_the_profile_has_the_peaks_of_the_histories():
-    layers = [
-        Layer(h, density=1900.0, shear_velocity=v, damping=0.02)
-        for h, v in ((5.0, 180.0), (9.0, 300.0))
-    ]
+    layers = [Layer(h, density=1900.0, shear_velocity=v, damping=0.02)
+              for h, v in ((5.0, 180.0), (9.0, 300.0))]  # fmt: skip
     response = Column(layers, ROCK).response(sweep(), STEP)
     profile = response.profile()
     assert list(profile.depth) == [0.0, 5.0, 14.0] and list(profile.middle) == [2.5, 9.5]
@@ -233,8 +231,7 @@ def by_pystrata(ground, acceleration, step, samples):
     names = ("shear_mod_reduc", "damping")
     reduction, damping = (
         np.array([float(np.ravel(getattr(one, name))[0]) for one in list(ground)[:-1]])
-        for name in names
-    )
+        for name in names)  # fmt: skip
     return reduction, damping, gravity * above[:samples]
 
 
@@ -405,10 +402,8 @@ def test_blocks_and_column_in_python(root, damping):
     assert ("and the materials" in str(both)) == bool(material)
     assert both.response.column.depth == pytest.approx(15.0)
     assert abs(both.column_surface).max() == pytest.approx(abs(both.surface).max(), rel=0.05)
-    spectra = [
-        spectral_acceleration(series, 1e-3, [0.2, 0.5, 1.0, 2.0])
-        for series in (both.surface, both.column_surface)
-    ]
+    spectra = [spectral_acceleration(series, 1e-3, [0.2, 0.5, 1.0, 2.0])
+               for series in (both.surface, both.column_surface)]  # fmt: skip
     assert spectra[0] == pytest.approx(spectra[1], rel=0.012)
     sampled = beside(run.history.isel(time=slice(None, None, 4)))  # every fourth step
     peaks = [abs(one.column_surface).max() for one in (sampled, both)]

@@ -112,16 +112,8 @@ def ideal(curve, sense=1) -> Pushover:
     """A curve of displacement (m) and load over weight, of one block that moves with its point."""
     displacement, factor = np.array(curve, dtype=float).T
     none = np.zeros(len(displacement))
-    displacements = np.array(
-        [
-            [
-                sense
-                * (displacement[-1] - displacement[int(np.argmax(factor))] or displacement[-1]),
-                0.0,
-                0.0,
-            ]
-        ]
-    )
+    change = displacement[-1] - displacement[int(np.argmax(factor))] or displacement[-1]
+    displacements = np.array([[sense * change, 0.0, 0.0]])
     return Pushover("horizontal", sense, "top", displacement, displacement, factor, none, none, 2e3,
                     ("one",), ("slides",), displacements, ("slides",), [np.zeros((3, 2))], "",
                     np.array([2e3]), 10.0)  # fmt: skip

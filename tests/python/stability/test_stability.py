@@ -245,10 +245,8 @@ def choices(group: str, name: str) -> list[str]:
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.5])
 def test_each_law_defines_the_strengths_that_a_factor_divides(factor):
     assert choices("joint", "law") == list(OF_LAWS)
-    divided = {
-        law: reduced_group(f"&joint name = 'j', law = '{law}', {values} /", factor)
-        for law, values in OF_LAWS.items()
-    }
+    divided = {law: reduced_group(f"&joint name = 'j', law = '{law}', {values} /", factor)
+               for law, values in OF_LAWS.items()}  # fmt: skip
     for law, values in OF_LAWS.items():
         variables = {
             k: float(v) for k, v in (assignment.split(" = ") for assignment in values.split(", "))
@@ -299,7 +297,5 @@ def test_rate_without_age_has_a_factor_of_safety():
     """A rate_state joint without evolution_effect needs no state_distance in a trial either."""
     divided = reduced_group(
         "&joint name = 'j', law = 'rate_state', friction_angle = 35, direct_effect = 0.01, "
-        "threshold_velocity = 1e-6 /",
-        2.0,
-    )
+        "threshold_velocity = 1e-6 /", 2.0)  # fmt: skip
     assert divided.keys() == {"friction_angle", "direct_effect"}

@@ -102,10 +102,8 @@ def cantilever(runs: dict) -> Outcome:
     _add_sensitivity_rows(outcome, runs)
     outcome.require(
         "Damping ratios of the decaying vibration differ from the closed form by at most 1 %"
-        f" ({len(_STEPS) + len(_PENALTIES)} cases)",
-        worst <= 0.01,
-        f"largest difference {per_cent(worst)}",
-    )
+        f" ({len(_STEPS) + len(_PENALTIES)} cases)", worst <= 0.01,
+        f"largest difference {per_cent(worst)}")  # fmt: skip
     outcome.pictures = [
         picture("cantilever_fig4", "Figure 4: full dynamic analysis and 1 % kinetic damping.",
                 _draw_kinetic_damping, runs),
@@ -156,36 +154,21 @@ def _add_damping_rows(outcome: Outcome, runs: dict) -> float:
         theory = float(free.damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
         outcome.compare(
-            f"damping ratio at Δt = {step:g} s",
-            "Fig. 5, eq. 11",
-            None,
-            theory,
+            f"damping ratio at Δt = {step:g} s", "Fig. 5, eq. 11", None, theory,
             decay.damping_exact,
             "closed form ln(1/|λ|)/|ln λ| ≈ ωΔt/4 at the first frequency of K x = ω² M x;"
-            f" eq. 11, which is linear in ζ, yields {decay.damping:.4g}",
-        )
-        outcome.compare(
-            f"frequency at Δt = {step:g} s (Hz)",
-            "Fig. 5",
-            None,
-            float(omega / 2 / np.pi / (1 + free.elongation)),
-            decay.frequency,
-            f"from {decay.times.size - 1} periods",
-            5,
-        )
+            f" eq. 11, which is linear in ζ, yields {decay.damping:.4g}")  # fmt: skip
+        outcome.compare(f"frequency at Δt = {step:g} s (Hz)", "Fig. 5", None,
+                        float(omega / 2 / np.pi / (1 + free.elongation)), decay.frequency,
+                        f"from {decay.times.size - 1} periods", 5)  # fmt: skip
     results = [runs[("step", step)] for step in _STEPS]
     amplitudes = [abs(r["tip"][(r["time"] >= 1.9) & (r["time"] <= 2.0)]).max() for r in results]
     expected = np.exp(-1.9 * omega**2 / 4 * (_STEPS[1] - _STEPS[0]))
     outcome.compare(
-        "amplitude after 1.9 s: ratio of Δt = 1e-4 s to 1e-5 s",
-        "Fig. 5",
-        "very significant attenuation",
-        float(expected),
-        float(amplitudes[1] / amplitudes[0]),
+        "amplitude after 1.9 s: ratio of Δt = 1e-4 s to 1e-5 s", "Fig. 5",
+        "very significant attenuation", float(expected), float(amplitudes[1] / amplitudes[0]),
         "theory: exp(-ω²Δt t/4) of the first mode; the run with the smaller step also contains"
-        " higher modes",
-        3,
-    )
+        " higher modes", 3)  # fmt: skip
     return worst
 
 
@@ -200,32 +183,17 @@ def _add_kinetic_row(outcome: Outcome, runs: dict) -> None:
     ).convert()
     sign = np.sign(result["tip"][interval])
     outcome.compare(
-        "motion with 1 % kinetic damping, Δt = 1e-5 s",
-        "Fig. 4",
-        "totally damped",
+        "motion with 1 % kinetic damping, Δt = 1e-5 s", "Fig. 4", "totally damped",
         "overdamped: both eigenvalues real" if np.isreal(roots).all() else "oscillates",
         "returns without oscillation" if np.ptp(sign) == 0 else "oscillates",
         "a factor of 0.99 on the velocity in each of 100,000 steps per second is a decay rate of"
-        f" {-np.log(0.99) / 1e-5:.0f}/s",
-    )
-    outcome.compare(
-        "decay rate of the displacement with 1 % kinetic damping (1/s)",
-        "Fig. 4",
-        None,
-        slow,
-        float(-fit.coef[1]),
-        "",
-        4,
-    )
-    outcome.compare(
-        "largest displacement: ratio of 1 % kinetic damping to full dynamic analysis",
-        "Fig. 4",
-        None,
-        _theoretical_peak_ratio(),
-        float(abs(result["tip"]).max() / abs(full["tip"]).max()),
-        "linear model integrated step by step",
-        4,
-    )
+        f" {-np.log(0.99) / 1e-5:.0f}/s")  # fmt: skip
+    outcome.compare("decay rate of the displacement with 1 % kinetic damping (1/s)", "Fig. 4", None,
+                    slow, float(-fit.coef[1]), "", 4)  # fmt: skip
+    outcome.compare("largest displacement: ratio of 1 % kinetic damping to full dynamic analysis",
+                    "Fig. 4", None, _theoretical_peak_ratio(),
+                    float(abs(result["tip"]).max() / abs(full["tip"]).max()),
+                    "linear model integrated step by step", 4)  # fmt: skip
 
 
 def _theoretical_peak_ratio() -> float:
@@ -256,15 +224,10 @@ def _add_penalty_rows(outcome: Outcome, runs: dict) -> float:
             1e3 * float(abs(tip).max()), 1e3 * float(abs(result["tip"]).max()))  # fmt: skip
     soft, stiff = (_measure_decrement(runs[("penalty", f)], _discrete_model(f)) for f in (1, 100))
     ratio = stiff.damping_exact / stiff.frequency / (soft.damping_exact / soft.frequency)
-    outcome.compare(
-        "damping ratio / frequency: ratio of k = 100 E to k = E",
-        "Fig. 6",
-        "no obvious effect",
-        1.0,
-        ratio,
-        "ζ = ωΔt/4 does not depend on the penalty, only on the frequency"
-        f" (×{stiff.frequency / soft.frequency:.1f})",
-    )
+    outcome.compare("damping ratio / frequency: ratio of k = 100 E to k = E", "Fig. 6",
+                    "no obvious effect", 1.0, ratio,
+                    "ζ = ωΔt/4 does not depend on the penalty, only on the frequency"
+                    f" (×{stiff.frequency / soft.frequency:.1f})")  # fmt: skip
     outcome.notes.append("“The penalty has no obvious effect on damping” is true only"
         " for a given frequency. From k = E to 100 E the frequency increases by the"
         f" factor {stiff.frequency / soft.frequency:.2f}. The damping ratio increases"
@@ -280,13 +243,8 @@ def _add_sensitivity_rows(outcome: Outcome, runs: dict) -> None:
         compliance = [abs(runs[("force", f)]["tip"]).max() / f for f in forces]
         outcome.compare(
             "sensitivity: relative range of displacement / force for impulses of 1 to 100 kN",
-            "assumed",
-            None,
-            0.0,
-            float(np.ptp(compliance) / np.mean(compliance)),
-            "the response is proportional to the impulse",
-            2,
-        )
+            "assumed", None, 0.0, float(np.ptp(compliance) / np.mean(compliance)),
+            "the response is proportional to the impulse", 2)  # fmt: skip
     omega = _discrete_model().omega[0]
     for name, scale in (("limestone of Avdat (17 GPa, 2250 kg/m³)", 17e9 / 2250),
                         ("hard rock (50 GPa, 2500 kg/m³)", 50e9 / 2500)):  # fmt: skip

@@ -63,14 +63,10 @@ class DiscreteModel:
         _add_contacts(stiffness, polygons, contacts, shape, (normal, shear))
         ratio = parsed["contact"][0].get("fixed_point_ratio", 100.0)
         supports, axes = _support_rows(parsed, polygons, names, shape)
-        points = {
-            group["name"]: (_block_at_point(group, polygons, names), (group["x"], group["y"]))
-            for group in parsed.get("measured_point", [])
-        }
-        loads = [
-            (_block_at_point(group, polygons, names), (group["x"], group["y"]))
-            for group in parsed.get("load", [])
-        ]
+        points = {group["name"]: (_block_at_point(group, polygons, names), (group["x"], group["y"]))
+                  for group in parsed.get("measured_point", [])}  # fmt: skip
+        loads = [(_block_at_point(group, polygons, names), (group["x"], group["y"]))
+                 for group in parsed.get("load", [])]  # fmt: skip
         scheme = Scheme.of_control(parsed["control"][0])
         support_stiffness = ratio * normal
         return cls(
@@ -156,11 +152,9 @@ class DiscreteModel:
             unit[0::6] = 1.0
             force = -factors.load[:, None] * (self.mass @ unit)
         x = np.array(
-            [
-                np.linalg.solve(inertia * self.mass + self.elastic + k * support_product, f)
-                for inertia, k, f in zip(factors.inertia, support_factor, force, strict=True)
-            ]
-        )
+            [np.linalg.solve(inertia * self.mass + self.elastic + k * support_product, f)
+             for inertia, k, f in zip(factors.inertia, support_factor, force, strict=True)]
+        )  # fmt: skip
         top = x @ self.row(surface)
         if loading == "displacement":
             return top / (x @ self.row(base))
@@ -221,11 +215,8 @@ class DiscreteModel:
         """Return a displacement after each step; computed in modal coordinates."""
         square, shapes = self.omega**2, self._modes[1]
         theta, chi = self.scheme.theta, self.scheme.chi
-        rows, k, c = (
-            self.supports @ shapes,
-            self.support_stiffness,
-            self._support_dashpot(time_step),
-        )
+        rows, k, c = (self.supports @ shapes, self.support_stiffness,
+                      self._support_dashpot(time_step))  # fmt: skip
         momentum, velocity_factor = 1 / (chi * time_step), (1 / chi - 1) * factor
         flexibility = 1 / (momentum / time_step + theta * square)
         # forces of K - k RᵀR are those at t₀ + θΔt; forces of k and c are those at the end

@@ -207,15 +207,10 @@ def _add_noise_row(outcome: Outcome, runs: dict) -> None:
     peaks = [
         _measure_amplification(runs[(1, kind)], "middle")[2] for kind in ("displacement", "noise")
     ]
-    outcome.compare(
-        "sensitivity: amplification at the peak under white noise",
-        "assumed",
-        _TABLES[1]["dda"][1],
-        _discrete_peak(1, "middle").amplitude,
-        peaks[1].amplitude,
-        f"at {peaks[1].frequency:.4f} Hz; under the record {peaks[0].amplitude:.3f}",
-        5,
-    )
+    outcome.compare("sensitivity: amplification at the peak under white noise", "assumed",
+                    _TABLES[1]["dda"][1], _discrete_peak(1, "middle").amplitude, peaks[1].amplitude,
+                    f"at {peaks[1].frequency:.4f} Hz; under the record {peaks[0].amplitude:.3f}",
+                    5)  # fmt: skip
 
 
 def _add_notes(outcome: Outcome, runs: dict) -> None:
@@ -242,24 +237,16 @@ def _add_notes(outcome: Outcome, runs: dict) -> None:
 def _make_pictures(runs: dict, ground: dict) -> list[Picture]:
     """Return the pictures of the ground motion and of the amplification of both tables."""
     spectra = [
-        picture(
-            f"layers_fig{14 + table}",
-            f"{_TABLES[table]['figure'].replace('Fig.', 'Figure')}: amplification,"
-            f" {_TABLES[table]['site']}; circles: peaks of the paper.",
-            _draw_amplification,
-            table,
-            runs,
-            ground,
-        )
+        picture(f"layers_fig{14 + table}",
+                f"{_TABLES[table]['figure'].replace('Fig.', 'Figure')}: amplification,"
+                f" {_TABLES[table]['site']}; circles: peaks of the paper.", _draw_amplification,
+                table, runs, ground)
         for table in _TABLES
-    ]
+    ]  # fmt: skip
     motion = picture(
         "layers_fig14",
         "Figure 14 with the record of this study: acceleration, velocity, and displacement of the"
-        " fixed points.",
-        _draw_ground_motion,
-        ground,
-    )
+        " fixed points.", _draw_ground_motion, ground)  # fmt: skip
     return [motion, *spectra]
 
 

@@ -39,14 +39,11 @@ def tasks(quick: bool = False) -> list[Task]:
         (kind, ratio, 0.004 / n) for kind in "SP" for ratio in _RATIOS for n in _STEPS_PER_PERIOD
     ]
     queue = [Task(("wave", *case), _simulate_wave, {"case": case}, 0.3) for case in waves]
-    queue += [
-        Task(("wave", "S", 8, step), _simulate_wave, {"case": ("S", 8, step)}, 4.0)
-        for step in _FRONT_STEPS
-    ]
+    queue += [Task(("wave", "S", 8, step), _simulate_wave, {"case": ("S", 8, step)}, 4.0)
+              for step in _FRONT_STEPS]  # fmt: skip
     queue += [
         Task(("fine", k), _free_vibration_frequency, {"contact": {"normal_stiffness": k}}, 2.0)
-        for k in _PENALTIES
-    ]
+        for k in _PENALTIES]  # fmt: skip
     queue += [Task(("bending", k), _bending_frequencies, {"k": k}, 4.0) for k in _PENALTIES[1:]]
     queue += [
         Task(("noise", f), _noise_peak_frequency, {"frequency": f}, 1.0) for f in _BAND_CENTRES

@@ -44,10 +44,8 @@ def tasks(quick: bool = False) -> list[Task]:
         cases += [
             _wide_stack_case(ratio, step) for ratio in _WIDE_STACK["ratios"] for step in _STEPS
         ]
-    return [
-        Task(case, _run_case, {"case": case}, _run_time_estimate(case))
-        for case in dict.fromkeys(cases)
-    ]
+    return [Task(case, _run_case, {"case": case}, _run_time_estimate(case))
+            for case in dict.fromkeys(cases)]  # fmt: skip
 
 
 def _wide_stack_case(ratio: int, step: float) -> tuple:
@@ -112,12 +110,8 @@ def _run_case(case: tuple) -> dict:
 def _stack_model(penalty: float = _PENALTY, shape: str = "") -> DiscreteModel:
     """Return the stack in units of the period: λ/Δx = 1 and T = 1 s."""
     young = _young_modulus(1.0, 1.0)
-    return DiscreteModel.of(
-        input_file(_INPUT),
-        contact={"normal_stiffness": penalty * young},
-        material={"young_modulus": young},
-        **_width_changes(shape),
-    )
+    return DiscreteModel.of(input_file(_INPUT), contact={"normal_stiffness": penalty * young},
+                            material={"young_modulus": young}, **_width_changes(shape))  # fmt: skip
 
 
 def _exact_motion(case: tuple, time: np.ndarray, point: str = "M1") -> np.ndarray:
@@ -208,12 +202,10 @@ def _add_amplitude_rows(outcome: Outcome, runs: dict) -> None:
             )
         decreases = bool(np.all(np.diff(errors) < 0))
         error_at_32 = errors[_RATIOS.index(32)]
-        outcome.require(
-            f"Fig. 9: the amplitude error decreases with λ/Δx at Δt = {step:g} s",
-            decreases,
-            f"decreases from {per_cent(errors[0])} to {per_cent(errors[-1])},"
-            f" {100 * error_at_32:.3g} % at λ/Δx = 32",
-        )
+        outcome.require(f"Fig. 9: the amplitude error decreases with λ/Δx at Δt = {step:g} s",
+                        decreases,
+                        f"decreases from {per_cent(errors[0])} to {per_cent(errors[-1])},"
+                        f" {100 * error_at_32:.3g} % at λ/Δx = 32")  # fmt: skip
 
 
 def _add_step_rows(outcome: Outcome, runs: dict) -> None:
@@ -293,14 +285,11 @@ def _add_speed_rows(outcome: Outcome, runs: dict) -> None:
         theory = {"time": result["time"], "base": _exact_motion(case, result["time"], "base"),
                   "M1": _exact_motion(case, result["time"])}  # fmt: skip
         outcome.compare(
-            f"loss of wave speed 1 − v/√(G/ρ) at k = {penalty:g} E (%)",
-            "section 2.2",
+            f"loss of wave speed 1 − v/√(G/ρ) at k = {penalty:g} E (%)", "section 2.2",
             {40.0: "typical", 100.0: "better accuracy above"}.get(penalty),
-            100 * (1 - _measure_speed(theory)),
-            100 * losses[-1],
+            100 * (1 - _measure_speed(theory)), 100 * losses[-1],
             f"long waves: 1 − 1/√(1 + GW/2k_sΔx) = {100 * (1 - _speed_fraction(penalty)):.3g} %",
-            3,
-        )
+            3)  # fmt: skip
     decreases = bool(np.all(np.diff(losses) < 0))
     outcome.require("The wave speed increases with the penalty", decreases,
         f"loss of wave speed {per_cent(losses[0])} to {per_cent(losses[-1])}")  # fmt: skip
@@ -326,13 +315,11 @@ def _add_period_rows(outcome: Outcome, runs: dict) -> None:
             result = runs[case]
             outcome.compare(
                 f"sensitivity: amplitude error, λ/Δx = 32, T = {period:g} s, Δt = {step:g} s (%)",
-                "assumed",
-                None,
+                "assumed", None,
                 100 * _amplitude_error({"M1": _exact_motion(case, result["time"])}),
                 100 * _amplitude_error(result),
                 f"√(4Δt·x/πTλ) = {100 * _continuum_loss(32, step, period):.2f} %:"
-                " it depends only on Δt/T and x/λ",
-            )
+                " it depends only on Δt/T and x/λ")  # fmt: skip
 
 
 def _add_width_rows(outcome: Outcome, runs: dict) -> None:
@@ -345,13 +332,10 @@ def _add_width_rows(outcome: Outcome, runs: dict) -> None:
             result = runs[case]
             outcome.compare(
                 f"sensitivity: amplitude error, λ/Δx = {ratio}, stack {_WIDE_STACK['width']:g} m"
-                f" wide, Δt = {step:g} s (%)",
-                "assumed",
-                None,
+                f" wide, Δt = {step:g} s (%)", "assumed", None,
                 100 * _amplitude_error({"M1": _exact_motion(case, result["time"])}),
                 100 * _amplitude_error(result),
-                f"√(4Δt·x/πTλ) = {100 * _continuum_loss(ratio, step, _PERIOD):.2f} %",
-            )
+                f"√(4Δt·x/πTλ) = {100 * _continuum_loss(ratio, step, _PERIOD):.2f} %")  # fmt: skip
     case_128 = ("triangle", 128, 1e-5, _PENALTY, _PERIOD)
     time = np.arange(0.0, _case_duration(128, _PERIOD), 1e-5)
     excess = _exact_motion(case_128, time).max() / _AMPLITUDE - 1

@@ -150,10 +150,8 @@ def rocking_decay(short: bool) -> Outcome:
     label = "largest error of the angle until the third impact / initial angle, Δt 0.1 ms"
     rows = [
         at_most(label, errors[steps.index(1e-4)], 1e-2),
-        *(
-            relative(f"time of impact {i + 1}", impacts[i], impact_times[i], 1e-2, "s")
-            for i in range(3)
-        ),
+        *(relative(f"time of impact {i + 1}", impacts[i], impact_times[i], 1e-2, "s")
+          for i in range(3)),
         relative("ratio of angular velocities at the first impact", RATIO, _velocity_ratio(run),
             1e-2),
         at_most("energy residual / work", run[2], 1e-6),

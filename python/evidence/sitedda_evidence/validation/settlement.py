@@ -30,10 +30,8 @@ def settlement(short: bool) -> Outcome:
     """Check energy gain and audit residual of walls for several Δt and penalties."""
     sizes = (50,) if short else tuple(WALLS)
     penalties = PENALTIES[::3] if short else PENALTIES
-    walls = {
-        key: _run_wall(*key, steps=40 if key[0] == 1000 and key[2] > 1e-4 else 200)
-        for key in product(sizes, penalties, TIME_STEPS)
-    }
+    walls = {key: _run_wall(*key, steps=40 if key[0] == 1000 and key[2] > 1e-4 else 200)
+             for key in product(sizes, penalties, TIME_STEPS)}  # fmt: skip
     failures = [
         f"{n} blocks, {k:g} E, Δt {dt:g} s" for (n, k, dt), run in walls.items() if run.message
     ]

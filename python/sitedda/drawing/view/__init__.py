@@ -37,29 +37,16 @@ def view(source, budget: int = BUDGET, color: str | None = None) -> View:
     scene = Scene.of(source)
     encoding = encoded(scene, budget - _REST)
     encode_histories(encoding, scene)
+    bolts = {"color": BOLT, "dashed": BROKEN, "words": "bolt, largest force", "unit": "N/m"}
+    water = {"color": WATER, "dashed": NOT_FULL, "words": "water in joints, largest pressure",
+             "unit": "Pa"}  # fmt: skip
+    maps = {"magnitude": colormaps[MAGNITUDE], "signed": colormaps[SIGNED], "joint": JOINT_MAP}
     meta = encoding.meta | {
         "color": color or ("material" if scene.frames < 2 else "displacement"),
         "stones": list(STONES),
         "resting": RESTING,
-        "line_styles": {
-            "bolts": {
-                "color": BOLT,
-                "dashed": BROKEN,
-                "words": "bolt, largest force",
-                "unit": "N/m",
-            },
-            "water": {
-                "color": WATER,
-                "dashed": NOT_FULL,
-                "words": "water in joints, largest pressure",
-                "unit": "Pa",
-            },
-        },
-        "maps": {
-            "magnitude": _color_stops(colormaps[MAGNITUDE]),
-            "signed": _color_stops(colormaps[SIGNED]),
-            "joint": _color_stops(JOINT_MAP),
-        },
+        "line_styles": {"bolts": bolts, "water": water},
+        "maps": {name: _color_stops(colors) for name, colors in maps.items()},
     }
     return View(meta | _find_scales(scene), encoding.streams)
 
