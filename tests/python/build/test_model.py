@@ -10,7 +10,7 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from model_text import BONDED, flying_block, namelist, tower
+from model_text import BONDED, flying_block, namelist, rectangle, tower
 
 import sitedda
 from sitedda import InputError, Model
@@ -96,10 +96,8 @@ def test_every_input_is_read_and_written_without_loss(file):
 
 def test_a_model_that_was_read_runs_bit_identically(write_input, same_bits):
     file = write_input(tower())
-    same_bits(
-        sitedda.run(file).history, Model.read(file).run().history,
-        attributes=("title", "step_control"),
-    )  # fmt: skip
+    read = Model.read(file).run().history
+    same_bits(sitedda.run(file).history, read, attributes=("title", "step_control"))
 
 
 @pytest.mark.parametrize(
@@ -255,9 +253,8 @@ def test_model_file_built_file_and_executable_are_bit_identical(tmp_path, same_b
 
 
 def test_lines_keep_their_numbers(tmp_path):
-    text = namelist(flying_block()).replace(
-        "&block", "&pier\n width = 1.0 ! m\n height = 2.0 /\n&block"
-    )
+    pier = "&pier\n width = 1.0 ! m\n height = 2.0 /\n&block"
+    text = namelist(flying_block()).replace("&block", pier)
     text += "&pier name = 'p', centre = 9.0, width = 1.0, height = 1.0, courses = 2 / "
     text += "&joint name = 'x'\n"
     text += "   friction_angle = -3 /\n"
@@ -273,9 +270,8 @@ def test_lines_keep_their_numbers(tmp_path):
 
 def test_records_are_named_from_the_folder_of_the_built_file(tmp_path, root):
     (tmp_path / "out").mkdir()
-    output, _ = sitedda.building.build_file(
-        root / "inputs" / "slope.nml", tmp_path / "out" / "b.nml"
-    )
+    slope, target = root / "inputs" / "slope.nml", tmp_path / "out" / "b.nml"
+    output, _ = sitedda.building.build_file(slope, target)
     with sitedda.Simulation(output) as simulation:
         assert len(simulation.block_names) > 90
     assert sitedda.building.built_text(output.read_text(), output)[0] == output.read_text()
@@ -293,17 +289,11 @@ BAD_GROUPS = [
     ("&pier width = 'a' /", "&pier", "not a number"),
     ("&cutting slivers = 'eat' /", "&cutting", "'eat'"),
     ("\n&pier width = 1, height = 1, joint = 'bedd' /", "(line 2)", "did you mean 'bedding'?"),
-    (
-        "&region outline = 0,0,1,0,1,1, material = 'x' /",
-        "&region",
-        "is not the name of a &material",
-    ),
-    (
-        "&region outline = 0,0,1,0,1,1 /\n&voronoi size = 1, region = 'x' /",
-        "&voronoi (line 2)",
-        "is not the name of a &region",
-    ),
-]
+    ("&region outline = 0,0,1,0,1,1, material = 'x' /", "&region",
+     "is not the name of a &material"),
+    ("&region outline = 0,0,1,0,1,1 /\n&voronoi size = 1, region = 'x' /", "&voronoi (line 2)",
+     "is not the name of a &region"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("text", "location", "message"), BAD_GROUPS, ids=lambda one: one[:24])
@@ -347,9 +337,7 @@ def test_build_does_not_overwrite_its_input(write_input, main):
 
 def test_check_and_run_name_slivers(write_input, main, tmp_path):
     thin = ("block", {"name": "thin", "vertices": [0.0, 5.0, 2.0, 5.0, 2.0, 5.0 + 1e-6]})
-    slivers = [
-        ("block", {"vertices": [x, 8.0, x + 1, 8.0, x + 1, 9.0, x, 9.0]}) for x in (0.0, 2.0)
-    ]
+    slivers = [("block", {"vertices": rectangle(x, 8.0, 1.0, 1.0)}) for x in (0.0, 2.0)]
     file = write_input([*flying_block(), thin, *slivers])
     for command in ("check", "run"):
         process = main(command, file, *(["--no-plot"] if command == "run" else []), folder=tmp_path)

@@ -23,6 +23,7 @@ from sitedda.scheme import scheme_damping, scheme_frequency
 
 CONVENTIONS = ("shake", "shake91", "kramer", "dormieux")
 FREQUENCIES = np.linspace(0.05, 40.0, 400)
+ROCK = HalfSpace(density=2500.0, shear_velocity=1000.0)
 
 TABLE_1 = {"density": 2643.0, "shear_modulus": 4.788e9 / (2 * 1.25)}
 TABLE_2 = ((2403.0, 1.8e9), (2162.0, 1.64e9), (2243.0, 1.68e9), (2483.0, 1.6e9), (2643.0, 1.92e9))
@@ -114,9 +115,8 @@ def test_equation_10_is_the_damped_column_up_to_second_order():
 
     def error(damping):
         exact = np.abs(uniform_column(damping).transfer(FREQUENCIES))
-        return np.max(
-            np.abs(damped_amplification(FREQUENCIES, 15.0, velocity, damping) / exact - 1)
-        )
+        actual = damped_amplification(FREQUENCIES, 15.0, velocity, damping)
+        return np.abs(actual / exact - 1).max()
 
     assert error(0.022) < 0.04
     assert_allclose(error(2e-4) / error(1e-4), 4.0, rtol=0.05)
@@ -126,17 +126,15 @@ def test_equations_9_and_10_at_the_resonance():
     resonance = 300.0 / (4 * 15.0)
     assert_allclose(damped_amplification(resonance, 15.0, 300.0, 0.05), 2 / (np.pi * 0.05))
     assert undamped_amplification(resonance, 15.0, 300.0) > 1e15
-    off = np.array([0.0, 2.0])
-    assert_allclose(
-        damped_amplification(off, 15.0, 300.0, 0.0), undamped_amplification(off, 15.0, 300.0)
-    )
+    other = np.array([0.0, 2.0])
+    undamped = undamped_amplification(other, 15.0, 300.0)
+    assert_allclose(damped_amplification(other, 15.0, 300.0, 0.0), undamped)
 
 
 def test_layer_on_half_space_has_the_impedance_ratio_as_peak():
     soil = HalfSpace(density=1800.0, shear_velocity=200.0)
-    rock = HalfSpace(density=2500.0, shear_velocity=1000.0)
     layer = Layer(20.0, density=soil.density, shear_velocity=soil.shear_velocity)
-    peak = Column([layer], rock).peak(kind="outcrop")
+    peak = Column([layer], ROCK).peak(kind="outcrop")
     assert_allclose(peak.frequency, 200.0 / 80.0, rtol=1e-7)
     assert_allclose(peak.amplitude, 2500.0 * 1000.0 / (1800.0 * 200.0), rtol=1e-12)
 
@@ -196,12 +194,11 @@ def lumped_beam(column, per_layer):
 
     Nodes at the surface and at the interfaces of thin slices; the base node is prescribed.
     """
-    slices = [
-        (layer, layer.thickness / per_layer) for layer in column.layers for _ in range(per_layer)
-    ]
+    slices = [layer for layer in column.layers for _ in range(per_layer)]
     count = len(slices)
     mass, stiffness = np.zeros(count + 1), np.zeros((count + 1, count + 1), dtype=complex)
-    for i, (layer, height) in enumerate(slices):
+    for i, layer in enumerate(slices):
+        height = layer.thickness / per_layer
         mass[i : i + 2] += layer.density * height / 2
         spring = layer.shear_modulus * (1 + 2j * layer.damping) / height
         stiffness[i : i + 2, i : i + 2] += spring * np.array([[1, -1], [-1, 1]])
@@ -284,9 +281,11 @@ def test_damping_may_be_a_function_of_frequency():
 
 def test_scheme_as_a_function_of_frequency():
     step = 1e-3
-    column = uniform_column(
-        lambda f: scheme_damping(np.arctan(np.pi * f * step) / np.pi / step, step)
-    )
+
+    def damping(frequency):
+        return scheme_damping(np.arctan(np.pi * frequency * step) / np.pi / step, step)
+
+    column = uniform_column(damping)
     frequencies = np.linspace(1.0, 50.0, 30)
     assert_allclose(column.transfer(scheme_frequency(frequencies, step)),
                     column.scheme_transfer(frequencies, step), rtol=1e-11)  # fmt: skip
@@ -301,14 +300,9 @@ bases = st.sampled_from(["rigid", "half-space"])
 
 def rescaled(medium, length, mass):
     """Return the medium in other units of length and mass, with the same unit of time."""
-    changes = {
-        "density": medium.density * mass / length**3,
-        "shear_modulus": medium.shear_modulus * mass / length,
-        "shear_velocity": None,
-    }
-    if isinstance(medium, Layer):
-        changes["thickness"] = medium.thickness * length
-    return replace(medium, **changes)
+    thickness = {"thickness": medium.thickness * length} if isinstance(medium, Layer) else {}
+    return replace(medium, density=medium.density * mass / length**3, shear_velocity=None,
+                   shear_modulus=medium.shear_modulus * mass / length, **thickness)  # fmt: skip
 
 
 @settings(max_examples=40, deadline=None)
@@ -316,9 +310,8 @@ def rescaled(medium, length, mass):
 def test_results_do_not_depend_on_units(seed, base, length, mass):
     column = random_column(seed, base)
     rock = column.base if base == "rigid" else rescaled(column.base, length, mass)
-    other = replace(
-        column, layers=[rescaled(layer, length, mass) for layer in column.layers], base=rock
-    )
+    layers = [rescaled(layer, length, mass) for layer in column.layers]
+    other = replace(column, layers=layers, base=rock)
     assert_allclose(other.transfer(FREQUENCIES), column.transfer(FREQUENCIES), rtol=1e-9)
 
 
@@ -362,16 +355,14 @@ def test_very_stiff_half_space_is_a_rigid_base(seed):
 @pytest.mark.parametrize("field", ["within", "outcrop"])
 def test_thick_layers_and_high_frequencies_do_not_overflow(field):
     layers = [Layer(5000.0, density=1800.0, shear_velocity=100.0, damping=0.1)] * 20
-    rock = HalfSpace(density=2500.0, shear_velocity=1000.0)
-    transfer = Column(layers, rock).transfer([0.001, 1.0, 1e4], kind=field)
+    transfer = Column(layers, ROCK).transfer([0.001, 1.0, 1e4], kind=field)
     assert np.all(np.isfinite(transfer))
     assert transfer[-1] == 0.0
 
 
 def test_interfaces_are_recognised_despite_rounding():
     layers = [Layer(0.1, density=1800.0 + 50 * i, shear_velocity=200.0 + 20 * i) for i in range(9)]
-    rock = HalfSpace(density=2500.0, shear_velocity=1000.0)
-    column = Column(layers, rock)
+    column = Column(layers, ROCK)
     at_interface = column.transfer(FREQUENCIES, 0.0, 0.3, "outcrop")
     just_below = column.transfer(FREQUENCIES, 0.0, 0.3 + 1e-7, "outcrop")
     assert_allclose(at_interface, just_below, rtol=1e-4)
@@ -431,10 +422,7 @@ GOOD = Layer(1.0, density=2000.0, shear_velocity=200.0)
         (lambda: Column([GOOD]).peak((1.0, 2.0)), "contains no peak"),
         (lambda: Column([GOOD]).peak(), "unbounded"),
         (lambda: Column([GOOD]).scheme_transfer(50.0, 0.01), "Nyquist frequency 50 Hz"),
-        (
-            lambda: complex_modulus(1.0, 0.6),
-            "damping must be in 0 ... 0.5 .*: 'shake', 'shake91', 'kramer'$",
-        ),
+        (lambda: complex_modulus(1.0, 0.6), "in 0 ... 0.5 .*: 'shake', 'shake91', 'kramer'$"),
         (lambda: complex_modulus(1.0, np.nan), "damping .* got nan"),
         (lambda: undamped_amplification(1.0, 1.0, 0.0), "shear_velocity .* got 0"),
         (lambda: damped_amplification(1.0, 1.0, 1.0, -1.0), "damping .* got -1"),

@@ -40,6 +40,7 @@ def ricker(frequency=4.0, samples=4000, delay=1.0, step=STEP):
 
 
 ROCK = HalfSpace(density=2200.0, shear_velocity=800.0)
+UNDAMPED = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
 
 
 def test_soil_like_its_half_space_only_delays_the_outcrop():
@@ -80,29 +81,26 @@ def test_long_free_vibration_does_not_wrap_around(base, kind, stiff):
 
 def test_endless_free_vibration_is_reported():
     """Without damping the motion on a rigid base never ends; a half-space absorbs the waves."""
-    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
     with pytest.warns(UserWarning, match="more than 1 % of the free vibration remains"):
-        Column([replace(soil, damping=1e-5)]).response(ricker(), STEP).acceleration()
+        Column([replace(UNDAMPED, damping=1e-5)]).response(ricker(), STEP).acceleration()
     with pytest.raises(ValueError, match="unbounded: soils without damping on a rigid base"):
-        Column([soil]).response(ricker(), STEP).acceleration()
+        Column([UNDAMPED]).response(ricker(), STEP).acceleration()
     with pytest.raises(ValueError, match="soils without damping above a base with a within motion"):
-        Column([soil], ROCK).response(ricker(), STEP, kind="within").acceleration()
+        Column([UNDAMPED], ROCK).response(ricker(), STEP, kind="within").acceleration()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        Column([soil], ROCK).response(ricker(), STEP)
+        Column([UNDAMPED], ROCK).response(ricker(), STEP)
 
 
 @pytest.mark.parametrize("quantity", ["velocity", "displacement", "strain", "stress"])
 def test_no_quantity_of_an_unbounded_motion_is_returned(quantity):
-    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
-    response = Column([soil]).response(ricker(), STEP)
+    response = Column([UNDAMPED]).response(ricker(), STEP)
     with pytest.raises(InputError, match="motion of the column is unbounded"):
         getattr(response, quantity)(15.0)
 
 
 def test_arguments_of_a_response_are_checked():
-    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.05)
-    response = Column([soil], ROCK).response(ricker(), STEP)
+    response = Column([replace(UNDAMPED, damping=0.05)], ROCK).response(ricker(), STEP)
     for bad in ("deep", 31.0, [1.0, -1.0]):
         with pytest.raises(InputError, match="depth must"):
             response.acceleration(bad)
@@ -129,8 +127,7 @@ def test_damping_at_frequencies_other_than_1_hz_bounds_the_motion():
 
 def test_analyses_omit_each_unbounded_column():
     """Linear soil without damping on a rigid base: only the nonlinear analysis has a result."""
-    soil = Layer(30.0, density=1800.0, shear_velocity=150.0, damping=0.0)
-    found = analyses(Column([soil]), [None], ricker(), STEP)
+    found = analyses(Column([UNDAMPED]), [None], ricker(), STEP)
     assert list(found.responses) == ["nonlinear"]
     text = str(found)
     for name in ("linear", "equivalent-linear"):
@@ -149,13 +146,11 @@ def test_strain_and_stress_follow_from_the_motion(depth):
     response = Column(layers, ROCK).response(sweep(), STEP)
     stress = response.stress(depth)
     total = np.zeros_like(stress)
-    edges = (0.0, min(depth, 8.0), depth)
-    for (top, bottom), density in zip(
-        zip(edges, edges[1:], strict=False), (1800.0, 2000.0), strict=True
-    ):
-        nodes, weights = np.polynomial.legendre.leggauss(12)
+    edge = min(depth, 8.0)
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    for top, bottom, density in ((0.0, edge, 1800.0), (edge, depth, 2000.0)):
+        half = (bottom - top) / 2
         for node, weight in zip(nodes, weights, strict=True):
-            half = (bottom - top) / 2
             if half > 0:
                 total += half * weight * density * response.acceleration(top + half * (1 + node))
     assert stress == pytest.approx(total, abs=2e-5 * max(1.0, abs(total).max()))
@@ -169,9 +164,8 @@ def test_velocity_and_displacement_are_integrals_of_the_acceleration():
     low = slice(20, 900)  # below 5 Hz, where finite differences are accurate
     assert second[low] == pytest.approx(relative[low], abs=0.02 * abs(relative).max())
     assert response.displacement(20.0) == pytest.approx(0.0, abs=1e-15)
-    assert np.gradient(response.velocity(), STEP)[low] == pytest.approx(
-        response.acceleration()[low], abs=0.02 * abs(relative).max()
-    )
+    change = np.gradient(response.velocity(), STEP)[low]
+    assert change == pytest.approx(response.acceleration()[low], abs=0.02 * abs(relative).max())
 
 
 def test_the_profile_has_the_peaks_of_the_histories():
@@ -183,9 +177,8 @@ def test_the_profile_has_the_peaks_of_the_histories():
     for at, depth in enumerate((0.0, 5.0, 14.0)):
         assert profile.acceleration[at] == pytest.approx(abs(response.acceleration(depth)).max())
     assert profile.strain[1] == pytest.approx(abs(response.strain(9.5)).max())
-    assert float(profile.stress[0]) == pytest.approx(
-        1900.0 * 180.0**2 * float(profile.strain[0]), rel=2e-3
-    )
+    stress = 1900.0 * 180.0**2 * float(profile.strain[0])
+    assert float(profile.stress[0]) == pytest.approx(stress, rel=2e-3)
 
 
 PROFILES = 6
@@ -222,16 +215,13 @@ def by_pystrata(ground, acceleration, step, samples):
     pystrata, gravity = pytest.importorskip("pystrata"), 9.80665
     motion = pystrata.motion.TimeSeriesMotion("", "", step, acceleration / gravity, 2 * samples)
     calculator = pystrata.propagation.EquivalentLinearCalculator(
-        tolerance=1e-7, max_iterations=1000, strain_limit=None
-    )
+        tolerance=1e-7, max_iterations=1000, strain_limit=None)  # fmt: skip
     outcrop, surface = ground.location("outcrop", index=-1), ground.location("within", depth=0.0)
     calculator(motion, ground, outcrop)
     assert max(ground.max_error) < 1e-7
     above = motion.calc_time_series(calculator.calc_accel_tf(outcrop, surface))
-    names = ("shear_mod_reduc", "damping")
-    reduction, damping = (
-        np.array([float(np.ravel(getattr(one, name))[0]) for one in list(ground)[:-1]])
-        for name in names)  # fmt: skip
+    reduction, damping = np.array([[np.ravel(one.shear_mod_reduc)[0], np.ravel(one.damping)[0]]
+                                   for one in list(ground)[:-1]], dtype=float).T  # fmt: skip
     return reduction, damping, gravity * above[:samples]
 
 
@@ -259,9 +249,8 @@ def test_curves_of_darendeli_are_those_of_pystrata():
     pystrata = pytest.importorskip("pystrata")
     for stress, plasticity in ((19e3, 15.0), (200e3, 0.0), (80e3, 60.0)):
         mine = darendeli(stress, plasticity)
-        theirs = pystrata.site.DarendeliSoilType(
-            18.0, plasticity, 1.0, stress / 1e3, strains=mine.strain
-        )
+        settings = (18.0, plasticity, 1.0, stress / 1e3)
+        theirs = pystrata.site.DarendeliSoilType(*settings, strains=mine.strain)
         assert mine.reduction == pytest.approx(theirs.mod_reduc.values, rel=1e-6)
         assert mine.damping == pytest.approx(theirs.damping.values, rel=1e-3)
 
@@ -301,9 +290,8 @@ def test_damping_of_the_time_integration(record):
     column = Column([Layer(15.0, density=2643.0, shear_modulus=1.9152e9)])
     response = column.response(sweep(), STEP, kind="within", scheme=Scheme())
     frequencies = np.array([1.0, 5.0, 13.0, 20.0])
-    assert response.transfer(frequencies) == pytest.approx(
-        column.scheme_transfer(frequencies, STEP), rel=1e-12
-    )
+    expected = column.scheme_transfer(frequencies, STEP)
+    assert response.transfer(frequencies) == pytest.approx(expected, rel=1e-12)
 
 
 def test_intensity_of_a_sine():
@@ -355,10 +343,9 @@ def test_curves_of_a_soil_type_of_pystrata():
 
 def test_an_unconverged_iteration_is_an_error(record):
     layers = [Layer(20.0, density=1800.0, shear_velocity=120.0)]
+    curves = [darendeli(50e3, 0.0)]
     with pytest.raises(sitedda.ConvergenceError, match="1 iterations"):
-        equivalent_linear(
-            Column(layers), [darendeli(50e3, 0.0)], record, tolerance=1e-9, most_iterations=1
-        )
+        equivalent_linear(Column(layers), curves, record, tolerance=1e-9, most_iterations=1)
 
 
 def test_blocks_and_column_in_one_picture(root, tmp_path, python_program):

@@ -286,8 +286,9 @@ def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, budget: int
         return
     # Each pair and frame needs two bytes before deflation; the factor 3 is an optimistic ratio of
     # deflation.
+    too_long = "Contact forces are omitted, because they would not fit."
     if len(pairs) * len(frames) > 3 * budget:
-        result.meta["no_forces"] = "Contact forces are omitted, because they would not fit."
+        result.meta["no_forces"] = too_long
         return
     normal = np.zeros((len(frames), len(pairs)), dtype=np.float32)
     shear = np.zeros_like(normal)
@@ -301,11 +302,10 @@ def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, budget: int
     forces = [Channel.rooted(name, values, _COARSE) for name, values in parts]
     _add_channels(streams, forces, "force_channels")
     pair, position = np.divmod(pairs, _PLACES)
-    streams.put_array(
-        "pairs", np.column_stack([pair // vertices, pair % vertices, position]), "<i4"
-    )
+    places = np.column_stack([*np.divmod(pair, vertices), position])
+    streams.put_array("pairs", places, "<i4")
     if streams.size > budget:
-        result.meta["no_forces"] = "Contact forces are omitted, because they would not fit."
+        result.meta["no_forces"] = too_long
         return
     result.meta |= streams.meta | {"pairs": len(pairs), "largest_force": largest}
     result.streams |= streams.streams
@@ -322,10 +322,8 @@ def encode_histories(result: Encoded, scene: Scene, count: int = 1500) -> None:
     from_base = scene.base_history
     moving = [(i, point["name"]) for i, point in enumerate(scene.points())
               if np.any(abs(data.displacement.values[:, i] - from_base) > floors["m"])]  # fmt: skip
-    for name, unit, base in (
-        ("displacement", "m", from_base),
-        ("acceleration", "m/s²", 0 * from_base),
-    ):
+    bases = {"displacement": ("m", from_base), "acceleration": ("m/s²", 0 * from_base)}
+    for name, (unit, base) in bases.items():
         lines = {f"{point}, {'xy'[axis]}": data[name].values[:, i, axis] - base[:, axis]
                  for i, point in moving for axis in (0, 1)}  # fmt: skip
         lines = {label: y for label, y in lines.items() if np.any(abs(y) > floors[unit])}
@@ -344,9 +342,8 @@ def encode_histories(result: Encoded, scene: Scene, count: int = 1500) -> None:
         described, stacked = [], title.endswith("stacked")
         for label, values in lines.items():
             stream = f"line{len(result.streams)}"
-            samples = thin_samples(
-                np.sum(list(lines.values()), axis=0) if stacked else values, count
-            )
+            outline = np.sum(list(lines.values()), axis=0) if stacked else values
+            samples = thin_samples(outline, count)
             result.put_array(stream, np.concatenate([time[samples], values[samples]]), "<f4")
             described.append({"label": label, "stream": stream, "samples": len(samples)})
         chart = {"title": title, "unit": unit, "lines": described, "stacked": stacked}
