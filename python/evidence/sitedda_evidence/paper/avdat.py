@@ -58,10 +58,8 @@ _SEEDS = (1, 2, 3, 4)
 _UNEVEN_TIME = 5.0  # s
 _COLLAPSE = 0.01  # m, displacement of the top drum that means collapse
 _DEAD_BAND = 2e-4  # fraction of half the model size within which the original closes contacts
-_LOADS = {
-    "static": (100.0, 1000.0, 3000.0),
-    "dynamic": (1e4, 1e5, 1.55e5, 1.6e5, 3e5),
-}  # N, printed ranges
+# N, printed ranges
+_LOADS = {"static": (100.0, 1000.0, 3000.0), "dynamic": (1e4, 1e5, 1.55e5, 1.6e5, 3e5)}
 _TABLE_LOADS = {"static": 1000.0, "dynamic": 1e5}  # N, for table V
 _STATIC_LOAD_TIME = 1.0  # s, printed
 _FREE_TIME = 10.0  # s of free vibration
@@ -70,34 +68,25 @@ _TURN_ON = {1e-3: 6.0, 1e-2: 2.0}  # s of gravity before the load
 
 def tasks(quick: bool = False) -> list[Task]:
     """Return the runs of the study; `quick` omits those not needed for the requirements."""
-    queue = [
-        Task(("gravity", step, k), simulate_settling, {"k": k, "step": step}, 0.4e-3 / step)
-        for step, printed in _TABLE_IV.items()
-        for k in printed
-    ]
-    cases = [
-        (kind, step, k, load)
-        for kind, loads in _LOADS.items()
-        for load in ([_TABLE_LOADS[kind]] if quick else loads)
-        for step in _STEPS
-        for k in _TABLE_V
-    ]
+    queue = [Task(("gravity", step, k), simulate_settling, {"k": k, "step": step}, 0.4e-3 / step)
+             for step, printed in _TABLE_IV.items() for k in printed]  # fmt: skip
+    loads = [(kind, load) for kind in _LOADS
+             for load in ([_TABLE_LOADS[kind]] if quick else _LOADS[kind])]  # fmt: skip
+    cases = [(kind, step, k, load) for kind, load in loads for step in _STEPS for k in _TABLE_V]
     if not quick:
         queue += [
             Task(("uneven", step, size, rules), _count_collapses,
                  {"step": step, "size": size, "rules": rules}, 5e-3 / step)
-            for step in _STEPS
-            for size in _UNEVEN
-            for rules in ("original", "consistent")
+            for step in _STEPS for size in _UNEVEN for rules in ("original", "consistent")
         ]  # fmt: skip
         queue += [
             Task(("rules", 1e-3, k), _simulate_free_vibration,
                  {"case": ("static", 1e-3, k, _TABLE_LOADS["static"]), "rules": "original"}, 0.4)
             for k in _TABLE_V
         ]  # fmt: skip
-    return queue + [
-        Task(case, _simulate_free_vibration, {"case": case}, 0.4e-3 / case[1]) for case in cases
-    ]
+    queue += [Task(case, _simulate_free_vibration, {"case": case}, 0.4e-3 / case[1])
+              for case in cases]  # fmt: skip
+    return queue
 
 
 def simulate_settling(k: float, step: float, duration: float = _GRAVITY_TIME, **contact) -> dict:
@@ -120,9 +109,7 @@ def _column_history(step: float, duration: float, **changes):
                **changes).history  # fmt: skip
 
 
-def _settling_time(
-    time: np.ndarray, sag: np.ndarray, tolerance: float = _TOLERANCE
-) -> float | None:
+def _settling_time(time, sag: np.ndarray, tolerance: float = _TOLERANCE) -> float | None:
     """Return the time after which a history stays near its final mean (s); None if never."""
     final = time > 0.9 * time[-1]
     final_mean = sag[final].mean()
@@ -133,25 +120,20 @@ def _settling_time(
 
 def _count_collapses(step: float, size: float, rules: str) -> list[int]:
     """Return, per penalty, how many columns with uneven drums collapse under gravity."""
-    return [
-        sum(_collapses(k, step, size, rules, seed) for seed in _SEEDS) for k in _UNEVEN_PENALTIES
-    ]
+    return [sum(_collapses(k, step, size, rules, seed) for seed in _SEEDS)
+            for k in _UNEVEN_PENALTIES]  # fmt: skip
 
 
 def _collapses(k: float, step: float, size: float, rules: str, seed: int) -> bool:
     """Return whether the top drum falls or a contact never closes."""
+    contact = {"normal_stiffness": k, "contact_rules": rules}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / _INPUT
         file.write_text(_uneven_drums_input(size, seed))
         try:
-            with Simulation(
-                file,
-                time_step=step,
-                time_step_control="adaptive",
-                max_displacement_ratio=step,
-                duration=_UNEVEN_TIME,
-                contact={"normal_stiffness": k, "contact_rules": rules},
-            ) as column:
+            with Simulation(file, time_step=step, max_displacement_ratio=step,
+                            time_step_control="adaptive", duration=_UNEVEN_TIME,
+                            contact=contact) as column:  # fmt: skip
                 at_end = False
                 while not at_end:
                     at_end = column.advance(20)
@@ -257,9 +239,8 @@ def _theoretical_settling_time(k: float, step: float) -> float | None:
 
 def _best_drum_height(widths: tuple[float, float]) -> float:
     """Return the drum height that best reproduces the low end of table V, m."""
-    target = np.mean(
-        [np.log(np.mean(_printed_frequencies(k)) / np.sqrt(k)) for k in _LOW_PENALTIES]
-    )
+    printed = [np.mean(_printed_frequencies(k)) for k in _LOW_PENALTIES]
+    target = np.mean(np.log(printed / np.sqrt(_LOW_PENALTIES)))
 
     def squared_error(height: float) -> float:
         model = closed_column(_LOW_PENALTIES[0], (*widths, height))
@@ -329,9 +310,8 @@ def _add_drum_table(outcome: Outcome) -> None:
         drums = drums if len(drums) == 3 else (*drums, _best_drum_height(drums))
         values = [closed_column(k, drums).frequencies[0] for k in _TABLE_V]
         texts = [f"{drums[2]:.3f}", *(f"{v:.2f}" for v in values)]
-        differences = [
-            deviation(float(v), printed_range(k)) for v, k in zip(values, _TABLE_V, strict=True)
-        ]
+        differences = [deviation(float(v), printed_range(k))
+                       for v, k in zip(values, _TABLE_V, strict=True)]  # fmt: skip
         cells.append([name, *texts, per_cent(max(differences, key=abs), sign=True)])
     cells.append(["paper", "", *(show(printed_range(k), 3) for k in _TABLE_V), ""])
     outcome.tabulate(
@@ -363,10 +343,8 @@ def _add_gravity_table(outcome: Outcome, runs: dict) -> None:
             ])  # fmt: skip
     outcome.tabulate(
         "Table IV: settling time under gravity (s) and horizontal displacement u (cm)",
-        ["Δt (s)", "k (N/m)", "paper", "theory", "sitedda", "sitedda: u (cm)",
-         "same verdict"],
-        cells,
-    )  # fmt: skip
+        ["Δt (s)", "k (N/m)", "paper", "theory", "sitedda", "sitedda: u (cm)", "same verdict"],
+        cells)  # fmt: skip
     outcome.require(
         "Table IV: each (k, Δt) that settles in the paper settles in sitedda, not later",
         not any(is_later), f"{sum(settles)} of {len(settles)} settle,"
@@ -399,9 +377,8 @@ def _add_uneven_table(outcome: Outcome, runs: dict) -> None:
         cells)  # fmt: skip
     fine, coarse = (sum(sum(runs["uneven", step, size, "original"]) for size in _UNEVEN)
                     for step in _STEPS)  # fmt: skip
-    collapses = sum(
-        sum(n) for key, n in runs.items() if key[0] == "uneven" and key[3] == "consistent"
-    )
+    collapses = sum(sum(runs["uneven", step, size, "consistent"])
+                    for step in _STEPS for size in _UNEVEN)  # fmt: skip
     outcome.require("Table IV: some uneven columns collapse with the dead band of the original,"
         " none without it", collapses == 0 and fine > 0, "collapsed columns: original"
         f" rules {fine} at 1 ms, {coarse} at 10 ms; sitedda {collapses}")  # fmt: skip
@@ -467,12 +444,11 @@ def _add_frequency_rows(outcome: Outcome, runs: dict) -> None:
         "Table V: frequencies at k = 1e8 and 2e8 N/m, with the fitted drum height, differ from the"
         " printed range by at most 5 %", worst <= 0.05,
         f"largest difference {per_cent(worst)}")  # fmt: skip
-    outcome.require(
-        "Table V: the dominant frequency increases with k for all k",
-        bool(np.all(np.diff(trend) > 0)),
-        f"sitedda: {trend[0]:.2f} to {trend[-1]:.2f} Hz, paper:"
-        f" {show(printed_range(1e8), 3)} to {show(printed_range(1e9), 3)} Hz",
-    )
+    low, high = (show(printed_range(k), 3) for k in (1e8, 1e9))
+    outcome.require("Table V: the dominant frequency increases with k for all k",
+                    bool(np.all(np.diff(trend) > 0)),
+                    f"sitedda: {trend[0]:.2f} to {trend[-1]:.2f} Hz, paper: {low} to {high}"
+                    " Hz")  # fmt: skip
     frequencies = [[runs[kind, 1e-3, k, load]["frequency"] for k in _TABLE_V]
             for kind, load in _TABLE_LOADS.items()]  # fmt: skip
     spread = float(np.max(np.ptp(frequencies, axis=0) / np.mean(frequencies, axis=0)))

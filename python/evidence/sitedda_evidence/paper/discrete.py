@@ -68,10 +68,8 @@ class DiscreteModel:
         loads = [(_block_at_point(group, polygons, names), (group["x"], group["y"]))
                  for group in parsed.get("load", [])]  # fmt: skip
         scheme = Scheme.of_control(parsed["control"][0])
-        support_stiffness = ratio * normal
-        return cls(
-            stiffness, mass, supports, axes, support_stiffness, centroids, points, loads, scheme
-        )
+        return cls(stiffness, mass, supports, axes, ratio * normal, centroids, points, loads,
+                   scheme)  # fmt: skip
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -124,26 +122,15 @@ class DiscreteModel:
         """Return the transfer function of the scheme between two points for motion in x.
 
         It solves [w_M M + K + (w_e k + w_d c) RᵀR] x = F with the factors w of `Scheme.steady` and
-        the matrix R of the supports.
+        the matrix R of the supports; frequencies in Hz, time step in s.
 
-        Parameters
-        ----------
-        frequency : array_like
-            Hz.
-        time_step : float
-            Δt, s.
-        surface, base : str
-            Measured points.
-        loading : str
-            'displacement': the fixed points move; the result is the ratio of both motions.
-            'acceleration': a body force in the frame of the base; the result is 1 + relative
-            acceleration of the surface over acceleration of the base.
+        `loading` 'displacement': the fixed points move; the result is the ratio of both motions.
+        'acceleration': a body force in the frame of the base; the result is 1 + relative
+        acceleration of the surface over acceleration of the base.
         """
         factors = self.scheme.steady(frequency, time_step)
-        support_factor = (
-            self.support_stiffness * factors.end_stiffness
-            + self._support_dashpot(time_step) * factors.end_dashpot
-        )
+        support_factor = (self.support_stiffness * factors.end_stiffness
+                          + self._support_dashpot(time_step) * factors.end_dashpot)  # fmt: skip
         support_product = self.supports.T @ self.supports
         if loading == "displacement":
             force = support_factor[:, None] * self._sum_support_rows(0)
@@ -164,24 +151,10 @@ class DiscreteModel:
     def response_to_force(
         self, row: np.ndarray, force: np.ndarray, series, time_step: float, factor: float = 1.0
     ) -> np.ndarray:
-        """Return a displacement after each step under force × series, from rest.
+        """Return a displacement after each step under force × series, from rest, shape (steps,).
 
-        Parameters
-        ----------
-        row : ndarray, shape (6n,)
-            Row of the displacement, see `row`.
-        force : ndarray, shape (6n,)
-            Unit force.
-        series : array_like, shape (steps,)
-            Factor of the force at t₀ + θΔt in each step.
-        time_step : float
-            Δt, s.
-        factor : float
-            Dynamic factor.
-
-        Returns
-        -------
-        ndarray, shape (steps,)
+        `row`: row of the displacement, see `row`; `force`: unit force, shape (6n,); `series`:
+        factor of the force at t₀ + θΔt in each step; `time_step`: Δt, s; `factor`: dynamic factor.
         """
         return self._step_modes(row, force, series, np.zeros(len(self.mass)), time_step, factor)
 
@@ -190,10 +163,6 @@ class DiscreteModel:
 
         `row`: row of the displacement, see `row`; `motion`, `rate`: displacement (m) and velocity
         (m/s) of the fixed points from the start; `time_step`: Δt, s.
-
-        Returns
-        -------
-        ndarray, shape (steps,)
         """
         chi, dashpot = self.scheme.chi, self._support_dashpot(time_step)
         motion, rate = np.array(motion, dtype=float), np.array(rate, dtype=float)
@@ -203,9 +172,8 @@ class DiscreteModel:
         unit_force = self._sum_support_rows(0)
         # the supports have the initial velocity already in the first step
         weight = (1 - chi) * dashpot * time_step
-        velocity = np.linalg.solve(
-            self.mass + weight * self.supports.T @ self.supports, weight * rate[0] * unit_force
-        )
+        matrix = self.mass + weight * self.supports.T @ self.supports
+        velocity = np.linalg.solve(matrix, weight * rate[0] * unit_force)
         series = self.support_stiffness * motion[1:] + dashpot * rate[1:]
         return self._step_modes(row, unit_force, series, velocity, time_step, 1.0)
 
@@ -222,9 +190,8 @@ class DiscreteModel:
         # forces of K - k RᵀR are those at t₀ + θΔt; forces of k and c are those at the end
         support_term = (1 - theta) * k + c * momentum
         flexible_rows = rows * flexibility
-        reduced = (
-            np.linalg.inv(np.eye(len(rows)) + support_term * flexible_rows @ rows.T) * support_term
-        )
+        matrix = np.eye(len(rows)) + support_term * flexible_rows @ rows.T
+        reduced = np.linalg.inv(matrix) * support_term
         x, v = np.zeros(len(square)), shapes.T @ self.mass @ velocity
         modal_force, modal_row = shapes.T @ force, row @ shapes
         result = np.empty(len(series))
@@ -253,13 +220,10 @@ def _block_materials(parsed, count: int) -> list:
     if len(materials) == 1:
         return materials * count
     by_name = {material.get("name", ""): material for material in materials}
-    return [
-        by_name.get(group.get("material", ""), materials[0])
-        for name in parsed
-        if name in ("block", "layers", "drums")
-        for group in parsed.get(name, [])
-        for _ in range(group.get("count", 1))
-    ]
+    groups = [group for name in parsed if name in ("block", "layers", "drums")
+              for group in parsed[name]]  # fmt: skip
+    return [by_name.get(group.get("material", ""), materials[0])
+            for group in groups for _ in range(group.get("count", 1))]  # fmt: skip
 
 
 def _area_moments(polygon: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
@@ -307,11 +271,9 @@ def _add_contacts(stiffness, polygons, contacts, shape, springs) -> None:
             continue
         along = along / np.hypot(*along)
         relative = shape(owner[vertex], point) - shape(owner[edge], point)
-        for stiffness_factor, direction in zip(
-            springs, ((along[1], -along[0]), along), strict=True
-        ):
+        for spring, direction in zip(springs, ((along[1], -along[0]), along), strict=True):
             row = np.asarray(direction) @ relative
-            stiffness += stiffness_factor * np.outer(row, row)
+            stiffness += spring * np.outer(row, row)
 
 
 def _support_rows(parsed, polygons, names, shape) -> tuple[np.ndarray, np.ndarray]:

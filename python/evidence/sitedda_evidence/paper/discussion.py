@@ -31,13 +31,8 @@ def tasks(quick: bool = False) -> list[Task]:
 
 def _extreme_frequencies(k: float) -> dict:
     """Return first and highest angular frequency, and the highest with soft supports, rad/s."""
-    omega = _discrete_column(k).omega
-    soft_supports = _discrete_column(k, 1.0).omega
-    return {
-        "first": float(omega[0]),
-        "highest": float(omega[-1]),
-        "soft_supports": float(soft_supports[-1]),
-    }
+    omega, soft = _discrete_column(k).omega, _discrete_column(k, 1.0).omega
+    return {"first": float(omega[0]), "highest": float(omega[-1]), "soft_supports": float(soft[-1])}
 
 
 @cache
@@ -169,9 +164,8 @@ def _draw_damping(drawing) -> None:
                 axis.plot(highest, damping, "o", color=color, ms=5)
         for frequency_mark, name in ((4.3, "column"), (14.0, "15 layers")):
             axis.axvline(frequency_mark, color="0.6", lw=0.8, ls=":")
-            axis.annotate(
-                name, (frequency_mark, 2e-6), rotation=90, ha="right", fontsize=8, color="0.35"
-            )
+            axis.annotate(name, (frequency_mark, 2e-6), rotation=90, ha="right", fontsize=8,
+                          color="0.35")  # fmt: skip
         axis.set(xlabel="frequency (Hz)", ylabel="damping ratio, free vibration", ylim=(1e-6, 1.5))
         axis.legend(loc="lower right")
 

@@ -78,9 +78,8 @@ def _discrete_model(table: int) -> DiscreteModel:
 def _discrete_peak(table: int, point: str, loading: str = "displacement"):
     """Return the peak of the exact discrete transfer function from the base to a point."""
     model = _discrete_model(table)
-    return refined_peak(
-        lambda f: model.transfer(f, _STEP, point, "base", loading), (13.0, 15.5), 50
-    )
+    return refined_peak(lambda f: model.transfer(f, _STEP, point, "base", loading), (13.0, 15.5),
+                        50)  # fmt: skip
 
 
 def _measure_amplification(result: dict, point: str, ground: dict | None = None):
@@ -183,9 +182,8 @@ def _closed_form_peak(column: Column, damping: float):
 def _add_loading_row(outcome: Outcome, table: int, runs: dict, ground: dict) -> None:
     """Compare loading by base displacement with loading by base acceleration."""
     case = _TABLES[table]
-    frequency, by_force, peak = _measure_amplification(
-        runs[(table, "acceleration")], "middle", ground
-    )
+    result = runs[(table, "acceleration")]
+    frequency, by_force, peak = _measure_amplification(result, "middle", ground)
     _, by_motion, reference = _measure_amplification(runs[(table, "displacement")], "middle")
     theory = _discrete_peak(table, "middle", "acceleration")
     band = (frequency >= _BAND[0]) & (frequency <= _BAND[1])
@@ -204,9 +202,8 @@ def _add_loading_row(outcome: Outcome, table: int, runs: dict, ground: dict) -> 
 
 def _add_noise_row(outcome: Outcome, runs: dict) -> None:
     """Compare the amplification of white noise with that of the record."""
-    peaks = [
-        _measure_amplification(runs[(1, kind)], "middle")[2] for kind in ("displacement", "noise")
-    ]
+    peaks = [_measure_amplification(runs[(1, kind)], "middle")[2]
+             for kind in ("displacement", "noise")]  # fmt: skip
     outcome.compare("sensitivity: amplification at the peak under white noise", "assumed",
                     _TABLES[1]["dda"][1], _discrete_peak(1, "middle").amplitude, peaks[1].amplitude,
                     f"at {peaks[1].frequency:.4f} Hz; under the record {peaks[0].amplitude:.3f}",
@@ -270,9 +267,8 @@ def _draw_amplification(drawing, table, runs, ground) -> None:
     shake = _damped_column(result["column"], _shake_damping(table))
     with small_axes(drawing, size=(6.8, 3.9)) as axis:
         axis.plot(frequency[band], ratio[band], color=BLUE, lw=2, label="sitedda, displacement")
-        _, ratio_by_force, _ = _measure_amplification(
-            runs[(table, "acceleration")], "middle", ground
-        )
+        by_force = runs[(table, "acceleration")]
+        ratio_by_force = _measure_amplification(by_force, "middle", ground)[1]
         axis.plot(frequency[band], ratio_by_force[band], ":", color=COLORS[1], lw=1.6,
                   label="sitedda, acceleration")  # fmt: skip
         axis.plot(frequency[band], abs(shake.transfer(frequency[band])), "--", color=RED,

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Remarks of the paper without figure or table; a short run checks each remark."""
 
+from itertools import product
+
 import numpy as np
 from scipy.linalg import eigh
 from scipy.optimize import brentq
@@ -35,19 +37,14 @@ _LAYER_RUNS = {"direct": {"solver": "direct"}, "sor": {"solver": "sor"},
 
 def tasks(quick: bool = False) -> list[Task]:
     """Return the runs of the study."""
-    waves = [
-        (kind, ratio, 0.004 / n) for kind in "SP" for ratio in _RATIOS for n in _STEPS_PER_PERIOD
-    ]
+    waves = product("SP", _RATIOS, [0.004 / n for n in _STEPS_PER_PERIOD])
     queue = [Task(("wave", *case), _simulate_wave, {"case": case}, 0.3) for case in waves]
     queue += [Task(("wave", "S", 8, step), _simulate_wave, {"case": ("S", 8, step)}, 4.0)
               for step in _FRONT_STEPS]  # fmt: skip
-    queue += [
-        Task(("fine", k), _free_vibration_frequency, {"contact": {"normal_stiffness": k}}, 2.0)
-        for k in _PENALTIES]  # fmt: skip
+    queue += [Task(("fine", k), _free_vibration_frequency, {"contact": {"normal_stiffness": k}}, 2)
+              for k in _PENALTIES]  # fmt: skip
     queue += [Task(("bending", k), _bending_frequencies, {"k": k}, 4.0) for k in _PENALTIES[1:]]
-    queue += [
-        Task(("noise", f), _noise_peak_frequency, {"frequency": f}, 1.0) for f in _BAND_CENTRES
-    ]
+    queue += [Task(("noise", f), _noise_peak_frequency, {"frequency": f}) for f in _BAND_CENTRES]
     queue += [Task(("layers", name), _layer_accelerations, {"changes": case}, 2.0)
              for name, case in _LAYER_RUNS.items()]  # fmt: skip
     queue += [Task(("settling", dt, k), avdat.simulate_settling, {"k": k, "step": dt} | _SETTLING)
@@ -191,11 +188,11 @@ def _add_contact_rows(outcome: Outcome, runs: dict) -> None:
     direct = runs["layers", "direct"]
     difference, bonded = (float(abs(runs["layers", name] - direct).max() / abs(direct).max())
                      for name in ("sor", "rigid"))  # fmt: skip
-    product = _YOUNG * _LAYER
-    crossing = np.exp(brentq(lambda log: _exact_peak(np.exp(log) * product).amplitude - _SHAKE[1],
+    scale = _YOUNG * _LAYER
+    crossing = np.exp(brentq(lambda log: _exact_peak(np.exp(log) * scale).amplitude - _SHAKE[1],
                              np.log(15), np.log(80), xtol=1e-3))  # fmt: skip
-    low, high, at_crossing = (_exact_peak(ratio * product) for ratio in (10, 100, crossing))
-    engine = _engine_transfer_peak(contact={"normal_stiffness": float(crossing * product)})
+    low, high, at_crossing = (_exact_peak(ratio * scale) for ratio in (10, 100, crossing))
+    engine = _engine_transfer_peak(contact={"normal_stiffness": float(crossing * scale)})
     outcome.compare(
         "first frequency of the column with joints made rigid by augmented Lagrange (Hz)",
         "section 1", "“beyond the scope”", shear, rigid, "with rigid joints only the shear"
