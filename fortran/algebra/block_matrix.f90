@@ -5,8 +5,8 @@
 !> the pattern is compressed by rows.
 module dda_block_matrix
    use dda_kinds, only: wp
-   use dda_counting_sort, only: counting_sort
-   use dda_ordered_sums, only: range_of_thread
+   use dda_counting_sort, only: sort_by_key
+   use dda_ordered_sums, only: find_thread_range
    implicit none
    private
    public :: block_matrix_type, set_pattern, entry_of, set_zero, copy_block, multiply, &
@@ -39,12 +39,12 @@ contains
       integer, allocatable :: start(:), by_column(:), by_row(:), row_of(:)
       integer :: row
 
-      call counting_sort(n, minval(pairs, 1), start, by_column)
-      call counting_sort(n, maxval(pairs(:, by_column), 1), matrix%row_start, by_row)
+      call sort_by_key(n, minval(pairs, 1), start, by_column)
+      call sort_by_key(n, maxval(pairs(:, by_column), 1), matrix%row_start, by_row)
       matrix%n = n
       matrix%column = minval(pairs(:, by_column(by_row)), 1)
       call drop_repeated_columns(matrix%row_start, matrix%column)
-      call counting_sort(n, matrix%column, matrix%below_start, matrix%below_entry)
+      call sort_by_key(n, matrix%column, matrix%below_start, matrix%below_entry)
       allocate (row_of(size(matrix%column)))
       do row = 1, n
          row_of(matrix%row_start(row):matrix%row_start(row + 1) - 1) = row
@@ -87,21 +87,21 @@ contains
    pure integer function entry_of(matrix, i, j)
       type(block_matrix_type), intent(in) :: matrix  !< matrix with a pattern
       integer, intent(in) :: i, j  !< block rows, i ≠ j
-      integer :: low, high, middle, target
+      integer :: lower, upper, middle, target
 
       target = min(i, j)
-      low = matrix%row_start(max(i, j))
-      high = matrix%row_start(max(i, j) + 1) - 1
+      lower = matrix%row_start(max(i, j))
+      upper = matrix%row_start(max(i, j) + 1) - 1
       entry_of = 0
-      do while (low <= high)
-         middle = (low + high)/2
+      do while (lower <= upper)
+         middle = (lower + upper)/2
          if (matrix%column(middle) == target) then
             entry_of = middle
             return
          else if (matrix%column(middle) < target) then
-            low = middle + 1
+            lower = middle + 1
          else
-            high = middle - 1
+            upper = middle - 1
          end if
       end do
    end function entry_of
@@ -134,7 +134,7 @@ contains
          return
       end if
       !$omp parallel private(first, last)
-      call range_of_thread(matrix%n, first, last)
+      call find_thread_range(matrix%n, first, last)
       call multiply_rows(matrix, first, last, x, y)
       !$omp end parallel
    end subroutine multiply

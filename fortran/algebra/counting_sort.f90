@@ -3,12 +3,12 @@
 module dda_counting_sort
    implicit none
    private
-   public :: counting_sort
+   public :: sort_by_key
 
 contains
 
    !> List items by ascending key; items with equal keys retain their order.
-   pure subroutine counting_sort(n, key, start, order)
+   pure subroutine sort_by_key(n, key, start, order)
       integer, intent(in) :: n                       !< largest key
       integer, intent(in) :: key(:)                  !< [items] keys, 1 … n
       integer, allocatable, intent(out) :: start(:)  !< [n+1] start of each key in `order`
@@ -29,6 +29,6 @@ contains
          order(next(key(i))) = i
          next(key(i)) = next(key(i)) + 1
       end do
-   end subroutine counting_sort
+   end subroutine sort_by_key
 
 end module dda_counting_sort

@@ -9,9 +9,9 @@ module dda_ordered_sums
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: inner_product, pieces, first_of, last_of, range_of_thread, most_pieces, parallel_from
+   public :: inner_product, pieces, first_of, last_of, find_thread_range, most_pieces, parallel_from
 
-   integer, parameter :: piece = 128          !< smallest number of terms per thread
+   integer, parameter :: min_terms = 128          !< smallest number of terms per thread
    integer, parameter :: most_pieces = 256    !< largest number of parts
    integer, parameter :: parallel_from = 2000 !< least number of terms to use threads
 
@@ -21,7 +21,7 @@ contains
    pure integer function pieces(n)
       integer, intent(in) :: n  !< number of terms
 
-      pieces = min(most_pieces, (n + piece - 1)/piece)
+      pieces = min(most_pieces, (n + min_terms - 1)/min_terms)
    end function pieces
 
    !> Return the first term of part p of a sum of n terms.
@@ -39,7 +39,7 @@ contains
    end function last_of
 
    !> Find the range of n rows that the calling thread processes.
-   subroutine range_of_thread(n, first, last)
+   subroutine find_thread_range(n, first, last)
       integer, intent(in) :: n             !< number of rows
       integer, intent(out) :: first, last  !< first and last index
       integer :: thread, team
@@ -50,7 +50,7 @@ contains
       !$ team = omp_get_num_threads()
       first = 1 + int(thread*int(n, long)/team)
       last = int((thread + 1)*int(n, long)/team)
-   end subroutine range_of_thread
+   end subroutine find_thread_range
 
    !> Return Σ x·y over [6,n] as the sum, in order, of the sums of parts of fixed size.
    real(wp) function inner_product(n, x, y) result(total)

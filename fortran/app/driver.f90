@@ -16,9 +16,9 @@ module dda_driver
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_run_verdict, only: run_verdict_type, new_verdict, judge_movement
    use dda_simulation, only: simulation_type, end_of_run, summary
-   use dda_peak_check, only: peak_warning
+   use dda_peak_check, only: check_peak
    use dda_settings, only: name_output
-   use dda_site_response, only: response_peak_type, amplification_peak, peak_text
+   use dda_site_response, only: response_peak_type, find_amplification_peak, peak_text
    use dda_stages, only: begin_simulation
    use dda_team, only: team_text
    use dda_text, only: screen_width, to_text, wrapped
@@ -69,7 +69,7 @@ contains
       if (allocated(error)) return
       text = report_text(report)
       call say(text(:len(text) - 1))
-      if (report%worst == verdict_fail) call fail(error, error_check, &
+      if (report%worst_verdict == verdict_fail) call fail(error, error_check, &
          arguments%file//': the check fails')
    end subroutine check_input
 
@@ -205,11 +205,11 @@ contains
 
       associate (model => simulation%model)
          do i = 1, size(model%amplifications)
-            call amplification_peak(model%output%file, model%amplifications(i), peak, error)
+            call find_amplification_peak(model%output%file, model%amplifications(i), peak, error)
             if (allocated(error)) return
             call print_wrapped(peak_text(model, model%amplifications(i), peak))
             if (was_complete) cycle
-            call peak_warning(simulation, model%amplifications(i), peak, warning)
+            call check_peak(simulation, model%amplifications(i), peak, warning)
             if (warning /= '') call warn('warning: '//warning)
          end do
       end associate

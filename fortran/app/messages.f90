@@ -60,17 +60,17 @@ contains
       type(progress_type), intent(inout) :: progress     !< progress of this run
       real(wp), intent(in) :: time, duration  !< time of the model, s
       integer(long) :: clock
-      real(wp) :: spent, remaining
+      real(wp) :: elapsed, remaining_time
       character(len=160) :: line
 
       if (progress%quiet) return
       call system_clock(clock)
       if (clock - progress%last_shown < interval*progress%rate .and. time < duration) return
       progress%last_shown = clock
-      spent = real(clock - progress%has_started, wp)/real(progress%rate, wp)
-      remaining = spent*(duration - time)/max(time - progress%first, tiny(1.0_wp))
+      elapsed = real(clock - progress%has_started, wp)/real(progress%rate, wp)
+      remaining_time = elapsed*(duration - time)/max(time - progress%first, tiny(1.0_wp))
       write (line, '(a,f0.3,a,f0.3,a,f5.1,a,f0.1,a,f0.1,a)') 't = ', time, ' of ', duration, &
-         ' s, ', 100*time/duration, ' %, spent ', spent, ' s, left ', remaining, ' s'
+         ' s, ', 100*time/duration, ' %, spent ', elapsed, ' s, left ', remaining_time, ' s'
       call say(trim(line))
    end subroutine show_progress
 

@@ -93,26 +93,26 @@ contains
       type(c_ptr), intent(in) :: address        !< address of the value
       integer(long), intent(in) :: bytes      !< bytes of the value
       integer(int8), pointer, contiguous :: value(:)
-      integer(long) :: copied, part, offset
+      integer(long) :: n_copied, n_part, offset
 
       if (archive%reading .and. bytes > archive%length - archive%at) &
          call fail_archive(archive, 'the data end too early')
       if (allocated(archive%failure) .or. bytes == 0) return
       call c_f_pointer(address, value, [bytes])
-      copied = 0
-      do while (copied < bytes)
-         call extend_buffer(archive, bytes - copied)
+      n_copied = 0
+      do while (n_copied < bytes)
+         call extend_buffer(archive, bytes - n_copied)
          offset = archive%at - archive%before
-         part = min(bytes - copied, size(archive%bytes, kind=long) - offset)
+         n_part = min(bytes - n_copied, size(archive%bytes, kind=long) - offset)
          if (archive%reading) then
-            call copy_bytes(archive%bytes(offset + 1:offset + part), &
-               value(copied + 1:copied + part))
+            call copy_bytes(archive%bytes(offset + 1:offset + n_part), &
+               value(n_copied + 1:n_copied + n_part))
          else
-            call copy_bytes(value(copied + 1:copied + part), &
-               archive%bytes(offset + 1:offset + part))
+            call copy_bytes(value(n_copied + 1:n_copied + n_part), &
+               archive%bytes(offset + 1:offset + n_part))
          end if
-         archive%at = archive%at + part
-         copied = copied + part
+         archive%at = archive%at + n_part
+         n_copied = n_copied + n_part
       end do
    end subroutine transfer_bytes
 

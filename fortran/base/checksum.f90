@@ -22,12 +22,12 @@ contains
    !> Begin a checksum, and compute its tables.
    pure subroutine begin_checksum(checksum)
       type(checksum_type), intent(out) :: checksum  !< checksum of no bytes
-      integer :: byte, bit, position
+      integer :: byte, bit_index, position
       integer(long) :: register
 
       do byte = 0, 255
          register = byte
-         do bit = 1, 8
+         do bit_index = 1, 8
             register = merge(ieor(shiftr(register, 1), polynomial), shiftr(register, 1), &
                btest(register, 0))
          end do

@@ -36,13 +36,14 @@ contains
    end subroutine add_doubt
 
    !> Add all warnings of another list.
-   pure subroutine add_doubts(doubts, new)
+   pure subroutine add_doubts(doubts, added_doubts)
       type(doubt_type), allocatable, intent(inout) :: doubts(:)  !< list of warnings, extended
-      type(doubt_type), intent(in) :: new(:)                    !< warnings to add
+      type(doubt_type), intent(in) :: added_doubts(:)                    !< warnings to add
       integer :: i
 
-      do i = 1, size(new)
-         call add_doubt(doubts, new(i)%topic, new(i)%text, new(i)%of_check)
+      do i = 1, size(added_doubts)
+         call add_doubt(doubts, added_doubts(i)%topic, added_doubts(i)%text, &
+            added_doubts(i)%of_check)
       end do
    end subroutine add_doubts
 

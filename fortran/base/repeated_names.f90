@@ -9,16 +9,16 @@ module dda_repeated_names
 contains
 
    !> Find the first name that has occurred before, and count the other repeated names.
-   pure subroutine find_repeated(names, first, further)
+   pure subroutine find_repeated(names, first, n_further)
       character(len=*), intent(in) :: names(:)  !< [any] names; blank names are ignored
       integer, intent(out) :: first            !< position of the first repeated name; 0: none
-      integer, intent(out) :: further              !< other names that appear more than once
+      integer, intent(out) :: n_further              !< other names that appear more than once
       integer, allocatable :: slot(:)           ! open addressing, at most half full
       logical, allocatable :: is_repeated(:)     ! the name at this position is known to be repeated
       integer :: i, at
 
       first = 0
-      further = -1
+      n_further = -1
       allocate (slot(0:2*size(names)), source=0)
       allocate (is_repeated(size(names)), source=.false.)
       do i = 1, size(names)
@@ -32,11 +32,11 @@ contains
             slot(at) = i
          else if (.not. is_repeated(slot(at))) then
             is_repeated(slot(at)) = .true.
-            further = further + 1
+            n_further = n_further + 1
             if (first == 0) first = i
          end if
       end do
-      further = max(further, 0)
+      n_further = max(n_further, 0)
    end subroutine find_repeated
 
    !> Position of a name in a hash table.

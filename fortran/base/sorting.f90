@@ -30,28 +30,29 @@ contains
    pure recursive function merged_order(key) result(order)
       real(wp), intent(in) :: key(:)  !< [any] keys
       integer :: order(size(key))
-      integer :: lower(size(key)/2), upper(size(key) - size(key)/2), i, k, l
+      integer :: first_half(size(key)/2), second_half(size(key) - size(key)/2), i, k, l
 
-      associate (half => size(lower))
+      associate (half => size(first_half))
          if (half == 0) then
             order = 1
             return
          end if
-         lower = merged_order(key(:half))
-         upper = merged_order(key(half + 1:)) + half
+         first_half = merged_order(key(:half))
+         second_half = merged_order(key(half + 1:)) + half
       end associate
       k = 1
       l = 1
       do i = 1, size(order)
-         if (l > size(upper)) then
-            order(i) = lower(k)
-         else if (k > size(lower)) then
-            order(i) = upper(l)
+         if (l > size(second_half)) then
+            order(i) = first_half(k)
+         else if (k > size(first_half)) then
+            order(i) = second_half(l)
          else
-            order(i) = merge(lower(k), upper(l), key(lower(k)) <= key(upper(l)))
+            order(i) = merge(first_half(k), second_half(l), key(first_half(k)) <= &
+               key(second_half(l)))
          end if
-         if (k <= size(lower)) then
-            if (order(i) == lower(k)) then
+         if (k <= size(first_half)) then
+            if (order(i) == first_half(k)) then
                k = k + 1
                cycle
             end if

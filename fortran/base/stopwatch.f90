@@ -5,7 +5,7 @@ module dda_stopwatch
    use dda_kinds, only: wp
    implicit none
    private
-   public :: stopwatch_type, begin_laps, lap, seconds_of, phase_names
+   public :: stopwatch_type, begin_laps, record_lap, seconds_of, phase_names
    public :: phase_search, phase_detect, phase_assemble, phase_factorise, phase_solve, &
       phase_iterate, phase_update
 
@@ -37,7 +37,7 @@ contains
    end subroutine begin_laps
 
    !> Add the time since the last lap to a phase.
-   subroutine lap(watch, phase)
+   subroutine record_lap(watch, phase)
       type(stopwatch_type), intent(inout) :: watch  !< stopwatch; ignored unless running
       integer, intent(in) :: phase                  !< one of `phase_…`
       integer(int64) :: time
@@ -46,7 +46,7 @@ contains
       call system_clock(time)
       watch%spent(phase) = watch%spent(phase) + (time - watch%since)
       watch%since = time
-   end subroutine lap
+   end subroutine record_lap
 
    !> Seconds spent in each phase.
    function seconds_of(watch) result(seconds)

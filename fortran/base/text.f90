@@ -114,10 +114,10 @@ contains
    pure function quoted(text) result(content)
       character(len=*), intent(in) :: text  !< any
       character(len=:), allocatable :: content
-      integer, parameter :: longest = 80
+      integer, parameter :: max_length = 80
 
       content = trim(text)
-      if (len(content) > longest) content = whole_characters(content(:longest))//'…'
+      if (len(content) > max_length) content = whole_characters(content(:max_length))//'…'
       content = "'"//content//"'"
    end function quoted
 
@@ -245,15 +245,15 @@ contains
    end function wrapped
 
    !> Join words with a separator.
-   pure function joined(items, between) result(text)
+   pure function joined(items, separator) result(text)
       character(len=*), intent(in) :: items(:)   !< trailing blanks are dropped
-      character(len=*), intent(in) :: between    !< ', ' for example
+      character(len=*), intent(in) :: separator    !< ', ' for example
       character(len=:), allocatable :: text
       integer :: i
 
       text = ''
       do i = 1, size(items)
-         if (i > 1) text = text//between
+         if (i > 1) text = text//separator
          text = text//trim(items(i))
       end do
    end function joined
@@ -264,15 +264,15 @@ contains
    pure integer function closest(name, names) result(best)
       character(len=*), intent(in) :: name       !< word to find
       character(len=*), intent(in) :: names(:)   !< known words; trailing blanks are ignored
-      integer :: i, difference, smallest
+      integer :: i, difference, smallest_distance
 
       best = 0
       if (len_trim(name) < 2) return
-      smallest = max(1, (min(len_trim(name), 64) + 1)/3) + 1
+      smallest_distance = max(1, (min(len_trim(name), 64) + 1)/3) + 1
       do i = 1, size(names)
          difference = edit_distance(lower_case(trim(name(:min(len(name), 64)))), trim(names(i)))
-         if (difference < smallest) best = i
-         smallest = min(smallest, difference)
+         if (difference < smallest_distance) best = i
+         smallest_distance = min(smallest_distance, difference)
       end do
       do i = 1, size(names)
          if (best == 0 .and. index(names(i), lower_case(trim(name))) == 1) best = i

@@ -4,7 +4,7 @@ module dda_check_bodies
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, position_of
    use dda_check_report, only: add_check, add_line, report_type, verdict_warn
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_elements, only: body_energies
    use dda_model, only: model_type
    use dda_simulation, only: simulation_type
@@ -18,9 +18,9 @@ module dda_check_bodies
    real(wp), parameter :: facing = -0.866_wp     !< cosine between edges that face each other
    !> start of rays as a fraction of the edge, not in its middle
    real(wp), parameter :: ray_fraction = 0.53_wp
-   real(wp), parameter :: most_error = 0.2_wp    !< largest stress error without a warning
+   real(wp), parameter :: max_stress_error = 0.2_wp    !< largest stress error without a warning
    real(wp), parameter :: slender = 3.0_wp       !< largest length/height of cells in offset rows
-   real(wp), parameter :: least_offset = 0.1_wp  !< least offset/edge length of offset rows
+   real(wp), parameter :: min_offset = 0.1_wp  !< least offset/edge length of offset rows
 
    !> Thinnest part of a body.
    type :: thinnest_type
@@ -73,26 +73,27 @@ contains
 
       associate (model => simulation%model, blocks => simulation%blocks)
          if (size(model%body_names) == 0) return
-         thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge, &
+         thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%part%edge, &
             blocks%body > 0)
          if (thinnest%cell > 0) call add_check(report, thinnest%cells >= bending_cells, 'cells', &
-            to_text(thinnest%cells)//' across the thinnest part of a body, '// &
-            quoted(trim(model%body_names(blocks%body(thinnest%cell))))//', '// &
-            short_text(thinnest%width)//' m; bending needs '//to_text(bending_cells), &
-            'deflection of a beam', 'if this part bends, cells of '// &
+            'body '//quoted(trim(model%body_names(blocks%body(thinnest%cell))))//' has '// &
+            to_text(thinnest%cells)//' cells across its thinnest part of '// &
+            short_text(thinnest%width)//' m; bending requires '//to_text(bending_cells), &
+            'deflection of a beam', 'if this part bends, use cells of '// &
             short_text(thinnest%width/bending_cells)//' m')
          call check_yielding(model, blocks, report)
          offset = find_offset_cell(blocks, model%welds)
-         if (offset > 0) call add_line(report, verdict_warn, 'cells', 'of body '// &
-            quoted(trim(model%body_names(blocks%body(offset))))//' are longer than '// &
-            short_text(slender)//' times their height, in rows that are offset: S waves along '// &
-            'the rows are some 10 % too fast', 'Bloch waves', 'shorter cells')
+         if (offset > 0) call add_line(report, verdict_warn, 'cells', 'cells of body '// &
+            quoted(trim(model%body_names(blocks%body(offset))))//' in offset rows are longer '// &
+            'than '//short_text(slender)//' times their height, so S waves along the rows are '// &
+            'about 10 % too fast', 'dispersion of Bloch waves', 'shorter cells')
          energies = body_energies(simulation%elements, blocks)
          if (.not. energies(2) > 0.0_wp) return
          error = sqrt(energies(1)/energies(2))
-         call add_check(report, error <= most_error, 'cells', 'the initial stresses of bodies '// &
-            'have an error of about '//short_text(100*error)//' % in the energy norm', &
-            'jumps at faces', 'smaller cells')
+         call add_check(report, error <= max_stress_error, 'cells', &
+            'the initial stresses of bodies have an error of about '// &
+            short_text(100*error)//' % in the energy norm', 'stress jumps at faces', &
+            'smaller cells')
       end associate
    end subroutine check_bodies
 
@@ -107,13 +108,13 @@ contains
       integer :: m
 
       yields = [(model%materials(m)%yields(), m=1, size(yields))]
-      thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%piece%edge, &
+      thinnest = thinnest_part(blocks, model%welds, model%boundary_edges%part%edge, &
          blocks%body > 0 .and. yields(blocks%material))
       if (thinnest%cell == 0 .or. thinnest%cells >= bending_cells) return
-      call add_line(report, verdict_warn, 'cells', 'of body '//quoted(trim(model%body_names( &
-         blocks%body(thinnest%cell))))//', which yields, are only '//to_text(thinnest%cells)// &
-         ' across '//short_text(thinnest%width)//' m: cells yield by their mean stress, so '// &
-         'with fewer than '//to_text(bending_cells)//' cells a part that bends is too strong', &
+      call add_line(report, verdict_warn, 'cells', 'yielding body '//quoted(trim(model%body_names( &
+         blocks%body(thinnest%cell))))//' has only '//to_text(thinnest%cells)//' cells across '// &
+         short_text(thinnest%width)//' m; cells yield by their mean stress, so bending parts '// &
+         'with fewer than '//to_text(bending_cells)//' cells are too strong', &
          'mean stress of a cell', 'cells of '//short_text(thinnest%width/bending_cells)//' m')
    end subroutine check_yielding
 
@@ -125,19 +126,19 @@ contains
       integer, intent(in) :: bounded(:)        !< edges with a boundary
       logical, intent(in) :: examined(:)         !< [blocks] cells whose sides are examined
       integer, allocatable :: first(:), weld(:)
-      logical :: free(size(blocks%owner))
+      logical :: is_free_side(size(blocks%owner))
       integer :: b, e, i, cells
       real(wp) :: width
 
-      call counting_sort(blocks%n, [(welds(i)%block, i=1, size(welds))], first, weld)
+      call sort_by_key(blocks%n, [(welds(i)%block, i=1, size(welds))], first, weld)
       weld = (weld + 1)/2
-      free = .not. blocks%inner
-      free(bounded) = .false.
+      is_free_side = .not. blocks%inner
+      is_free_side(bounded) = .false.
       do b = 1, blocks%n
          if (.not. examined(b)) cycle
          do e = blocks%first(b), blocks%first(b + 1) - 1
-            if (.not. free(e)) cycle
-            call count_crossed_cells(blocks, welds, first, weld, free, e, cells, width)
+            if (.not. is_free_side(e)) cycle
+            call count_crossed_cells(blocks, welds, first, weld, is_free_side, e, cells, width)
             if (cells > 0 .and. cells < thinnest%cells) thinnest = thinnest_type(cells, width, b)
          end do
       end do
@@ -145,11 +146,11 @@ contains
 
    !> Count the cells that a ray from an edge crosses up to an opposite side.
    !> The count is 0 if there is no opposite side.
-   pure subroutine count_crossed_cells(blocks, welds, first, weld, free, edge, cells, width)
+   pure subroutine count_crossed_cells(blocks, welds, first, weld, is_free_side, edge, cells, width)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< welds of all bodies
       integer, intent(in) :: first(:), weld(:) !< first weld of each cell; welds by cells
-      logical, intent(in) :: free(:)           !< [vertices] the edge is a free side
+      logical, intent(in) :: is_free_side(:)           !< [vertices] the edge is a free side
       integer, intent(in) :: edge              !< free edge, by its first vertex
       integer, intent(out) :: cells            !< number of cells that the ray crosses
       real(wp), intent(out) :: width           !< length of the ray, m
@@ -166,7 +167,7 @@ contains
          if (exit_edge == 0) exit
          width = width + distance
          position = position + distance*direction
-         if (free(exit_edge)) then
+         if (is_free_side(exit_edge)) then
             if (dot_product(blocks%along(:, exit_edge), blocks%along(:, edge)) < facing) return
             exit
          end if
@@ -179,30 +180,30 @@ contains
    end subroutine count_crossed_cells
 
    !> Edge that is welded to a given edge at a position; 0 if there is none.
-   pure integer function edge_welded_at(blocks, welds, edge, at) result(other)
+   pure integer function edge_welded_at(blocks, welds, edge, position) result(welded_edge)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(weld_type), intent(in) :: welds(:)  !< welds of the cell of the edge
       integer, intent(in) :: edge              !< edge by its first vertex
-      real(wp), intent(in) :: at(2)            !< m
-      real(wp), parameter :: half = 0.5001_wp  !< half of an edge, with tolerance
+      real(wp), intent(in) :: position(2)            !< m
+      real(wp), parameter :: half_edge = 0.5001_wp  !< half of an edge, with tolerance
       integer :: i
 
-      other = 0
+      welded_edge = 0
       do i = 1, size(welds)
          if (all(welds(i)%edge /= edge)) cycle
          if (is_shifted(welds(i))) cycle
-         if (norm2(position_of(blocks, welds(i)%block(1), welds(i)%middle(:, 1)) - at) &
-            > half*welds(i)%length) cycle
-         other = welds(i)%edge(merge(2, 1, welds(i)%edge(1) == edge))
+         if (norm2(position_of(blocks, welds(i)%block(1), welds(i)%middle(:, 1)) - position) &
+            > half_edge*welds(i)%length) cycle
+         welded_edge = welds(i)%edge(merge(2, 1, welds(i)%edge(1) == edge))
          return
       end do
    end function edge_welded_at
 
    !> Find the edge at which a ray leaves a cell, and the distance from the entry.
-   pure subroutine find_exit_edge(blocks, cell, entry, direction, edge, distance)
+   pure subroutine find_exit_edge(blocks, cell, entry_point, direction, edge, distance)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: cell              !< convex cell
-      real(wp), intent(in) :: entry(2), direction(2)  !< point of entry, m; unit vector of the ray
+      real(wp), intent(in) :: entry_point(2), direction(2)  !< entry, m; unit vector of the ray
       integer, intent(inout) :: edge           !< edge of entry; edge of exit, or 0
       real(wp), intent(out) :: distance        !< m
       real(wp) :: outward, edge_distance
@@ -216,7 +217,8 @@ contains
          associate (normal => [blocks%along(2, e), -blocks%along(1, e)])
             outward = dot_product(normal, direction)
             if (.not. outward > 0.0_wp) cycle
-            edge_distance = max(0.0_wp, dot_product(normal, blocks%vertex(:, e) - entry)/outward)
+            edge_distance = max(0.0_wp, dot_product(normal, blocks%vertex(:, e) - &
+               entry_point)/outward)
          end associate
          if (.not. edge_distance < distance) cycle
          distance = edge_distance
@@ -234,7 +236,7 @@ contains
       cell = 0
       do i = 1, size(welds)
          lengths = blocks%length(welds(i)%edge)
-         if (welds(i)%length > (1.0_wp - least_offset)*minval(lengths)) cycle
+         if (welds(i)%length > (1.0_wp - min_offset)*minval(lengths)) cycle
          heights = blocks%area(welds(i)%block)/lengths
          if (all(lengths <= slender*heights)) cycle
          cell = welds(i)%block(1)

@@ -30,11 +30,11 @@ module dda_check_boundaries
    public :: check_boundaries
 
    !> largest reflected fraction of amplitude accepted
-   real(wp), parameter :: most_reflected = 0.02_wp
+   real(wp), parameter :: max_reflection = 0.02_wp
    real(wp), parameter :: absorbed = 0.99_wp        !< sufficient absorbed fraction of the energy
    !> largest accepted difference of sides and fields
-   real(wp), parameter :: most_departure = 0.1_wp
-   real(wp), parameter :: touching = 1.0e-6_wp      !< gap/half the model size of touching blocks
+   real(wp), parameter :: max_departure = 0.1_wp
+   real(wp), parameter :: touching_gap = 1.0e-6_wp  !< gap/half the model size of touching blocks
    character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']
 
    integer, parameter :: wave_p = 1, wave_s = 2  !< kinds of waves
@@ -46,7 +46,7 @@ module dda_check_boundaries
       real(wp) :: length = 0.0_wp                !< length of a cell, m
       real(wp) :: mass(cells) = 0.0_wp           !< ρH of each cell, kg/m²
       real(wp) :: modulus(cells) = 0.0_wp        !< E'H of each cell, N/m
-      real(wp) :: base = 0.0_wp                  !< Z, Pa s/m
+      real(wp) :: impedance = 0.0_wp                  !< Z, Pa s/m
       real(wp) :: dashpot(2) = 0.0_wp  !< dashpot of the left and right side, N s/m per metre
    end type bar_type
 
@@ -57,14 +57,15 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-      type(boundary_type), allocatable :: all_of(:)
+      type(boundary_type), allocatable :: boundaries(:)
       real(wp), allocatable :: x(:)
       integer :: i
 
       associate (model => simulation%model, blocks => simulation%blocks)
-         all_of = [model%boundaries, (model%free_fields(i)%boundary, i=1, size(model%free_fields))]
-         if (size(all_of) == 0) return
-         call check_dashpots(blocks, all_of, linear, report)
+         boundaries = [model%boundaries, (model%free_fields(i)%boundary, i=1, &
+            size(model%free_fields))]
+         if (size(boundaries) == 0) return
+         call check_dashpots(blocks, boundaries, linear, report)
          x = model%blocks%position(1, blocks%owner) + blocks%reference(1, :)
          if (size(model%boundaries) > 0) call check_sides(model, x, report)
          if (report%band%has_energy) call check_free_fields(model, x, report)
@@ -89,20 +90,21 @@ contains
          end associate
          largest_size = max(largest_size, slowest_crossing(blocks, boundaries(i)))
       end do
-      finding = '99 % of the energy is absorbed up to '// &
+      finding = 'dashpots absorb 99 % of the energy of P waves up to '// &
          to_text(min(absorption_angle(ratio(1), wave_p), absorption_angle(ratio(2), wave_p)))// &
-         '° from the normal for P waves, '//to_text(min(absorption_angle(ratio(1), wave_s), &
-         absorption_angle(ratio(2), wave_s)))//'° for S waves'
+         '° from the normal, and of S waves up to '//to_text(min(absorption_angle(ratio(1), &
+         wave_s), absorption_angle(ratio(2), wave_s)))//'°'
       advice = ''
       if (report%band%has_energy) then
          ! (kh)²/48, kh = ω h/V_s
          by_blocks = (2.0_wp*pi*report%band%highest*largest_size)**2/48.0_wp
          by_scheme = scheme_reflection(linear, report%band%highest)
          finding = finding//'; at normal incidence and '//short_text(report%band%highest)// &
-            ' Hz dashpots reflect '//short_text(100*by_blocks)//' % due to the block size and '// &
+            ' Hz they reflect '//short_text(100*by_blocks)//' % of the amplitude due to the '// &
+            'block size and '// &
             short_text(100*by_scheme)//' % due to the time step'
-         if (by_blocks > most_reflected) advice = '; smaller blocks in front of the boundaries'
-         if (by_scheme > most_reflected) advice = advice//'; a smaller time_step, or '// &
+         if (by_blocks > max_reflection) advice = '; smaller blocks in front of the boundaries'
+         if (by_scheme > max_reflection) advice = advice//'; a smaller time_step, or '// &
             "integration = 'midpoint' or 'theta'"
       end if
       call add_check(report, advice == '', 'dashpots', finding, &
@@ -124,8 +126,8 @@ contains
       integer :: i
 
       time = 0.0_wp
-      do i = 1, size(boundary%piece)
-         associate (b => boundary%piece(i)%block, normal => boundary%normal(:, i))
+      do i = 1, size(boundary%part)
+         associate (b => boundary%part(i)%block, normal => boundary%normal(:, i))
             if (blocks%removed(b)) cycle
             associate (depth => matmul(normal, blocks%reference(:, &
                blocks%first(b):blocks%first(b + 1) - 1)))
@@ -158,11 +160,11 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: width, arrival, duration
       integer :: i
-      logical :: late, tied
+      logical :: waves_arrive, sides_tied
 
-      tied = size(model%ties) > 0
-      if (.not. tied) tied = any(is_shifted(model%welds))
-      if (tied .or. size(model%free_fields) == size(side_names)) return
+      sides_tied = size(model%ties) > 0
+      if (.not. sides_tied) sides_tied = any(is_shifted(model%welds))
+      if (sides_tied .or. size(model%free_fields) == size(side_names)) return
       if (all([(is_side_fixed(model, x, side_names(i)), i=1, size(side_names))])) return
       duration = 0.0_wp
       do i = 1, size(model%motions)
@@ -171,11 +173,11 @@ contains
       if (.not. duration > 0.0_wp) return
       width = maxval(x) - minval(x)
       arrival = 0.5_wp*width/report%speed(2)
-      late = arrival >= duration
-      call add_check(report, late, 'sides', 'free or viscous '// &
-         'sides do not move like level ground; their waves reach the middle after '// &
-         short_text(arrival)//' s of '//short_text(duration)//' s of motion', 'width/(2 V_p)', &
-         "kind = 'free_field' at both sides, or 'tied' for level ground")
+      waves_arrive = arrival >= duration
+      call add_check(report, waves_arrive, 'sides', 'free or viscous '// &
+         'sides do not move like level ground; waves from them reach the middle after '// &
+         short_text(arrival)//' s (duration of the motion: '//short_text(duration)//' s)', &
+         'width/(2 V_p)', "kind = 'free_field' at both sides, or 'tied' for level ground")
    end subroutine check_sides
 
    !> Warn if irregularities of the ground are too near to sides with free fields.
@@ -189,9 +191,9 @@ contains
       call find_side_departure(model, x, frequency, departure)
       if (departure < 0.0_wp) return
       percent = 0.01_wp*nint(1.0e4_wp*departure)
-      call add_check(report, departure <= most_departure, 'sides', 'motions '// &
+      call add_check(report, departure <= max_departure, 'sides', 'motions '// &
          'of the sides and their free fields will differ by about '//short_text(percent)//' %'// &
-         ' at '//short_text(frequency)//' Hz, limit '//short_text(100.0_wp*most_departure) &
+         ' at '//short_text(frequency)//' Hz, limit '//short_text(100.0_wp*max_departure) &
          //' %', 'long-wave estimate', 'more level ground before the sides')
    end subroutine check_free_fields
 
@@ -204,11 +206,11 @@ contains
       integer :: i
 
       is_side_fixed = any([(model%free_fields(i)%side == side, i=1, size(model%free_fields))])
-      tolerance = touching*model%blocks%half_size
+      tolerance = touching_gap*model%blocks%half_size
       line = merge(minval(x), maxval(x), side == 'left')
       do i = 1, size(model%fixed_points)
          associate (point => model%fixed_points(i))
-            if (abs(point%place(1) - line) <= tolerance .and. any(point%fixed_along)) &
+            if (abs(point%position(1) - line) <= tolerance .and. any(point%fixed_along)) &
                is_side_fixed = .true.
          end associate
       end do
@@ -274,24 +276,24 @@ contains
       real(wp), intent(inout) :: frequency  !< Hz; reduced so that waves are at least 4 depths long
       real(wp), intent(out) :: departure        !< relative difference
       type(bar_type) :: bar
-      complex(wp) :: u(cells + 1), free(2)
+      complex(wp) :: u(cells + 1), field_motion(2)
       real(wp) :: omega
 
       departure = -1.0_wp
       bar = make_side_bar(model, x)
-      if (.not. (bar%base > 0.0_wp .and. maxval(bar%dashpot) > 0.0_wp)) return
-      omega = min(2.0_wp*pi*frequency, 0.5_wp*pi*bar%base/maxval(bar%mass))
+      if (.not. (bar%impedance > 0.0_wp .and. maxval(bar%dashpot) > 0.0_wp)) return
+      omega = min(2.0_wp*pi*frequency, 0.5_wp*pi*bar%impedance/maxval(bar%mass))
       frequency = omega/(2.0_wp*pi)
-      free = 2.0_wp/cmplx(1.0_wp, omega*bar%mass([1, cells])/bar%base, wp)
-      u = bar_motion(bar, omega, free)
-      departure = maxval(abs(u([1, cells + 1])/free - 1.0_wp), mask=bar%dashpot > 0.0_wp)
+      field_motion = 2.0_wp/cmplx(1.0_wp, omega*bar%mass([1, cells])/bar%impedance, wp)
+      u = bar_motion(bar, omega, field_motion)
+      departure = maxval(abs(u([1, cells + 1])/field_motion - 1.0_wp), mask=bar%dashpot > 0.0_wp)
    end subroutine find_side_departure
 
    !> Distribute the blocks over the cells that they overlap, and set dashpots of base and sides.
    type(bar_type) function make_side_bar(model, x) result(bar)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
-      real(wp) :: left_end, low, high, plate, fraction(cells)
+      real(wp) :: left_end, bottom, top, plane_modulus, fraction(cells)
       integer :: b, i
 
       left_end = minval(x)
@@ -301,18 +303,18 @@ contains
             associate (own => x(blocks%first(b):blocks%first(b + 1) - 1), &
                d => blocks%area(b)*elasticity(model%materials(blocks%material(b)), &
                model%control%plane_strain))
-               low = minval(own) - left_end
-               high = maxval(own) - left_end
-               fraction = [(max(0.0_wp, min(high, i*bar%length) - max(low, (i - 1)*bar%length)), &
-                  i=1, cells)]/((high - low)*bar%length)
-               plate = d(1, 1) - d(1, 2)**2/d(2, 2)
+               bottom = minval(own) - left_end
+               top = maxval(own) - left_end
+               fraction = [(max(0.0_wp, min(top, i*bar%length) - max(bottom, (i - 1)*bar%length)), &
+                  i=1, cells)]/((top - bottom)*bar%length)
+               plane_modulus = d(1, 1) - d(1, 2)**2/d(2, 2)
                bar%mass = bar%mass + fraction*blocks%mass(b)
-               bar%modulus = bar%modulus + fraction*plate
+               bar%modulus = bar%modulus + fraction*plane_modulus
             end associate
          end do
       end associate
       do i = 1, size(model%boundaries)
-         if (model%boundaries(i)%kind == 'compliant') bar%base = bar%base &
+         if (model%boundaries(i)%kind == 'compliant') bar%impedance = bar%impedance &
             + 2.0_wp*sum(model%boundaries(i)%dashpot(2, :))/(cells*bar%length)
       end do
       do i = 1, size(model%free_fields)
@@ -324,24 +326,24 @@ contains
    end function make_side_bar
 
    !> Solve for the motion at the ends of the cells for u_in = 1, by tridiagonal elimination.
-   pure function bar_motion(bar, omega, free) result(u)
+   pure function bar_motion(bar, omega, field_motion) result(u)
       type(bar_type), intent(in) :: bar   !< ground as a bar
       real(wp), intent(in) :: omega       !< rad/s
-      complex(wp), intent(in) :: free(2)  !< motion of the free fields of the sides
+      complex(wp), intent(in) :: field_motion(2)  !< motion of the free fields of the sides
       complex(wp) :: u(cells + 1)
-      complex(wp) :: diagonal(cells + 1), cell_term, side(2)
+      complex(wp) :: diagonal(cells + 1), cell_term, side_dashpot(2)
       real(wp) :: k
       integer :: i
 
       diagonal = 0.0_wp
       u = 0.0_wp
-      side = cmplx(0.0_wp, omega*bar%dashpot, wp)
-      diagonal([1, cells + 1]) = side
-      u([1, cells + 1]) = side*free
+      side_dashpot = cmplx(0.0_wp, omega*bar%dashpot, wp)
+      diagonal([1, cells + 1]) = side_dashpot
+      u([1, cells + 1]) = side_dashpot*field_motion
       do i = 1, cells
-         cell_term = 0.5_wp*bar%length*cmplx(-omega**2*bar%mass(i), omega*bar%base, wp)
+         cell_term = 0.5_wp*bar%length*cmplx(-omega**2*bar%mass(i), omega*bar%impedance, wp)
          diagonal(i:i + 1) = diagonal(i:i + 1) + bar%modulus(i)/bar%length + cell_term
-         u(i:i + 1) = u(i:i + 1) + bar%length*cmplx(0.0_wp, omega*bar%base, wp)
+         u(i:i + 1) = u(i:i + 1) + bar%length*cmplx(0.0_wp, omega*bar%impedance, wp)
       end do
       do i = 1, cells
          k = bar%modulus(i)/bar%length

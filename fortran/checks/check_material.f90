@@ -5,7 +5,7 @@ module dda_check_material
    use dda_kinds, only: wp
    use dda_check_report, only: add_check, add_line, report_type, verdict_warn
    use dda_damping, only: damping_type, has_body, modulus_factor, rayleigh_ratio
-   use dda_dense_eigen, only: block_eigen
+   use dda_dense_eigen, only: solve_block_eigen
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, is_dispersive, law_fractions
    use dda_linear_terms, only: add_product, get_row
@@ -19,7 +19,7 @@ module dda_check_material
    public :: check_material, check_laws
 
    !> largest accepted number of steps of decay to 1/e
-   real(wp), parameter :: most_ringing = 1000.0_wp
+   real(wp), parameter :: max_ringing_steps = 1000.0_wp
    real(wp), parameter :: good_fit = 0.01_wp        !< largest relative error of ζ without advice
 
    real(wp), parameter :: strains(2) = [1.0e-3_wp, 1.0e-2_wp]  !< shear strains of reported moduli
@@ -51,23 +51,23 @@ contains
       body = pack(linear%damping, has_body(linear%damping))
       band = [maxval(body%band(1)), minval(body%band(2))]
       misfit = maxval(body%misfit)
-      finding = range_text(100*minval(body%ratio), 100*maxval(body%ratio))//' % over '// &
-         short_text(band(1))//' … '//short_text(band(2))//' Hz, with a relative error '// &
-         'of up to '//short_text(100*misfit)//' %, by '// &
+      finding = 'damping ratio '//range_text(100*minval(body%ratio), 100*maxval(body%ratio))// &
+         ' % over '//short_text(band(1))//' … '//short_text(band(2))//' Hz, largest relative '// &
+         'error '//short_text(100*misfit)//' %, '// &
          range_text(real(minval(body%n), wp), real(maxval(body%n), wp))//' mechanisms'
       if (report%has_modes) then
          associate (factor => real(modulus_factor(body, report%modes%omega(1))))
             finding = finding//'; moduli '//range_text(minval(factor), maxval(factor))// &
-               ' times the input values at the first mode, at most '// &
-               short_text(maxval(body%unrelaxed))//' times'
+               ' times the input values at the first mode, '// &
+               short_text(maxval(body%unrelaxed))//' times at high frequencies'
          end associate
       end if
       advice = ''
       if (misfit > good_fit) advice = '; more mechanisms, or a narrower damping_band'
       if (report%band%has_energy) then
          if (report%band%lowest < band(1) .or. report%band%highest > band(2)) then
-            finding = finding//'; the record has '//short_text(report%band%lowest)//' … '// &
-               short_text(report%band%highest)//' Hz, but there is less damping outside the band'
+            finding = finding//'; the record contains '//short_text(report%band%lowest)//' … '// &
+               short_text(report%band%highest)//' Hz, but damping is smaller outside the band'
             advice = advice//'; a damping_band that contains the record'
          end if
       end if
@@ -89,7 +89,7 @@ contains
       real(wp) :: alpha, steps
 
       alpha = maxval(linear%damping%alpha)
-      finding = 'α up to '//short_text(alpha)//' 1/s, β up to '// &
+      finding = 'largest α '//short_text(alpha)//' 1/s, largest β '// &
          short_text(maxval(linear%damping%beta))//' s'
       if (report%has_modes) finding = finding//'; '//damping_ratio_text(report%modes%frequency(1))
       if (report%band%has_energy) then
@@ -99,19 +99,19 @@ contains
       end if
       advice = ''
       brief = ''
-      if (alpha > 0.0_wp .and. (linear%unilateral > 0 .or. report%modes%rigid > 0 .or. &
-         linear%closed == 0)) then
-         finding = finding//'; blocks can move freely, and α limits the speed of fall to '// &
-            short_text(9.81_wp/alpha)//' m/s'
+      if (alpha > 0.0_wp .and. (linear%n_unilateral > 0 .or. report%modes%rigid > 0 .or. &
+         linear%n_closed == 0)) then
+         finding = finding//'; free blocks fall at most at a speed of '// &
+            short_text(9.81_wp/alpha)//' m/s due to α'
          advice = '; rayleigh_alpha = 0 for blocks without bonds'
          brief = 'α limits the speed of falling blocks to '// &
             short_text(9.81_wp/alpha)//' m/s'
       end if
       steps = strain_ringing_steps(linear)
       if (steps > 0.0_wp) finding = finding// &
-         '; the stiffest strain of a block changes the sign of '// &
-         'its rate every step and falls to 1/e in '//short_text(steps)//' steps'
-      if (steps > most_ringing) then
+         '; the rate of the stiffest strain of a block changes its sign in each step '// &
+         'and decays to 1/e in '//short_text(steps)//' steps'
+      if (steps > max_ringing_steps) then
          advice = advice//'; a smaller time_step or rayleigh_beta'
          brief = 'strains ring and decay to 1/e in '//short_text(steps)//' steps'
       end if
@@ -128,7 +128,8 @@ contains
 
          associate (ratio => 100*rayleigh_ratio(pack(linear%damping, linear%damping%alpha &
             > 0.0_wp .or. linear%damping%beta > 0.0_wp), frequency))
-            text = range_text(minval(ratio), maxval(ratio))//' % at '//short_text(frequency)//' Hz'
+            text = 'damping ratio '//range_text(minval(ratio), maxval(ratio))//' % at '// &
+               short_text(frequency)//' Hz'
          end associate
       end function damping_ratio_text
    end subroutine check_rayleigh
@@ -148,7 +149,7 @@ contains
       call collect_dashpots(linear, dashpot)
       do b = 1, linear%n
          if (.not. any(abs(dashpot(:, :, b)) > 0.0_wp)) cycle
-         call block_eigen(dashpot(:, :, b), linear%mass(:, :, b), values, vectors, error)
+         call solve_block_eigen(dashpot(:, :, b), linear%mass(:, :, b), values, vectors, error)
          if (allocated(error)) cycle
          rate = max(rate, linear%damping(linear%law(b))%alpha + values(6))
       end do
@@ -172,25 +173,25 @@ contains
             *linear%input_elastic(:, :, b)
       end do
       do i = 1, linear%terms%n
-         associate (term => linear%terms%term(i), share => law_fractions(linear, &
+         associate (term => linear%terms%term(i), fraction => law_fractions(linear, &
             linear%terms%term(i)))
-            if (.not. any(share > 0.0_wp)) cycle
+            if (.not. any(fraction > 0.0_wp)) cycle
             do k = 1, 2
                call get_row(term, k, b, row)
                if (linear%law(b) > 0) call add_product(dashpot(:, :, b), &
-                  2.0_wp*sum(share*linear%damping%beta)*term%coefficient, row, row)
+                  2.0_wp*sum(fraction*linear%damping%beta)*term%coefficient, row, row)
             end do
          end associate
       end do
    end subroutine collect_dashpots
 
    !> Text of a number, or of a range of two numbers.
-   pure function range_text(lower, upper) result(text)
-      real(wp), intent(in) :: lower, upper  !< ends of the range
+   pure function range_text(lowest, highest) result(text)
+      real(wp), intent(in) :: lowest, highest  !< ends of the range
       character(len=:), allocatable :: text
 
-      text = short_text(lower)
-      if (short_text(upper) /= text) text = text//' … '//short_text(upper)
+      text = short_text(lowest)
+      if (short_text(highest) /= text) text = text//' … '//short_text(highest)
    end function range_text
 
    !> Check each material with a law.
@@ -198,34 +199,34 @@ contains
       type(simulation_type), intent(in) :: simulation  !< model with materials and blocks
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: defect
-      real(wp) :: side
+      real(wp) :: block_size
       integer :: m
 
       associate (model => simulation%model)
          do m = 1, size(model%materials)
             if (.not. any(model%blocks%material == m)) cycle
             if (.not. model%materials(m)%has_law()) cycle
-            side = largest_block_side(simulation, m)
+            block_size = largest_block_side(simulation, m)
             if (model%materials(m)%own_law%fit_text() /= '') &
-               call check_curve_fit(model, m, side, report)
+               call check_curve_fit(model, m, block_size, report)
             defect = model%materials(m)%own_law%unmet()
             if (defect /= '') call add_line(report, verdict_warn, 'material law', &
                quoted(trim(model%materials(m)%name))//': '//defect, 'fit of the branches', &
                'more branches; if this does not suffice, less damping at small strains')
-            call check_softening(model, m, side, report)
+            call check_softening(model, m, block_size, report)
          end do
       end associate
    end subroutine check_laws
 
    !> Report the fit of the curves, and check wavelengths in softened soil.
-   subroutine check_curve_fit(model, m, side, report)
+   subroutine check_curve_fit(model, m, block_size, report)
       type(model_type), intent(in) :: model       !< model with materials and blocks
       integer, intent(in) :: m                    !< material
-      real(wp), intent(in) :: side                !< largest block of the material, m
+      real(wp), intent(in) :: block_size                !< largest block of the material, m
       type(report_type), intent(inout) :: report  !< check report
       character(len=:), allocatable :: finding, remedy
       real(wp) :: reduction(2), eta
-      logical :: fine
+      logical :: is_resolved
 
       associate (material => model%materials(m))
          reduction = [material%own_law%secant(strains(1)), material%own_law%secant(strains(2))]
@@ -234,19 +235,19 @@ contains
             short_text(reduction(2))//', wavelengths are reduced to '// &
             short_text(sqrt(reduction(1)))//' and '//short_text(sqrt(reduction(2)))// &
             ' of their values at small strain'
-         fine = .true.
+         is_resolved = .true.
          if (report%band%has_energy) then
-            eta = side*report%band%highest/sqrt(reduction(1)*material%young_modulus/(2.0_wp &
+            eta = block_size*report%band%highest/sqrt(reduction(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
             finding = finding//'; at 0.1 % strain, block size λ/'//short_text(1.0_wp/eta)// &
                ' at '// &
                short_text(report%band%highest)//' Hz, limit λ/12'
-            fine = eta <= coarsest
+            is_resolved = eta <= coarsest
          end if
          remedy = ''
-         if (.not. fine) remedy = 'blocks no larger than '//short_text(side*coarsest/eta)// &
-            ' m in soil that will yield'
-         call add_check(report, fine, 'material law', finding, 'secant moduli', remedy)
+         if (.not. is_resolved) remedy = 'blocks no larger than '// &
+            short_text(block_size*coarsest/eta)//' m in soil that will yield'
+         call add_check(report, is_resolved, 'material law', finding, 'secant moduli', remedy)
       end associate
    end subroutine check_curve_fit
 
@@ -264,10 +265,10 @@ contains
    end function largest_block_side
 
    !> Warn if blocks lose strength faster than they unload, which causes dynamic jumps.
-   subroutine check_softening(model, m, side, report)
+   subroutine check_softening(model, m, block_size, report)
       type(model_type), intent(in) :: model       !< model with materials and blocks
       integer, intent(in) :: m                    !< material
-      real(wp), intent(in) :: side                !< largest block of the material, m
+      real(wp), intent(in) :: block_size                !< largest block of the material, m
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: limit
 
@@ -275,8 +276,8 @@ contains
          limit = material%own_law%largest_thickness(elasticity(material, &
             model%control%plane_strain))
          if (.not. limit < huge(1.0_wp)) return
-         call add_check(report, side <= limit, 'material law', &
-            quoted(trim(material%name))//': cells of '//short_text(side)//' m soften; '// &
+         call add_check(report, block_size <= limit, 'material law', &
+            quoted(trim(material%name))//': cells of '//short_text(block_size)//' m soften; '// &
             'above '//short_text(limit)//' m cells would lose strength faster than they unload', &
             'G or E × softening_displacement / loss of strength', &
             'smaller cells, or a larger softening_displacement')

@@ -36,21 +36,21 @@ module dda_check_report
    type :: report_type
       integer :: n = 0
       type(line_type), allocatable :: line(:)
-      integer :: worst = verdict_ok
-      type(omega_max_type) :: highest
+      integer :: worst_verdict = verdict_ok
+      type(omega_max_type) :: omega_max
       type(modes_type) :: modes
       type(unresolved_type) :: unresolved
       type(band_type) :: band
       logical :: has_highest = .false., has_modes = .false.
-      real(wp) :: shortest(2) = 0.0_wp  !< shortest crossing times of S and P waves in a block, s
-      real(wp) :: longest = 0.0_wp      !< longest time in which an S wave crosses a block, s
-      real(wp) :: slowest = 0.0_wp      !< S wave speed in the block of `longest`, m/s
+      real(wp) :: min_crossing_time(2) = 0.0_wp  !< of S and P waves in a block, s
+      real(wp) :: max_crossing_time = 0.0_wp  !< longest crossing of a block by an S wave, s
+      real(wp) :: slow_speed = 0.0_wp      !< S wave speed in the block of `max_crossing_time`, m/s
       real(wp) :: block_size(2) = 0.0_wp  !< least and greatest shorter side of a block, m
       real(wp) :: speed(2) = 0.0_wp       !< least S and largest P wave speed, m/s
-      real(wp) :: ringing = 0.0_wp        !< steps to 1/e of the slowest alternating mode
-      real(wp) :: shift = 0.0_wp  !< relative reduction of the first frequency by joints
-      real(wp) :: memory = 0.0_wp         !< estimated memory of the run, bytes
-      real(wp) :: seconds = 0.0_wp        !< estimated time of the run, s; 0: not known
+      real(wp) :: ringing_steps = 0.0_wp        !< steps to 1/e of the slowest alternating mode
+      real(wp) :: frequency_shift = 0.0_wp  !< relative reduction of the first frequency by joints
+      real(wp) :: memory_bytes = 0.0_wp         !< estimated memory of the run, bytes
+      real(wp) :: run_seconds = 0.0_wp        !< estimated time of the run, s; 0: not known
    end type report_type
 
 contains
@@ -72,7 +72,7 @@ contains
       if (report%n == 0) allocate (report%line(0))
       report%n = report%n + 1
       report%line = [report%line, line_type(verdict, subject, finding, source, advice, doubt)]
-      report%worst = max(report%worst, verdict)
+      report%worst_verdict = max(report%worst_verdict, verdict)
    end subroutine add_line
 
    !> Append a line: ok if the check passes, else a warning with its remedy.

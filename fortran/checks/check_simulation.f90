@@ -3,7 +3,7 @@
 module dda_check_simulation
    use dda_kinds, only: wp, long, pi
    use dda_interrupts, only: fail_if_stopped
-   use dda_advice, only: stiff_limit
+   use dda_advice, only: find_stiff_limit
    use dda_blocks, only: blocks_type, smaller_side
    use dda_check_bodies, only: check_bodies, body_or_block_count, block_count_text, &
       dispersion_text
@@ -11,12 +11,12 @@ module dda_check_simulation
    use dda_contact, only: contact_open
    use dda_equilibrium, only: find_farthest_block
    use dda_check_material, only: check_laws, check_material
-   use dda_check_band, only: band_type, significant_band
+   use dda_check_band, only: band_type, find_significant_band
    use dda_check_report, only: add_check, add_line, first_mode, report_type, ringing_topic, &
       verdict_fail, verdict_ok, verdict_warn
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_distribution_type, linearise, energy_of, &
-      at_frequency, set_penalty, unrelaxed
+      set_moduli_at, set_penalty, unrelaxed
    use dda_linear_terms, only: term_normal
    use dda_impact_regime, only: impact_regime_type, find_impact_regime
    use dda_model, only: run_steps
@@ -33,12 +33,12 @@ module dda_check_simulation
    public :: check_simulation, check_model
 
    !> largest accepted number of steps in which the slowest alternating mode decays to 1/e
-   real(wp), parameter :: most_ringing = 1000.0_wp
-   integer, parameter :: wanted_modes = 5  !< number of reported modes
+   real(wp), parameter :: max_ringing_steps = 1000.0_wp
+   integer, parameter :: reported_modes = 5  !< number of reported modes
    !> number of timed steps; most blocks of a timed model
    integer, parameter :: timed_steps = 3, timed_blocks = 5000
    integer, parameter :: many_blocks = 1000              !< for more blocks, sudden gravity is slow
-   real(wp), parameter :: least_slope = 0.5_wp  !< |n·g|/|g| below which a joint is a head joint
+   real(wp), parameter :: min_slope = 0.5_wp  !< |n·g|/|g| below which a joint is a head joint
    integer, parameter :: stiff_limit_blocks = 2000 !< most blocks for a computed stiff limit
 
 contains
@@ -70,7 +70,7 @@ contains
       call linearise(linear, simulation, 'auto', error, budget)
       if (allocated(error)) return
       call unrelaxed(linear, stiff)
-      call significant_band(simulation%model%motions, report%band)
+      call find_significant_band(simulation%model%motions, report%band)
       call measure_blocks(simulation%blocks, report)
       call check_contacts(simulation, linear, report)
       call check_sudden_gravity(simulation, report)
@@ -90,7 +90,7 @@ contains
       call check_modes(linear, report)
       call fail_if_stopped(error)
       if (allocated(error)) return
-      if (report%has_modes) call at_frequency(linear, report%modes%frequency(1))
+      if (report%has_modes) call set_moduli_at(linear, report%modes%frequency(1))
       call check_penalty(simulation, stiff%modulus, linear, report)
       call check_penalty_bounds(simulation, linear, report)
       call check_resolution(simulation%blocks, linear%time_step, report)
@@ -107,23 +107,24 @@ contains
    subroutine measure_blocks(blocks, report)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(report_type), intent(inout) :: report  !< check report
-      real(wp) :: side, density, speed(2)
+      real(wp) :: smaller_length, density, speed(2)
       integer :: b
 
       report%block_size = [huge(1.0_wp), 0.0_wp]
       report%speed = [huge(1.0_wp), 0.0_wp]
-      report%shortest = huge(1.0_wp)
-      report%longest = 0.0_wp
+      report%min_crossing_time = huge(1.0_wp)
+      report%max_crossing_time = 0.0_wp
       do b = 1, blocks%n
          if (blocks%removed(b)) cycle
-         side = smaller_side(blocks, b)
+         smaller_length = smaller_side(blocks, b)
          density = blocks%mass(b)
-         report%block_size = [min(report%block_size(1), side), max(report%block_size(2), side)]
+         report%block_size = [min(report%block_size(1), smaller_length), max(report%block_size(2), &
+            smaller_length)]
          speed = sqrt([blocks%stiffness(3, 3, b), blocks%stiffness(1, 1, b)]/density)
          report%speed = [min(report%speed(1), speed(1)), max(report%speed(2), speed(2))]
-         report%shortest = min(report%shortest, side/speed)
-         if (side/speed(1) > report%longest) report%slowest = speed(1)
-         report%longest = max(report%longest, side/speed(1))
+         report%min_crossing_time = min(report%min_crossing_time, smaller_length/speed)
+         if (smaller_length/speed(1) > report%max_crossing_time) report%slow_speed = speed(1)
+         report%max_crossing_time = max(report%max_crossing_time, smaller_length/speed(1))
       end do
    end subroutine measure_blocks
 
@@ -132,24 +133,24 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-      character(len=:), allocatable :: settled
+      character(len=:), allocatable :: start_text
       real(wp) :: distance
-      integer :: b, separate
+      integer :: b, n_bodies
 
-      settled = ''
-      if (allocated(linear%equilibrium%text)) settled = '; '//linear%equilibrium%text
+      start_text = ''
+      if (allocated(linear%equilibrium%text)) start_text = '; '//linear%equilibrium%text
       b = 0
       if (simulation%model%stages(1)%static) call find_farthest_block(simulation%blocks, &
          simulation%model%blocks%position, b, distance)
-      if (b > 0) settled = settled//'; block '//block_name(simulation, b)// &
+      if (b > 0) start_text = start_text//'; block '//block_name(simulation, b)// &
          ' is '//short_text(distance)//' m from its position in the input'
-      separate = body_or_block_count(simulation%model)
-      if (linear%closed == 0 .and. separate > 1) then
-         call add_line(report, verdict_warn, 'contacts', 'no contact is closed'//settled, 'model', &
-            'contacts exist only at edges that touch; check the vertices')
+      n_bodies = body_or_block_count(simulation%model)
+      if (linear%n_closed == 0 .and. n_bodies > 1) then
+         call add_line(report, verdict_warn, 'contacts', 'no contact is closed'//start_text, &
+            'model', 'contacts exist only at edges that touch; check the vertices')
       else
          call add_line(report, verdict_ok, 'contacts', block_count_text(simulation%model)//', '// &
-            counted(to_text(linear%closed), 'closed contact', 'closed contacts')//settled, &
+            counted(to_text(linear%n_closed), 'closed contact', 'closed contacts')//start_text, &
             'model', '')
       end if
    end subroutine check_contacts
@@ -165,11 +166,11 @@ contains
          if (model%blocks%n <= many_blocks .or. .not. gravity_is_sudden(model)) return
          head_joints = count([(contacts%state(c) /= contact_open .and. &
             abs(dot_product(contacts%normal(:, c), model%control%gravity)) < &
-            least_slope*norm2(model%control%gravity), c=1, contacts%n)])
+            min_slope*norm2(model%control%gravity), c=1, contacts%n)])
          if (head_joints == 0) return
          call add_line(report, verdict_warn, 'start', 'gravity acts suddenly on '// &
             to_text(model%blocks%n)//' blocks with '//to_text(head_joints)//' closed contacts '// &
-            'in head joints: the first steps take 10 to 50 times as long as later ones', &
+            'in head joints, so the first steps take 10 to 50 times as long as later ones', &
             'model', 'geostatic = .true. and a head_joint of &wall above 0')
       end associate
    end subroutine check_sudden_gravity
@@ -183,29 +184,29 @@ contains
       logical :: resolved
       character(len=:), allocatable :: finding
 
-      call find_omega_max(linear, report%highest, error)
+      call find_omega_max(linear, report%omega_max, error)
       if (allocated(error)) then
-         report%highest%omega = 0.0_wp     ! it was not found
-         report%highest%residual = 0.0_wp
+         report%omega_max%omega = 0.0_wp     ! it was not found
+         report%omega_max%residual = 0.0_wp
          call add_line(report, verdict_warn, 'highest frequency', error%message, 'ARPACK', '')
          return
       end if
-      report%has_highest = report%highest%omega > 0.0_wp
-      call add_line(report, verdict_ok, 'highest frequency', report%highest%text, &
+      report%has_highest = report%omega_max%omega > 0.0_wp
+      call add_line(report, verdict_ok, 'highest frequency', report%omega_max%text, &
          'ARPACK and bracket', '')
       if (.not. report%has_highest) return
-      limit = 4.0_wp/report%highest%omega
+      limit = 4.0_wp/report%omega_max%omega
       call count_unresolved(linear, linear%time_step, report%unresolved, error)
       resolved = linear%time_step < limit
-      finding = short_text(linear%time_step)//' s '//merge('<', '>', resolved)//' 4/ω = '// &
-         short_text(limit)//' s of the highest frequency'
+      finding = 'time_step = '//short_text(linear%time_step)//' s '//merge('<', '>', resolved)// &
+         ' 4/ω = '//short_text(limit)//' s of the highest frequency'
       if (.not. (resolved .or. allocated(error))) finding = finding//'; '//report%unresolved%text
       ! No warning: most contacts are similarly stiff, and the line on ringing shows the effect.
       call add_line(report, verdict_ok, 'time step', finding, 'paper eq. 13', '')
    end subroutine check_omega_max
 
    !> Report the decay of velocities that change sign in each step.
-   !> Warn if the decay takes more than `most_ringing` steps.
+   !> Warn if the decay takes more than `max_ringing_steps` steps.
    subroutine check_ringing(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
@@ -217,8 +218,8 @@ contains
          call add_line(report, verdict_warn, 'ringing', error%message, 'ARPACK', '')
          return
       end if
-      report%ringing = ringing%steps
-      call add_check(report, .not. ringing%steps > most_ringing, 'ringing', ringing%text, &
+      report%ringing_steps = ringing%steps
+      call add_check(report, .not. ringing%steps > max_ringing_steps, 'ringing', ringing%text, &
          'roots of the scheme', ringing%advice, ringing_topic, ringing%brief)
    end subroutine check_ringing
 
@@ -227,35 +228,37 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
-      character(len=:), allocatable :: list
+      character(len=:), allocatable :: frequencies
       integer :: i
 
-      call find_modes(linear, wanted_modes, report%modes, error)
+      call find_modes(linear, reported_modes, report%modes, error)
       if (allocated(error)) then
          call add_line(report, verdict_warn, 'lowest modes', error%message, 'ARPACK', '')
          return
       end if
       report%has_modes = report%modes%n > 0
-      list = ''
+      frequencies = ''
       do i = 1, report%modes%n
-         if (i > 1) list = list//', '
-         list = list//short_text(report%modes%frequency(i))
+         if (i > 1) frequencies = frequencies//', '
+         frequencies = frequencies//short_text(report%modes%frequency(i))
       end do
-      if (report%has_modes) list = list//' Hz; '
-      call add_check(report, report%has_modes, 'lowest modes', list//report%modes%text, &
+      if (report%has_modes) frequencies = frequencies//' Hz; '
+      call add_check(report, report%has_modes, 'lowest modes', frequencies//report%modes%text, &
          'ARPACK', '')
       if (.not. report%has_modes) return
       if (report%modes%elongation(1) < 0.0_wp) then
-         call add_line(report, verdict_fail, 'first mode', 'it does not oscillate: ω Δt = '// &
-            short_text(report%modes%omega(1)*linear%time_step)//' > 4', 'paper eq. 13', &
-            'time_step below '//short_text(0.1_wp/report%modes%frequency(1))//' s', first_mode, &
+         call add_line(report, verdict_fail, 'first mode', 'this mode does not oscillate, '// &
+            'because ω Δt = '//short_text(report%modes%omega(1)*linear%time_step)//' > 4', &
+            'paper eq. 13', 'time_step below '// &
+            short_text(0.1_wp/report%modes%frequency(1))//' s', first_mode, &
             'does not oscillate, ω Δt = '// &
             short_text(report%modes%omega(1)*linear%time_step)//' > 4')
       else
          call add_check(report, report%modes%elongation(1) < 0.01_wp, 'first mode', &
-            'period longer by '//short_text(100*report%modes%elongation(1))//' %, limit 1 %', &
-            'scheme', 'a smaller time_step', first_mode, &
-            'period '//short_text(100*report%modes%elongation(1))//' % too long')
+            'the time integration lengthens the period by '// &
+            short_text(100*report%modes%elongation(1))//' %, limit 1 %', 'scheme', &
+            'a smaller time_step', first_mode, 'period '// &
+            short_text(100*report%modes%elongation(1))//' % too long')
       end if
    end subroutine check_modes
 
@@ -267,36 +270,38 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       type(error_type), allocatable :: error
       type(energy_distribution_type) :: energy
-      real(wp) :: ratio, limit
+      real(wp) :: ratio, rigid_frequency
       character(len=:), allocatable :: finding
 
       ratio = simulation%model%contact%normal_stiffness/(modulus*1.0_wp)
-      finding = short_text(simulation%model%contact%normal_stiffness)//' N/m, '// &
-         short_text(ratio)//' of Young''s modulus times 1 m'
-      if (.not. report%has_modes .or. linear%by_penalty == 0) then
+      finding = 'normal_stiffness = '// &
+         short_text(simulation%model%contact%normal_stiffness)//' N/m = '//short_text(ratio)// &
+         ' × Young''s modulus × 1 m'
+      if (.not. report%has_modes .or. linear%n_by_penalty == 0) then
          call add_line(report, verdict_ok, 'penalty', finding, 'paper section 2.2: 40 E', '')
          return
       end if
       if (linear%n <= stiff_limit_blocks) then
-         call stiff_limit(linear, limit, error)
+         call find_stiff_limit(linear, rigid_frequency, error)
          call set_penalty(linear, simulation%model%contact%normal_stiffness)
          if (allocated(error)) then
             call add_line(report, verdict_ok, 'penalty', finding//'; '//error%message, &
                'paper section 2.2: 40 E', '')
             return
          end if
-         report%shift = 1.0_wp - report%modes%frequency(1)/limit
+         report%frequency_shift = 1.0_wp - report%modes%frequency(1)/rigid_frequency
       else
          ! If springs proportional to k_n store a fraction s of the energy, ω² = (1 − s) × limit.
          energy = energy_of(linear, report%modes%shape(:, :, 1))
-         report%shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
+         report%frequency_shift = 1.0_wp - sqrt(max(0.0_wp, 1.0_wp - energy%of_penalty))
       end if
-      finding = finding//'; joints lower the first frequency by '//short_text(100*report%shift)// &
-         ' %, limit 5 %; '//penalty_cost_text(linear, report%shift)
-      call add_check(report, report%shift < 0.05_wp, 'penalty', finding, 'stiff limit', &
-         'a higher normal_stiffness, unless the joints are meant to be so soft', first_mode, &
-         'joints lower the frequency by '//short_text(100*report%shift)//' % ('// &
-         counted(to_text(linear%by_penalty), 'contact', 'contacts')//')')
+      finding = finding//'; joints lower the first frequency by '// &
+         short_text(100*report%frequency_shift)//' %, limit 5 %; '//penalty_cost_text(linear, &
+         report%frequency_shift)
+      call add_check(report, report%frequency_shift < 0.05_wp, 'penalty', finding, 'stiff limit', &
+         'a higher normal_stiffness, unless soft joints are intended', first_mode, &
+         'joints lower the frequency by '//short_text(100*report%frequency_shift)//' % ('// &
+         counted(to_text(linear%n_by_penalty), 'contact', 'contacts')//')')
    end subroutine check_penalty
 
    !> Text on the penalty that reduces the first frequency by 1 %.
@@ -310,7 +315,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: shift  !< relative reduction of the first frequency by joints
       character(len=:), allocatable :: text
-      real(wp), parameter :: target_shift = 0.01_wp, least_shift = 1.0e-7_wp
+      real(wp), parameter :: target_shift = 0.01_wp, min_shift = 1.0e-7_wp
       real(wp) :: springs(linear%n), cost, ratio
       integer :: i
 
@@ -324,10 +329,10 @@ contains
       end do
       cost = linear%scheme%theta*linear%scheme%chi*linear%time_step**2*maxval(springs &
          /linear%block_mass, mask=linear%block_mass > 0.0_wp)
-      text = 'condition number of the contact iteration '//short_text(1.0_wp + cost)
-      if (shift <= least_shift .or. shift >= 1.0_wp) return
+      text = 'the condition number of the contact iteration is '//short_text(1.0_wp + cost)
+      if (shift <= min_shift .or. shift >= 1.0_wp) return
       ratio = ((1.0_wp - shift)**(-2) - 1.0_wp)/((1.0_wp - target_shift)**(-2) - 1.0_wp)
-      text = text//'; for 1 %, normal_stiffness = '// &
+      text = text//'; a shift of 1 % requires normal_stiffness = '// &
          short_text(ratio*linear%normal_stiffness)//' N/m, with condition number '// &
          short_text(1.0_wp + ratio*cost)
    end function penalty_cost_text
@@ -338,13 +343,13 @@ contains
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-      real(wp), parameter :: most_penetration = 0.01_wp, most_noise = 1.0e-3_wp
+      real(wp), parameter :: most_penetration = 0.01_wp, max_noise = 1.0e-3_wp
       real(wp) :: depth, noise, weight
       character(len=:), allocatable :: brief, remedy
 
       weight = norm2(simulation%model%control%gravity)*minval(simulation%blocks%mass, &
          mask=.not. simulation%blocks%removed)
-      if (weight == 0.0_wp .or. linear%closed == 0) return
+      if (weight == 0.0_wp .or. linear%n_closed == 0) return
       depth = linear%penetration/report%block_size(1)
       noise = simulation%iteration%noise/weight
       brief = 'rounding of contact forces reaches '//short_text(100*noise)// &
@@ -353,14 +358,14 @@ contains
       if (depth > most_penetration) then
          brief = 'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block'
          remedy = 'a higher normal_stiffness, or set penetration_tolerance'
-         if (noise > most_noise) remedy = 'set penetration_tolerance'
+         if (noise > max_noise) remedy = 'set penetration_tolerance'
       end if
-      call add_check(report, depth <= most_penetration .and. noise <= most_noise, &
+      call add_check(report, depth <= most_penetration .and. noise <= max_noise, &
          'penalty bounds', &
          'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block, '// &
          'limit '//short_text(100*most_penetration)//' %; rounding of contact forces reaches '// &
          short_text(100*noise)//' % of the smallest weight, limit '// &
-         short_text(100*most_noise)//' %', 'statics', remedy, brief=brief)
+         short_text(100*max_noise)//' %', 'statics', remedy, brief=brief)
    end subroutine check_penalty_bounds
 
    !> Report ratios of block size to wavelength, and of Δt to the time in which waves cross blocks.
@@ -372,15 +377,16 @@ contains
       real(wp) :: eta, period
       character(len=:), allocatable :: remedy
 
-      call add_line(report, verdict_ok, 'CFL', short_text(time_step)//' s against Δx/v = '// &
-         short_text(report%shortest(2))//' s (P), '//short_text(report%shortest(1))//' s (S), '// &
-         'to resolve wave fronts; the scheme is stable for larger time steps', 'paper eq. 14', '')
+      call add_line(report, verdict_ok, 'CFL', 'wave fronts require time_step below Δx/v = '// &
+         short_text(report%min_crossing_time(2))//' s (P), '// &
+         short_text(report%min_crossing_time(1))//' s (S); '// &
+         'the scheme is stable for larger time steps', 'paper eq. 14', '')
       if (.not. report%band%has_energy) return
       period = 1.0_wp/report%band%highest
-      eta = report%longest*report%band%highest
+      eta = report%max_crossing_time*report%band%highest
       remedy = ''
       if (eta > coarsest) remedy = 'blocks no larger than '// &
-         short_text(coarsest*report%slowest/report%band%highest)//' m'
+         short_text(coarsest*report%slow_speed/report%band%highest)//' m'
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= coarsest), 'element size', 'the block size is λ/'//short_text(1/eta)//' at '// &
          short_text(report%band%highest)//' Hz, limit λ/12 (strict: λ/20); these waves are '// &
@@ -390,21 +396,22 @@ contains
          short_text(1/eta)//' at '//short_text(report%band%highest)//' Hz, limit λ/12')
       ! Small blocks do not require a smaller time step than the wave does.
       call add_check(report, time_step < max(eta, coarsest)*period, 'time resolution', &
-         short_text(time_step)//' s against T/12 = '//short_text(coarsest*period)//' s, and '// &
-         short_text(eta*period)//' s for a block', 'paper eq. 15', 'a smaller time_step')
+         'time_step = '//short_text(time_step)//' s; limit: the larger of T/12 = '// &
+         short_text(coarsest*period)//' s and the time in which an S wave crosses a block, '// &
+         short_text(eta*period)//' s', 'paper eq. 15', 'a smaller time_step')
    end subroutine check_resolution
 
    !> Number of blocks in which a shear wave takes more than a given time to cross the smaller side.
-   pure integer function count_longer(blocks, limit) result(n)
+   pure integer function count_longer(blocks, limit) result(count)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: limit            !< s
       integer :: b
 
-      n = 0
+      count = 0
       do b = 1, blocks%n
          if (blocks%removed(b)) cycle
          if (smaller_side(blocks, b)*sqrt(blocks%mass(b)/blocks%stiffness(3, 3, b)) > limit) &
-            n = n + 1
+            count = count + 1
       end do
    end function count_longer
 
@@ -412,19 +419,20 @@ contains
    subroutine check_damping(linear, report)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(report_type), intent(inout) :: report  !< check report
-      real(wp) :: first
-      logical :: sampled
+      real(wp) :: first_ratio
+      logical :: resolves_band
       character(len=:), allocatable :: finding, advice, topic, brief
 
-      first = 0.0_wp
+      first_ratio = 0.0_wp
       finding = ''
       if (report%has_modes) then
-         first = report%modes%of_scheme(1)
-         finding = short_text(100*first)//' % at '//short_text(report%modes%frequency(1))//' Hz'
+         first_ratio = report%modes%of_scheme(1)
+         finding = short_text(100*first_ratio)//' % at '// &
+            short_text(report%modes%frequency(1))//' Hz'
       end if
-      sampled = .true.
+      resolves_band = .true.
       if (report%band%has_energy) then
-         sampled = report%band%highest < 0.5_wp/linear%time_step
+         resolves_band = report%band%highest < 0.5_wp/linear%time_step
          if (finding /= '') finding = finding//'; '
          finding = finding//damping_range_text(report%band, linear)
       end if
@@ -432,15 +440,16 @@ contains
       advice = 'time_step for a given ratio (sitedda.time_step_for_damping), or '// &
          "integration = 'theta' with damping_ratio and damping_frequency"
       topic = first_mode
-      brief = 'numerical damping '//short_text(100*first)//' %'
-      if (.not. sampled) then
+      brief = 'numerical damping '//short_text(100*first_ratio)//' %'
+      if (.not. resolves_band) then
          advice = 'time_step below '//short_text(0.5_wp/report%band%highest)//' s'
          topic = 'time step'
          brief = 'motions reach '//short_text(report%band%highest)//' Hz, steps '// &
             'resolve only '//short_text(0.5_wp/linear%time_step)//' Hz'
       end if
-      call add_check(report, first < 0.1_wp .and. sampled, 'damping', 'by the scheme '//finding, &
-         '2ζ = (a + b) τ/(1 − a b τ²), τ = tan(ω Δt/2)', advice, topic, brief)
+      call add_check(report, first_ratio < 0.1_wp .and. resolves_band, 'damping', &
+         'numerical damping ratio '//finding, '2ζ = (a + b) τ/(1 − a b τ²), τ = tan(ω Δt/2)', &
+         advice, topic, brief)
    end subroutine check_damping
 
    !> Text on the numerical damping ratio over a band up to the Nyquist frequency.
@@ -456,7 +465,7 @@ contains
          ' Hz, which steps cannot resolve'
       if (band%lowest >= nyquist) then
          text = 'the band of the record, '//short_text(band%lowest)//' … '// &
-            short_text(band%highest)//' Hz, lies '//limit_text
+            short_text(band%highest)//' Hz, is '//limit_text
       else if (band%highest >= nyquist) then
          text = short_text(100*damping_at(linear, band%lowest))//' % at '// &
             short_text(band%lowest)//' Hz; the band of the record reaches '// &
@@ -485,12 +494,13 @@ contains
 
       ! Memory of blocks with their matrices, of contacts, of K̂, and of the factor (about 3 × K̂).
       associate (n => simulation%blocks%n, contacts => simulation%contacts(simulation%now)%n)
-         report%memory = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + off_diagonals))
+         report%memory_bytes = 8.0_wp*(n*300.0_wp + 60.0_wp*contacts + 4*36.0_wp*(n + &
+            off_diagonals))
       end associate
       finding = to_text(run_steps(simulation%model))//' steps, about '// &
-         short_text(report%memory/2.0_wp**20)//' MiB of memory'
-      report%seconds = seconds_per_step(simulation)*run_steps(simulation%model)
-      if (report%seconds > 0.0_wp) finding = finding//', '//short_text(report%seconds)// &
+         short_text(report%memory_bytes/2.0_wp**20)//' MiB of memory'
+      report%run_seconds = seconds_per_step(simulation)*run_steps(simulation%model)
+      if (report%run_seconds > 0.0_wp) finding = finding//', '//short_text(report%run_seconds)// &
          ' s at the speed of the first '//to_text(timed_steps)//' steps'
       call add_line(report, verdict_ok, 'cost', finding, 'measured', '')
    end subroutine check_cost

@@ -20,8 +20,8 @@ module dda_impact_regime
    type :: impact_regime_type
       integer :: prescribed = 0              !< number of contacts with a restitution
       integer :: unprescribed = 0            !< number of contacts without restitution
-      real(wp) :: lowest = huge(1.0_wp)      !< smallest Ω without restitution
-      real(wp) :: highest = 0.0_wp           !< largest Ω without restitution
+      real(wp) :: lowest_omega = huge(1.0_wp)      !< smallest Ω without restitution
+      real(wp) :: highest_omega = 0.0_wp           !< largest Ω without restitution
       character(len=:), allocatable :: text   !< text; blank if no contact is unbonded
       character(len=:), allocatable :: advice
    end type impact_regime_type
@@ -47,8 +47,8 @@ contains
                simulation%blocks, c))
             if (.not. omega > 0.0_wp) cycle  ! the contact has no length yet
             regime%unprescribed = regime%unprescribed + 1
-            regime%lowest = min(regime%lowest, omega)
-            regime%highest = max(regime%highest, omega)
+            regime%lowest_omega = min(regime%lowest_omega, omega)
+            regime%highest_omega = max(regime%highest_omega, omega)
          end do
       end associate
       call write_regime_text(regime, linear)
@@ -59,28 +59,27 @@ contains
    subroutine write_regime_text(regime, linear)
       type(impact_regime_type), intent(inout) :: regime  !< regime of the contacts
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      real(wp) :: peak_restitution
+      real(wp) :: max_restitution
 
       regime%text = ''
       regime%advice = ''
       if (regime%prescribed > 0) regime%text = to_text(regime%prescribed)// &
-         ' unbonded contacts have the restitution of their joint, at any time_step and penalty'
+         ' unbonded contacts have the restitution of their joint for any time_step and penalty'
       if (regime%unprescribed == 0) return
       if (regime%text /= '') regime%text = regime%text//'; '
-      regime%text = regime%text//to_text(regime%unprescribed)//' have no restitution, ω Δt '// &
-         short_text(regime%lowest)//' … '//short_text(regime%highest)//': '
-      peak_restitution = 1.0_wp/linear%scheme%chi - 1.0_wp
-      if (regime%highest <= resolved) then
-         regime%text = regime%text//'impacts are resolved and rebound with '// &
-            short_text(speed_fraction(linear, regime%highest))//' … '// &
-            short_text(speed_fraction(linear, regime%lowest))// &
-            ' of their speed, by numerical damping'
-      else if (peak_restitution > 0.0_wp) then
-         regime%text = regime%text//'impacts rebound with 0 to '//short_text(peak_restitution)// &
-            ' of their speed, depending on when in a step they occur'
+      regime%text = regime%text//to_text(regime%unprescribed)//' contacts have no restitution, '// &
+         'ω Δt = '//short_text(regime%lowest_omega)//' … '//short_text(regime%highest_omega)//': '
+      max_restitution = 1.0_wp/linear%scheme%chi - 1.0_wp
+      if (regime%highest_omega <= resolved) then
+         regime%text = regime%text//'impacts are resolved; due to numerical damping, blocks '// &
+            'rebound with '//short_text(speed_fraction(linear, regime%highest_omega))//' … '// &
+            short_text(speed_fraction(linear, regime%lowest_omega))//' of their speed'
+      else if (max_restitution > 0.0_wp) then
+         regime%text = regime%text//'blocks rebound with 0 to '//short_text(max_restitution)// &
+            ' of their speed, depending on the instant of the impact in a step'
          regime%advice = 'set restitution of &joint if impacts matter'
       else
-         regime%text = regime%text//'impacts do not rebound'
+         regime%text = regime%text//'blocks do not rebound'
       end if
    end subroutine write_regime_text
 

@@ -5,7 +5,7 @@
 !> States of contacts: 'closed': all touching contacts stick; 'present': as in the run; 'settled':
 !> as in static equilibrium (`dda_equilibrium`); 'auto': 'settled' with gravity, else 'closed'.
 !>
-!> Damped materials are elastic in this model, with the given modulus.  `at_frequency` replaces it
+!> Damped materials are elastic in this model, with the given modulus.  `set_moduli_at` replaces it
 !> by the real part of the complex modulus at a frequency, `unrelaxed` by the largest modulus.
 module dda_linear_model
    use dda_kinds, only: wp, long, pi
@@ -17,7 +17,7 @@ module dda_linear_model
    use dda_contact_geometry, only: on_edge
    use dda_contact_gradients, only: find_rows, rows_type
    use dda_contact, only: contacts_type, is_point, contact_open, contact_slide, contact_stick
-   use dda_elements, only: linear_terms_of
+   use dda_elements, only: list_linear_terms
    use dda_friction, only: laws_type, shear_stiffness_of
    use dda_joint_contact, only: acts_before_end, closure_of, state_of
    use dda_doubts, only: doubt_type
@@ -34,7 +34,7 @@ module dda_linear_model
    implicit none
    private
    public :: linear_model_type, normal_slope, energy_distribution_type, linearise, set_penalty, &
-      block_label, term_label, energy_of, stiffness_weights, at_frequency, unrelaxed, &
+      block_label, term_label, energy_of, stiffness_weights, set_moduli_at, unrelaxed, &
       is_dispersive, law_fractions
    public :: strain_energy, energy_kinds, kind_names
 
@@ -67,10 +67,10 @@ module dda_linear_model
       type(scheme_type) :: scheme                   !< time integration of the run
       real(wp) :: time_step = 0.0_wp                !< Δt of the run, s
       real(wp) :: dynamic_factor = 1.0_wp           !< dynamic factor of the run
-      integer :: closed = 0                         !< number of closed contacts
-      integer :: sliding = 0                        !< number of sliding contacts
-      integer :: by_penalty = 0                     !< number of closed contacts with stiffness k_n
-      integer :: unilateral = 0                     !< number of closed contacts without a bond
+      integer :: n_closed = 0                         !< number of closed contacts
+      integer :: n_sliding = 0                        !< number of sliding contacts
+      integer :: n_by_penalty = 0  !< number of closed contacts with stiffness k_n
+      integer :: n_unilateral = 0                     !< number of closed contacts without a bond
       real(wp) :: penetration = 0.0_wp              !< deepest penetration of closed contacts, m
       type(doubt_type), allocatable :: bending(:)   !< warnings on bending of bonded joints
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
@@ -199,12 +199,12 @@ contains
    end function is_dispersive
 
    !> Set the moduli at a frequency: the real part of the complex moduli.
-   subroutine at_frequency(linear, frequency)
+   subroutine set_moduli_at(linear, frequency)
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
 
       call scale_moduli(linear, real(modulus_factor(linear%damping, 2.0_wp*pi*frequency)))
-   end subroutine at_frequency
+   end subroutine set_moduli_at
 
    !> Copy the model with the largest moduli, for an instantaneous change of strain.
    subroutine unrelaxed(linear, stiff)
@@ -269,7 +269,7 @@ contains
       linear%time_step = simulation%model%control%time_step
       linear%dynamic_factor = simulation%model%control%dynamic_factor
       linear%base_motion = simulation%model%control%base_motion
-      call linear_terms_of(simulation%elements, simulation%blocks, next_step(simulation), terms)
+      call list_linear_terms(simulation%elements, simulation%blocks, next_step(simulation), terms)
       call assemble_masses(linear, simulation%blocks, terms)
       linear%element_terms = terms%n
       do i = first_contact, linear%terms%n
@@ -283,7 +283,7 @@ contains
       type(linear_model_type), intent(inout) :: linear  !< linearised model
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       type(linear_terms_type), intent(inout) :: terms   !< terms of the elements
-      type(linear_terms_type) :: other_terms
+      type(linear_terms_type) :: massless_terms
       integer :: b, i
 
       if (.not. allocated(linear%mass)) allocate (linear%mass(6, 6, blocks%n))
@@ -298,11 +298,11 @@ contains
                call add_product(linear%mass(:, :, term%block_a), term%coefficient, term%row_a, &
                   term%row_a)
             else
-               call add_term(other_terms, term)
+               call add_term(massless_terms, term)
             end if
          end associate
       end do
-      terms = other_terms
+      terms = massless_terms
    end subroutine assemble_masses
 
    !> Add the springs of closed contacts.
@@ -330,11 +330,11 @@ contains
             term%source = c
             term%block_a = v
             term%block_b = e
-            term%place = simulation%blocks%vertex(:, contacts%vertex(c))
+            term%position = simulation%blocks%vertex(:, contacts%vertex(c))
             term%instant = merge(at_theta, at_end, contacts%bonded(c))
             term%damped = .not. contacts%bonded(c) .and. &
                simulation%laws%restitution(contacts%joint(c)) >= 0.0_wp
-            if (is_point(contacts, c)) term%place = on_edge(simulation%blocks%vertex, &
+            if (is_point(contacts, c)) term%position = on_edge(simulation%blocks%vertex, &
                contacts%vertex(c), simulation%blocks%next(contacts%vertex(c)), contacts%fraction(c))
             if (contacts%with_laws) call set_law_properties(simulation%laws, contacts, c, term)
             call find_rows(contacts, c, rows)
@@ -342,10 +342,10 @@ contains
                c), rows%normal_v, rows%normal_e)
             if (state /= contact_slide) call add_spring(linear, term, term_shear, &
                shear_stiffness_of(contacts, simulation%laws, c), rows%shear_v, rows%shear_e)
-            linear%closed = linear%closed + 1
-            if (term%of_penalty) linear%by_penalty = linear%by_penalty + 1
-            if (state == contact_slide) linear%sliding = linear%sliding + 1
-            if (.not. contacts%bonded(c)) linear%unilateral = linear%unilateral + 1
+            linear%n_closed = linear%n_closed + 1
+            if (term%of_penalty) linear%n_by_penalty = linear%n_by_penalty + 1
+            if (state == contact_slide) linear%n_sliding = linear%n_sliding + 1
+            if (.not. contacts%bonded(c)) linear%n_unilateral = linear%n_unilateral + 1
          end associate
       end do
    end subroutine add_contacts
@@ -429,14 +429,14 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: x(:,:)  !< [6,n] motion
       type(energy_distribution_type) :: energy
-      real(wp) :: part
+      real(wp) :: term_energy
       integer :: i
 
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
-            part = stiffness_weights(term%instant)*term%coefficient*stretch_of(term, x)**2
-            call add_term_energy(energy, term%kind, i, part)
-            if (term%of_penalty) energy%of_penalty = energy%of_penalty + part
+            term_energy = stiffness_weights(term%instant)*term%coefficient*stretch_of(term, x)**2
+            call add_term_energy(energy, term%kind, i, term_energy)
+            if (term%of_penalty) energy%of_penalty = energy%of_penalty + term_energy
          end associate
       end do
       do i = 1, linear%n
@@ -451,16 +451,16 @@ contains
    end function energy_of
 
    !> Add energy to a kind of terms; record its term or block with the most energy.
-   pure subroutine add_term_energy(energy, kind, largest_term, part)
+   pure subroutine add_term_energy(energy, kind, largest_term, term_energy)
       type(energy_distribution_type), intent(inout) :: energy  !< J per metre of thickness
       integer, intent(in) :: kind, largest_term  !< kind of term; number of the term or block
-      real(wp), intent(in) :: part         !< energy, J per metre of thickness
+      real(wp), intent(in) :: term_energy         !< energy, J per metre of thickness
 
-      energy%fraction(kind) = energy%fraction(kind) + part
+      energy%fraction(kind) = energy%fraction(kind) + term_energy
       ! of equal energies, the first term is recorded
-      if (part > (1.0_wp + equal_energies)*energy%largest_fraction(kind)) &
+      if (term_energy > (1.0_wp + equal_energies)*energy%largest_fraction(kind)) &
          energy%largest_term(kind) = largest_term
-      energy%largest_fraction(kind) = max(energy%largest_fraction(kind), part)
+      energy%largest_fraction(kind) = max(energy%largest_fraction(kind), term_energy)
    end subroutine add_term_energy
 
    !> Text of a block: its number and name.
@@ -483,8 +483,8 @@ contains
          label = trim(term_labels(term%kind))//merge(' between ', ' of      ', term%block_b > 0)
          label = trim(label)//' '//block_label(linear, term%block_a)
          if (term%block_b > 0) label = label//' and '//block_label(linear, term%block_b)
-         label = label//' at ('//to_text(term%place(1) + linear%origin(1))//', '// &
-            to_text(term%place(2) + linear%origin(2))//') m'
+         label = label//' at ('//to_text(term%position(1) + linear%origin(1))//', '// &
+            to_text(term%position(2) + linear%origin(2))//') m'
       end associate
    end function term_label
 

@@ -10,17 +10,17 @@ module dda_magnitudes
    public :: magnitude_notes, note_length
 
    integer, parameter :: note_length = 320  !< largest length of a note, bytes
-   real(wp), parameter :: most_gravity = 30.0_wp   !< largest plausible value: 3 g, m/s²
+   real(wp), parameter :: max_gravity = 30.0_wp   !< largest plausible value: 3 g, m/s²
    !> range of values that may be unit weights of soil or rock in kN/m³, or densities of geofoam in
    !> kg/m³
-   real(wp), parameter :: weights(2) = [10.0_wp, 40.0_wp]
-   real(wp), parameter :: of_foam(2) = [1.0e5_wp, 1.0e8_wp]  !< Young's modulus of geofoam, Pa
-   real(wp), parameter :: least_strength = 100.0_wp  !< less than the stress under 1 cm of soil, Pa
-   real(wp), parameter :: most_acceleration = 45.0_wp  !< largest recorded value, m/s²
+   real(wp), parameter :: unit_weights(2) = [10.0_wp, 40.0_wp]
+   real(wp), parameter :: foam_moduli(2) = [1.0e5_wp, 1.0e8_wp]  !< Young's modulus of geofoam, Pa
+   real(wp), parameter :: min_strength = 100.0_wp  !< less than the stress under 1 cm of soil, Pa
+   real(wp), parameter :: max_acceleration = 45.0_wp  !< largest recorded value, m/s²
    real(wp), parameter :: largest_model = 5000.0_wp    !< m
    real(wp), parameter :: few_steps = 10.0_wp  !< least plausible number of steps in a motion
-   real(wp), parameter :: fastest = 40.0_wp     !< larger than speeds of falling rock, m/s
-   real(wp), parameter :: most_turn = 0.1_wp    !< largest rotation per step, rad (cosine 0.995)
+   real(wp), parameter :: max_speed = 40.0_wp     !< larger than speeds of falling rock, m/s
+   real(wp), parameter :: max_rotation = 0.1_wp    !< largest rotation per step, rad (cosine 0.995)
    !> largest water level above the model/model height
    real(wp), parameter :: highest_head = 10.0_wp
    real(wp), parameter :: deepest_bed = 0.05_wp   !< largest settlement/model height
@@ -78,7 +78,7 @@ contains
       width = 2.0_wp*half_size(model%blocks)
       steps = run_steps(model)
       interval = model%output%history_interval
-      call note_if(notes, norm2(g) > most_gravity, 'gravity = '//short_text(g(1))//', '// &
+      call note_if(notes, norm2(g) > max_gravity, 'gravity = '//short_text(g(1))//', '// &
          short_text(g(2))//' m/s²: is it meant in cm/s² or mm/s²? On Earth it is 0, -9.81')
       call note_if(notes, abs(g(1)) > 0.0_wp .and. .not. abs(g(2)) > 0.0_wp, 'gravity = '// &
          short_text(g(1))//', 0 m/s² acts only along x; the second value is vertical: 0, -9.81')
@@ -105,14 +105,14 @@ contains
          yields = material%yields()
          speed = norm2(material%initial_velocity(1:2))
          rotation = abs(material%initial_velocity(3))*model%control%time_step
-         call note_if(notes, speed > fastest, 'initial_velocity of '//subject//' is '// &
+         call note_if(notes, speed > max_speed, 'initial_velocity of '//subject//' is '// &
             short_text(speed)//' m/s: faster than falling rock')
-         call note_if(notes, rotation > most_turn, 'initial_velocity of '//subject// &
+         call note_if(notes, rotation > max_rotation, 'initial_velocity of '//subject// &
             ' turns its blocks by '//short_text(rotation)// &
             ' rad per step: the third value is in rad/s; use a smaller time_step')
-         call note_if(notes, material%density >= weights(1) .and. material%density < weights(2) &
-            .and. (material%young_modulus < of_foam(1) .or. material%young_modulus > of_foam(2)), &
-            'density = '// &
+         call note_if(notes, material%density >= unit_weights(1) .and. material%density < &
+            unit_weights(2) .and. (material%young_modulus < foam_moduli(1) .or. &
+            material%young_modulus > foam_moduli(2)), 'density = '// &
             short_text(material%density)//' kg/m³ of '//subject//': is it a unit weight in '// &
             'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
          call note_if(notes, yields .and. count(yields_alone) == 1 .and. &
@@ -127,7 +127,7 @@ contains
       real(wp), intent(in) :: value                    !< Pa
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
 
-      call note_if(notes, value > 0.0_wp .and. value < least_strength, variable//' = '// &
+      call note_if(notes, value > 0.0_wp .and. value < min_strength, variable//' = '// &
          short_text(value)//' Pa of &joint '//quoted(trim(joint))//' is almost zero: is it '// &
          'meant in kPa or MPa?')
    end subroutine note_strength
@@ -137,14 +137,16 @@ contains
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: i               !< motion
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      real(wp) :: peak
+      real(wp) :: peak_acceleration
 
       associate (motion => model%motions(i), step => model%control%time_step)
          if (.not. allocated(motion%curve%acceleration)) return
-         peak = maxval(abs(motion%curve%acceleration))
-         call note_if(notes, peak > most_acceleration .and. motion%file /= '', 'motion '// &
-            quoted(trim(motion%name))//': PGA = '//short_text(peak)//' m/s² is '// &
-            short_text(peak/9.81_wp)//' g: is the record in gal (cm/s²), or scaled twice?')
+         peak_acceleration = maxval(abs(motion%curve%acceleration))
+         call note_if(notes, peak_acceleration > max_acceleration .and. motion%file /= '', &
+            'motion '//quoted(trim(motion%name))//': PGA = '// &
+            short_text(peak_acceleration)//' m/s² is '// &
+            short_text(peak_acceleration/9.81_wp)//' g: is the record in gal (cm/s²), or '// &
+            'scaled twice?')
          call note_if(notes, motion%curve%duration < few_steps*step .and. motion%file /= '', &
             'motion '//quoted(trim(motion%name))//' lasts '// &
             short_text(motion%curve%duration)//' s, fewer than ten steps of time_step = '// &
@@ -158,20 +160,21 @@ contains
       integer, intent(in) :: i               !< load on edges
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       character(len=:), allocatable :: subject
-      real(wp) :: level, low, high
+      real(wp) :: level, lowest, highest
 
       associate (load => model%edge_loads(i))
          if (all(load%kind /= [load_level, load_surface])) return
-         low = minval(model%blocks%vertex(2, :))
-         high = maxval(model%blocks%vertex(2, :))
+         lowest = minval(model%blocks%vertex(2, :))
+         highest = maxval(model%blocks%vertex(2, :))
          level = maxval(load%level)
          if (load%kind == load_surface) level = level + maxval(load%line(2, :))
          subject = trim(merge('&traction', '&water   ', load%kind == load_level))
          if (load%name /= '') subject = subject//' '//quoted(trim(load%name))
-         call note_if(notes, level > high + highest_head*(high - low), subject// &
-            ' reaches up to '//short_text(level - high)//' m above the model, which is '// &
-            short_text(high - low)//' m high: are its levels in m, along y?')
-         call note_if(notes, level <= low, subject//' has no effect: the water is below the model')
+         call note_if(notes, level > highest + highest_head*(highest - lowest), subject// &
+            ' reaches up to '//short_text(level - highest)//' m above the model, which is '// &
+            short_text(highest - lowest)//' m high: are its levels in m, along y?')
+         call note_if(notes, level <= lowest, &
+            subject//' has no effect: the water is below the model')
       end associate
    end subroutine note_water
 

@@ -16,14 +16,14 @@ module dda_model_notes
    public :: model_notes, note_length
 
    !> least plausible density, kg/m³: below geofoam, above values in g/cm³
-   real(wp), parameter :: least_density = 10.0_wp
+   real(wp), parameter :: min_density = 10.0_wp
    !> range of angles in degrees that may be radians; smaller angles are probably intended
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
-   real(wp), parameter :: most_rounding = 0.01_wp  !< largest relative change of a duration
+   real(wp), parameter :: max_rounding = 0.01_wp  !< largest relative change of a duration
    real(wp), parameter :: most_strain = 0.02_wp    !< largest strain without a note
    real(wp), parameter :: most_penetration = 0.05_wp  !< largest penetration/smaller side of a block
    real(wp), parameter :: frequency = 1.0_wp  !< frequency of the reported depths in joints, Hz
-   real(wp), parameter :: least_spacings = 2.0_wp !< least cohesive zone/spacing of contact points
+   real(wp), parameter :: min_spacings = 2.0_wp !< least cohesive zone/spacing of contact points
    !> limit of `note_long_steps` over the time step with which the bounds of the fracture energy
    !> differ by at most 10 % if a joint fails suddenly (measured with bars)
    real(wp), parameter :: fine_steps = 20.0_wp
@@ -91,11 +91,11 @@ contains
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
       integer :: first
 
-      first = findloc(model%materials%density < least_density, .true., 1)
+      first = findloc(model%materials%density < min_density, .true., 1)
       if (first == 0) return
       associate (material => model%materials(first))
          call append_note(notes, 'density = '//to_text(material%density)//' kg/m³ of &material '// &
-            quoted(material%name)//more_text(count(model%materials%density < least_density) - 1)// &
+            quoted(material%name)//more_text(count(model%materials%density < min_density) - 1)// &
             ': is it meant in g/cm³? Water has 1000 kg/m³')
       end associate
    end subroutine note_densities
@@ -128,7 +128,7 @@ contains
          associate (stage => model%stages(s))
             if (.not. stage%duration > 0.0_wp) cycle
             length = real(stage%steps, wp)*stage%time_step
-            if (abs(length - stage%duration) <= most_rounding*stage%duration) cycle
+            if (abs(length - stage%duration) <= max_rounding*stage%duration) cycle
             call append_note(notes, 'duration = '//to_text(stage%duration)//' s of stage '// &
                quoted(stage%name)//' is not a multiple of time_step = '// &
                to_text(stage%time_step)//' s: it is rounded to '//to_text(length)// &
@@ -142,13 +142,13 @@ contains
    pure subroutine note_names(model, notes)
       type(model_type), intent(in) :: model  !< model as read from the input
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      integer :: first, further
+      integer :: first, repeated
 
       associate (names => pack(model%block_names, model%blocks%body == 0))
-         call find_repeated(names, first, further)
+         call find_repeated(names, first, repeated)
          if (first == 0) return
          call append_note(notes, to_text(count(names == names(first)))//' blocks are named '// &
-            quoted(names(first))//more_text(further)//': this name in a list selects all of them')
+            quoted(names(first))//more_text(repeated)//': this name in a list selects all of them')
       end associate
    end subroutine note_names
 
@@ -303,7 +303,7 @@ contains
    pure subroutine note_flow(model, notes)
       type(model_type), intent(in) :: model  !< model with flow
       character(len=note_length), allocatable, intent(inout) :: notes(:)  !< notes so far
-      real(wp) :: depth, longest, own_depth
+      real(wp) :: depth, longest_channel, joint_depth
       integer :: c
 
       associate (flow => model%flow)
@@ -311,19 +311,20 @@ contains
             notes, 'water in joints: no head, pressure or inflow is given, so steady pressures '// &
             'equal those at the start; add &flow_boundary')
          depth = huge(1.0_wp)
-         longest = 0.0_wp
+         longest_channel = 0.0_wp
          do c = 1, size(flow%channel)
-            own_depth = pressure_depth(model, c)
-            if (own_depth >= depth) cycle
-            depth = own_depth
-            longest = flow%channel(c)%length
+            joint_depth = pressure_depth(model, c)
+            if (joint_depth >= depth) cycle
+            depth = joint_depth
+            longest_channel = flow%channel(c)%length
          end do
-         if (flow%state(2) == flow_transient .and. longest > 0.5_wp*depth) call append_note( &
-            notes, 'water in joints: pressures of '//short_text(frequency)//' Hz reach '// &
-            short_text(depth)//' m into a joint, but a channel is '//short_text(longest)// &
-            ' m long; give channel_length = '//short_text(0.25_wp*depth)// &
-            ', or state = ''undrained''')
-         if (flow%state(2) == flow_undrained .and. depth > longest) call append_note( &
+         if (flow%state(2) == flow_transient .and. longest_channel > &
+            0.5_wp*depth) call append_note(notes, 'water in joints: pressures of '// &
+            short_text(frequency)//' Hz reach '// &
+            short_text(depth)//' m into a joint, but a channel is '// &
+            short_text(longest_channel)//' m long; give channel_length = '// &
+            short_text(0.25_wp*depth)//', or state = ''undrained''')
+         if (flow%state(2) == flow_undrained .and. depth > longest_channel) call append_note( &
             notes, 'water in joints: pressures of '//short_text(frequency)//' Hz reach '// &
             short_text(depth)//' m into a joint, past the next node, but state = '// &
             "'undrained' allows no flow between nodes; use state = 'transient'")
@@ -355,16 +356,16 @@ contains
       integer, parameter :: choices(3) = [5, 9, 17]  ! numbers of points above the default
       real(wp) :: zone, spacing
       character(len=:), allocatable :: remedy
-      integer :: enough
+      integer :: choice
 
       remedy = 'smaller blocks'
       associate (joint => model%joints(j))
          zone = minval(model%materials%young_modulus)*joint%fracture_energy &
             /joint%tensile_strength**2
          spacing = longest_edge(model, j)/(joint%contact_points - 1)
-         if (zone >= least_spacings*spacing) return
-         enough = findloc(zone*(choices - 1) >= least_spacings*longest_edge(model, j), .true., 1)
-         if (enough > 0) remedy = 'contact_points = '//to_text(choices(enough))//' or '//remedy
+         if (zone >= min_spacings*spacing) return
+         choice = findloc(zone*(choices - 1) >= min_spacings*longest_edge(model, j), .true., 1)
+         if (choice > 0) remedy = 'contact_points = '//to_text(choices(choice))//' or '//remedy
          call append_note(notes, 'the cohesive zone EG/T² of joint '//quoted(trim(joint%name))// &
             ' is '//short_text(zone)//' m long, but its contact points are up to '// &
             short_text(spacing)//' m apart: the strength depends on the size of the blocks; '// &
@@ -386,7 +387,7 @@ contains
          slope = 0.5_wp*max(joint%tensile_strength**2/joint%fracture_energy, &
             joint%cohesion**2/joint%shear_fracture_energy)
          if (joint%softening == 'exponential') slope = 2*slope
-         limit = sqrt(0.5_wp*least_mass(model, j)/(scheme%chi*slope))
+         limit = sqrt(0.5_wp*min_mass(model, j)/(scheme%chi*slope))
          if (model%control%time_step <= limit) return
          call append_note(notes, 'joint '//quoted(trim(joint%name))//' softens within a step '// &
             'of time_step = '//short_text(model%control%time_step)//' s: above '// &
@@ -397,33 +398,33 @@ contains
    end subroutine note_long_steps
 
    !> Length of the longest edge with joint j, m.
-   pure real(wp) function longest_edge(model, j) result(longest)
+   pure real(wp) function longest_edge(model, j) result(length)
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: j               !< joint
       integer :: v
 
-      longest = 0.0_wp
+      length = 0.0_wp
       associate (blocks => model%blocks)
          do v = 1, size(blocks%owner)
-            if (blocks%joint(v) == j) longest = max(longest, &
+            if (blocks%joint(v) == j) length = max(length, &
                norm2(blocks%reference(:, blocks%next(v)) - blocks%reference(:, v)))
          end do
       end associate
    end function longest_edge
 
    !> Smallest block mass per length of edge with joint j, kg/m².
-   pure real(wp) function least_mass(model, j) result(least)
+   pure real(wp) function min_mass(model, j) result(mass)
       type(model_type), intent(in) :: model  !< model as read from the input
       integer, intent(in) :: j               !< joint
       integer :: v
 
-      least = huge(1.0_wp)
+      mass = huge(1.0_wp)
       associate (blocks => model%blocks)
          do v = 1, size(blocks%owner)
-            if (blocks%joint(v) == j) least = min(least, blocks%mass(blocks%owner(v)) &
+            if (blocks%joint(v) == j) mass = min(mass, blocks%mass(blocks%owner(v)) &
                /norm2(blocks%reference(:, blocks%next(v)) - blocks%reference(:, v)))
          end do
       end associate
-   end function least_mass
+   end function min_mass
 
 end module dda_model_notes

@@ -13,10 +13,10 @@ module dda_modes
    use dda_kinds, only: wp, pi
    use dda_damping, only: modulus_factor
    use dda_deflation, only: null_space_type
-   use dda_eigen, only: eigenpairs_type, lowest_eigenvalues, select_pairs
+   use dda_eigen, only: eigenpairs_type, find_lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
-      at_frequency, &
+      set_moduli_at, &
       is_dispersive, law_fractions, stiffness_weights
    use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, term_support, blocks_in, &
       block_of
@@ -24,7 +24,7 @@ module dda_modes
    use dda_scheme_response, only: free_damping, period_elongation
    use dda_sorting, only: ascending_order
    use dda_text, only: counted, to_text
-   use dda_dense_eigen, only: symmetric_eigen
+   use dda_dense_eigen, only: solve_symmetric_eigen
    implicit none
    private
    public :: modes_type, find_modes, find_elastic
@@ -111,11 +111,11 @@ contains
       do i = 1, pairs%n
          do pass = 1, most_passes
             do inner = 1, inner_passes
-               call at_frequency(work, sqrt(pairs%value(i))/(2.0_wp*pi))
+               call set_moduli_at(work, sqrt(pairs%value(i))/(2.0_wp*pi))
                energy = energy_of(work, pairs%vector(:, :, i))
                pairs%value(i) = energy%total
             end do
-            call at_frequency(work, sqrt(pairs%value(i))/(2.0_wp*pi))
+            call set_moduli_at(work, sqrt(pairs%value(i))/(2.0_wp*pi))
             call find_elastic(work, i, refined, rigid, mechanisms, error)
             if (allocated(error)) return
             last = pairs%value(i)
@@ -146,13 +146,13 @@ contains
          end associate
       end do
       do i = 1, linear%terms%n
-         associate (term => linear%terms%term(i), share => law_fractions(linear, &
+         associate (term => linear%terms%term(i), fraction => law_fractions(linear, &
             linear%terms%term(i)))
-            if (.not. any(share > 0.0_wp)) cycle
+            if (.not. any(fraction > 0.0_wp)) cycle
             elastic = term%coefficient*stretch_of(term, shape)**2
             if (allocated(linear%input_coefficients)) elastic = linear%input_coefficients(i) &
                *stretch_of(term, shape)**2
-            ratio = ratio + sum(share*(aimag(modulus_factor(linear%damping, omega)) &
+            ratio = ratio + sum(fraction*(aimag(modulus_factor(linear%damping, omega)) &
                /(2.0_wp*omega**2) + linear%damping%beta/(2.0_wp*omega)))*elastic
          end associate
       end do
@@ -184,23 +184,24 @@ contains
       !> number of rigid motions of unsupported parts; number of further motions without stiffness
       integer, intent(out) :: rigid, mechanisms
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(null_space_type) :: free
-      integer, parameter :: most_mechanisms = 100
+      type(null_space_type) :: null_space
+      integer, parameter :: max_mechanisms = 100
       integer :: request, elastic, available, i
 
       mechanisms = 0
       rigid = 0
-      call find_rigid_modes(linear, free, error)
+      call find_rigid_modes(linear, null_space, error)
       if (allocated(error)) return
-      rigid = free%dimension - 3*removed_blocks(linear)
-      available = 6*linear%n - free%dimension
+      rigid = null_space%dimension - 3*removed_blocks(linear)
+      available = 6*linear%n - null_space%dimension
       do
          request = min(count + mechanisms, available)
-         call lowest_eigenvalues(linear%stiffness, linear%mass, request, pairs, error, free)
+         call find_lowest_eigenvalues(linear%stiffness, linear%mass, request, pairs, error, &
+            null_space)
          if (allocated(error)) return
          call set_frequencies(linear, pairs, mechanisms)
          elastic = pairs%n - mechanisms
-         if (elastic >= count .or. pairs%n < request .or. mechanisms > most_mechanisms) exit
+         if (elastic >= count .or. pairs%n < request .or. mechanisms > max_mechanisms) exit
          if (request >= available) exit
       end do
       call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
@@ -250,9 +251,9 @@ contains
       integer, intent(in) :: request  !< number of modes
       type(modes_type), intent(inout) :: modes  !< lowest modes
 
-      modes%text = counted(to_text(linear%closed), 'contact is closed', 'contacts are closed')
-      if (linear%closed == 0) modes%text = 'no contact is closed'
-      if (linear%sliding > 0) modes%text = modes%text//', '//to_text(linear%sliding)// &
+      modes%text = counted(to_text(linear%n_closed), 'contact is closed', 'contacts are closed')
+      if (linear%n_closed == 0) modes%text = 'no contact is closed'
+      if (linear%n_sliding > 0) modes%text = modes%text//', '//to_text(linear%n_sliding)// &
          ' of them slide'
       if (allocated(linear%equilibrium%text)) modes%text = modes%text//'; '// &
          linear%equilibrium%text
@@ -268,21 +269,21 @@ contains
    end subroutine write_mode_text
 
    !> Find the connected parts of a model and their unrestrained rigid motions.
-   subroutine find_rigid_modes(linear, free, error)
+   subroutine find_rigid_modes(linear, null_space, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(out) :: free  !< parts and their free rigid motions
+      type(null_space_type), intent(out) :: null_space  !< parts and their free rigid motions
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: motion(:,:,:)
 
-      call find_parts(linear, free)
-      call rigid_motions(linear, free, motion)
-      call retain_unrestrained(linear, free, motion, error)
+      call find_parts(linear, null_space)
+      call find_rigid_motions(linear, null_space, motion)
+      call retain_unrestrained(linear, null_space, motion, error)
    end subroutine find_rigid_modes
 
    !> Number the connected parts of the model.
-   subroutine find_parts(linear, free)
+   subroutine find_parts(linear, null_space)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(inout) :: free  !< parts and their free rigid motions
+      type(null_space_type), intent(inout) :: null_space  !< parts and their free rigid motions
       integer :: part(linear%n), i, b, k
 
       part = [(b, b=1, linear%n)]
@@ -292,36 +293,37 @@ contains
          end do
       end do
       call name_parts(part)
-      allocate (free%group(linear%n))
-      free%groups = 0
+      allocate (null_space%group(linear%n))
+      null_space%groups = 0
       do b = 1, linear%n
-         if (part(b) == b) free%groups = free%groups + 1
-         free%group(b) = free%groups
-         if (part(b) < b) free%group(b) = free%group(part(b))
+         if (part(b) == b) null_space%groups = null_space%groups + 1
+         null_space%group(b) = null_space%groups
+         if (part(b) < b) null_space%group(b) = null_space%group(part(b))
       end do
    end subroutine find_parts
 
    !> Compute two translations and the rotation of each part, mass-orthonormal.
    !> Rotation is about the centre of mass.  Blocks removed by a stage are separate parts.
-   subroutine rigid_motions(linear, free, motion)
+   subroutine find_rigid_motions(linear, null_space, motion)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(in) :: free  !< parts and their free rigid motions
+      type(null_space_type), intent(in) :: null_space  !< parts and their free rigid motions
       real(wp), allocatable, intent(out) :: motion(:,:,:)  !< [6,3,n]
-      real(wp) :: mass(free%groups), centre(2, free%groups), inertia(free%groups), arm(2)
+      real(wp) :: mass(null_space%groups), centre(2, null_space%groups), &
+         inertia(null_space%groups), arm(2)
       integer :: b
 
       mass = 0.0_wp
       centre = 0.0_wp
       inertia = 0.0_wp
       do b = 1, linear%n
-         associate (g => free%group(b), m => linear%mass(1, 1, b))
+         associate (g => null_space%group(b), m => linear%mass(1, 1, b))
             mass(g) = mass(g) + m
             centre(:, g) = centre(:, g) + m*linear%position(:, b)
          end associate
       end do
       centre = centre/spread(mass, 1, 2)
       do b = 1, linear%n
-         associate (g => free%group(b))
+         associate (g => null_space%group(b))
             arm = linear%position(:, b) - centre(:, g)
             inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%mass(1, 1, b)*dot_product(arm, &
                arm)
@@ -329,22 +331,22 @@ contains
       end do
       allocate (motion(6, 3, linear%n), source=0.0_wp)
       do b = 1, linear%n
-         associate (g => free%group(b))
+         associate (g => null_space%group(b))
             arm = linear%position(:, b) - centre(:, g)
             motion(1, 1, b) = 1.0_wp/sqrt(mass(g))
             motion(2, 2, b) = 1.0_wp/sqrt(mass(g))
             motion(1:3, 3, b) = [-arm(2), arm(1), 1.0_wp]/sqrt(inertia(g))
          end associate
       end do
-   end subroutine rigid_motions
+   end subroutine find_rigid_motions
 
    !> Retain the combinations of the rigid motions of each part that its supports do not restrain.
-   subroutine retain_unrestrained(linear, free, motion, error)
+   subroutine retain_unrestrained(linear, null_space, motion, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(inout) :: free  !< parts and their free rigid motions
+      type(null_space_type), intent(inout) :: null_space  !< parts and their free rigid motions
       real(wp), intent(in) :: motion(:,:,:)  !< [6,3,n] rigid motions
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp) :: resistance(3, 3, free%groups), row(3)
+      real(wp) :: resistance(3, 3, null_space%groups), row(3)
       real(wp), allocatable :: values(:)
       integer :: i, g, b, n_restrained
 
@@ -352,21 +354,21 @@ contains
       do i = 1, linear%terms%n
          associate (term => linear%terms%term(i))
             if (term%block_b > 0 .or. .not. stiffness_weights(term%instant) > 0.0_wp) cycle
-            g = free%group(term%block_a)
+            g = null_space%group(term%block_a)
             row = matmul(term%row_a, motion(:, :, term%block_a))
             resistance(:, :, g) = resistance(:, :, g) + spread(row, 2, 3)*spread(row, 1, 3)
          end associate
       end do
-      do g = 1, free%groups
-         call symmetric_eigen(resistance(:, :, g), values, error)
+      do g = 1, null_space%groups
+         call solve_symmetric_eigen(resistance(:, :, g), values, error)
          if (allocated(error)) return
          n_restrained = count(values > no_support*values(3))
          resistance(:, 4 - n_restrained:, g) = 0.0_wp
-         free%dimension = free%dimension + 3 - n_restrained
+         null_space%dimension = null_space%dimension + 3 - n_restrained
       end do
-      allocate (free%basis(6, 3, linear%n))
+      allocate (null_space%basis(6, 3, linear%n))
       do b = 1, linear%n
-         free%basis(:, :, b) = matmul(motion(:, :, b), resistance(:, :, free%group(b)))
+         null_space%basis(:, :, b) = matmul(motion(:, :, b), resistance(:, :, null_space%group(b)))
       end do
    end subroutine retain_unrestrained
 

@@ -7,8 +7,8 @@
 !>     max λ(M⁻¹ K_ii) ≤ ω_max² ≤ max λ(M⁻¹ (2 K_ii^coupling + K_ii^elastic + K_ii^ground)) over i .
 module dda_omega_max
    use dda_kinds, only: wp, long
-   use dda_dense_eigen, only: block_eigen, is_above
-   use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
+   use dda_dense_eigen, only: solve_block_eigen, is_above
+   use dda_eigen, only: eigenpairs_type, find_largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type, error_solver, fail
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
       energy_kinds, &
@@ -17,7 +17,7 @@ module dda_omega_max
    use dda_text, only: short_text, to_text
    implicit none
    private
-   public :: omega_max_type, bracket_type, find_omega_max, find_bracket, upper_blocks
+   public :: omega_max_type, bracket_type, find_omega_max, find_bracket, find_upper_blocks
 
    !> ratio up to which eigenvalues of blocks count as equal
    real(wp), parameter :: equal_ratio = 1.0_wp + 1.0e-12_wp
@@ -62,7 +62,7 @@ contains
       if (present(tolerance)) result%tolerance = tolerance
       call find_bracket(linear, result%bracket, error)
       if (allocated(error)) return
-      call largest_eigenvalue(linear%stiffness, linear%mass, result%tolerance, pairs, error)
+      call find_largest_eigenvalue(linear%stiffness, linear%mass, result%tolerance, pairs, error)
       if (allocated(error)) then
          error%message = 'ω_max was not found (it lies between '// &
             bracket_text(result%bracket)//'): '//error%message
@@ -85,17 +85,17 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: upper(:,:,:)
 
-      call largest_block_omega(linear%stiffness%diagonal, linear%mass, bracket%lower, &
+      call find_largest_block_omega(linear%stiffness%diagonal, linear%mass, bracket%lower, &
          bracket%lower_block, error)
       if (allocated(error)) return
-      call upper_blocks(linear, upper)
-      call largest_block_omega(upper, linear%mass, bracket%upper, bracket%upper_block, error)
+      call find_upper_blocks(linear, upper)
+      call find_largest_block_omega(upper, linear%mass, bracket%upper, bracket%upper_block, error)
       bracket%upper = equal_ratio*bracket%upper
    end subroutine find_bracket
 
    !> Sum K_ii^elastic and, for each term on m blocks (m = 1: on one block and the ground), m K_ii.
    !> The factor m follows from (u₁ + … + u_m)² ≤ m (u₁² + … + u_m²).
-   subroutine upper_blocks(linear, upper)
+   subroutine find_upper_blocks(linear, upper)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: upper(:,:,:)  !< [6,6,n]
       real(wp) :: k, row(6)
@@ -116,30 +116,30 @@ contains
             end do
          end associate
       end do
-   end subroutine upper_blocks
+   end subroutine find_upper_blocks
 
    !> Find the block with the largest eigenvalue λ of k x = λ m x, and ω = √λ.
-   subroutine largest_block_omega(k, m, omega, block, error)
+   subroutine find_largest_block_omega(k, m, omega, block, error)
       real(wp), intent(in) :: k(:,:,:), m(:,:,:)  !< [6,6,n]
       real(wp), intent(out) :: omega              !< rad/s
       integer, intent(out) :: block  !< number of the block
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp) :: values(6), vectors(6, 6), largest
+      real(wp) :: values(6), vectors(6, 6), largest_eigenvalue
       integer :: b
 
-      largest = 0.0_wp
+      largest_eigenvalue = 0.0_wp
       block = 0
       do b = 1, size(k, 3)
          if (block > 0) then
-            if (is_above(equal_ratio*largest, k(:, :, b), m(:, :, b))) cycle
+            if (is_above(equal_ratio*largest_eigenvalue, k(:, :, b), m(:, :, b))) cycle
          end if
-         call block_eigen(k(:, :, b), m(:, :, b), values, vectors, error)
+         call solve_block_eigen(k(:, :, b), m(:, :, b), values, vectors, error)
          if (allocated(error)) return
-         if (values(6) > largest) block = b
-         largest = max(largest, values(6))
+         if (values(6) > largest_eigenvalue) block = b
+         largest_eigenvalue = max(largest_eigenvalue, values(6))
       end do
-      omega = sqrt(largest)
-   end subroutine largest_block_omega
+      omega = sqrt(largest_eigenvalue)
+   end subroutine find_largest_block_omega
 
    !> Find the kind of term, and its spring or block, with the most energy in the highest mode.
    subroutine find_governing_term(linear, result)

@@ -12,7 +12,7 @@ module dda_overburden
    use dda_blocks, only: blocks_type
    use dda_sorting, only: merged_order
    use dda_growth, only: grow
-   use dda_elements, only: elements_type, set_elements, freeze_elements, linear_terms_of
+   use dda_elements, only: elements_type, set_elements, freeze_elements, list_linear_terms
    use dda_linear_terms, only: linear_terms_type, at_theta, at_end, blocks_in, block_of
    use dda_model, only: model_type, contact_distance
    use dda_neighbours, only: neighbours_type, find_near_pairs
@@ -33,7 +33,7 @@ module dda_overburden
       integer :: pairs = 0
    end type overburden_type
 
-   real(wp), parameter :: least_support = 1.0e-6_wp  !< least component of a spring along gravity
+   real(wp), parameter :: min_support = 1.0e-6_wp  !< least component of a spring along gravity
 
 contains
 
@@ -43,13 +43,13 @@ contains
       real(wp), intent(in) :: gravity(2)       !< gravity, not zero, m/s²
       logical, intent(in) :: on_ground(:)      !< [blocks] supported by the ground
       type(overburden_type), intent(out) :: overburden  !< weights on all blocks
-      integer, allocatable :: span(:,:), lowest(:)
+      integer, allocatable :: span(:,:), lowest_block(:)
       real(wp), allocatable :: carried_weight(:)
       integer :: order(blocks%n), k, b, columns
 
       call set_columns(blocks, gravity/norm2(gravity), overburden, span, columns)
       allocate (carried_weight(columns), source=0.0_wp)
-      allocate (lowest(columns), source=0)
+      allocate (lowest_block(columns), source=0)
       allocate (overburden%pair(2, 64), overburden%weight(blocks%n))
       allocate (overburden%n_below(blocks%n), source=0)
       order = merged_order(matmul(gravity, blocks%position(1:2, :)))
@@ -59,8 +59,8 @@ contains
             overburden%weight(b) = sum(carried_weight(first:last)) + norm2(gravity)*blocks%mass(b)
             carried_weight(first:last) = overburden%weight(b)/(last - first + 1)
             if (on_ground(b)) carried_weight(first:last) = 0.0_wp
-            call add_pairs(overburden, lowest(first:last), b)
-            lowest(first:last) = b
+            call add_pairs(overburden, lowest_block(first:last), b)
+            lowest_block(first:last) = b
          end associate
       end do
    end subroutine find_overburden
@@ -72,41 +72,41 @@ contains
       type(overburden_type), intent(inout) :: overburden   !< widths are set
       integer, allocatable, intent(out) :: span(:,:)       !< [2,blocks] first and last column
       integer, intent(out) :: columns          !< number of columns
-      real(wp) :: side(2, blocks%n), across(2), left_end, width
+      real(wp) :: extents(2, blocks%n), horizontal(2), left_end, width
       integer :: b
 
-      across = [-down(2), down(1)]
+      horizontal = [-down(2), down(1)]
       do b = 1, blocks%n
-         associate (place => matmul(across, blocks%vertex(:, blocks%first(b): &
+         associate (distance => matmul(horizontal, blocks%vertex(:, blocks%first(b): &
             blocks%first(b + 1) - 1)))
-            side(:, b) = [minval(place), maxval(place)]
+            extents(:, b) = [minval(distance), maxval(distance)]
          end associate
       end do
-      overburden%width = side(2, :) - side(1, :)
-      left_end = minval(side(1, :))
-      width = maxval(side(2, :)) - left_end
+      overburden%width = extents(2, :) - extents(1, :)
+      left_end = minval(extents(1, :))
+      width = maxval(extents(2, :)) - left_end
       columns = ceiling(min(real(most_columns, wp), 4*width/minval(overburden%width)))
       allocate (span(2, blocks%n))
-      span(1, :) = min(columns - 1, nint((side(1, :) - left_end)/width*columns)) + 1
-      span(2, :) = max(span(1, :), nint((side(2, :) - left_end)/width*columns))
+      span(1, :) = min(columns - 1, nint((extents(1, :) - left_end)/width*columns)) + 1
+      span(2, :) = max(span(1, :), nint((extents(2, :) - left_end)/width*columns))
    end subroutine set_columns
 
    !> Add pairs of block b and the blocks directly above it in its columns.
-   pure subroutine add_pairs(overburden, above, b)
+   pure subroutine add_pairs(overburden, block_above, b)
       type(overburden_type), intent(inout) :: overburden  !< pairs are added
-      integer, intent(in) :: above(:)  !< [columns] lowest block so far, 0: none
+      integer, intent(in) :: block_above(:)  !< [columns] lowest block so far, 0: none
       integer, intent(in) :: b         !< block below the lowest blocks so far
       integer :: i
 
-      do i = 1, size(above)
-         if (above(i) == 0) cycle
+      do i = 1, size(block_above)
+         if (block_above(i) == 0) cycle
          if (i > 1) then
-            if (above(i) == above(i - 1)) cycle
+            if (block_above(i) == block_above(i - 1)) cycle
          end if
          overburden%pairs = overburden%pairs + 1
          call grow(overburden%pair, 2, overburden%pairs)
-         overburden%pair(:, overburden%pairs) = [above(i), b]
-         overburden%n_below(above(i)) = overburden%n_below(above(i)) + 1
+         overburden%pair(:, overburden%pairs) = [block_above(i), b]
+         overburden%n_below(block_above(i)) = overburden%n_below(block_above(i)) + 1
       end do
    end subroutine add_pairs
 
@@ -129,14 +129,14 @@ contains
       end do
       call set_elements(elements, staged, model%blocks, 0.0_wp)
       call freeze_elements(elements, model%blocks, 0.0_wp)
-      call linear_terms_of(elements, model%blocks, step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, &
-         1.0_wp), terms)
+      call list_linear_terms(elements, model%blocks, step_type(scheme_type(1.0_wp, 1.0_wp), &
+         0.0_wp, 1.0_wp), terms)
       down = model%control%gravity/norm2(model%control%gravity)
       allocate (on_ground(model%blocks%n), source=.false.)
       do i = 1, terms%n
          associate (term => terms%term(i))
             if (term%block_b > 0 .or. all(term%instant /= [at_theta, at_end])) cycle
-            if (abs(dot_product(term%row_a(1:2), down)) > least_support) on_ground(term%block_a) &
+            if (abs(dot_product(term%row_a(1:2), down)) > min_support) on_ground(term%block_a) &
                = .true.
          end associate
       end do
@@ -151,17 +151,17 @@ contains
       type(overburden_type), intent(in) :: overburden     !< overburden with pairs of blocks
       !> [blocks] all .true. if there are too many pairs
       logical, allocatable, intent(out) :: supported(:)
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       integer :: part(model%blocks%n), i, k
       logical :: changed
 
       part = [(i, i=1, model%blocks%n)]
       supported = on_ground
-      call find_near_pairs(near, model%blocks, contact_distance(model))
-      if (near%overflowed) supported = .true.
-      if (near%overflowed) return
-      do i = 1, near%n_pairs
-         call join(part, near%pair(1, i), near%pair(2, i))
+      call find_near_pairs(neighbours, model%blocks, contact_distance(model))
+      if (neighbours%overflowed) supported = .true.
+      if (neighbours%overflowed) return
+      do i = 1, neighbours%n_pairs
+         call join(part, neighbours%pair(1, i), neighbours%pair(2, i))
       end do
       do i = 1, terms%n
          do k = 2, blocks_in(terms%term(i))

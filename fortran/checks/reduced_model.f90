@@ -31,13 +31,13 @@ module dda_reduced_model
    public :: reduced_model_type, weights_type, reduce_model, solve_reduced, weights_at, &
       undamped_weights
 
-   integer, parameter :: most_vectors = 240           !< largest number of vectors of the basis
+   integer, parameter :: max_vectors = 240           !< largest number of vectors of the basis
    integer, parameter :: samples = 16                 !< number of evenly spaced sample frequencies
-   integer, parameter :: most_expansions = 60  !< largest number of vectors added at one frequency
+   integer, parameter :: max_expansions = 60  !< largest number of vectors added at one frequency
    real(wp), parameter :: accuracy = 1.0e-10_wp  !< relative tolerance of (K + sM)⁻¹ residual
    real(wp), parameter :: rounding = 1.0e-8_wp  !< tolerance if rounding prevents a smaller one
    real(wp), parameter :: accepted_residual = 1.0e-5_wp  !< largest accepted relative residual
-   real(wp), parameter :: independent = 1.0e-8_wp  !< least fraction of a vector outside the basis
+   real(wp), parameter :: min_independence = 1.0e-8_wp  !< least fraction outside the basis
    real(wp), parameter :: shift_ratio = 0.05_wp       !< √s over the end of the band
 
    !> Factors of the parts of A in steady vibration.
@@ -62,33 +62,34 @@ module dda_reduced_model
 contains
 
    !> Reduce a model that is excited by the ground through terms of each instant.
-   subroutine reduce_model(reduced, linear, static, force, highest, error)
+   subroutine reduce_model(reduced, linear, static, force, highest_frequency, error)
       type(reduced_model_type), intent(out) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: static(:,:)    !< [6,n] static response, first vector of the basis
       real(wp), intent(in) :: force(:,:,:)   !< [6,n,instants] forces, N/m and N
-      real(wp), intent(in) :: highest        !< end of the band, Hz
+      real(wp), intent(in) :: highest_frequency        !< end of the band, Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(shifted_inverse_type) :: inverse
-      type(block_matrix_type) :: shifted
+      type(block_matrix_type) :: shifted_matrix
       integer :: capacity, i
-      logical :: added
+      logical :: is_added
 
-      shifted = linear%stiffness
-      shifted%diagonal = shifted%diagonal + (2.0_wp*pi*shift_ratio*highest)**2*linear%mass
-      call prepare_inverse(inverse, shifted, linear%mass, error)
+      shifted_matrix = linear%stiffness
+      shifted_matrix%diagonal = shifted_matrix%diagonal + &
+         (2.0_wp*pi*shift_ratio*highest_frequency)**2*linear%mass
+      call prepare_inverse(inverse, shifted_matrix, linear%mass, error)
       if (allocated(error)) return
-      capacity = min(most_vectors, 6*linear%n)
+      capacity = min(max_vectors, 6*linear%n)
       allocate (reduced%basis(6, linear%n, capacity), reduced%force(capacity, size(force, 3)))
       allocate (reduced%stiffness(capacity, capacity), reduced%part(capacity, capacity, instants &
          + 2*size(linear%damping)), source=0.0_wp)
-      call add_vector(reduced, linear, force, static, added)
+      call add_vector(reduced, linear, force, static, is_added)
       do i = samples, 1, -1
-         call fit_frequency(reduced, linear, inverse, force, highest*i/samples)
+         call fit_frequency(reduced, linear, inverse, force, highest_frequency*i/samples)
       end do
       if (.not. reduced%residual <= accepted_residual) call fail(error, error_solver, &
          'the transfer function has a residual of '//to_text(reduced%residual)// &
-         ' with '//to_text(reduced%m)//' basis vectors up to '//to_text(highest)// &
+         ' with '//to_text(reduced%m)//' basis vectors up to '//to_text(highest_frequency)// &
          ' Hz; choose lower frequencies')
    end subroutine reduce_model
 
@@ -104,11 +105,11 @@ contains
       real(wp), dimension(6, linear%n) :: re, im, d_re, d_im
       real(wp) :: error, previous_error
       integer :: i
-      logical :: added(2)
+      logical :: is_added(2)
 
       previous_error = huge(1.0_wp)
       weights = weights_at(linear, frequency)
-      do i = 1, most_expansions
+      do i = 1, max_expansions
          call solve_reduced(reduced, weights, weights%ground, y)
          call residual_of(reduced, linear, weights, force, y, re, im)
          call solve(inverse%factor, re, d_re)
@@ -118,9 +119,9 @@ contains
          if (error <= accuracy .or. reduced%m == size(reduced%basis, 3)) exit
          if (error <= rounding .and. error > 0.5_wp*previous_error) exit
          previous_error = error
-         call add_vector(reduced, linear, force, d_re, added(1))
-         call add_vector(reduced, linear, force, d_im, added(2))
-         if (.not. any(added)) exit
+         call add_vector(reduced, linear, force, d_re, is_added(1))
+         call add_vector(reduced, linear, force, d_im, is_added(2))
+         if (.not. any(is_added)) exit
       end do
       reduced%residual = max(reduced%residual, error)
    end subroutine fit_frequency
@@ -129,12 +130,12 @@ contains
    pure type(weights_type) function weights_at(linear, frequency) result(weights)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: frequency  !< Hz
-      real(wp), parameter :: short_of_nyquist = 0.5_wp*(1.0_wp - 1.0e-9_wp)
+      real(wp), parameter :: highest_ratio = 0.5_wp*(1.0_wp - 1.0e-9_wp)
       type(steady_type) :: steady
       real(wp) :: omega
       integer :: k
 
-      omega = 2.0_wp*pi*min(abs(frequency), short_of_nyquist/linear%time_step)
+      omega = 2.0_wp*pi*min(abs(frequency), highest_ratio/linear%time_step)
       steady = steady_weights(linear%scheme, omega, linear%time_step, linear%dynamic_factor)
       weights%inertia = steady%inertia
       weights%load = steady%load
@@ -246,7 +247,7 @@ contains
    end subroutine residual_of
 
    !> Force of a spring of a welded face due to material damping, N/m.
-   pure complex(wp) function weld_damping_force(linear, weights, term, stretch) result(pull)
+   pure complex(wp) function weld_damping_force(linear, weights, term, stretch) result(force)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
       type(linear_term_type), intent(in) :: term  !< term of the model
@@ -255,9 +256,9 @@ contains
       integer :: k
 
       fraction = law_fractions(linear, term)
-      pull = 0.0_wp
+      force = 0.0_wp
       do k = 1, size(fraction)
-         pull = pull - term%coefficient*fraction(k)*weights%part(elastic_index(k))*stretch
+         force = force - term%coefficient*fraction(k)*weights%part(elastic_index(k))*stretch
       end do
    end function weld_damping_force
 
@@ -280,14 +281,14 @@ contains
    end subroutine subtract_damping
 
    !> Compute Σ factor_i × vector_i.
-   pure function linear_combination(vectors, factors) result(sum)
+   pure function linear_combination(vectors, factors) result(combination)
       real(wp), intent(in) :: vectors(:,:,:), factors(:)
-      real(wp) :: sum(size(vectors, 1), size(vectors, 2))
+      real(wp) :: combination(size(vectors, 1), size(vectors, 2))
       integer :: j
 
-      sum = 0.0_wp
+      combination = 0.0_wp
       do j = 1, size(factors)
-         if (abs(factors(j)) > 0.0_wp) sum = sum + factors(j)*vectors(:, :, j)
+         if (abs(factors(j)) > 0.0_wp) combination = combination + factors(j)*vectors(:, :, j)
       end do
    end function linear_combination
 
@@ -319,15 +320,15 @@ contains
 
    !> Orthonormalise a vector, append it to the basis and extend the projected matrices.
    !> A vector that is almost linearly dependent, or for which memory is lacking, is skipped.
-   subroutine add_vector(reduced, linear, force, vector, added)
+   subroutine add_vector(reduced, linear, force, vector, is_added)
       type(reduced_model_type), intent(inout) :: reduced  !< projected model
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: force(:,:,:), vector(:,:)  !< [6,n,instants] N/m, N; [6,n] vector
-      logical, intent(out) :: added  !< the vector was appended
+      logical, intent(out) :: is_added  !< the vector was appended
       real(wp) :: v(6, linear%n), initial_length, length
       integer :: pass, j
 
-      added = .false.
+      is_added = .false.
       if (reduced%m == size(reduced%basis, 3)) return
       v = vector
       initial_length = sqrt(mass_product(linear, v, v))
@@ -339,13 +340,13 @@ contains
             v = v - mass_product(linear, reduced%basis(:, :, j), v)*reduced%basis(:, :, j)
          end do
          length = length*sqrt(mass_product(linear, v, v))
-         if (.not. length > independent) return
+         if (.not. length > min_independence) return
          v = v/sqrt(mass_product(linear, v, v))
       end do
       reduced%m = reduced%m + 1
       reduced%basis(:, :, reduced%m) = v
       call extend_projection(reduced, linear, force, v)
-      added = .true.
+      is_added = .true.
    end subroutine add_vector
 
    !> Compute the rows and columns of the projected matrices for the last vector v.

@@ -8,7 +8,7 @@
 !> have the roots of backward Euler and do not ring; their stiffness is omitted here.
 module dda_ringing
    use dda_kinds, only: wp
-   use dda_eigen, only: eigenpairs_type, largest_eigenvalue, suggested_tolerance
+   use dda_eigen, only: eigenpairs_type, find_largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
       set_penalty, &
@@ -36,39 +36,39 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(ringing_type), intent(out) :: ringing  !< slowest alternating mode
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      type(linear_model_type) :: free
+      type(linear_model_type) :: ungrounded
       type(eigenpairs_type) :: pairs
       type(energy_distribution_type) :: energy
       real(wp) :: omega, steps(2)
 
-      call copy_without_ground(linear, free)
-      call largest_eigenvalue(free%stiffness, free%mass, max(1.0e-4_wp, &
-         suggested_tolerance(free%n)), pairs, error)
+      call copy_without_ground(linear, ungrounded)
+      call find_largest_eigenvalue(ungrounded%stiffness, ungrounded%mass, max(1.0e-4_wp, &
+         suggested_tolerance(ungrounded%n)), pairs, error)
       if (allocated(error)) return
       omega = sqrt(max(0.0_wp, pairs%value(1)))
       steps = steps_to_decay([linear%scheme, scheme_type(1.0_wp, linear%scheme%chi)], omega, &
          linear%time_step)
-      if (linear%unilateral == 0) steps(2) = 0.0_wp
-      if (linear%unilateral == linear%closed .and. linear%closed > 0) steps(1) = 0.0_wp
+      if (linear%n_unilateral == 0) steps(2) = 0.0_wp
+      if (linear%n_unilateral == linear%n_closed .and. linear%n_closed > 0) steps(1) = 0.0_wp
       ringing%steps = maxval(steps)
       ringing%resolution = omega*linear%time_step
-      energy = energy_of(free, pairs%vector(:, :, 1))
+      energy = energy_of(ungrounded, pairs%vector(:, :, 1))
       call write_ringing_text(ringing, linear%scheme, trim(kind_names(maxloc(energy%fraction, 1))))
    end subroutine find_ringing
 
    !> Copy the model without springs to the ground and without springs with dashpots.
-   subroutine copy_without_ground(linear, free)
+   subroutine copy_without_ground(linear, ungrounded)
       type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(linear_model_type), intent(out) :: free  !< model without these springs
+      type(linear_model_type), intent(out) :: ungrounded  !< model without these springs
       integer :: i
 
-      free = linear
-      do i = 1, free%terms%n
-         associate (term => free%terms%term(i))
+      ungrounded = linear
+      do i = 1, ungrounded%terms%n
+         associate (term => ungrounded%terms%term(i))
             if (term%block_b == 0 .or. term%damped) term%coefficient = 0.0_wp
          end associate
       end do
-      call set_penalty(free, linear%normal_stiffness)
+      call set_penalty(ungrounded, linear%normal_stiffness)
    end subroutine copy_without_ground
 
    !> Write the texts on the slowest alternating mode, and the advice.

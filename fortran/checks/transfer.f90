@@ -8,7 +8,7 @@
 module dda_transfer
    use dda_kinds, only: wp, pi
    use dda_cholesky_double, only: solve
-   use dda_dense_eigen, only: symmetric_eigen
+   use dda_dense_eigen, only: solve_symmetric_eigen
    use dda_eigen, only: shifted_inverse_type, prepare_inverse
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_model, only: linear_model_type
@@ -27,7 +27,7 @@ module dda_transfer
       type(linear_model_type) :: linear      !< model data in use: scheme, Δt, damping laws
       type(reduced_model_type) :: reduced
       logical :: body_force = .false.        !< base motion acts as a body force
-      real(wp) :: base(2) = 0.0_wp           !< fraction of the base motion at both points
+      real(wp) :: base_fraction(2) = 0.0_wp           !< fraction of the base motion at both points
       real(wp), allocatable :: weight(:,:)   !< [2,m] displacements of the basis at the points
       real(wp), allocatable :: omega(:)      !< [m] undamped angular frequencies, rad/s
       character(len=:), allocatable :: text
@@ -44,13 +44,13 @@ contains
 
    !> Prepare x_out(ω)/x_in(ω) for base motion along an axis.
    !> Point 0 is the prescribed motion.
-   subroutine prepare_transfer(transfer, linear, points, axes, base_axis, highest, error)
+   subroutine prepare_transfer(transfer, linear, points, axes, base_axis, highest_frequency, error)
       type(transfer_type), intent(out) :: transfer  !< prepared transfer function
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: points(2)      !< output and input point; 0: prescribed motion
       integer, intent(in) :: axes(2)        !< axes at both points; 1: x, 2: y
       integer, intent(in) :: base_axis      !< direction of the base motion
-      real(wp), intent(in) :: highest       !< highest frequency of evaluation, Hz
+      real(wp), intent(in) :: highest_frequency       !< highest frequency of evaluation, Hz
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: static(:,:), force(:,:,:)
       integer :: i, j
@@ -68,17 +68,17 @@ contains
       end if
       call find_base_excitation(transfer, linear, base_axis, static, force, error)
       if (.not. allocated(error)) &
-         call reduce_model(transfer%reduced, linear, static, force, highest, error)
+         call reduce_model(transfer%reduced, linear, static, force, highest_frequency, error)
       if (allocated(error)) return
       allocate (transfer%weight(2, transfer%reduced%m), source=0.0_wp)
       do i = 1, 2
          if (points(i) == 0) then
-            transfer%base(i) = 1.0_wp
+            transfer%base_fraction(i) = 1.0_wp
             cycle
          end if
          associate (b => linear%points(points(i))%block, row => linear%point_rows(axes(i), :, &
             points(i)))
-            if (transfer%body_force) transfer%base(i) = dot_product(row, static(:, b))
+            if (transfer%body_force) transfer%base_fraction(i) = dot_product(row, static(:, b))
             do j = 1, transfer%reduced%m
                transfer%weight(i, j) = dot_product(row, transfer%reduced%basis(:, b, j))
             end do
@@ -92,7 +92,7 @@ contains
       call find_resonances(transfer, error)
       transfer%text = transfer%text//'; '//to_text(transfer%reduced%m)// &
          ' basis vectors, relative residual '//to_text(transfer%reduced%residual)//' up to '// &
-         to_text(highest)//' Hz'
+         to_text(highest_frequency)//' Hz'
    end subroutine prepare_transfer
 
    !> Compute the forces for a unit base motion, and the static response to it.
@@ -196,7 +196,7 @@ contains
 
       associate (m => transfer%reduced%m)
          matrix = transfer%reduced%stiffness(:m, :m)
-         call symmetric_eigen(matrix, transfer%omega, error)
+         call solve_symmetric_eigen(matrix, transfer%omega, error)
          if (allocated(error)) return
          transfer%omega = sqrt(max(0.0_wp, transfer%omega))
          if (size(transfer%linear%damping) == 0) return
@@ -238,56 +238,57 @@ contains
       real(wp), intent(in) :: frequency  !< Hz
       type(weights_type), intent(in) :: weights  !< factors in steady vibration
       complex(wp), allocatable :: y(:)
-      complex(wp) :: load(instants), answer(2)
+      complex(wp) :: load(instants), response(2)
 
       load = weights%ground
       if (transfer%body_force) load(at_theta) = (2.0_wp*pi*frequency)**2*weights%load
       call solve_reduced(transfer%reduced, weights, load, y)
-      answer = transfer%base + matmul(transfer%weight, y)
+      response = transfer%base_fraction + matmul(transfer%weight, y)
       ratio = 0.0_wp
-      if (abs(answer(2)) > tiny(1.0_wp)) ratio = answer(1)/answer(2)
+      if (abs(response(2)) > tiny(1.0_wp)) ratio = response(1)/response(2)
    end function ratio_at
 
    !> Find the largest amplification |H| in a band, refined by golden section.
-   subroutine transfer_peak(transfer, low, high, peak)
+   subroutine transfer_peak(transfer, lowest, highest, peak)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
-      real(wp), intent(in) :: low, high  !< Hz
+      real(wp), intent(in) :: lowest, highest  !< Hz
       type(transfer_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       integer, parameter :: steps = 200  !< frequencies of a grid, in addition to the resonances
       real(wp), allocatable :: frequency(:), amplitude(:)
       real(wp) :: a, b
-      integer :: i, best
+      integer :: i, peak_index
 
       associate (own => transfer%omega/(2.0_wp*pi))
-         frequency = [pack(own, own > low .and. own < high), &
-            [(low + (high - low)*i/steps, i=0, steps)]]
+         frequency = [pack(own, own > lowest .and. own < highest), &
+            [(lowest + (highest - lowest)*i/steps, i=0, steps)]]
       end associate
       allocate (amplitude(size(frequency)))
       do i = 1, size(frequency)
          amplitude(i) = abs(transfer_at(transfer, frequency(i)))
       end do
-      best = maxloc(amplitude, 1)
-      a = maxval(frequency, mask=frequency < frequency(best))
-      b = minval(frequency, mask=frequency > frequency(best))
-      call refine_maximum(transfer, max(a, low), min(b, high), peak)
-      if (amplitude(best) > peak%amplitude) then
-         peak%frequency = frequency(best)
-         peak%amplitude = amplitude(best)
+      peak_index = maxloc(amplitude, 1)
+      a = maxval(frequency, mask=frequency < frequency(peak_index))
+      b = minval(frequency, mask=frequency > frequency(peak_index))
+      call refine_maximum(transfer, max(a, lowest), min(b, highest), peak)
+      if (amplitude(peak_index) > peak%amplitude) then
+         peak%frequency = frequency(peak_index)
+         peak%amplitude = amplitude(peak_index)
       end if
-      peak%is_interior = min(peak%frequency - low, high - peak%frequency) > 1.0e-6_wp*(high - low)
+      peak%is_interior = min(peak%frequency - lowest, highest - peak%frequency) > &
+         1.0e-6_wp*(highest - lowest)
    end subroutine transfer_peak
 
    !> Find the maximum between two frequencies by golden section.
-   subroutine refine_maximum(transfer, low, high, peak)
+   subroutine refine_maximum(transfer, lowest, highest, peak)
       type(transfer_type), intent(in) :: transfer  !< prepared transfer function
-      real(wp), intent(in) :: low, high  !< Hz
+      real(wp), intent(in) :: lowest, highest  !< Hz
       type(transfer_peak_type), intent(inout) :: peak  !< frequency (Hz) and amplitude
       real(wp), parameter :: golden = 0.5_wp*(sqrt(5.0_wp) - 1.0_wp)
       real(wp) :: a, b, x(2), h(2)
       integer :: i
 
-      a = low
-      b = high
+      a = lowest
+      b = highest
       x = [b - golden*(b - a), a + golden*(b - a)]
       h = [abs(transfer_at(transfer, x(1))), abs(transfer_at(transfer, x(2)))]
       do i = 1, 60

@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Number and kind of modes that a time step cannot resolve (ω > 4/Δt, paper eq. 13).
 !>
-!> Two bounds need no eigenvalue of the model.  The block-diagonal matrix of `upper_blocks` bounds
-!> the eigenvalues of K (Courant–Fischer), so that its number of modes beyond the limit is an upper
-!> bound.  Diagonal blocks of K without a common spring are uncoupled, so that their number of modes
-!> beyond the limit is a lower bound by Cauchy's interlacing theorem.  In small models, modes are
-!> counted exactly.
+!> Two bounds need no eigenvalue of the model.  The block-diagonal matrix of `find_upper_blocks`
+!> bounds the eigenvalues of K (Courant–Fischer), so its number of modes beyond the limit is an
+!> upper bound.  Diagonal blocks of K without a common spring are uncoupled, so their number of
+!> modes beyond the limit is a lower bound by Cauchy's interlacing theorem.  In small models, modes
+!> are counted exactly.
 module dda_unresolved
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type
-   use dda_dense_eigen, only: block_eigen, is_above
-   use dda_eigen, only: eigenpairs_type, all_eigenvalues
+   use dda_dense_eigen, only: solve_block_eigen, is_above
+   use dda_eigen, only: eigenpairs_type, find_all_eigenvalues
    use dda_errors, only: error_type
    use dda_inertia, only: count_above
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
@@ -18,7 +18,7 @@ module dda_unresolved
       kind_names, stiffness_weights
    use dda_linear_terms, only: add_product, blocks_in, get_row
    use dda_mass_factor, only: mass_factor_type, factor_mass
-   use dda_omega_max, only: upper_blocks
+   use dda_omega_max, only: find_upper_blocks
    use dda_text, only: short_text, to_text
    implicit none
    private
@@ -82,7 +82,7 @@ contains
       type(energy_distribution_type) :: energy
       integer :: i, kind
 
-      call all_eigenvalues(linear%stiffness, linear%mass, pairs, error)
+      call find_all_eigenvalues(linear%stiffness, linear%mass, pairs, error)
       if (allocated(error)) return
       do i = 1, pairs%n
          if (pairs%value(i) <= unresolved%limit**2) cycle
@@ -94,7 +94,7 @@ contains
       unresolved%at_least = unresolved%at_most
    end subroutine count_by_lapack
 
-   !> Find the upper bound: count the modes beyond the limit of `upper_blocks`.
+   !> Find the upper bound: count the modes beyond the limit of `find_upper_blocks`.
    subroutine find_upper_bound(linear, unresolved, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
@@ -103,11 +103,11 @@ contains
       real(wp) :: values(6), vectors(6, 6)
       integer :: b, i, kind
 
-      call upper_blocks(linear, upper)
+      call find_upper_blocks(linear, upper)
       call split_block_stiffness(linear, by_kind)
       do b = 1, linear%n
          if (is_above(unresolved%limit**2, upper(:, :, b), linear%mass(:, :, b))) cycle
-         call block_eigen(upper(:, :, b), linear%mass(:, :, b), values, vectors, error)
+         call solve_block_eigen(upper(:, :, b), linear%mass(:, :, b), values, vectors, error)
          if (allocated(error)) return
          do i = 1, 6
             if (values(i) <= unresolved%limit**2) cycle
@@ -118,7 +118,7 @@ contains
       end do
    end subroutine find_upper_bound
 
-   !> Split the matrices of `upper_blocks` by kind; the factor of each term is its number of blocks.
+   !> Split the matrices of `find_upper_blocks` by kind; the factor of a term is its block count.
    subroutine split_block_stiffness(linear, by_kind)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), allocatable, intent(out) :: by_kind(:,:,:,:)  !< [6,6,kinds,n]
@@ -154,31 +154,32 @@ contains
    subroutine find_lower_bound(linear, unresolved)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(unresolved_type), intent(inout) :: unresolved  !< modes beyond 4/Δt
-      logical :: selected(linear%n)
+      logical :: is_selected(linear%n)
       real(wp) :: values(6), vectors(6, 6)
       type(error_type), allocatable :: error
       integer :: b
 
-      selected = .false.
+      is_selected = .false.
       do b = 1, linear%n
-         if (shares_spring(linear%stiffness, selected, b)) cycle
+         if (shares_spring(linear%stiffness, is_selected, b)) cycle
          if (is_above(unresolved%limit**2, linear%stiffness%diagonal(:, :, b), &
             linear%mass(:, :, b))) cycle
-         call block_eigen(linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b), values, &
+         call solve_block_eigen(linear%stiffness%diagonal(:, :, b), linear%mass(:, :, b), values, &
             vectors, error)
          if (allocated(error)) return
-         selected(b) = .true.
+         is_selected(b) = .true.
          unresolved%at_least = unresolved%at_least + count(values > unresolved%limit**2)
       end do
    end subroutine find_lower_bound
 
    !> .true. if a spring joins block b and an earlier selected block.
-   pure logical function shares_spring(matrix, selected, b)
+   pure logical function shares_spring(matrix, is_selected, b)
       type(block_matrix_type), intent(in) :: matrix  !< block matrix
-      logical, intent(in) :: selected(:)
+      logical, intent(in) :: is_selected(:)
       integer, intent(in) :: b  !< number of the block
 
-      shares_spring = any(selected(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - 1)))
+      shares_spring = any(is_selected(matrix%column(matrix%row_start(b):matrix%row_start(b + 1) - &
+         1)))
    end function shares_spring
 
    !> Write the text on the number and kind of unresolved modes.

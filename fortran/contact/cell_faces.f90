@@ -4,7 +4,7 @@
 module dda_cell_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_growth, only: grow
    use dda_neighbours, only: neighbours_type, find_near_pairs
    use dda_polygon, only: distance_to_boundary
@@ -54,7 +54,7 @@ contains
       integer, intent(in) :: joined(:,:)          !< [2, pairs] cells of each pair, first < second
       integer, allocatable :: order(:)
 
-      call counting_sort(blocks%n, joined(1, :), blocks%joined_first, order)
+      call sort_by_key(blocks%n, joined(1, :), blocks%joined_first, order)
       blocks%joined = joined(2, order)
    end subroutine store_joined_pairs
 
@@ -70,7 +70,7 @@ contains
 
       intact = pack(welds, welds%state /= weld_open)
       intact = pack(intact, .not. is_shifted(intact))
-      call counting_sort(blocks%n, [(intact(i)%block, i=1, size(intact))], start, face)
+      call sort_by_key(blocks%n, [(intact(i)%block, i=1, size(intact))], start, face)
       face = (face + 1)/2
       allocate (joined(2, size(first%joined)))
       n = 0

@@ -37,7 +37,7 @@ module dda_cohesive
       logical :: exponential = .false.   !< softening is exponential; else linear
    contains
       procedure :: strength
-      procedure :: reduced_strengths
+      procedure :: find_reduced_strengths
       procedure :: tension
       procedure :: damage
       procedure :: dissipated
@@ -119,7 +119,7 @@ contains
 
    !> Return tan φ, c, T and both fracture energies, divided by a reduction factor.
    !> Openings and slips at failure are thus unchanged.
-   pure function reduced_strengths(law, joint, factor) result(strengths)
+   pure function find_reduced_strengths(law, joint, factor) result(strengths)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint    !< input of the law
       real(wp), intent(in) :: factor           !< above 0
@@ -130,7 +130,7 @@ contains
          strength_type('tensile_strength', joint%tensile_strength/factor), &
          strength_type('fracture_energy', joint%fracture_energy/factor), &
          strength_type('shear_fracture_energy', joint%shear_fracture_energy/factor)]
-   end function reduced_strengths
+   end function find_reduced_strengths
 
    !> Return the largest tension of an undamaged bond, N/m.
    pure real(wp) function tension(law, state)  ! total

@@ -28,7 +28,7 @@ module dda_continuously_yielding
       real(wp) :: roughness = 1.0_wp  !< R, m
    contains
       procedure :: strength
-      procedure :: reduced_strengths
+      procedure :: find_reduced_strengths
       procedure :: flow => slip_curve
       procedure :: state_after_slip
       procedure :: check_and_derive
@@ -80,7 +80,7 @@ contains
    end function strength
 
    !> Return tan φ and tan φ_m0, divided by a reduction factor.
-   pure function reduced_strengths(law, joint, factor) result(strengths)
+   pure function find_reduced_strengths(law, joint, factor) result(strengths)
       class(continuously_yielding_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint                 !< input of the law
       real(wp), intent(in) :: factor                        !< above 0
@@ -89,7 +89,7 @@ contains
       strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
          strength_type('initial_friction_angle', &
          reduced_angle(joint%initial_friction_angle, factor))]
-   end function reduced_strengths
+   end function find_reduced_strengths
 
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine slip_curve(law, state, normal_force, stretch, shear_force, tangent)

@@ -22,7 +22,7 @@ module dda_coulomb
       real(wp) :: tensile = 0.0_wp    !< tensile strength before the bond breaks, Pa
    contains
       procedure :: strength
-      procedure :: reduced_strengths
+      procedure :: find_reduced_strengths
       procedure :: tension
    end type coulomb_type
 
@@ -60,7 +60,7 @@ contains
    end function strength
 
    !> Return tan φ, c and T, divided by a reduction factor.
-   pure function reduced_strengths(law, joint, factor) result(strengths)
+   pure function find_reduced_strengths(law, joint, factor) result(strengths)
       class(coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
@@ -69,7 +69,7 @@ contains
       strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
          strength_type('cohesion', joint%cohesion/factor), &
          strength_type('tensile_strength', joint%tensile_strength/factor)]
-   end function reduced_strengths
+   end function find_reduced_strengths
 
    !> Return the largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total

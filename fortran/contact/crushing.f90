@@ -29,7 +29,7 @@ module dda_crushing
       procedure :: stored
       procedure :: state_after_slip
       procedure :: lift
-      procedure :: reduced_strengths
+      procedure :: find_reduced_strengths
       procedure, private :: limit
    end type crushing_type
 
@@ -120,16 +120,16 @@ contains
    end function lift
 
    !> Return tan φ, c, T, σ_c and G_c, divided by a factor; plastic closure at failure is unchanged.
-   pure function reduced_strengths(law, joint, factor) result(strengths)
+   pure function find_reduced_strengths(law, joint, factor) result(strengths)
       class(crushing_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint    !< input of the law
       real(wp), intent(in) :: factor           !< above 0
       type(strength_type), allocatable :: strengths(:)
 
-      strengths = [law%coulomb_type%reduced_strengths(joint, factor), &
+      strengths = [law%coulomb_type%find_reduced_strengths(joint, factor), &
          strength_type('crushing_strength', joint%crushing_strength/factor)]
       if (joint%crushing_energy /= unset) strengths = [strengths, &
          strength_type('crushing_energy', joint%crushing_energy/factor)]
-   end function reduced_strengths
+   end function find_reduced_strengths
 
 end module dda_crushing

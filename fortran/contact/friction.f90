@@ -14,7 +14,7 @@ module dda_friction
       joint_bound, joint_response, joint_slide, limit_friction, store_state, state_of, &
       opens_at_centre, slip_lifts
    use dda_joint_law, only: add_columns, column_type, response_type, shared, weakened
-   use dda_joint_laws, only: law_slot_type, new_joint_law
+   use dda_joint_laws, only: law_slot_type, create_joint_law
    use dda_material, only: joint_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
@@ -76,7 +76,7 @@ contains
       end do
       allocate (laws%slot(size(joints)))
       do j = 1, size(joints)
-         call new_joint_law(laws%slot(j), joints(j), normal_stiffness, shear_ratio)
+         call create_joint_law(laws%slot(j), joints(j), normal_stiffness, shear_ratio)
          laws%dilating = laws%dilating .or. laws%slot(j)%law%dilates
          laws%curved = laws%curved .or. laws%slot(j)%law%curved .or. laws%slot(j)%law%flows
          laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%depends_on_direction()

@@ -93,7 +93,7 @@ module dda_joint_law
       procedure :: closure => linear_closure
       procedure :: stored => linear_energy
       procedure(strength_at), deferred :: strength
-      procedure(reduced_strength), deferred :: reduced_strengths
+      procedure(reduced_strength), deferred :: find_reduced_strengths
       procedure :: tension => no_tension
       procedure :: state_after_slip => add_slip_path
       procedure :: lift => no_lift

@@ -14,7 +14,7 @@ module dda_joint_laws
    use dda_rate_state, only: new_rate_state
    implicit none
    private
-   public :: law_slot_type, new_joint_law
+   public :: law_slot_type, create_joint_law
 
    !> Container of a joint law of any type.
    type :: law_slot_type
@@ -24,7 +24,7 @@ module dda_joint_laws
 contains
 
    !> Create the law of a joint material; new laws are registered here.
-   subroutine new_joint_law(slot, joint, normal_stiffness, shear_ratio)
+   subroutine create_joint_law(slot, joint, normal_stiffness, shear_ratio)
       type(law_slot_type), intent(out) :: slot  !< receives the law; empty if the name is unknown
       type(joint_type), intent(in) :: joint     !< checked input
       real(wp), intent(in) :: normal_stiffness  !< default k_n of contacts, N/m
@@ -60,6 +60,6 @@ contains
             law%shear_stiffness = joint%shear_stiffness
          end if
       end associate
-   end subroutine new_joint_law
+   end subroutine create_joint_law
 
 end module dda_joint_laws

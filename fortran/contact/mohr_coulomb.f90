@@ -27,7 +27,7 @@ module dda_mohr_coulomb
       real(wp) :: dilation_slip = huge(1.0_wp)    !< s_max, m
    contains
       procedure :: strength
-      procedure :: reduced_strengths
+      procedure :: find_reduced_strengths
       procedure :: tension
       procedure :: state_after_slip
       procedure :: lift
@@ -106,7 +106,7 @@ contains
    end function strength
 
    !> Return tan φ, c, T and tan ψ, divided by a reduction factor.
-   pure function reduced_strengths(law, joint, factor) result(strengths)
+   pure function find_reduced_strengths(law, joint, factor) result(strengths)
       class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint        !< input of the law
       real(wp), intent(in) :: factor               !< above 0
@@ -120,7 +120,7 @@ contains
          strength_type('residual_cohesion', joint%residual_cohesion/factor), &
          strength_type('residual_tensile_strength', joint%residual_tensile_strength/factor), &
          strength_type('dilation_angle', reduced_angle(joint%dilation_angle, factor))]
-   end function reduced_strengths
+   end function find_reduced_strengths
 
    !> Return the largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total

@@ -7,7 +7,7 @@
 module dda_neighbours
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, is_convex
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_growth, only: grow
    implicit none
    private
@@ -88,8 +88,8 @@ contains
       integer, allocatable :: start(:), by_first(:), by_second(:), sorted(:,:)
 
       associate (pair => neighbours%pair(:, :neighbours%n_pairs))
-         call counting_sort(n, pair(1, :), start, by_first)
-         call counting_sort(n, pair(2, by_first), start, by_second)
+         call sort_by_key(n, pair(1, :), start, by_first)
+         call sort_by_key(n, pair(2, by_first), start, by_second)
          sorted = pair(:, by_first(by_second))
       end associate
       call move_alloc(sorted, neighbours%pair)

@@ -6,11 +6,11 @@
 module dda_outline
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_edge_piece, only: edge_piece_type
+   use dda_edge_part, only: edge_part_type
    use dda_neighbours, only: neighbours_type, find_near_pairs
    implicit none
    private
-   public :: sides, outline_of, pieces_on_side, pieces_along, common_span, touching
+   public :: sides, find_outline, parts_on_side, parts_along, common_span, touching
 
    !> Names of the sides of the bounding box, and of the upward surface.
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
@@ -23,26 +23,26 @@ module dda_outline
 contains
 
    !> Find the outline of the marked blocks in a model.
-   subroutine outline_of(blocks, wanted, pieces)
+   subroutine find_outline(blocks, wanted, parts)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       logical, intent(in) :: wanted(:)         !< [blocks] marks of the blocks
-      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts of their edges
+      type(edge_part_type), allocatable, intent(out) :: parts(:)  !< parts of their edges
       type(neighbours_type) :: neighbours
       integer, allocatable :: first(:), other(:)
       integer :: b, e, n
 
-      allocate (pieces(0))
+      allocate (parts(0))
       call find_near_pairs(neighbours, blocks, 4*touching*blocks%half_size)
       call list_neighbours(neighbours, blocks%n, first, other)
       n = 0
       do b = 1, blocks%n
          if (.not. wanted(b) .or. blocks%removed(b)) cycle
          do e = blocks%first(b), blocks%first(b + 1) - 1
-            call add_free_parts(blocks, e, other(first(b):first(b + 1) - 1), pieces, n)
+            call add_free_parts(blocks, e, other(first(b):first(b + 1) - 1), parts, n)
          end do
       end do
-      pieces = pieces(:n)
-   end subroutine outline_of
+      parts = parts(:n)
+   end subroutine find_outline
 
    !> List the near blocks of each block.
    pure subroutine list_neighbours(neighbours, n, first, other)
@@ -73,11 +73,11 @@ contains
    end subroutine list_neighbours
 
    !> Append the parts of edge e along which no edge of another block runs.
-   pure subroutine add_free_parts(blocks, e, others, pieces, n)
+   pure subroutine add_free_parts(blocks, e, others, parts, n)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer, intent(in) :: e                 !< edge, given by its first vertex
       integer, intent(in) :: others(:)         !< near blocks
-      type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
+      type(edge_part_type), allocatable, intent(inout) :: parts(:)  !< list to append to
       integer, intent(inout) :: n              !< number of entries of the list
       real(wp) :: free, span(2)
       integer :: i, f
@@ -91,7 +91,7 @@ contains
                   blocks%vertex(:, blocks%next(f)), -1.0_wp), free, span)
             end do
          end do
-         if (span(1) - free > least) call add_part(pieces, n, edge_piece_type(blocks%owner(e), e, &
+         if (span(1) - free > least) call add_part(parts, n, edge_part_type(blocks%owner(e), e, &
             free, span(1)))
          free = span(2)
       end do
@@ -146,39 +146,39 @@ contains
    end function common_span
 
    !> Append a part of an edge to a list.
-   pure subroutine add_part(pieces, n, piece)
-      type(edge_piece_type), allocatable, intent(inout) :: pieces(:)  !< list to append to
+   pure subroutine add_part(parts, n, part)
+      type(edge_part_type), allocatable, intent(inout) :: parts(:)  !< list to append to
       integer, intent(inout) :: n                 !< number of entries of the list
-      type(edge_piece_type), intent(in) :: piece  !< part to append
-      type(edge_piece_type), allocatable :: more(:)
+      type(edge_part_type), intent(in) :: part  !< part to append
+      type(edge_part_type), allocatable :: more(:)
 
-      if (n == size(pieces)) then
+      if (n == size(parts)) then
          allocate (more(2*n + 8))
-         more(:n) = pieces
-         call move_alloc(more, pieces)
+         more(:n) = parts
+         call move_alloc(more, parts)
       end if
       n = n + 1
-      pieces(n) = piece
+      parts(n) = part
    end subroutine add_part
 
    !> Select the parts on a side of the bounding box; for 'surface', the parts that face upwards.
-   pure function pieces_on_side(blocks, pieces, side) result(found)
+   pure function parts_on_side(blocks, parts, side) result(found)
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
-      type(edge_piece_type), intent(in) :: pieces(:)     !< parts to choose from
+      type(edge_part_type), intent(in) :: parts(:)     !< parts to choose from
       character(len=*), intent(in) :: side               !< one of `sides`
-      type(edge_piece_type), allocatable :: found(:)
+      type(edge_part_type), allocatable :: found(:)
       real(wp) :: line, outward(2)
       integer :: i, axis
 
       if (side == 'surface') then
-         found = pack(pieces, -blocks%along(1, pieces%edge) > parallel)
+         found = pack(parts, -blocks%along(1, parts%edge) > parallel)
          return
       end if
       axis = merge(1, 2, side == 'left' .or. side == 'right')
       outward = 0.0_wp
       outward(axis) = merge(-1.0_wp, 1.0_wp, side == 'left' .or. side == 'bottom')
       line = maxval(outward(axis)*blocks%vertex(axis, :))
-      found = pack(pieces, [(is_on_side(pieces(i)%edge), i=1, size(pieces))])
+      found = pack(parts, [(is_on_side(parts(i)%edge), i=1, size(parts))])
 
    contains
 
@@ -189,28 +189,28 @@ contains
             all(line - outward(axis)*blocks%vertex(axis, [e, blocks%next(e)]) &
             <= touching*blocks%half_size)
       end function is_on_side
-   end function pieces_on_side
+   end function parts_on_side
 
    !> Select the parts that lie on a polyline.
-   pure function pieces_along(blocks, pieces, line) result(found)
+   pure function parts_along(blocks, parts, line) result(found)
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
-      type(edge_piece_type), intent(in) :: pieces(:)   !< parts to choose from
+      type(edge_part_type), intent(in) :: parts(:)   !< parts to choose from
       real(wp), intent(in) :: line(:,:)  !< [2, points] polyline in the engine's coordinates, m
-      type(edge_piece_type), allocatable :: found(:)
+      type(edge_part_type), allocatable :: found(:)
       real(wp) :: span(2)
       integer :: i, k, n
 
       allocate (found(0))
       n = 0
-      do i = 1, size(pieces)
+      do i = 1, size(parts)
          do k = 1, size(line, 2) - 1
-            span = common_span(blocks, pieces(i)%edge, line(:, k), line(:, k + 1), 0.0_wp)
-            span = [max(span(1), pieces(i)%from), min(span(2), pieces(i)%to)]
+            span = common_span(blocks, parts(i)%edge, line(:, k), line(:, k + 1), 0.0_wp)
+            span = [max(span(1), parts(i)%from), min(span(2), parts(i)%to)]
             if (span(2) - span(1) > least) call add_part(found, n, &
-               edge_piece_type(pieces(i)%block, pieces(i)%edge, span(1), span(2)))
+               edge_part_type(parts(i)%block, parts(i)%edge, span(1), span(2)))
          end do
       end do
       found = found(:n)
-   end function pieces_along
+   end function parts_along
 
 end module dda_outline

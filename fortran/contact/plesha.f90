@@ -29,7 +29,7 @@ module dda_plesha
       real(wp) :: wear = 0.0_wp       !< c, m²/J
    contains
       procedure :: strength
-      procedure :: reduced_strengths
+      procedure :: find_reduced_strengths
       procedure :: state_after_slip
       procedure :: lift
       procedure :: rise
@@ -113,7 +113,7 @@ contains
    end function strength
 
    !> Return tan φ and tan α₀, divided by a reduction factor.
-   pure function reduced_strengths(law, joint, factor) result(strengths)
+   pure function find_reduced_strengths(law, joint, factor) result(strengths)
       class(plesha_type), intent(in) :: law   !< law of the joint
       type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
@@ -124,7 +124,7 @@ contains
       friction = reduced_angle(joint%friction_angle, factor)
       strengths = [strength_type('friction_angle', friction), strength_type('asperity_angle', &
          min(reduced_angle(joint%asperity_angle, factor), largest_climb - friction))]
-   end function reduced_strengths
+   end function find_reduced_strengths
 
    !> Update net slip, lift and wear after a slip.
    pure type(joint_state_type) function state_after_slip(law, state, slip, &

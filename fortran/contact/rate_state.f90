@@ -34,7 +34,7 @@ module dda_rate_state
       real(wp) :: first_age = 1.0_wp   !< θ at the start, s
    contains
       procedure :: strength
-      procedure :: reduced_strengths
+      procedure :: find_reduced_strengths
       procedure :: flow => slip_curve
       procedure :: expected_slip
       procedure :: state_after_slip
@@ -106,7 +106,7 @@ contains
    end function strength
 
    !> Return μ₀, a and b, divided by a reduction factor.
-   pure function reduced_strengths(law, joint, factor) result(strengths)
+   pure function find_reduced_strengths(law, joint, factor) result(strengths)
       class(rate_state_type), intent(in) :: law  !< law of the joint
       type(joint_type), intent(in) :: joint      !< input of the law
       real(wp), intent(in) :: factor             !< above 0
@@ -116,7 +116,7 @@ contains
          strength_type('direct_effect', joint%direct_effect/factor)]
       if (joint%evolution_effect > 0.0_wp) strengths = [strengths, &
          strength_type('evolution_effect', joint%evolution_effect/factor)]
-   end function reduced_strengths
+   end function find_reduced_strengths
 
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine slip_curve(law, state, normal_force, stretch, shear_force, tangent)

@@ -64,8 +64,8 @@ contains
                if (.not. (any(stage%holds) .or. any(stage%loads) .or. any(stage%begins) .or. &
                   any(stage%added))) cycle
                call fail(error, error_input, model%file//': stage '//quoted(trim(stage%name))// &
-                  ' is added during the run, so it cannot use hold, loads, motions or add: '// &
-                  'only a stage of the original input can')
+                  ' is added during the run, so it cannot use `hold`, `loads`, `motions` or '// &
+                  '`add`, which only stages of the original input may use')
                return
             end associate
          end do
@@ -91,15 +91,15 @@ contains
       type(model_type), intent(inout) :: run_model  !< model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
       type(stage_type), allocatable :: stages(:)
-      integer :: old
+      integer :: n_stages
 
-      old = size(run_model%stages)
-      if (size(model%stages) <= old) return
+      n_stages = size(run_model%stages)
+      if (size(model%stages) <= n_stages) return
       allocate (stages(size(model%stages)))
-      stages(:old) = run_model%stages
-      stages(old + 1:) = model%stages(old + 1:)
-      stages(old)%steps = model%stages(old)%steps
-      stages(old)%duration = model%stages(old)%duration
+      stages(:n_stages) = run_model%stages
+      stages(n_stages + 1:) = model%stages(n_stages + 1:)
+      stages(n_stages)%steps = model%stages(n_stages)%steps
+      stages(n_stages)%duration = model%stages(n_stages)%duration
       call move_alloc(stages, run_model%stages)
    end subroutine adopt_stages
 

@@ -67,44 +67,44 @@ contains
    end subroutine change_now
 
    !> Check that the model differs in changeable values only.
-   subroutine check_unchanged(old, blocks, new, error)
-      type(model_type), intent(in) :: old, new  !< models of the run and of the changed input
+   subroutine check_unchanged(run_model, blocks, model, error)
+      type(model_type), intent(in) :: run_model, model  !< model of the run, of the changed input
       type(blocks_type), intent(in) :: blocks   !< blocks or model of the run
       type(error_type), allocatable, intent(out) :: error  !< set if other values differ
       logical :: unchanged
       integer :: i
 
-      unchanged = blocks%n == new%blocks%n .and. size(old%joints) == size(new%joints) &
-         .and. size(old%motions) == size(new%motions) .and. size(old%stages) == size(new%stages) &
-         .and. size(old%fixed_points) <= size(new%fixed_points) &
-         .and. size(old%free_fields) == size(new%free_fields) &
-         .and. size(old%loads) <= size(new%loads)
-      if (unchanged) unchanged = size(blocks%owner) == size(new%blocks%owner)
-      if (unchanged) unchanged = all(blocks%reference == new%blocks%reference)
-      if (unchanged) unchanged = all([(old%fixed_points(i)%block &
-         == new%fixed_points(i)%block .and. &
-         all(old%fixed_points(i)%reference == new%fixed_points(i)%reference), &
-         i=1, size(old%fixed_points))])
-      if (.not. unchanged) call fail(error, error_input, new%file//': a run cannot change its '// &
-         'blocks or the numbers of joints, motions and stages; '// &
+      unchanged = blocks%n == model%blocks%n .and. size(run_model%joints) == size(model%joints) &
+         .and. size(run_model%motions) == size(model%motions) .and. size(run_model%stages) == &
+         size(model%stages) .and. size(run_model%fixed_points) <= size(model%fixed_points) &
+         .and. size(run_model%free_fields) == size(model%free_fields) &
+         .and. size(run_model%loads) <= size(model%loads)
+      if (unchanged) unchanged = size(blocks%owner) == size(model%blocks%owner)
+      if (unchanged) unchanged = all(blocks%reference == model%blocks%reference)
+      if (unchanged) unchanged = all([(run_model%fixed_points(i)%block &
+         == model%fixed_points(i)%block .and. &
+         all(run_model%fixed_points(i)%reference == model%fixed_points(i)%reference), &
+         i=1, size(run_model%fixed_points))])
+      if (.not. unchanged) call fail(error, error_input, model%file//': a run cannot change '// &
+         'its blocks or the numbers of joints, motions and stages; '// &
          'it cannot add fixed points to fixed edges')
    end subroutine check_unchanged
 
    !> Check that the fitted Maxwell branches are valid for the new Δt; they are not fitted again.
-   subroutine check_maxwell_steps(simulation, new, error)
+   subroutine check_maxwell_steps(simulation, model, error)
       type(simulation_type), intent(in) :: simulation  !< between two steps
-      type(model_type), intent(in) :: new  !< model of the changed input
+      type(model_type), intent(in) :: model  !< model of the changed input
       type(error_type), allocatable, intent(inout) :: error  !< allocated on failure
       real(wp), parameter :: rounding = 1.0_wp + 1.0e-9_wp  !< factor that allows for rounding
       real(wp) :: limit
       integer :: m
 
-      limit = highest_relaxation(simulation%scheme%theta, new%control%time_step)
+      limit = highest_relaxation(simulation%scheme%theta, model%control%time_step)
       do m = 1, size(simulation%blocks%damping)
          associate (body => simulation%blocks%damping(m))
             if (any(body%omega(:body%n) > rounding*limit)) call fail(error, error_input, &
-               new%file//': time_step = '//to_text(new%control%time_step)//' s is too long for '// &
-               'the damping of a material, which has been fitted with mechanisms up to '// &
+               model%file//': time_step = '//to_text(model%control%time_step)//' s is too long '// &
+               'for the damping of a material, which has been fitted with mechanisms up to '// &
                to_text(maxval(body%omega(:body%n))/(2.0_wp*pi))//' Hz; start with this time_step')
          end associate
       end do
@@ -150,44 +150,44 @@ contains
    end function motion_from_time
 
    !> Replace the loads, whose number may increase; existing loads retain their start times.
-   subroutine adopt_loads(run_model, model, removed)
+   subroutine adopt_loads(run_model, model, is_removed)
       type(model_type), intent(inout) :: run_model  !< blocks or model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
-      logical, intent(in) :: removed(:)       !< [blocks]
+      logical, intent(in) :: is_removed(:)       !< [blocks]
       type(load_type), allocatable :: loads(:)
-      integer :: i, s, old
+      integer :: i, s, n_loads
 
       loads = model%loads
-      old = size(run_model%loads)
+      n_loads = size(run_model%loads)
       do i = 1, size(loads)
-         if (i <= old) loads(i)%start = run_model%loads(i)%start
-         if (removed(loads(i)%block)) loads(i)%start = never
+         if (i <= n_loads) loads(i)%start = run_model%loads(i)%start
+         if (is_removed(loads(i)%block)) loads(i)%start = never
       end do
       do s = 1, size(run_model%stages)
          run_model%stages(s)%loads = [run_model%stages(s)%loads, spread(.false., 1, size(loads) &
-            - old)]
+            - n_loads)]
       end do
       call move_alloc(loads, run_model%loads)
    end subroutine adopt_loads
 
    !> Replace the fixed points, whose number may increase; released points remain released.
-   subroutine adopt_points(run_model, model, removed, stage)
+   subroutine adopt_points(run_model, model, is_removed, stage)
       type(model_type), intent(inout) :: run_model  !< blocks or model of the run
       type(model_type), intent(in) :: model   !< model of the changed input
-      logical, intent(in) :: removed(:)       !< [blocks]
+      logical, intent(in) :: is_removed(:)       !< [blocks]
       integer, intent(in) :: stage            !< present stage
       type(fixed_point_type), allocatable :: points(:)
-      integer :: i, s, added
+      integer :: i, s, n_added
 
       points = model%fixed_points
-      added = size(points) - size(run_model%fixed_points)
+      n_added = size(points) - size(run_model%fixed_points)
       do i = 1, size(run_model%fixed_points)
-         points(i)%place = run_model%fixed_points(i)%place
+         points(i)%position = run_model%fixed_points(i)%position
       end do
       do s = 1, size(run_model%stages)
          associate (stages => run_model%stages)
-            stages(s)%released = [stages(s)%released, spread(.false., 1, added)]
-            stages(s)%holds = [stages(s)%holds, spread(.false., 1, added)]
+            stages(s)%released = [stages(s)%released, spread(.false., 1, n_added)]
+            stages(s)%holds = [stages(s)%holds, spread(.false., 1, n_added)]
             if (s > stage) cycle
             do i = 1, size(points)
                if (stages(s)%holds(i)) points(i)%fixed_along = points(i)%waiting
@@ -196,16 +196,16 @@ contains
          end associate
       end do
       do i = 1, size(points)
-         if (removed(points(i)%block)) points(i)%fixed_along = .false.
+         if (is_removed(points(i)%block)) points(i)%fixed_along = .false.
       end do
       call move_alloc(points, run_model%fixed_points)
    end subroutine adopt_points
 
    !> Set the targets of fixed points to their positions, for points that are fixed again or have
    !> another motion.  Other targets do not change.
-   subroutine set_targets_here(simulation, before, motions)
+   subroutine set_targets_here(simulation, former_points, motions)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      type(fixed_point_type), intent(in) :: before(:)  !< points before the change
+      type(fixed_point_type), intent(in) :: former_points(:)  !< points before the change
       type(motion_type), intent(in) :: motions(:)      !< motions before the change
       real(wp) :: position(2), prescribed(2, 2), coordinate
       integer :: i, axis
@@ -213,19 +213,20 @@ contains
       associate (points => simulation%model%fixed_points, time => simulation%time)
          do i = 1, size(points)
             position = position_of(simulation%blocks, points(i)%block, points(i)%reference)
-            points(i)%place = 0.0_wp
+            points(i)%position = 0.0_wp
             prescribed(:, 2) = displacement_of(simulation%model%motions, points(i)%motion, time)
-            if (i <= size(before)) prescribed(:, 1) = displacement_of(motions, before(i)%motion, &
-               time)
+            if (i <= size(former_points)) prescribed(:, 1) = displacement_of(motions, &
+               former_points(i)%motion, time)
             do axis = 1, 2
                associate (direction => points(i)%axes(:, axis))
                   coordinate = dot_product(direction, position)
-                  if (i <= size(before)) then
-                     if (before(i)%fixed_along(axis)) coordinate = dot_product(direction, &
-                        before(i)%place) &
+                  if (i <= size(former_points)) then
+                     if (former_points(i)%fixed_along(axis)) coordinate = dot_product(direction, &
+                        former_points(i)%position) &
                         + prescribed(axis, 1)
                   end if
-                  points(i)%place = points(i)%place + direction*(coordinate - prescribed(axis, 2))
+                  points(i)%position = points(i)%position + direction*(coordinate - &
+                     prescribed(axis, 2))
                end associate
             end do
          end do

@@ -58,7 +58,7 @@ module dda_equilibrium
       integer :: steps = 0                      !< number of static steps
       integer(long) :: budget = 0               !< largest number of open–close iterations
       logical :: at_rest = .false.              !< equilibrium has been reached
-      real(wp) :: largest = huge(1.0_wp)        !< largest unbalanced force on a block, N/m
+      real(wp) :: largest_force = huge(1.0_wp)        !< largest unbalanced force on a block, N/m
       integer :: block = 0  !< block with the largest ratio of force to tolerance
       real(wp) :: unbalanced = huge(1.0_wp)     !< unbalanced force of that block, N/m
       real(wp) :: tolerance = 0.0_wp              !< tolerance of that force, N/m
@@ -93,10 +93,10 @@ module dda_equilibrium
    real(wp), parameter :: slow_growth = 2.0_wp     !< factor of Δt after a step with more iterations
    !> number of steps without halving after which the unbalanced force is a rounding error; models
    !> on dashpots must reach this limit
-   integer, parameter :: most_stalled = 3
+   integer, parameter :: max_stalled = 3
    !> largest number of relaxed steps without halving the unbalanced force; then the search begins
    !> again.  Walls of 4,000 bricks need up to 7; packings of polygons never converge
-   integer, parameter :: most_relaxed_stalled = 8
+   integer, parameter :: max_stalled_relaxed = 8
    integer, parameter :: most_searches = 2  !< largest number of further searches
    !> unbalanced force over weight near convergence
    real(wp), parameter :: nearly_balanced = 1.0e-3_wp
@@ -104,13 +104,13 @@ module dda_equilibrium
    real(wp), parameter :: fully_explained = 1.0e-3_wp
    !> number of offset removals after which a vertex may remain between the two edges that it pushes
    !> apart
-   integer, parameter :: most_releases = 5
+   integer, parameter :: max_releases = 5
    integer, parameter :: few_iterations = 20  !< open–close iterations that permit `growth`
    real(wp), parameter :: shrink = 0.1_wp          !< factor of Δt after a failed step
-   real(wp), parameter :: longest = 1.0e2_wp       !< largest Δt over the first one
-   real(wp), parameter :: shortest = 1.0e-5_wp     !< smallest Δt over the first one
+   real(wp), parameter :: max_step_ratio = 1.0e2_wp       !< largest Δt over the first one
+   real(wp), parameter :: min_step_ratio = 1.0e-5_wp     !< smallest Δt over the first one
    !> largest total displacement in a search for equilibrium, over half the model size
-   real(wp), parameter :: most_fall = 1.0_wp
+   real(wp), parameter :: max_fall = 1.0_wp
 
 contains
 
@@ -173,14 +173,14 @@ contains
       type(simulation_type), intent(in) :: start          !< state before the first static step
       type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search so far
       type(error_type), allocatable, intent(inout) :: error  !< error of the last step, if it failed
-      type(simulation_type), allocatable :: first
+      type(simulation_type), allocatable :: first_record
       type(equilibrium_type) :: record
       type(error_type), allocatable :: failure
       integer :: search
       logical :: relaxes
 
       if (is_decided(equilibrium, error)) return
-      first = simulation
+      first_record = simulation
       record = equilibrium
       if (allocated(error)) failure = error
       associate (iteration => simulation%iteration)
@@ -188,7 +188,7 @@ contains
             if (.not. iteration%may_relax .or. is_decided(equilibrium, error)) exit
             if (allocated(error)) deallocate (error)
             relaxes = .not. iteration%relaxes
-            if (relaxes .or. equilibrium%largest > nearly_balanced*iteration%weight) &
+            if (relaxes .or. equilibrium%largest_force > nearly_balanced*iteration%weight) &
                simulation = start
             iteration%may_relax = relaxes
             iteration%relaxes = relaxes
@@ -197,7 +197,7 @@ contains
          end do
       end associate
       if (is_decided(equilibrium, error)) return
-      simulation = first
+      simulation = first_record
       equilibrium = record
       call move_alloc(failure, error)
    end subroutine search_again
@@ -254,15 +254,15 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(equilibrium_type), intent(inout) :: equilibrium  !< record of the search
       type(error_type), allocatable, intent(out) :: error  !< error of a step with the shortest Δt
-      real(wp) :: first, distance, smallest
+      real(wp) :: first_time_step, distance, smallest_force
       real(wp), allocatable :: initial_positions(:,:)
       integer(long) :: iterations, last_progress
       integer :: stalled
 
       initial_positions = simulation%blocks%position(1:2, :)
-      smallest = huge(1.0_wp)
+      smallest_force = huge(1.0_wp)
       stalled = 0
-      first = simulation%time_step
+      first_time_step = simulation%time_step
       iterations = simulation%counters%iterations
       last_progress = iterations
       distance = 0.0_wp
@@ -274,22 +274,23 @@ contains
          call find_unexplained_penetration(simulation, equilibrium)
          if (.not. equilibrium%at_rest) call record_falling(simulation, equilibrium)
          if (equilibrium%falling > 0) return
-         if (equilibrium%largest < 0.5_wp*smallest) last_progress = simulation%counters%iterations
-         stalled = merge(0, stalled + 1, equilibrium%largest < 0.5_wp*smallest)
-         smallest = min(smallest, equilibrium%largest)
-         if (equilibrium%at_rest .and. (stalled >= most_stalled .or. &
+         if (equilibrium%largest_force < 0.5_wp*smallest_force) last_progress = &
+            simulation%counters%iterations
+         stalled = merge(0, stalled + 1, equilibrium%largest_force < 0.5_wp*smallest_force)
+         smallest_force = min(smallest_force, equilibrium%largest_force)
+         if (equilibrium%at_rest .and. (stalled >= max_stalled .or. &
             size(simulation%model%boundaries) + size(simulation%model%free_fields) == 0)) return
          if (equilibrium%steps == most_steps) return
-         if (distance > most_fall*half_size(simulation%blocks)) return
+         if (distance > max_fall*half_size(simulation%blocks)) return
          if (simulation%counters%iterations - iterations > equilibrium%budget) return
          if (simulation%counters%iterations - last_progress > stalled_iterations &
             + merge(yield_work, stalled_work, any(simulation%model%materials%yields())) &
             /simulation%blocks%n) return
-         if (simulation%iteration%relaxes .and. stalled >= most_relaxed_stalled .and. &
-            equilibrium%largest > nearly_balanced*simulation%iteration%weight) return
-         if (equilibrium%unexplained > 0 .and. equilibrium%releases < most_releases) &
+         if (simulation%iteration%relaxes .and. stalled >= max_stalled_relaxed .and. &
+            equilibrium%largest_force > nearly_balanced*simulation%iteration%weight) return
+         if (equilibrium%unexplained > 0 .and. equilibrium%releases < max_releases) &
             call remove_contact_offsets(simulation, equilibrium)
-         call static_step(simulation, first, error)
+         call perform_static_step(simulation, first_time_step, error)
          if (allocated(error)) equilibrium%at_rest = .false.
          if (allocated(error)) return
          equilibrium%steps = equilibrium%steps + 1
@@ -316,9 +317,9 @@ contains
    end subroutine limit_movement
 
    !> Perform one static step; if it fails, the blocks do not move and Δt is reduced.
-   subroutine static_step(simulation, first, error)
+   subroutine perform_static_step(simulation, first_time_step, error)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp), intent(in) :: first  !< Δt of the first step, s
+      real(wp), intent(in) :: first_time_step  !< Δt of the first step, s
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: step
 
@@ -327,15 +328,17 @@ contains
          step = simulation%step
          call advance(simulation, error)
          if (.not. allocated(error)) exit
-         if (simulation%step > step .or. simulation%time_step <= shortest*first .or. &
-            .not. (error%kind == error_convergence .or. error%kind == error_solver)) return
+         if (simulation%step > step .or. simulation%time_step <= &
+            min_step_ratio*first_time_step .or. .not. (error%kind == error_convergence .or. &
+            error%kind == error_solver)) return
          simulation%time_step = shrink*simulation%time_step
          call exchange_lists(simulation)  ! restore the contacts of the last accepted step
       end do
-      simulation%time_step = min(longest*first, simulation%time_step*merge(growth, slow_growth, &
-         simulation%iteration%iterations <= few_iterations))
+      simulation%time_step = min(max_step_ratio*first_time_step, &
+         simulation%time_step*merge(growth, slow_growth, simulation%iteration%iterations <= &
+         few_iterations))
       call stop_blocks(simulation)
-   end subroutine static_step
+   end subroutine perform_static_step
 
    !> Set all velocities to zero and add the lost kinetic energy to the budget.
    subroutine stop_blocks(simulation)
@@ -373,7 +376,7 @@ contains
       type(rows_type) :: rows
       integer :: c
 
-      equilibrium%largest = huge(1.0_wp)
+      equilibrium%largest_force = huge(1.0_wp)
       equilibrium%unbalanced = huge(1.0_wp)
       equilibrium%block = 0
       call evaluate_present(simulation, error)
@@ -406,7 +409,7 @@ contains
       logical :: is_largest
       integer :: b
 
-      equilibrium%largest = 0.0_wp
+      equilibrium%largest_force = 0.0_wp
       equilibrium%tolerance = 1.0_wp
       equilibrium%tolerance_ratio = 0.0_wp
       associate (blocks => simulation%blocks, system => simulation%system)
@@ -423,7 +426,7 @@ contains
                equilibrium%tolerance = tolerance
             end if
             if (.not. size_of <= huge(size_of)) return
-            equilibrium%largest = max(equilibrium%largest, size_of)
+            equilibrium%largest_force = max(equilibrium%largest_force, size_of)
             weight = block_weight(simulation, b)
             if (blocks%removed(b) .or. system%has_terms(b) .or. &
                tolerance <= equilibrium%tolerance_ratio*weight) cycle
@@ -475,7 +478,7 @@ contains
          end do
       end associate
       equilibrium%at_rest = equilibrium%unexplained == 0 &
-         .or. (equilibrium%releases == most_releases .and. &
+         .or. (equilibrium%releases == max_releases .and. &
             largest_excess <= simulation%detection%least)
    end subroutine find_unexplained_penetration
 
@@ -508,9 +511,9 @@ contains
    end subroutine remove_contact_offsets
 
    !> Find the block that has moved farthest from given positions, and its distance.
-   subroutine find_farthest_block(blocks, from, block, distance)
+   subroutine find_farthest_block(blocks, initial_positions, block, distance)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(in) :: from(:,:)        !< [≥2,blocks] centroids, m
+      real(wp), intent(in) :: initial_positions(:,:)        !< [≥2,blocks] centroids, m
       integer, intent(out) :: block            !< number of the block; 0: no block has moved
       real(wp), intent(out) :: distance        !< distance, m
       real(wp) :: displacement
@@ -520,7 +523,7 @@ contains
       distance = 0.0_wp
       do b = 1, blocks%n
          if (blocks%removed(b)) cycle
-         displacement = norm2(blocks%position(1:2, b) - from(1:2, b))
+         displacement = norm2(blocks%position(1:2, b) - initial_positions(1:2, b))
          if (displacement <= distance) cycle
          distance = displacement
          block = b
@@ -576,9 +579,9 @@ contains
 
       most_loaded = 0
       sliding = 0
-      text = '; look at supports, joints and gaps'
+      text = '; check supports, joints and gaps'
       if (any(simulation%model%materials%yields())) text = '; a material may yield: load or '// &
-         'excavate in several stages, or look at supports, joints and gaps'
+         'excavate in several stages, or check supports, joints and gaps'
       associate (contacts => simulation%contacts(simulation%now), joints => simulation%model%joints)
          do c = 1, contacts%n
             of_block = contacts%block_v(c) == b .or. contacts%block_e(c) == b
@@ -594,14 +597,14 @@ contains
                text = '; no contact slides; largest contact force on the block '// &
                short_text(contacts%normal_force(most_loaded(3)))//' N/m on '// &
                joint_label(joints(contacts%joint(most_loaded(3)))%name)// &
-               ': look at that joint, at supports and gaps'
+               '; check this joint, supports and gaps'
             return
          end if
          text = '; '//counted(to_text(sliding), 'contact slides', 'contacts slide')//': block '// &
             block_name(simulation, contacts%block_v(c))//' slides on '// &
             block_name(simulation, contacts%block_e(c))//' along '// &
-            joint_label(joints(contacts%joint(c))%name)//'; give it more friction, a '// &
-            'support or a bolt, or let it slide in a dynamic stage'
+            joint_label(joints(contacts%joint(c))%name)//'; increase its friction, add a '// &
+            'support or a bolt, or let the block slide in a dynamic stage'
       end associate
    end function sliding_contact_text
 
@@ -669,9 +672,9 @@ contains
       real(wp) :: weight
 
       text = 'at rest after '//static_steps_text(equilibrium)//', largest unbalanced force '// &
-         short_text(equilibrium%largest)//' N/m'
+         short_text(equilibrium%largest_force)//' N/m'
       weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
-      if (weight > 0.0_wp) text = text//', '//short_text(equilibrium%largest/weight)// &
+      if (weight > 0.0_wp) text = text//', '//short_text(equilibrium%largest_force/weight)// &
          ' of the weight'
       if (equilibrium%tolerance_ratio > doubtful_ratio) text = text//'; but forces up to '// &
          short_text(equilibrium%tolerance_ratio)//' of the weight of block '// &

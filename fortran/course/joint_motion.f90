@@ -25,9 +25,9 @@ contains
 
    !> Measure a joint: mean slip and largest opening, m (NaN if its blocks are removed); forces,
    !> N/m: normal (compression positive), resisting shear, resultant (x, y) on the first set.
-   pure subroutine measure_joint(joint, first, contacts, blocks, values)
+   pure subroutine measure_joint(joint, first_contacts, contacts, blocks, values)
       type(measured_joint_type), intent(in) :: joint   !< joint of the model
-      type(first_contacts_type), intent(in) :: first   !< contacts when counting began
+      type(first_contacts_type), intent(in) :: first_contacts   !< contacts when counting began
       type(contacts_type), intent(in) :: contacts      !< contacts of the last step
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       real(wp), intent(out) :: values(joint_columns)   !< slip, opening, forces
@@ -37,10 +37,10 @@ contains
       n = 0
       slip = 0.0_wp
       opening = 0.0_wp
-      do c = 1, size(first%vertex)
-         if (.not. is_between(joint, blocks%owner(first%vertex(c)), blocks%owner(first%edge(c)))) &
-            cycle
-         movement = foot_movement(first, blocks, c)
+      do c = 1, size(first_contacts%vertex)
+         if (.not. is_between(joint, blocks%owner(first_contacts%vertex(c)), &
+            blocks%owner(first_contacts%edge(c)))) cycle
+         movement = foot_movement(first_contacts, blocks, c)
          n = n + 1
          slip = slip - movement(1)  ! vertices are counter-clockwise, so a top edge runs to the left
          opening = max(opening, movement(2))

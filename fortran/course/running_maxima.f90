@@ -21,20 +21,20 @@ module dda_running_maxima
    implicit none
    private
    public :: begin_maxima, reserve_maxima, count_step, count_stage, change_base, restart_points, &
-      collect_residuals, least_movement
+      collect_residuals, min_movement
 
-   real(wp), parameter :: least_share = 1.0e-5_wp  !< least reported movement over the model size
+   real(wp), parameter :: min_movement_ratio = 1.0e-5_wp  !< smallest reported movement/model size
 
-   real(wp), parameter :: least_recorded = 1.0e-7_wp  !< slip/model size recorded in the same step
+   real(wp), parameter :: min_recorded_ratio = 1.0e-7_wp  !< slip/model size recorded at once
 
 contains
 
    !> Smallest contact movement that is reported, m.
-   pure real(wp) function least_movement(simulation)
+   pure real(wp) function min_movement(simulation)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
 
-      least_movement = least_share*2*half_size(simulation%model%blocks)
-   end function least_movement
+      min_movement = min_movement_ratio*2*half_size(simulation%model%blocks)
+   end function min_movement
 
    !> Begin the maxima with the present state.
    subroutine begin_maxima(simulation)
@@ -43,7 +43,7 @@ contains
       call reserve_maxima(simulation, 0)
       associate (maxima => simulation%maxima, contacts => simulation%contacts(simulation%now))
          call begin_first_contacts(maxima%contacts, contacts, simulation%blocks, &
-            least_movement(simulation))
+            min_movement(simulation))
          maxima%first = simulation%blocks%position(1:3, :)
       end associate
       call count_state(simulation, .true., .true.)
@@ -75,20 +75,20 @@ contains
    end subroutine reserve_maxima
 
    !> Find the nearest measured point below point i, initially within 45° of the vertical; 0: none.
-   pure integer function point_below(simulation, i) result(below)
+   pure integer function point_below(simulation, i) result(lower_point)
       type(simulation_type), intent(in) :: simulation  !< a run and its state
       integer, intent(in) :: i                         !< measured point
-      real(wp) :: offset(2), nearest
+      real(wp) :: offset(2), nearest_distance
       integer :: k
 
-      below = 0
-      nearest = huge(1.0_wp)
+      lower_point = 0
+      nearest_distance = huge(1.0_wp)
       do k = 1, size(simulation%model%points)
          offset = reference_position(simulation, i) - reference_position(simulation, k)
          if (offset(2) <= 0.0_wp .or. offset(2) < abs(offset(1)) .or. norm2(offset) &
-            >= nearest) cycle
-         nearest = norm2(offset)
-         below = k
+            >= nearest_distance) cycle
+         nearest_distance = norm2(offset)
+         lower_point = k
       end do
    end function point_below
 
@@ -114,7 +114,7 @@ contains
             step_type(simulation%scheme, simulation%time - dt, dt), simulation%time)
          ! `path` increases by at most half the model size per step; faster steps are recorded.
          with_contacts = may_exceed(maxima%contacts, maxima%largest, simulation%path, &
-            least_recorded*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
+            min_recorded_ratio*size_of_model) .or. 2*simulation%speed*dt >= size_of_model
       end associate
       with_contacts = with_contacts .or. finished(simulation)
       call count_state(simulation, .true., with_contacts)
@@ -134,13 +134,13 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       logical, intent(in) :: rates             !< include velocities and accelerations
       logical, intent(in) :: with_contacts     !< include slip and opening
-      type(largest_type) :: largest(number_of_maxima)
+      type(largest_type) :: maxima(number_of_maxima)
 
-      largest = simulation%maxima%largest
-      call add_state(simulation, largest, rates)
-      if (with_contacts) call add_movement(simulation%maxima%contacts, largest, &
+      maxima = simulation%maxima%largest
+      call add_state(simulation, maxima, rates)
+      if (with_contacts) call add_movement(simulation%maxima%contacts, maxima, &
          simulation%contacts(simulation%now), simulation%blocks, simulation%time, simulation%path)
-      simulation%maxima%largest = largest
+      simulation%maxima%largest = maxima
    end subroutine count_state
 
    !> Update the maxima with the present state, except slip and opening.
@@ -203,7 +203,8 @@ contains
       real(wp) :: displacement(2)
 
       associate (point => simulation%model%points(i))
-         displacement = position_of(simulation%blocks, point%block, point%reference) - point%place
+         displacement = position_of(simulation%blocks, point%block, point%reference) - &
+            point%position
       end associate
       horizontal_displacement = displacement(1)
    end function horizontal_displacement
@@ -236,7 +237,7 @@ contains
          simulation%blocks, simulation%time)
       simulation%maxima%last = last
       call count_moved(simulation%maxima%contacts, simulation%contacts(simulation%now), &
-         simulation%blocks, least_movement(simulation), simulation%maxima%moved)
+         simulation%blocks, min_movement(simulation), simulation%maxima%moved)
    end subroutine collect_residuals
 
 end module dda_running_maxima

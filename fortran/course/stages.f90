@@ -232,15 +232,16 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: term  !< term of the budget
       real(wp), intent(in) :: sign_of  !< 1: the term is a gain; −1: a loss
-      type(energy_type) :: present
+      type(energy_type) :: present_energy
       real(wp) :: former_energy
       integer, parameter :: state(*) = [energy_kinetic, energy_strain, energy_contact, &
          energy_support, energy_water, energy_welded]
 
-      call start_energy_budget(present, simulation%blocks, simulation%contacts(simulation%now), &
-         simulation%laws, simulation%elements, next_step(simulation))
+      call start_energy_budget(present_energy, simulation%blocks, &
+         simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
+         next_step(simulation))
       former_energy = total_energy(simulation%energy)
-      simulation%energy%value(state) = present%value(state)
+      simulation%energy%value(state) = present_energy%value(state)
       call add_energy(simulation%energy, term, sign_of*(total_energy(simulation%energy) &
          - former_energy))
    end subroutine update_budget
@@ -270,7 +271,7 @@ contains
          do i = 1, size(model%fixed_points)
             if (.not. stage%holds(i)) cycle
             model%fixed_points(i)%fixed_along = model%fixed_points(i)%waiting
-            model%fixed_points(i)%place = place_now(simulation, i)
+            model%fixed_points(i)%position = place_now(simulation, i)
          end do
          do i = 1, size(model%loads)
             if (stage%loads(i)) model%loads(i)%start = simulation%time
@@ -294,7 +295,7 @@ contains
    subroutine replace_properties(simulation, s)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       integer, intent(in) :: s  !< stage
-      integer :: b, new
+      integer :: b, replacement
 
       associate (stage => simulation%model%stages(s), blocks => simulation%blocks)
          blocks%joint = stage%joint(blocks%joint)
@@ -303,9 +304,9 @@ contains
                blocks%mixed(b) = any(joint /= joint(1))
             end associate
             if (blocks%removed(b)) cycle
-            new = stage%material(blocks%material(b))
-            if (new == blocks%material(b)) cycle
-            call change_material(blocks, b, new, simulation%model%materials(new), &
+            replacement = stage%material(blocks%material(b))
+            if (replacement == blocks%material(b)) cycle
+            call change_material(blocks, b, replacement, simulation%model%materials(replacement), &
                simulation%model%control%plane_strain)
          end do
          simulation%system%constant_step%time_step = 0.0_wp  ! M and K have changed
@@ -324,15 +325,15 @@ contains
    end subroutine add_attachments
 
    !> Remove bolts and edge loads of the stage, and bolts of removed blocks.
-   pure subroutine drop_attachments(model, removed, stage)
+   pure subroutine drop_attachments(model, is_removed, stage)
       type(model_type), intent(inout) :: model  !< model; bolts and edge loads change
-      logical, intent(in) :: removed(:)         !< [blocks]
+      logical, intent(in) :: is_removed(:)         !< [blocks]
       type(stage_type), intent(in) :: stage  !< stage that begins
       integer :: i
 
       associate (n => size(model%bolts))
          do i = 1, n
-            if (stage%dropped(i) .or. any(removed(model%bolts(i)%block))) &
+            if (stage%dropped(i) .or. any(is_removed(model%bolts(i)%block))) &
                model%bolts(i)%present = .false.
          end do
          model%edge_loads%present = model%edge_loads%present .and. .not. stage%dropped(n + 1:)
@@ -383,7 +384,8 @@ contains
          integer :: k
 
          do k = 1, size(points)
-            points(k)%place = position_of(simulation%blocks, points(k)%block, points(k)%reference)
+            points(k)%position = position_of(simulation%blocks, points(k)%block, &
+               points(k)%reference)
          end do
       end subroutine set_displacement_origins
    end subroutine zero_displacements
@@ -395,18 +397,18 @@ contains
       type(equilibrium_type) :: equilibrium
       type(energy_type) :: initial_energy
       real(wp), allocatable :: initial_positions(:,:), stress(:,:)
-      integer(long) :: broken
+      integer(long) :: broken_bonds
 
       stress = block_stress(simulation%elements, simulation%blocks)
       initial_energy = simulation%energy
-      broken = simulation%counters%broken
+      broken_bonds = simulation%counters%broken
       initial_positions = simulation%blocks%position(1:2, :)
       call equilibrate(simulation, equilibrium, error, &
          displacement_limit=simulation%model%stages(simulation%stage)%displacement)
       if (allocated(error)) return
       call accept_contacts(simulation%contacts(simulation%now), simulation%laws)
-      broken = simulation%counters%broken - broken
-      if (broken > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken)// &
+      broken_bonds = simulation%counters%broken - broken_bonds
+      if (broken_bonds > 0) call add_doubt(simulation%doubts, 'bonds', to_text(broken_bonds)// &
          ' broken in static steps; remaining contacts of brittle joints may be too strong '// &
          '(use contact_points = 5)')
       associate (energy => simulation%energy, stage => simulation%model%stages(simulation%stage))
@@ -433,16 +435,17 @@ contains
       type(simulation_type), intent(in) :: simulation  !< simulation in equilibrium
       real(wp), intent(in) :: initial_stress(:,:)              !< [3,blocks] initial stress, Pa
       character(len=:), allocatable :: text
-      real(wp) :: change(3, simulation%blocks%n)
-      integer :: peak(2)
+      real(wp) :: stress_change(3, simulation%blocks%n)
+      integer :: peak_index(2)
 
       text = ''
       if (.not. allocated(simulation%model%stress_gradient)) return
-      change = abs(block_stress(simulation%elements, simulation%blocks) - initial_stress)
-      peak = maxloc(change)
-      text = '; stress in situ corrected by at most '//short_text(change(peak(1), peak(2)))// &
-         ' Pa, '//short_text(change(peak(1), peak(2))/maxval(abs(initial_stress)))// &
-         ' of the largest stress, in block '//block_name(simulation, peak(2))
+      stress_change = abs(block_stress(simulation%elements, simulation%blocks) - initial_stress)
+      peak_index = maxloc(stress_change)
+      text = '; in-situ stress corrected by at most '//short_text(stress_change(peak_index(1), &
+         peak_index(2)))//' Pa, '//short_text(stress_change(peak_index(1), &
+         peak_index(2))/maxval(abs(initial_stress)))//' of the largest stress, in block '// &
+         block_name(simulation, peak_index(2))
    end function stress_correction_text
 
    !> Text on the largest movement in a static stage, and on the largest distance from the input.

@@ -150,19 +150,19 @@ contains
    subroutine skip_crossings(simulation)
       type(simulation_type), intent(inout) :: simulation  !< simulation with its first contacts
 
-      integer, allocatable :: across(:,:)
+      integer, allocatable :: opposite_vertices(:,:)
 
-      allocate (across(most_across, size(simulation%blocks%owner)), source=0)
+      allocate (opposite_vertices(most_across, size(simulation%blocks%owner)), source=0)
       associate (contacts => simulation%contacts(simulation%now))
          block
             logical :: is_opposite(contacts%n)
 
-            call find_crossings(contacts, simulation%blocks, across, is_opposite)
+            call find_crossings(contacts, simulation%blocks, opposite_vertices, is_opposite)
             if (.not. any(is_opposite)) return
             call filter_contacts(contacts, .not. is_opposite)
          end block
       end associate
-      call move_alloc(across, simulation%detection%across)
+      call move_alloc(opposite_vertices, simulation%detection%across)
    end subroutine skip_crossings
 
    !> Set the velocities of all blocks; supports then correct them.

@@ -57,7 +57,7 @@ contains
    !> Judge displacement, tilt and fallen blocks, relative to the reference block.
    pure subroutine judge_movement(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp) :: reference_movement(3), movement(3), far
+      real(wp) :: reference_movement(3), movement(3), distance
       integer :: b, fallen
 
       fallen = 0
@@ -69,17 +69,17 @@ contains
          do b = 1, blocks%n
             if (.not. settings%watched(b) .or. blocks%removed(b)) cycle
             movement = blocks%position(1:3, b) - state%first(:, b) - reference_movement
-            far = norm2(movement(:2))
-            if (settings%displacement > 0.0_wp .and. far > settings%displacement) then
+            distance = norm2(movement(:2))
+            if (settings%displacement > 0.0_wp .and. distance > settings%displacement) then
                state%reason = 'block '//block_name(simulation, b)//' has moved by '// &
-                  to_text(far)//' m; displacement of &stop is '// &
+                  to_text(distance)//' m; displacement of &stop is '// &
                   to_text(settings%displacement)//' m'
             else if (settings%tilt > 0.0_wp .and. abs(movement(3)) > settings%tilt) then
                state%reason = 'block '//block_name(simulation, b)//' has tilted by '// &
                   to_text(to_degrees(abs(movement(3))))//'°; tilt of &stop is '// &
                   to_text(to_degrees(settings%tilt))//'°'
             end if
-            if (far**2 > blocks%whole_area(b)) then
+            if (distance**2 > blocks%whole_area(b)) then
                if (is_counted_block(blocks%body, b)) fallen = fallen + 1
             end if
             if (settings%fallen > 0 .and. fallen >= settings%fallen) &

@@ -10,8 +10,8 @@
 module dda_breaking
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, update_geometry
-   use dda_broken_faces, only: face_force, face_strength, begin_joint, joint_damage, joint_motion, &
-      crack_points
+   use dda_broken_faces, only: face_force, find_face_strength, begin_joint, find_joint_damage, &
+      joint_motion, crack_points
    use dda_cell_faces, only: separate_cells
    use dda_elements, only: set_elements, update_stored
    use dda_energy, only: add_energy, total_energy, energy_breaking
@@ -90,8 +90,8 @@ contains
          do i = 1, size(welds)
             if (welds(i)%joint == 0 .or. .not. is_intact(welds(i))) cycle
             if (any(blocks%removed(welds(i)%block))) cycle
-            call face_strength(simulation%elements, i, face_force(simulation%elements, i, blocks), &
-               traction, ratio)
+            call find_face_strength(simulation%elements, i, face_force(simulation%elements, i, &
+               blocks), traction, ratio)
             reached(i) = ratio >= 1.0_wp
          end do
          faces = pack([(i, i=1, size(welds))], reached)
@@ -111,7 +111,7 @@ contains
       associate (welds => simulation%model%welds)
          do i = 1, size(welds)
             if (welds(i)%state /= weld_cracked) cycle
-            call joint_damage(simulation%elements, i, damage, spent)
+            call find_joint_damage(simulation%elements, i, damage, spent)
             if (.not. spent) cycle
             motion = joint_motion(simulation%elements, i, simulation%blocks)
             gapes(i) = all(motion(1, :) > 0.0_wp) .or. &
@@ -130,7 +130,7 @@ contains
 
       do i = 1, size(simulation%model%welds)
          if (simulation%model%welds(i)%state /= weld_cracked) cycle
-         call joint_damage(simulation%elements, i, damage, spent)
+         call find_joint_damage(simulation%elements, i, damage, spent)
          call reduce_initial_stress(simulation, i, 1.0_wp - damage)
       end do
    end subroutine release_stresses
@@ -164,7 +164,7 @@ contains
       integer :: k
 
       force = face_force(simulation%elements, i, simulation%blocks)
-      call face_strength(simulation%elements, i, force, traction, ratio)
+      call find_face_strength(simulation%elements, i, force, traction, ratio)
       associate (weld => simulation%model%welds(i), blocks => simulation%blocks)
          do k = 1, 2
             associate (b => weld%block(k))

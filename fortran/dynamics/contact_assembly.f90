@@ -15,8 +15,8 @@ module dda_contact_assembly
       is_dirty_stiffness, is_free
    use dda_friction, only: laws_type
    use dda_linear_terms, only: add_products
-   use dda_ordered_sums, only: range_of_thread
-   use dda_stopwatch, only: lap, phase_assemble
+   use dda_ordered_sums, only: find_thread_range
+   use dda_stopwatch, only: record_lap, phase_assemble
    use dda_team, only: adjust_team
    implicit none
    private
@@ -49,13 +49,13 @@ contains
       else
          call adjust_team
          !$omp parallel private(first, last)
-         call range_of_thread(n, first, last)
+         call find_thread_range(n, first, last)
          call assemble_rows(system, contacts, first, last)
          !$omp end parallel
       end if
       system%contact_terms%dirty = is_clean
       system%contact_terms%rebuild = .false.
-      call lap(system%watch, phase_assemble)
+      call record_lap(system%watch, phase_assemble)
    end subroutine assemble_terms
 
    !> Find the first contact of each near pair in the list, which is sorted by pairs.

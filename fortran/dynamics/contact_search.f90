@@ -20,7 +20,7 @@ module dda_contact_search
    use dda_model, only: force_noise, half_size
    use dda_simulation, only: simulation_type, next_step, exchange_lists
    use dda_matrix_pattern, only: set_pattern_of_run
-   use dda_stopwatch, only: lap, phase_detect, phase_search
+   use dda_stopwatch, only: record_lap, phase_detect, phase_search
    use dda_text, only: to_text
    implicit none
    private
@@ -52,7 +52,7 @@ contains
       end associate
       if (allocated(error)) return
       call renew_contacts(simulation)
-      call lap(simulation%system%watch, phase_detect)
+      call record_lap(simulation%system%watch, phase_detect)
    end subroutine find_contacts
 
    !> Search for neighbours, and update the pattern of the matrix and its ordering.
@@ -72,7 +72,7 @@ contains
       end if
       call set_pattern_of_run(simulation)
       simulation%counters%searches = simulation%counters%searches + 1
-      call lap(simulation%system%watch, phase_search)
+      call record_lap(simulation%system%watch, phase_search)
    end subroutine search_neighbours
 
    !> Make a new list from geometry, with the histories of the old list.

@@ -11,7 +11,7 @@ submodule(dda_open_close) dda_local_iteration
    use dda_compact_block, only: compact
    use dda_contact, only: copy_contacts
    use dda_contact_gradients, only: relative_motion
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_linear_solver, only: analyse, choose_solver, weigh_loads
    use dda_system, only: prepare_system
    implicit none
@@ -150,7 +150,7 @@ contains
       integer :: i
 
       items = pack([(i, i=1, size(region))], region > 0)
-      call counting_sort(regions, region(items), start, order)
+      call sort_by_key(regions, region(items), start, order)
       items = items(order)
    end subroutine list_by_region
 
@@ -233,7 +233,7 @@ contains
 
       fixed_block = part%linear%n
       key = merge(1 + min(v, e), 1, max(v, e) == fixed_block)
-      call counting_sort(fixed_block, key, start, sorted)
+      call sort_by_key(fixed_block, key, start, sorted)
       order = list(sorted)
       call copy_contacts(contacts, order, copy)
       copy%block_v = v(sorted)

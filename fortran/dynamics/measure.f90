@@ -19,7 +19,7 @@ contains
       real(wp), intent(out) :: displacement(2), velocity(2), acceleration(2)
 
       associate (b => point%block, reference => point%reference)
-         displacement = position_of(blocks, b, reference) - point%place
+         displacement = position_of(blocks, b, reference) - point%position
          velocity = motion_of(blocks, b, reference, blocks%velocity(:, b))
          acceleration = motion_of(blocks, b, reference, blocks%acceleration(:, b)) &
             - blocks%velocity(3, b)**2*offset_of(blocks, b, reference)

@@ -24,7 +24,7 @@ module dda_open_close
       least_converged, assume_next_forces
    use dda_joint_lines, only: break_joint, drop_friction, has_bond, renew_lines
    use dda_step_solution, only: solve_equations
-   use dda_stopwatch, only: lap, phase_assemble, phase_iterate, phase_solve
+   use dda_stopwatch, only: record_lap, phase_assemble, phase_iterate, phase_solve
    use dda_system, only: system_type
    implicit none
    private
@@ -302,12 +302,12 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       logical, intent(out), optional :: measured  !< gaps and slips at d are already computed
 
-      call lap(system%watch, phase_iterate)
+      call record_lap(system%watch, phase_iterate)
       call update_contact_terms(system%contact_terms, contacts, laws)
       call copy_vector(size(system%d, 2), system%d, system%previous_d)
-      call lap(system%watch, phase_assemble)
+      call record_lap(system%watch, phase_assemble)
       call solve_equations(system, solver, contacts, error, iteration%reduction, measured=measured)
-      call lap(system%watch, phase_solve)
+      call record_lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
    !> Find the friction forces of the assumed states, and evaluate the laws at the solution.
@@ -330,7 +330,7 @@ contains
          call solve_friction(iteration, system, solver, contacts, laws, &
             exactly .or. pass == 2, diverged, error)
          if (allocated(error)) return
-         call lap(system%watch, phase_solve)
+         call record_lap(system%watch, phase_solve)
          if (diverged > 0) return
          call evaluate(iteration, system, contacts, laws, measured .and. iteration%slides%n == 0)
          if (exactly .or. iteration%slides%n == 0 .or. will_change(contacts)) return

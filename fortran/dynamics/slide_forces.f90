@@ -12,7 +12,7 @@ module dda_slide_forces
    use dda_contact_gradients, only: relative_motion
    use dda_friction, only: laws_type, slide_response
    use dda_growth, only: grow
-   use dda_ordered_sums, only: pieces, first_of, last_of, range_of_thread, parallel_from
+   use dda_ordered_sums, only: pieces, first_of, last_of, find_thread_range, parallel_from
    implicit none
    private
    public :: slides_type, list_slides, evaluate_slides, slide_difference, least_converged, &
@@ -137,7 +137,7 @@ contains
          call assume_rows(slides, contacts, system, 1, n)
       else
          !$omp parallel private(first, last)
-         call range_of_thread(n, first, last)
+         call find_thread_range(n, first, last)
          call assume_rows(slides, contacts, system, first, last)
          !$omp end parallel
       end if

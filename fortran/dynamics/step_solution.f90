@@ -17,7 +17,7 @@ module dda_step_solution
    use dda_errors, only: error_type
    use dda_linear_solver, only: renew, solver_type, solve, solve_change, reuse_factor
    use dda_rank_one, only: forget_changes
-   use dda_stopwatch, only: lap, phase_factorise, phase_solve
+   use dda_stopwatch, only: record_lap, phase_factorise, phase_solve
    use dda_system, only: multiply_diagonal, system_type
    implicit none
    private
@@ -51,7 +51,7 @@ contains
       if (success) return
       call renew_matrix(system, solver, contacts, error)
       if (allocated(error)) return
-      call lap(system%watch, phase_factorise)
+      call record_lap(system%watch, phase_factorise)
       if (.not. system%drifts) then
          call solve_for(system%rhs, system%d)
       else

@@ -10,7 +10,7 @@ module dda_system
    use dda_blocks, only: blocks_type, mass_matrix, momentum_of
    use dda_compact_block, only: compact_size, compact, expand, multiply_compact
    use dda_contact_terms, only: contact_terms_type, is_dirty_stiffness
-   use dda_elements, only: elements_type, linear_terms_of, pack_terms, add_packed, add_forces
+   use dda_elements, only: elements_type, list_linear_terms, pack_terms, add_packed, add_forces
    use dda_linear_terms, only: linear_terms_type, step_weights, add_to_matrix, coupled_blocks
    use dda_material_damping, only: add_damping_matrix, add_damping_loads
    use dda_neighbours, only: neighbours_type
@@ -88,7 +88,7 @@ contains
       integer :: p
 
       system%contact_terms%rebuild = .true.
-      call linear_terms_of(elements, blocks, step, system%terms)
+      call list_linear_terms(elements, blocks, step, system%terms)
       pairs = coupled_blocks(system%terms)
       call set_pattern(system%linear, blocks%n, pairs, untouched=.true.)
       associate (near => neighbours%pair(:, :neighbours%n_pairs), matrix => system%matrix)
@@ -114,7 +114,7 @@ contains
       type(step_type), intent(in) :: step  !< the next step
       type(block_matrix_type) :: required
 
-      call linear_terms_of(elements, blocks, step, system%terms)
+      call list_linear_terms(elements, blocks, step, system%terms)
       call set_pattern(required, blocks%n, coupled_blocks(system%terms), untouched=.true.)
       fits = size(required%column) == size(system%linear%column)
       if (fits) fits = all(required%column == system%linear%column) .and. &
@@ -185,7 +185,7 @@ contains
       if (blocks%damps) call add_damping_loads(blocks, step, system%load)
       packed = pack_terms(elements)
       if (packed) packed = .not. any(blocks%body > 0)  ! `begin_drift` needs the list
-      call linear_terms_of(elements, blocks, step, system%terms, packed)
+      call list_linear_terms(elements, blocks, step, system%terms, packed)
       call begin_terms(system, packed)
       call add_to_matrix(system%terms, step_weights(step), system%linear, fits)
       if (packed .and. fits) call add_packed(elements, system%linear, fits)
@@ -210,9 +210,9 @@ contains
          associate (term => system%terms%term(i))
             call begin_diagonal(system, term%block_a)
             if (term%block_b > 0) call begin_diagonal(system, term%block_b)
-            if (.not. allocated(term%further)) cycle
-            do k = 1, size(term%further)
-               call begin_diagonal(system, term%further(k))
+            if (.not. allocated(term%further_block)) cycle
+            do k = 1, size(term%further_block)
+               call begin_diagonal(system, term%further_block(k))
             end do
          end associate
       end do

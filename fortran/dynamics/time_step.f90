@@ -10,7 +10,7 @@ module dda_time_step
    use dda_contact_search, only: find_contacts
    use dda_damage_passes, only: most_passes
    use dda_diagnostics, only: explain, check_state
-   use dda_elements, only: accept_elements, has_unconverged_bounds, has_table_off, &
+   use dda_elements, only: accept_elements, has_unconverged_bounds, table_search_failed, &
       prepare_elements, revise_elements, unconverged_block
    use dda_energy, only: add_energy, energy_algorithmic, energy_impact, energy_input, &
       energy_kinetic_damping
@@ -29,7 +29,7 @@ module dda_time_step
    use dda_scheme, only: end_time
    use dda_simulation, only: simulation_type, next_step, exchange_lists
    use dda_static_relaxation, only: many_changes, solve_statics
-   use dda_stopwatch, only: begin_laps, lap, phase_assemble, phase_iterate, phase_update
+   use dda_stopwatch, only: begin_laps, record_lap, phase_assemble, phase_iterate, phase_update
    use dda_text, only: to_text
    implicit none
    private
@@ -69,11 +69,11 @@ contains
          call prepare_retry(simulation, attempt, searches, move, error)
          if (allocated(error)) return
       end do
-      call lap(simulation%system%watch, phase_iterate)
+      call record_lap(simulation%system%watch, phase_iterate)
       call accept_columns(simulation, error)
       call accept_solution(simulation)
       if (.not. allocated(error)) call check_state(simulation, error)
-      call lap(simulation%system%watch, phase_update)
+      call record_lap(simulation%system%watch, phase_update)
    end subroutine advance
 
    !> Find the increment d of this step: assemble; iterate contacts, elements and material laws.
@@ -95,7 +95,7 @@ contains
             if (allocated(error)) exit
             call begin_drift(simulation%system, simulation%solver, simulation%blocks, &
                next_step(simulation))
-            call lap(simulation%system%watch, phase_assemble)
+            call record_lap(simulation%system%watch, phase_assemble)
             if (simulation%laws%damped .and. round > 1) call damp_contacts(contacts, &
                simulation%laws, simulation%blocks, next_step(simulation))  ! no impacts yet
             if (simulation%elements%nonlinear) simulation%linear_about = simulation%system%d
@@ -330,7 +330,7 @@ contains
             counters%unconverged_damage = counters%unconverged_damage + 1
          if (has_unconverged_bounds(simulation%elements)) &
             counters%unconverged_bounds = counters%unconverged_bounds + 1
-         if (has_table_off(simulation%elements)) counters%tables_off = counters%tables_off + 1
+         if (table_search_failed(simulation%elements)) counters%tables_off = counters%tables_off + 1
          if (simulation%step > 0) counters%changes = counters%changes + iteration%changes &
             + iteration%broken
       end associate

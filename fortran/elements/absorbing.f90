@@ -131,7 +131,7 @@ contains
          t = displacement_rows(self, i, blocks)
          term%source = i
          term%block_a = self%point(i)%block
-         term%place = position_of(blocks, term%block_a, self%point(i)%reference)
+         term%position = position_of(blocks, term%block_a, self%point(i)%reference)
          term%motion = self%motion(:, i)
          do axis = 1, 2
             term%row_a = t(axis, :)
@@ -218,26 +218,26 @@ contains
 
       fixed = self%point
       do i = 1, size(fixed)
-         fixed(i)%place = position_of(blocks, fixed(i)%block, fixed(i)%reference)
+         fixed(i)%position = position_of(blocks, fixed(i)%block, fixed(i)%reference)
          fixed(i)%fixed_along = fixed(i)%fixed_along .and. .not. blocks%removed(fixed(i)%block)
       end do
       self%support = new_fixed_points(fixed, self%motions, self%stiffness, time)
    end subroutine freeze_for_statics
 
    !> Inherit the reactions of the former element, and add the reactions of its static springs.
-   subroutine inherit_state(self, before, blocks)
+   subroutine inherit_state(self, former, blocks)
       class(absorbing_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before     !< former element, of the same type
+      class(element_type), intent(in) :: former     !< former element, of the same type
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       integer :: i, k
 
-      select type (before)
+      select type (former)
       class is (absorbing_type)
-         self%reaction = before%reaction
-         if (.not. allocated(before%support)) return
+         self%reaction = former%reaction
+         if (.not. allocated(former%support)) return
          do i = 1, size(self%point)
             k = findloc(self%block, self%point(i)%block, 1)
-            self%reaction(:, k) = self%reaction(:, k) + reaction_of(before%support, i, blocks)
+            self%reaction(:, k) = self%reaction(:, k) + reaction_of(former%support, i, blocks)
          end do
       end select
    end subroutine inherit_state

@@ -10,7 +10,7 @@ module dda_added_mass
    use dda_blocks, only: blocks_type, shape_matrix
    use dda_body_force, only: base_force
    use dda_edge_load, only: edge_load_type
-   use dda_edge_piece, only: edge_piece_type, piece_normal, reference_at
+   use dda_edge_part, only: edge_part_type, part_normal, reference_at
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_input, energy_water
    use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, of_mass, &
@@ -31,7 +31,7 @@ module dda_added_mass
 
    !> A mass that moves with a point of a face, in the direction of the normal of the face.
    type :: wet_point_type
-      type(edge_piece_type) :: piece
+      type(edge_part_type) :: part
       real(wp) :: reference(2) = 0.0_wp  !< offset ρ, m
       real(wp) :: mass = 0.0_wp          !< kg per metre of thickness
    end type wet_point_type
@@ -64,8 +64,8 @@ contains
       allocate (self%point(0))
       do i = 1, size(loads)
          if (.not. (loads(i)%present .and. loads(i)%reservoir > 0.0_wp)) cycle
-         do k = 1, size(loads(i)%piece)
-            if (.not. blocks%removed(loads(i)%piece(k)%block)) &
+         do k = 1, size(loads(i)%part)
+            if (.not. blocks%removed(loads(i)%part(k)%block)) &
                self%point = [self%point, added_masses(loads(i), k, blocks)]
          end do
       end do
@@ -88,7 +88,7 @@ contains
          s = root(1) + abscissa(i)*(root(2) - root(1))
          area = weight(i)*abs((root(2) - root(1))*2.0_wp*s/(depth(2) - depth(1))) &
             *norm2(load%ends(:, 2, k) - load%ends(:, 1, k))
-         point = [point, wet_point_type(load%piece(k), reference_at(blocks, load%piece(k), &
+         point = [point, wet_point_type(load%part(k), reference_at(blocks, load%part(k), &
             (s**2 - depth(1))/(depth(2) - depth(1))), &
             westergaard*load%unit_weight/standard_gravity*sqrt(load%reservoir)*s*area)]
       end do
@@ -100,7 +100,7 @@ contains
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp) :: row(6)
 
-      row = matmul(piece_normal(blocks, point%piece), shape_matrix(blocks, point%piece%block, &
+      row = matmul(part_normal(blocks, point%part), shape_matrix(blocks, point%part%block, &
          point%reference))
    end function normal_row
 
@@ -117,7 +117,7 @@ contains
       term%instant = of_mass
       do i = 1, size(self%point)
          term%source = i
-         term%block_a = self%point(i)%piece%block
+         term%block_a = self%point(i)%part%block
          term%coefficient = self%point(i)%mass
          term%row_a = normal_row(self%point(i), blocks)
          call add_term(terms, term)
@@ -135,7 +135,7 @@ contains
 
       force = base_force(self%base_motion, self%motions, step)
       do i = 1, size(self%point)
-         associate (point => self%point(i), b => self%point(i)%piece%block)
+         associate (point => self%point(i), b => self%point(i)%part%block)
             row = normal_row(point, blocks)
             load(:, b) = load(:, b) + point%mass*(momentum_weight(step) &
                *dot_product(row, blocks%velocity(:, b)) + dot_product(row(:2), force))*row
@@ -152,7 +152,7 @@ contains
       integer :: i
 
       do i = 1, size(self%point)
-         associate (point => self%point(i), b => self%point(i)%piece%block)
+         associate (point => self%point(i), b => self%point(i)%part%block)
             call add_energy(energy, energy_water, 0.5_wp*point%mass*dot_product(normal_row(point, &
                blocks), blocks%velocity(:, b))**2)
          end associate
@@ -172,7 +172,7 @@ contains
 
       force = base_force(self%base_motion, self%motions, step)
       do i = 1, size(self%point)
-         associate (point => self%point(i), b => self%point(i)%piece%block)
+         associate (point => self%point(i), b => self%point(i)%part%block)
             row = normal_row(point, blocks)
             displacement = dot_product(row, d(:, b))
             velocity = dot_product(row, blocks%velocity(:, b))

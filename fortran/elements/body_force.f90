@@ -64,7 +64,7 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      real(wp) :: part(2, most_pieces), moment(2)
+      real(wp) :: partial(2, most_pieces), moment(2)
       integer :: p
 
       if (blocks%n < parallel_from) then
@@ -72,9 +72,10 @@ contains
       else
          !$omp parallel do schedule(static)
          do p = 1, pieces(blocks%n)
-            part(:, p) = sum_mass_increments(blocks, d, first_of(p, blocks%n), last_of(p, blocks%n))
+            partial(:, p) = sum_mass_increments(blocks, d, first_of(p, blocks%n), last_of(p, &
+               blocks%n))
          end do
-         moment = sum(part(:, :pieces(blocks%n)), 2)
+         moment = sum(partial(:, :pieces(blocks%n)), 2)
       end if
       call add_energy(energy, energy_gravity, -dot_product(self%gravity, moment))
       call add_energy(energy, energy_input, dot_product( &

@@ -15,7 +15,7 @@ module dda_bolts
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type, offset_of, position_of, shape_matrix
-   use dda_bolt, only: bolt_type, axial, across, most_points
+   use dda_bolt, only: bolt_type, axial, across, max_points
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_support, energy_algorithmic, energy_yield
    use dda_linear_terms, only: linear_terms_type, linear_term_type, add_term, set_rows, &
@@ -132,7 +132,7 @@ contains
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      real(wp), intent(out) :: row(6, most_points)  !< rows for the points of the bolt
+      real(wp), intent(out) :: row(6, max_points)  !< rows for the points of the bolt
       real(wp) :: direction(2), leg(2)
       integer :: k
 
@@ -212,7 +212,7 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       type(linear_terms_type), intent(inout) :: terms  !< springs and dashpots
       type(linear_term_type) :: term
-      real(wp) :: row(6, most_points)
+      real(wp) :: row(6, max_points)
       integer :: i, c
 
       do i = 1, size(self%bolt)
@@ -308,7 +308,7 @@ contains
       term%kind = term_bolt
       term%instant = at_end
       term%source = i
-      term%place = position_of(blocks, self%bolt(i)%block(1), self%bolt(i)%reference(:, 1))
+      term%position = position_of(blocks, self%bolt(i)%block(1), self%bolt(i)%reference(:, 1))
    end function empty_term
 
    !> Add the forces −F ∂s/∂q at the stretch at the start of the step.
@@ -317,7 +317,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
-      real(wp) :: row(6, most_points), force
+      real(wp) :: row(6, max_points), force
       integer :: i, c, k
 
       do i = 1, size(self%bolt)
@@ -370,7 +370,7 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      real(wp) :: start_energy, end_energy, start, force, flow, curvature
+      real(wp) :: start_energy, end_energy, start, force, plastic_stretch, curvature
       integer :: i, c, term
 
       do i = 1, size(self%bolt)
@@ -381,10 +381,10 @@ contains
             start_energy = component_energy(self, i, c, start)
             force = component_force(self, i, c, self%stretch(c, i))
             end_energy = 0.5_wp*force**2/self%bolt(i)%stiffness(c)
-            flow = force*plastic_increment(self, i, c)
-            call add_energy(energy, energy_yield, flow)
+            plastic_stretch = force*plastic_increment(self, i, c)
+            call add_energy(energy, energy_yield, plastic_stretch)
             call add_energy(energy, energy_algorithmic, start_energy + force*(self%stretch(c, i) &
-               - start) - end_energy - flow)
+               - start) - end_energy - plastic_stretch)
             call add_energy(energy, term, end_energy)
          end do
          curvature = curvature_energy(self, i, blocks, d)
@@ -394,12 +394,12 @@ contains
    end subroutine add_to_budget
 
    !> Return the plastic stretch of a component in the step, m.
-   pure real(wp) function plastic_increment(self, i, c) result(flow)
+   pure real(wp) function plastic_increment(self, i, c) result(increment)
       class(bolts_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: i, c  !< number of the element; component
 
-      flow = 0.0_wp
-      if (self%component_state(c, i) == yielding) flow = self%stretch(c, i) &
+      increment = 0.0_wp
+      if (self%component_state(c, i) == yielding) increment = self%stretch(c, i) &
          - self%zero_stretch(c, i) &
          - component_force(self, i, c, self%stretch(c, i))/self%bolt(i)%stiffness(c)
    end function plastic_increment
@@ -422,7 +422,7 @@ contains
       type(step_type), intent(in) :: step           !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< number of components with another mode
-      real(wp) :: row(6, most_points)
+      real(wp) :: row(6, max_points)
       integer :: i, c, k, component_state
 
       do i = 1, size(self%bolt)
@@ -462,22 +462,22 @@ contains
    end subroutine accept_step
 
    !> Inherit the states of former bolts that are not removed.
-   subroutine inherit_state(self, before, blocks)
+   subroutine inherit_state(self, former, blocks)
       class(bolts_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before  !< former element, of the same type
+      class(element_type), intent(in) :: former  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       integer :: i
 
-      select type (before)
+      select type (former)
       type is (bolts_type)
          do i = 1, size(self%bolt)
-            if (.not. before%installed(i)) cycle
+            if (.not. former%installed(i)) cycle
             self%installed(i) = .true.
-            self%component_state(:, i) = before%component_state(:, i)
-            self%zero_stretch(:, i) = before%zero_stretch(:, i)
-            self%first_stretch(:, i) = before%first_stretch(:, i)
-            self%stretch(:, i) = before%stretch(:, i)
-            self%force(:, i) = before%force(:, i)
+            self%component_state(:, i) = former%component_state(:, i)
+            self%zero_stretch(:, i) = former%zero_stretch(:, i)
+            self%first_stretch(:, i) = former%first_stretch(:, i)
+            self%stretch(:, i) = former%stretch(:, i)
+            self%force(:, i) = former%force(:, i)
             if (self%bolt(i)%present) cycle
             self%component_state(:, i) = absent
             self%force(:, i) = 0.0_wp

@@ -4,7 +4,7 @@
 module dda_broken_faces
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_crack_law, only: crack_law_type, is_spent
+   use dda_crack_law, only: crack_law_type, has_failed
    use dda_elements, only: elements_type
    use dda_material_points, only: material_points_type, acts, crack_points, point_positions, &
       present_stress, total_strain
@@ -15,8 +15,8 @@ module dda_broken_faces
    use dda_welds, only: welds_type, weld_force
    implicit none
    private
-   public :: face_force, face_strength, begin_joint, joint_damage, joint_motion, edge_damage, &
-      crack_points
+   public :: face_force, find_face_strength, begin_joint, find_joint_damage, joint_motion, &
+      edge_damage, crack_points
 
 contains
 
@@ -60,7 +60,7 @@ contains
 
    !> Return the tractions at the points of intact face i due to given forces, and the largest ratio
    !> of traction to strength.
-   pure subroutine face_strength(elements, i, force, traction, ratio)
+   pure subroutine find_face_strength(elements, i, force, traction, ratio)
       type(elements_type), intent(in) :: elements         !< elements of the model
       integer, intent(in) :: i                            !< face that can break
       real(wp), intent(in) :: force(n_deformations)       !< forces from `face_force`
@@ -84,7 +84,7 @@ contains
             end do
          end select
       end do
-   end subroutine face_strength
+   end subroutine find_face_strength
 
    !> Begin the joint of face i with tractions at its points.
    subroutine begin_joint(elements, i, blocks, traction)
@@ -112,27 +112,27 @@ contains
    end subroutine begin_joint
 
    !> Find the mean damage of the joint of face i, and whether its bond has failed.
-   pure subroutine joint_damage(elements, i, damage, spent)
+   pure subroutine find_joint_damage(elements, i, damage, failed)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer, intent(in) :: i                     !< broken face
       real(wp), intent(out) :: damage              !< weighted mean damage of the points
-      logical, intent(out) :: spent                !< the bond has failed at all points
+      logical, intent(out) :: failed                !< the bond has failed at all points
       integer :: k, c, p
 
       damage = 0.0_wp
-      spent = .false.
+      failed = .false.
       do k = 1, size(elements%kind)
          select type (points => elements%kind(k)%element)
          type is (strain_points_type)
-            spent = .true.
+            failed = .true.
             do c = 1, crack_points
                p = points%first_crack + crack_points*(i - 1) + c
                damage = damage + weight(crack_points, c)*points%state(1, p)
-               spent = spent .and. is_spent(points%state(:, p))
+               failed = failed .and. has_failed(points%state(:, p))
             end do
          end select
       end do
-   end subroutine joint_damage
+   end subroutine find_joint_damage
 
    !> Find opening and slip, m, at the points of the joint of face i, relative to zero force.
    pure function joint_motion(elements, i, blocks) result(motion)
@@ -161,7 +161,7 @@ contains
       type(weld_type), intent(in) :: welds(:)      !< all faces
       integer, intent(in) :: edges                 !< number of edges of all blocks
       real(wp) :: damage(edges), length(edges), face_damage
-      logical :: spent
+      logical :: failed
       integer :: i
 
       damage = 0.0_wp
@@ -170,7 +170,8 @@ contains
          length(welds(i)%edge) = length(welds(i)%edge) + welds(i)%length
          if (welds(i)%state == weld_intact) cycle
          face_damage = 1.0_wp
-         if (welds(i)%state == weld_cracked) call joint_damage(elements, i, face_damage, spent)
+         if (welds(i)%state == weld_cracked) call find_joint_damage(elements, i, face_damage, &
+            failed)
          damage(welds(i)%edge) = damage(welds(i)%edge) + face_damage*welds(i)%length
       end do
       where (length > 0.0_wp) damage = damage/length

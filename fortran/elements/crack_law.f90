@@ -15,12 +15,12 @@ module dda_crack_law
    use dda_scheme, only: step_type
    implicit none
    private
-   public :: crack_law_type, is_spent
+   public :: crack_law_type, has_failed
 
-   integer, parameter :: damaged = 1  !< index of D in a state
-   integer, parameter :: slipped = 2  !< index of the slip of the friction slider, m
+   integer, parameter :: damage_index = 1  !< index of D in a state
+   integer, parameter :: slip_index = 2  !< index of the slip of the friction slider, m
    !> least tangent/stiffness, which couples both cells in the matrix
-   real(wp), parameter :: least_tangent = 1.0e-9_wp
+   real(wp), parameter :: min_tangent = 1.0e-9_wp
 
    !> Law of a joint material.
    type, extends(material_law_type) :: crack_law_type
@@ -72,20 +72,21 @@ contains
    end function traction_ratio
 
    !> Compute the motion of a point in a step, with the frozen pressure.
-   pure type(motion_type) function point_motion(self, point, state, strain, change) result(motion)
+   pure type(motion_type) function point_motion(self, point, state, strain, &
+      change) result(motion)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start; their changes, m
-      real(wp) :: elastic, largest
+      real(wp) :: elastic, slip_limit
 
       motion%opening = strain(1) + [0.0_wp, change(1)]
       motion%slip = strain(2) + [0.0_wp, change(2)]
-      motion%slider = state(slipped)
-      largest = self%joint%friction*point%bounding(1)/self%joint%shear_stiffness
-      elastic = motion%slip(2) - state(slipped)
-      motion%sticks = abs(elastic) <= largest
-      if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(largest, elastic)
+      motion%slider = state(slip_index)
+      slip_limit = self%joint%friction*point%bounding(1)/self%joint%shear_stiffness
+      elastic = motion%slip(2) - state(slip_index)
+      motion%sticks = abs(elastic) <= slip_limit
+      if (.not. motion%sticks) motion%slider(2) = motion%slip(2) - sign(slip_limit, elastic)
    end function point_motion
 
    !> Return D* of a point, which is frozen in a solution.
@@ -94,7 +95,7 @@ contains
       type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
 
-      fraction = max(state(damaged), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
+      fraction = max(state(damage_index), min(1.0_wp, point%bounding(2)/self%joint%strengths(1)))
    end function acting_damage
 
    !> Return the values that are frozen in a solution: the pressure that bounds friction, and D* ×
@@ -109,7 +110,7 @@ contains
       type(motion_type) :: motion
 
       motion = point_motion(self, point, state, strain, change)
-      associate (joint => self%joint, before => state(damaged), opening => motion%opening, &
+      associate (joint => self%joint, before => state(damage_index), opening => motion%opening, &
          slider => motion%slider)
          end_damage = joint%damage(opening(2), slider(2), before)
          fraction = before
@@ -148,7 +149,7 @@ contains
          slope = (1.0_wp - fraction)*theta
          if (motion%opening(2) < 0.0_wp) slope(1) = slope(1) + fraction
          if (motion%sticks) slope(2) = slope(2) + fraction
-         slope = k*max(least_tangent, slope)
+         slope = k*max(min_tangent, slope)
       end associate
       tangent = 0.0_wp
       tangent(1, 1) = slope(1)
@@ -170,8 +171,8 @@ contains
       fraction = acting_damage(self, point, state)
       k = self%springs()
       associate (joint => self%joint, slider => motion%slider, theta => step%scheme%theta)
-         end_damage = max(fraction, joint%damage(motion%opening(2), slider(2), state(damaged)))
-         rise = [fraction - state(damaged), end_damage - fraction]
+         end_damage = max(fraction, joint%damage(motion%opening(2), slider(2), state(damage_index)))
+         rise = [fraction - state(damage_index), end_damage - fraction]
          stretch = motion%slip - slider
          closure = min(0.0_wp, motion%opening)
          loss(loss_plastic) = rise(1)*joint%bond_energy(motion%opening(1), slider(1)) &
@@ -181,8 +182,8 @@ contains
          loss(loss_scheme) = (1.0_wp - fraction)*(theta - 0.5_wp)*dot_product(k, change(1:2)**2) &
             + fraction*(k(1)*(closure(2)*change(1) - 0.5_wp*(closure(2)**2 - closure(1)**2)) &
             + 0.5_wp*k(2)*(stretch(2) - stretch(1))**2)
-         state(damaged) = end_damage
-         state(slipped) = slider(2)
+         state(damage_index) = end_damage
+         state(slip_index) = slider(2)
       end associate
    end subroutine finish_step
 
@@ -195,17 +196,18 @@ contains
       real(wp) :: k(2)
 
       k = self%springs()
-      associate (left => 1.0_wp - state(damaged))
+      associate (left => 1.0_wp - state(damage_index))
          stored = 0.5_wp*k(1)*(min(0.0_wp, strain(1))**2 + left*max(0.0_wp, strain(1))**2) &
-            + 0.5_wp*k(2)*(state(damaged)*(strain(2) - state(slipped))**2 + left*strain(2)**2)
+            + 0.5_wp*k(2)*(state(damage_index)*(strain(2) - state(slip_index))**2 + &
+            left*strain(2)**2)
       end associate
    end function stored
 
    !> .true. if the bond of a point has failed.
-   pure logical function is_spent(state)  ! total
+   pure logical function has_failed(state)  ! total
       real(wp), intent(in) :: state(:)  !< [any] state of the point
 
-      is_spent = state(damaged) >= 1.0_wp
-   end function is_spent
+      has_failed = state(damage_index) >= 1.0_wp
+   end function has_failed
 
 end module dda_crack_law

@@ -10,7 +10,7 @@ module dda_edge_loads
    use dda_blocks, only: blocks_type, position_of, shape_matrix
    use dda_edge_load, only: edge_load_type, values_at, load_uniform, load_level, load_surface, &
       load_line
-   use dda_edge_piece, only: edge_piece_type, reference_at
+   use dda_edge_part, only: edge_part_type, reference_at
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_input
    use dda_scheme, only: step_type, load_time
@@ -18,8 +18,8 @@ module dda_edge_loads
    private
    public :: edge_loads_type, new_edge_loads
 
-   real(wp), parameter :: near = 0.5_wp - 0.5_wp/sqrt(3.0_wp)  !< first Gauss point, 0 … 1
-   real(wp), parameter :: close = 1.0e-9_wp  !< relative tolerance at ends of a phreatic line
+   real(wp), parameter :: first_gauss = 0.5_wp - 0.5_wp/sqrt(3.0_wp)  !< first Gauss point, 0 … 1
+   real(wp), parameter :: end_tolerance = 1.0e-9_wp  !< relative, for a phreatic line
 
    !> All loads on edges of a model.
    type, extends(element_type) :: edge_loads_type
@@ -51,8 +51,8 @@ contains
 
       do i = 1, size(self%load)
          if (.not. self%load(i)%present) cycle
-         do k = 1, size(self%load(i)%piece)
-            associate (b => self%load(i)%piece(k)%block)
+         do k = 1, size(self%load(i)%part)
+            associate (b => self%load(i)%part(k)%block)
                if (.not. blocks%removed(b)) load(:, b) = load(:, b) &
                   + force_on_part(self%load(i), k, blocks, load_instant(self, step))
             end associate
@@ -71,8 +71,8 @@ contains
 
       do i = 1, size(self%load)
          if (.not. self%load(i)%present) cycle
-         do k = 1, size(self%load(i)%piece)
-            associate (b => self%load(i)%piece(k)%block)
+         do k = 1, size(self%load(i)%part)
+            associate (b => self%load(i)%part(k)%block)
                if (.not. blocks%removed(b)) call add_energy(energy, energy_input, &
                   dot_product(force_on_part(self%load(i), k, blocks, load_instant(self, step)), &
                   d(:, b)))
@@ -100,12 +100,13 @@ contains
       integer :: i
 
       force = 0.0_wp
-      if (.not. load%held .and. (time < load%time(1) .or. time > load%time(size(load%time)))) return
+      if (.not. load%acts_always .and. (time < load%time(1) .or. time > &
+         load%time(size(load%time)))) return
       ends = load%ends(:, :, k)
       if (load%follows) then
-         associate (piece => load%piece(k))
+         associate (part => load%part(k))
             do i = 1, 2
-               ends(:, i) = position_of(blocks, piece%block, reference_at(blocks, piece, i &
+               ends(:, i) = position_of(blocks, part%block, reference_at(blocks, part, i &
                   - 1.0_wp))
             end do
          end associate
@@ -114,15 +115,15 @@ contains
       associate (factor => values(1), shear => values(2), rise => values(3))
          select case (load%kind)
          case (load_uniform)
-            call add_linear_traction(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+            call add_linear_traction(force, load%part(k), blocks, ends, [0.0_wp, 1.0_wp], &
                [factor, factor], shear)
          case (load_level)
-            call add_wet_pressure(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+            call add_wet_pressure(force, load%part(k), blocks, ends, [0.0_wp, 1.0_wp], &
                load%unit_weight*(rise - ends(2, :)), 1.0_wp)
          case (load_surface)
             call add_below_line(force, load, k, blocks, ends, rise, factor)
          case (load_line)
-            call add_wet_pressure(force, load%piece(k), blocks, ends, [0.0_wp, 1.0_wp], &
+            call add_wet_pressure(force, load%part(k), blocks, ends, [0.0_wp, 1.0_wp], &
                load%at_ends(:, k) + load%unit_weight*rise, factor)
          end select
       end associate
@@ -140,7 +141,7 @@ contains
       integer :: j
 
       associate (line => load%line)
-         tolerance = close*(line(1, size(line, 2)) - line(1, 1))
+         tolerance = end_tolerance*(line(1, size(line, 2)) - line(1, 1))
          do j = 1, size(line, 2) - 1
             span = fractions_between(ends(1, :), line(1, j) - merge(tolerance, 0.0_wp, j == 1), &
                line(1, j + 1) + merge(tolerance, 0.0_wp, j == size(line, 2) - 1))
@@ -148,7 +149,7 @@ contains
             x = ends(1, 1) + span*(ends(1, 2) - ends(1, 1))
             head = line(2, j) + (x - line(1, j))*(line(2, j + 1) - line(2, j)) &
                /(line(1, j + 1) - line(1, j)) + rise
-            call add_wet_pressure(force, load%piece(k), blocks, ends, span, &
+            call add_wet_pressure(force, load%part(k), blocks, ends, span, &
                load%unit_weight*(head - ends(2, 1) - span*(ends(2, 2) - ends(2, 1))), factor)
             if (ends(1, 1) == ends(1, 2)) return  ! a vertical edge
          end do
@@ -156,21 +157,21 @@ contains
    end subroutine add_below_line
 
    !> Return the interval of an edge, as fractions, between two abscissae; first > last: empty.
-   pure function fractions_between(x, low, high) result(span)
+   pure function fractions_between(x, lower, upper) result(span)
       real(wp), intent(in) :: x(2)       !< abscissae of the ends of the edge, m
-      real(wp), intent(in) :: low, high  !< m
+      real(wp), intent(in) :: lower, upper  !< m
       real(wp) :: span(2)
 
-      span = merge([0.0_wp, 1.0_wp], [1.0_wp, 0.0_wp], x(1) >= low .and. x(1) <= high)
+      span = merge([0.0_wp, 1.0_wp], [1.0_wp, 0.0_wp], x(1) >= lower .and. x(1) <= upper)
       if (x(1) == x(2)) return
-      span = ([low, high] - x(1))/(x(2) - x(1))
+      span = ([lower, upper] - x(1))/(x(2) - x(1))
       span = [max(0.0_wp, minval(span)), min(1.0_wp, maxval(span))]
    end function fractions_between
 
    !> Add the positive part of a linear pressure over a part of an edge.
-   pure subroutine add_wet_pressure(force, piece, blocks, ends, span, pressure, factor)
+   pure subroutine add_wet_pressure(force, part, blocks, ends, span, pressure, factor)
       real(wp), intent(inout) :: force(6)  !< force, N/m …
-      type(edge_piece_type), intent(in) :: piece  !< part of an edge
+      type(edge_part_type), intent(in) :: part  !< part of an edge
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
       real(wp), intent(in) :: span(2)  !< start and end as fractions of the part
@@ -184,14 +185,14 @@ contains
          dry = span(1) + (span(2) - span(1))*pressure(1)/(pressure(1) - pressure(2))
          wet(merge(1, 2, pressure(1) < 0.0_wp)) = dry
       end if
-      call add_linear_traction(force, piece, blocks, ends, wet, factor*max(pressure, 0.0_wp), &
+      call add_linear_traction(force, part, blocks, ends, wet, factor*max(pressure, 0.0_wp), &
          0.0_wp)
    end subroutine add_wet_pressure
 
    !> Add ∫ Tᵀ (−p n + τ t) ds over a part of an edge, p linear and τ constant.
-   pure subroutine add_linear_traction(force, piece, blocks, ends, span, pressure, shear)
+   pure subroutine add_linear_traction(force, part, blocks, ends, span, pressure, shear)
       real(wp), intent(inout) :: force(6)  !< force, N/m …
-      type(edge_piece_type), intent(in) :: piece  !< part of an edge
+      type(edge_part_type), intent(in) :: part  !< part of an edge
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: ends(2, 2)  !< ends of the part, m
       real(wp), intent(in) :: span(2)  !< start and end as fractions of the part
@@ -202,10 +203,10 @@ contains
 
       edge = ends(:, 2) - ends(:, 1)
       do i = 1, 2
-         fraction = merge(near, 1.0_wp - near, i == 1)
+         fraction = merge(first_gauss, 1.0_wp - first_gauss, i == 1)
          p = pressure(1) + fraction*(pressure(2) - pressure(1))
          force = force + 0.5_wp*(span(2) - span(1))*matmul(shear*edge - p*[edge(2), -edge(1)], &
-            shape_matrix(blocks, piece%block, reference_at(blocks, piece, span(1) &
+            shape_matrix(blocks, part%block, reference_at(blocks, part, span(1) &
             + fraction*(span(2) - span(1)))))
       end do
    end subroutine add_linear_traction

@@ -138,9 +138,9 @@ contains
    end subroutine freeze_nothing
 
    !> Inherit the state of the former element after a change of model or stage; default: none.
-   subroutine inherit_nothing(self, before, blocks)
+   subroutine inherit_nothing(self, former, blocks)
       class(element_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before     !< former element, of the same type
+      class(element_type), intent(in) :: former     !< former element, of the same type
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
    end subroutine inherit_nothing
 

@@ -18,22 +18,22 @@ module dda_elements
    use dda_fixed_points, only: new_fixed_points, new_spring_beds
    use dda_joint_flow, only: joint_flow_type, new_joint_flow, node_columns, channel_columns
    use dda_free_sides, only: free_sides_type, new_free_sides
-   use dda_joint_laws, only: law_slot_type, new_joint_law
+   use dda_joint_laws, only: law_slot_type, create_joint_law
    use dda_linear_terms, only: linear_terms_type
    use dda_material_points, only: acts, has_law
    use dda_model, only: model_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
    use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, &
-      most_updates
+      max_updates
    use dda_ties, only: ties_type, new_ties
    use dda_welds, only: welds_type, new_welds, add_face_stress, add_jump_energies
    implicit none
    private
-   public :: elements_type, set_elements, register, linear_terms_of, pack_terms, add_packed, &
+   public :: elements_type, set_elements, register, list_linear_terms, pack_terms, add_packed, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
-      slope_beyond, unconverged_block, has_unconverged_bounds, has_table_off, bolt_states, &
-      flow_states, &
+      slope_beyond, unconverged_block, has_unconverged_bounds, table_search_failed, bolt_states, &
+      get_flow_states, &
       accept_elements, match_velocities, freeze_elements, balance_elements, serialise_elements, &
       face_forces, set_free_field_motion, node_columns, channel_columns, block_stress, &
       stress_error, &
@@ -103,7 +103,7 @@ contains
       integer :: j
 
       do j = 1, size(model%joints)
-         call new_joint_law(slot, model%joints(j), model%contact%normal_stiffness, &
+         call create_joint_law(slot, model%joints(j), model%contact%normal_stiffness, &
             model%contact%shear_ratio)
          select type (law => slot%law)
          type is (cohesive_type)
@@ -143,7 +143,7 @@ contains
    end subroutine register
 
    !> List all springs and dashpots in the present geometry.
-   subroutine linear_terms_of(elements, blocks, step, terms, packed)
+   subroutine list_linear_terms(elements, blocks, step, terms, packed)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
@@ -159,7 +159,7 @@ contains
          if (omit_packed .and. elements%kind(i)%element%packs) cycle
          call elements%kind(i)%element%add_linear_terms(blocks, step, terms)
       end do
-   end subroutine linear_terms_of
+   end subroutine list_linear_terms
 
    !> .true. if some elements can add their terms to K̂ without a list.
    pure logical function pack_terms(elements)
@@ -293,24 +293,24 @@ contains
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (strain_points_type)
-            has_unconverged_bounds = element%round > most_updates
+            has_unconverged_bounds = element%round > max_updates
          end select
       end do
    end function has_unconverged_bounds
 
    !> .true. if the search for the water table has failed in the step.
-   pure logical function has_table_off(elements)
+   pure logical function table_search_failed(elements)
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer :: i
 
-      has_table_off = .false.
+      table_search_failed = .false.
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (joint_flow_type)
-            has_table_off = element%table_off
+            table_search_failed = element%table_failed
          end select
       end do
-   end function has_table_off
+   end function table_search_failed
 
    !> Return the values of the bolts in the output.
    pure function bolt_states(elements, n) result(states)
@@ -329,7 +329,7 @@ contains
    end function bolt_states
 
    !> Return the values of the nodes and channels of water in the output.
-   pure subroutine flow_states(elements, nodes, channels)
+   pure subroutine get_flow_states(elements, nodes, channels)
       type(elements_type), intent(in) :: elements  !< elements of the model
       real(wp), intent(out) :: nodes(:,:)     !< [`node_columns`,nodes]
       real(wp), intent(out) :: channels(:,:)  !< [`channel_columns`,channels]
@@ -342,7 +342,7 @@ contains
             channels = element%channel_values()
          end select
       end do
-   end subroutine flow_states
+   end subroutine get_flow_states
 
    !> Return the forces of ties and of welds with images on one face, in a step with a known d.
    !> The forces act at t₀ + θΔt.
@@ -402,10 +402,10 @@ contains
    function stress_error(elements, blocks) result(stress)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      real(wp) :: stress(blocks%n), stored
+      real(wp) :: stress(blocks%n), strain_energy
       integer :: b
 
-      call estimate_stress_errors(elements, blocks, stress, stored)
+      call estimate_stress_errors(elements, blocks, stress, strain_energy)
       do b = 1, blocks%n
          stress(b) = sqrt(2*stress(b)*blocks%stiffness(1, 1, b))/blocks%area(b)
       end do
@@ -439,18 +439,18 @@ contains
 
    !> Estimate the stress error of each cell by the energy of the jumps at its faces, and sum the
    !> strain energy of all faces, J per metre of thickness.
-   subroutine estimate_stress_errors(elements, blocks, error, stored)
+   subroutine estimate_stress_errors(elements, blocks, error, strain_energy)
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
-      real(wp), intent(out) :: error(:), stored    !< [blocks] energy of jumps; strain energy
+      real(wp), intent(out) :: error(:), strain_energy    !< [blocks] energy of jumps; strain energy
       integer :: i
 
       error = 0.0_wp
-      stored = 0.0_wp
+      strain_energy = 0.0_wp
       do i = 1, size(elements%kind)
          select type (element => elements%kind(i)%element)
          type is (welds_type)
-            call add_jump_energies(element, blocks, error, stored)
+            call add_jump_energies(element, blocks, error, strain_energy)
          end select
       end do
    end subroutine estimate_stress_errors

@@ -77,8 +77,8 @@ contains
          spring%block(1) = point%block
          spring%stiffness = merge(point%stiffness, 0.0_wp, point%fixed_along)
          shape = shape_matrix(blocks, point%block, point%reference)
-         spring%place = blocks%position(1:2, point%block) + [shape(2, 3), -shape(1, 3)]
-         offset = spring%place - point%place
+         spring%position = blocks%position(1:2, point%block) + [shape(2, 3), -shape(1, 3)]
+         offset = spring%position - point%position
          spring%stretch = [dot_product(offset, axes(:, 1)), dot_product(offset, axes(:, 2))]
          spring%row(:, 1, 1) = axes(1, 1)*shape(1, :) + axes(2, 1)*shape(2, :)
          spring%row(:, 2, 1) = axes(1, 2)*shape(1, :) + axes(2, 2)*shape(2, :)
@@ -178,7 +178,7 @@ contains
       integer :: i
 
       do i = 1, size(self%point)
-         self%point(i)%place = self%point(i)%place &
+         self%point(i)%position = self%point(i)%position &
             + displacement_of(self%motions, self%point(i)%motion, time)
          self%point(i)%motion = 0
       end do

@@ -8,7 +8,7 @@
 module dda_flow_groups
    use dda_kinds, only: wp
    use dda_block_matrix, only: block_matrix_type, entry_of
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_flow, only: connected_nodes
    use dda_flow_network, only: network_type
    use dda_lapack, only: dpotrf, dtrsm
@@ -16,7 +16,7 @@ module dda_flow_groups
       add_parallel_terms, at_end, term_water
    implicit none
    private
-   public :: group_type, set_groups, set_springs, add_springs, add_node_springs, change_by, &
+   public :: group_type, set_groups, set_springs, add_springs, add_node_springs, add_changes, &
       find_steady_heads
 
    !> A group of nodes that are solved together.
@@ -25,25 +25,25 @@ module dda_flow_groups
       integer, allocatable :: block(:)        !< blocks beside the nodes
       real(wp), allocatable :: factor(:,:)    !< [nodes,nodes] L
       real(wp), allocatable :: spring(:,:,:)  !< [6,blocks,nodes] G
-      integer, allocatable :: place(:)        !< [blocks of the model] position in `block`
+      integer, allocatable :: position(:)        !< [blocks of the model] position in `block`
    end type group_type
 
    !> State of a search for the water table.
    type :: table_type
       real(wp), allocatable :: wet(:)     !< [nodes] 1: below the table, 0: above it, else at it
-      real(wp), allocatable :: step(:)    !< [nodes] last change of a partly wet node
-      logical, allocatable :: up(:)       !< [nodes] the last change was an increase
+      real(wp), allocatable :: wetness_step(:)    !< [nodes] last change of a partly wet node
+      logical, allocatable :: rose(:)       !< [nodes] the last change was an increase
       integer, allocatable :: changes(:)  !< [nodes] number of changes
    end type table_type
 
    !> fraction of the conductance of channels above the water table in steady flow
-   real(wp), parameter :: of_air = 1.0e-3_wp
+   real(wp), parameter :: air_fraction = 1.0e-3_wp
    !> rounds of the search for the water table in which nodes are wet or dry, and most rounds
    integer, parameter :: free_rounds = 60, most_rounds = 300
    integer, parameter :: change_limit = 4  !< changes after which a node may be partly wet
    !> accepted pressure of a partly wet node over the largest potential
-   real(wp), parameter :: near = 1.0e-6_wp
-   real(wp), parameter :: grow = 1.2_wp, shrink = 0.5_wp  !< factors of steps of partly wet nodes
+   real(wp), parameter :: pressure_tolerance = 1.0e-6_wp
+   real(wp), parameter :: growth = 1.2_wp, reduction = 0.5_wp  !< factors of `wetness_step`
    real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials over the largest one
 
 contains
@@ -66,7 +66,7 @@ contains
          owner(i) = n
          if (first(i) /= i) owner(i) = owner(first(i))
       end do
-      call counting_sort(n, owner, start, order)
+      call sort_by_key(n, owner, start, order)
       allocate (groups(n))
       do i = 1, n
          groups(i)%node = order(start(i):start(i + 1) - 1)
@@ -92,7 +92,7 @@ contains
             index(network%block(r)) = size(group%block)
          end do
       end do
-      group%place = index
+      group%position = index
       allocate (group%spring(6, size(group%block), size(group%node)))
    end subroutine find_blocks
 
@@ -156,7 +156,7 @@ contains
       do i = 1, size(group%node)
          if (fixed(group%node(i))) cycle
          do r = network%first(group%node(i)), network%first(group%node(i) + 1) - 1
-            group%spring(:, group%place(network%block(r)), i) = network%row(:, r)
+            group%spring(:, group%position(network%block(r)), i) = network%row(:, r)
          end do
       end do
    end subroutine set_rows
@@ -239,7 +239,7 @@ contains
       call reserve_term(terms)
       associate (term => terms%term(terms%n))
          if (.not. is_spring_of(term, node, block)) term = new_spring(node, block)
-         term%place = network%flow%place(:, node)
+         term%position = network%flow%position(:, node)
          term%coefficient = stiffness
          term%row_a = row(:, 1)
          term%row_b = -row(:, 2)
@@ -258,7 +258,7 @@ contains
       is_spring_of = term%kind == term_water .and. term%source == node
       if (is_spring_of) is_spring_of = blocks_in(term) == size(block)
       if (is_spring_of) is_spring_of = term%block_a == block(1) .and. term%block_b == block(2)
-      if (is_spring_of .and. size(block) > 2) is_spring_of = all(term%further == block(3:))
+      if (is_spring_of .and. size(block) > 2) is_spring_of = all(term%further_block == block(3:))
    end function is_spring_of
 
    !> Return the spring of a node, without its values.
@@ -269,8 +269,8 @@ contains
       term = linear_term_type(kind=term_water, instant=at_end, source=node, block_a=block(1), &
          block_b=block(2))
       if (size(block) == 2) return
-      term%further = block(3:)
-      allocate (term%further_row(6, size(term%further)))
+      term%further_block = block(3:)
+      allocate (term%further_row(6, size(term%further_block)))
    end function new_spring
 
    !> Return the storage of a node without flow; 1 for a node without channels.
@@ -282,7 +282,7 @@ contains
    end function compliance_of
 
    !> Add M⁻¹ r to the pressures.
-   pure subroutine change_by(network, groups, residual, pressure)
+   pure subroutine add_changes(network, groups, residual, pressure)
       type(network_type), intent(in) :: network !< network of the model
       type(group_type), intent(in) :: groups(:) !< groups with factors
       real(wp), intent(in) :: residual(:)           !< [nodes] r, m³ per metre of thickness
@@ -297,7 +297,7 @@ contains
       do g = 1, size(groups)
          call add_group_change(groups(g), residual, pressure)
       end do
-   end subroutine change_by
+   end subroutine add_changes
 
    !> Add M⁻¹ r to the pressures of a group.
    pure subroutine add_group_change(group, residual, pressure)
@@ -327,34 +327,34 @@ contains
       real(wp), intent(inout) :: conductance(:)   !< [channels] final conductance, m²/(Pa s)
       real(wp), intent(inout) :: head(:)          !< [nodes] φ, Pa; known at fixed nodes
       logical, intent(inout) :: failed            !< set to .true. if the search does not converge
-      real(wp) :: matrix(size(group%node), size(group%node)), right(size(group%node), 1)
+      real(wp) :: matrix(size(group%node), size(group%node)), rhs(size(group%node), 1)
       real(wp) :: reference(size(group%node)), pressure(size(group%node)), scale
       type(table_type) :: table
       logical :: converged
       integer :: c, round, info
 
       allocate (table%wet(size(head)), source=1.0_wp)
-      allocate (table%step(size(head)), source=0.5_wp)
-      allocate (table%up(size(head)), source=.true.)
+      allocate (table%wetness_step(size(head)), source=0.5_wp)
+      allocate (table%rose(size(head)), source=.true.)
       allocate (table%changes(size(head)), source=0)
       converged = .not. any(fixed(group%node))
       reference = merge(head(group%node), source(group%node)/maxval(network%conductance), &
          fixed(group%node))
       do round = 1, merge(0, most_rounds, converged)
-         right(:, 1) = reference
-         call assemble_steady(network, group, fixed, table%wet, matrix, right(:, 1))
-         call dpotrf('L', size(right), matrix, size(right), info)
-         call dtrsm('L', 'L', 'N', 'N', size(right), 1, 1.0_wp, matrix, size(right), right, &
-            size(right))
-         call dtrsm('L', 'L', 'T', 'N', size(right), 1, 1.0_wp, matrix, size(right), right, &
-            size(right))
-         scale = maxval(abs(right))
-         pressure = merge(0.0_wp, right(:, 1) - network%elevation(group%node), fixed(group%node))
+         rhs(:, 1) = reference
+         call assemble_steady(network, group, fixed, table%wet, matrix, rhs(:, 1))
+         call dpotrf('L', size(rhs), matrix, size(rhs), info)
+         call dtrsm('L', 'L', 'N', 'N', size(rhs), 1, 1.0_wp, matrix, size(rhs), rhs, &
+            size(rhs))
+         call dtrsm('L', 'L', 'T', 'N', size(rhs), 1, 1.0_wp, matrix, size(rhs), rhs, &
+            size(rhs))
+         scale = maxval(abs(rhs))
+         pressure = merge(0.0_wp, rhs(:, 1) - network%elevation(group%node), fixed(group%node))
          call move_table(table, group%node, pressure, scale, round > free_rounds, converged)
          if (converged) exit
       end do
       failed = failed .or. .not. converged
-      if (any(fixed(group%node))) head(group%node) = right(:, 1)
+      if (any(fixed(group%node))) head(group%node) = rhs(:, 1)
       do c = 1, size(conductance)
          associate (node => network%flow%channel(c)%node)
             if (.not. any(group%node == node(1))) cycle
@@ -378,21 +378,21 @@ contains
 
       converged = .true.
       do i = 1, size(node)
-         associate (wet => table%wet(node(i)), step => table%step(node(i)), changes => &
+         associate (wet => table%wet(node(i)), step => table%wetness_step(node(i)), changes => &
             table%changes(node(i)))
             rises = .not. pressure(i) < -rounding*scale
             target = merge(1.0_wp, 0.0_wp, rises)
-            tolerance = merge(near*scale, 0.0_wp, partly .and. changes > change_limit)
+            tolerance = merge(pressure_tolerance*scale, 0.0_wp, partly .and. changes > change_limit)
             if (.not. abs(target - wet) > 0.0_wp .or. abs(pressure(i)) < tolerance) cycle
             converged = .false.
             if (partly .and. changes > change_limit) then
-               step = min(0.5_wp, merge(grow, shrink, rises .eqv. table%up(node(i)))*step)
+               step = min(0.5_wp, merge(growth, reduction, rises .eqv. table%rose(node(i)))*step)
                wet = min(1.0_wp, max(0.0_wp, wet + merge(step, -step, rises)))
             else
                wet = target
                changes = changes + 1
             end if
-            table%up(node(i)) = rises
+            table%rose(node(i)) = rises
          end associate
       end do
    end subroutine move_table
@@ -401,23 +401,24 @@ contains
    pure real(wp) function conducting(wet)
       real(wp), intent(in) :: wet(2)  !< 0 … 1
 
-      conducting = merge(1.0_wp, of_air + (1.0_wp - of_air)*maxval(wet), maxval(wet) >= 1.0_wp)
+      conducting = merge(1.0_wp, air_fraction + (1.0_wp - air_fraction)*maxval(wet), &
+         maxval(wet) >= 1.0_wp)
    end function conducting
 
    !> Assemble H φ = Q of a group, divided by its largest conductance; fixed φ are on the right.
-   pure subroutine assemble_steady(network, group, fixed, wet, matrix, right)
+   pure subroutine assemble_steady(network, group, fixed, wet, matrix, rhs)
       type(network_type), intent(in) :: network  !< network of the model
       type(group_type), intent(in) :: group      !< component of the network
       logical, intent(in) :: fixed(:)            !< [nodes] φ is known
       real(wp), intent(in) :: wet(:)             !< [nodes] wetness, 0 … 1
       real(wp), intent(out) :: matrix(:,:)       !< [nodes of the group, nodes of the group]
-      real(wp), intent(inout) :: right(:)        !< [nodes of the group] Pa
+      real(wp), intent(inout) :: rhs(:)        !< [nodes of the group] Pa
       integer :: index(size(fixed)), c, i, k
-      real(wp) :: h, full
+      real(wp) :: h, largest
 
       index = 0
       index(group%node) = [(i, i=1, size(group%node))]
-      full = maxval(network%conductance)
+      largest = maxval(network%conductance)
       matrix = 0.0_wp
       do i = 1, size(group%node)
          matrix(i, i) = merge(1.0_wp, tiny(1.0_wp), fixed(group%node(i)))
@@ -425,13 +426,13 @@ contains
       do c = 1, size(network%absent)
          associate (node => network%flow%channel(c)%node)
             if (network%absent(c) .or. index(node(1)) == 0) cycle
-            h = network%conductance(c)/full*conducting(wet(node))
+            h = network%conductance(c)/largest*conducting(wet(node))
             do k = 1, 2
                if (fixed(node(k))) cycle
                associate (i => index(node(k)), j => index(node(3 - k)))
                   matrix(i, i) = matrix(i, i) + h
                   if (fixed(node(3 - k))) then
-                     right(i) = right(i) + h*right(j)
+                     rhs(i) = rhs(i) + h*rhs(j)
                   else
                      matrix(i, j) = matrix(i, j) - h
                   end if

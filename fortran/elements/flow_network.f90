@@ -33,7 +33,7 @@ module dda_flow_network
       real(wp), allocatable :: storage(:)      !< [nodes] m³/Pa per metre of thickness
       real(wp), allocatable :: unit_weight(:)  !< [nodes] N/m³
       real(wp), allocatable :: elevation(:)    !< [nodes] unit weight times initial height, Pa
-      real(wp), allocatable :: floor(:)        !< [nodes] pressure of vapour or air, Pa
+      real(wp), allocatable :: min_pressure(:)        !< [nodes] pressure of vapour or air, Pa
    end type network_type
 
 contains
@@ -49,16 +49,17 @@ contains
          allocate (network%absent(channels), source=.false.)
          allocate (network%aperture(2, channels), network%conductance(channels), &
             network%volume(nodes), network%storage(nodes))
-         allocate (network%unit_weight(nodes), network%elevation(nodes), network%floor(nodes), &
-            source=0.0_wp)
+         allocate (network%unit_weight(nodes), network%elevation(nodes), &
+            network%min_pressure(nodes), source=0.0_wp)
          do c = 1, channels
             network%absent(c) = any(blocks%removed(flow%channel(c)%block))
             associate (law => flow%law(flow%channel(c)%law))
                do k = 1, 2
                   associate (node => flow%channel(c)%node(k))
                      network%unit_weight(node) = law%unit_weight
-                     network%elevation(node) = law%unit_weight*flow%place(2, node)
-                     if (flow%saturation(node) >= 1.0_wp) network%floor(node) = law%cavitation
+                     network%elevation(node) = law%unit_weight*flow%position(2, node)
+                     if (flow%saturation(node) >= 1.0_wp) network%min_pressure(node) = &
+                        law%cavitation
                   end associate
                end do
             end associate
@@ -198,20 +199,20 @@ contains
       real(wp), intent(in) :: reference(2, 2)  !< m, offsets ρ of the ends
       integer, intent(in) :: row_of(:)         !< [2] numbers of the rows of the ends
       real(wp), intent(inout) :: row(6, *)     !< [6,rows]
-      real(wp) :: n(2), local(2), rotated(2), mean(2)
+      real(wp) :: n(2), local(2), arm(2), mean(2)
       integer :: k
 
       n = factor*normal
       associate (f => blocks%gradient(:, :, b), axes => blocks%axes(:, :, b))
          local = [axes(1, 1)*n(1) + axes(2, 1)*n(2), axes(1, 2)*n(1) + axes(2, 2)*n(2)]
-         rotated = [n(2)*f(1, 1) - n(1)*f(2, 1), n(2)*f(1, 2) - n(1)*f(2, 2)]
+         arm = [n(2)*f(1, 1) - n(1)*f(2, 1), n(2)*f(1, 2) - n(1)*f(2, 2)]
       end associate
       do k = 1, 2
          mean = 2*(same_node*reference(:, k) + other_node*reference(:, 3 - k))
          associate (r => row(:, row_of(k)))
             r(1) = r(1) + n(1)
             r(2) = r(2) + n(2)
-            r(3) = r(3) + rotated(1)*mean(1) + rotated(2)*mean(2)
+            r(3) = r(3) + arm(1)*mean(1) + arm(2)*mean(2)
             r(4) = r(4) + local(1)*mean(1)
             r(5) = r(5) + local(2)*mean(2)
             r(6) = r(6) + 0.5_wp*(local(1)*mean(2) + local(2)*mean(1))
@@ -234,7 +235,7 @@ contains
             height(:, side) = end_heights(normal, blocks, channel%block(side), &
                channel%reference(:, :, side))
          end do
-         a = max(law%least, min(law%most, law%aperture + law%opening_factor &
+         a = max(law%min_aperture, min(law%max_aperture, law%aperture + law%opening_factor &
             *(height(:, 2) - height(:, 1))))
       end associate
    end function apertures_of

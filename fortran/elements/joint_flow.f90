@@ -28,7 +28,7 @@ module dda_joint_flow
       energy_water
    use dda_flow, only: flow_type, acts_at, value_at, flow_steady, flow_transient, flow_undrained
    use dda_flow_groups, only: group_type, set_groups, set_springs, add_springs, &
-      add_node_springs, change_by, find_steady_heads
+      add_node_springs, add_changes, find_steady_heads
    use dda_flow_network, only: network_type, new_network, update_network, stored_energy, &
       growth_of, add_pressures, outflow_of
    use dda_linear_terms, only: linear_terms_type
@@ -52,20 +52,20 @@ module dda_joint_flow
       logical :: frozen = .false.  !< static stage; boundaries have their values at `time`
       real(wp) :: time = 0.0_wp               !< s
       real(wp), allocatable :: pressure(:)    !< [nodes] Pa
-      real(wp), allocatable :: empty(:)       !< [nodes] volume without water w, m³ per metre
+      real(wp), allocatable :: empty_volume(:)       !< [nodes] volume without water w, m³ per metre
       logical, allocatable :: vented(:)       !< [nodes] the node is assumed partly full
       logical, allocatable :: is_dry(:)  !< [boundaries] the load of the boundary does not act
       ! Variables of the step
       type(step_type) :: step
       integer :: rounds = 0                   !< rounds of revised states
-      logical :: table_off = .false.          !< the search for the water table has failed
+      logical :: table_failed = .false.          !< the search for the water table has failed
       logical, allocatable :: fixed(:)        !< [nodes] the pressure is prescribed
       real(wp), allocatable :: source(:)      !< [nodes] inflow Q, m²/s
       real(wp), allocatable :: conductance(:) !< [channels] effective conductance, m²/(Pa s)
-      real(wp), allocatable :: first(:)       !< [nodes] p₁ at d = 0, Pa
-      real(wp), allocatable :: rest(:)        !< [nodes] r, m³ per metre of thickness
+      real(wp), allocatable :: predicted(:)       !< [nodes] p₁ at d = 0, Pa
+      real(wp), allocatable :: residual(:)        !< [nodes] r, m³ per metre of thickness
       real(wp), allocatable :: head(:)        !< [nodes] φ at the end of the step, Pa
-      real(wp), allocatable :: after(:)       !< [nodes] p₁ of the last solution, Pa
+      real(wp), allocatable :: end_pressure(:)       !< [nodes] p₁ of the last solution, Pa
       real(wp), allocatable :: growth(:)  !< [nodes] volume increase Bᵀd of the last solution, m³/m
       ! Variables of the last accepted step
       real(wp), allocatable :: inflow(:)      !< [nodes] inflow from outside, m²/s
@@ -99,15 +99,15 @@ contains
       self%is_dry = [(is_missing(flow%boundary(n)%load, loads), n=1, size(flow%boundary))]
       n = size(flow%pressure)
       self%pressure = flow%pressure
-      self%empty = (1.0_wp - flow%saturation)*self%network%volume
-      self%vented = self%empty > 0.0_wp
+      self%empty_volume = (1.0_wp - flow%saturation)*self%network%volume
+      self%vented = self%empty_volume > 0.0_wp
       allocate (self%fixed(n), source=.false.)
       allocate (self%source(n), self%inflow(n), self%flux(size(flow%channel)), source=0.0_wp)
-      self%first = self%pressure
-      self%rest = 0.0_wp*self%pressure
-      self%after = self%pressure
+      self%predicted = self%pressure
+      self%residual = 0.0_wp*self%pressure
+      self%end_pressure = self%pressure
       self%head = self%pressure
-      self%growth = self%rest
+      self%growth = self%residual
       self%conductance = 0.0_wp*self%network%conductance
       call begin_state(self)
    end function new_joint_flow
@@ -149,8 +149,8 @@ contains
       call update_network(self%network, blocks)
       self%step = step
       self%rounds = 0
-      self%table_off = .false.
-      self%vented = self%empty > 0.0_wp
+      self%table_failed = .false.
+      self%vented = self%empty_volume > 0.0_wp
       call set_boundaries(self, merge(self%time, end_time(step), self%frozen))
       call set_assumed_terms(self)
    end subroutine prepare_step
@@ -173,7 +173,7 @@ contains
                head(node(2)) .and. .not. self%vented(node(1)))))
          end associate
          if (.not. self%vented(from)) cycle
-         saturation = max(0.0_wp, 1.0_wp - self%empty(from)/self%network%volume(from))
+         saturation = max(0.0_wp, 1.0_wp - self%empty_volume(from)/self%network%volume(from))
          self%conductance(c) = self%conductance(c)*saturation**2*(3.0_wp - 2.0_wp*saturation)
       end do
    end subroutine set_conductance
@@ -197,12 +197,13 @@ contains
                      cycle
                   end if
                   self%fixed(node) = .true.
-                  self%first(node) = value
-                  if (flow%boundary(b)%head) self%first(node) = &
+                  self%predicted(node) = value
+                  if (flow%boundary(b)%head) self%predicted(node) = &
                      self%network%unit_weight(node)*value - self%network%elevation(node)
                   if (self%is_dry(b) .or. .not. acts_at(flow%boundary(b), time)) &
-                     self%first(node) = 0.0_wp
-                  if (flow%boundary(b)%dry_above) self%first(node) = max(0.0_wp, self%first(node))
+                     self%predicted(node) = 0.0_wp
+                  if (flow%boundary(b)%dry_above) self%predicted(node) = max(0.0_wp, &
+                     self%predicted(node))
                end associate
             end do
          end do
@@ -215,47 +216,48 @@ contains
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       integer :: g
 
-      where (.not. self%fixed) self%first = merge(self%network%floor, self%pressure, self%vented)
+      where (.not. self%fixed) self%predicted = merge(self%network%min_pressure, self%pressure, &
+         self%vented)
       if (stage_flow_state(self) == flow_steady) then
          self%conductance = self%network%conductance
-         self%head = self%first + self%network%elevation
-         self%table_off = .false.
+         self%head = self%predicted + self%network%elevation
+         self%table_failed = .false.
          do g = 1, size(self%group)
             call find_steady_heads(self%network, self%group(g), self%fixed, self%source, &
-               self%conductance, self%head, self%table_off)
+               self%conductance, self%head, self%table_failed)
          end do
-         where (.not. self%fixed) self%first = max(0.0_wp, self%head - self%network%elevation)
+         where (.not. self%fixed) self%predicted = max(0.0_wp, self%head - self%network%elevation)
          return
       end if
       call set_conductance(self)
       call set_springs(self%network, self%step%time_step*self%conductance, self%fixed .or. &
          self%vented, self%group)
-      self%rest = self%step%time_step*self%source
-      if (self%network%flows) self%rest = self%rest - outflow_in_step(self, self%first)
-      self%rest = merge(0.0_wp, self%rest - self%empty, self%fixed .or. self%vented)
-      call change_by(self%network, self%group, self%rest, self%first)
+      self%residual = self%step%time_step*self%source
+      if (self%network%flows) self%residual = self%residual - outflow_in_step(self, self%predicted)
+      self%residual = merge(0.0_wp, self%residual - self%empty_volume, self%fixed .or. self%vented)
+      call add_changes(self%network, self%group, self%residual, self%predicted)
    end subroutine set_assumed_terms
 
    !> Find the increase of volumes and the pressures at the end of a step with increment d.
    pure subroutine find_pressures(self, d)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: residual(size(self%first))
+      real(wp) :: residual(size(self%predicted))
 
       self%growth = growth_of(self%network, d)
-      self%after = self%first
+      self%end_pressure = self%predicted
       if (stage_flow_state(self) == flow_steady) return
       residual = merge(0.0_wp, -self%growth, self%fixed .or. self%vented)
-      call change_by(self%network, self%group, residual, self%after)
+      call add_changes(self%network, self%group, residual, self%end_pressure)
    end subroutine find_pressures
 
    !> Return the surplus of each node, m³ per metre: increase of empty volume, or external inflow.
    pure function node_surplus(self) result(surplus)
       class(joint_flow_type), intent(in) :: self  !< elements of this kind
-      real(wp) :: surplus(size(self%after))
+      real(wp) :: surplus(size(self%end_pressure))
 
-      surplus = self%growth + self%network%storage*(self%after - self%pressure)
-      if (self%network%flows) surplus = surplus + outflow_in_step(self, self%after)
+      surplus = self%growth + self%network%storage*(self%end_pressure - self%pressure)
+      if (self%network%flows) surplus = surplus + outflow_in_step(self, self%end_pressure)
       surplus = surplus - self%step%time_step*self%source
    end function node_surplus
 
@@ -297,7 +299,7 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
 
-      call add_pressures(self%network, self%first, load)
+      call add_pressures(self%network, self%predicted, load)
    end subroutine add_force
 
    !> Add the energy ½ pᵀSp of compressed water.
@@ -324,20 +326,20 @@ contains
       former = 0.0_wp
       work = 0.0_wp
       loss = 0.0_wp
-      associate (before => self%pressure, after => self%after)
+      associate (before => self%pressure, after => self%end_pressure)
          do i = 1, size(after)  ! one loop, so that the sums overlap
             stored = stored + 0.5_wp*self%network%storage(i)*after(i)**2
             former = former + 0.5_wp*self%network%storage(i)*before(i)**2
             work = work + after(i)*self%growth(i)
             loss = loss + 0.5_wp*self%network%storage(i)*(after(i) - before(i))**2
-            if (self%empty(i) > 0.0_wp .and. .not. (self%vented(i) .or. self%fixed(i))) &
-               loss = loss + (after(i) - self%network%floor(i))*self%empty(i)
+            if (self%empty_volume(i) > 0.0_wp .and. .not. (self%vented(i) .or. self%fixed(i))) &
+               loss = loss + (after(i) - self%network%min_pressure(i))*self%empty_volume(i)
          end do
       end associate
       viscous = 0.0_wp
       if (stage_flow_state(self) == flow_steady) loss = 0.0_wp
-      if (stage_flow_state(self) == flow_transient) viscous = sum((self%after &
-         + self%network%elevation)*outflow_in_step(self, self%after))
+      if (stage_flow_state(self) == flow_transient) viscous = sum((self%end_pressure &
+         + self%network%elevation)*outflow_in_step(self, self%end_pressure))
       call add_energy(energy, energy_water, stored)
       call add_energy(energy, energy_flow, viscous)
       call add_energy(energy, energy_algorithmic, loss)
@@ -352,20 +354,21 @@ contains
       type(step_type), intent(in) :: step           !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed  !< number of nodes with another state
-      real(wp) :: empty(size(self%first))
-      logical :: is_wrong(size(self%first))
+      real(wp) :: empty_volume(size(self%predicted))
+      logical :: is_wrong(size(self%predicted))
       integer :: first
 
       self%rounds = self%rounds + 1
       call find_pressures(self, d)
       if (stage_flow_state(self) == flow_steady) return
       if (.not. any(self%vented)) then
-         if (all(self%after >= self%network%floor)) return
+         if (all(self%end_pressure >= self%network%min_pressure)) return
       end if
-      is_wrong = self%after < self%network%floor - rounding*maxval(abs(self%after))
+      is_wrong = self%end_pressure < self%network%min_pressure - &
+         rounding*maxval(abs(self%end_pressure))
       if (any(self%vented)) then
-         empty = self%empty + node_surplus(self)
-         is_wrong = merge(empty < -rounding*self%network%volume, is_wrong, self%vented)
+         empty_volume = self%empty_volume + node_surplus(self)
+         is_wrong = merge(empty_volume < -rounding*self%network%volume, is_wrong, self%vented)
       end if
       is_wrong = is_wrong .and. .not. self%fixed
       if (.not. any(is_wrong)) return
@@ -382,22 +385,22 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: surplus(size(self%first))
+      real(wp) :: surplus(size(self%predicted))
       integer :: c
 
       if (stage_flow_state(self) == flow_steady) then
          surplus = outflow_of(self%network, self%conductance, self%head)
          self%inflow = merge(surplus, self%source, self%fixed)
-         where (self%after > 0.0_wp) self%empty = 0.0_wp
+         where (self%end_pressure > 0.0_wp) self%empty_volume = 0.0_wp
       else
-         self%head = self%after + self%network%elevation
+         self%head = self%end_pressure + self%network%elevation
          self%inflow = self%source
          if (any(self%fixed .or. self%vented)) then
             surplus = node_surplus(self)
             where (self%fixed) self%inflow = self%source + surplus/step%time_step
-            self%empty = merge(max(0.0_wp, self%empty + surplus), 0.0_wp, self%vented)
+            self%empty_volume = merge(max(0.0_wp, self%empty_volume + surplus), 0.0_wp, self%vented)
          else
-            self%empty = 0.0_wp
+            self%empty_volume = 0.0_wp
          end if
       end if
       do c = 1, size(self%flux)
@@ -405,7 +408,7 @@ contains
             self%flux(c) = self%conductance(c)*(self%head(node(1)) - self%head(node(2)))
          end associate
       end do
-      self%pressure = self%after
+      self%pressure = self%end_pressure
    end subroutine accept_step
 
    !> Fix the values of the water boundaries in static stages.
@@ -420,19 +423,19 @@ contains
    end subroutine freeze_for_statics
 
    !> Inherit pressures and volumes of the former element.
-   subroutine inherit_state(self, before, blocks)
+   subroutine inherit_state(self, former, blocks)
       class(joint_flow_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before  !< former element, of the same type
+      class(element_type), intent(in) :: former  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
 
-      select type (before)
+      select type (former)
       type is (joint_flow_type)
-         self%pressure = before%pressure
-         self%empty = before%empty
-         self%vented = before%vented
-         self%inflow = before%inflow
-         self%flux = before%flux
-         self%first = before%pressure
+         self%pressure = former%pressure
+         self%empty_volume = former%empty_volume
+         self%vented = former%vented
+         self%inflow = former%inflow
+         self%flux = former%flux
+         self%predicted = former%pressure
       end select
    end subroutine inherit_state
 
@@ -442,7 +445,7 @@ contains
       type(archive_type), intent(inout) :: archive  !< archive that is written or read
 
       call archive_values(archive, self%pressure)
-      call archive_values(archive, self%empty)
+      call archive_values(archive, self%empty_volume)
       call archive_values(archive, self%inflow)
       call archive_values(archive, self%flux)
    end subroutine serialise
@@ -454,7 +457,7 @@ contains
 
       values(1, :) = self%pressure
       values(2, :) = 1.0_wp
-      where (self%empty > 0.0_wp) values(2, :) = max(0.0_wp, 1.0_wp - self%empty &
+      where (self%empty_volume > 0.0_wp) values(2, :) = max(0.0_wp, 1.0_wp - self%empty_volume &
          /self%network%volume)
       values(3, :) = self%inflow
    end function node_values

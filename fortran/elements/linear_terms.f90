@@ -68,9 +68,9 @@ module dda_linear_terms
       real(wp) :: coefficient = 0.0_wp      !< c, N/m, N s/m or kg per metre of thickness
       real(wp) :: row_a(6) = 0.0_wp         !< part of u for block a
       real(wp) :: row_b(6) = 0.0_wp         !< part of −u for block b
-      integer, allocatable :: further(:)    !< other blocks of a cable
+      integer, allocatable :: further_block(:)    !< other blocks of a cable
       real(wp), allocatable :: further_row(:,:)  !< [6,further] parts of u
-      real(wp) :: place(2) = 0.0_wp         !< position in the coordinates of the engine, m
+      real(wp) :: position(2) = 0.0_wp         !< position in the coordinates of the engine, m
    end type linear_term_type
 
    !> A list of terms; entries 1 … n are used.
@@ -128,7 +128,7 @@ contains
       term%row_a = sum_of_rows(first(1))
       term%row_b = -sum_of_rows(first(2))
       if (n == 2) return
-      term%further = block(first(3:n))
+      term%further_block = block(first(3:n))
       term%further_row = reshape([(sum_of_rows(first(k)), k=3, n)], [6, n - 2])
 
    contains
@@ -151,7 +151,7 @@ contains
       type(linear_term_type), intent(in) :: term  !< term
 
       n = merge(1, 2, term%block_b == 0)
-      if (allocated(term%further)) n = n + size(term%further)
+      if (allocated(term%further_block)) n = n + size(term%further_block)
    end function blocks_in
 
    !> Return the number of the k-th block of a term.
@@ -165,7 +165,7 @@ contains
       case (2)
          block = term%block_b
       case default
-         block = term%further(k - 2)
+         block = term%further_block(k - 2)
       end select
    end function block_of
 
@@ -288,8 +288,8 @@ contains
             end if
             call add_product(matrix%diagonal(:, :, pair(2)), c, term%row_b, term%row_b)
             call add_coupling(matrix, entry, pair, -c, term%row_a, term%row_b, fits)
-            if (allocated(term%further)) call add_further(term, c, size(term%further), &
-               term%further, term%further_row, matrix, fits)
+            if (allocated(term%further_block)) call add_further(term, c, size(term%further_block), &
+               term%further_block, term%further_row, matrix, fits)
          end associate
          if (.not. fits) return
       end do
@@ -380,12 +380,12 @@ contains
       real(wp), intent(inout) :: block(6, 6)  !< 6×6 block of a matrix
       real(wp), intent(in) :: c  !< factor, N/m per metre of thickness
       real(wp), intent(in) :: a(6), b(6)  !< rows of the two blocks
-      real(wp) :: scaled(6)
+      real(wp) :: scaled_row(6)
       integer :: row
 
-      scaled = c*b
+      scaled_row = c*b
       do row = 1, 6  ! 30 % less time than a loop over columns
-         block(row, :) = block(row, :) + scaled*a(row)
+         block(row, :) = block(row, :) + scaled_row*a(row)
       end do
    end subroutine add_product
 

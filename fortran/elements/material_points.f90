@@ -23,7 +23,7 @@ module dda_material_points
    implicit none
    private
    public :: material_points_type, set_points, has_law, acts, is_inactive, respond, jump_limit, &
-      total_strain, present_stress, shape_stress, beyond_elastic, step_point, copy_point_state, &
+      total_strain, present_stress, shape_stress, beyond_elastic, advance_point, copy_point_state, &
       crack_points, point_positions
 
    integer, parameter :: crack_points = 3            !< Lobatto points of a broken face
@@ -45,7 +45,7 @@ module dda_material_points
       type(slot_type), allocatable :: slot(:)
       integer, allocatable :: material(:)                !< [n]
       integer, allocatable :: block(:,:)                 !< [2,n] block and 0, or cells of the face
-      integer, allocatable :: side(:,:)  !< [2,n] points of the face of a jump, else 0
+      integer, allocatable :: side_points(:,:)  !< [2,n] points of the face of a jump, else 0
       integer, allocatable :: crack(:)                   !< [n] point 1 … 3 of a broken face, else 0
       integer :: first_crack = 0  !< number of points before the points of broken faces
       real(wp), allocatable :: area(:)                   !< [n] area, m²; 1 for jumps
@@ -59,7 +59,7 @@ module dda_material_points
       !> [3,n] ε at which laws became inactive, else 0
       real(wp), allocatable :: inactive_strain(:,:)
       real(wp), allocatable :: inactive_stress(:,:)      !< [3,n] c of inactive laws, Pa
-      real(wp), allocatable :: rest_energy(:)  !< [n] work of the cohesion that remains, J/m³
+      real(wp), allocatable :: residual_work(:)  !< [n] work of the cohesion that remains, J/m³
       ! Variables of a step
       real(wp), allocatable :: strain(:,:)               !< [3,n] ε at the start of the step
    end type material_points_type
@@ -116,13 +116,13 @@ contains
       integer, intent(in) :: n, states                  !< numbers of points and of state variables
 
       self%n = n
-      allocate (self%material(n), self%block(2, n), self%side(2, n), self%crack(n), source=0)
+      allocate (self%material(n), self%block(2, n), self%side_points(2, n), self%crack(n), source=0)
       allocate (self%point(n), self%face(n))
       allocate (self%active(n), source=.false.)
       allocate (self%area(n), self%map(3, n_deformations, n), self%reference(3, n), &
          self%retained_stress(3, n), self%state(states, n), self%inactive_strain(3, n), &
             self%inactive_stress(3, n), &
-         self%rest_energy(n), self%strain(3, n), source=0.0_wp)
+         self%residual_work(n), self%strain(3, n), source=0.0_wp)
    end subroutine allocate_points
 
    !> Create points of blocks, and of the remainders of cells beside welded faces.
@@ -181,7 +181,7 @@ contains
             self%block(:, p) = welds(i)%block
             self%face(p) = welds(i)
             self%area(p) = 1.0_wp
-            self%side(:, p) = blocks%n + 2*(i - 1) + [1, 2]
+            self%side_points(:, p) = blocks%n + 2*(i - 1) + [1, 2]
             self%material(p) = size(moduli, 3) + 1
             do j = 1, 2
                self%map(j, 2*(k - 1) + j, p) = 1.0_wp
@@ -236,7 +236,7 @@ contains
 
       cap = huge(1.0_wp)
       do k = 1, 2
-         associate (side => self%side(k, p))
+         associate (side => self%side_points(k, p))
             if (.not. self%active(side)) cycle
             if (.not. has_law(self, self%material(side))) cycle
             cap = min(cap, self%slot(self%material(side))%law%jump_cap(self%point(side), &
@@ -354,10 +354,10 @@ contains
       stress = 0.0_wp
       if (self%block(2, p) == 0 .or. .not. has_law(self, self%material(p))) return
       stress = self%slot(self%material(p))%law%shape_stress(self%state(:, p))
-      if (self%side(1, p) == 0 .or. .not. self%map(1, 3, p) > 0.0_wp) return
+      if (self%side_points(1, p) == 0 .or. .not. self%map(1, 3, p) > 0.0_wp) return
       pressure = 0.0_wp
       do k = 1, 2
-         associate (side => self%side(k, p))
+         associate (side => self%side_points(k, p))
             if (.not. self%active(side)) cycle
             if (has_law(self, self%material(side))) pressure = max(pressure, &
                self%slot(self%material(side))%law%pressure(self%state(:, side)))
@@ -375,7 +375,7 @@ contains
       real(wp), intent(in) :: strain(3)              !< ε
       real(wp) :: at(3)
 
-      energy = self%rest_energy(p)
+      energy = self%residual_work(p)
       if (is_inactive(self, p)) then
          at = self%inactive_strain(:, p)
          energy = energy + dot_product(self%inactive_stress(:, p) - self%retained_stress(:, p), &
@@ -391,7 +391,7 @@ contains
    end function beyond_elastic
 
    !> Advance the state of point p by a step, and find its losses.
-   pure subroutine step_point(self, p, state, change, step, loss)
+   pure subroutine advance_point(self, p, state, change, step, loss)
       class(material_points_type), intent(in) :: self  !< points, prepared for the step
       integer, intent(in) :: p                       !< number of the point
       real(wp), intent(inout) :: state(:)            !< [any] state of the law of the point
@@ -406,42 +406,43 @@ contains
          change, step, loss)
       loss(loss_scheme) = loss(loss_scheme) - (step%scheme%theta - 0.5_wp) &
          *dot_product(change, matmul(self%point(p)%elasticity, change))
-   end subroutine step_point
+   end subroutine advance_point
 
    !> Copy the state of a former point to point p.
-   subroutine copy_point_state(self, p, before, old, blocks)
+   subroutine copy_point_state(self, p, former, former_point, blocks)
       class(material_points_type), intent(inout) :: self  !< elements of this kind
-      integer, intent(in) :: p, old                     !< point, and former point
-      class(material_points_type), intent(in) :: before   !< former elements
+      integer, intent(in) :: p, former_point                     !< point, and former point
+      class(material_points_type), intent(in) :: former   !< former elements
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       real(wp) :: strain_change(3)
       logical :: differs
 
-      if (.not. (self%active(p) .or. before%active(old)) .or. self%area(p) <= 0.0_wp) return
-      differs = self%material(p) /= before%material(old)
-      if (self%side(1, p) > 0) differs = any(self%material(self%side(:, p)) &
-         /= before%material(self%side(:, p)))
+      if (.not. (self%active(p) .or. former%active(former_point)) .or. self%area(p) <= &
+         0.0_wp) return
+      differs = self%material(p) /= former%material(former_point)
+      if (self%side_points(1, p) > 0) differs = any(self%material(self%side_points(:, p)) &
+         /= former%material(self%side_points(:, p)))
       if (differs) then
          self%active(p) = .true.
-         self%retained_stress(:, p) = present_stress(before, old, blocks)
-         self%point(p)%start_stress = before%point(old)%start_stress &
-            + matmul(before%point(old)%elasticity, &
-            self%reference(:, p) - before%reference(:, old)) + self%retained_stress(:, p) &
-            - shape_stress(before, old)
+         self%retained_stress(:, p) = present_stress(former, former_point, blocks)
+         self%point(p)%start_stress = former%point(former_point)%start_stress &
+            + matmul(former%point(former_point)%elasticity, &
+            self%reference(:, p) - former%reference(:, former_point)) + self%retained_stress(:, p) &
+            - shape_stress(former, former_point)
          return
       end if
-      self%point(p)%start_stress = before%point(old)%start_stress
-      self%point(p)%bounding = before%point(old)%bounding
-      self%reference(:, p) = before%reference(:, old)
-      self%retained_stress(:, p) = before%retained_stress(:, old)
+      self%point(p)%start_stress = former%point(former_point)%start_stress
+      self%point(p)%bounding = former%point(former_point)%bounding
+      self%reference(:, p) = former%reference(:, former_point)
+      self%retained_stress(:, p) = former%retained_stress(:, former_point)
       self%active(p) = .true.
-      self%state(:, p) = before%state(:, old)
-      self%rest_energy(p) = before%rest_energy(old)
-      if (.not. is_inactive(before, old)) return
+      self%state(:, p) = former%state(:, former_point)
+      self%residual_work(p) = former%residual_work(former_point)
+      if (.not. is_inactive(former, former_point)) return
       strain_change = total_strain(self, p, blocks) - self%reference(:, p) &
-         - before%inactive_strain(:, old)
-      self%rest_energy(p) = self%rest_energy(p) + dot_product(before%inactive_stress(:, old), &
-         strain_change)
+         - former%inactive_strain(:, former_point)
+      self%residual_work(p) = self%residual_work(p) + dot_product(former%inactive_stress(:, &
+         former_point), strain_change)
       self%reference(:, p) = self%reference(:, p) + strain_change
       self%point(p)%start_stress = self%point(p)%start_stress + matmul(self%point(p)%elasticity, &
          strain_change)

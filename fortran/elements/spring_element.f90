@@ -32,7 +32,7 @@ module dda_spring_element
       real(wp) :: stiffness(2)          !< k, N/m per metre of thickness; 0: no spring
       real(wp) :: stretch(2)            !< m
       real(wp) :: row(6, 2, 2)          !< [6,springs,blocks] u and −u of the extension
-      real(wp) :: place(2)              !< position of the element, m
+      real(wp) :: position(2)              !< position of the element, m
       integer :: motion(2) = 0          !< motions to which the stretch is relative; 0: none
       real(wp) :: rate(2) = 0.0_wp      !< velocity of these motions at the start of the step, m/s
    end type spring_type
@@ -130,7 +130,7 @@ contains
          term%source = i
          term%block_a = spring%block(1)
          term%block_b = merge(0, spring%block(2), spring%block(1) == spring%block(2))
-         term%place = spring%place
+         term%position = spring%position
          term%motion = spring%motion
          do k = 1, 2
             if (.not. spring%stiffness(k) > 0.0_wp) cycle

@@ -8,7 +8,7 @@
 !> convex function, and `slope_beyond` makes its line search exact.
 !>
 !> Frozen bounds of a law are updated from the stress of the last solution until they agree with it,
-!> or until `most_updates` rounds.  Their error is then their change in the last round.
+!> or until `max_updates` rounds.  Their error is then their change in the last round.
 module dda_strain_points
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
@@ -22,8 +22,8 @@ module dda_strain_points
    use dda_material, only: material_type
    use dda_material_law, only: loss_damping, loss_plastic, loss_scheme, losses
    use dda_material_points, only: material_points_type, set_points, has_law, acts, is_inactive, &
-      respond, jump_limit, total_strain, present_stress, shape_stress, beyond_elastic, step_point, &
-      copy_point_state
+      respond, jump_limit, total_strain, present_stress, shape_stress, beyond_elastic, &
+      advance_point, copy_point_state
    use dda_ordered_sums, only: parallel_from
    use dda_scheme, only: step_type
    use dda_weld, only: weld_type, is_shifted
@@ -31,14 +31,14 @@ module dda_strain_points
    use dda_welds, only: derivatives_of
    implicit none
    private
-   public :: strain_points_type, new_strain_points, add_point_stress, most_updates
+   public :: strain_points_type, new_strain_points, add_point_stress, max_updates
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< relative tolerance of a stress
    real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding error over the elastic stress
    !> relative tolerance of the stress that sets bounds
    real(wp), parameter :: bound_tolerance = 1.0e-7_wp
    real(wp), parameter :: damage_tolerance = 1.0e-4_wp  !< damage tolerance of broken faces
-   integer, parameter :: most_updates = 15  !< largest number of updates of the frozen bounds
+   integer, parameter :: max_updates = 15  !< largest number of updates of the frozen bounds
    real(wp), parameter :: zero_tangent = 1.0e-13_wp  !< tangent/D below which a tangent counts as 0
 
    !> Equations of all points in a step.
@@ -98,7 +98,7 @@ contains
       !$omp parallel do schedule(static) if (self%n >= parallel_from)
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
-         if (self%side(1, p) > 0) self%point(p)%cap = jump_limit(self, p)
+         if (self%side_points(1, p) > 0) self%point(p)%cap = jump_limit(self, p)
          call freeze_bounds(self, p, [0.0_wp, 0.0_wp, 0.0_wp], step, 0.0_wp)
          call set_strain_operator(self, p, blocks, step)
          self%change(:, p) = strain_increment(self, p, d)
@@ -175,7 +175,7 @@ contains
             factor, direction)
          term%source = p
          term%block_a = self%block(1, p)
-         term%place = blocks%position(1:2, term%block_a)
+         term%position = blocks%position(1:2, term%block_a)
          do i = 1, n
             term%coefficient = self%area(p)*factor(i)
             term%block_b = self%block(2, p)
@@ -261,13 +261,13 @@ contains
       type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(in) :: from(:,:), to(:,:)     !< [6,blocks] increments of the coordinates
       real(wp), intent(in) :: fraction               !< fraction of the path, 0 … 1
-      real(wp) :: path(3), stress(3), tangent(3, 3), change(3), part(self%n)
+      real(wp) :: path(3), stress(3), tangent(3, 3), change(3), slopes(self%n)
       integer :: p
 
       !$omp parallel do schedule(static) private(path, stress, tangent, change) &
       !$omp if (self%n >= parallel_from)
       do p = 1, self%n
-         part(p) = 0.0_wp
+         slopes(p) = 0.0_wp
          if (.not. acts(self, p, blocks)) cycle
          change = strain_increment(self, p, from)
          path = strain_increment(self, p, to) - change
@@ -275,9 +275,9 @@ contains
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          stress = stress - self%stress(:, p) - matmul(self%tangent(:, :, p), change &
             - self%change(:, p))
-         part(p) = self%area(p)*dot_product(stress, path)
+         slopes(p) = self%area(p)*dot_product(stress, path)
       end do
-      slope = sum(part)
+      slope = sum(slopes)
    end function slope_beyond
 
    !> Linearise all points at a solution if c at the solution differs from its linearised value.
@@ -287,11 +287,12 @@ contains
       type(step_type), intent(in) :: step               !< the present step
       real(wp), intent(in) :: d(:,:)                    !< [6,blocks] increments of the coordinates
       integer, intent(inout) :: changed                 !< number of changed states
-      real(wp) :: stress(3), tangent(3, 3), change(3), off(self%n), scale(self%n), noise(self%n)
+      real(wp) :: stress(3), tangent(3, 3), change(3), deviation(self%n), scale(self%n), &
+         noise(self%n)
       integer :: p
 
       self%round = self%round + 1
-      off = 0.0_wp
+      deviation = 0.0_wp
       scale = 0.0_wp
       noise = 0.0_wp
       !$omp parallel do schedule(static) private(stress, tangent, change) &
@@ -299,12 +300,12 @@ contains
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          change = strain_increment(self, p, d)
-         if (self%round <= most_updates) call freeze_bounds(self, p, change, step, &
+         if (self%round <= max_updates) call freeze_bounds(self, p, change, step, &
             allowed_bound_error(self, p, change, step))
          call respond(self, p, self%strain(:, p), change, step, stress, tangent)
          associate (point => self%point(p), elastic => matmul(self%point(p)%elasticity, &
             self%strain(:, p) + step%scheme%theta*change))
-            off(p) = point%length*norm2(stress - self%stress(:, p) &
+            deviation(p) = point%length*norm2(stress - self%stress(:, p) &
                - matmul(self%tangent(:, :, p), change - self%change(:, p)))
             scale(p) = point%length*norm2(point%start_stress + elastic + stress)
             noise(p) = point%length*norm2(elastic)
@@ -317,9 +318,9 @@ contains
       end do
       self%unconverged = 0
       if (self%n == 0) return
-      if (maxval(off) > max(tolerance*maxval(scale), rounding*maxval(noise))) then
-         self%unconverged = maxloc(off, 1)
-         changed = changed + count(off > tolerance*maxval(scale))
+      if (maxval(deviation) > max(tolerance*maxval(scale), rounding*maxval(noise))) then
+         self%unconverged = maxloc(deviation, 1)
+         changed = changed + count(deviation > tolerance*maxval(scale))
       end if
    end subroutine revise_states
 
@@ -348,15 +349,15 @@ contains
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       type(step_type), intent(in) :: step            !< the next step
       type(energy_type), intent(inout) :: energy     !< energy budget, J per metre
-      real(wp) :: part(self%n)
+      real(wp) :: energies(self%n)
       integer :: p
 
-      part = 0.0_wp
+      energies = 0.0_wp
       do p = 1, self%n
-         if (acts(self, p, blocks)) part(p) = self%area(p)*beyond_elastic(self, p, &
+         if (acts(self, p, blocks)) energies(p) = self%area(p)*beyond_elastic(self, p, &
             self%state(:, p), total_strain(self, p, blocks) - self%reference(:, p))
       end do
-      call add_energy(energy, energy_law, sum(part))
+      call add_energy(energy, energy_law, sum(energies))
    end subroutine add_stored_energy
 
    !> Add the energy at the end of the step, and the losses.
@@ -366,28 +367,28 @@ contains
       type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy     !< energy budget, J per metre
-      real(wp) :: state(size(self%state, 1)), loss(losses), change(3), part(losses + 1, self%n)
+      real(wp) :: state(size(self%state, 1)), loss(losses), change(3), amounts(losses + 1, self%n)
       integer :: p
 
-      part = 0.0_wp
+      amounts = 0.0_wp
       !$omp parallel do schedule(static) private(state, loss, change) &
       !$omp if (self%n >= parallel_from)
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          change = strain_increment(self, p, d)
          state = self%state(:, p)
-         call step_point(self, p, state, change, step, loss)
-         part(:, p) = self%area(p)*[loss, beyond_elastic(self, p, state, self%strain(:, p) &
+         call advance_point(self, p, state, change, step, loss)
+         amounts(:, p) = self%area(p)*[loss, beyond_elastic(self, p, state, self%strain(:, p) &
             + change)]
       end do
-      call add_energy(energy, energy_law, sum(part(losses + 1, :)))
+      call add_energy(energy, energy_law, sum(amounts(losses + 1, :)))
       associate (n => self%first_crack)
-         call add_energy(energy, energy_plastic, sum(part(loss_plastic, :n)))
-         call add_energy(energy, energy_material_damping, sum(part(loss_damping, :n)))
-         call add_energy(energy, energy_fracture, sum(part(loss_plastic, n + 1:)))
-         call add_energy(energy, energy_friction, sum(part(loss_damping, n + 1:)))
+         call add_energy(energy, energy_plastic, sum(amounts(loss_plastic, :n)))
+         call add_energy(energy, energy_material_damping, sum(amounts(loss_damping, :n)))
+         call add_energy(energy, energy_fracture, sum(amounts(loss_plastic, n + 1:)))
+         call add_energy(energy, energy_friction, sum(amounts(loss_damping, n + 1:)))
       end associate
-      call add_energy(energy, energy_algorithmic, sum(part(loss_scheme, :)))
+      call add_energy(energy, energy_algorithmic, sum(amounts(loss_scheme, :)))
    end subroutine add_to_budget
 
    !> Accept the step: set the states at its end.
@@ -406,7 +407,7 @@ contains
       end do
       !$omp parallel do schedule(static) private(loss) if (self%n >= parallel_from)
       do p = 1, self%n
-         if (acts(self, p, blocks)) call step_point(self, p, self%state(:, p), &
+         if (acts(self, p, blocks)) call advance_point(self, p, self%state(:, p), &
             strain_increment(self, p, d), step, loss)
       end do
       !$omp parallel do schedule(static) if (self%n >= parallel_from)
@@ -434,18 +435,18 @@ contains
 
    !> Inherit the states of the same points; an inactive law continues from its last strain.
    !> If a law is replaced, the inelastic part of its stress remains.
-   subroutine inherit_state(self, before, blocks)
+   subroutine inherit_state(self, former, blocks)
       class(strain_points_type), intent(inout) :: self  !< elements of this kind
-      class(element_type), intent(in) :: before         !< former element, of the same type
+      class(element_type), intent(in) :: former         !< former element, of the same type
       type(blocks_type), intent(in) :: blocks           !< blocks in their present state
       integer :: p
 
-      select type (before)
+      select type (former)
       class is (strain_points_type)
          do p = 1, self%n
             ! a face within one material has its stress in the first of its two points
-            call copy_point_state(self, p, before, merge(p - 1, p, before%area(p) <= 0.0_wp .and. &
-               before%block(2, p) > 0), blocks)
+            call copy_point_state(self, p, former, merge(p - 1, p, former%area(p) <= 0.0_wp .and. &
+               former%block(2, p) > 0), blocks)
          end do
       end select
    end subroutine inherit_state
@@ -471,7 +472,7 @@ contains
       call archive_values(archive, self%reference)
       call archive_values(archive, self%retained_stress)
       call archive_values(archive, self%state)
-      call archive_values(archive, self%rest_energy)
+      call archive_values(archive, self%residual_work)
    end subroutine serialise
 
    !> Add the contribution of points to the mean stress of blocks, Pa, in the axes of the block.
@@ -483,7 +484,7 @@ contains
       integer :: p, i, k
 
       do p = 1, self%n
-         if (self%side(1, p) > 0 .or. self%crack(p) > 0) exit  ! only strain points of cells
+         if (self%side_points(1, p) > 0 .or. self%crack(p) > 0) exit  ! only strain points of cells
          if (.not. acts(self, p, blocks)) cycle
          point_stress = self%area(p)*(present_stress(self, p, blocks) - shape_stress(self, p))
          if (self%block(2, p) == 0) then

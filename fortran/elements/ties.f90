@@ -19,7 +19,7 @@ module dda_ties
    public :: ties_type, new_ties
 
    real(wp), parameter :: corner_ratio = 0.05_wp  !< see `dda_detection`
-   real(wp), parameter :: equal = 1.0e-9_wp  !< largest difference of equal overshoots/size
+   real(wp), parameter :: equal_overshoots = 1.0e-9_wp  !< largest difference/size
 
    !> All ties of a model.
    type, extends(spring_element_type) :: ties_type
@@ -63,7 +63,7 @@ contains
          call set_geometry(blocks, tie, face, spring)
          spring%stretch(2) = self%slip(i)
          spring%stiffness = self%stiffness
-         spring%place = blocks%vertex(:, tie%edge(1))
+         spring%position = blocks%vertex(:, tie%edge(1))
       end associate
    end subroutine get_spring
 
@@ -77,7 +77,7 @@ contains
       do face = 1, 2
          if (tie%corner(face) > 0) distance(face) = overshoot(blocks, tie, face)
       end do
-      tolerance = equal*corner_ratio*minval(blocks%length(tie%edge))
+      tolerance = equal_overshoots*corner_ratio*minval(blocks%length(tie%edge))
       face = merge(1, 2, tie%edge(1) < tie%edge(2))
       if (distance(face) > tolerance .and. distance(3 - face) < distance(face) &
          - tolerance) face = 3 - face
@@ -179,14 +179,14 @@ contains
    end subroutine accept_step
 
    !> Inherit the slips of the former ties.
-   subroutine inherit_state(self, before, blocks)
+   subroutine inherit_state(self, former, blocks)
       class(ties_type), intent(inout) :: self    !< elements of this kind
-      class(element_type), intent(in) :: before  !< former element, of the same type
+      class(element_type), intent(in) :: former  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
 
-      select type (before)
+      select type (former)
       class is (ties_type)
-         self%slip = before%slip
+         self%slip = former%slip
       end select
    end subroutine inherit_state
 

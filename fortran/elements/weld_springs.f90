@@ -17,19 +17,19 @@ module dda_weld_springs
    use dda_weld, only: weld_type
    implicit none
    private
-   public :: weld_springs_type, springs_of, n_deformations, most_springs, cell_strain, &
+   public :: weld_springs_type, springs_of, n_deformations, max_springs, cell_strain, &
       strains_of, jump_stiffness
 
    integer, parameter :: n_deformations = 10  !< [u], [u]_l, ε_i, ε_j
-   integer, parameter :: most_springs = 8
+   integer, parameter :: max_springs = 8
    !> positions of the strains of both cells among the deformations
    integer, parameter :: cell_strain(3, 2) = reshape([5, 6, 7, 8, 9, 10], [3, 2])
 
    !> Springs of a face.
    type :: weld_springs_type
       integer :: n = 0                                    !< number of springs
-      real(wp) :: stiffness(most_springs) = 0.0_wp        !< c, per metre of thickness
-      real(wp) :: weight(n_deformations, most_springs) = 0.0_wp  !< w: the stretch is w·q
+      real(wp) :: stiffness(max_springs) = 0.0_wp        !< c, per metre of thickness
+      real(wp) :: weight(n_deformations, max_springs) = 0.0_wp  !< w: the stretch is w·q
    end type weld_springs_type
 
 contains

@@ -20,7 +20,7 @@ module dda_welds
    use dda_weld, only: weld_type, is_shifted, is_intact
    use dda_weld_damping, only: damped_fractions, damping_factor, memory_stretch, relaxing_stretch, &
       damping_energy, add_damping_loss, change_memory
-   use dda_weld_springs, only: weld_springs_type, springs_of, n_deformations, most_springs, &
+   use dda_weld_springs, only: weld_springs_type, springs_of, n_deformations, max_springs, &
       cell_strain
    implicit none
    private
@@ -36,7 +36,7 @@ module dda_welds
       !> [2,faces] damped fractions of springs, by material
       real(wp), allocatable :: damping_fraction(:,:)
       real(wp), allocatable :: hysteretic_fraction(:,:)  !< [2,faces] the same, with damping by laws
-      real(wp), allocatable :: rest(:,:)                  !< [deformations,faces] q after statics
+      real(wp), allocatable :: static_deformation(:,:)  !< [deformations,faces] q after statics
       !> [mechanisms,springs,2,faces] ζ_l of both materials; empty: no damping
       real(wp), allocatable :: memory(:,:,:,:)
    contains
@@ -96,16 +96,16 @@ contains
       type(blocks_type), intent(in) :: blocks   !< blocks in their present state
       integer :: i
 
-      if (allocated(self%memory)) deallocate (self%memory, self%rest)
+      if (allocated(self%memory)) deallocate (self%memory, self%static_deformation)
       if (all(self%damping_fraction <= 0.0_wp)) then
-         allocate (self%memory(0, most_springs, 2, 0), self%rest(n_deformations, 0))
+         allocate (self%memory(0, max_springs, 2, 0), self%static_deformation(n_deformations, 0))
          return
       end if
-      allocate (self%memory(maxval(blocks%damping%n), most_springs, 2, size(self%weld)), &
+      allocate (self%memory(maxval(blocks%damping%n), max_springs, 2, size(self%weld)), &
          source=0.0_wp)
-      allocate (self%rest(n_deformations, size(self%weld)))
+      allocate (self%static_deformation(n_deformations, size(self%weld)))
       do i = 1, size(self%weld)
-         self%rest(:, i) = deformations_of(self%weld(i), blocks)
+         self%static_deformation(:, i) = deformations_of(self%weld(i), blocks)
       end do
    end subroutine begin_memory
 
@@ -133,7 +133,7 @@ contains
       if (.not. is_damped(self, i, blocks)) return
       associate (springs => self%springs(i))
          do j = 1, springs%n
-            e = dot_product(springs%weight(:, j), q - self%rest(:, i))
+            e = dot_product(springs%weight(:, j), q - self%static_deformation(:, i))
             stretch = 0.0_wp
             do k = 1, 2
                if (.not. self%damping_fraction(k, i) > 0.0_wp) cycle
@@ -167,7 +167,7 @@ contains
       increment = 0.0_wp
       do j = 1, self%springs(i)%n
          associate (weight => self%springs(i)%weight(:, j))
-            e = dot_product(weight, q - self%rest(:, i))
+            e = dot_product(weight, q - self%static_deformation(:, i))
             if (present(change)) increment = dot_product(weight, change)
          end associate
          do k = 1, 2
@@ -267,12 +267,12 @@ contains
       type(step_type), intent(in) :: step      !< the present step
       real(wp) :: g(n_deformations, 6, 2)
       type(configuration_type) :: cells
-      real(wp) :: rotated(2, 2)
+      real(wp) :: rotated_axes(2, 2)
       integer :: i, k
 
       cells = predicted_cells(weld, blocks, 0.5_wp*step%time_step)
       ! The axes turn by half of the rotation of each cell.
-      rotated = 0.5_wp*matmul(cells%turn, reshape([cells%jump(2, 1), -cells%jump(1, 1), &
+      rotated_axes = 0.5_wp*matmul(cells%turn, reshape([cells%jump(2, 1), -cells%jump(1, 1), &
          cells%jump(2, 2), -cells%jump(1, 2)], [2, 2]))
       g = 0.0_wp
       do k = 1, 2
@@ -282,8 +282,8 @@ contains
             g(3:4, 3:6, k) = sign*matmul(cells%turn, shape_columns(cells, k, &
                0.5_wp*weld%length*weld%along))
          end associate
-         g(1:2, 3, k) = g(1:2, 3, k) + rotated(:, 1)
-         g(3:4, 3, k) = g(3:4, 3, k) + rotated(:, 2)
+         g(1:2, 3, k) = g(1:2, 3, k) + rotated_axes(:, 1)
+         g(3:4, 3, k) = g(3:4, 3, k) + rotated_axes(:, 2)
          do i = 1, 3
             g(cell_strain(i, k), 3 + i, k) = 1.0_wp
          end do
@@ -345,7 +345,7 @@ contains
             g(:, :, 1) = g(:, :, 1) + g(:, :, 2)
          end if
          damped = term%damped_fraction
-         term%place = position_of(blocks, term%block_a, self%weld(i)%middle(:, 1))
+         term%position = position_of(blocks, term%block_a, self%weld(i)%middle(:, 1))
          associate (springs => self%springs(i))
             factor = 0.0_wp
             if (is_damped(self, i, blocks)) factor = sum([(self%damping_fraction(k, &
@@ -493,7 +493,7 @@ contains
       do i = 1, size(self%weld)
          if (.not. is_damped(self, i, blocks)) cycle
          if (.not. is_active(self%weld(i), blocks)) cycle
-         q = deformations_of(self%weld(i), blocks) - self%rest(:, i)
+         q = deformations_of(self%weld(i), blocks) - self%static_deformation(:, i)
          g = derivatives_of(self%weld(i), blocks, step)
          associate (a => self%weld(i)%block(1), b => self%weld(i)%block(2), &
             weight => self%springs(i)%weight)
@@ -520,27 +520,27 @@ contains
    end subroutine balance_reactions
 
    !> Inherit the present forces; a change of moduli does not change them.
-   subroutine inherit_state(self, before, blocks)
+   subroutine inherit_state(self, former, blocks)
       class(welds_type), intent(inout) :: self   !< elements of this kind
-      class(element_type), intent(in) :: before  !< former element, of the same type
+      class(element_type), intent(in) :: former  !< former element, of the same type
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp) :: q(n_deformations), none(n_deformations)
       integer :: i
 
       none = 0.0_wp
-      select type (before)
+      select type (former)
       class is (welds_type)
          do i = 1, size(self%weld)
-            if (all(self%material(:, i) == before%material(:, i))) then
-               self%force(:, i) = before%force(:, i)
-               if (size(self%memory, 4) > 0 .and. size(before%memory, 4) > 0) then
-                  self%memory(:, :, :, i) = before%memory(:, :, :, i)
-                  self%rest(:, i) = before%rest(:, i)
+            if (all(self%material(:, i) == former%material(:, i))) then
+               self%force(:, i) = former%force(:, i)
+               if (size(self%memory, 4) > 0 .and. size(former%memory, 4) > 0) then
+                  self%memory(:, :, :, i) = former%memory(:, :, :, i)
+                  self%static_deformation(:, i) = former%static_deformation(:, i)
                end if
             else
                q = deformations_of(self%weld(i), blocks)
-               self%force(:, i) = spring_force(before%springs(i), before%force(:, i), q) &
-                  + damping_force(before, i, blocks, q) - spring_force(self%springs(i), none, q)
+               self%force(:, i) = spring_force(former%springs(i), former%force(:, i), q) &
+                  + damping_force(former, i, blocks, q) - spring_force(self%springs(i), none, q)
             end if
          end do
       end select
@@ -552,7 +552,7 @@ contains
       type(archive_type), intent(inout) :: archive   !< archive that is written or read
 
       call archive_values(archive, self%force)
-      call archive_values(archive, self%rest)
+      call archive_values(archive, self%static_deformation)
       call archive_values(archive, self%memory)
    end subroutine serialise
 
@@ -589,11 +589,11 @@ contains
 
    !> Add half of the jump energy of each face to each of its cells, and sum the energy of faces.
    !> Jump energy η² = Σ (L/h) μ (|[u]|² + |[u]_l|²/3); energy ½ Σ c s²; J per metre of thickness.
-   pure subroutine add_jump_energies(self, blocks, error, stored)
+   pure subroutine add_jump_energies(self, blocks, error, strain_energy)
       type(welds_type), intent(in) :: self       !< elements of this kind
       type(blocks_type), intent(in) :: blocks    !< blocks in their present state
       real(wp), intent(inout) :: error(:)        !< [blocks] η²
-      real(wp), intent(inout) :: stored          !< energy of all faces
+      real(wp), intent(inout) :: strain_energy          !< energy of all faces
       real(wp) :: q(n_deformations), none(n_deformations), half
       integer :: i, k
 
@@ -605,7 +605,7 @@ contains
          associate (springs => self%springs(i))
             half = 0.5_wp*springs%stiffness(springs%n - 3)*(sum(q(1:2)**2) &
                + sum(q(3:4)**2)/3.0_wp)
-            stored = stored + spring_energy(springs, none, q)
+            strain_energy = strain_energy + spring_energy(springs, none, q)
          end associate
          do k = 1, 2
             associate (b => self%weld(i)%block(k))

@@ -72,7 +72,7 @@ contains
       if (.not. allocated(error)) call check_simulation(simulation, result, error)
       if (allocated(error)) return
       report = report_text(result)
-      passes = result%worst /= verdict_fail
+      passes = result%worst_verdict /= verdict_fail
    end subroutine check_input
 
    !> Begin the run of the input, or continue a run that ended early.

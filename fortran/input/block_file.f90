@@ -15,7 +15,7 @@ module dda_block_file
    use dda_input_variable, only: usable
    use dda_kinds, only: wp, long
    use dda_netcdf_calls, only: dataset_type, path_of, checked
-   use dda_outlines, only: most_blocks, most_vertices
+   use dda_outlines, only: most_blocks, max_vertices
    use dda_text, only: to_text, quoted
    use netcdf, only: nf90_open, nf90_close, nf90_nowrite, nf90_noerr, nf90_inq_varid, &
       nf90_inquire_variable, nf90_inquire_dimension, nf90_get_var, nf90_max_var_dims, nf90_char, &
@@ -110,7 +110,7 @@ contains
       integer :: n, vertices
 
       n = length_of(reader, 'corners', 1, int(most_blocks))
-      vertices = length_of(reader, 'vertices', 2, most_vertices*n)
+      vertices = length_of(reader, 'vertices', 2, max_vertices*n)
       if (allocated(reader%dataset%error)) return
       if (n == 0) call refuse_file(reader, 'the file contains no blocks')
       call read_integers(reader, 'corners', n, corners)
@@ -210,7 +210,7 @@ contains
       if (allocated(reader%dataset%error)) return
       values = product(real(shape_of, wp))
       if (any(shape_of < 0) .or. values > reader%bytes) then
-         call refuse_file(reader, name//' claims '//to_text(int(values, long))// &
+         call refuse_file(reader, name//' declares '//to_text(int(values, long))// &
             ' values, more than a file of '//to_text(reader%bytes)//' bytes can contain')
       else if (4*bytes_of_number*values > free_memory()) then
          call refuse_file(reader, name//' contains '//to_text(int(values, long))// &
@@ -251,8 +251,8 @@ contains
 
       allocate (first(size(corners) + 1), source=1)
       do b = 1, size(corners)
-         if (corners(b) < 3 .or. corners(b) > most_vertices) call refuse_file(reader, 'block '// &
-            to_text(b)//' has '//to_text(corners(b))//' corners; 3 to '//to_text(most_vertices)// &
+         if (corners(b) < 3 .or. corners(b) > max_vertices) call refuse_file(reader, 'block '// &
+            to_text(b)//' has '//to_text(corners(b))//' corners; 3 to '//to_text(max_vertices)// &
             ' are possible')
          if (allocated(reader%dataset%error)) return
          first(b + 1) = first(b) + corners(b)

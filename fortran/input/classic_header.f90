@@ -18,7 +18,7 @@ module dda_classic_header
       integer(int8), allocatable :: bytes(:)
       integer(long) :: at = 5          !< next byte; initially after magic number and version
       integer(long) :: offset_size = 4 !< bytes of the position of a variable
-      logical :: good = .true.
+      logical :: is_valid = .true.
    end type cursor_type
 
 contains
@@ -32,7 +32,7 @@ contains
       cursor%bytes = bytes
       if (size(bytes) >= 4) then
          if (bytes(4) == 2) cursor%offset_size = 8
-         cursor%good = bytes(4) == 1 .or. bytes(4) == 2
+         cursor%is_valid = bytes(4) == 1 .or. bytes(4) == 2
       end if
       call skip_bytes(cursor, 4_long)  ! number of records
       call begin_list(cursor, n)
@@ -45,7 +45,7 @@ contains
       do i = 1, n
          call skip_variable(cursor)
       end do
-      has_known_types = cursor%good
+      has_known_types = cursor%is_valid
    end function has_known_types
 
    !> Skip name, dimensions, attributes, type, size and position of a variable.
@@ -82,8 +82,8 @@ contains
 
       call skip_bytes(cursor, 4_long)
       call read_number(cursor, n)
-      if (n > size(cursor%bytes)) cursor%good = .false.
-      if (.not. cursor%good) n = 0
+      if (n > size(cursor%bytes)) cursor%is_valid = .false.
+      if (.not. cursor%is_valid) n = 0
    end subroutine begin_list
 
    !> Skip a name: its length, and letters padded to four bytes.
@@ -103,8 +103,8 @@ contains
 
       bytes = 0
       call read_number(cursor, kind)
-      cursor%good = cursor%good .and. kind >= 1 .and. kind <= size(size_of_type)
-      if (cursor%good) bytes = size_of_type(kind)
+      cursor%is_valid = cursor%is_valid .and. kind >= 1 .and. kind <= size(size_of_type)
+      if (cursor%is_valid) bytes = size_of_type(kind)
    end subroutine read_type
 
    !> Read a number of four bytes, most significant first; not negative.
@@ -115,7 +115,7 @@ contains
 
       number = 0
       call skip_bytes(cursor, 4_long)
-      if (.not. cursor%good) return
+      if (.not. cursor%is_valid) return
       do i = 4, 1, -1
          number = 256*number + modulo(int(cursor%bytes(cursor%at - i), long), 256_long)
       end do
@@ -126,8 +126,8 @@ contains
       type(cursor_type), intent(inout) :: cursor  !< cursor to move
       integer(long), intent(in) :: bytes  !< number of bytes
 
-      cursor%good = cursor%good .and. cursor%at + bytes <= size(cursor%bytes) + 1
-      if (cursor%good) cursor%at = cursor%at + bytes
+      cursor%is_valid = cursor%is_valid .and. cursor%at + bytes <= size(cursor%bytes) + 1
+      if (cursor%is_valid) cursor%at = cursor%at + bytes
    end subroutine skip_bytes
 
    !> Number of bytes, padded to a multiple of four.

@@ -4,7 +4,7 @@ module dda_input
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_addresses
-   use dda_input_group, only: group_type, input_error, positions, require_new_name
+   use dda_input_group, only: group_type, fail_input, positions, require_new_name
    use dda_input_groups, only: control_values, run_values, read_values
    use dda_input_catalogue, only: find_group, unknown_group
    use dda_input_schema, only: input_groups
@@ -128,11 +128,11 @@ contains
             if (input_groups(g)%built) g = 0
          end if
          if (g == 0) then
-            call input_error(error, groups(i), unknown_group(groups(i)%name, file))
+            call fail_input(error, groups(i), unknown_group(groups(i)%name, file))
             return
          end if
          occurrences(g) = occurrences(g) + 1
-         if (occurrences(g) > 1 .and. .not. input_groups(g)%repeats) call input_error(error, &
+         if (occurrences(g) > 1 .and. .not. input_groups(g)%repeats) call fail_input(error, &
             groups(i), 'this group may appear only once')
       end do
       if (size(positions(groups, 'control')) == 0) call refuse_missing(error, file, &
@@ -262,10 +262,10 @@ contains
 
       if (allocated(error)) return
       if (joint%is_plain()) return
-      if (contact%original_rules) call input_error(error, group, "contact_rules = 'original' "// &
+      if (contact%original_rules) call fail_input(error, group, "contact_rules = 'original' "// &
          'support only normal_stiffness, Coulomb friction and contacts at corners: leave out '// &
          'law, stiffness per area and contact_points')
-      if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, 'a joint with '// &
+      if (contact%penetration_tolerance > 0.0_wp) call fail_input(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own cannot be combined with '// &
          'penetration_tolerance: the load determines the closure')
    end subroutine check_rules
@@ -283,13 +283,13 @@ contains
       variable = 'damping'
       if (any(joints%restitution >= 0.0_wp)) variable = 'restitution'
       do j = 1, size(joints)
-         if (.not. joints(j)%is_plain()) call input_error(error, group, variable//' of a joint '// &
+         if (.not. joints(j)%is_plain()) call fail_input(error, group, variable//' of a joint '// &
             'cannot be combined with a law, stiffness per area or contact_points, of this or '// &
             'another joint: leave out one of them')
       end do
-      if (contact%original_rules) call input_error(error, group, variable// &
+      if (contact%original_rules) call fail_input(error, group, variable// &
          " cannot be combined with contact_rules = 'original' of &contact: leave out one of them")
-      if (contact%penetration_tolerance > 0.0_wp) call input_error(error, group, variable// &
+      if (contact%penetration_tolerance > 0.0_wp) call fail_input(error, group, variable// &
          ' cannot be combined with penetration_tolerance of &contact, because contacts then '// &
          'have no springs: leave out one of them')
    end subroutine refuse_damping
@@ -336,7 +336,7 @@ contains
             if (allocated(error)) return
             if (found(axis) == 0) cycle
             associate (motion => model%motions(found(axis)))
-               if (motion%stops .and. .not. motion%curve%ends_at_rest) call input_error(error, &
+               if (motion%stops .and. .not. motion%curve%ends_at_rest) call fail_input(error, &
                   group, 'base_motion_'//merge('x', 'y', axis == 1)//': a body force '// &
                   'cannot stop the base at the end of the record: leave out after_end of '// &
                   '&motion '//quoted(trim(motion%name))//', or apply this motion to supports')
@@ -405,11 +405,11 @@ contains
       do i = 1, size(group_numbers)
          call read_amplification(groups(group_numbers(i)), model%points, model%amplifications(i), &
             error)
-         if (.not. is_uniform(model%stages)) call input_error(error, groups(group_numbers(i)), &
+         if (.not. is_uniform(model%stages)) call fail_input(error, groups(group_numbers(i)), &
             'a spectrum needs samples at equal times: one time_step in all dynamic stages, and '// &
             'no static stage but the first')
          if (model%control%adaptive .and. model%output%history_seconds <= 0.0_wp) &
-            call input_error(error, groups(group_numbers(i)), 'a spectrum needs samples '// &
+            call fail_input(error, groups(group_numbers(i)), 'a spectrum needs samples '// &
             'at equal times, unlike adaptive steps: give history_seconds in &output')
       end do
    end subroutine read_amplifications

@@ -3,7 +3,7 @@
 module dda_input_blocks
    use dda_kinds, only: wp
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, require_name, value_or, name_length
+   use dda_input_group, only: group_type, fail_input, require_name, value_or, name_length
    use dda_input_groups, only: block_values, drums_values, layers_values, rest_values, &
       wall_values, read_values, blocks_values
    use dda_input_materials, only: find_substances
@@ -58,7 +58,7 @@ contains
       character(len=*), intent(in) :: name       !< name as in the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (len_trim(name) > longest_stem) call input_error(error, group, 'name = '//quoted(name)// &
+      if (len_trim(name) > longest_stem) call fail_input(error, group, 'name = '//quoted(name)// &
          ' is too long: at most '//to_text(longest_stem)// &
          ' characters, because numbers are added to it')
    end subroutine check_stem
@@ -77,7 +77,7 @@ contains
       call read_values(group, input, error)
       call find_substances(group, input%naming, model, m, j, error)
       associate (n => size(input%vertices, 2))
-         if (n < 3) call input_error(error, group, 'vertices: '//to_text(n)// &
+         if (n < 3) call fail_input(error, group, 'vertices: '//to_text(n)// &
             ' given, but a block needs at least 3')
          call resolve_edges(group, model, n, j, input%edge_joints, joints, error)
       end associate
@@ -95,7 +95,7 @@ contains
 
       failure = outline_failure(input%vertices)
       if (failure /= '') then
-         call input_error(error, group, 'vertices'//failure)
+         call fail_input(error, group, 'vertices'//failure)
       else
          call add_outline(outlines, input%vertices, material, joints(1), source, input%name, &
             joints, &
@@ -114,7 +114,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: i
 
-      if (size(names) > edges) call input_error(error, group, 'edge_joints: '// &
+      if (size(names) > edges) call fail_input(error, group, 'edge_joints: '// &
          to_text(size(names))//' names, but the block has '//to_text(edges)//' edges')
       allocate (joints(edges), source=joint)
       do i = 1, min(size(names), edges)
@@ -134,7 +134,7 @@ contains
 
       if (allocated(error) .or. .not. stress%geostatic) return
       associate (gravity => model%control%gravity)
-         if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
+         if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call fail_input(error, &
             group, 'geostatic = .true. needs a gravity that acts downwards; gravity is '// &
             to_text(gravity(1))//', '//to_text(gravity(2)))
       end associate
@@ -194,10 +194,10 @@ contains
       call check_stem(group, input%name, error)
       call find_substances(group, input%naming, model, m, j, error)
       if (allocated(error)) return
-      if (input%head_joint >= 0.5_wp*input%brick_length) call input_error(error, group, &
+      if (input%head_joint >= 0.5_wp*input%brick_length) call fail_input(error, group, &
          'head_joint = '//to_text(input%head_joint)//' m must be shorter than half of '// &
          'brick_length = '//to_text(input%brick_length)//' m')
-      if (real(input%courses, wp)*input%bricks > most_blocks) call input_error(error, group, &
+      if (real(input%courses, wp)*input%bricks > most_blocks) call fail_input(error, group, &
          'courses = '//to_text(input%courses)//' of '//to_text(input%bricks)// &
             ' bricks are more '// &
          'than '//to_text(int(most_blocks))//' blocks')
@@ -229,7 +229,7 @@ contains
       if (path(1:1) /= '/') path = folder//path
       call read_block_file(content, path, failure)
       if (allocated(failure)) then
-         call input_error(error, group, failure%message)
+         call fail_input(error, group, failure%message)
          return
       end if
       call add_blocks(group, path, content, source, m, j, model, outlines, error)
@@ -262,7 +262,7 @@ contains
          associate (first => content%first(b), last => content%first(b + 1) - 1)
             failure = outline_failure(content%vertices(:, first:last))
             if (failure /= '') then
-               call input_error(error, group, trim(path//': block '//to_text(b)//' '// &
+               call fail_input(error, group, trim(path//': block '//to_text(b)//' '// &
                   content%names(b))//': vertices'//failure)
             else
                call add_outline(outlines, content%vertices(:, first:last), &
@@ -274,27 +274,28 @@ contains
    end subroutine add_blocks
 
    !> Find the positions in the model of the materials or joints that a file uses.
-   subroutine find_names(group, path, kind, names, used, known, default_position, positions, error)
+   subroutine find_names(group, path, kind, names, used_numbers, model_names, default_position, &
+      positions, error)
       type(group_type), intent(in) :: group      !< group of the input
       character(len=*), intent(in) :: path, kind !< path of the file; 'material' or 'joint'
       character(len=*), intent(in) :: names(:)   !< names in the file
-      integer, intent(in) :: used(:)             !< numbers of the names that are used; 0: none
-      character(len=*), intent(in) :: known(:)   !< names in the model
+      integer, intent(in) :: used_numbers(:)  !< numbers of the names that are used; 0: none
+      character(len=*), intent(in) :: model_names(:)   !< names in the model
       integer, intent(in) :: default_position    !< position for number 0
       integer, allocatable, intent(out) :: positions(:)      !< [0:names]
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: hint
-      integer :: i, near
+      integer :: i, similar
 
       allocate (positions(0:size(names)), source=default_position)
       do i = 1, size(names)
          if (names(i) == '') cycle
-         positions(i) = findloc(known == names(i), .true., 1)
-         if (positions(i) > 0 .or. .not. any(used == i)) cycle
-         near = closest(trim(names(i)), known)
+         positions(i) = findloc(model_names == names(i), .true., 1)
+         if (positions(i) > 0 .or. .not. any(used_numbers == i)) cycle
+         similar = closest(trim(names(i)), model_names)
          hint = ''
-         if (near > 0) hint = '; is '//quoted(known(near))//' meant?'
-         call input_error(error, group, path//': '//kind//'_name = '//quoted(names(i))// &
+         if (similar > 0) hint = '; is '//quoted(model_names(similar))//' meant?'
+         call fail_input(error, group, path//': '//kind//'_name = '//quoted(names(i))// &
             ' is not the name of a &'//kind//hint)
          return
       end do

@@ -6,7 +6,7 @@ module dda_input_bodies
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_memory, require_for_blas
    use dda_input_blocks, only: read_blocks, is_block_group
-   use dda_input_group, only: group_type, input_error
+   use dda_input_group, only: group_type, fail_input
    use dda_input_welds, only: block_title, weld_cells
    use dda_model, only: model_type
    use dda_neighbours, only: neighbours_type, find_near_pairs
@@ -20,12 +20,12 @@ module dda_input_bodies
    real(wp), parameter :: touching = 1.0e-6_wp     !< tolerated overlap/size of the smaller block
    !> largest distance from the origin, m; farther, rounding exceeds gaps
    real(wp), parameter :: farthest = 1.0e9_wp
-   real(wp), parameter :: least_extent = 1.0e-9_wp !< least size of a block, m
+   real(wp), parameter :: min_extent = 1.0e-9_wp !< least size of a block, m
    !> least block size/model size: smaller blocks are within rounding errors
-   real(wp), parameter :: least_ratio = 1.0e-9_wp
+   real(wp), parameter :: min_ratio = 1.0e-9_wp
    !> least side of a block/model size: shorter sides have no direction
-   real(wp), parameter :: least_side = 1.0e-12_wp
-   real(wp), parameter :: least_area = 1.0e-12_wp  !< least block area/squared block size
+   real(wp), parameter :: min_side = 1.0e-12_wp
+   real(wp), parameter :: min_area = 1.0e-12_wp  !< least block area/squared block size
    integer(long), parameter :: block_bytes = 7500  !< bytes per block of a wall, measured
    real(wp), parameter :: buffer_bytes = 1.1e7_wp  !< bytes of output and checkpoints, measured
 
@@ -63,7 +63,7 @@ contains
       call set_blocks(model%blocks, outlines%first(:outlines%n + 1), outlines%vertices, &
          outlines%material(:outlines%n), outlines%joint(:outlines%n_vertices), model%materials, &
          model%control%plane_strain)
-      call stress_by_weight(model, outlines)
+      call add_weight_stress(model, outlines)
       call check_overlap(model, groups, outlines%source, error)
       call weld_cells(model, groups, outlines, error)
       if (allocated(error)) call name_block_files(error, model)
@@ -81,7 +81,7 @@ contains
    end subroutine name_block_files
 
    !> Add vertical stress due to weight to buried blocks, in addition to that of their material.
-   pure subroutine stress_by_weight(model, outlines)
+   pure subroutine add_weight_stress(model, outlines)
       type(model_type), intent(inout) :: model  !< model with its blocks
       type(outlines_type), intent(in) :: outlines  !< outlines of all blocks
       integer :: b
@@ -92,7 +92,7 @@ contains
                - weight*model%materials(blocks%material(b))%density*outlines%cover(b)
          end do
       end associate
-   end subroutine stress_by_weight
+   end subroutine add_weight_stress
 
    !> Check that no block is too far from the origin or too small for the rounding of positions.
    subroutine check_sizes(groups, outlines, error)
@@ -112,7 +112,7 @@ contains
          failure = too_small_reason(outlines%vertices(:, outlines%first(b):outlines%first(b + 1) &
             - 1), extent)
       end do
-      if (failure /= '') call input_error(error, groups(outlines%source(b)), &
+      if (failure /= '') call fail_input(error, groups(outlines%source(b)), &
          block_title(b, outlines%name(b))//failure)
    end subroutine check_sizes
 
@@ -142,14 +142,14 @@ contains
 
       size_of = extent_of(vertices)
       failure = ''
-      if (size_of < least_extent) then
-         failure = ' measures '//to_text(size_of)//' m, less than '//to_text(least_extent)//' m'
-      else if (size_of < least_ratio*extent) then
+      if (size_of < min_extent) then
+         failure = ' measures '//to_text(size_of)//' m, less than '//to_text(min_extent)//' m'
+      else if (size_of < min_ratio*extent) then
          failure = ' measures '//to_text(size_of)//' m, too little compared with the '// &
             to_text(extent)//' m of the model'
-      else if (.not. area_of(vertices) > least_area*size_of**2) then
+      else if (.not. area_of(vertices) > min_area*size_of**2) then
          failure = ' has no area'
-      else if (.not. shortest_side(vertices) > least_side*extent) then
+      else if (.not. shortest_side(vertices) > min_side*extent) then
          failure = ' has a side of '//to_text(shortest_side(vertices))// &
             ' m, too little compared with the '//to_text(extent)//' m of the model'
       end if
@@ -168,18 +168,18 @@ contains
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       integer, intent(in) :: source(:)  !< [blocks] number of the group of each block
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       real(wp) :: depth
       integer :: p
 
       associate (blocks => model%blocks)
-         call find_near_pairs(near, blocks, 0.0_wp)
-         do p = 1, near%n_pairs
-            associate (a => near%pair(1, p), b => near%pair(2, p))
+         call find_near_pairs(neighbours, blocks, 0.0_wp)
+         do p = 1, neighbours%n_pairs
+            associate (a => neighbours%pair(1, p), b => neighbours%pair(2, p))
                depth = overlap_depth(blocks%vertex(:, blocks%first(a):blocks%first(a + 1) - 1), &
                   blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1))
                if (depth <= touching*min(blocks%radius(a), blocks%radius(b))) cycle
-               call input_error(error, groups(source(b)), &
+               call fail_input(error, groups(source(b)), &
                   block_title(b, model%block_names(b))//' overlaps '// &
                   block_title(a, model%block_names(a))//' of '// &
                   '&'//groups(source(a))%name//' (line '//to_text(groups(source(a))%line)// &

@@ -6,7 +6,7 @@ module dda_input_bolts
    use dda_blocks, only: blocks_type, reference_of
    use dda_bolt, only: bolt_type, across, never
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, is_set, positions, &
+   use dda_input_group, only: group_type, fail_input, is_set, positions, &
       require_new_name, value_or, name_length
    use dda_input_groups, only: bolt_values, read_values
    use dda_input_points, only: block_at, find_block
@@ -50,11 +50,11 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       associate (n => size(input%through, 2))
-         if (any(input%through_block(n + 1:) /= '')) call input_error(error, group, &
+         if (any(input%through_block(n + 1:) /= '')) call fail_input(error, group, &
             '`through_block` names more blocks than `through` has points ('//to_text(n)//')')
       end associate
       if (is_set(input%yield_force) .and. input%pretension > input%yield_force) &
-         call input_error(error, &
+         call fail_input(error, &
          group, 'pretension = '//to_text(input%pretension)//' is above yield_force = '// &
          to_text(input%yield_force))
    end subroutine check_values
@@ -111,12 +111,12 @@ contains
       integer :: k
 
       if (allocated(error)) return
-      if (all(owner == owner(1))) call input_error(error, group, &
+      if (all(owner == owner(1))) call fail_input(error, group, &
          'all points of the bolt are in the same block, '// &
          quoted(trim(model%block_names(owner(1)))))
       do k = 1, size(owner) - 1
          if (norm2(point(:, k + 1) - point(:, k)) > 0.0_wp) cycle
-         call input_error(error, group, 'two successive points of the bolt are at '// &
+         call fail_input(error, group, 'two successive points of the bolt are at '// &
             'the same position, ('//to_text(point(1, k) + model%origin(1))//', '// &
             to_text(point(2, k) + model%origin(2))//')')
       end do
@@ -132,7 +132,7 @@ contains
 
       spring = bolt
       spring%block = owner
-      spring%place = positions
+      spring%position = positions
       allocate (spring%reference, mold=positions)
       do k = 1, size(owner)
          spring%reference(:, k) = reference_of(blocks, owner(k), positions(:, k))
@@ -148,34 +148,35 @@ contains
       integer, intent(in) :: ends(2)  !< blocks that contain the ends
       type(bolt_type), allocatable, intent(out) :: new(:)  !< springs of the bolt
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp), allocatable :: cut(:)
+      real(wp), allocatable :: crossings(:)
       real(wp) :: at
       integer :: k, b, last
 
       allocate (new(0))
-      call find_cuts(blocks, from, to, cut)
+      call find_cuts(blocks, from, to, crossings)
       last = ends(1)
       at = 0.0_wp
-      do k = 1, size(cut)
+      do k = 1, size(crossings)
          b = ends(2)
-         if (k < size(cut)) b = block_at(blocks, from + 0.5_wp*(cut(k) + cut(k + 1))*(to - from))
+         if (k < size(crossings)) b = block_at(blocks, from + 0.5_wp*(crossings(k) + crossings(k + &
+            1))*(to - from))
          if (b == 0 .or. b == last) cycle
-         at = cut(k)
+         at = crossings(k)
          new = [new, spring_between(blocks, bolt, [last, b], spread(from + at*(to - from), 2, 2))]
          last = b
       end do
-      if (size(new) == 0) call input_error(error, group, 'the bolt crosses no joint')
+      if (size(new) == 0) call fail_input(error, group, 'the bolt crosses no joint')
    end subroutine grout_crossings
 
    !> Find crossings of a segment with edges, as ascending fractions of its length.
-   pure subroutine find_cuts(blocks, from, to, cut)
+   pure subroutine find_cuts(blocks, from, to, crossings)
       type(blocks_type), intent(in) :: blocks  !< blocks of the model
       real(wp), intent(in) :: from(2), to(2)  !< ends of the bolt, m
-      real(wp), allocatable, intent(out) :: cut(:)  !< fractions, 0 … 1
+      real(wp), allocatable, intent(out) :: crossings(:)  !< fractions, 0 … 1
       real(wp) :: edge(2), direction(2), offset(2), determinant, s, t
       integer :: v, k
 
-      allocate (cut(0))
+      allocate (crossings(0))
       direction = to - from
       do v = 1, size(blocks%owner)
          edge = blocks%vertex(:, blocks%next(v)) - blocks%vertex(:, v)
@@ -185,8 +186,8 @@ contains
          s = (offset(1)*edge(2) - offset(2)*edge(1))/determinant
          t = (offset(1)*direction(2) - offset(2)*direction(1))/determinant
          if (s <= 0.0_wp .or. s >= 1.0_wp .or. t < 0.0_wp .or. t > 1.0_wp) cycle
-         k = count(cut <= s)
-         cut = [cut(:k), s, cut(k + 1:)]
+         k = count(crossings <= s)
+         crossings = [crossings(:k), s, crossings(k + 1:)]
       end do
    end subroutine find_cuts
 

@@ -8,11 +8,11 @@ module dda_input_boundaries
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, position_of
    use dda_boundary, only: boundary_type, boundary_motion_type, boundary_edge_type
-   use dda_edge_piece, only: edge_piece_type, gauss_points, piece_length, piece_normal
+   use dda_edge_part, only: edge_part_type, gauss_points, part_length, part_normal
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
    use dda_input_edges, only: choose_edges
-   use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
+   use dda_input_group, only: group_type, fail_input, given, is_set, positions, value_or, &
       name_length
    use dda_input_groups, only: boundary_values, read_values
    use dda_input_free_field, only: find_column, check_ties
@@ -63,7 +63,7 @@ contains
       type(group_type), intent(in) :: groups(:)  !< groups of the input, in its order
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(reading_type) :: reading
-      type(edge_piece_type), allocatable :: pieces(:)
+      type(edge_part_type), allocatable :: parts(:)
       integer, allocatable :: group_numbers(:)
       integer :: i
 
@@ -77,17 +77,17 @@ contains
             if (allocated(error)) return
             select case (reading%kind)
             case ('tied')
-               call tie_sides(model, group, reading, pieces, error)
+               call tie_sides(model, group, reading, parts, error)
             case ('free_field')
-               call add_free_field(model, group, reading, pieces, error)
+               call add_free_field(model, group, reading, parts, error)
             case default
-               call choose_edges(group, reading%edges, model, pieces, error)
+               call choose_edges(group, reading%edges, model, parts, error)
                call check_kind(reading, group, model, error)
-               if (.not. allocated(error)) call add_boundary(model, group, reading, pieces, error)
+               if (.not. allocated(error)) call add_boundary(model, group, reading, parts, error)
             end select
             if (allocated(error)) return
             if (.not. is_fixed_kind(reading)) reading%direction = 'xy'
-            call reserve_edges(model, groups(group_numbers(:i))%line, group, pieces, &
+            call reserve_edges(model, groups(group_numbers(:i))%line, group, parts, &
                trim(reading%direction), &
                error)
          end associate
@@ -125,7 +125,7 @@ contains
       if (norm2(model%control%gravity) == 0.0_wp) return
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
-         call input_error(error, groups(i), 'dashpots cannot support '// &
+         call fail_input(error, groups(i), 'dashpots cannot support '// &
             'weight: a model with gravity needs settle = .true. of '// &
             '&control, or a static stage first')
       end do
@@ -142,7 +142,7 @@ contains
       if (allocated(error)) return
       k = findloc(boundary_kinds%name == reading%kind, .true., 1)
       if (k > 0) reading%is = boundary_kinds(k)
-      if (k == 0) call input_error(error, group, 'kind = '//quoted(reading%kind)// &
+      if (k == 0) call fail_input(error, group, 'kind = '//quoted(reading%kind)// &
          ' is not registered in dda_input_boundaries')
    end subroutine read_boundary
 
@@ -161,34 +161,34 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (reading%direction == '') reading%direction = reading%is%direction
-      if (reading%kind == 'roller' .and. reading%direction == 'xy') call input_error(error, group, &
+      if (reading%kind == 'roller' .and. reading%direction == 'xy') call fail_input(error, group, &
          "a roller fixes one direction: 'normal', 'x' or 'y'; kind = 'fixed' fixes both")
       if (reading%direction == 'normal' .and. has_motion(reading) .and. is_fixed_kind(reading)) &
-         call input_error(error, group, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
+         call fail_input(error, group, "motion_x and motion_y need direction = 'x', 'y' or 'xy'")
       if (reading%is%absorbs) call require_analysis(error, group, model%control, &
          'dashpots for waves')
-      if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call input_error(error, &
-         group, 'dashpots need velocities: dynamic_factor of &control must be 1')
-      if (reading%is%absorbs .and. any(model%control%base_motion > 0)) call input_error(error, &
+      if (reading%is%absorbs .and. model%control%dynamic_factor < 1.0_wp) call fail_input(error, &
+         group, 'dashpots require velocities, so dynamic_factor of &control must be 1')
+      if (reading%is%absorbs .and. any(model%control%base_motion > 0)) call fail_input(error, &
          group, 'dashpots cannot be used in the frame of a base that base_motion_x and '// &
          'base_motion_y of '// &
-         "&control accelerate: give the motion to a boundary of kind = 'compliant'")
+         "&control accelerate; apply the motion to a boundary of kind = 'compliant'")
    end subroutine check_kind
 
    !> Tie the left side to the right side of the model.
-   subroutine tie_sides(model, group, reading, pieces, error)
+   subroutine tie_sides(model, group, reading, parts, error)
       type(model_type), intent(inout) :: model  !< receives the ties
       type(group_type), intent(in) :: group  !< group of the input
       type(reading_type), intent(in) :: reading  !< group as read
-      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< both sides
+      type(edge_part_type), allocatable, intent(out) :: parts(:)  !< both sides
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(edge_piece_type), allocatable :: left_faces(:), right_faces(:)
+      type(edge_part_type), allocatable :: left_faces(:), right_faces(:)
       type(weld_type), allocatable :: welds(:)
       real(wp) :: width
 
-      if (are_tied(model)) call input_error(error, group, 'the sides may be tied only once')
+      if (are_tied(model)) call fail_input(error, group, 'the sides may be tied only once')
       if (size(model%free_fields) > 0) call reject_ties_and_fields(group, error)
-      if (model%contact%original_rules) call input_error(error, group, &
+      if (model%contact%original_rules) call fail_input(error, group, &
          "ties require bonds, which contact_rules = 'original' of &contact does not support")
       call choose_edges(group, reading%edges, model, left_faces, error, 'left')
       call choose_edges(group, reading%edges, model, right_faces, error, 'right')
@@ -198,9 +198,9 @@ contains
       call check_ties(model, group, model%blocks, model%ties, error)
       call assign_triangles(model%blocks, welds)
       model%welds = [model%welds, welds]
-      pieces = [left_faces, right_faces]
-      if (.not. are_tied(model)) call input_error(error, group, &
-         'the left and the right side are at different heights: they have no edges in common')
+      parts = [left_faces, right_faces]
+      if (.not. are_tied(model)) call fail_input(error, group, &
+         'the left and the right side are at different heights, so no edges can be tied')
    end subroutine tie_sides
 
    !> .true. if the left side is tied or welded to the right side.
@@ -216,39 +216,39 @@ contains
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      call input_error(error, group, "kind = 'tied' and kind = 'free_field' both "// &
-         'continue the ground beyond a side: leave out one of them')
+      call fail_input(error, group, "kind = 'tied' and kind = 'free_field' both "// &
+         'continue the ground beyond a side; remove one of them')
    end subroutine reject_ties_and_fields
 
    !> Add a free field beyond a side.
-   subroutine add_free_field(model, group, reading, pieces, error)
+   subroutine add_free_field(model, group, reading, parts, error)
       type(model_type), intent(inout) :: model  !< model that receives the free field
       type(group_type), intent(in) :: group  !< group of the input
       type(reading_type), intent(in) :: reading  !< group as read
-      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< the side
+      type(edge_part_type), allocatable, intent(out) :: parts(:)  !< the side
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(free_field_type) :: field
 
       field%side = reading%edges%side(:len(field%side))
-      if (all(field%side /= ['left ', 'right'])) call input_error(error, group, &
-         "kind = 'free_field' needs side = 'left' or side = 'right', and includes the whole side")
+      if (all(field%side /= ['left ', 'right'])) call fail_input(error, group, &
+         "kind = 'free_field' needs side = 'left' or side = 'right', and acts on the whole side")
       if (are_tied(model)) call reject_ties_and_fields(group, error)
-      if (any(model%free_fields%side == field%side)) call input_error(error, group, &
-         'this side already has a free field: leave this group out')
-      if (model%contact%original_rules) call input_error(error, group, 'a free field requires '// &
+      if (any(model%free_fields%side == field%side)) call fail_input(error, group, &
+         'this side already has a free field; remove this group')
+      if (model%contact%original_rules) call fail_input(error, group, 'a free field requires '// &
          "bonds, which contact_rules = 'original' of &contact does not support")
-      if (model%control%dynamic_factor < 1.0_wp) call input_error(error, group, &
-         'dashpots need velocities: dynamic_factor of &control must be 1')
+      if (model%control%dynamic_factor < 1.0_wp) call fail_input(error, group, &
+         'dashpots require velocities, so dynamic_factor of &control must be 1')
       call require_analysis(error, group, model%control, 'the waves of a free field')
-      call choose_edges(group, reading%edges, model, pieces, error)
+      call choose_edges(group, reading%edges, model, parts, error)
       if (allocated(error)) return
       field%boundary%name = reading%name
       field%boundary%kind = reading%kind
-      field%boundary%piece = pieces
-      field%boundary%point = boundary_points(model, reading, pieces)
+      field%boundary%part = parts
+      field%boundary%point = boundary_points(model, reading, parts)
       call set_half_space(field%boundary, model, reading, group, error)
       call find_column(model, group, field, error)
-      field%top = highest_corner(model%blocks, pieces)
+      field%top = highest_corner(model%blocks, parts)
       model%free_fields = [model%free_fields, field]
       model%boundary_motions = [model%boundary_motions, boundary_motion_type( &
          label(reading, 'free field '//field%side), [field%top], [1.0_wp], &
@@ -256,15 +256,15 @@ contains
    end subroutine add_free_field
 
    !> Return the highest corner of parts of edges.
-   pure type(point_type) function highest_corner(blocks, pieces) result(top)
+   pure type(point_type) function highest_corner(blocks, parts) result(top)
       type(blocks_type), intent(in) :: blocks         !< blocks of the model
-      type(edge_piece_type), intent(in) :: pieces(:)  !< parts, at least one
-      integer :: corner(2*size(pieces)), highest
+      type(edge_part_type), intent(in) :: parts(:)  !< parts, at least one
+      integer :: corner(2*size(parts)), highest_index
 
-      corner = [pieces%edge, blocks%next(pieces%edge)]
-      highest = corner(maxloc(blocks%vertex(2, corner), 1))
-      top = point_type('', blocks%owner(highest), blocks%reference(:, highest), &
-         blocks%vertex(:, highest))
+      corner = [parts%edge, blocks%next(parts%edge)]
+      highest_index = corner(maxloc(blocks%vertex(2, corner), 1))
+      top = point_type('', blocks%owner(highest_index), blocks%reference(:, highest_index), &
+         blocks%vertex(:, highest_index))
    end function highest_corner
 
    !> Name of a group, or a substitute.
@@ -277,11 +277,11 @@ contains
    end function label
 
    !> Add supports or dashpots at the Gauss points of the parts.
-   subroutine add_boundary(model, group, reading, pieces, error)
+   subroutine add_boundary(model, group, reading, parts, error)
       type(model_type), intent(inout) :: model  !< receives the boundary
       type(group_type), intent(in) :: group  !< group of the input
       type(reading_type), intent(in) :: reading  !< group as read
-      type(edge_piece_type), intent(in) :: pieces(:)  !< edges
+      type(edge_part_type), intent(in) :: parts(:)  !< edges
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(boundary_type) :: new
       type(fixed_point_type), allocatable :: points(:)
@@ -290,21 +290,21 @@ contains
       motion = 0
       call find_motions(group, [reading%motion_x, reading%motion_y], model%motions, motion, error)
       if (allocated(error)) return
-      points = boundary_points(model, reading, pieces)
+      points = boundary_points(model, reading, parts)
       if (is_fixed_kind(reading)) then
          do i = 1, size(points)
             points(i)%motion = motion
          end do
          if (reading%is%holds .and. any(motion > 0 .and. .not. points(1)%fixed_along)) &
-            call input_error(error, group, 'a motion is given in a direction that is not fixed')
+            call fail_input(error, group, 'a motion is given in a direction that is not fixed')
          model%fixed_points = [model%fixed_points, points]
          return
       end if
-      if (.not. reading%is%absorbs) call input_error(error, group, 'kind = '// &
+      if (.not. reading%is%absorbs) call fail_input(error, group, 'kind = '// &
          quoted(reading%kind)//' neither supports nor absorbs: add_boundary rejects it')
       new%name = reading%name
       new%kind = reading%kind
-      new%piece = pieces
+      new%part = parts
       new%point = points
       new%motion = motion
       if (reading%motion_is == 'incoming') new%factor = 2.0_wp
@@ -325,33 +325,33 @@ contains
 
       mean%name = name
       mean%point = [(point_type('', boundary%point(i)%block, boundary%point(i)%reference, &
-         boundary%point(i)%place), i=1, size(boundary%point))]
-      mean%weight = [(piece_length(blocks, boundary%piece((i + 1)/2)), i=1, size(mean%point))]
+         boundary%point(i)%position), i=1, size(boundary%point))]
+      mean%weight = [(part_length(blocks, boundary%part((i + 1)/2)), i=1, size(mean%point))]
       mean%weight = mean%weight/sum(mean%weight)
       mean%motion = boundary%motion
       mean%factor = 0.5_wp*boundary%factor
    end function mean_motion
 
    !> Find the Gauss points of parts, and their fixed directions.
-   function boundary_points(model, reading, pieces) result(points)
+   function boundary_points(model, reading, parts) result(points)
       type(model_type), intent(in) :: model  !< model with its blocks
       type(reading_type), intent(in) :: reading  !< group as read
-      type(edge_piece_type), intent(in) :: pieces(:)  !< edges
-      type(fixed_point_type), allocatable :: points(:)  !< [2 × pieces]
+      type(edge_part_type), intent(in) :: parts(:)  !< edges
+      type(fixed_point_type), allocatable :: points(:)  !< [2 × parts]
       real(wp) :: reference(2, 2), normal(2)
       integer :: i, g
 
-      allocate (points(2*size(pieces)))
+      allocate (points(2*size(parts)))
       points%name = reading%name
-      do i = 1, size(pieces)
-         reference = gauss_points(model%blocks, pieces(i))
-         normal = piece_normal(model%blocks, pieces(i))
+      do i = 1, size(parts)
+         reference = gauss_points(model%blocks, parts(i))
+         normal = part_normal(model%blocks, parts(i))
          do g = 1, 2
             associate (point => points(2*i - 2 + g))
-               point%block = pieces(i)%block
+               point%block = parts(i)%block
                point%reference = reference(:, g)
-               point%place = position_of(model%blocks, point%block, point%reference)
-               point%stiffness = 0.5_wp*piece_length(model%blocks, pieces(i)) &
+               point%position = position_of(model%blocks, point%block, point%reference)
+               point%stiffness = 0.5_wp*part_length(model%blocks, parts(i)) &
                   *value_or(reading%stiffness_per_area, 0.0_wp)
                point%fixed_along = [index(reading%direction, 'x') > 0, index(reading%direction, &
                   'y') > 0]
@@ -375,63 +375,63 @@ contains
       real(wp) :: density, speed(2), moduli(3, 3)
       integer :: i
 
-      associate (pieces => boundary%piece)
-         allocate (boundary%normal(2, size(pieces)), boundary%dashpot(2, size(pieces)))
-         do i = 1, size(pieces)
-            rock = model%materials(model%blocks%material(pieces(i)%block))
+      associate (parts => boundary%part)
+         allocate (boundary%normal(2, size(parts)), boundary%dashpot(2, size(parts)))
+         do i = 1, size(parts)
+            rock = model%materials(model%blocks%material(parts(i)%block))
             moduli = elasticity(rock, model%control%plane_strain)
             speed = sqrt([moduli(1, 1), moduli(3, 3)]/rock%density)  ! V_p, V_s
             density = value_or(reading%density, rock%density)
             if (is_set(reading%shear_velocity)) speed = speed*(reading%shear_velocity/speed(2))
             speed(1) = value_or(reading%pressure_velocity, speed(1))
-            if (speed(1) <= speed(2)) call input_error(error, group, &
+            if (speed(1) <= speed(2)) call fail_input(error, group, &
                'pressure_velocity ('//short_text(speed(1))// &
                ' m/s) must exceed the velocity of S waves ('//short_text(speed(2))//' m/s)')
-            boundary%normal(:, i) = piece_normal(model%blocks, pieces(i))
-            boundary%dashpot(:, i) = 0.5_wp*density*piece_length(model%blocks, pieces(i))*speed
+            boundary%normal(:, i) = part_normal(model%blocks, parts(i))
+            boundary%dashpot(:, i) = 0.5_wp*density*part_length(model%blocks, parts(i))*speed
          end do
       end associate
    end subroutine set_half_space
 
    !> Add the parts of a group; reject parts that have a boundary in the same direction.
-   subroutine reserve_edges(model, lines, group, pieces, direction, error)
+   subroutine reserve_edges(model, lines, group, parts, direction, error)
       type(model_type), intent(inout) :: model  !< model; receives the parts
       integer, intent(in) :: lines(:)  !< [groups &boundary so far] line numbers in the input
       type(group_type), intent(in) :: group  !< group of the input
-      type(edge_piece_type), intent(in) :: pieces(:)  !< parts of the group
+      type(edge_part_type), intent(in) :: parts(:)  !< parts of the group
       character(len=*), intent(in) :: direction  !< direction as in `boundary_edge_type`
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       logical :: has_boundary(size(model%blocks%owner))
       integer :: i, k
 
       has_boundary = .false.
-      has_boundary(model%boundary_edges%piece%edge) = .true.
-      do i = 1, size(pieces)
-         if (.not. has_boundary(pieces(i)%edge)) cycle
+      has_boundary(model%boundary_edges%part%edge) = .true.
+      do i = 1, size(parts)
+         if (.not. has_boundary(parts(i)%edge)) cycle
          do k = 1, size(model%boundary_edges)
-            if (.not. overlaps(model%blocks, pieces(i), direction, model%boundary_edges(k))) cycle
-            call input_error(error, group, 'edge '//to_text(pieces(i)%edge &
-               - model%blocks%first(pieces(i)%block) + 1)//' of block '// &
-               name_of(model, pieces(i)%block)//' has the &boundary of line '// &
+            if (.not. overlaps(model%blocks, parts(i), direction, model%boundary_edges(k))) cycle
+            call fail_input(error, group, 'edge '//to_text(parts(i)%edge &
+               - model%blocks%first(parts(i)%block) + 1)//' of block '// &
+               name_of(model, parts(i)%block)//' has the &boundary of line '// &
                to_text(lines(model%boundary_edges(k)%group))//' already: leave the edge out '// &
                'of one group, or set different directions')
             return
          end do
       end do
-      model%boundary_edges = [model%boundary_edges, (boundary_edge_type(size(lines), pieces(i), &
-         direction), i=1, size(pieces))]
+      model%boundary_edges = [model%boundary_edges, (boundary_edge_type(size(lines), parts(i), &
+         direction), i=1, size(parts))]
    end subroutine reserve_edges
 
    !> .true. if a part overlaps a part of another group, and both act in one direction.
    pure logical function overlaps(blocks, part, direction, existing)
       type(blocks_type), intent(in) :: blocks         !< blocks of the model
-      type(edge_piece_type), intent(in) :: part      !< new part
+      type(edge_part_type), intent(in) :: part      !< new part
       character(len=*), intent(in) :: direction       !< direction of the new boundary
       type(boundary_edge_type), intent(in) :: existing   !< existing part
       real(wp) :: a(2), b(2)
 
-      overlaps = part%edge == existing%piece%edge .and. min(part%to, existing%piece%to) &
-         - max(part%from, existing%piece%from) > least_overlap
+      overlaps = part%edge == existing%part%edge .and. min(part%to, existing%part%to) &
+         - max(part%from, existing%part%from) > least_overlap
       if (.not. overlaps .or. direction == 'xy' .or. existing%direction == 'xy') return
       a = unit_vector(blocks, part, direction)
       b = unit_vector(blocks, part, existing%direction)
@@ -439,13 +439,13 @@ contains
    end function overlaps
 
    !> Direction of a boundary that acts in one direction.
-   pure function unit_vector(blocks, piece, direction) result(vector)
+   pure function unit_vector(blocks, part, direction) result(vector)
       type(blocks_type), intent(in) :: blocks      !< blocks of the model
-      type(edge_piece_type), intent(in) :: piece   !< part of an edge with the boundary
+      type(edge_part_type), intent(in) :: part   !< part of an edge with the boundary
       character(len=*), intent(in) :: direction    !< 'x', 'y' or 'normal'
       real(wp) :: vector(2)
 
-      vector = piece_normal(blocks, piece)
+      vector = part_normal(blocks, part)
       if (direction == 'x') vector = [1.0_wp, 0.0_wp]
       if (direction == 'y') vector = [0.0_wp, 1.0_wp]
    end function unit_vector

@@ -15,7 +15,7 @@ module dda_input_changes
    public :: change_type, change_text, typed_change
 
    character, parameter :: newline = achar(10), carriage_return = achar(13)
-   integer, parameter :: most_names = 8  !< number of names that a message lists
+   integer, parameter :: max_names_listed = 8  !< number of names that a message lists
 
    !> A variable by its path, and its new value.
    type :: change_type
@@ -65,10 +65,10 @@ contains
       character(len=:), allocatable, intent(inout) :: text   !< text of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: group_numbers(:)
-      logical, allocatable :: chosen(:)
+      logical, allocatable :: is_selected(:)
       type(spans_type), allocatable :: spans(:)
       character(len=name_length), allocatable :: names(:)
-      character(len=:), allocatable :: new
+      character(len=:), allocatable :: assignment
       integer :: i
 
       group_numbers = positions(groups, change%group)
@@ -79,19 +79,19 @@ contains
          if (allocated(error)) return
          names(i) = text_of(groups(group_numbers(i)), 'name')
       end do
-      call mark_groups(change, names, chosen, error)
+      call mark_groups(change, names, is_selected, error)
       if (allocated(error)) return
-      new = ''
-      if (allocated(change%value)) new = change%name//' = '//value_text(change)
+      assignment = ''
+      if (allocated(change%value)) assignment = change%name//' = '//value_text(change)
       do i = size(group_numbers), 1, -1  ! backwards: changes move later text
-         if (chosen(i)) call set_in_group(text, groups(group_numbers(i))%last, spans(i)%list, &
-            change, new)
+         if (is_selected(i)) call set_in_group(text, groups(group_numbers(i))%last, spans(i)%list, &
+            change, assignment)
       end do
-      if (size(group_numbers) > 0 .or. new == '') return
+      if (size(group_numbers) > 0 .or. assignment == '') return
       if (len(text) > 0) then
          if (text(len(text):) /= newline) text = text//newline
       end if
-      text = text//'&'//change%group//' '//new//' /'//newline
+      text = text//'&'//change%group//' '//assignment//' /'//newline
    end subroutine apply_change
 
    !> Set an error that names the change.
@@ -166,8 +166,9 @@ contains
          call refuse_change(change, 'several groups have this variable: name one, for example '// &
             joined(paths, ' or '), error)
       else if (find_group(change%name) > 0) then
-         call refuse_change(change, 'this is a group: add a variable of it, as '//change%name// &
-            '.'//trim(input_variables(input_groups(find_group(change%name))%first)%name), error)
+         call refuse_change(change, 'this is a group; name one of its variables, such as '// &
+            change%name//'.'// &
+            trim(input_variables(input_groups(find_group(change%name))%first)%name), error)
       else
          call refuse_change(change, 'no group has this variable'//names_hint(change%name, &
             input_variables%name, ''), error)
@@ -215,18 +216,18 @@ contains
    end function is_given
 
    !> Suggest the most similar name, or list the known names.
-   pure function names_hint(name, known, intro) result(hint)
-      character(len=*), intent(in) :: name, known(:)  !< unknown word; known words
+   pure function names_hint(name, names, intro) result(hint)
+      character(len=*), intent(in) :: name, names(:)  !< unknown word; known words
       character(len=*), intent(in) :: intro  !< text before the list of known names
       character(len=:), allocatable :: hint
       integer :: i
 
       hint = ''
-      i = closest(trim(name), known)
+      i = closest(trim(name), names)
       if (i > 0) then
-         hint = '; did you mean '//quoted(known(i))//'?'
+         hint = '; did you mean '//quoted(names(i))//'?'
       else if (intro /= '') then
-         hint = '; '//intro//' '//name_list(known)
+         hint = '; '//intro//' '//name_list(names)
       end if
    end function names_hint
 
@@ -235,8 +236,8 @@ contains
       character(len=*), intent(in) :: names(:)  !< trailing blanks are dropped
       character(len=:), allocatable :: list
 
-      list = joined(names(:min(size(names), most_names)), ', ')
-      if (size(names) > most_names) list = list//' …'
+      list = joined(names(:min(size(names), max_names_listed)), ', ')
+      if (size(names) > max_names_listed) list = list//' …'
    end function name_list
 
    !> Find the named variable in an existing group.
@@ -281,10 +282,10 @@ contains
    end function value_text
 
    !> Mark the groups that a change selects: the only group, a group by name or number, or all (*).
-   subroutine mark_groups(change, names, chosen, error)
+   subroutine mark_groups(change, names, is_selected, error)
       type(change_type), intent(in) :: change   !< change with group and name
       character(len=*), intent(in) :: names(:)  !< names of the groups of its kind, or blank
-      logical, allocatable, intent(out) :: chosen(:)  !< [groups] selected; none: add the group
+      logical, allocatable, intent(out) :: is_selected(:)  !< [groups] selected; none: add the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=max(len(names), 16)) :: labels(size(names))
       integer :: i
@@ -293,7 +294,7 @@ contains
          labels(i) = names(i)
          if (labels(i) == '') labels(i) = to_text(i)
       end do
-      chosen = [(change%which == '' .or. change%which == '*', i=1, size(names))]
+      is_selected = [(change%which == '' .or. change%which == '*', i=1, size(names))]
       if (size(names) == 0) then
          if (change%which /= '' .or. input_groups(find_group( &
             change%group))%repeats) call refuse_change(change, 'the input has no group &'// &
@@ -305,22 +306,22 @@ contains
             '['// &
             trim(labels(1))//'].'//change%name//', or all: '//change%group//'[*].'//change%name, &
             error)
-      else if (.not. any(chosen)) then
-         chosen = labels == change%which
-         if (.not. any(chosen)) chosen = [(to_text(i) == change%which, i=1, size(names))]
-         if (.not. any(chosen)) call refuse_change(change, 'there is no &'//change%group// &
+      else if (.not. any(is_selected)) then
+         is_selected = labels == change%which
+         if (.not. any(is_selected)) is_selected = [(to_text(i) == change%which, i=1, size(names))]
+         if (.not. any(is_selected)) call refuse_change(change, 'there is no &'//change%group// &
             ' named '//quoted(change%which)//names_hint(change%which, labels, 'there are'), error)
       end if
    end subroutine mark_groups
 
    !> Set or remove the variable in one group.
    !> A new `duration` replaces `steps`, and vice versa.
-   subroutine set_in_group(text, last, spans, change, new)
+   subroutine set_in_group(text, last, spans, change, assignment)
       character(len=:), allocatable, intent(inout) :: text  !< text of the input
       integer, intent(in) :: last                !< position of the slash of the group
       type(span_type), intent(in) :: spans(:)    !< assignments of the group
       type(change_type), intent(in) :: change    !< change with its variable
-      character(len=*), intent(in) :: new        !< 'NAME = VALUE'; blank: remove
+      character(len=*), intent(in) :: assignment        !< 'NAME = VALUE'; blank: remove
       character(len=:), allocatable :: alternative
       character(len=len(input_variables%name)) :: names(size(spans))
       integer :: i, first
@@ -328,14 +329,15 @@ contains
       alternative = ''
       if (change%group == 'control' .and. change%name == 'duration') alternative = 'steps'
       if (change%group == 'control' .and. change%name == 'steps') alternative = 'duration'
-      if (new == '') alternative = ''
+      if (assignment == '') alternative = ''
       names = input_variables(spans%variable)%name
       first = findloc(names == change%name, .true., 1)
-      if (first == 0 .and. new /= '') text = trim(text(:last - 1))//' '//new//' '//text(last:)
+      if (first == 0 .and. assignment /= '') text = trim(text(:last - 1))//' '//assignment//' '// &
+         text(last:)
       do i = size(spans), 1, -1
          if (names(i) /= change%name .and. names(i) /= alternative) cycle
-         text = text(:spans(i)%first - 1)//trim(merge(new, repeat(' ', len(new)), i == first))// &
-            line_ends(text(spans(i)%first:spans(i)%last))//text(spans(i)%last + 1:)
+         text = text(:spans(i)%first - 1)//trim(merge(assignment, repeat(' ', len(assignment)), &
+            i == first))//line_ends(text(spans(i)%first:spans(i)%last))//text(spans(i)%last + 1:)
       end do
    end subroutine set_in_group
 

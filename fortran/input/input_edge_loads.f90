@@ -4,22 +4,22 @@ module dda_input_edge_loads
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, position_of
    use dda_edge_load, only: edge_load_type, load_uniform, load_level, load_surface, load_line
-   use dda_edge_piece, only: edge_piece_type, reference_at
+   use dda_edge_part, only: edge_part_type, reference_at
    use dda_errors, only: error_type
    use dda_input_edges, only: choose_edges, read_polyline
-   use dda_input_group, only: group_type, input_error, given, require_new_name, mark_names
+   use dda_input_group, only: group_type, fail_input, given, require_new_name, mark_names
    use dda_input_groups, only: traction_values, water_values, read_values
    use dda_input_points, only: check_times
    use dda_model, only: model_type
-   use dda_outline, only: outline_of, pieces_along
+   use dda_outline, only: find_outline, parts_along
    use dda_text, only: to_text
    implicit none
    private
    public :: read_edge_loads
 
    !> largest fraction of a line that is off all edges
-   real(wp), parameter :: most_uncovered = 1.0e-6_wp
-   real(wp), parameter :: least_slope = 0.5_wp !< sine of the slope of an upstream face: 30°
+   real(wp), parameter :: max_uncovered = 1.0e-6_wp
+   real(wp), parameter :: min_slope = 0.5_wp !< sine of the slope of an upstream face: 30°
 
 contains
 
@@ -57,11 +57,11 @@ contains
       integer :: k, i
 
       if (allocated(load%ends)) deallocate (load%ends)
-      allocate (load%ends(2, 2, size(load%piece)))
-      do k = 1, size(load%piece)
+      allocate (load%ends(2, 2, size(load%part)))
+      do k = 1, size(load%part)
          do i = 1, 2
-            load%ends(:, i, k) = position_of(blocks, load%piece(k)%block, reference_at(blocks, &
-               load%piece(k), i - 1.0_wp))
+            load%ends(:, i, k) = position_of(blocks, load%part(k)%block, reference_at(blocks, &
+               load%part(k), i - 1.0_wp))
          end do
       end do
    end subroutine mark_ends
@@ -79,7 +79,7 @@ contains
       new%name = input%name
       new%follows = input%follows
       new%unit_weight = input%unit_weight
-      if (.not. allocated(error)) call choose_edges(group, input%edges, model, new%piece, &
+      if (.not. allocated(error)) call choose_edges(group, input%edges, model, new%part, &
          error)
       new%kind = merge(load_level, load_uniform, given(group, 'level'))
       call set_times(new, input%time, group, error)
@@ -93,27 +93,27 @@ contains
 
    !> Set the depth of the reservoir whose water moves with the steep edges of a load.
    subroutine set_reservoir(load, model, group, depth, error)
-      type(edge_load_type), intent(inout) :: load  !< load with its pieces and level
+      type(edge_load_type), intent(inout) :: load  !< load with its parts and level
       type(model_type), intent(in) :: model  !< model with its blocks
       type(group_type), intent(in) :: group  !< group of the input
       real(wp), intent(in) :: depth          !< reservoir_depth of the input, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: wet, edge(2)
+      real(wp) :: water_depth, edge(2)
       integer :: k
 
       call mark_ends(model%blocks, load)
-      wet = load%level(1) - minval(load%ends(2, :, :))
-      load%reservoir = wet
+      water_depth = load%level(1) - minval(load%ends(2, :, :))
+      load%reservoir = water_depth
       if (given(group, 'reservoir_depth')) load%reservoir = depth
-      if (wet <= 0.0_wp) then
-         call input_error(error, group, 'added_mass: no selected edge is below the level')
-      else if (load%reservoir < (1.0_wp - most_uncovered)*wet) then
-         call input_error(error, group, 'reservoir_depth = '//to_text(depth)// &
-            ' m is less than the depth of water at these edges, '//to_text(wet)//' m')
+      if (water_depth <= 0.0_wp) then
+         call fail_input(error, group, 'added_mass: no selected edge is below the level')
+      else if (load%reservoir < (1.0_wp - max_uncovered)*water_depth) then
+         call fail_input(error, group, 'reservoir_depth = '//to_text(depth)// &
+            ' m is less than the depth of water at these edges, '//to_text(water_depth)//' m')
       end if
-      do k = 1, size(load%piece)
+      do k = 1, size(load%part)
          edge = load%ends(:, 2, k) - load%ends(:, 1, k)
-         if (abs(edge(2)) < least_slope*norm2(edge)) call input_error(error, group, &
+         if (abs(edge(2)) < min_slope*norm2(edge)) call fail_input(error, group, &
             'added_mass is for upstream faces; the edge from ('//position_text(load%ends(:, 1, k) &
             + model%origin)//') to ('//position_text(load%ends(:, 2, k) + model%origin)// &
             ') is too flat: give this edge a &traction without added_mass')
@@ -127,10 +127,10 @@ contains
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      load%held = size(time) == 0
+      load%acts_always = size(time) == 0
       load%time = time
-      if (load%held) load%time = [0.0_wp]
-      if (.not. load%held) call check_times(error, group, time)
+      if (load%acts_always) load%time = [0.0_wp]
+      if (.not. load%acts_always) call check_times(error, group, time)
    end subroutine set_times
 
    !> Set the values of a variable at the times of a load; one value applies to all times.
@@ -144,7 +144,7 @@ contains
 
       values = given_values
       if (size(values) == 1) values = spread(values(1), 1, size(load%time))
-      if (size(values) /= size(load%time)) call input_error(error, group, name// &
+      if (size(values) /= size(load%time)) call fail_input(error, group, name// &
          ' must have one value, or as many values as `time` ('//to_text(size(load%time))//')')
    end subroutine set_values
 
@@ -159,7 +159,7 @@ contains
       call read_values(group, input, error)
       new%name = input%name
       new%unit_weight = input%unit_weight
-      call find_wettable_edges(model, group, input, new%piece, error)
+      call find_wettable_edges(model, group, input, new%part, error)
       if (allocated(error)) return
       if (given(group, 'surface')) then
          call set_surface(new, model, group, input%surface, error)
@@ -170,53 +170,53 @@ contains
       call set_values(new, group, 'scale', input%scale, new%normal, error)
       call set_values(new, group, 'rise', input%rise, new%level, error)
       new%shear = spread(0.0_wp, 1, size(new%time))
-      new%held = .true.
+      new%acts_always = .true.
    end subroutine read_water
 
    !> Edges on which water may act: all edges, edges of joints between blocks, or the outline.
-   subroutine find_wettable_edges(model, group, input, pieces, error)
+   subroutine find_wettable_edges(model, group, input, parts, error)
       type(model_type), intent(in) :: model  !< model with its blocks
       type(group_type), intent(in) :: group  !< group of the input
       type(water_values), intent(in) :: input  !< values of the group
-      type(edge_piece_type), allocatable, intent(out) :: pieces(:)  !< parts of edges
+      type(edge_part_type), allocatable, intent(out) :: parts(:)  !< parts of edges
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical :: all_blocks(model%blocks%n), selected(size(model%joints))
-      type(edge_piece_type), allocatable :: free(:)
+      logical :: all_blocks(model%blocks%n), is_selected(size(model%joints))
+      type(edge_part_type), allocatable :: outline_parts(:)
       integer :: v
 
       all_blocks = .true.
-      selected = input%joints == ''
-      allocate (pieces(0))
-      call mark_names(input%joints, 'joints', model%joints%name, group, selected, error)
+      is_selected = input%joints == ''
+      allocate (parts(0))
+      call mark_names(input%joints, 'joints', model%joints%name, group, is_selected, error)
       if (allocated(error)) return
       associate (blocks => model%blocks)
-         pieces = [(edge_piece_type(blocks%owner(v), v), v=1, size(blocks%owner))]
-         if (input%acts_on /= 'all') call outline_of(blocks, all_blocks, free)
-         if (input%acts_on == 'faces') pieces = free
-         if (input%acts_on == 'joints') pieces = remaining_parts(pieces, free)
-         pieces = pack(pieces, selected(blocks%joint(pieces%edge)))
+         parts = [(edge_part_type(blocks%owner(v), v), v=1, size(blocks%owner))]
+         if (input%acts_on /= 'all') call find_outline(blocks, all_blocks, outline_parts)
+         if (input%acts_on == 'faces') parts = outline_parts
+         if (input%acts_on == 'joints') parts = remaining_parts(parts, outline_parts)
+         parts = pack(parts, is_selected(blocks%joint(parts%edge)))
       end associate
    end subroutine find_wettable_edges
 
    !> Parts of whole edges that remain after removal of some parts, in the order of the edges.
-   function remaining_parts(edges, pieces) result(remaining)
-      type(edge_piece_type), intent(in) :: edges(:)   !< whole edges
-      type(edge_piece_type), intent(in) :: pieces(:)  !< parts to remove
-      type(edge_piece_type), allocatable :: remaining(:)
-      type(edge_piece_type) :: part
+   function remaining_parts(edges, parts) result(remaining)
+      type(edge_part_type), intent(in) :: edges(:)   !< whole edges
+      type(edge_part_type), intent(in) :: parts(:)  !< parts to remove
+      type(edge_part_type), allocatable :: remaining(:)
+      type(edge_part_type) :: part
       integer :: i, k, n
 
-      allocate (remaining(size(edges) + size(pieces)))
+      allocate (remaining(size(edges) + size(parts)))
       n = 0
       k = 1
       do i = 1, size(edges)
          part = edges(i)
          do
-            if (k > size(pieces)) exit
-            if (pieces(k)%edge /= part%edge) exit
-            part%to = pieces(k)%from
+            if (k > size(parts)) exit
+            if (parts(k)%edge /= part%edge) exit
+            part%to = parts(k)%from
             call append_rest()
-            part%from = pieces(k)%to
+            part%from = parts(k)%to
             k = k + 1
          end do
          part%to = 1.0_wp
@@ -228,7 +228,7 @@ contains
 
       !> Append the present part to the list, unless it is negligibly short.
       subroutine append_rest()
-         if (part%to - part%from <= most_uncovered) return
+         if (part%to - part%from <= max_uncovered) return
          n = n + 1
          remaining(n) = part
       end subroutine append_rest
@@ -242,24 +242,24 @@ contains
       real(wp), intent(in) :: points(:,:)    !< [2,points] points of the line, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: line(:,:)
-      real(wp) :: low, high, rounding
+      real(wp) :: left_end, right_end, rounding
       integer :: j
 
       load%kind = load_surface
       call read_polyline(group, 'surface', points, model%origin, line, error)
       if (allocated(error)) return
-      low = minval(model%blocks%vertex(1, :))
-      high = maxval(model%blocks%vertex(1, :))
-      rounding = most_uncovered*model%blocks%half_size
+      left_end = minval(model%blocks%vertex(1, :))
+      right_end = maxval(model%blocks%vertex(1, :))
+      rounding = max_uncovered*model%blocks%half_size
       do j = 1, size(line, 2)
-         if (line(1, j) < low - rounding .or. line(1, j) > high &
-            + rounding) call input_error(error, group, 'surface: there is water at ('// &
+         if (line(1, j) < left_end - rounding .or. line(1, j) > right_end &
+            + rounding) call fail_input(error, group, '`surface` reaches ('// &
             position_text(line(:, j) + model%origin)// &
-            '), outside the model, which reaches from x = '//to_text(low + model%origin(1))// &
-            ' to '//to_text(high + model%origin(1)))
+            '), outside the model, which reaches from x = '//to_text(left_end + model%origin(1))// &
+            ' to '//to_text(right_end + model%origin(1)))
          if (j == 1) cycle
-         if (line(1, j) <= line(1, j - 1)) call input_error(error, group, &
-            'surface: x must increase from point to point')
+         if (line(1, j) <= line(1, j - 1)) call fail_input(error, group, &
+            'x must increase from point to point of `surface`')
       end do
       load%line = line
    end subroutine set_surface
@@ -274,71 +274,71 @@ contains
 
    !> Set heads or pressures at the points of a line on edges, with linear interpolation.
    subroutine set_line(load, model, group, input, error)
-      type(edge_load_type), intent(inout) :: load  !< load with the pieces on which it may act
+      type(edge_load_type), intent(inout) :: load  !< load with the parts on which it may act
       type(model_type), intent(in) :: model  !< model with its blocks
       type(group_type), intent(in) :: group  !< group of the input
       type(water_values), intent(in) :: input  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), allocatable :: line(:,:), values(:)
-      type(edge_piece_type), allocatable :: all(:), covered(:)
+      type(edge_part_type), allocatable :: candidates(:), covered(:)
       integer :: j, n
 
       load%kind = load_line
       call read_polyline(group, 'along', input%along, model%origin, line, error)
       n = size(line, 2)
       values = [input%head, input%pressure]
-      if (size(values) /= n) call input_error(error, group, '`head` or `pressure` must have as '// &
+      if (size(values) /= n) call fail_input(error, group, '`head` or `pressure` must have as '// &
          'many values as `along` has points ('//to_text(n)//')')
       if (allocated(error)) return
       if (given(group, 'head')) values = load%unit_weight*(values - line(2, :) - model%origin(2))
-      all = load%piece
-      load%piece = [edge_piece_type ::]
+      candidates = load%part
+      load%part = [edge_part_type ::]
       allocate (load%at_ends(2, 0))
       do j = 1, n - 1
-         covered = pieces_along(model%blocks, all, line(:, j:j + 1))
+         covered = parts_along(model%blocks, candidates, line(:, j:j + 1))
          call check_cover(model, group, line(:, j:j + 1), covered, error)
          call add_pressures(load, model%blocks, line(:, j:j + 1), values(j:j + 1), covered)
       end do
    end subroutine set_line
 
    !> Add pressures at the ends of parts on a segment.
-   pure subroutine add_pressures(load, blocks, segment, values, pieces)
-      type(edge_load_type), intent(inout) :: load  !< load with the earlier pieces
+   pure subroutine add_pressures(load, blocks, segment, values, parts)
+      type(edge_load_type), intent(inout) :: load  !< load with the earlier parts
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp), intent(in) :: segment(2, 2), values(2)  !< ends of the segment, m; pressures, Pa
-      type(edge_piece_type), intent(in) :: pieces(:)  !< parts on the segment
-      real(wp) :: new_values(2, size(pieces))
+      type(edge_part_type), intent(in) :: parts(:)  !< parts on the segment
+      real(wp) :: new_values(2, size(parts))
       integer :: k, i
 
-      do k = 1, size(pieces)
+      do k = 1, size(parts)
          do i = 1, 2
-            new_values(i, k) = values(1) + fraction_along(blocks, pieces(k), i, segment) &
+            new_values(i, k) = values(1) + fraction_along(blocks, parts(k), i, segment) &
                *(values(2) - values(1))
          end do
       end do
-      load%piece = [load%piece, pieces]
-      load%at_ends = reshape([load%at_ends, new_values], [2, size(load%piece)])
+      load%part = [load%part, parts]
+      load%at_ends = reshape([load%at_ends, new_values], [2, size(load%part)])
    end subroutine add_pressures
 
    !> Position of an end of a part along a segment: 0 at its first point, 1 at its second.
-   pure real(wp) function fraction_along(blocks, piece, i, segment) result(fraction)
+   pure real(wp) function fraction_along(blocks, part, i, segment) result(fraction)
       type(blocks_type), intent(in) :: blocks     !< blocks in their initial state
-      type(edge_piece_type), intent(in) :: piece  !< part of an edge
+      type(edge_part_type), intent(in) :: part  !< part of an edge
       integer, intent(in) :: i                    !< end of the part, 1 or 2
       real(wp), intent(in) :: segment(2, 2)       !< ends of the segment, m
       real(wp) :: direction(2)
 
       direction = segment(:, 2) - segment(:, 1)
-      fraction = dot_product(direction, position_of(blocks, piece%block, &
-         reference_at(blocks, piece, i - 1.0_wp)) - segment(:, 1))/dot_product(direction, direction)
+      fraction = dot_product(direction, position_of(blocks, part%block, &
+         reference_at(blocks, part, i - 1.0_wp)) - segment(:, 1))/dot_product(direction, direction)
    end function fraction_along
 
    !> Check that all of a segment lies on edges.
-   subroutine check_cover(model, group, segment, pieces, error)
+   subroutine check_cover(model, group, segment, parts, error)
       type(model_type), intent(in) :: model  !< model with its blocks
       type(group_type), intent(in) :: group  !< group of the input
       real(wp), intent(in) :: segment(2, 2)  !< ends of the segment, m
-      type(edge_piece_type), intent(in) :: pieces(:)  !< parts on the segment
+      type(edge_part_type), intent(in) :: parts(:)  !< parts on the segment
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp) :: direction(2), covered, reach, fraction(2)
       logical :: extended
@@ -350,16 +350,16 @@ contains
       extended = .true.
       do while (extended)
          extended = .false.
-         do k = 1, size(pieces)
-            fraction = [(fraction_along(model%blocks, pieces(k), i, segment), i=1, 2)]
+         do k = 1, size(parts)
+            fraction = [(fraction_along(model%blocks, parts(k), i, segment), i=1, 2)]
             reach = maxval(fraction)
-            if (minval(fraction) > covered + most_uncovered .or. reach <= covered &
-               + most_uncovered) cycle
+            if (minval(fraction) > covered + max_uncovered .or. reach <= covered &
+               + max_uncovered) cycle
             covered = reach
             extended = .true.
          end do
       end do
-      if (covered < 1.0_wp - most_uncovered) call input_error(error, group, &
+      if (covered < 1.0_wp - max_uncovered) call fail_input(error, group, &
          'along: there is water at ('// &
          position_text(segment(:, 1) + covered*direction + model%origin)// &
          '), outside the model or away from its joints and faces')

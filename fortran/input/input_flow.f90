@@ -3,13 +3,13 @@
 module dda_input_flow
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_edge_load, only: load_level, load_surface, load_uniform
    use dda_errors, only: error_type
    use dda_flow, only: channel_type, connected_nodes, flow_boundary_type, flow_law_type, &
       flow_states, flow_type, flow_transient, flow_undrained
    use dda_input_edges, only: read_polyline
-   use dda_input_group, only: group_type, input_error, given, is_set, positions, value_or, &
+   use dda_input_group, only: group_type, fail_input, given, is_set, positions, value_or, &
       mark_names
    use dda_input_groups, only: flow_boundary_values, flow_values, read_values
    use dda_input_points, only: check_times
@@ -22,12 +22,12 @@ module dda_input_flow
    private
    public :: read_flow
 
-   real(wp), parameter :: least_length = 1.0e-6_wp  !< least length of a channel over its edge
+   real(wp), parameter :: min_length = 1.0e-6_wp  !< least length of a channel over its edge
 
    !> most nodes with flow, which a dense factor solves together (4000: some seconds per step)
-   integer, parameter :: most_nodes = 4000
+   integer, parameter :: max_nodes = 4000
    !> most nodes × blocks² of transient flow, which are added to K̂ (4e8: some seconds per step)
-   real(wp), parameter :: most_springs = 4.0e8_wp
+   real(wp), parameter :: max_springs = 4.0e8_wp
 
 contains
 
@@ -46,7 +46,7 @@ contains
       if (size(at) == 0) then
          if (size(boundary) == 0) return
          call read_values(groups(boundary(1)), unused, error)
-         call input_error(error, groups(boundary(1)), &
+         call fail_input(error, groups(boundary(1)), &
             'no water flows in joints; give a group &flow')
          return
       end if
@@ -59,8 +59,8 @@ contains
       if (allocated(error)) return
       call find_channels(model%flow, model%blocks, law_of, &
          [(value_or(input(i)%channel_length, huge(1.0_wp)), i=1, size(input))])
-      if (size(model%flow%channel) == 0) call input_error(error, groups(at(1)), &
-         'no two edges of these joints lie along each other')
+      if (size(model%flow%channel) == 0) call fail_input(error, groups(at(1)), &
+         'no edge with one of these joints touches another edge along its length')
       call limit_nodes(model%flow, groups(at(1)), error)
       call set_first_state(model%flow, input, model%origin(2))
       do i = 1, size(boundary)
@@ -75,26 +75,27 @@ contains
       type(group_type), intent(in) :: group  !< group of the input
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer, allocatable :: sizes(:,:)
-      integer :: part(2)
+      integer :: largest_part(2)
 
       if (allocated(error) .or. all(flow%state == flow_undrained)) return
       sizes = part_sizes(flow)
-      if (maxval(sizes(1, :)) > most_nodes) call input_error(error, group, 'the joints have '// &
-         to_text(maxval(sizes(1, :)))//' connected nodes, and at most '//to_text(most_nodes)// &
+      if (maxval(sizes(1, :)) > max_nodes) call fail_input(error, group, 'the joints have '// &
+         to_text(maxval(sizes(1, :)))//' connected nodes, and at most '//to_text(max_nodes)// &
          ' can be solved together: give state = ''undrained'' and state_at_rest = ''undrained'',' &
          //' or select fewer joints')
-      part = sizes(:, maxloc(sizes(1, :)*real(sizes(2, :), wp)**2, 1))
-      if (part(1)*real(part(2), wp)**2 > most_springs .and. any(flow%state == flow_transient)) &
-         call input_error(error, group, 'transient flow with '//to_text(part(1))//' connected '// &
-         'nodes beside '//to_text(part(2))//' blocks requires too much time and memory (nodes '// &
-         '× blocks² above 4e8): give another state and state_at_rest, or select fewer joints')
+      largest_part = sizes(:, maxloc(sizes(1, :)*real(sizes(2, :), wp)**2, 1))
+      if (largest_part(1)*real(largest_part(2), wp)**2 > max_springs .and. any(flow%state == &
+         flow_transient)) call fail_input(error, group, 'transient flow with '// &
+         to_text(largest_part(1))//' connected nodes beside '// &
+         to_text(largest_part(2))//' blocks requires too much time and memory (nodes × '// &
+         'blocks² above 4e8): give another state and state_at_rest, or select fewer joints')
    end subroutine limit_nodes
 
    !> Return the numbers of nodes and of blocks beside them for each part of connected nodes.
    pure function part_sizes(flow) result(sizes)
       type(flow_type), intent(in) :: flow  !< with its nodes and channels
       integer, allocatable :: sizes(:,:)   !< [2,nodes] values at the first node of a part, else 0
-      integer :: part(size(flow%place, 2)), i, side
+      integer :: part(size(flow%position, 2)), i, side
       integer, allocatable :: start(:), order(:), last_part(:)
 
       part = connected_nodes(flow, [(.false., i=1, size(flow%channel))])
@@ -103,7 +104,7 @@ contains
       do i = 1, size(part)
          sizes(1, part(i)) = sizes(1, part(i)) + 1
       end do
-      call counting_sort(size(part), [(part(flow%channel(i)%node(1)), i=1, size(flow%channel))], &
+      call sort_by_key(size(part), [(part(flow%channel(i)%node(1)), i=1, size(flow%channel))], &
          start, order)
       do i = 1, size(order)
          associate (channel => flow%channel(order(i)), p => part(flow%channel(order(i))%node(1)))
@@ -124,44 +125,46 @@ contains
       type(flow_values), intent(out) :: input      !< values of the group
       integer, intent(inout) :: law_of(:)        !< [joints] group of each joint; 0: none
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      logical :: selected(size(law_of))
+      logical :: is_selected(size(law_of))
 
       if (allocated(error)) return
       call read_values(group, input, error)
-      selected = input%joints == ''
-      call mark_names(input%joints, 'joints', model%joints%name, group, selected, error)
+      is_selected = input%joints == ''
+      call mark_names(input%joints, 'joints', model%joints%name, group, is_selected, error)
       if (allocated(error)) return
-      if (any(selected .and. law_of > 0)) call input_error(error, group, 'joint '// &
-         trim(model%joints(findloc(selected .and. law_of > 0, .true., 1))%name)// &
+      if (any(is_selected .and. law_of > 0)) call fail_input(error, group, 'joint '// &
+         trim(model%joints(findloc(is_selected .and. law_of > 0, .true., 1))%name)// &
          ' belongs to another group &flow; set different joints in each group')
-      where (selected) law_of = i
+      where (is_selected) law_of = i
       if (i == 1) then
          model%flow%state = [findloc(flow_states, input%state_at_rest, 1), &
             findloc(flow_states, input%state, 1)]
       else if (given(group, 'state') .or. given(group, 'state_at_rest')) then
-         call input_error(error, group, '`state` is common to all &flow: set it in the first group')
+         call fail_input(error, group, '`state` applies to all groups &flow; set it in the '// &
+            'first group')
       end if
       model%flow%law(i) = flow_law_type(input%aperture, value_or(input%residual_aperture, &
          0.1_wp*input%aperture), value_or(input%max_aperture, 10.0_wp*input%aperture), &
          input%opening_factor, input%viscosity, input%bulk_modulus, input%unit_weight, &
          input%cavitation_pressure)
       associate (law => model%flow%law(i))
-         if (law%least > law%aperture .or. law%most < law%aperture) call input_error(error, group, &
-            'aperture = '//to_text(law%aperture)//' is not between residual_aperture = '// &
-            to_text(law%least)//' and max_aperture = '//to_text(law%most))
+         if (law%min_aperture > law%aperture .or. law%max_aperture < &
+            law%aperture) call fail_input(error, group, 'aperture = '// &
+            to_text(law%aperture)//' is not between residual_aperture = '// &
+            to_text(law%min_aperture)//' and max_aperture = '//to_text(law%max_aperture))
       end associate
    end subroutine read_law
 
    !> Find channels wherever edges of two blocks lie along each other.
-   subroutine find_channels(flow, blocks, law_of, longest)
+   subroutine find_channels(flow, blocks, law_of, max_length)
       type(flow_type), intent(inout) :: flow   !< flow; receives channels and positions of nodes
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       integer, intent(in) :: law_of(:)         !< [joints] group of each joint; 0: none
-      real(wp), intent(in) :: longest(:)       !< [groups] longest channel, m
+      real(wp), intent(in) :: max_length(:)       !< [groups] longest channel, m
       type(neighbours_type) :: neighbours
       integer :: p, e, f, law, n
 
-      allocate (flow%channel(16), flow%place(2, 0))
+      allocate (flow%channel(16), flow%position(2, 0))
       n = 0
       call find_near_pairs(neighbours, blocks, 4*touching*blocks%half_size)
       do p = 1, neighbours%n_pairs
@@ -172,26 +175,27 @@ contains
                   if (blocks%inner(f)) cycle
                   law = law_of(blocks%joint(e))
                   if (law == 0) law = law_of(blocks%joint(f))
-                  if (law > 0) call add_channels(flow%channel, n, blocks, [e, f], law, longest(law))
+                  if (law > 0) call add_channels(flow%channel, n, blocks, [e, f], law, &
+                     max_length(law))
                end do
             end do
          end associate
       end do
       flow%channel = flow%channel(:n)
       call number_nodes(flow, blocks)
-      n = size(flow%place, 2)
+      n = size(flow%position, 2)
       allocate (flow%pressure(n), source=0.0_wp)
       allocate (flow%saturation(n), source=1.0_wp)
    end subroutine find_channels
 
    !> Add the channels of two edges, if they lie along each other.
-   subroutine add_channels(channels, count, blocks, edges, law, longest)
+   subroutine add_channels(channels, count, blocks, edges, law, max_length)
       type(channel_type), allocatable, intent(inout) :: channels(:)  !< list to append to
       integer, intent(inout) :: count          !< number of channels
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       integer, intent(in) :: edges(2)          !< edges by their first vertices
       integer, intent(in) :: law               !< group &flow
-      real(wp), intent(in) :: longest          !< longest channel, m
+      real(wp), intent(in) :: max_length          !< longest channel, m
       type(channel_type) :: channel
       real(wp) :: span(2), length
       integer :: i, k, n, side
@@ -199,9 +203,9 @@ contains
       associate (e => edges(1), f => edges(2))
          span = common_span(blocks, e, blocks%vertex(:, f), blocks%vertex(:, blocks%next(f)), &
             -1.0_wp)
-         if (span(2) - span(1) <= least_length) return
+         if (span(2) - span(1) <= min_length) return
          length = (span(2) - span(1))*blocks%length(e)
-         n = max(1, ceiling(length/longest - least_length))
+         n = max(1, ceiling(length/max_length - min_length))
          channel%block = blocks%owner(edges)
          channel%edge = e
          channel%law = law
@@ -226,24 +230,25 @@ contains
    pure subroutine number_nodes(flow, blocks)
       type(flow_type), intent(inout) :: flow   !< flow; receives nodes and their positions
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
-      real(wp) :: place(2, 2*size(flow%channel)), low(2), extent(2), cell, tolerance
+      real(wp) :: node_position(2, 2*size(flow%channel)), lowest(2), extent(2), cell, tolerance
       integer, allocatable :: first(:,:)  ! node of each cell
-      integer :: next(size(place, 2))     ! next node of the same cell
+      integer :: next(size(node_position, 2))     ! next node of the same cell
       integer :: c, k, n, at(2)
 
       if (size(flow%channel) == 0) return
       tolerance = 4*touching*blocks%half_size
-      low = minval(blocks%vertex, 2)
-      extent = maxval(blocks%vertex, 2) - low
+      lowest = minval(blocks%vertex, 2)
+      extent = maxval(blocks%vertex, 2) - lowest
       cell = max(sqrt(product(extent)/size(next)), 2*tolerance)
       allocate (first(0:int(extent(1)/cell) + 2, 0:int(extent(2)/cell) + 2), source=0)
       n = 0
       do c = 1, size(flow%channel)
          associate (channel => flow%channel(c))
             do k = 1, 2
-               place(:, n + 1) = channel%reference(:, k, 1) + blocks%position(1:2, channel%block(1))
-               at = int((place(:, n + 1) - low)/cell) + 1
-               channel%node(k) = find_near_node(at, place(:, n + 1))
+               node_position(:, n + 1) = channel%reference(:, k, 1) + blocks%position(1:2, &
+                  channel%block(1))
+               at = int((node_position(:, n + 1) - lowest)/cell) + 1
+               channel%node(k) = find_near_node(at, node_position(:, n + 1))
                if (channel%node(k) > 0) cycle
                n = n + 1
                next(n) = first(at(1), at(2))
@@ -252,7 +257,7 @@ contains
             end do
          end associate
       end do
-      flow%place = place(:, :n)
+      flow%position = node_position(:, :n)
 
    contains
 
@@ -266,7 +271,7 @@ contains
             do i = at(1) - 1, min(at(1) + 1, ubound(first, 1))
                find_near_node = first(i, j)
                do while (find_near_node > 0)
-                  if (all(abs(place(:, find_near_node) - position) <= tolerance)) return
+                  if (all(abs(node_position(:, find_near_node) - position) <= tolerance)) return
                   find_near_node = next(find_near_node)
                end do
             end do
@@ -287,7 +292,7 @@ contains
                associate (node => flow%channel(c)%node(k))
                   flow%pressure(node) = values%pressure
                   if (is_set(values%head)) flow%pressure(node) = max(0.0_wp, &
-                     values%unit_weight*(values%head - origin - flow%place(2, node)))
+                     values%unit_weight*(values%head - origin - flow%position(2, node)))
                   flow%saturation(node) = values%saturation
                end associate
             end do
@@ -308,11 +313,11 @@ contains
       call read_values(group, input, error)
       if (size(input%along) > 0) call read_polyline(group, 'along', input%along, model%origin, &
          line, error)
-      if (input%side == '' .and. size(input%along) == 0) call input_error(error, group, &
+      if (input%side == '' .and. size(input%along) == 0) call fail_input(error, group, &
          'the group selects no nodes; give `side` or `along`')
       if (allocated(error)) return
       new%node = find_nodes(model, input, line)
-      if (size(new%node) == 0) call input_error(error, group, &
+      if (size(new%node) == 0) call fail_input(error, group, &
          'no node of a joint with water lies at this side or line')
       new%inflow = given(group, 'inflow')
       new%head = given(group, 'head')
@@ -322,7 +327,7 @@ contains
       if (size(input%time) == 0) new%time = [0.0_wp]
       if (size(input%time) > 0) call check_times(error, group, input%time)
       if (size(new%value) == 1) new%value = spread(new%value(1), 1, size(new%time))
-      if (size(new%value) /= size(new%time)) call input_error(error, group, &
+      if (size(new%value) /= size(new%time)) call fail_input(error, group, &
          '`head`, `pressure` or `inflow` must have one value, or as many values as `time` ('// &
          to_text(size(new%time))//')')
       if (.not. allocated(error)) model%flow%boundary = [model%flow%boundary, new]
@@ -334,26 +339,26 @@ contains
       type(flow_boundary_values), intent(in) :: input    !< values of the group
       real(wp), allocatable, intent(in) :: line(:,:)   !< [2,points] m; not allocated: none
       integer, allocatable :: list(:)
-      logical :: selected(size(model%flow%pressure))
+      logical :: is_selected(size(model%flow%pressure))
       real(wp) :: tolerance, at
       integer :: axis, i
 
-      selected = .true.
+      is_selected = .true.
       tolerance = 4*touching*model%blocks%half_size
-      associate (place => model%flow%place, vertex => model%blocks%vertex)
+      associate (node_position => model%flow%position, vertex => model%blocks%vertex)
          if (input%side /= '') then
             axis = merge(1, 2, input%side == sides(1) .or. input%side == sides(2))
             at = maxval(vertex(axis, :))
             if (input%side == sides(1) .or. input%side == sides(3)) at = minval(vertex(axis, :))
-            selected = abs(place(axis, :) - at) <= tolerance
+            is_selected = abs(node_position(axis, :) - at) <= tolerance
          end if
          if (allocated(line)) then
-            do i = 1, size(selected)
-               selected(i) = selected(i) .and. is_on(line, place(:, i), tolerance)
+            do i = 1, size(is_selected)
+               is_selected(i) = is_selected(i) .and. is_on(line, node_position(:, i), tolerance)
             end do
          end if
       end associate
-      list = pack([(i, i=1, size(selected))], selected)
+      list = pack([(i, i=1, size(is_selected))], is_selected)
    end function find_nodes
 
    !> .true. if a point lies on a polyline.
@@ -387,12 +392,12 @@ contains
          if (allocated(error)) return
          associate (water => model%edge_loads(load), group => groups(at(load)))
             if (water%kind == load_uniform) cycle
-            if (.not. has_no_channel(model, load)) call input_error(error, group, &
+            if (.not. has_no_channel(model, load)) call fail_input(error, group, &
                '&flow determines the pressure in joints; set acts_on = ''faces''')
             if (water%kind /= load_level .and. any(abs(water%normal - 1.0_wp) > 0.0_wp)) &
-               call input_error(error, group, &
+               call fail_input(error, group, &
                '`scale` cannot be used together with &flow')
-            do k = 1, size(water%piece)
+            do k = 1, size(water%part)
                do i = 1, size(model%flow%pressure)
                   call set_node_head(model, load, k, i)
                end do
@@ -410,10 +415,10 @@ contains
       has_no_channel = .true.
       associate (ends => model%edge_loads(load)%ends)
          do c = 1, size(model%flow%channel)
-            associate (node => model%flow%channel(c)%node, place => model%flow%place)
+            associate (node => model%flow%channel(c)%node, node_position => model%flow%position)
                do k = 1, size(ends, 3)
-                  if (is_on(ends(:, :, k), 0.5_wp*(place(:, node(1)) + place(:, node(2))), &
-                     touching*model%blocks%half_size)) has_no_channel = .false.
+                  if (is_on(ends(:, :, k), 0.5_wp*(node_position(:, node(1)) + node_position(:, &
+                     node(2))), touching*model%blocks%half_size)) has_no_channel = .false.
                end do
             end associate
          end do
@@ -428,25 +433,27 @@ contains
       real(wp) :: head, face(2)
       integer :: b
 
-      associate (water => model%edge_loads(load), place => model%flow%place(:, node))
-         if (.not. is_on(water%ends(:, :, k), place, 4*touching*model%blocks%half_size)) return
+      associate (water => model%edge_loads(load), node_position => model%flow%position(:, node))
+         if (.not. is_on(water%ends(:, :, k), node_position, &
+            4*touching*model%blocks%half_size)) return
          do b = 1, size(model%flow%boundary)
             if (any(model%flow%boundary(b)%node == node)) return  ! the first boundary applies
          end do
          head = 0.0_wp
          if (water%kind == load_surface) then
             associate (line => water%line)
-               if (place(1) < line(1, 1) .or. place(1) > line(1, size(line, 2))) return
-               head = table_value(line(1, :), line(2, :), place(1))
+               if (node_position(1) < line(1, 1) .or. node_position(1) > line(1, size(line, &
+                  2))) return
+               head = table_value(line(1, :), line(2, :), node_position(1))
             end associate
          else if (water%kind /= load_level) then
             face = water%ends(:, 2, k) - water%ends(:, 1, k)
-            head = place(2) + (water%at_ends(1, k) + (water%at_ends(2, k) - water%at_ends(1, k)) &
-               *dot_product(place - water%ends(:, 1, k), face)/dot_product(face, face)) &
-               /water%unit_weight
+            head = node_position(2) + (water%at_ends(1, k) + (water%at_ends(2, k) - &
+               water%at_ends(1, k)) *dot_product(node_position - water%ends(:, 1, k), &
+               face)/dot_product(face, face)) /water%unit_weight
          end if
          new = flow_boundary_type(node=[node], head=.true., dry_above=.true., load=load, &
-            lasts=water%held, time=water%time, value=head + water%level)
+            acts_always=water%acts_always, time=water%time, value=head + water%level)
       end associate
       model%flow%boundary = [model%flow%boundary, new]
    end subroutine set_node_head

@@ -8,12 +8,12 @@ module dda_input_group
    use dda_group_values, only: name_length
    use dda_input_catalogue, only: find_variable
    use dda_input_schema, only: input_variables
-   use dda_input_text, only: group_type, input_error, given
+   use dda_input_text, only: group_type, fail_input, given
    use dda_input_variable, only: variable_type, above_zero, unset, usable
    use dda_text, only: to_text, quoted
    implicit none
    private
-   public :: group_type, input_error, given, positions, require, require_name, require_new_name, &
+   public :: group_type, fail_input, given, positions, require, require_name, require_new_name, &
       unset, is_set, value_or, name_length, take_integer, take_logical, take_name, take_names, &
       take_numbers, take_points, take_real, take_text, take_tuple, mark_names
 
@@ -65,7 +65,7 @@ contains
       do i = size(group%values), 1, -1
          if (group%values(i)%variable == v .and. group%values(i)%n > 0) return
       end do
-      if (input_variables(v)%required) call input_error(error, group, &
+      if (input_variables(v)%required) call fail_input(error, group, &
          trim(input_variables(v)%name)//' is missing')
    end subroutine find_values
 
@@ -124,10 +124,10 @@ contains
       text = ''
       call group%values(i)%get_text(1, text)
       variable = input_variables(v)
-      if (text == '' .and. variable%required) call input_error(error, group, &
+      if (text == '' .and. variable%required) call fail_input(error, group, &
          trim(variable%name)//' is missing')
       if (variable%kind == 'word' .and. (scan(text, "'") > 0 .or. &
-         index(variable%allowed, "'"//trim(text)//"'") == 0)) call input_error(error, group, &
+         index(variable%allowed, "'"//trim(text)//"'") == 0)) call fail_input(error, group, &
          trim(variable%name)//' = '//quoted(text)//' must be one of '//trim(variable%allowed))
       if (len(text) > name_length) call check_length(error, group, trim(variable%name), text)
       if (text /= '') value = text
@@ -144,7 +144,7 @@ contains
       text = trim(input_variables(v)%usual)
       call find_values(group, v, i, error)
       if (i > 0) call group%values(i)%get_text(1, text)
-      if (text == '' .and. input_variables(v)%required) call input_error(error, group, &
+      if (text == '' .and. input_variables(v)%required) call fail_input(error, group, &
          trim(input_variables(v)%name)//' is missing')
    end subroutine take_text
 
@@ -165,7 +165,7 @@ contains
       end if
       values = group%values(i)%numbers
       if (.not. all(is_set(values)) .or. (variable%size == 2 .and. size(values) == 1)) &
-         call input_error(error, group, trim(variable%name)//': a value is missing')
+         call fail_input(error, group, trim(variable%name)//': a value is missing')
       do i = 1, size(values)
          if (allocated(error)) return
          call check_number(error, group, variable, values(i))
@@ -193,7 +193,7 @@ contains
       real(wp), allocatable :: values(:)
 
       call take_numbers(group, v, values, error)
-      if (modulo(size(values), 2) == 1) call input_error(error, group, &
+      if (modulo(size(values), 2) == 1) call fail_input(error, group, &
          trim(input_variables(v)%name)//': a value is missing')
       points = reshape(values, [2, size(values)/2])
    end subroutine take_points
@@ -225,7 +225,7 @@ contains
       type(group_type), intent(in) :: group     !< group of the input
       character(len=*), intent(in) :: name, text  !< name and value of the variable
 
-      if (len(text) > name_length) call input_error(error, group, name//' = '//quoted(text)// &
+      if (len(text) > name_length) call fail_input(error, group, name//' = '//quoted(text)// &
          ' is too long: at most '//to_text(name_length)//' bytes')
    end subroutine check_length
 
@@ -244,7 +244,7 @@ contains
             call check_number(error, group, find_variable(group%name, names(first:last)), &
                values(i))
          else
-            call input_error(error, group, names(first:last)//' is missing')
+            call fail_input(error, group, names(first:last)//' is missing')
          end if
          first = last + 2
       end do
@@ -269,7 +269,7 @@ contains
       else if (variable%kind == 'integer' .and. value /= aint(value)) then
          failure = ' must be a whole number'
       end if
-      if (allocated(failure)) call input_error(error, group, trim(variable%name)//' = '// &
+      if (allocated(failure)) call fail_input(error, group, trim(variable%name)//' = '// &
          to_text(value)//failure)
    end subroutine check_number
 
@@ -280,7 +280,7 @@ contains
       character(len=*), intent(in) :: name                   !< new name
       character(len=*), intent(in) :: names(:)              !< earlier names of this kind
 
-      if (any(names == name)) call input_error(error, group, 'name = '//quoted(trim(name))// &
+      if (any(names == name)) call fail_input(error, group, 'name = '//quoted(trim(name))// &
          ' is used twice')
    end subroutine require_new_name
 
@@ -295,7 +295,7 @@ contains
       integer, intent(out) :: position  !< position in `names`
 
       position = findloc(names == value, .true., 1)
-      if (position == 0) call input_error(error, group, name//' = '//quoted(value)// &
+      if (position == 0) call fail_input(error, group, name//' = '//quoted(value)// &
          ' is not the name of a &'//kind)
    end subroutine require_name
 
@@ -327,7 +327,7 @@ contains
             matched = entry /= ''
             marked(i) = marked(i) .or. matched
          end do
-         if (.not. matched) call input_error(error, group, variable//': nothing is named '// &
+         if (.not. matched) call fail_input(error, group, variable//': nothing is named '// &
             quoted(entry))
       end do
    end subroutine mark_names

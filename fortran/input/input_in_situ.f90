@@ -5,9 +5,9 @@
 !> stress of the material.  Columns of equal width list the blocks that a vertical line may cross.
 module dda_input_in_situ
    use dda_kinds, only: wp
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, is_set, positions, require_name
+   use dda_input_group, only: group_type, fail_input, is_set, positions, require_name
    use dda_input_groups, only: in_situ_values, read_values
    use dda_interpolation, only: table_value
    use dda_model, only: model_type
@@ -42,14 +42,14 @@ contains
       type(columns_type) :: columns
       type(in_situ_values) :: input
       integer, allocatable :: list(:)
-      logical :: stressed(size(model%materials)), selected(size(model%materials))
+      logical :: is_stressed(size(model%materials)), is_selected(size(model%materials))
       integer :: i, m
 
       list = positions(groups, 'in_situ')
       if (size(list) == 0) return
       allocate (model%stress_gradient(2, model%blocks%n), source=0.0_wp)
       columns = make_columns(model)
-      stressed = .false.
+      is_stressed = .false.
       do i = 1, size(list)
          associate (group => groups(list(i)))
             call read_values(group, input, error)
@@ -58,12 +58,12 @@ contains
                model%materials%name, 'material', m)
             call check_values(group, input, model, error)
             if (allocated(error)) return
-            selected = m == 0
-            if (m > 0) selected(m) = .true.
-            if (any(stressed .and. selected)) call input_error(error, group, &
-               'another &in_situ already stresses this material: give each material once')
-            stressed = stressed .or. selected
-            call stress_blocks(group, input, m, columns, model, error)
+            is_selected = m == 0
+            if (m > 0) is_selected(m) = .true.
+            if (any(is_stressed .and. is_selected)) call fail_input(error, group, &
+               'another &in_situ already stresses this material; name each material once')
+            is_stressed = is_stressed .or. is_selected
+            call set_block_stress(group, input, m, columns, model, error)
          end associate
          if (allocated(error)) return
       end do
@@ -77,27 +77,27 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       associate (gravity => model%control%gravity, depth => input%depth, x => input%surface(1, :))
-         if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call input_error(error, &
+         if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call fail_input(error, &
             group, 'initial stress needs gravity that acts downwards; gravity is '// &
             to_text(gravity(1))//', '//to_text(gravity(2)))
-         if (size(input%k0) > 1 .and. size(depth) /= size(input%k0)) call input_error(error, &
+         if (size(input%k0) > 1 .and. size(depth) /= size(input%k0)) call fail_input(error, &
             group, &
             '`k0` has '//to_text(size(input%k0))//' values and `depth` has '// &
             to_text(size(depth))//': give one `depth` for each `k0`')
-         if (size(depth) > 0 .and. size(input%k0) /= size(depth)) call input_error(error, group, &
+         if (size(depth) > 0 .and. size(input%k0) /= size(depth)) call fail_input(error, group, &
             '`depth` requires one value of `k0` for each depth')
-         if (any(depth(2:) <= depth(:size(depth) - 1))) call input_error(error, group, &
-            'depth must ascend')
-         if (any(x(2:) <= x(:size(x) - 1))) call input_error(error, group, &
+         if (any(depth(2:) <= depth(:size(depth) - 1))) call fail_input(error, group, &
+            'the values of `depth` must ascend')
+         if (any(x(2:) <= x(:size(x) - 1))) call fail_input(error, group, &
             'the points of `surface` must be given from left to right')
-         if (is_set(input%unit_weight) .and. size(input%surface, 2) == 0) call input_error( &
+         if (is_set(input%unit_weight) .and. size(input%surface, 2) == 0) call fail_input( &
             error, group, 'unit_weight applies to ground between the model and `surface`: '// &
             'give `surface`')
       end associate
    end subroutine check_values
 
    !> Set the stress of the blocks of material m, or of all blocks.
-   subroutine stress_blocks(group, input, m, columns, model, error)
+   subroutine set_block_stress(group, input, m, columns, model, error)
       type(group_type), intent(in) :: group        !< group of the input
       type(in_situ_values), intent(in) :: input    !< values of the group
       integer, intent(in) :: m                     !< number of the material; 0: all
@@ -105,7 +105,7 @@ contains
       type(model_type), intent(inout) :: model     !< model whose blocks receive stress
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(cover_type) :: cover
-      real(wp) :: surface, ratio
+      real(wp) :: surface_level, ratio
       integer :: b
 
       do b = 1, model%blocks%n
@@ -113,19 +113,22 @@ contains
             if (m > 0 .and. blocks%material(b) /= m) cycle
             associate (x => blocks%position(1, b), y => blocks%position(2, b))
                cover = cover_above(model, columns, x, y)
-               surface = cover%top
-               if (size(input%surface, 2) > 0) surface = table_value(input%surface(1, :), &
+               surface_level = cover%top
+               if (size(input%surface, 2) > 0) surface_level = table_value(input%surface(1, :), &
                   input%surface(2, :), x + model%origin(1)) - model%origin(2)
-               if (surface < cover%top - touching*blocks%half_size) then
-                  call input_error(error, group, '`surface` is '//to_text(cover%top - surface)// &
-                     ' m below the top of the model at x = '//to_text(x + model%origin(1)))
+               if (surface_level < cover%top - touching*blocks%half_size) then
+                  call fail_input(error, group, '`surface` is '//to_text(cover%top - &
+                     surface_level)//' m below the top of the model at x = '//to_text(x + &
+                     model%origin(1)))
                   return
                end if
                if (is_set(input%unit_weight)) cover%unit_weight = input%unit_weight
-               cover%weight = cover%weight + cover%unit_weight*max(0.0_wp, surface - cover%top)
+               cover%weight = cover%weight + cover%unit_weight*max(0.0_wp, surface_level - &
+                  cover%top)
                ratio = material%poisson_ratio/(1.0_wp - material%poisson_ratio)
                if (size(input%k0) == 1) ratio = input%k0(1)
-               if (size(input%depth) > 0) ratio = table_value(input%depth, input%k0, surface - y)
+               if (size(input%depth) > 0) ratio = table_value(input%depth, input%k0, &
+                  surface_level - y)
                blocks%initial_stress(1:2, b) = blocks%initial_stress(1:2, b) &
                   - cover%weight*[ratio, 1.0_wp]
                model%stress_gradient(:, b) = norm2(model%control%gravity)*material%density &
@@ -133,7 +136,7 @@ contains
             end associate
          end associate
       end do
-   end subroutine stress_blocks
+   end subroutine set_block_stress
 
    !> Weight and top of the ground above a point; upper edges of blocks add weight, lower edges
    !> subtract.
@@ -194,7 +197,7 @@ contains
                block_of(k) = b
             end do
          end do
-         call counting_sort(n, key, columns%first, order)
+         call sort_by_key(n, key, columns%first, order)
          columns%block = block_of(order)
       end associate
    end function make_columns

@@ -3,17 +3,17 @@
 module dda_input_joint
    use dda_kinds, only: wp
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, value_or
+   use dda_input_group, only: group_type, fail_input, given, value_or
    use dda_input_groups, only: read_values
    use dda_input_text, only: parse_group, split_groups
    use dda_input_material, only: reduce_solid
    use dda_joint_law, only: strength_type
-   use dda_joint_laws, only: law_slot_type, new_joint_law
+   use dda_joint_laws, only: law_slot_type, create_joint_law
    use dda_material, only: joint_type
    use dda_text, only: quoted, to_text
    implicit none
    private
-   public :: read_joint, reduced_strengths
+   public :: read_joint, find_reduced_strengths
 
    real(wp), parameter :: any_ratio = 1.0e-6_wp  !< k_n/k_s that is valid for every law
 
@@ -26,29 +26,29 @@ contains
       type(joint_type), intent(out) :: new  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(law_slot_type) :: slot
-      character(len=:), allocatable :: wrong
+      character(len=:), allocatable :: failure
 
       call read_values(group, new%joint_values, error)
       if (allocated(error)) return
       new%normal_stiffness = value_or(new%normal_stiffness_per_area, 0.0_wp)
       new%shear_stiffness = value_or(new%shear_stiffness_per_area, 0.0_wp)
-      call new_joint_law(slot, new, 1.0_wp, 1.0_wp)
+      call create_joint_law(slot, new, 1.0_wp, 1.0_wp)
       if (.not. allocated(slot%law)) then
-         call input_error(error, group, 'law = '//quoted(trim(new%law))// &
+         call fail_input(error, group, 'law = '//quoted(trim(new%law))// &
             ' is not registered in dda_joint_laws')
          return
       end if
       if (.not. given(group, 'contact_points')) new%contact_points = slot%law%points
-      if (all(new%contact_points /= [2, 3, 5, 9, 17])) call input_error(error, group, &
+      if (all(new%contact_points /= [2, 3, 5, 9, 17])) call fail_input(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3, 5, 9 or 17')
       if (allocated(error)) return
       if (.not. given(group, 'friction_angle')) new%friction_angle = 0.0_wp  ! weakest joint
-      call slot%law%check_and_derive(new, shear_ratio, wrong)
-      if (wrong /= '') call input_error(error, group, wrong)
+      call slot%law%check_and_derive(new, shear_ratio, failure)
+      if (failure /= '') call fail_input(error, group, failure)
    end subroutine read_joint
 
    !> Values of variables of &joint or &material for which all strengths are divided by a factor.
-   subroutine reduced_strengths(file, text, factor, strengths, error)
+   subroutine find_reduced_strengths(file, text, factor, strengths, error)
       character(len=*), intent(in) :: file  !< path, for messages
       character(len=*), intent(in) :: text  !< text of one group &joint or &material
       real(wp), intent(in) :: factor        !< above 0
@@ -69,8 +69,8 @@ contains
       end if
       call read_joint(groups(1), any_ratio, joint, error)
       if (allocated(error)) return
-      call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
-      strengths = slot%law%reduced_strengths(joint, factor)
-   end subroutine reduced_strengths
+      call create_joint_law(slot, joint, 1.0_wp, 1.0_wp)
+      strengths = slot%law%find_reduced_strengths(joint, factor)
+   end subroutine find_reduced_strengths
 
 end module dda_input_joint

@@ -5,7 +5,7 @@ module dda_input_material
    use dda_blocks, only: set_damping
    use dda_damping, only: damping_type, fit_body, has_body, highest_relaxation, set_rayleigh
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, require, is_set, value_or
+   use dda_input_group, only: group_type, fail_input, given, require, is_set, value_or
    use dda_input_groups, only: material_values, read_values
    use dda_material, only: material_type, set_velocities
    use dda_model, only: model_type
@@ -13,7 +13,7 @@ module dda_input_material
    use dda_text, only: to_text
    use dda_branches, only: branches_type, curve_type, fit_branches
    use dda_hysteretic_law, only: new_hysteretic_law
-   use dda_soil_curves, only: soil_type, curve_of
+   use dda_soil_curves, only: soil_type, find_curve
    use dda_joint_law, only: reduced_type => strength_type, reduced_angle
    use dda_mohr_coulomb_solid, only: mohr_coulomb_solid_type
    use dda_yield_return, only: strength_type
@@ -50,7 +50,7 @@ contains
                new%poisson_ratio])
             return
          end if
-         if (pressure <= shear) call input_error(error, group, 'pressure_velocity = '// &
+         if (pressure <= shear) call fail_input(error, group, 'pressure_velocity = '// &
             to_text(pressure)//' m/s must be above shear_velocity = '//to_text(shear)//' m/s')
          if (allocated(error)) return
          call set_velocities(new, shear, pressure)
@@ -67,7 +67,7 @@ contains
 
       call require(failure, group, 'young_modulus poisson_ratio', [new%young_modulus, &
          new%poisson_ratio])
-      if (allocated(failure)) call input_error(error, group, &
+      if (allocated(failure)) call fail_input(error, group, &
          'shear_velocity and pressure_velocity give young_modulus = '// &
          to_text(new%young_modulus)//' Pa and poisson_ratio = '//to_text(new%poisson_ratio)// &
          ': '//failure%message(index(failure%message, '): ') + 3:))
@@ -103,7 +103,7 @@ contains
       character(len=*), intent(in) :: name   !< name of the variable
       real(wp), intent(in) :: band(2)        !< Hz
 
-      if (band(2) <= band(1)) call input_error(error, group, name// &
+      if (band(2) <= band(1)) call fail_input(error, group, name// &
          ' = '//to_text(band(1))//', '//to_text(band(2))//' must ascend')
    end subroutine check_band
 
@@ -137,7 +137,7 @@ contains
             end if
          end associate
          if (.not. allocated(failure)) cycle
-         call input_error(error, groups(i), failure%message)
+         call fail_input(error, groups(i), failure%message)
          return
       end do
       call set_damping(model%blocks, model%materials%damping)
@@ -172,7 +172,7 @@ contains
       if (input%law == 'mohr_coulomb') allocate (material%own_law, source=solid_of(input, material))
       if (input%law /= 'hysteretic') return
       call read_soil(group, input, material, soil, error)
-      if (.not. allocated(error)) call curve_of(soil, curve, error)
+      if (.not. allocated(error)) call find_curve(soil, curve, error)
       if (allocated(error)) return
       associate (damping => material%damping, masing => input%damping_curve == 'masing')
          if (.not. given(group, 'damping_ratio')) &
@@ -217,16 +217,16 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       integer :: n
 
-      if (input%curve == 'gqh' .and. size(input%curve_fit) /= 5) call input_error(error, group, &
+      if (input%curve == 'gqh' .and. size(input%curve_fit) /= 5) call fail_input(error, group, &
          "curve = 'gqh' needs the five numbers of curve_fit")
       if (input%curve /= 'table') return
       n = size(input%strains)
       if (n < 2 .or. size(input%reductions) /= n .or. size(input%dampings) /= n) then
-         call input_error(error, group, &
+         call fail_input(error, group, &
             "curve = 'table' needs equal numbers of strains, reductions and dampings, "// &
             'at least two of each')
       else if (any(input%strains(2:) <= input%strains(:n - 1))) then
-         call input_error(error, group, 'strains must ascend')
+         call fail_input(error, group, 'the values of `strains` must ascend')
       end if
    end subroutine check_curve
 
@@ -236,10 +236,10 @@ contains
       type(material_values), intent(in) :: input  !< values of the group
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (input%dilation_angle > input%friction_angle) call input_error(error, group, &
+      if (input%dilation_angle > input%friction_angle) call fail_input(error, group, &
          'dilation_angle = '//to_text(input%dilation_angle)// &
             ' must not be above friction_angle = ' &
-         //to_text(input%friction_angle)//': yielding would add energy')
+         //to_text(input%friction_angle)//', because yielding would add energy')
       if (is_set(input%tensile_strength)) call check_tension('', input%tensile_strength, &
          input%cohesion, input%friction_angle)
       if (is_set(input%residual_tensile_strength)) call check_tension('residual_', &
@@ -251,7 +251,7 @@ contains
          cone_apex(input%cohesion, input%friction_angle)), input%residual_tensile_strength)
       if (.not. is_set(input%softening_displacement) .and. any(is_set([input%residual_cohesion, &
          input%residual_friction_angle, &
-            input%residual_tensile_strength]))) call input_error(error, &
+            input%residual_tensile_strength]))) call fail_input(error, &
          group, 'residual strengths need softening_displacement')
 
    contains
@@ -262,7 +262,7 @@ contains
          real(wp), intent(in) :: tension, cohesion, angle    !< Pa; Pa; degrees
 
          if (angle <= 0.0_wp) return
-         if (tension > (1.0_wp + rounding)*cone_apex(cohesion, angle)) call input_error(error, &
+         if (tension > (1.0_wp + rounding)*cone_apex(cohesion, angle)) call fail_input(error, &
             group, prefix//'tensile_strength = '//to_text(tension)//' Pa must not be above '// &
             prefix//'cohesion / tan('//prefix//'friction_angle) = '//to_text(cone_apex(cohesion, &
             angle))//' Pa')
@@ -274,7 +274,7 @@ contains
          real(wp), intent(in) :: peak, residual     !< values as given
 
          if (.not. is_set(residual) .or. .not. is_set(peak)) return
-         if (residual > peak) call input_error(error, group, 'residual_'//name//' = '// &
+         if (residual > peak) call fail_input(error, group, 'residual_'//name//' = '// &
             to_text(residual)//' must not be above '//name//' = '//to_text(peak))
       end subroutine check_residual
    end subroutine check_strength
@@ -338,7 +338,7 @@ contains
             value_or(input%residual_tensile_strength, law%peak%tension))
          law%residual%dilation = min(law%peak%dilation, law%residual%friction)
       end if
-      if (is_set(input%initial_stress_z)) law%beyond = input%initial_stress_z &
+      if (is_set(input%initial_stress_z)) law%out_of_plane = input%initial_stress_z &
          - material%poisson_ratio*sum(input%initial_stress(1:2))
    end function solid_of
 

@@ -4,7 +4,7 @@ module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, is_set, require_name, value_or
+   use dda_input_group, only: group_type, fail_input, is_set, require_name, value_or
    use dda_input_groups, only: motion_values, naming_values, read_values
    use dda_model, only: model_type
    use dda_motion, only: motion_type
@@ -37,7 +37,7 @@ contains
          call read_record(record, path, trim(input%format), trim(input%quantity), &
             trim(input%unit), &
             failure, value_or(input%time_step, 0.0_wp), input%channel)
-         if (allocated(failure)) call input_error(error, group, failure%message)
+         if (allocated(failure)) call fail_input(error, group, failure%message)
       else
          call read_samples(group, input, record, error)
       end if
@@ -51,9 +51,9 @@ contains
       type(record_type), intent(out) :: record  !< record
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-      if (size(input%values) < 2) call input_error(error, group, &
+      if (size(input%values) < 2) call fail_input(error, group, &
          '`values` has too few samples: at least 2 are needed')
-      if (all(input%unit /= [character(len=4) :: '', 'm', 'm/s', 'm/s2'])) call input_error(error, &
+      if (all(input%unit /= [character(len=4) :: '', 'm', 'm/s', 'm/s2'])) call fail_input(error, &
          group, 'unit = '//quoted(input%unit)//': values in the input are in m, m/s or m/s2')
       if (allocated(error)) return
       record%time_step = input%time_step
@@ -84,7 +84,7 @@ contains
       call make_motion_curve(new%curve, record%quantity, record%values, record%time_step, failure, &
          baseline)
       if (allocated(failure)) then
-         call input_error(error, group, failure%message)
+         call fail_input(error, group, failure%message)
          return
       end if
       new%file = record%file

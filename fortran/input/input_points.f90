@@ -5,7 +5,7 @@ module dda_input_points
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type, reference_of
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, require_name, positions, require_new_name, &
+   use dda_input_group, only: group_type, fail_input, require_name, positions, require_new_name, &
       mark_names
    use dda_input_groups, only: amplification_values, fixed_point_values, load_values, &
       measured_point_values, point_values, read_values, measured_joint_values
@@ -41,7 +41,7 @@ contains
          to_text(point(2) + model%origin(2))//')'
       if (name == '') then
          b = block_at(model%blocks, point)
-         if (b == 0) call input_error(error, group, subject//' lies outside every block')
+         if (b == 0) call fail_input(error, group, subject//' lies outside every block')
          return
       end if
       do b = 1, model%blocks%n  ! several blocks may have this name
@@ -50,7 +50,7 @@ contains
       end do
       b = number_of_block(group, 'block', model%block_names, name, error)
       if (allocated(error)) return
-      if (.not. is_inside(model%blocks, b, point)) call input_error(error, group, subject// &
+      if (.not. is_inside(model%blocks, b, point)) call fail_input(error, group, subject// &
          ' lies outside block '//quoted(name))
    end subroutine find_block
 
@@ -68,7 +68,7 @@ contains
       read (name, *, iostat=status) b
       if (status == 0 .and. verify(trim(name), '0123456789') == 0 .and. b >= 1 &
          .and. b <= size(names)) return
-      call input_error(error, group, variable//' = '//quoted(name)// &
+      call fail_input(error, group, variable//' = '//quoted(name)// &
          ' is not the name or number of a block')
       b = 0
    end function number_of_block
@@ -107,9 +107,9 @@ contains
       call read_values(group, input, error)
       new%name = input%name
       new%fixed_along = [index(input%direction, 'x') > 0, index(input%direction, 'y') > 0]
-      call find_point(group, model, input%point, new%place, new%reference, new%block, error)
+      call find_point(group, model, input%point, new%position, new%reference, new%block, error)
       call find_motions(group, [input%motion_x, input%motion_y], model%motions, new%motion, error)
-      if (any(new%motion > 0 .and. .not. new%fixed_along)) call input_error(error, group, &
+      if (any(new%motion > 0 .and. .not. new%fixed_along)) call fail_input(error, group, &
          'a motion is given in a direction in which the point is not fixed')
    end subroutine read_fixed_point
 
@@ -164,7 +164,7 @@ contains
       n = size(new%time)
       call check_times(error, group, new%time)
       if (any([size(input%force_x), size(input%force_y)] /= 0 .and. [size(input%force_x), &
-         size(input%force_y)] /= n)) call input_error(error, group, &
+         size(input%force_y)] /= n)) call fail_input(error, group, &
          'force_x and force_y must have as many values as `time` ('//to_text(n)//')')
       if (allocated(error)) return
       allocate (new%force(2, n), source=0.0_wp)
@@ -178,8 +178,8 @@ contains
       type(group_type), intent(in) :: group      !< group of the input
       real(wp), intent(in) :: time(:)            !< as given, s
 
-      if (size(time) < 2) call input_error(error, group, 'time: at least 2 values are needed')
-      if (any(time(2:) < time(:size(time) - 1))) call input_error(error, group, &
+      if (size(time) < 2) call fail_input(error, group, '`time` requires at least 2 values')
+      if (any(time(2:) < time(:size(time) - 1))) call fail_input(error, group, &
          '`time` must not decrease')
    end subroutine check_times
 
@@ -193,9 +193,9 @@ contains
 
       call read_values(group, input, error)
       new%name = input%name
-      call find_point(group, model, input%point, new%place, new%reference, new%block, error)
+      call find_point(group, model, input%point, new%position, new%reference, new%block, error)
       if (input%point%block == '' .and. new%block > 0) new%other = other_container(model%blocks, &
-         new%block, new%place)
+         new%block, new%position)
    end subroutine read_point
 
    !> Next block of another body that contains a point; 0 if there is none.
@@ -220,7 +220,7 @@ contains
       type(amplification_values) :: input
 
       call read_values(group, input, error)
-      if (input%highest <= input%lowest) call input_error(error, group, &
+      if (input%highest <= input%lowest) call fail_input(error, group, &
          '`highest` must be above `lowest`')
       if (allocated(error)) return
       new%lowest = input%lowest
@@ -270,9 +270,9 @@ contains
       call mark_names(input%blocks, 'blocks', names, group, side_a, error)
       call mark_names(input%against, 'against', names, group, side_b, error)
       if (input%against == '') side_b = .not. side_a
-      if (any(side_a .and. side_b)) call input_error(error, group, 'block '//quoted(trim( &
+      if (any(side_a .and. side_b)) call fail_input(error, group, 'block '//quoted(trim( &
          names(findloc(side_a .and. side_b, .true., 1))))//' is in both `blocks` and `against`')
-      if (.not. any(side_b)) call input_error(error, group, &
+      if (.not. any(side_b)) call fail_input(error, group, &
          '`blocks` selects all blocks, so none remains for `against`')
       new%side = merge(1, merge(2, 0, side_b), side_a)
    end subroutine read_measured_joint

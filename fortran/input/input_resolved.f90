@@ -70,10 +70,10 @@ contains
       type(group_type), intent(in) :: group    !< group with its values
       integer, intent(in) :: k                 !< number of the group among all of its kind
       type(model_type), intent(in) :: model    !< model of the input
-      character(len=:), allocatable :: value, between
+      character(len=:), allocatable :: value, separator
       integer :: v, i
 
-      between = '{'
+      separator = '{'
       do v = input_groups(g)%first, input_groups(g)%last
          value = derived_value(model, group, trim(input_variables(v)%name), k)
          do i = 1, size(group%values)
@@ -82,10 +82,10 @@ contains
          end do
          if (value == '') value = default_value(input_variables(v))
          if (value == '') cycle
-         call append_text(page, between//'"'//trim(input_variables(v)%name)//'": '//value)
-         between = ', '
+         call append_text(page, separator//'"'//trim(input_variables(v)%name)//'": '//value)
+         separator = ', '
       end do
-      call append_text(page, trim(merge('{} ', '}  ', between == '{')))
+      call append_text(page, trim(merge('{} ', '}  ', separator == '{')))
    end subroutine add_group
 
    !> Value in the model that replaces a given value or is derived from other values.
@@ -156,28 +156,28 @@ contains
    end function derived_stage_value
 
    !> Text of a given value; null for an omitted value of a list.
-   pure function given_value(given, variable) result(value)
-      type(value_type), intent(in) :: given         !< value as read
+   pure function given_value(input_value, variable) result(value)
+      type(value_type), intent(in) :: input_value         !< value as read
       type(variable_type), intent(in) :: variable   !< variable of the schema
       character(len=:), allocatable :: value
       type(page_type) :: page
       integer :: i
 
       value = ''
-      if (given%n == 0) return
+      if (input_value%n == 0) return
       allocate (character(len=64) :: page%text)
-      do i = 1, given%n
+      do i = 1, input_value%n
          if (i > 1) call append_text(page, ', ')
          if (any(variable%kind == ['name', 'word', 'text'])) then
             value = ''
-            call given%get_text(i, value)
+            call input_value%get_text(i, value)
             value = quoted_text(value)
          else if (variable%kind == 'logical') then
-            value = trim(merge('true ', 'false', given%numbers(i) > 0.0_wp))
+            value = trim(merge('true ', 'false', input_value%numbers(i) > 0.0_wp))
          else if (variable%kind == 'integer') then
-            value = number_text(given%numbers(i), is_integer=.true.)
+            value = number_text(input_value%numbers(i), is_integer=.true.)
          else
-            value = number_text(given%numbers(i))
+            value = number_text(input_value%numbers(i))
          end if
          call append_text(page, value)
       end do

@@ -6,7 +6,7 @@
 module dda_input_settings
    use dda_kinds, only: wp, long, pi
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, require, value_or, is_set, &
+   use dda_input_group, only: group_type, fail_input, given, require, value_or, is_set, &
       require_name, mark_names
    use dda_input_groups, only: control_values, output_values, read_values, stop_values
    use dda_settings, only: control_type, contact_settings_type, output_settings_type
@@ -36,7 +36,7 @@ contains
       call read_values(group, input, error)
       if (.not. staged) call count_steps(error, group, input%time_step, input%duration, input%steps)
       if (staged .and. (is_set(input%duration) .or. is_set(input%steps) .or. input%settle)) call &
-         input_error(error, group, 'with &stage groups, duration, steps and settle are not '// &
+         fail_input(error, group, 'with &stage groups, duration, steps and settle are not '// &
          "allowed here: each &stage has its own, and kind = 'static' settles")
       if (allocated(error)) return
       settings%control_values = input
@@ -57,7 +57,7 @@ contains
       type(control_type), intent(in) :: control    !< settings as read
       character(len=*), intent(in) :: subject         !< text on the waves
 
-      if (.not. control%analysis_given) call input_error(error, group, subject//' require a '// &
+      if (.not. control%analysis_given) call fail_input(error, group, subject//' require a '// &
          "choice of analysis in &control: 'plane_strain' (ground, which continues across the "// &
          "plane) or 'plane_stress' (a plate between free faces, with slower P waves)")
    end subroutine require_analysis
@@ -71,12 +71,12 @@ contains
 
       if (allocated(error)) return
       if (is_set(duration) .eqv. is_set(steps)) then
-         call input_error(error, group, 'give either `duration` or `steps`')
+         call fail_input(error, group, 'give either `duration` or `steps`')
          return
       end if
       if (is_set(duration)) then
          steps = anint(duration/time_step)
-         if (steps < 1.0_wp) call input_error(error, group, &
+         if (steps < 1.0_wp) call fail_input(error, group, &
             'duration = '//to_text(duration)//' is shorter than one time_step')
          call require(error, group, 'steps', [steps])
       end if
@@ -124,10 +124,10 @@ contains
             if (stages(s)%static) cycle
             ratio = seconds/stages(s)%time_step
             if (ratio < 0.5_wp .or. abs(ratio - anint(ratio)) > 1.0e-6_wp*ratio) &
-               call input_error(error, group, trim(merge('history_seconds', 'block_seconds  ', &
+               call fail_input(error, group, trim(merge('history_seconds', 'block_seconds  ', &
                kind == 1))//' = '//to_text(seconds)//' is not a whole number of steps of '// &
-               to_text(stages(s)%time_step)//' s; change one of them, or let steps end then '// &
-               "by time_step_control = 'adaptive'")
+               to_text(stages(s)%time_step)//' s; change one of them, or set '// &
+               "time_step_control = 'adaptive', whose steps end at output times")
          end do
       end do
    end subroutine check_output_times
@@ -143,16 +143,16 @@ contains
 
       if (allocated(error)) return
       if (integration /= 'theta' .and. (given(group, 'theta') .or. is_set(ratio))) &
-         call input_error(error, group, 'theta, damping_ratio and damping_frequency need '// &
+         call fail_input(error, group, 'theta, damping_ratio and damping_frequency need '// &
          "integration = 'theta', not "//quoted(integration))
       settings%integration = integration
       settings%theta = theta
       if (is_set(ratio)) call match_damping(error, group, ratio, frequency, settings)
       call require(error, group, 'theta', [settings%theta])
       if (settings%dynamic_factor < 1.0_wp .and. any(integration == [character(len=14) :: &
-         'midpoint', 'theta'])) call input_error(error, group, 'dynamic_factor = '// &
-         to_text(settings%dynamic_factor)//" needs integration = 'dda' or 'backward_euler': "// &
-         'static steps of other schemes overshoot')
+         'midpoint', 'theta'])) call fail_input(error, group, 'dynamic_factor = '// &
+         to_text(settings%dynamic_factor)//" needs integration = 'dda' or 'backward_euler', "// &
+         'because static steps of other schemes overshoot')
    end subroutine set_integration
 
    !> Find θ for a damping ratio at a frequency and the Δt of the settings.
@@ -166,11 +166,11 @@ contains
 
       omega = 2.0_wp*pi*frequency
       if (omega*settings%time_step >= pi) &
-         call input_error(error, group, 'damping_frequency = '//to_text(frequency)// &
+         call fail_input(error, group, 'damping_frequency = '//to_text(frequency)// &
          ' must lie between 0 and 1/(2 time_step) = '//to_text(0.5_wp/settings%time_step)//' Hz')
       if (allocated(error)) return
       settings%theta = theta_for_damping(ratio, omega, settings%time_step)
-      if (settings%theta > 1.0_wp) call input_error(error, group, 'damping_ratio = '// &
+      if (settings%theta > 1.0_wp) call fail_input(error, group, 'damping_ratio = '// &
          to_text(ratio)//' is not possible at '//to_text(frequency)//' Hz with time_step = '// &
          to_text(settings%time_step)//': at most '//to_text(forced_damping(scheme_type(1.0_wp, &
          1.0_wp), omega, settings%time_step))//', with theta = 1; try a larger time_step')
@@ -190,9 +190,9 @@ contains
          if (input%reference /= '' .and. .not. allocated(error)) call require_name(error, group, &
             'reference', input%reference, model%block_names, 'block', settings%reference)
          associate (same => count(model%block_names == input%reference))
-            if (settings%reference > 0 .and. same > 1) call input_error(error, group, &
+            if (settings%reference > 0 .and. same > 1) call fail_input(error, group, &
                'reference = '//quoted(input%reference)//' is the name of '//to_text(same)// &
-               ' blocks: give it a unique name')
+               ' blocks; give one block a unique name')
          end associate
          if (allocated(error)) return
          if (settings%reference > 0) settings%watched(settings%reference) = .false.
@@ -202,7 +202,7 @@ contains
          settings%rest_time = value_or(input%rest_time, 0.0_wp)
          settings%rest_movement = value_or(input%rest_movement, &
             2*default_rest*half_size(model%blocks))
-         if (settings%fallen > count(settings%watched)) call input_error(error, group, &
+         if (settings%fallen > count(settings%watched)) call fail_input(error, group, &
             'fallen = '//to_text(settings%fallen)//': only '//to_text(count(settings%watched))// &
             ' blocks are selected')
       end associate

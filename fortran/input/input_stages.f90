@@ -3,7 +3,7 @@
 module dda_input_stages
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, input_error, given, is_set, positions, require_name, &
+   use dda_input_group, only: group_type, fail_input, given, is_set, positions, require_name, &
       require_new_name, unset, value_or, mark_names
    use dda_input_groups, only: stage_values, read_values
    use dda_input_settings, only: count_steps, set_integration
@@ -30,7 +30,7 @@ contains
       if (allocated(error)) return
       group_numbers = positions(groups, 'stage')
       if (size(group_numbers) == 0) then
-         call stages_of_control(model)
+         call set_control_stages(model)
          return
       end if
       allocate (model%stages(size(group_numbers)))
@@ -45,14 +45,14 @@ contains
    end subroutine read_stages
 
    !> Set the stages of a model without &stage groups.
-   pure subroutine stages_of_control(model)
+   pure subroutine set_control_stages(model)
       type(model_type), intent(inout) :: model  !< model as read from the input
       integer :: s
 
       associate (control => model%control)
          allocate (model%stages(merge(2, 1, control%settle)))
          do s = 1, size(model%stages)
-            call unchanged_stage(model, model%stages(s))
+            call set_unchanged_stage(model, model%stages(s))
          end do
          model%stages(1)%name = 'rest'
          model%stages(1)%static = .true.
@@ -68,10 +68,10 @@ contains
             stage%begins = .true.
          end associate
       end associate
-   end subroutine stages_of_control
+   end subroutine set_control_stages
 
    !> Set a stage that does not change the model.
-   pure subroutine unchanged_stage(model, stage)
+   pure subroutine set_unchanged_stage(model, stage)
       type(model_type), intent(in) :: model  !< model as read from the input
       type(stage_type), intent(inout) :: stage  !< stage to complete
       integer :: i
@@ -85,7 +85,7 @@ contains
       stage%dropped = stage%added
       stage%joint = [(i, i=1, size(model%joints))]
       stage%material = [(i, i=1, size(model%materials))]
-   end subroutine unchanged_stage
+   end subroutine set_unchanged_stage
 
    !> Start motions that are not listed in any stage with the first dynamic stage.
    pure subroutine begin_other_motions(stages)
@@ -154,7 +154,7 @@ contains
          stage%static = input%kind == 'static'
          stage%zero_displacements = input%zero_displacements
          stage%displacement = value_or(input%displacement, huge(1.0_wp))
-         call unchanged_stage(model, stage)
+         call set_unchanged_stage(model, stage)
          call set_stepping(stage, input, model%control, group, error)
          call read_lists(model, group, input, stage, error)
       end associate
@@ -211,11 +211,11 @@ contains
    end subroutine set_stepping
 
    !> Read replacements 'old -> new, old -> new'.
-   subroutine replace_names(group, list, kind, names, new, error)
+   subroutine replace_names(group, list, kind, names, replacements, error)
       type(group_type), intent(in) :: group          !< group of the input
       character(len=*), intent(in) :: list, kind     !< list as read; 'joint' or 'material'
       character(len=*), intent(in) :: names(:)       !< known names
-      integer, intent(inout) :: new(:)               !< [names] replacement of each name
+      integer, intent(inout) :: replacements(:)               !< [names] replacement of each name
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       character(len=:), allocatable :: variable, remainder, entry
       integer :: comma, arrow, from, to
@@ -228,7 +228,7 @@ contains
          remainder = trim(remainder(min(comma + 1, len(remainder) + 1):))
          arrow = index(entry, '->')
          if (arrow == 0) then
-            call input_error(error, group, variable//' = '//quoted(entry)// &
+            call fail_input(error, group, variable//' = '//quoted(entry)// &
                " must have the form 'old -> new'")
             return
          end if
@@ -236,7 +236,7 @@ contains
          call require_name(error, group, variable, trim(adjustl(entry(arrow + 2:))), names, kind, &
             to)
          if (allocated(error)) return
-         new(from) = to
+         replacements(from) = to
       end do
    end subroutine replace_names
 
@@ -250,7 +250,7 @@ contains
       integer :: k
 
       if (allocated(error)) return
-      if (model%stages(s)%static .and. any(model%stages(s)%begins)) call input_error(error, group, &
+      if (model%stages(s)%static .and. any(model%stages(s)%begins)) call fail_input(error, group, &
          'motions cannot begin with a static stage, which has no time')
       removed_so_far = model%stages(s)%removed
       do k = 1, s - 1
@@ -266,7 +266,7 @@ contains
             removed_so_far = removed_so_far .or. before%removed
          end associate
       end do
-      if (all(removed_so_far)) call input_error(error, group, 'remove: no block would remain')
+      if (all(removed_so_far)) call fail_input(error, group, 'remove: no block would remain')
 
    contains
 
@@ -277,7 +277,7 @@ contains
          integer :: i
 
          i = findloc(repeated, .true., 1)
-         if (i > 0) call input_error(error, group, action//' '//quoted(trim(names(i)))//' '// &
+         if (i > 0) call fail_input(error, group, action//' '//quoted(trim(names(i)))//' '// &
             verb//' stage '//quoted(trim(model%stages(k)%name)))
       end subroutine refuse_repeated
 

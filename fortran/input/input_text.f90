@@ -15,13 +15,13 @@ module dda_input_text
    use dda_text, only: to_text, lower_case, quoted
    implicit none
    private
-   public :: group_type, span_type, split_groups, parse_group, check_rules, input_error, given, &
+   public :: group_type, span_type, split_groups, parse_group, check_rules, fail_input, given, &
       text_of
 
    !> One group.
    type :: group_type
       character(len=:), allocatable :: name   !< in lower case
-      character(len=:), allocatable :: place  !< "FILE, group &name (line N)"
+      character(len=:), allocatable :: location  !< "FILE, group &name (line N)"
       integer :: line = 0                     !< line number of its start
       integer :: first = 0, last = 0          !< positions of & and slash in the text
       type(value_type), allocatable :: values(:)  !< given values, in the order of the variables
@@ -39,13 +39,13 @@ module dda_input_text
 contains
 
    !> Set an input error at the position of a group, unless there is an earlier error.
-   pure subroutine input_error(error, group, message)
+   pure subroutine fail_input(error, group, message)
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(group_type), intent(in) :: group    !< group of the message
       character(len=*), intent(in) :: message  !< sentence without the full stop
 
-      if (.not. allocated(error)) call fail(error, error_input, group%place//': '//message)
-   end subroutine input_error
+      if (.not. allocated(error)) call fail(error, error_input, group%location//': '//message)
+   end subroutine fail_input
 
    !> Parse the values of a group.
    pure subroutine parse_group(text, group, error, spans)
@@ -70,7 +70,7 @@ contains
          if (.not. allocated(failure)) call take_values(text(:group%last), at, &
             input_variables(v), values(v), last, failure)
          if (allocated(failure)) then
-            call input_error(error, group, failure)
+            call fail_input(error, group, failure)
             return
          end if
          values(v)%variable = v
@@ -81,20 +81,20 @@ contains
    end subroutine parse_group
 
    !> Reduce the list to the given values; their contents are moved, not copied.
-   pure subroutine trim_values(values, given)
+   pure subroutine trim_values(values, given_values)
       type(value_type), intent(inout) :: values(:)             !< values of all variables
-      type(value_type), allocatable, intent(out) :: given(:)    !< values that are given
+      type(value_type), allocatable, intent(out) :: given_values(:)    !< values that are given
       integer :: i, n
 
-      allocate (given(count(values%variable > 0)))
+      allocate (given_values(count(values%variable > 0)))
       n = 0
       do i = 1, size(values)
          if (values(i)%variable == 0) cycle
          n = n + 1
-         given(n)%variable = values(i)%variable
-         given(n)%n = values(i)%n
-         call move_alloc(values(i)%numbers, given(n)%numbers)
-         call move_alloc(values(i)%words, given(n)%words)
+         given_values(n)%variable = values(i)%variable
+         given_values(n)%n = values(i)%n
+         call move_alloc(values(i)%numbers, given_values(n)%numbers)
+         call move_alloc(values(i)%words, given_values(n)%words)
       end do
    end subroutine trim_values
 
@@ -143,7 +143,7 @@ contains
                fulfilled = satisfies(group, trim(item(first:first + at - 1)), .not. rule%excludes)
                first = first + at + len(or)
             end do
-            if (fulfilled .eqv. rule%excludes) call input_error(error, group, &
+            if (fulfilled .eqv. rule%excludes) call fail_input(error, group, &
                violation_text(group, rule))
          end associate
       end do
@@ -311,7 +311,7 @@ contains
       group%first = at
       length = max(0, verify(lower_case(text(at + 1:min(len(text), at + 64))), name_characters) - 1)
       group%name = lower_case(text(at + 1:at + length))
-      group%place = file//', group &'//group%name//' (line '//to_text(line)//')'
+      group%location = file//', group &'//group%name//' (line '//to_text(line)//')'
       call find_slash(text, at, group%last, lines)
       if (group%last == 0) call fail(error, error_input, file//': group &'//group%name// &
          ' (line '//to_text(line)//') has no closing slash, or an unclosed quote')
@@ -364,7 +364,7 @@ contains
          resized(i)%first = groups(i)%first
          resized(i)%last = groups(i)%last
          call move_alloc(groups(i)%name, resized(i)%name)
-         call move_alloc(groups(i)%place, resized(i)%place)
+         call move_alloc(groups(i)%location, resized(i)%location)
       end do
       call move_alloc(resized, groups)
    end subroutine reserve_groups

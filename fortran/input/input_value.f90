@@ -5,7 +5,7 @@ module dda_input_value
    use dda_input_variable, only: variable_type, unset
    use dda_kinds, only: wp
    use dda_text, only: lower_case, quoted, whole_characters
-   use dda_text_numbers, only: next_number, number_found
+   use dda_text_numbers, only: read_next_number, number_found
    implicit none
    private
    public :: value_type, take_values, skip_blank, is_assigned, first_word, unreadable, &
@@ -30,7 +30,7 @@ module dda_input_value
       real(wp), allocatable :: numbers(:)     !< [n] `unset` if omitted; logical values are 0 and 1
       type(word_type), allocatable :: words(:)  !< [≥ n]
    contains
-      procedure :: get_text => text_at
+      procedure :: get_text => get_text_at
    end type value_type
 
    !> Positions of a list that an assignment sets.
@@ -259,7 +259,7 @@ contains
          if (index(word, 't') == 1) number = 1.0_wp
       else
          from = 1
-         call next_number(text(at:last), from, number, state)
+         call read_next_number(text(at:last), from, number, state)
          fits = state == number_found
          if (.not. fits) call parse_unusual(lower_case(text(at:last)), number, fits)
       end if
@@ -389,13 +389,13 @@ contains
    end function unreadable
 
    !> Text at a position of the list, if one is given there.
-   pure subroutine text_at(value, i, text)
+   pure subroutine get_text_at(value, i, text)
       class(value_type), intent(in) :: value  !< value of a name, word or text
       integer, intent(in) :: i                !< position
       character(len=:), allocatable, intent(inout) :: text  !< text as given, or unchanged
 
       if (i > value%n) return
       if (allocated(value%words(i)%text)) text = value%words(i)%text
-   end subroutine text_at
+   end subroutine get_text_at
 
 end module dda_input_value

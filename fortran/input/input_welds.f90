@@ -6,7 +6,7 @@ module dda_input_welds
    use dda_cell_faces, only: find_faces, find_gap
    use dda_errors, only: error_type, error_input, fail
    use dda_growth, only: grow
-   use dda_input_group, only: group_type, input_error, positions, require_name
+   use dda_input_group, only: group_type, fail_input, positions, require_name
    use dda_model, only: model_type
    use dda_outlines, only: outlines_type
    use dda_partition, only: join, name_parts
@@ -33,20 +33,20 @@ contains
             if (allocated(error)) return
             if (blocks%body(b) == 0) cycle
             if (.not. all([(is_convex(blocks, v), v=blocks%first(b), blocks%first(b + 1) - 1)])) &
-               call input_error(error, groups(outlines%source(b)), &
+               call fail_input(error, groups(outlines%source(b)), &
                block_title(b, model%block_names(b))//' is a cell of a body '// &
                'and has an angle of 180° or more: divide it into convex cells')
          end do
          call find_faces(blocks, model%welds)
          call set_welds(blocks, model%welds)
          call find_detached_cell(blocks, model%welds, b, detached)
-         if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
+         if (b > 0) call fail_input(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//' is not connected: no faces weld block '// &
             to_text(b)//' to block '//to_text(detached)//'; give each part its own name')
          call set_fracture(model, groups, error)
          if (allocated(error)) return
          call find_gap(blocks, b, detached)
-         if (b > 0) call input_error(error, groups(outlines%source(b)), 'body '// &
+         if (b > 0) call fail_input(error, groups(outlines%source(b)), 'body '// &
             quoted(trim(outlines%body(b)))//': edges of block '//to_text(b)//' and block '// &
             to_text(detached)//' are closer than a tenth of a cell but do not coincide: '// &
             'the vertices of a shared face must be equal in both cells')
@@ -73,7 +73,7 @@ contains
          associate (joint_after_break => model%joints(joint(m)))
             if (joint_after_break%law /= 'cohesive' .or. &
                .not. joint_after_break%normal_stiffness > 0.0_wp) &
-               call input_error(error, groups(group_numbers(m)), 'fracture = '//quoted(trim( &
+               call fail_input(error, groups(group_numbers(m)), 'fracture = '//quoted(trim( &
                joint_after_break%name))//" must be a joint of law 'cohesive' with a "// &
                'normal_stiffness_per_area')
          end associate
@@ -98,7 +98,7 @@ contains
       do j = 1, size(group_numbers)
          associate (joint => model%joints(j), group => groups(group_numbers(j)))
             if (size(joint%between) == 0) cycle
-            if (size(joint%between) /= 2) call input_error(error, group, &
+            if (size(joint%between) /= 2) call fail_input(error, group, &
                '`between` needs two materials')
             do k = 1, min(2, size(joint%between))
                if (.not. allocated(error)) call require_name(error, group, 'between', &

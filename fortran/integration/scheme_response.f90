@@ -212,17 +212,17 @@ contains
       real(wp), intent(in) :: omega           !< angular frequency of the motion, rad/s, below π/Δt
       real(wp), intent(in) :: time_step       !< Δt, s
       real(wp), intent(in) :: dynamic_factor  !< 0 … 1
-      complex(wp) :: z, elastic, velocity, change
+      complex(wp) :: z, elastic, velocity, velocity_change
 
       associate (half => 0.5_wp*omega*time_step)
          z = cmplx(cos(2*half), sin(2*half), wp)
-         change = 2.0_wp*sin(half)*cmplx(-sin(half), cos(half), wp)  ! z − 1
+         velocity_change = 2.0_wp*sin(half)*cmplx(-sin(half), cos(half), wp)  ! z − 1
       end associate
-      elastic = 1.0_wp + scheme%theta*change
-      velocity = change/(time_step*(dynamic_factor + scheme%chi*(z - dynamic_factor)))
-      steady%inertia = velocity*(change + (1.0_wp - dynamic_factor))/(time_step*elastic)
+      elastic = 1.0_wp + scheme%theta*velocity_change
+      velocity = velocity_change/(time_step*(dynamic_factor + scheme%chi*(z - dynamic_factor)))
+      steady%inertia = velocity*(velocity_change + (1.0_wp - dynamic_factor))/(time_step*elastic)
       steady%end_stiffness = z/elastic
-      steady%mean_dashpot = change/(time_step*elastic)
+      steady%mean_dashpot = velocity_change/(time_step*elastic)
       steady%end_dashpot = z*velocity/elastic
       steady%load = exp(cmplx(0.0_wp, scheme%theta*omega*time_step, wp))/elastic
    end function steady_weights

@@ -8,10 +8,10 @@ module dda_bolt
    use dda_kinds, only: wp
    implicit none
    private
-   public :: bolt_type, axial, across, never, most_points
+   public :: bolt_type, axial, across, never, max_points
 
    integer, parameter :: axial = 1, across = 2  !< components of a bolt
-   integer, parameter :: most_points = 64  !< largest number of points of a bolt, with its ends
+   integer, parameter :: max_points = 64  !< largest number of points of a bolt, with its ends
    real(wp), parameter :: never = 0.1_wp*huge(1.0_wp)  !< strength that is never reached
 
    !> One spring of a bolt (group &bolt).
@@ -22,7 +22,7 @@ module dda_bolt
       logical :: present = .true.                   !< the bolt is part of the model in this stage
       integer, allocatable :: block(:)              !< [points] block of each point
       real(wp), allocatable :: reference(:,:)       !< [2,points] offsets ρ from the centroids, m
-      real(wp), allocatable :: place(:,:)           !< [2,points] initial positions, m
+      real(wp), allocatable :: position(:,:)           !< [2,points] initial positions, m
       real(wp) :: direction(2) = 0.0_wp  !< initial axis, which turns with the first block
       real(wp) :: stiffness(2) = 0.0_wp             !< axial, across; N/m per metre of thickness
       real(wp) :: pretension = 0.0_wp               !< N per metre of thickness

@@ -3,7 +3,7 @@
 !> points), and incoming motions.
 module dda_boundary
    use dda_kinds, only: wp
-   use dda_edge_piece, only: edge_piece_type
+   use dda_edge_part, only: edge_part_type
    use dda_support, only: fixed_point_type, point_type
    implicit none
    private
@@ -12,7 +12,7 @@ module dda_boundary
    !> A part of an edge of a group &boundary.
    type :: boundary_edge_type
       integer :: group = 0                          !< number of the group &boundary, from 1
-      type(edge_piece_type) :: piece
+      type(edge_part_type) :: part
       character(len=8) :: direction = 'xy'  !< direction of the boundary: 'xy', 'x', 'y', 'normal'
    end type boundary_edge_type
 
@@ -30,12 +30,12 @@ module dda_boundary
    type :: boundary_type
       character(len=64) :: name = ''
       character(len=16) :: kind = ''                !< 'viscous' or 'compliant'
-      type(edge_piece_type), allocatable :: piece(:)
-      real(wp), allocatable :: normal(:,:)          !< [2,pieces] initial outward normals
+      type(edge_part_type), allocatable :: part(:)
+      real(wp), allocatable :: normal(:,:)          !< [2,parts] initial outward normals
       !> [2,parts] dashpots of a Gauss point along the normal and along the edge, ρV_p and ρV_s
       !> times half of the length, N s/m per metre of thickness
       real(wp), allocatable :: dashpot(:,:)
-      type(fixed_point_type), allocatable :: point(:)  !< [2 × pieces] supports in static stages
+      type(fixed_point_type), allocatable :: point(:)  !< [2 × parts] supports in static stages
       integer :: motion(2) = 0                      !< incoming motions in x and y; 0: none
       real(wp) :: factor = 1.0_wp  !< ratio of the motion to an outcrop motion
    end type boundary_type

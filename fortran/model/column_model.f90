@@ -121,13 +121,13 @@ contains
       allocate (column%boundaries(0))
       do i = 1, size(boundaries)
          copy = boundaries(i)
-         has_point = number(copy%piece%block) > 0
+         has_point = number(copy%part%block) > 0
          if (.not. any(has_point)) cycle
          copy%point = pack(copy%point, [(has_point((k + 1)/2), k=1, 2*size(has_point))])
          copy%point%block = number(copy%point%block)
          copy%normal = copy%normal(:, pack([(k, k=1, size(has_point))], has_point))
          copy%dashpot = copy%dashpot(:, pack([(k, k=1, size(has_point))], has_point))
-         copy%piece = pack(copy%piece, has_point)
+         copy%part = pack(copy%part, has_point)
          column%boundaries = [column%boundaries, copy]
       end do
    end subroutine add_dashpots

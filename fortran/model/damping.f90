@@ -27,21 +27,21 @@ module dda_damping
    use dda_errors, only: error_type, error_input, fail
    use dda_interpolation, only: log_spaced
    use dda_free_memory, only: require_for_blas
-   use dda_nonnegative, only: nonnegative_least_squares
+   use dda_nonnegative, only: solve_nonnegative
    use dda_text, only: to_text
    implicit none
    private
    public :: following, relaxing
    public :: damping_type, is_damped, has_body, fit_body, modulus_factor, set_rayleigh, &
-      same_damping, rayleigh_ratio, most_mechanisms, highest_relaxation
+      same_damping, rayleigh_ratio, max_mechanisms, highest_relaxation
 
-   integer, parameter :: most_mechanisms = 16
+   integer, parameter :: max_mechanisms = 16
    real(wp), parameter :: automatic_band(2) = [0.1_wp, 50.0_wp]  !< automatic band, Hz
-   integer, parameter :: least_mechanisms = 4     !< least number of mechanisms that is tried
+   integer, parameter :: min_mechanisms = 4     !< least number of mechanisms that is tried
    !> target misfit if the number of mechanisms is automatic
-   real(wp), parameter :: wanted_misfit = 3.5e-4_wp
-   real(wp), parameter :: most_misfit = 0.05_wp   !< largest error of a fitted body
-   real(wp), parameter :: beyond = 3.0_wp  !< factor by which the ω_l exceed the ends of the band
+   real(wp), parameter :: target_misfit = 3.5e-4_wp
+   real(wp), parameter :: max_misfit = 0.05_wp   !< largest error of a fitted body
+   real(wp), parameter :: band_margin = 3.0_wp  !< factor: ω_l beyond the ends of the band
    integer, parameter :: samples = 12             !< frequencies of the fit per mechanism
 
    !> Damping of a material.
@@ -50,8 +50,8 @@ module dda_damping
       real(wp) :: reference = 0.0_wp            !< frequency of the given modulus, Hz
       real(wp) :: band(2) = 0.0_wp              !< band in which ζ is fitted, Hz; 0: automatic
       integer :: n = 0                          !< number of mechanisms; 0 before the fit: automatic
-      real(wp) :: omega(most_mechanisms) = 0.0_wp   !< ω_l, rad/s
-      real(wp) :: weight(most_mechanisms) = 0.0_wp  !< Y_l
+      real(wp) :: omega(max_mechanisms) = 0.0_wp   !< ω_l, rad/s
+      real(wp) :: weight(max_mechanisms) = 0.0_wp  !< Y_l
       real(wp) :: unrelaxed = 1.0_wp            !< r = M_u/M
       real(wp) :: misfit = 0.0_wp               !< largest relative error of ζ over the band
       real(wp) :: alpha = 0.0_wp                !< α of Rayleigh damping, 1/s
@@ -120,12 +120,12 @@ contains
    end function modulus_factor
 
    !> Largest ω_l that is permitted for a scheme and a time step, rad/s: (θ − ½) ω_l Δt ≤ 4.
-   elemental real(wp) function highest_relaxation(theta, time_step) result(highest)
+   elemental real(wp) function highest_relaxation(theta, time_step) result(limit)
       real(wp), intent(in) :: theta      !< θ of the scheme, ½ … 1
       real(wp), intent(in) :: time_step  !< Δt, s
 
-      highest = huge(1.0_wp)
-      if (theta > 0.5_wp) highest = 4.0_wp/((theta - 0.5_wp)*time_step)
+      limit = huge(1.0_wp)
+      if (theta > 0.5_wp) limit = 4.0_wp/((theta - 0.5_wp)*time_step)
    end function highest_relaxation
 
    !> Fit the body to its ratio over its band, with ω_l up to a limit.
@@ -136,7 +136,7 @@ contains
       integer :: n
 
       if (.not. damping%band(2) > 0.0_wp) damping%band = [automatic_band(1), &
-         min(automatic_band(2), limit/(2.0_wp*pi*beyond))]
+         min(automatic_band(2), limit/(2.0_wp*pi*band_margin))]
       if (damping%band(2) <= damping%band(1)) then
          call fail(error, error_input, 'the time step permits mechanisms only up to '// &
             to_text(limit/(2.0_wp*pi))//' Hz, but damping_band begins at '// &
@@ -148,12 +148,12 @@ contains
       if (damping%n > 0) then
          call fit_mechanisms(damping, damping%n, limit)
       else
-         do n = least_mechanisms, most_mechanisms
+         do n = min_mechanisms, max_mechanisms
             call fit_mechanisms(damping, n, limit)
-            if (damping%misfit <= wanted_misfit) exit
+            if (damping%misfit <= target_misfit) exit
          end do
       end if
-      if (damping%misfit <= most_misfit) return
+      if (damping%misfit <= max_misfit) return
       call fail(error, error_input, to_text(damping%n)//' mechanisms give the damping ratio '// &
          to_text(damping%ratio)//' from '//to_text(damping%band(1))//' to '// &
          to_text(damping%band(2))//' Hz with an error of '//to_text(100*damping%misfit)//' %'// &
@@ -167,10 +167,10 @@ contains
       character(len=:), allocatable :: text
 
       text = '; give more mechanisms or a narrower damping_band'
-      if (2.0_wp*pi*beyond*damping%band(2) > limit) text = '; the time step permits mechanisms '// &
-         'only up to '//to_text(limit/(2.0_wp*pi))//' Hz, but the band needs mechanisms up to '// &
-         to_text(beyond*damping%band(2))//' Hz: give a smaller time_step, a lower end of '// &
-         "damping_band, or integration = 'midpoint'"
+      if (2.0_wp*pi*band_margin*damping%band(2) > limit) text = '; the time step permits '// &
+         'mechanisms only up to '//to_text(limit/(2.0_wp*pi))//' Hz, but the band needs '// &
+         'mechanisms up to '//to_text(band_margin*damping%band(2))//' Hz: give a smaller '// &
+         'time_step, a lower end of '//"damping_band, or integration = 'midpoint'"
    end function fit_advice
 
    !> Fit the body with a given number of mechanisms; mechanisms without weight are omitted.
@@ -178,18 +178,18 @@ contains
       type(damping_type), intent(inout) :: damping  !< damping; receives ω_l, Y_l, r and misfit
       integer, intent(in) :: n      !< mechanisms
       real(wp), intent(in) :: limit !< largest ω_l, rad/s
-      real(wp) :: matrix(samples*n, n), right(samples*n), weight(n), omega_l(n), omega(samples*n)
+      real(wp) :: matrix(samples*n, n), rhs(samples*n), weight(n), omega_l(n), omega(samples*n)
       integer :: l, retained
 
-      omega_l = 2.0_wp*pi*log_spaced(damping%band(1)/beyond, min(beyond*damping%band(2), &
+      omega_l = 2.0_wp*pi*log_spaced(damping%band(1)/band_margin, min(band_margin*damping%band(2), &
          limit/(2.0_wp*pi)), n)
       omega = 2.0_wp*pi*log_spaced(damping%band(1), damping%band(2), samples*n)
       do l = 1, n
          matrix(:, l) = omega_l(l)*(omega + 2.0_wp*damping%ratio*omega_l(l))/(omega_l(l)**2 &
             + omega**2)
       end do
-      right = 2.0_wp*damping%ratio
-      call nonnegative_least_squares(matrix, right, weight)
+      rhs = 2.0_wp*damping%ratio
+      call solve_nonnegative(matrix, rhs, weight)
       retained = count(weight > 0.0_wp)
       damping%n = retained
       damping%omega = 0.0_wp

@@ -2,7 +2,7 @@
 !> Loads on edges: tractions, and pressure of water on faces and in joints.
 module dda_edge_load
    use dda_kinds, only: wp
-   use dda_edge_piece, only: edge_piece_type
+   use dda_edge_part, only: edge_part_type
    use dda_interpolation, only: find_interval
    implicit none
    private
@@ -21,13 +21,13 @@ module dda_edge_load
       logical :: present = .true.                    !< part of the model; stages may change this
       !> the load acts on the moving edges; .false.: on the initial edges
       logical :: follows = .true.
-      type(edge_piece_type), allocatable :: piece(:) !< parts of edges on which the load acts
-      real(wp), allocatable :: ends(:,:,:)           !< [2,2,pieces] initial ends of the pieces, m
-      real(wp), allocatable :: at_ends(:,:)          !< [2,pieces] pressures of `load_line`, Pa
+      type(edge_part_type), allocatable :: part(:) !< parts of edges on which the load acts
+      real(wp), allocatable :: ends(:,:,:)           !< [2,2,parts] initial ends of the parts, m
+      real(wp), allocatable :: at_ends(:,:)          !< [2,parts] pressures of `load_line`, Pa
       real(wp), allocatable :: line(:,:)             !< [2,points] phreatic line, x ascending, m
       real(wp) :: unit_weight = 0.0_wp               !< unit weight of water, N/m³
       real(wp) :: reservoir = 0.0_wp                 !< depth H of Westergaard's mass, m; 0: none
-      logical :: held = .false.                      !< values are constant outside the times
+      logical :: acts_always = .false.                      !< values are constant outside the times
       real(wp), allocatable :: time(:)               !< s, ascending
       real(wp), allocatable :: normal(:)  !< [times] pressure, Pa; for water, factor of the pressure
       real(wp), allocatable :: shear(:)              !< [times] shear traction along the edge, Pa

@@ -21,8 +21,8 @@ module dda_flow
    !> Apertures and fluid of the joints of a group &flow.
    type :: flow_law_type
       real(wp) :: aperture = 0.0_wp         !< hydraulic aperture of a joint that just touches, m
-      real(wp) :: least = 0.0_wp            !< residual aperture, m
-      real(wp) :: most = 0.0_wp             !< largest aperture, m
+      real(wp) :: min_aperture = 0.0_wp            !< residual aperture, m
+      real(wp) :: max_aperture = 0.0_wp             !< largest aperture, m
       real(wp) :: opening_factor = 1.0_wp   !< ratio of aperture change to opening
       real(wp) :: viscosity = 0.0_wp        !< dynamic viscosity, Pa s
       real(wp) :: bulk_modulus = 0.0_wp     !< Pa
@@ -47,7 +47,7 @@ module dda_flow
       logical :: head = .false.  !< values are heads, with hydrostatic pressure below
       logical :: dry_above = .false.        !< nodes above the level are open to the air: p = 0
       integer :: load = 0                   !< load on faces; p = 0 unless it acts; 0: none
-      logical :: lasts = .true.             !< constant outside the times; .false.: p = 0
+      logical :: acts_always = .true.             !< constant outside the times; .false.: p = 0
       real(wp), allocatable :: time(:)      !< s
       real(wp), allocatable :: value(:)     !< [times] m, Pa, or total m²/s of all nodes
    end type flow_boundary_type
@@ -57,7 +57,7 @@ module dda_flow
       type(flow_law_type), allocatable :: law(:)
       type(channel_type), allocatable :: channel(:)
       type(flow_boundary_type), allocatable :: boundary(:)
-      real(wp), allocatable :: place(:,:)      !< [2,nodes] initial positions, m
+      real(wp), allocatable :: position(:,:)      !< [2,nodes] initial positions, m
       real(wp), allocatable :: pressure(:)     !< [nodes] pressure at the start, Pa
       real(wp), allocatable :: saturation(:)   !< [nodes] saturation at the start, 0 … 1
       integer :: state(2) = [flow_steady, flow_undrained]  !< state in static and dynamic stages
@@ -69,7 +69,7 @@ contains
    pure function connected_nodes(flow, absent) result(first)
       type(flow_type), intent(in) :: flow   !< flow of the model
       logical, intent(in) :: absent(:)      !< [channels] channels without water
-      integer :: first(size(flow%place, 2)), c, i
+      integer :: first(size(flow%position, 2)), c, i
 
       first = [(i, i=1, size(first))]
       do c = 1, size(flow%channel)
@@ -83,7 +83,7 @@ contains
       type(flow_boundary_type), intent(in) :: boundary  !< boundary with its times
       real(wp), intent(in) :: time                      !< time, s
 
-      acts_at = boundary%lasts .or. (time >= boundary%time(1) .and. &
+      acts_at = boundary%acts_always .or. (time >= boundary%time(1) .and. &
          time <= boundary%time(size(boundary%time)))
    end function acts_at
 

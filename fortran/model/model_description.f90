@@ -11,7 +11,7 @@ module dda_model_description
    public :: model_description
 
    integer, parameter :: line_length = 400
-   real(wp), parameter :: least_peak = 1.0e-14_wp  !< largest relative rounding error of a peak
+   real(wp), parameter :: peak_rounding = 1.0e-14_wp  !< largest relative rounding error of a peak
 
 contains
 
@@ -34,12 +34,12 @@ contains
       type(motion_type), intent(in) :: motion   !< motion of the model
       logical, intent(in) :: as_body_force      !< the acceleration acts in the frame of the base
       character(len=:), allocatable :: text
-      real(wp) :: peak(3)
+      real(wp) :: peaks(3)
 
       associate (curve => motion%curve)
-         peak = peaks_of(curve)
-         text = 'motion '//quoted(trim(motion%name))//': PGA '//short_text(peak(1))// &
-            ' m/s², PGV '//short_text(peak(2))//' m/s, PGD '//short_text(peak(3))//' m; '
+         peaks = peaks_of(curve)
+         text = 'motion '//quoted(trim(motion%name))//': PGA '//short_text(peaks(1))// &
+            ' m/s², PGV '//short_text(peaks(2))//' m/s, PGD '//short_text(peaks(3))//' m; '
          if (any(curve%removed > 0.0_wp)) then
             text = text//'drift removal changed it by up to '//short_text(curve%removed(1))// &
                ' m/s and '//short_text(curve%removed(2))//' m; '
@@ -83,25 +83,27 @@ contains
       type(motion_curve_type), intent(in) :: curve  !< curve of a motion
 
       final_place = curve%displacement(size(curve%displacement))
-      if (abs(final_place) < least_peak*max(maxval(abs(curve%displacement)), curve%removed(2))) &
+      if (abs(final_place) < peak_rounding*max(maxval(abs(curve%displacement)), curve%removed(2))) &
          final_place = 0.0_wp
    end function final_place
 
    !> Largest acceleration (m/s²), velocity (m/s) and displacement (m); values within rounding of
    !> the others are 0.
-   pure function peaks_of(curve) result(peak)
+   pure function peaks_of(curve) result(peaks)
       type(motion_curve_type), intent(in) :: curve  !< curve of a motion
-      real(wp) :: peak(3), rounding(3)
+      real(wp) :: peaks(3), rounding(3)
 
-      peak = [maxval(abs(curve%acceleration)), maxval(abs(curve%velocity)), &
+      peaks = [maxval(abs(curve%acceleration)), maxval(abs(curve%velocity)), &
          maxval(abs(curve%displacement))]
       if (.not. curve%time_step > 0.0_wp) return
       associate (step => curve%time_step, whole => curve%duration, &
-         velocity => max(peak(2), curve%removed(1)), place => max(peak(3), curve%removed(2)))
-         rounding = least_peak*[max(velocity/step, place/step**2), &
-            max(peak(1)*whole, place/step), max(peak(1)*whole**2, velocity*whole, place)]
+         velocity => max(peaks(2), curve%removed(1)), displacement => max(peaks(3), &
+         curve%removed(2)))
+         rounding = peak_rounding*[max(velocity/step, displacement/step**2), &
+            max(peaks(1)*whole, displacement/step), max(peaks(1)*whole**2, velocity*whole, &
+            displacement)]
       end associate
-      where (peak < rounding) peak = 0.0_wp
+      where (peaks < rounding) peaks = 0.0_wp
    end function peaks_of
 
 end module dda_model_description

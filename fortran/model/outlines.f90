@@ -7,11 +7,11 @@ module dda_outlines
    implicit none
    private
    public :: outlines_type, add_outline, add_layers, add_drums, add_wall, set_cover, &
-      most_blocks, most_vertices, outline_failure
+      most_blocks, max_vertices, outline_failure
 
    real(wp), parameter :: most_blocks = 2.0e6_wp   !< largest number of blocks of a group
-   integer, parameter :: most_vertices = 512       !< largest number of vertices of a block
-   real(wp), parameter :: least_area = 1.0e-12_wp  !< least area/squared size
+   integer, parameter :: max_vertices = 512       !< largest number of vertices of a block
+   real(wp), parameter :: min_area = 1.0e-12_wp  !< least area/squared size
 
    !> A growing list of polygons with their materials.
    type :: outlines_type
@@ -78,7 +78,7 @@ contains
          failure = ': the polygon crosses or touches itself, or repeats a vertex'
       else if (area_of(vertices) < 0.0_wp) then
          failure = ' run clockwise; give them counter-clockwise'
-      else if (.not. area_of(vertices) > least_area*size_squared) then
+      else if (.not. area_of(vertices) > min_area*size_squared) then
          failure = ': the polygon has no area'
       end if
    end function outline_failure
@@ -118,16 +118,16 @@ contains
       integer, intent(in) :: count                    !< number of drums
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered_name`
-      real(wp) :: low, high, foot, head
+      real(wp) :: lower, upper, foot, head
       integer :: i
 
       do i = 1, count
-         low = bottom + (i - 1)*height
-         high = bottom + i*height
+         lower = bottom + (i - 1)*height
+         upper = bottom + i*height
          foot = 0.5_wp*(widths(1) + (widths(2) - widths(1))*(i - 1)/count)
          head = 0.5_wp*(widths(1) + (widths(2) - widths(1))*i/count)
-         call add_outline(outlines, reshape([centre - foot, low, centre + foot, low, &
-            centre + head, high, centre - head, high], [2, 4]), material, joint, source, &
+         call add_outline(outlines, reshape([centre - foot, lower, centre + foot, lower, &
+            centre + head, upper, centre - head, upper], [2, 4]), material, joint, source, &
             numbered_name(name, i))
       end do
    end subroutine add_drums
@@ -142,12 +142,12 @@ contains
       integer, intent(in) :: material, joint, source  !< see `outlines_type`
       character(len=*), intent(in) :: name            !< see `numbered_name`
       real(wp), intent(in) :: head_joint              !< gap between bricks of a course, m
-      real(wp) :: from, to, low
+      real(wp) :: from, to, course_bottom
       integer :: course, i, k, last
 
       k = 0
       do course = 1, courses
-         low = bottom + (course - 1)*brick(2)
+         course_bottom = bottom + (course - 1)*brick(2)
          last = bricks + merge(0, 1, modulo(course, 2) == 1)
          do i = 1, last
             from = left + (i - 1)*brick(1)
@@ -157,8 +157,8 @@ contains
             if (i > 1) from = from + 0.5_wp*head_joint
             if (i < last) to = to - 0.5_wp*head_joint
             k = k + 1
-            call add_outline(outlines, rectangle(from, low, to, bottom + course*brick(2)), &
-               material, joint, source, numbered_name(name, k))
+            call add_outline(outlines, rectangle(from, course_bottom, to, bottom + &
+               course*brick(2)), material, joint, source, numbered_name(name, k))
          end do
       end do
    end subroutine add_wall
@@ -182,13 +182,13 @@ contains
    end subroutine set_cover
 
    !> Name 'name_i'; blank for a generator without a name.
-   pure function numbered_name(name, i) result(full)
+   pure function numbered_name(name, i) result(long_name)
       character(len=*), intent(in) :: name  !< name of the generator
       integer, intent(in) :: i              !< polygon of the generator
-      character(len=64) :: full
+      character(len=64) :: long_name
 
-      full = ''
-      if (name /= '') write (full, '(a,"_",i0)') trim(name), i
+      long_name = ''
+      if (name /= '') write (long_name, '(a,"_",i0)') trim(name), i
    end function numbered_name
 
 end module dda_outlines

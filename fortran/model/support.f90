@@ -12,7 +12,7 @@ module dda_support
       character(len=64) :: name = ''
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
-      real(wp) :: place(2) = 0.0_wp                 !< initial position, m
+      real(wp) :: position(2) = 0.0_wp                 !< initial position, m
       !> [2,2] unit vectors of the fixed directions, in columns: x and y, or normal and edge
       real(wp) :: axes(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
       logical :: fixed_along(2) = .true.            !< fixed along each of these directions
@@ -37,7 +37,7 @@ module dda_support
       character(len=64) :: name = ''
       integer :: block = 0
       real(wp) :: reference(2) = 0.0_wp             !< offset ρ from the centroid, m
-      real(wp) :: place(2) = 0.0_wp                 !< initial position, m
+      real(wp) :: position(2) = 0.0_wp                 !< initial position, m
       integer :: other = 0  !< second block at the point, if none is named
    end type point_type
 

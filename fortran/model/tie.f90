@@ -5,13 +5,13 @@
 module dda_tie
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
-   use dda_edge_piece, only: edge_piece_type
+   use dda_edge_part, only: edge_part_type
    use dda_weld, only: weld_type, new_weld
    implicit none
    private
    public :: tie_type, tie_faces
 
-   real(wp), parameter :: same = 1.0e-6_wp !< distance/edge length of coinciding corners
+   real(wp), parameter :: coincidence = 1.0e-6_wp !< distance/edge length of coinciding corners
 
    !> One end of an overlap, with a corner of at least one of the two faces.
    type :: tie_type
@@ -25,8 +25,8 @@ contains
    !> Tie or weld faces of two lists that coincide if the second list is shifted.
    pure subroutine tie_faces(blocks, first, second, shift, ties, welds)
       type(blocks_type), intent(in) :: blocks             !< blocks at the start
-      type(edge_piece_type), intent(in) :: first(:)       !< faces
-      type(edge_piece_type), intent(in) :: second(:)      !< faces with opposite normals
+      type(edge_part_type), intent(in) :: first(:)       !< faces
+      type(edge_part_type), intent(in) :: second(:)      !< faces with opposite normals
       real(wp), intent(in) :: shift(2)                    !< shift of the second faces, m
       type(tie_type), allocatable, intent(out) :: ties(:)  !< two ties per pair of touching faces
       type(weld_type), allocatable, intent(out) :: welds(:)  !< one weld per pair of cells
@@ -61,7 +61,7 @@ contains
 
       associate (along => blocks%along(:, e), next => blocks%next)
          length = blocks%length(e)
-         tolerance = same*min(length, blocks%length(f))
+         tolerance = coincidence*min(length, blocks%length(f))
          ! The second face runs in the opposite direction.
          low = dot_product(along, blocks%vertex(:, next(f)) + shift - blocks%vertex(:, e))
          high = dot_product(along, blocks%vertex(:, f) + shift - blocks%vertex(:, e))

@@ -36,20 +36,20 @@ module dda_weld
 contains
 
    !> Create the face of edges e and f between two positions, m from the start of edge e.
-   pure type(weld_type) function new_weld(blocks, e, f, low, high, shift) result(weld)
+   pure type(weld_type) function new_weld(blocks, e, f, start, end_position, shift) result(weld)
       type(blocks_type), intent(in) :: blocks  !< blocks at the start
       integer, intent(in) :: e, f              !< edges, given by their first vertices
-      real(wp), intent(in) :: low, high        !< m
+      real(wp), intent(in) :: start, end_position        !< m
       real(wp), intent(in) :: shift(2)         !< shift of the second edge, m
       real(wp) :: normal(2), middle(2)
       integer :: i
 
       weld%block = blocks%owner([e, f])
       weld%edge = [e, f]
-      weld%length = high - low
+      weld%length = end_position - start
       weld%along = blocks%along(:, e)
       weld%shift = shift
-      middle = blocks%vertex(:, e) + 0.5_wp*(low + high)*weld%along
+      middle = blocks%vertex(:, e) + 0.5_wp*(start + end_position)*weld%along
       normal = [weld%along(2), -weld%along(1)]
       do i = 1, 2
          weld%middle(:, i) = middle - blocks%position(1:2, weld%block(i))
@@ -63,16 +63,16 @@ contains
       type(blocks_type), intent(inout) :: blocks  !< blocks of the input, with their bodies
       type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
       !> largest free fraction of an edge within a body
-      real(wp), parameter :: most_free = 1.0e-6_wp
-      real(wp) :: free(size(blocks%owner))
+      real(wp), parameter :: max_free = 1.0e-6_wp
+      real(wp) :: free_angle(size(blocks%owner))
       integer :: i
 
-      free = blocks%length
+      free_angle = blocks%length
       do i = 1, size(welds)
          if (welds(i)%state == weld_open) cycle
-         free(welds(i)%edge) = free(welds(i)%edge) - welds(i)%length
+         free_angle(welds(i)%edge) = free_angle(welds(i)%edge) - welds(i)%length
       end do
-      blocks%inner = free < most_free*blocks%length
+      blocks%inner = free_angle < max_free*blocks%length
       call find_outlines(blocks, pack(welds, welds%state /= weld_open))
       blocks%interior_fraction = 1.0_wp
       call assign_triangles(blocks, welds)
@@ -99,7 +99,7 @@ contains
    pure subroutine assign_triangles(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks at the start
       type(weld_type), intent(in) :: welds(:)     !< faces
-      real(wp), parameter :: least_area = 1.0e-9_wp  !< area/cell area that counts as 0
+      real(wp), parameter :: min_area = 1.0e-9_wp  !< area/cell area that counts as 0
       integer :: i, k
 
       do i = 1, size(welds)
@@ -111,7 +111,7 @@ contains
             end associate
          end do
       end do
-      where (blocks%interior_fraction < least_area) blocks%interior_fraction = 0.0_wp
+      where (blocks%interior_fraction < min_area) blocks%interior_fraction = 0.0_wp
    end subroutine assign_triangles
 
    !> .true. if the second cell of a face is an image at another position.
@@ -129,17 +129,17 @@ contains
    end function is_intact
 
    !> Faces between some of the blocks, with the numbers of these blocks.
-   pure function welds_within(welds, block, vertex) result(within)
+   pure function welds_within(welds, block, vertex) result(inner_welds)
       type(weld_type), intent(in) :: welds(:)  !< faces of a model
       integer, intent(in) :: block(:)          !< [blocks] new number of each block, or 0
       integer, intent(in) :: vertex(:)         !< [vertices] new number of each vertex, or 0
-      type(weld_type), allocatable :: within(:)
+      type(weld_type), allocatable :: inner_welds(:)
       integer :: i
 
-      within = pack(welds, [(all(block(welds(i)%block) > 0), i=1, size(welds))])
-      do i = 1, size(within)
-         within(i)%block = block(within(i)%block)
-         within(i)%edge = vertex(within(i)%edge)
+      inner_welds = pack(welds, [(all(block(welds(i)%block) > 0), i=1, size(welds))])
+      do i = 1, size(inner_welds)
+         inner_welds(i)%block = block(inner_welds(i)%block)
+         inner_welds(i)%edge = vertex(inner_welds(i)%edge)
       end do
    end function welds_within
 
@@ -148,7 +148,7 @@ contains
    pure subroutine find_outlines(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks with inner edges
       type(weld_type), intent(in) :: welds(:)     !< all faces
-      integer, parameter :: most_cells = 64       !< largest number of cells around a vertex
+      integer, parameter :: max_cells = 64       !< largest number of cells around a vertex
       integer :: neighbour(2, size(blocks%owner)), v, at, pass
 
       blocks%outline(1, :) = blocks%previous
@@ -160,13 +160,13 @@ contains
       do v = 1, size(blocks%owner)
          if (blocks%body(blocks%owner(v)) == 0) cycle
          at = v
-         do pass = 1, most_cells
+         do pass = 1, max_cells
             if (.not. blocks%inner(blocks%previous(at)) .or. neighbour(1, at) == 0) exit
             at = neighbour(1, at)
          end do
          blocks%outline(1, v) = blocks%previous(at)
          at = v
-         do pass = 1, most_cells
+         do pass = 1, max_cells
             if (.not. blocks%inner(at) .or. neighbour(2, at) == 0) exit
             at = neighbour(2, at)
          end do
@@ -180,10 +180,10 @@ contains
       type(blocks_type), intent(in) :: blocks    !< blocks at the start
       type(weld_type), intent(in) :: weld        !< face
       integer, intent(inout) :: neighbour(:,:)      !< [2, vertices] neighbours, or 0
-      real(wp), parameter :: near = 1.0e-5_wp    !< tolerance over the smaller radius
+      real(wp), parameter :: end_tolerance = 1.0e-5_wp    !< tolerance over the smaller radius
       real(wp) :: tolerance
 
-      tolerance = near*minval(blocks%radius(weld%block))
+      tolerance = end_tolerance*minval(blocks%radius(weld%block))
       associate (e => weld%edge(1), f => weld%edge(2), next => blocks%next)
          if (have_equal_positions(e, next(f))) then
             neighbour(2, e) = next(f)

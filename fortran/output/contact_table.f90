@@ -64,19 +64,19 @@ contains
    function closed_contacts(simulation) result(table)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       real(wp), allocatable :: table(:,:)   !< [contacts, 5]
-      integer, allocatable :: closed(:)
+      integer, allocatable :: compressed(:)
       logical :: has(number_of_families)
       integer :: i
 
       associate (contacts => simulation%contacts(simulation%now))
-         closed = pack([(i, i=1, contacts%n)], contacts%normal_force(:contacts%n) > 0.0_wp)
-         allocate (table(size(closed), 5), source=0.0_wp)
-         table(:, 1) = contacts%vertex(closed) - 1
-         table(:, 2) = contacts%edge(closed) - 1
+         compressed = pack([(i, i=1, contacts%n)], contacts%normal_force(:contacts%n) > 0.0_wp)
+         allocate (table(size(compressed), 5), source=0.0_wp)
+         table(:, 1) = contacts%vertex(compressed) - 1
+         table(:, 2) = contacts%edge(compressed) - 1
          has = families_of(simulation)
-         if (has(in_contacts_between_corners)) table(:, 3) = contacts%fraction(closed)
-         table(:, 4) = contacts%normal_force(closed)
-         table(:, 5) = contacts%shear_force(closed)
+         if (has(in_contacts_between_corners)) table(:, 3) = contacts%fraction(compressed)
+         table(:, 4) = contacts%normal_force(compressed)
+         table(:, 5) = contacts%shear_force(compressed)
       end associate
    end function closed_contacts
 

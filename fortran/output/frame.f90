@@ -83,7 +83,7 @@ contains
       real(wp), intent(in) :: columns(:,:)  !< [≤ 6, columns] values; first two: position, m
       real(wp), intent(in) :: origin(2)  !< origin of the positions, m
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: part(6*columns_per_part)
+      real(wp) :: buffer(6*columns_per_part)
       integer :: rows, first, n, i, at
 
       rows = size(columns, 1)
@@ -91,10 +91,10 @@ contains
          n = min(columns_per_part, size(columns, 2) - first + 1)
          do i = 1, n
             at = rows*(i - 1)
-            part(at + 1:at + rows) = columns(:, first + i - 1)
-            part(at + 1:at + 2) = part(at + 1:at + 2) + origin
+            buffer(at + 1:at + rows) = columns(:, first + i - 1)
+            buffer(at + 1:at + 2) = buffer(at + 1:at + 2) + origin
          end do
-         call append_numbers(journal, part, rows*n, error)
+         call append_numbers(journal, buffer, rows*n, error)
       end do
    end subroutine append_positions
 
@@ -104,14 +104,14 @@ contains
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: variable  !< position of the variable in the schema
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: part(columns_per_part)
+      real(wp) :: buffer(columns_per_part)
       integer :: first, n
 
       associate (contacts => simulation%contacts(simulation%now))
          do first = 1, contacts%n, columns_per_part
             n = min(columns_per_part, contacts%n - first + 1)
-            call copy_column(contacts, simulation%laws, variable, first, part(:n))
-            call append_numbers(journal, part, n, error)
+            call copy_column(contacts, simulation%laws, variable, first, buffer(:n))
+            call append_numbers(journal, buffer, n, error)
          end do
       end associate
    end subroutine append_column

@@ -38,7 +38,7 @@ module dda_journal
    !> Reader of a journal, up to its length in `journal_type`.
    type :: reader_type
       type(byte_file_type) :: file
-      integer(long) :: left = 0     !< remaining bytes
+      integer(long) :: bytes_left = 0     !< remaining bytes
    end type reader_type
 
 contains
@@ -72,7 +72,7 @@ contains
       type(journal_type), intent(inout) :: journal  !< journal of the run
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(file_status_type) :: entry
-      type(byte_file_type) :: old, new
+      type(byte_file_type) :: old, restored
       logical :: locked
 
       if (allocated(error)) return
@@ -86,18 +86,18 @@ contains
          end if
          call flush_stream(journal%file, .false., error)
          if (.not. allocated(error)) call open_again(old, journal%file, error)
-         if (.not. allocated(error)) call open_file(new, name, to_append, error)
+         if (.not. allocated(error)) call open_file(restored, name, to_append, error)
          if (allocated(error)) then
             error%message = name//' has been removed during the run; '//error%message
             call close_file(old, error)
             return
          end if
       end associate
-      locked = lock_file(new)
-      call copy_bytes(old, new, journal%bytes, error)
+      locked = lock_file(restored)
+      call copy_bytes(old, restored, journal%bytes, error)
       call close_file(old, error)
       call close_file(journal%file, error)
-      journal%file = new
+      journal%file = restored
    end subroutine keep_name
 
    !> Copy a number of bytes from the beginning of a file to another file.
@@ -105,15 +105,15 @@ contains
       type(byte_file_type), intent(in) :: from, to  !< open files, at their beginnings
       integer(long), intent(in) :: bytes            !< number of bytes
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      integer(int8), allocatable :: part(:)
+      integer(int8), allocatable :: buffer(:)
       integer(long) :: remaining, n
 
-      allocate (part(min(bytes_per_read, bytes)))
+      allocate (buffer(min(bytes_per_read, bytes)))
       remaining = bytes
       do while (remaining > 0 .and. .not. allocated(error))
          n = min(bytes_per_read, remaining)
-         call read_bytes(from, part(:n), error)
-         call write_bytes(to, part(:n), error)
+         call read_bytes(from, buffer(:n), error)
+         call write_bytes(to, buffer(:n), error)
          remaining = remaining - n
       end do
       call flush_stream(to, .false., error)
@@ -140,13 +140,13 @@ contains
       type(byte_file_type) :: file
       type(checksum_type) :: checksum
       integer(int8), allocatable :: bytes(:)
-      integer(long) :: remaining, on_disk
+      integer(long) :: remaining, file_length
 
       call open_again(file, journal%file, error)
       if (allocated(error)) return
       call begin_checksum(checksum)
-      on_disk = size_of_file(file)
-      remaining = min(journal%bytes, on_disk)
+      file_length = size_of_file(file)
+      remaining = min(journal%bytes, file_length)
       do while (remaining > 0 .and. .not. allocated(error))
          if (allocated(bytes)) deallocate (bytes)
          allocate (bytes(min(remaining, bytes_per_read)))
@@ -154,7 +154,7 @@ contains
          call add_bytes(checksum, bytes)
          remaining = remaining - size(bytes)
       end do
-      if (.not. allocated(error) .and. (on_disk < journal%bytes .or. checksum%value &
+      if (.not. allocated(error) .and. (file_length < journal%bytes .or. checksum%value &
          /= journal%checksum%value)) call fail(error, error_file, journal%file%name// &
          ' has changed since the checkpoint')
       call close_file(file, error)
@@ -199,7 +199,7 @@ contains
 
       call flush_stream(journal%file, .false., error)
       if (.not. allocated(error)) call open_again(reader%file, journal%file, error)
-      reader%left = journal%bytes
+      reader%bytes_left = journal%bytes
    end subroutine open_reader
 
    !> Read the kind of the next row, 0 at the end, and its number of contacts.
@@ -211,7 +211,7 @@ contains
 
       kind = 0
       contacts = 0
-      if (reader%left <= 0) return
+      if (reader%bytes_left <= 0) return
       call read_numbers(reader, head, error)
       if (allocated(error)) return
       kind = nint(head(1))
@@ -227,7 +227,7 @@ contains
 
       call c_f_pointer(c_loc(numbers), bytes, [bytes_of_number*size(numbers)])
       call read_bytes(reader%file, bytes, error)
-      reader%left = reader%left - size(bytes)
+      reader%bytes_left = reader%bytes_left - size(bytes)
    end subroutine read_numbers
 
 end module dda_journal

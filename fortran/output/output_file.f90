@@ -276,7 +276,7 @@ contains
 
       associate (points => simulation%model%points, blocks => simulation%blocks)
          do i = 1, size(points)
-            call put(dataset, 'point_place', points(i)%place + simulation%model%origin, [1, i], &
+            call put(dataset, 'point_place', points(i)%position + simulation%model%origin, [1, i], &
                [2, 1])
          end do
          call put_names(dataset, 'axis', ['x', 'y'])
@@ -346,7 +346,7 @@ contains
       integer :: c
 
       associate (channels => size(model%flow%channel), nodes => size(model%flow%pressure))
-         call put(dataset, 'flow_node_place', pack(model%flow%place + spread(model%origin, 2, &
+         call put(dataset, 'flow_node_place', pack(model%flow%position + spread(model%origin, 2, &
             nodes), .true.), [1, 1], [2, nodes])
          do c = 1, channels
             call put(dataset, 'flow_channel_node', real(model%flow%channel(c)%node - 1, wp), &
@@ -368,15 +368,16 @@ contains
          if (size(bolts) == 0) return
          call put_names(dataset, 'bolt', bolts%name)
          do i = 1, size(bolts)
-            associate (block => bolts(i)%block, place => bolts(i)%place, n => size(bolts(i)%block))
+            associate (block => bolts(i)%block, position => bolts(i)%position, n => &
+               size(bolts(i)%block))
                call put(dataset, 'bolt_block', real(block([1, n]) - 1, wp), [1, i], [2, 1])
-               call put(dataset, 'bolt_place', pack(place(:, [1, n]) + spread(origin, 2, 2), &
+               call put(dataset, 'bolt_place', pack(position(:, [1, n]) + spread(origin, 2, 2), &
                   .true.), [1, i], [4, 1])
                do k = 2, n - 1
                   at = at + 1
                   call put(dataset, 'bolt_through', [real(i - 1, wp)], [at], [1])
                   call put(dataset, 'bolt_through_block', [real(block(k) - 1, wp)], [at], [1])
-                  call put(dataset, 'bolt_through_place', place(:, k) + origin, [1, at], [2, 1])
+                  call put(dataset, 'bolt_through_place', position(:, k) + origin, [1, at], [2, 1])
                end do
             end associate
          end do
@@ -394,10 +395,10 @@ contains
          call put_names(dataset, 'boundary', motions%name)
          call put_names(dataset, 'boundary_kind', merge('free_field', 'compliant ', &
             motions%field > 0))
-         call put(dataset, 'boundary_edge', real(edges%piece%edge - 1, wp), [1], [size(edges)])
+         call put(dataset, 'boundary_edge', real(edges%part%edge - 1, wp), [1], [size(edges)])
          call put(dataset, 'boundary_edge_group', real(edges%group - 1, wp), [1], [size(edges)])
-         call put(dataset, 'boundary_edge_from', edges%piece%from, [1], [size(edges)])
-         call put(dataset, 'boundary_edge_to', edges%piece%to, [1], [size(edges)])
+         call put(dataset, 'boundary_edge_from', edges%part%from, [1], [size(edges)])
+         call put(dataset, 'boundary_edge_to', edges%part%to, [1], [size(edges)])
       end associate
    end subroutine put_boundaries
 
@@ -510,16 +511,16 @@ contains
       integer, intent(in) :: row           !< each_frame or each_contact
       integer, intent(in) :: first, rows   !< index and length in the slowest dimension
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp), allocatable :: part(:)
+      real(wp), allocatable :: buffer(:)
       integer :: i
 
       do i = 1, size(output_variables)
          associate (variable => output_variables(i))
             if (.not. is_in(variable, row, output%has(variable%family))) cycle
-            if (allocated(part)) deallocate (part)
-            allocate (part(rows*numbers_of(variable, output%lengths)))
-            call read_numbers(reader, part, error)
-            call put_row(output, variable, part, first, rows)
+            if (allocated(buffer)) deallocate (buffer)
+            allocate (buffer(rows*numbers_of(variable, output%lengths)))
+            call read_numbers(reader, buffer, error)
+            call put_row(output, variable, buffer, first, rows)
          end associate
       end do
    end subroutine copy_variables

@@ -89,15 +89,15 @@ contains
    end function is_in
 
    !> Number of values in a sample before a variable; the index after the last gives the total.
-   pure integer function offset_in_sample(simulation, variable_index) result(before)
+   pure integer function offset_in_sample(simulation, variable_index) result(offset)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: variable_index            !< index of the variable in the schema
       integer :: lengths(size(dimension_names)), i
 
       lengths = lengths_of(simulation)
-      before = 0
+      offset = 0
       do i = 1, variable_index - 1
-         if (output_variables(i)%row == each_time) before = before &
+         if (output_variables(i)%row == each_time) offset = offset &
             + numbers_of(output_variables(i), lengths)
       end do
    end function offset_in_sample

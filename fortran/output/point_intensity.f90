@@ -15,9 +15,9 @@ module dda_point_intensity
 
    !> Shaking along one axis.
    type :: shaking_type
-      real(wp) :: last = 0.0_wp         !< acceleration at the last sample, m/s²
+      real(wp) :: last_acceleration = 0.0_wp         !< acceleration at the last sample, m/s²
       real(wp) :: acceleration = 0.0_wp !< peak acceleration, m/s²
-      real(wp) :: squares = 0.0_wp      !< ∫a² dt so far, m²/s³
+      real(wp) :: squared_integral = 0.0_wp      !< ∫a² dt so far, m²/s³
       type(response_spectrum_type) :: spectrum
    end type shaking_type
 
@@ -26,8 +26,8 @@ module dda_point_intensity
       real(wp) :: time = 0.0_wp         !< time of the last sample, s
       real(wp) :: velocity(2) = 0.0_wp  !< largest absolute values, m/s
       type(oscillators_type) :: oscillators  !< of the spectra
-      type(shaking_type) :: raw(2)      !< shaking, unfiltered
-      type(shaking_type) :: low(2)      !< shaking, low-passed at the resolved frequency
+      type(shaking_type) :: unfiltered(2)      !< shaking, unfiltered
+      type(shaking_type) :: low_passed(2)      !< shaking, low-passed at the resolved frequency
       type(low_pass_type) :: filter(2)
    end type intensity_type
 
@@ -47,41 +47,45 @@ contains
       real(wp), intent(in) :: time                       !< time of the sample, s
       real(wp), intent(in) :: velocity(2)                !< m/s
       real(wp), intent(in) :: acceleration(2)            !< m/s²
-      real(wp) :: step, low
+      real(wp) :: time_step, filtered
       integer :: axis
 
-      step = time - intensity%time
+      time_step = time - intensity%time
       do axis = 1, 2
-         low = intensity%low(axis)%last
-         if (step > 0.0_wp) call pass(intensity%filter(axis), acceleration(axis), step, low)
-         call add_acceleration(intensity%oscillators, intensity%raw(axis), acceleration(axis), step)
-         call add_acceleration(intensity%oscillators, intensity%low(axis), low, step)
+         filtered = intensity%low_passed(axis)%last_acceleration
+         if (time_step > 0.0_wp) call pass(intensity%filter(axis), acceleration(axis), time_step, &
+            filtered)
+         call add_acceleration(intensity%oscillators, intensity%unfiltered(axis), &
+            acceleration(axis), time_step)
+         call add_acceleration(intensity%oscillators, intensity%low_passed(axis), filtered, &
+            time_step)
       end do
       intensity%velocity = max(intensity%velocity, abs(velocity))
       intensity%time = time
    end subroutine add_motion
 
    !> Add an acceleration to the intensity along one axis.
-   pure subroutine add_acceleration(oscillators, shaking, acceleration, step)
+   pure subroutine add_acceleration(oscillators, shaking, acceleration, time_step)
       type(oscillators_type), intent(inout) :: oscillators  !< of the spectra
       type(shaking_type), intent(inout) :: shaking  !< shaking so far
       real(wp), intent(in) :: acceleration          !< m/s²
-      real(wp), intent(in) :: step                  !< time since the last acceleration, s
+      real(wp), intent(in) :: time_step                  !< time since the last acceleration, s
 
-      associate (before => shaking%last)
-         shaking%squares = shaking%squares + 0.5_wp*step*(before**2 + acceleration**2)
+      associate (last_value => shaking%last_acceleration)
+         shaking%squared_integral = shaking%squared_integral + 0.5_wp*time_step*(last_value**2 + &
+            acceleration**2)
          if (shaking%acceleration > 0.0_wp .or. abs(acceleration) > 0.0_wp) &
-            call continue_motion(oscillators, shaking%spectrum, before, acceleration, step)
+            call continue_motion(oscillators, shaking%spectrum, last_value, acceleration, time_step)
       end associate
       shaking%acceleration = max(shaking%acceleration, abs(acceleration))
-      shaking%last = acceleration
+      shaking%last_acceleration = acceleration
    end subroutine add_acceleration
 
    !> Arias intensity π/2g ∫a² dt, m/s.
    elemental real(wp) function arias_intensity(shaking)
       type(shaking_type), intent(in) :: shaking  !< shaking along an axis
 
-      arias_intensity = 0.5_wp*pi/standard_gravity*shaking%squares
+      arias_intensity = 0.5_wp*pi/standard_gravity*shaking%squared_integral
    end function arias_intensity
 
 end module dda_point_intensity

@@ -11,7 +11,7 @@ module dda_resolved_band
    private
    public :: resolved_frequency
 
-   real(wp), parameter :: least_wave = 8.0_wp      !< resolved wavelength over the side of a block
+   real(wp), parameter :: min_wavelength_ratio = 8.0_wp  !< resolved wavelength/block side
    real(wp), parameter :: sampling_fraction = 0.25_wp !< fraction of the sampling rate
 
 contains
@@ -34,7 +34,7 @@ contains
          d = blocks%area(b)*elasticity(model%materials(model%blocks%material(b)), &
             model%control%plane_strain)
          frequency = min(frequency, sqrt(d(3, 3)/model%blocks%mass(b))/ &
-            (least_wave*smaller_side(blocks, b)))
+            (min_wavelength_ratio*smaller_side(blocks, b)))
       end do
    end function resolved_frequency
 

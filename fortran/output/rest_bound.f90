@@ -16,15 +16,16 @@ module dda_rest_bound
 contains
 
    !> .true. if the largest movement is due to rounding.
-   pure logical function is_at_rest(simulation, largest)
+   pure logical function is_at_rest(simulation, displacement)
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
-      real(wp), intent(in) :: largest                  !< displacement of a block so far, m
+      real(wp), intent(in) :: displacement                  !< displacement of a block so far, m
 
       associate (model => simulation%model, size_of => 2*half_size(simulation%model%blocks))
          if (has_excitation(model)) then
-            is_at_rest = largest <= max(rounding_ratio*size_of, motion_ratio*largest_motion(model))
+            is_at_rest = displacement <= max(rounding_ratio*size_of, &
+               motion_ratio*largest_motion(model))
          else
-            is_at_rest = largest <= rest_ratio*size_of
+            is_at_rest = displacement <= rest_ratio*size_of
          end if
       end associate
    end function is_at_rest
@@ -55,14 +56,14 @@ contains
    end function has_excitation
 
    !> Largest displacement of all motions, m.
-   pure real(wp) function largest_motion(model) result(largest)
+   pure real(wp) function largest_motion(model) result(displacement)
       type(model_type), intent(in) :: model  !< model of the run
       integer :: i
 
-      largest = 0.0_wp
+      displacement = 0.0_wp
       do i = 1, size(model%motions)
          associate (curve => model%motions(i)%curve)
-            if (allocated(curve%displacement)) largest = max(largest, &
+            if (allocated(curve%displacement)) displacement = max(displacement, &
                maxval(abs(curve%displacement)))
          end associate
       end do

@@ -14,9 +14,9 @@ module dda_run_verdict
    use dda_output_schema
    use dda_point_intensity, only: intensity_type, new_intensity, add_motion, arias_intensity
    use dda_resolved_band, only: resolved_frequency
-   use dda_response_spectrum, only: low_passed_peak, spectral_acceleration
+   use dda_response_spectrum, only: low_passed_peak, find_spectral_acceleration
    use dda_rest_bound, only: is_at_rest
-   use dda_running_maxima, only: least_movement
+   use dda_running_maxima, only: min_movement
    use dda_simulation, only: simulation_type, ending, gravity_is_sudden
    use dda_text, only: counted, to_text, short_text, valid_text
    use dda_verdict_lines, only: verdict_lines_type, add_sentence, add_value, add_figure, value_text
@@ -27,10 +27,10 @@ module dda_run_verdict
 
    real(wp), parameter :: rounding = 1.0e-9_wp   !< rounding error over the largest value
    !> least ratio of the smaller to the larger value shown
-   real(wp), parameter :: least_shown = 0.01_wp
+   real(wp), parameter :: min_shown_ratio = 0.01_wp
    character(len=1), parameter :: axes(2) = ['x', 'y']
    !> least reported unresolved fraction of Arias intensity
-   real(wp), parameter :: least_excess = 0.05_wp
+   real(wp), parameter :: min_excess = 0.05_wp
 
    !> Verdict that is being computed.
    type, extends(verdict_lines_type) :: run_verdict_type
@@ -132,22 +132,22 @@ contains
    !> Warnings of the check before the run that are still relevant after the run.
    !> Without motion, ringing and the first mode are irrelevant.  If many contacts have slipped or
    !> opened, the first mode is irrelevant.
-   pure function remaining_doubts(simulation) result(remaining)
+   pure function remaining_doubts(simulation) result(doubts)
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
-      type(doubt_type), allocatable :: remaining(:)
-      logical :: at_rest, many_open, irrelevant
+      type(doubt_type), allocatable :: doubts(:)
+      logical :: at_rest, mode_is_irrelevant, irrelevant
       integer :: i
 
       at_rest = is_without_movement(simulation)
       associate (moved => simulation%maxima%moved)
-         many_open = 2*(moved(2) + moved(3)) > moved(1)
+         mode_is_irrelevant = 2*(moved(2) + moved(3)) > moved(1)
       end associate
-      allocate (remaining(0))
+      allocate (doubts(0))
       do i = 1, size(simulation%doubts)
          associate (doubt => simulation%doubts(i))
-            irrelevant = doubt%topic == first_mode .and. (at_rest .or. many_open)
+            irrelevant = doubt%topic == first_mode .and. (at_rest .or. mode_is_irrelevant)
             irrelevant = irrelevant .or. (doubt%topic == ringing_topic .and. at_rest)
-            if (.not. (irrelevant .and. doubt%of_check)) call add_doubts(remaining, [doubt])
+            if (.not. (irrelevant .and. doubt%of_check)) call add_doubts(doubts, [doubt])
          end associate
       end do
    end function remaining_doubts
@@ -156,30 +156,30 @@ contains
    subroutine add_movement_sentence(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< words and values are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
-      character(len=:), allocatable :: base
-      integer :: movement(3)
+      character(len=:), allocatable :: reference_text
+      integer :: counts(3)
 
-      movement = simulation%maxima%moved
+      counts = simulation%maxima%moved
       if (is_without_movement(simulation)) then
          call add_sentence(verdict, 'The model is at rest')
       else
          associate (largest => simulation%maxima%largest(of_displacement))
-            base = ''
-            if (has_reference_motion(simulation%maxima%base, simulation%model)) base = ', '// &
-               base_text(simulation%maxima%base, simulation%model)
+            reference_text = ''
+            if (has_reference_motion(simulation%maxima%base, simulation%model)) reference_text = &
+               ', '//base_text(simulation%maxima%base, simulation%model)
             call add_sentence(verdict, 'Blocks moved by up to '//value_text(largest%value, 'm')// &
-               base)
+               reference_text)
          end associate
       end if
-      if (movement(1) > 0) then
-         if (all(movement(2:3) == 0)) then
+      if (counts(1) > 0) then
+         if (all(counts(2:3) == 0)) then
             call add_sentence(verdict, 'no contact has slipped or opened at the end')
          else
-            call add_sentence(verdict, to_text(movement(2))//' of '//to_text(movement(1))// &
-               ' contacts have slipped and '//to_text(movement(3))//' have opened at the end')
+            call add_sentence(verdict, to_text(counts(2))//' of '//to_text(counts(1))// &
+               ' contacts have slipped and '//to_text(counts(3))//' have opened at the end')
          end if
-         call add_value(verdict, 'contacts_slipped', real(movement(2), wp))
-         call add_value(verdict, 'contacts_opened', real(movement(3), wp))
+         call add_value(verdict, 'contacts_slipped', real(counts(2), wp))
+         call add_value(verdict, 'contacts_opened', real(counts(3), wp))
       end if
       associate (broken => simulation%counters%broken)
          if (broken > 0) then
@@ -199,7 +199,7 @@ contains
    subroutine add_crushing_sentence(verdict, simulation)
       type(run_verdict_type), intent(inout) :: verdict   !< words and values are added
       type(simulation_type), intent(in) :: simulation    !< simulation at its present time
-      integer, parameter :: most_named = 6
+      integer, parameter :: max_names_listed = 6
       logical :: has_crushed(simulation%blocks%n)
       character(len=:), allocatable :: names
       real(wp) :: largest_closure
@@ -220,11 +220,11 @@ contains
       end associate
       names = ''
       do b = 1, size(has_crushed)
-         if (has_crushed(b) .and. count(has_crushed(:b)) <= most_named) &
+         if (has_crushed(b) .and. count(has_crushed(:b)) <= max_names_listed) &
             names = names//', '//block_label(simulation, b)
       end do
-      if (count(has_crushed) > most_named) names = names//' and '// &
-         to_text(count(has_crushed) - most_named)//' more'
+      if (count(has_crushed) > max_names_listed) names = names//' and '// &
+         to_text(count(has_crushed) - max_names_listed)//' more'
       call add_value(verdict, 'crushed_m', largest_closure)
       call add_sentence(verdict, 'joints have crushed by up to '// &
          value_text(largest_closure, 'm')//' at '//names(3:))
@@ -260,7 +260,7 @@ contains
          end if
          call add_distance_from_input(verdict, simulation)
          do i = 1, size(along)
-            if (largest(along(i))%value > least_movement(simulation)) call add_maximum(verdict, &
+            if (largest(along(i))%value > min_movement(simulation)) call add_maximum(verdict, &
                simulation, along(i), .true.)
          end do
          do i = 1, size(loaded)
@@ -292,8 +292,9 @@ contains
       if (.not. energies(2) > 0.0_wp) return
       error = sqrt(energies(1)/energies(2))
       call add_value(verdict, key, error)
-      call add_figure(verdict, 'error of stresses', [character(len=len(key)) :: '', key], &
-         [0.0_wp, error], '1', 'of bodies, in the energy norm, from jumps at faces')
+      call add_figure(verdict, 'stress error', [character(len=len(key)) :: '', key], &
+         [0.0_wp, error], '1', 'of bodies, relative, in the energy norm, from stress jumps at '// &
+         'faces')
    end subroutine add_bodies
 
    !> Add maximum k to the table.
@@ -374,22 +375,23 @@ contains
       integer, intent(in) :: i                           !< number of the point
       logical, intent(in) :: with_table                  !< add table lines
       character(len=:), allocatable :: name
-      real(wp) :: sa(2), period(2), low(2), above
+      real(wp) :: sa(2), period(2), arias(2), unresolved_fraction
 
       associate (intensity => verdict%intensity(i))
-         if (.not. maxval(intensity%raw%acceleration) > 0.0_wp) return
+         if (.not. maxval(intensity%unfiltered%acceleration) > 0.0_wp) return
          name = point_label(simulation%model%points(i)%name, i)
          call add_unfiltered(verdict, intensity, name)
          call add_value(verdict, 'resolved_frequency_hz['//name//']', verdict%frequency)
-         call spectral_acceleration(intensity%oscillators, intensity%low%spectrum, &
-            intensity%low%last, sa, period)
-         low = arias_intensity(intensity%low)
-         above = 1.0_wp - maxval(low)/arias_intensity(intensity%raw(maxloc(low, 1)))
-         call add_point('PGA', 'pga_resolved_m_s2', intensity%low%acceleration, 'm/s^2', '')
+         call find_spectral_acceleration(intensity%oscillators, intensity%low_passed%spectrum, &
+            intensity%low_passed%last_acceleration, sa, period)
+         arias = arias_intensity(intensity%low_passed)
+         unresolved_fraction = 1.0_wp - &
+            maxval(arias)/arias_intensity(intensity%unfiltered(maxloc(arias, 1)))
+         call add_point('PGA', 'pga_resolved_m_s2', intensity%low_passed%acceleration, 'm/s^2', '')
          call add_point('PGV', 'pgv_m_s', intensity%velocity, 'm/s', '')
-         call add_point('Arias intensity', 'arias_resolved_m_s', low, 'm/s', &
-            high_frequency_text(above))
-         call add_point('largest Sa, 5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
+         call add_point('Arias intensity', 'arias_resolved_m_s', arias, 'm/s', &
+            high_frequency_text(unresolved_fraction))
+         call add_point('largest Sa, ζ = 5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
             '; at '//short_text(0.01_wp*nint(100.0_wp*period(maxloc(sa, 1))))//' s')
       end associate
 
@@ -410,7 +412,7 @@ contains
          call add_value(verdict, key//'_y['//name//']', values(2))
          if (.not. with_table) return
          location = name//', '//axes(axis)
-         if (values(3 - axis) > least_shown*values(axis)) &
+         if (values(3 - axis) > min_shown_ratio*values(axis)) &
             location = location//' ('//axes(3 - axis)//' '//value_text(values(3 - axis), units)//')'
          if (index(key, 'resolved') > 0) location = location//', below '// &
             short_text(verdict%frequency) //' Hz'
@@ -426,8 +428,9 @@ contains
       character(len=*), intent(in) :: name              !< name of the point
       real(wp) :: sa(2), period(2)
 
-      associate (raw => intensity%raw)
-         call spectral_acceleration(intensity%oscillators, raw%spectrum, raw%last, sa, period)
+      associate (raw => intensity%unfiltered)
+         call find_spectral_acceleration(intensity%oscillators, raw%spectrum, &
+            raw%last_acceleration, sa, period)
          call add_value(verdict, 'pga_m_s2['//name//']', maxval(raw%acceleration))
          call add_value(verdict, 'pga_below_50_hz_m_s2['//name//']', &
             maxval(low_passed_peak(raw%spectrum)))
@@ -448,15 +451,15 @@ contains
 
       do i = 1, size(verdict%joints, 1)
          name = point_label(simulation%model%measured_joints(i)%name, i)
-         associate (last => verdict%joints(i, :), most => verdict%largest_joints(i, :), &
+         associate (last => verdict%joints(i, :), largest => verdict%largest_joints(i, :), &
             variables => output_variables(out_joint_slip:out_joint_slip + size(threshold) - 1))
-            threshold = merge(least_movement(simulation), rounding*maxval(most, &
+            threshold = merge(min_movement(simulation), rounding*maxval(largest, &
                variables%units /= 'm'), variables%units == 'm')
             do k = 1, size(last)
-               call judge_joint(verdict, variables(k), name, [most(k), last(k)], threshold(k))
+               call judge_joint(verdict, variables(k), name, [largest(k), last(k)], threshold(k))
             end do
             if (ieee_is_nan(last(1))) call add_sentence(verdict, &
-               'no contact is left at the joint '//name)
+               'joint '//name//' has no contact at the end of the run')
          end associate
       end do
    end subroutine judge_joints
@@ -492,8 +495,8 @@ contains
       character(len=:), allocatable :: text
 
       text = ''
-      if (fraction > least_excess) text = '; '//to_text(nint(100*fraction))// &
-         ' % more at higher frequencies, due to ringing or impacts'
+      if (fraction > min_excess) text = '; '//to_text(nint(100*fraction))// &
+         ' % more with higher frequencies, due to ringing or impacts'
    end function high_frequency_text
 
    !> Name of a measured point or joint for an attribute, or its number if it has no name.

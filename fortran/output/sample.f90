@@ -3,7 +3,7 @@
 !> water in joints, and boundaries.
 module dda_sample
    use dda_kinds, only: wp
-   use dda_elements, only: bolt_states, channel_columns, flow_states, node_columns
+   use dda_elements, only: bolt_states, channel_columns, get_flow_states, node_columns
    use dda_energy, only: energy_values
    use dda_joint_motion, only: measure_joint
    use dda_maxima, only: stored_value
@@ -18,10 +18,10 @@ module dda_sample
    private
    public :: collect_sample
 
-   integer, parameter :: energies = columns_of(in_run)  !< number of values before the energies
-   integer, parameter :: maxima = energies + size(energy_terms)  !< values before the maxima
-   integer, parameter :: base = maxima + number_of_maxima        !< values before the base motion
-   integer, parameter :: head = base + 2                         !< values before the points
+   integer, parameter :: before_energies = columns_of(in_run)  !< values before the energies
+   integer, parameter :: before_maxima = before_energies + size(energy_terms)
+   integer, parameter :: before_base = before_maxima + number_of_maxima  !< … the base motion
+   integer, parameter :: before_points = before_base + 2                 !< … the points
 
 contains
 
@@ -30,25 +30,25 @@ contains
       type(simulation_type), intent(in) :: simulation  !< simulation at its present time
       integer, intent(in) :: iterations  !< most iterations of a step since the last sample
       real(wp), intent(out) :: sample(:)  !< [`size_of_sample`] values
-      real(wp) :: motion(2, 3), through(2, size(simulation%model%boundary_motions), &
+      real(wp) :: motion(2, 3), boundary_motions(2, size(simulation%model%boundary_motions), &
          columns_of(in_boundary_motions)), joint(columns_of(in_measured_joints))
       integer :: i, kind, at
 
-      sample(:energies) = [simulation%time, simulation%last_time_step, real(iterations, wp), &
-         real(simulation%stage, wp)]
-      sample(energies + 1:maxima) = energy_values(simulation%energy)
-      sample(maxima + 1:base) = stored_value(simulation%maxima%largest)
-      sample(base + 1:head) = simulation%maxima%base%displacement
+      sample(:before_energies) = [simulation%time, simulation%last_time_step, real(iterations, &
+         wp), real(simulation%stage, wp)]
+      sample(before_energies + 1:before_maxima) = energy_values(simulation%energy)
+      sample(before_maxima + 1:before_base) = stored_value(simulation%maxima%largest)
+      sample(before_base + 1:before_points) = simulation%maxima%base%displacement
       associate (points => simulation%model%points)
          do i = 1, size(points)
             call measure_point(simulation%blocks, points(i), motion(:, 1), motion(:, 2), &
                motion(:, 3))
             do kind = 1, 3
-               at = head + 2*((kind - 1)*size(points) + i - 1)
+               at = before_points + 2*((kind - 1)*size(points) + i - 1)
                sample(at + 1:at + 2) = motion(:, kind)
             end do
          end do
-         at = head + 6*size(points)
+         at = before_points + 6*size(points)
       end associate
       associate (joints => simulation%model%measured_joints)
          do i = 1, size(joints)
@@ -64,9 +64,9 @@ contains
          at = at + columns*bolts
       end associate
       if (allocated(simulation%model%flow)) call collect_flow(simulation, sample, at)
-      if (size(through) == 0) return
-      call collect_boundary_motions(simulation, through)
-      sample(at + 1:) = pack(through, .true.)
+      if (size(boundary_motions) == 0) return
+      call collect_boundary_motions(simulation, boundary_motions)
+      sample(at + 1:) = pack(boundary_motions, .true.)
    end subroutine collect_sample
 
    !> Collect the values of water in joints.
@@ -77,7 +77,7 @@ contains
       real(wp) :: nodes(node_columns, size(simulation%model%flow%pressure)), &
          channels(channel_columns, size(simulation%model%flow%channel))
 
-      call flow_states(simulation%elements, nodes, channels)
+      call get_flow_states(simulation%elements, nodes, channels)
       sample(at + 1:at + size(nodes)) = pack(transpose(nodes), .true.)
       at = at + size(nodes)
       sample(at + 1:at + size(channels)) = pack(transpose(channels), .true.)

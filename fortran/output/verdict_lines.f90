@@ -33,8 +33,8 @@ module dda_verdict_lines
    type :: figure_type
       character(len=:), allocatable :: name        !< displayed name
       type(key_type) :: key(2)  !< names of the largest and the final number, or blank
-      character(len=:), allocatable :: shown       !< displayed unit
-      character(len=:), allocatable :: place       !< position and time of the largest value
+      character(len=:), allocatable :: unit        !< displayed unit
+      character(len=:), allocatable :: location    !< position and time of the largest value
       real(wp) :: value(2) = 0.0_wp                !< values in the displayed unit
    end type figure_type
 
@@ -49,7 +49,7 @@ module dda_verdict_lines
    !> Displayed unit, used for values of at least `from`.
    type :: unit_type
       character(len=6) :: units
-      character(len=6) :: shown
+      character(len=6) :: displayed
       real(wp) :: from, scale
    end type unit_type
 
@@ -83,23 +83,23 @@ contains
    end subroutine add_value
 
    !> Add a line to the table.
-   pure subroutine add_figure(lines, name, keys, value, units, place)
+   pure subroutine add_figure(lines, name, keys, value, units, location)
       class(verdict_lines_type), intent(inout) :: lines  !< verdict that is being computed
       character(len=*), intent(in) :: name               !< displayed name
       character(len=*), intent(in) :: keys(2)            !< names of the numbers, see `figure_type`
       real(wp), intent(in) :: value(2)                   !< value; ignored for a blank key
       character(len=*), intent(in) :: units              !< unit of the values
-      character(len=*), intent(in) :: place              !< position and time of the largest value
+      character(len=*), intent(in) :: location           !< position and time of the largest value
       character(len=:), allocatable :: displayed
       real(wp) :: scale
 
-      call displayed_unit(units, maxval(abs(value), keys /= ''), displayed, scale)
+      call find_displayed_unit(units, maxval(abs(value), keys /= ''), displayed, scale)
       lines%figures = [lines%figures, figure_type(name, [key_type(trim(keys(1))), &
-         key_type(trim(keys(2)))], displayed, place, scale*value)]
+         key_type(trim(keys(2)))], displayed, location, scale*value)]
    end subroutine add_figure
 
    !> Find the displayed unit of a value, and its factor; a zero is displayed in the given unit.
-   pure subroutine displayed_unit(units, value, displayed, scale)
+   pure subroutine find_displayed_unit(units, value, displayed, scale)
       character(len=*), intent(in) :: units  !< units as in the list of maxima
       real(wp), intent(in) :: value          !< not negative
       character(len=:), allocatable, intent(out) :: displayed  !< displayed unit
@@ -111,11 +111,11 @@ contains
       do i = 1, size(displayed_units)
          if (displayed_units(i)%units /= units .or. value < displayed_units(i)%from) cycle
          if (.not. value > 0.0_wp .and. any(units == ['m  ', 'N/m'])) return
-         displayed = trim(displayed_units(i)%shown)
+         displayed = trim(displayed_units(i)%displayed)
          scale = displayed_units(i)%scale
          return
       end do
-   end subroutine displayed_unit
+   end subroutine find_displayed_unit
 
    !> Value and unit as displayed.
    pure function value_text(value, units) result(text)
@@ -124,7 +124,7 @@ contains
       character(len=:), allocatable :: text, displayed
       real(wp) :: scale
 
-      call displayed_unit(units, abs(value), displayed, scale)
+      call find_displayed_unit(units, abs(value), displayed, scale)
       text = short_text(scale*value)//' '//displayed
    end function value_text
 
@@ -141,7 +141,7 @@ contains
          associate (figure => lines%figures(i))
             if (i > 1) text = text//new_line('a')
             text = text//figure%name//tab//figure%key(1)%name//tab//figure%key(2)%name//tab// &
-               figure%shown//tab//figure%place
+               figure%unit//tab//figure%location
          end associate
       end do
    end function figure_lines
@@ -204,9 +204,9 @@ contains
       text = figure%name
       do k = 1, 2
          text = padded(text, columns(k))
-         if (figure%key(k)%name /= '') text = text//short_text(value(k))//' '//figure%shown
+         if (figure%key(k)%name /= '') text = text//short_text(value(k))//' '//figure%unit
       end do
-      text = padded(text, columns(3))//wrapped(figure%place, columns(3), screen_width)
+      text = padded(text, columns(3))//wrapped(figure%location, columns(3), screen_width)
    end function figure_text
 
 end module dda_verdict_lines

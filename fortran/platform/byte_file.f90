@@ -158,7 +158,7 @@ contains
             return
          end if
          file%stream = c_fopen(name//c_null_char, mode//c_null_char)
-         if (.not. c_associated(file%stream)) call system_failure(file, 'cannot be read', error)
+         if (.not. c_associated(file%stream)) call fail_system(file, 'cannot be read', error)
          call add_buffer(file)
          return
       end if
@@ -180,7 +180,7 @@ contains
          if (c_associated(file%stream)) entry = status_of(name)  ! else errno contains the reason
       end if
       if (.not. c_associated(file%stream)) then
-         call system_failure(file, 'cannot be written', error)
+         call fail_system(file, 'cannot be written', error)
       else if (.not. is_same(entry, status_of_descriptor(c_fileno(file%stream)))) then
          call fail(error, error_file, name//' cannot be written: it was replaced during the run')
          call close_file(file, error)
@@ -232,7 +232,7 @@ contains
       if (c_associated(file%stream)) then
          unused = size_of_file(file)
       else
-         call system_failure(file, 'cannot be read', error)
+         call fail_system(file, 'cannot be read', error)
       end if
    end subroutine open_again
 
@@ -270,7 +270,7 @@ contains
       length = size(bytes, kind=c_size_t)
       if (allocated(error) .or. length == 0) return
       if (c_fwrite(c_loc(bytes), 1_c_size_t, length, file%stream) /= length) &
-         call system_failure(file, 'cannot be written', error)
+         call fail_system(file, 'cannot be written', error)
    end subroutine write_bytes
 
    !> Fill `bytes` from the file; it is an error if the file is too short.
@@ -295,7 +295,7 @@ contains
       call flush_stream(file, .false., error)
       if (allocated(error)) return
       if (c_ftruncate(c_fileno(file%stream), int(bytes, c_long)) /= 0) &
-         call system_failure(file, 'cannot be cut', error)
+         call fail_system(file, 'cannot be cut', error)
    end subroutine cut_file
 
    !> Flush the buffer to the system or to the disk; an error also if an earlier write failed.
@@ -307,11 +307,11 @@ contains
 
       if (allocated(error)) return
       if (c_fflush(file%stream) /= 0) then
-         call system_failure(file, 'cannot be written', error)
+         call fail_system(file, 'cannot be written', error)
       else if (c_ferror(file%stream) /= 0) then
          call fail(error, error_file, file%name//' is incomplete')
       else if (to_disk) then
-         if (c_fsync(c_fileno(file%stream)) /= 0) call system_failure(file, &
+         if (c_fsync(c_fileno(file%stream)) /= 0) call fail_system(file, &
             'cannot be flushed to the disk', error)
       end if
    end subroutine flush_stream
@@ -326,7 +326,7 @@ contains
       status = c_fclose(file%stream)
       file%stream = c_null_ptr
       if (associated(file%buffer)) deallocate (file%buffer)
-      if (status /= 0 .and. .not. allocated(error)) call system_failure(file, 'cannot be written', &
+      if (status /= 0 .and. .not. allocated(error)) call fail_system(file, 'cannot be written', &
          error)
    end subroutine close_file
 
@@ -358,7 +358,7 @@ contains
    end subroutine flush_file
 
    !> Return the error of a failed call, with the reason given by the system.
-   subroutine system_failure(file, failure, error)
+   subroutine fail_system(file, failure, error)
       type(byte_file_type), intent(in) :: file  !< open
       character(len=*), intent(in) :: failure  !< the failed action: 'cannot be read', …
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
@@ -366,7 +366,7 @@ contains
 
       call c_f_pointer(c_errno(), number)
       call fail(error, error_file, file%name//' '//failure//': '//system_message(number))
-   end subroutine system_failure
+   end subroutine fail_system
 
    !> Text of an error number.
    function system_message(number) result(text)

@@ -36,7 +36,7 @@ module dda_file_system
       integer(c_int64_t) :: inode, size, blocks, attributes_mask
       integer(c_int8_t) :: times(64)
       integer(c_int32_t) :: special_device(2), device(2)
-      integer(c_int64_t) :: rest(14)
+      integer(c_int64_t) :: reserved(14)
    end type statx_type
 
    interface

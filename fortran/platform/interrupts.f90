@@ -19,7 +19,7 @@ module dda_interrupts
       file_size = 25_c_int
    integer(c_intptr_t), parameter :: ignored = 1_c_intptr_t   !< SIG_IGN
    real(wp), parameter :: patience = 0.3_wp  !< processor time after which a step is abandoned, s
-   real(wp), parameter :: between = 0.05_wp  !< time between two calls of the host, s
+   real(wp), parameter :: call_interval = 0.05_wp  !< time between two calls of the host, s
 
    !> Messages to the working thread.
    type :: request_type
@@ -109,7 +109,7 @@ contains
       integer(long) :: time, rate
 
       call system_clock(time, rate)
-      if (.not. request%host .and. abs(time - request%last_poll) < between*rate) return
+      if (.not. request%host .and. abs(time - request%last_poll) < call_interval*rate) return
       request%last_poll = time
       request%host = host() /= 0
    end subroutine poll_host

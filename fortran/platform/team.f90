@@ -15,7 +15,7 @@ module dda_team
    private
    public :: begin_team, adjust_team, largest_team, team_text
 
-   real(wp), parameter :: between = 0.3_wp  !< time between checks, many time slices, s
+   real(wp), parameter :: check_interval = 0.3_wp  !< time between checks, many time slices, s
    real(wp), parameter :: tolerated_loss = 0.25_wp  !< mean number of processors that may be lost
    real(wp), parameter :: first_pause = 5.0_wp    !< time until all threads are tried again, s
    real(wp), parameter :: longest_pause = 64.0_wp !< limit of the pause, s; failures double it
@@ -23,7 +23,7 @@ module dda_team
 
    !> Threads of this process.
    type :: team_type
-      integer :: full = 1                   !< threads that the user allows
+      integer :: allowed_threads = 1                   !< threads that the user allows
       integer :: n_threads = 1
       integer(long) :: last_check = 0           !< clock count of the last check
       real(wp) :: last_waiting = -1.0_wp  !< total waiting time at the last check, s; < 0: unknown
@@ -42,15 +42,15 @@ contains
 
       threads = 1
       !$ threads = omp_get_max_threads()
-      if (threads == team%n_threads) threads = team%full  ! an earlier run reduced the team
+      if (threads == team%n_threads) threads = team%allowed_threads  ! reduced by an earlier run
       team = team_type()
-      team%full = threads
+      team%allowed_threads = threads
       call set_size(threads)
    end subroutine begin_team
 
    !> Largest number of threads that the team may have.
    integer function largest_team() result(threads)
-      threads = team%full
+      threads = team%allowed_threads
       !$ threads = max(threads, omp_get_max_threads())
    end function largest_team
 
@@ -59,10 +59,10 @@ contains
       integer(long) :: time, rate
       real(wp) :: seconds, former_waiting
 
-      if (team%full == 1) return
+      if (team%allowed_threads == 1) return
       call system_clock(time, rate)
       seconds = real(time - team%last_check, wp)/real(rate, wp)
-      if (seconds < between) return
+      if (seconds < check_interval) return
       former_waiting = team%last_waiting
       team%last_check = time
       team%last_waiting = waiting_time()
@@ -75,18 +75,18 @@ contains
       real(wp), intent(in) :: waiting     !< mean number of processors for which the team waited
       real(wp), intent(in) :: seconds  !< time since the last check, s
 
-      if (team%n_threads < team%full) then
+      if (team%n_threads < team%allowed_threads) then
          team%reduced_for = team%reduced_for + seconds
          team%reduced_in_total = team%reduced_in_total + seconds
       end if
       if (waiting > tolerated_loss .and. team%n_threads > 1) then
-         if (team%n_threads == team%full .and. team%reduced_in_total > 0.0_wp) &
+         if (team%n_threads == team%allowed_threads .and. team%reduced_in_total > 0.0_wp) &
             team%pause = min(2*team%pause, longest_pause)
          call set_size(max(1, min(team%n_threads - 1, &
             int(team%n_threads - waiting + tolerated_loss))))
-      else if (team%n_threads < team%full .and. team%reduced_for > team%pause) then
-         call set_size(team%full)
-      else if (team%n_threads == team%full) then
+      else if (team%n_threads < team%allowed_threads .and. team%reduced_for > team%pause) then
+         call set_size(team%allowed_threads)
+      else if (team%n_threads == team%allowed_threads) then
          team%pause = first_pause
       end if
    end subroutine resize_team
@@ -134,7 +134,7 @@ contains
       text = ''
       if (team%reduced_in_total <= 0.0_wp) return
       text = 'other programs used the processors: '//short_text(team%reduced_in_total)// &
-         ' s with fewer than '//to_text(team%full)//' threads'
+         ' s with fewer than '//to_text(team%allowed_threads)//' threads'
    end function team_text
 
 end module dda_team

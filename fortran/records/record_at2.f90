@@ -8,15 +8,15 @@ module dda_record_at2
    use dda_kinds, only: wp, long
    use dda_text, only: lower_case, quoted
    use dda_text_lines, only: line_reader_type, fail_at
-   use dda_text_numbers, only: next_number, number_found
+   use dda_text_numbers, only: read_next_number, number_found
    use dda_record_type, only: record_type, quantity_in, unit_type, find_unit
    use dda_record_samples, only: read_trace, read_line, check_count, check_time_step, &
-      first_number
+      read_first_number
    implicit none
    private
    public :: read_at2
 
-   integer, parameter :: most_header_lines = 10
+   integer, parameter :: max_header_lines = 10
 
 contains
 
@@ -28,12 +28,12 @@ contains
       integer(long) :: samples
       integer :: line
 
-      do line = 1, most_header_lines
+      do line = 1, max_header_lines
          call read_line(reader, text, 'a header line with NPTS')
          call read_title(text, line, record)
          if (index(lower_case(text), 'npts') > 0) exit
       end do
-      if (line > most_header_lines) call fail_at(reader, &
+      if (line > max_header_lines) call fail_at(reader, &
          'the first lines do not state NPTS, as a PEER header does')
       call read_counts(reader, lower_case(text), samples, record%time_step)
       call read_trace(reader, samples, 'samples', record%values)
@@ -74,8 +74,8 @@ contains
          call read_named(reader, text, 'dt', time_step)
       else
          position = 1
-         call next_number(text, position, count, first, commas=.true.)
-         call next_number(text, position, time_step, second, commas=.true.)
+         call read_next_number(text, position, count, first, commas=.true.)
+         call read_next_number(text, position, time_step, second, commas=.true.)
          if (first /= number_found .or. second /= number_found) call fail_at(reader, &
             quoted(text)//' does not begin with the number of samples and the time step')
       end if
@@ -95,7 +95,7 @@ contains
       remainder = adjustl(text(at + len(name):))
       if (at == 0 .or. index(remainder, '=') /= 1) &
          call fail_at(reader, quoted(text)//" does not state '"//name//"= number'")
-      call first_number(reader, remainder(2:), name, value)
+      call read_first_number(reader, remainder(2:), name, value)
    end subroutine read_named
 
 end module dda_record_at2

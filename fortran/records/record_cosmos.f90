@@ -10,10 +10,10 @@
 module dda_record_cosmos
    use dda_kinds, only: wp, long
    use dda_text, only: lower_case, quoted, to_text
-   use dda_text_lines, only: line_reader_type, next_line, fail_at
+   use dda_text_lines, only: line_reader_type, read_next_line, fail_at
    use dda_text_numbers, only: whole_number
    use dda_record_type, only: record_type, quantity_in, unit_type, find_unit
-   use dda_record_samples, only: sample_list_type, read_values, skip_comments, first_number, &
+   use dda_record_samples, only: sample_list_type, read_values, skip_comments, read_first_number, &
       check_count, check_duration, check_time_step
    implicit none
    private
@@ -23,7 +23,7 @@ module dda_record_cosmos
    character(len=*), parameter :: csmip_section = 'data equally spaced at'
    integer, parameter :: step_at = 62, duration_at = 63      ! positions among the reals
    integer, parameter :: station_line = 5                    ! of the text header
-   integer(long), parameter :: most_header_numbers = 10000
+   integer(long), parameter :: max_header_numbers = 10000
 
    !> State of the reader between sections.
    type :: state_type
@@ -54,7 +54,7 @@ contains
       state%title = ''
       state%station = ''
       do
-         call next_line(reader, text, has_line)
+         call read_next_line(reader, text, has_line)
          if (.not. has_line) exit
          call read_part(reader, text, lower_case(text), record, state)
       end do
@@ -118,7 +118,7 @@ contains
       integer :: at
 
       quantity = quantity_in(lowered)
-      call first_number(reader, lowered, 'number of samples', count)
+      call read_first_number(reader, lowered, 'number of samples', count)
       state%in_samples = .true.
       if (record%quantity == '') record%quantity = quantity
       if (quantity == '' .or. quantity /= record%quantity) return
@@ -128,7 +128,8 @@ contains
       record%unit = unit_word(text_after(lowered, 'units='))
       at = index(lowered, before_step)
       if (at > 0) then
-         call first_number(reader, lowered(at + len(before_step):), 'time step', record%time_step)
+         call read_first_number(reader, lowered(at + len(before_step):), 'time step', &
+            record%time_step)
          record%unit = unit_word(text_after(lowered, ' in '))
          ! CSMIP: `SEC.  (UNITS: CM/SEC/SEC)`.
          if (record%unit == '') record%unit = unit_word(text_after(lowered, 'units:'))
@@ -214,9 +215,9 @@ contains
       integer(long), intent(out) :: count  !< count stated in the line
       real(wp) :: value
 
-      call first_number(reader, lowered, 'number of '//items, value)
+      call read_first_number(reader, lowered, 'number of '//items, value)
       count = whole_number(value)
-      if (count < 0 .or. count > most_header_numbers) call fail_at(reader, &
+      if (count < 0 .or. count > max_header_numbers) call fail_at(reader, &
          to_text(value)//' '//items//' are declared, an impossible number')
    end subroutine read_announced_count
 

@@ -7,10 +7,10 @@
 module dda_record_esm
    use dda_kinds, only: wp, long
    use dda_text, only: quoted
-   use dda_text_lines, only: line_reader_type, next_line, repeat_line, fail_at
+   use dda_text_lines, only: line_reader_type, read_next_line, repeat_line, fail_at
    use dda_record_type, only: record_type, unit_type, find_unit
    use dda_record_samples, only: read_trace, check_count, check_time_step, check_duration, &
-      first_number, read_quantity
+      read_first_number, read_quantity
    implicit none
    private
    public :: read_esm
@@ -29,7 +29,7 @@ contains
       count = -1.0_wp
       duration = -1.0_wp
       do
-         call next_line(reader, text, has_line)
+         call read_next_line(reader, text, has_line)
          if (.not. has_line .or. index(text, ':') == 0) exit
          call read_item(reader, text, record, count, duration)
       end do
@@ -63,11 +63,11 @@ contains
       case ('STATION_NAME')
          record%station = record%station//' '//value
       case ('SAMPLING_INTERVAL_S')
-         call first_number(reader, value, key, record%time_step)
+         call read_first_number(reader, value, key, record%time_step)
       case ('NDATA')
-         call first_number(reader, value, key, count)
+         call read_first_number(reader, value, key, count)
       case ('DURATION_S')
-         if (value /= '') call first_number(reader, value, key, duration)
+         if (value /= '') call read_first_number(reader, value, key, duration)
       case ('UNITS')
          unit = find_unit(value)
          if (unit%scale > 0.0_wp) record%unit = value

@@ -3,8 +3,8 @@
 module dda_record_format
    use dda_kinds, only: wp
    use dda_text, only: lower_case
-   use dda_text_lines, only: line_reader_type, next_line, rewind_lines, fail_at
-   use dda_text_numbers, only: next_number, number_found, number_none
+   use dda_text_lines, only: line_reader_type, read_next_line, rewind_lines, fail_at
+   use dda_text_numbers, only: read_next_number, number_found, number_none
    use dda_record_cosmos, only: csmip_section
    use dda_record_text, only: heading_columns, without_comment
    implicit none
@@ -32,7 +32,7 @@ contains
       heading = 0
       open = .true.
       do while (reader%line < lines_to_look_at .and. format == '')
-         call next_line(reader, text, has_line)
+         call read_next_line(reader, text, has_line)
          if (.not. has_line) exit
          if (reader%line == 1) first = text
          format = identified_by(text, lower_case(text), first, reader%line)
@@ -41,7 +41,7 @@ contains
       end do
       call rewind_lines(reader)
       if (format /= '') return
-      call next_line(reader, text, has_line)
+      call read_next_line(reader, text, has_line)
       call fail_at(reader, 'the format is not recognised; name one of '// &
          names)
    end subroutine detect_format
@@ -90,7 +90,7 @@ contains
       position = 1
       numbers = 0
       do
-         call next_number(text, position, value, state, commas=.true.)
+         call read_next_number(text, position, value, state, commas=.true.)
          if (state /= number_found) exit
          numbers = numbers + 1
       end do

@@ -11,7 +11,7 @@ module dda_record_knet
    use dda_text_lines, only: line_reader_type, fail_at
    use dda_record_type, only: record_type, acceleration
    use dda_record_samples, only: read_trace, read_line, check_count, check_time_step, &
-      first_number
+      read_first_number
    implicit none
    private
    public :: read_knet
@@ -65,9 +65,9 @@ contains
          else if (index(text, 'Station Code') == 1) then
             record%station = value
          else if (index(text, 'Sampling Freq') == 1) then
-            call first_number(reader, value, 'sampling frequency', frequency)
+            call read_first_number(reader, value, 'sampling frequency', frequency)
          else if (index(text, 'Duration Time') == 1) then
-            call first_number(reader, value, 'duration', duration)
+            call read_first_number(reader, value, 'duration', duration)
          else if (index(text, 'Scale Factor') == 1) then
             call read_factor(reader, value, factor)
          else if (index(text, 'Dir.') == 1) then
@@ -87,8 +87,8 @@ contains
       slash = index(text, '/')
       if (index(text, '(gal)/') == 0) call fail_at(reader, 'the scale factor '//quoted(text)// &
          " does not have the form 'number(gal)/number'")
-      call first_number(reader, text(:slash - 1), 'scale factor', full_scale)
-      call first_number(reader, text(slash + 1:), 'scale factor', counts)
+      call read_first_number(reader, text(:slash - 1), 'scale factor', full_scale)
+      call read_first_number(reader, text(slash + 1:), 'scale factor', counts)
       if (full_scale <= 0.0_wp .or. full_scale > largest .or. counts < 1.0_wp &
          .or. counts > largest) call fail_at(reader, 'the scale factor '//quoted(text)// &
          ' is not a positive number of gal per count')

@@ -6,16 +6,17 @@ module dda_record_samples
    use dda_growth, only: grow
    use dda_kinds, only: wp, long
    use dda_text, only: lower_case, to_text, quoted
-   use dda_text_lines, only: line_reader_type, next_line, fail_at
-   use dda_text_numbers, only: next_number, word_at, whole_number, &
+   use dda_text_lines, only: line_reader_type, read_next_line, fail_at
+   use dda_text_numbers, only: read_next_number, word_at, whole_number, &
       number_found, number_none, number_large
    use dda_record_type, only: quantity_in
    implicit none
    private
    public :: sample_list_type, append, read_values, read_row, read_trace, read_line, skip_comments
-   public :: first_number, read_quantity, check_count, check_duration, check_time_step, most_samples
+   public :: read_first_number, read_quantity, check_count, check_duration, check_time_step, &
+      max_samples
 
-   integer(long), parameter :: most_samples = 10000000_long   !< 14 hours at 200 samples/s
+   integer(long), parameter :: max_samples = 10000000_long   !< 14 hours at 200 samples/s
    real(wp), parameter :: shortest_step = 1.0e-6_wp, longest_step = 100.0_wp   ! s
 
    !> A growing list of samples.
@@ -44,7 +45,7 @@ contains
       character(len=*), intent(in) :: item
       logical :: has_line
 
-      call next_line(reader, text, has_line)
+      call read_next_line(reader, text, has_line)
       if (.not. has_line) call fail_at(reader, 'the file ends here, before '//item)
    end subroutine read_line
 
@@ -76,7 +77,7 @@ contains
 
       excess_message = 'more than the '//to_text(declared)//' '//items//' that the header declares'
       do while (list%count < declared)
-         call next_line(reader, text, has_line)
+         call read_next_line(reader, text, has_line)
          if (.not. has_line) call fail_at(reader, 'the file ends after '//to_text(list%count)// &
             ' of the '//to_text(declared)//' '//items//' that its header declares')
          call read_row(reader, text, .false., declared, excess_message, list)
@@ -96,7 +97,7 @@ contains
 
       call read_values(reader, declared, items, list)
       do
-         call next_line(reader, text, has_line)
+         call read_next_line(reader, text, has_line)
          if (.not. has_line) exit
          if (len(word_at(text, 1)) > 0) call fail_at(reader, quoted(text)//' follows the '// &
             to_text(declared)//' samples that the header declares')
@@ -117,7 +118,7 @@ contains
 
       position = 1
       do
-         call next_number(text, position, value, state, joined=.not. commas, commas=commas)
+         call read_next_number(text, position, value, state, joined=.not. commas, commas=commas)
          if (state == number_none) return
          if (state == number_large) then
             call fail_at(reader, quoted(word_at(text, position))//' is too large a number')
@@ -146,7 +147,7 @@ contains
    end subroutine read_quantity
 
    !> Read the number at the start of a header text; a unit directly after it is ignored.
-   pure subroutine first_number(reader, text, name, value)
+   pure subroutine read_first_number(reader, text, name, value)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file; receives errors
       character(len=*), intent(in) :: text                 !< '100Hz', ' .005 SEC,', …
       character(len=*), intent(in) :: name                 !< name of the number, for the message
@@ -162,13 +163,13 @@ contains
          last = last - 1
       end do
       position = 1
-      call next_number(number(:last), position, value, state)
+      call read_next_number(number(:last), position, value, state)
       if (state == number_large) then
          call fail_at(reader, name//': '//quoted(number)//' is too large a number')
       else if (state /= number_found) then
          call fail_at(reader, name//': '//quoted(number)//' is not a number')
       end if
-   end subroutine first_number
+   end subroutine read_first_number
 
    !> Check a declared number of samples.
    pure subroutine check_count(reader, value, count)
@@ -177,9 +178,9 @@ contains
       integer(long), intent(out) :: count                  !< samples
 
       count = whole_number(value)
-      if (count > most_samples) then
+      if (count > max_samples) then
          call fail_at(reader, 'the header declares '//to_text(count)// &
-            ' samples; at most '//to_text(most_samples)//' are read')
+            ' samples; at most '//to_text(max_samples)//' are read')
       else if (count < 2) then
          call fail_at(reader, 'the header declares '//to_text(value)// &
             ' samples; at least 2 are needed')

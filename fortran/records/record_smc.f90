@@ -20,7 +20,7 @@ module dda_record_smc
    integer(long), parameter :: integers = 48, reals = 50
    integer, parameter :: integer_lines = 6, real_lines = 10
    integer, parameter :: comments_at = 16, samples_at = 17, rate_at = 2
-   integer(long), parameter :: most_comments = 100000
+   integer(long), parameter :: max_comments = 100000
 
 contains
 
@@ -67,7 +67,7 @@ contains
       if (allocated(reader%error)) return
       call check_count(reader, list%values(samples_at), samples)
       comments = whole_number(list%values(comments_at))
-      if (comments < 0 .or. comments > most_comments) call fail_at(reader, &
+      if (comments < 0 .or. comments > max_comments) call fail_at(reader, &
          'the header declares '//to_text(list%values(comments_at))//' comment lines')
    end subroutine read_integers
 

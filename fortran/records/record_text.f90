@@ -6,9 +6,9 @@
 module dda_record_text
    use dda_kinds, only: wp, long
    use dda_text, only: lower_case, to_text
-   use dda_text_lines, only: line_reader_type, next_line, fail_at
+   use dda_text_lines, only: line_reader_type, read_next_line, fail_at
    use dda_record_type, only: record_type
-   use dda_record_samples, only: sample_list_type, append, read_row, most_samples
+   use dda_record_samples, only: sample_list_type, append, read_row, max_samples
    implicit none
    private
    public :: read_text, without_comment, heading_columns
@@ -37,7 +37,7 @@ contains
       logical :: has_line
 
       do
-         call next_line(reader, text, has_line)
+         call read_next_line(reader, text, has_line)
          if (.not. has_line) exit
          call read_line(reader, without_comment(text), column)
       end do
@@ -115,8 +115,8 @@ contains
       if (column%columns == 0) column%columns = row%count
       if (row%count /= column%columns) call fail_at(reader, to_text(row%count)// &
          ' number(s), but earlier lines have '//to_text(column%columns))
-      if (column%values%count >= most_samples) call fail_at(reader, 'more than '// &
-         to_text(most_samples)//' samples are not supported')
+      if (column%values%count >= max_samples) call fail_at(reader, 'more than '// &
+         to_text(max_samples)//' samples are not supported')
       if (row%count == 2) call check_time(reader, row%values(1), column)
       call append(column%values, row%values(row%count))
    end subroutine add_row

@@ -11,7 +11,7 @@ module dda_text_lines
    use dda_text_file, only: read_text_file, short_path
    implicit none
    private
-   public :: line_reader_type, open_lines, next_line, repeat_line, rewind_lines, fail_at
+   public :: line_reader_type, open_lines, read_next_line, repeat_line, rewind_lines, fail_at
 
    integer, parameter :: longest_line = 10000  !< characters; lines of records are shorter
    integer(long), parameter :: largest_file = 268435456_long !< bytes (256 MiB)
@@ -35,7 +35,7 @@ contains
 
    !> Read a file, whose lines are then returned one by one.
    subroutine open_lines(reader, file)
-      type(line_reader_type), intent(out) :: reader          !< reader, ready for `next_line`
+      type(line_reader_type), intent(out) :: reader          !< reader, ready for `read_next_line`
       character(len=*), intent(in) :: file                   !< path, any bytes
       integer :: length, dos
 
@@ -56,7 +56,7 @@ contains
    end subroutine open_lines
 
    !> Return the next line without its end; `found` is false at the end of the file or on error.
-   subroutine next_line(reader, text, found)
+   subroutine read_next_line(reader, text, found)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=:), allocatable, intent(out) :: text     !< the line
       logical, intent(out) :: found                          !< a line was found
@@ -80,9 +80,9 @@ contains
          text = text(len(byte_order_mark) + 1:)
       call check_bytes(reader, text)
       found = .not. allocated(reader%error)
-   end subroutine next_line
+   end subroutine read_next_line
 
-   !> Let the next call of `next_line` return the same line again.
+   !> Let the next call of `read_next_line` return the same line again.
    pure subroutine repeat_line(reader)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
 
@@ -90,7 +90,7 @@ contains
       reader%line = reader%line - 1
    end subroutine repeat_line
 
-   !> Let the next call of `next_line` return the first line.
+   !> Let the next call of `read_next_line` return the first line.
    pure subroutine rewind_lines(reader)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
 

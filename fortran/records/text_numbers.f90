@@ -9,7 +9,7 @@ module dda_text_numbers
    use dda_kinds, only: wp, long
    implicit none
    private
-   public :: next_number, word_at, whole_number
+   public :: read_next_number, word_at, whole_number
    public :: number_found, number_none, number_bad, number_large
 
    integer, parameter :: number_found = 0  !< a number was read
@@ -17,7 +17,7 @@ module dda_text_numbers
    integer, parameter :: number_bad = 2    !< not a number
    integer, parameter :: number_large = 3  !< a number beyond 1e300
 
-   integer, parameter :: most_digits = 18      ! of an integer(long) mantissa
+   integer, parameter :: max_digits = 18      ! of an integer(long) mantissa
    ! limits of the power of ten, so that scaling cannot overflow
    integer, parameter :: largest_power = 300, smallest_power = -400
    integer, parameter :: longest_number = 64   ! characters
@@ -39,7 +39,7 @@ contains
    !> Read the number at or after `position` and move past it.
    !>
    !> If no valid number is found, `position` is the position of the invalid word.
-   pure subroutine next_number(text, position, value, state, joined, commas)
+   pure subroutine read_next_number(text, position, value, state, joined, commas)
       character(len=*), intent(in) :: text  !< text to scan
       integer, intent(inout) :: position             !< first character to scan
       real(wp), intent(out) :: value  !< value; 0 if there is no number
@@ -67,7 +67,7 @@ contains
       if (.not. present(commas)) return
       at = position + count_blanks(text, position)
       if (commas .and. is_one_of(text, at, ',')) position = at + 1
-   end subroutine next_number
+   end subroutine read_next_number
 
    !> A value converted to a count; −1 if the value is negative, not whole or too large.
    pure function whole_number(value) result(count)
@@ -129,7 +129,7 @@ contains
       logical, intent(in) :: after_point  !< the digit is a decimal
 
       scan%n_all = scan%n_all + 1
-      if (scan%n_digits < most_digits) then
+      if (scan%n_digits < max_digits) then
          scan%mantissa = 10_long*scan%mantissa + int(digit, long)
          if (scan%mantissa > 0) scan%n_digits = scan%n_digits + 1
          if (after_point) scan%power = scan%power - 1
@@ -178,7 +178,7 @@ contains
    pure function ends_number(text, at, joined, commas) result(ends)
       character(len=*), intent(in) :: text  !< text to scan
       integer, intent(in) :: at  !< position in the text
-      logical, intent(in), optional :: joined, commas  !< options of `next_number`
+      logical, intent(in), optional :: joined, commas  !< options of `read_next_number`
       logical :: ends
 
       ends = at > len(text) .or. is_one_of(text, at, ' '//tab)

@@ -16,9 +16,9 @@ module dda_peak_check
    use dda_transfer, only: transfer_type, transfer_peak_type, prepare_transfer, transfer_peak
    implicit none
    private
-   public :: peak_warning
+   public :: check_peak
 
-   real(wp), parameter :: most_difference = 0.02_wp   !< tolerance of amplitude and frequency
+   real(wp), parameter :: max_difference = 0.02_wp   !< tolerance of amplitude and frequency
    real(wp), parameter :: died_out = 1.0e-3_wp  !< final/peak motion above which a note is added
    !> steps of ringing above which it is a likely cause
    real(wp), parameter :: long_ringing = 100.0_wp
@@ -26,7 +26,7 @@ module dda_peak_check
 contains
 
    !> Warning if the peak of a run is incorrect; blank if it is correct or cannot be compared.
-   subroutine peak_warning(simulation, request, peak, text)
+   subroutine check_peak(simulation, request, peak, text)
       type(simulation_type), intent(in) :: simulation   !< simulation at the end of the run
       type(amplification_type), intent(in) :: request    !< points, axis, band (Hz)
       type(response_peak_type), intent(in) :: peak      !< peak found in the output
@@ -47,12 +47,12 @@ contains
       call transfer_peak(transfer, request%lowest, &
          min(request%highest, 0.499_wp/linear%time_step), exact)
       if (.not. exact%is_interior) return
-      if (abs(peak%spectral%amplitude/exact%amplitude - 1.0_wp) <= most_difference .and. &
-         abs(peak%spectral%frequency/exact%frequency - 1.0_wp) <= most_difference) return
+      if (abs(peak%spectral%amplitude/exact%amplitude - 1.0_wp) <= max_difference .and. &
+         abs(peak%spectral%frequency/exact%frequency - 1.0_wp) <= max_difference) return
       text = 'the exact peak of this linear model at this time step is '// &
          short_text(exact%amplitude)//' at '//short_text(exact%frequency)//' Hz: '// &
          likely_cause(linear, simulation, peak)
-   end subroutine peak_warning
+   end subroutine check_peak
 
    !> Text on likely causes of the difference from the exact peak, and on remedies.
    function likely_cause(linear, simulation, peak) result(text)

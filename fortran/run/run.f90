@@ -56,7 +56,7 @@ module dda_run
       real(wp), allocatable :: sample(:)            !< [`size_of_sample`] work space
       type(reserve_type) :: reserve                 !< memory reserved for writing the output
       character(len=:), allocatable :: notice       !< position from which a resumed run continues
-      integer(long) :: saved = 0                    !< clock count at the last checkpoint
+      integer(long) :: save_time = 0                    !< clock count at the last checkpoint
       logical :: writes = .false.                   !< files are open
       logical :: waits = .false.                    !< the first stage has not yet begun
       logical :: has_output = .false.               !< the run will write an output
@@ -70,7 +70,7 @@ module dda_run
    !> Limit of open–close iterations in the check's search for equilibrium; the limit is the number
    !> of steps of the run if this is larger.  Stable models need fewer iterations; in an unstable
    !> model the search costs at most as much as the run.
-   integer(long), parameter :: least_budget = 200
+   integer(long), parameter :: min_budget = 200
 
 contains
 
@@ -177,7 +177,7 @@ contains
       call reserve_for_output(run, error)
       run%writes = .not. allocated(error)
       allocate (run%sample(size_of_sample(run%simulation)))
-      call system_clock(run%saved)
+      call system_clock(run%save_time)
    end subroutine open_files
 
    !> Close the journal, so that other runs can write the output.
@@ -211,14 +211,14 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer(long) :: last
       type(aim_type) :: aim
-      logical :: between
+      logical :: checks_interrupts
 
       if (run%waits) call begin_stages(run, error)
       if (allocated(error)) return
       last = run%simulation%step + steps
       do while (run%simulation%step < last .and. .not. is_done(run))
-         between = stage_finished(run%simulation)
-         if (between) then
+         checks_interrupts = stage_finished(run%simulation)
+         if (checks_interrupts) then
             call begin_next_stage(run%simulation, error)
             if (.not. allocated(error)) call count_stage(run%simulation)
          else
@@ -237,7 +237,7 @@ contains
          if (.not. run%writes) then
             if (stop_was_requested()) return
             cycle
-         else if (.not. between) then
+         else if (.not. checks_interrupts) then
             call record_step(run, error)
          else if (run%simulation%model%stages(run%simulation%stage)%static) then
             ! the state at the beginning of a dynamic stage is already recorded
@@ -288,7 +288,7 @@ contains
       is_checkpoint_due = .false.
       if (minutes <= 0.0_wp) return
       call system_clock(time, rate)
-      is_checkpoint_due = real(time - run%saved, wp) >= 60.0_wp*minutes*real(rate, wp)
+      is_checkpoint_due = real(time - run%save_time, wp) >= 60.0_wp*minutes*real(rate, wp)
    end function is_checkpoint_due
 
    !> Append a sample to the journal.
@@ -352,7 +352,7 @@ contains
 
       if (.not. (run%writes .and. run%sound)) return
       call save_checkpoint(run%checkpoints, run%simulation, run%journal, error)
-      call system_clock(run%saved)
+      call system_clock(run%save_time)
    end subroutine save_run
 
    !> Apply a changed input to the variables that may change between two steps.
@@ -437,15 +437,15 @@ contains
       type(simulation_type), intent(inout) :: simulation  !< simulation whose first stage has begun
       type(report_type), allocatable :: report
       type(error_type), allocatable :: error
-      logical :: long
+      logical :: is_long
 
-      long = run_steps(simulation%model) >= many_steps
+      is_long = run_steps(simulation%model) >= many_steps
       associate (n => simulation%blocks%n)
-         if (n > many_blocks .or. (n > few_blocks .and. .not. long)) return
+         if (n > many_blocks .or. (n > few_blocks .and. .not. is_long)) return
       end associate
       allocate (report)
       call check_model(simulation, report, error, &
-         budget=max(least_budget, run_steps(simulation%model)))
+         budget=max(min_budget, run_steps(simulation%model)))
       if (stop_requested()) return  ! the run reports the stop
       call add_lines(simulation, report)
       if (allocated(error)) call add_doubt(simulation%doubts, '', error%message, .true.)

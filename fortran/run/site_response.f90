@@ -10,7 +10,7 @@ module dda_site_response
    use dda_text, only: to_text
    implicit none
    private
-   public :: response_peak_type, amplification_peak, peak_text
+   public :: response_peak_type, find_amplification_peak, peak_text
 
    !> Peak of an amplification in an output.
    type :: response_peak_type
@@ -22,27 +22,27 @@ module dda_site_response
 contains
 
    !> Find the peak of the ratio of the accelerations at two points of an output file.
-   subroutine amplification_peak(file, request, peak, error)
+   subroutine find_amplification_peak(file, request, peak, error)
       character(len=*), intent(in) :: file  !< complete output
       type(amplification_type), intent(in) :: request  !< points, axis, band (Hz)
       type(response_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), allocatable :: surface(:), base(:), frequency(:)
+      real(wp), allocatable :: surface_motion(:), base_motion(:), frequency(:)
       complex(wp), allocatable :: ratio(:)
       real(wp) :: time_step
 
-      call read_series(file, request%surface, request%axis, surface, time_step, error)
-      if (.not. allocated(error)) call read_series(file, request%base, request%axis, base, &
+      call read_series(file, request%surface, request%axis, surface_motion, time_step, error)
+      if (.not. allocated(error)) call read_series(file, request%base, request%axis, base_motion, &
          time_step, error)
-      if (.not. allocated(error)) call amplification(surface, base, time_step, frequency, ratio, &
-         error, request%padding)
+      if (.not. allocated(error)) call amplification(surface_motion, base_motion, time_step, &
+         frequency, ratio, error, request%padding)
       if (.not. allocated(error)) call find_peak(frequency, abs(ratio), request%lowest, &
          request%highest, peak%spectral, error)
       if (.not. allocated(error)) &
          peak%residual_ratio = &
-         maxval(abs(surface(size(surface) - size(surface)/20:))) /max(maxval(abs(surface)), &
-         tiny(1.0_wp))
-   end subroutine amplification_peak
+         maxval(abs(surface_motion(size(surface_motion) - &
+         size(surface_motion)/20:))) /max(maxval(abs(surface_motion)), tiny(1.0_wp))
+   end subroutine find_amplification_peak
 
    !> Read the acceleration of a point along an axis, and the time between samples.
    subroutine read_series(file, point, axis, series, time_step, error)

@@ -30,7 +30,7 @@ module dda_baseline
    public :: baseline_type, make_motion_curve
    public :: motion_curve_type, displacement_at, velocity_at, acceleration_at, step_acceleration
 
-   real(wp), parameter :: largest = 1.0e12_wp  ! limit of values and times against overflow
+   real(wp), parameter :: max_value = 1.0e12_wp  ! limit of values and times against overflow
    real(wp), parameter :: rest_ratio = 1.0e-4_wp  ! final/largest velocity that counts as zero
 
    !> Treatment of a record.
@@ -213,17 +213,17 @@ contains
    end function fit_parabola
 
    !> Largest |c₁ τ + c₂ τ²| and its largest integral, for τ from 0 to 1.
-   pure function largest_drift(drift, duration) result(peak)
+   pure function largest_drift(drift, duration) result(largest)
       real(wp), intent(in) :: drift(2), duration  !< c₁, c₂ (m/s); s
-      real(wp) :: peak(2)                         ! m/s, m
+      real(wp) :: largest(2)                         ! m/s, m
       real(wp) :: tau(3), extremes(2)
 
       ! The ends of the record, and zeros of the derivatives: c₁ + 2 c₂ τ, c₁ + c₂ τ.
       extremes = 1.0_wp
       if (abs(drift(2)) > 0.0_wp) extremes = -drift(1)/[2.0_wp*drift(2), drift(2)]
       tau = [1.0_wp, min(max(extremes, 0.0_wp), 1.0_wp)]
-      peak(1) = maxval(abs(tau*(drift(1) + tau*drift(2))))
-      peak(2) = duration*maxval(abs(tau**2*(drift(1)/2.0_wp + tau*drift(2)/3.0_wp)))
+      largest(1) = maxval(abs(tau*(drift(1) + tau*drift(2))))
+      largest(2) = duration*maxval(abs(tau**2*(drift(1)/2.0_wp + tau*drift(2)/3.0_wp)))
    end function largest_drift
 
    !> Times t/T of the samples.
@@ -284,7 +284,7 @@ contains
       else if (size(values) < 2) then
          call fail(error, error_input, 'a motion needs at least 2 samples, not '// &
             to_text(size(values)))
-      else if (.not. (time_step > 1.0_wp/largest .and. time_step < largest/real(size(values), &
+      else if (.not. (time_step > 1.0_wp/max_value .and. time_step < max_value/real(size(values), &
          wp))) then
          call fail(error, error_input, 'a motion needs a positive time step')
       else if (processing%order < 0 .or. processing%order > 2) then
@@ -298,11 +298,11 @@ contains
       else if (.not. any(processing%after_end == [character(len=8) :: '', 'continue', 'hold'])) then
          call fail(error, error_input, 'after_end must be continue or hold, not '// &
             quoted(processing%after_end))
-      else if (.not. abs(processing%scale) <= largest) then
+      else if (.not. abs(processing%scale) <= max_value) then
          call fail(error, error_input, 'the factor of a record is too large, or not a number')
       else if (.not. all(ieee_is_finite(values))) then
          call fail(error, error_input, 'a sample of the record is not a finite number')
-      else if (maxval(abs(values)) > largest) then
+      else if (maxval(abs(values)) > max_value) then
          call fail(error, error_input, 'a sample of '//to_text(maxval(abs(values)))// &
             ' is beyond any motion')
       end if

@@ -6,14 +6,14 @@ module dda_fftw
    use dda_kinds, only: wp
    implicit none
    private
-   public :: forward_transform
+   public :: transform_forward
 
    include 'fftw3.f03'
 
 contains
 
    !> Compute X(k) = Σ x(j) exp(−2πi j k/n), k = 0 … n/2, of a real series; not scaled.
-   subroutine forward_transform(series, spectrum, success)
+   subroutine transform_forward(series, spectrum, success)
       real(wp), intent(inout) :: series(:)                  !< [n] series, unchanged on return
       complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
       !> .false.: FFTW has no plan, because memory is lacking
@@ -30,6 +30,6 @@ contains
       if (.not. success) return
       call fftw_execute_dft_r2c(plan, series, spectrum)
       call fftw_destroy_plan(plan)
-   end subroutine forward_transform
+   end subroutine transform_forward
 
 end module dda_fftw

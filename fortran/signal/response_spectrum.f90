@@ -17,15 +17,15 @@ module dda_response_spectrum
    implicit none
    private
    public :: oscillators_type, response_spectrum_type, periods, new_oscillators, continue_motion, &
-      spectral_acceleration
+      find_spectral_acceleration
    public :: oscillator_peaks, low_passed_peak
 
    real(wp), parameter :: damping = 0.05_wp
-   real(wp), parameter :: shortest = 0.02_wp, longest = 5.0_wp  !< periods, s
+   real(wp), parameter :: min_period = 0.02_wp, max_period = 5.0_wp  !< periods, s
    integer, parameter :: periods = 80  !< number of periods of a spectrum, at equal ratios
    integer, parameter :: samples_per_period = 50        !< samples for a peak error below 0.2 %
-   real(wp), parameter :: coarsest = 0.5_wp*longest     !< longest step that resolves any period, s
-   real(wp), parameter :: finest = 0.005_wp*shortest     !< step required by free vibration, s
+   real(wp), parameter :: coarsest = 0.5_wp*max_period  !< longest step that resolves any period, s
+   real(wp), parameter :: finest = 0.005_wp*min_period     !< step required by free vibration, s
    real(wp), parameter :: same_step = 1.0e-9_wp         !< relative difference: rounding of times
    real(wp), parameter :: small_step = 1.0e-2_wp !< |z| below which μ and ρ are computed from series
 
@@ -61,7 +61,7 @@ contains
    pure real(wp) function period(i)
       integer, intent(in) :: i  !< 0 … `periods`
 
-      period = shortest*(longest/shortest)**(real(max(i, 1) - 1, wp)/(periods - 1))
+      period = min_period*(max_period/min_period)**(real(max(i, 1) - 1, wp)/(periods - 1))
    end function period
 
    !> Damping ratio of oscillator i.
@@ -73,27 +73,29 @@ contains
 
    !> Continue the motion from one acceleration to another, linearly.
    !> A step longer than `coarsest` resolves no period and is skipped; its terms would be unbounded.
-   pure subroutine continue_motion(oscillators, spectrum, before, after, step)
+   pure subroutine continue_motion(oscillators, spectrum, start_acceleration, end_acceleration, &
+      time_step)
       type(oscillators_type), intent(inout) :: oscillators  !< factors; set for a new step
       type(response_spectrum_type), intent(inout) :: spectrum  !< spectrum of the motion so far
-      real(wp), intent(in) :: before, after  !< acceleration at the start and end of the step, m/s²
-      real(wp), intent(in) :: step           !< time between them, s; 0: nothing is done
+      real(wp), intent(in) :: start_acceleration, end_acceleration  !< m/s²
+      real(wp), intent(in) :: time_step           !< time between them, s; 0: nothing is done
       real(wp) :: change, start, finish, q(2)
-      integer :: i, last, part
+      integer :: i, last, division
 
-      if (step <= 0.0_wp .or. step > coarsest) return
-      if (abs(step - oscillators%step) > same_step*step) call set_step(oscillators, step)
+      if (time_step <= 0.0_wp .or. time_step > coarsest) return
+      if (abs(time_step - oscillators%step) > same_step*time_step) call set_step(oscillators, &
+         time_step)
       last = periods
       associate (s => spectrum, by => oscillators)
-         do part = 1, by%parts(1)
-            if (part == 2) last = by%last_divided
-            do while (by%parts(last) < part)  ! longer periods need fewer parts
+         do division = 1, by%parts(1)
+            if (division == 2) last = by%last_divided
+            do while (by%parts(last) < division)  ! longer periods need fewer parts
                last = last - 1
             end do
             do i = 0, last
-               change = (after - before)*by%part_length(i)
-               start = before + (part - 1)*change
-               finish = before + part*change
+               change = (end_acceleration - start_acceleration)*by%part_length(i)
+               start = start_acceleration + (division - 1)*change
+               finish = start_acceleration + division*change
                q(1) = by%decay(i, 1)*s%q(i, 1) - by%decay(i, 2)*s%q(i, 2) + by%before(i, 1)*start &
                   + by%after(i, 1)*finish
                q(2) = by%decay(i, 2)*s%q(i, 1) + by%decay(i, 1)*s%q(i, 2) + by%before(i, 2)*start &
@@ -106,21 +108,21 @@ contains
    end subroutine continue_motion
 
    !> Set the factors of a step.
-   pure subroutine set_step(oscillators, step)
+   pure subroutine set_step(oscillators, time_step)
       type(oscillators_type), intent(inout) :: oscillators  !< oscillators; their factors are set
-      real(wp), intent(in) :: step  !< Δt, s
-      complex(wp) :: decay, before, after
+      real(wp), intent(in) :: time_step  !< Δt, s
+      complex(wp) :: decay, start_factor, end_factor
       integer :: i
 
-      oscillators%step = step
+      oscillators%step = time_step
       do i = 0, periods
-         oscillators%parts(i) = ceiling(samples_per_period*step/period(i))
+         oscillators%parts(i) = ceiling(samples_per_period*time_step/period(i))
          oscillators%part_length(i) = 1.0_wp/oscillators%parts(i)
          call set_factors(eigenvalue_of(1.0_wp/period(i), damping_of(i)), &
-            step*oscillators%part_length(i), decay, before, after)
+            time_step*oscillators%part_length(i), decay, start_factor, end_factor)
          oscillators%decay(i, :) = parts_of(decay)
-         oscillators%before(i, :) = parts_of(before)
-         oscillators%after(i, :) = parts_of(after)
+         oscillators%before(i, :) = parts_of(start_factor)
+         oscillators%after(i, :) = parts_of(end_factor)
       end do
       oscillators%last_divided = count(oscillators%parts > 1) - 1
    end subroutine set_step
@@ -134,12 +136,12 @@ contains
    end function eigenvalue_of
 
    !> Compute the factors of a step: q₁ = decay q₀ + before a₀ + after a₁.
-   elemental subroutine set_factors(eigenvalue, h, decay, before, after)
+   elemental subroutine set_factors(eigenvalue, h, decay, start_factor, end_factor)
       complex(wp), intent(in) :: eigenvalue  !< λ, 1/s
       real(wp), intent(in) :: h              !< step, s
       complex(wp), intent(out) :: decay      !< e^z
-      complex(wp), intent(out) :: before     !< −h (μ − ρ), s
-      complex(wp), intent(out) :: after      !< −h ρ, s
+      complex(wp), intent(out) :: start_factor     !< −h (μ − ρ), s
+      complex(wp), intent(out) :: end_factor      !< −h ρ, s
       complex(wp) :: z, mean, ramp
 
       z = eigenvalue*h
@@ -151,35 +153,35 @@ contains
          ramp = (mean - 1.0_wp)/z
       end if
       decay = exp(z)
-      before = -h*(mean - ramp)
-      after = -h*ramp
+      start_factor = -h*(mean - ramp)
+      end_factor = -h*ramp
    end subroutine set_factors
 
    !> Largest displacement, velocity (relative) and absolute acceleration of an oscillator.
    !> The oscillator is initially at rest; its values are evaluated up to the last sample.
-   pure function oscillator_peaks(acceleration, step, frequency, damping_ratio) result(largest)
+   pure function oscillator_peaks(acceleration, time_step, frequency, damping_ratio) result(peaks)
       real(wp), intent(in) :: acceleration(:)  !< acceleration of the ground, [samples], m/s²
-      real(wp), intent(in) :: step             !< time between samples, s
+      real(wp), intent(in) :: time_step             !< time between samples, s
       real(wp), intent(in) :: frequency        !< natural frequency, Hz
       real(wp), intent(in) :: damping_ratio    !< ζ, at least 0 and below 1
-      real(wp) :: largest(3)                   !< m, m/s, m/s²
-      complex(wp) :: eigenvalue, q, decay, before, after
+      real(wp) :: peaks(3)                   !< m, m/s, m/s²
+      complex(wp) :: eigenvalue, q, decay, start_factor, end_factor
       real(wp) :: a(0:1), u, v
       integer :: sample, part, parts
 
       eigenvalue = eigenvalue_of(frequency, damping_ratio)
-      parts = ceiling(samples_per_period*frequency*step)
-      call set_factors(eigenvalue, step/parts, decay, before, after)
+      parts = ceiling(samples_per_period*frequency*time_step)
+      call set_factors(eigenvalue, time_step/parts, decay, start_factor, end_factor)
       q = (0.0_wp, 0.0_wp)
-      largest = 0.0_wp
+      peaks = 0.0_wp
       do sample = 2, size(acceleration)
          do part = 1, parts
             a = acceleration(sample - 1) + [part - 1, part] &
                *((acceleration(sample) - acceleration(sample - 1))/parts)
-            q = decay*q + before*a(0) + after*a(1)
+            q = decay*q + start_factor*a(0) + end_factor*a(1)
             u = q%im/eigenvalue%im
             v = q%re + eigenvalue%re*u
-            largest = max(largest, abs([u, v, abs(eigenvalue)**2*u - 2.0_wp*eigenvalue%re*v]))
+            peaks = max(peaks, abs([u, v, abs(eigenvalue)**2*u - 2.0_wp*eigenvalue%re*v]))
          end do
       end do
    end function oscillator_peaks
@@ -193,7 +195,7 @@ contains
    end function parts_of
 
    !> Find the largest spectral acceleration and its period, after a motion has ended.
-   elemental subroutine spectral_acceleration(oscillators, spectrum, last, largest, at)
+   elemental subroutine find_spectral_acceleration(oscillators, spectrum, last, largest, at)
       type(oscillators_type), intent(in) :: oscillators  !< factors of the last step
       type(response_spectrum_type), intent(in) :: spectrum  !< spectrum of a motion
       real(wp), intent(in) :: last      !< acceleration at the end, after which it is zero, m/s²
@@ -209,13 +211,13 @@ contains
       call continue_motion(copy, free, last, 0.0_wp, copy%step)
       if (copy%step > 0.0_wp) then
          step = max(copy%step, finest)
-         do i = 1, ceiling(longest/step)
+         do i = 1, ceiling(max_period/step)
             call continue_motion(copy, free, 0.0_wp, 0.0_wp, step)
          end do
       end if
       largest = maxval(free%largest(1:))
       at = period(maxloc(free%largest(1:), 1))
-   end subroutine spectral_acceleration
+   end subroutine find_spectral_acceleration
 
    !> Largest acceleration after a low-pass at 50 Hz, m/s².
    elemental real(wp) function low_passed_peak(spectrum)

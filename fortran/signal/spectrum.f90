@@ -5,11 +5,11 @@ module dda_spectrum
    use dda_kinds, only: wp, long
    use dda_errors, only: error_type, fail, error_input, error_solver
    use dda_text, only: to_text
-   use dda_fftw, only: forward_transform
+   use dda_fftw, only: transform_forward
    use dda_taper, only: cosine_taper
    implicit none
    private
-   public :: spectral_peak_type, fourier_spectrum, amplification, find_peak
+   public :: spectral_peak_type, compute_fourier_spectrum, amplification, find_peak
 
    ! largest number of samples with padding; 3 GiB of work space
    integer(long), parameter :: longest_series = 134217728_long
@@ -31,7 +31,8 @@ contains
 
    !> One-sided Fourier spectrum S(f) = Δt Σ w(j) x(j) exp(−2πi f jΔt), without scaling.
    !> It is an estimate of the Fourier integral.
-   subroutine fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
+   subroutine compute_fourier_spectrum(series, time_step, frequency, spectrum, error, padding, &
+      taper)
       real(wp), intent(in) :: series(:)                      !< x [samples]
       real(wp), intent(in) :: time_step                      !< Δt (s)
       real(wp), allocatable, intent(out) :: frequency(:)     !< 0 … 1/(2Δt) (Hz) [bins]
@@ -48,7 +49,7 @@ contains
       call prepare_series(series, time_step, padded, error, padding, taper)
       if (allocated(error)) return
       allocate (spectrum(size(padded)/2 + 1), frequency(size(padded)/2 + 1))
-      call forward_transform(padded, spectrum, success)
+      call transform_forward(padded, spectrum, success)
       if (.not. success) then
          call fail(error, error_solver, 'FFTW has no plan for '//to_text(size(padded))//' samples')
          return
@@ -57,47 +58,48 @@ contains
       do bin = 1, size(frequency)
          frequency(bin) = real(bin - 1, wp)/(real(size(padded), wp)*time_step)
       end do
-   end subroutine fourier_spectrum
+   end subroutine compute_fourier_spectrum
 
    !> Ratio of the complex spectra of two motions, surface / base.
    !>
    !> Bins in which the base is below `least` of its largest bin are set to 0, since their ratio
    !> would contain only rounding errors.
-   subroutine amplification(surface, base, time_step, frequency, ratio, error, padding, taper, &
-      least)
-      real(wp), intent(in) :: surface(:), base(:)            !< motions of one kind [samples]
+   subroutine amplification(surface_motion, base_motion, time_step, frequency, ratio, error, &
+      padding, taper, min_ratio)
+      real(wp), intent(in) :: surface_motion(:), base_motion(:)  !< motions of one kind [samples]
       real(wp), intent(in) :: time_step                      !< Δt, s
       real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
       complex(wp), allocatable, intent(out) :: ratio(:)      !< [bins]
       type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
-      integer, intent(in), optional :: padding               !< see `fourier_spectrum`
-      real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
+      integer, intent(in), optional :: padding               !< see `compute_fourier_spectrum`
+      real(wp), intent(in), optional :: taper                !< see `compute_fourier_spectrum`
       !> fraction of the largest bin of the base (default 1e-10)
-      real(wp), intent(in), optional :: least
-      complex(wp), allocatable :: above(:), below(:)
+      real(wp), intent(in), optional :: min_ratio
+      complex(wp), allocatable :: surface_spectrum(:), base_spectrum(:)
       real(wp), allocatable :: magnitude(:)
       real(wp) :: floor
 
-      if (size(surface) /= size(base)) then
+      if (size(surface_motion) /= size(base_motion)) then
          call fail(error, error_input, 'amplification needs two series of equal length, not '// &
-            to_text(size(surface))//' and '//to_text(size(base)))
+            to_text(size(surface_motion))//' and '//to_text(size(base_motion)))
          return
       end if
-      call fourier_spectrum(surface, time_step, frequency, above, error, padding, taper)
-      if (.not. allocated(error)) call fourier_spectrum(base, time_step, frequency, below, error, &
+      call compute_fourier_spectrum(surface_motion, time_step, frequency, surface_spectrum, error, &
          padding, taper)
+      if (.not. allocated(error)) call compute_fourier_spectrum(base_motion, time_step, frequency, &
+         base_spectrum, error, padding, taper)
       if (allocated(error)) return
       floor = 1.0e-10_wp
-      if (present(least)) floor = least
-      magnitude = abs(below)
+      if (present(min_ratio)) floor = min_ratio
+      magnitude = abs(base_spectrum)
       floor = floor*maxval(magnitude)
       if (.not. floor > tiny(floor)) then
          call fail(error, error_input, 'amplification needs a moving base, but its spectrum is '// &
             'zero')
          return
       end if
-      allocate (ratio(size(below)), source=(0.0_wp, 0.0_wp))
-      where (magnitude > floor) ratio = above/below
+      allocate (ratio(size(base_spectrum)), source=(0.0_wp, 0.0_wp))
+      where (magnitude > floor) ratio = surface_spectrum/base_spectrum
    end subroutine amplification
 
    !> Find the largest amplitude between two frequencies.
@@ -151,8 +153,8 @@ contains
       real(wp), intent(in) :: time_step                      !< Δt, s
       real(wp), allocatable, intent(out) :: padded(:)        !< [padding × samples]
       type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
-      integer, intent(in), optional :: padding               !< see `fourier_spectrum`
-      real(wp), intent(in), optional :: taper                !< see `fourier_spectrum`
+      integer, intent(in), optional :: padding               !< see `compute_fourier_spectrum`
+      real(wp), intent(in), optional :: taper                !< see `compute_fourier_spectrum`
       integer :: factor
       real(wp) :: fraction
 
@@ -170,8 +172,8 @@ contains
    subroutine check_window(series, time_step, padding, taper, error)
       real(wp), intent(in) :: series(:)                      !< [samples]
       real(wp), intent(in) :: time_step                      !< Δt, s
-      real(wp), intent(in) :: taper                          !< see `fourier_spectrum`
-      integer, intent(in) :: padding                         !< see `fourier_spectrum`
+      real(wp), intent(in) :: taper                          !< see `compute_fourier_spectrum`
+      integer, intent(in) :: padding                         !< see `compute_fourier_spectrum`
       type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
 
       if (size(series) < 2) then

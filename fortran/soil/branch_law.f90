@@ -99,15 +99,15 @@ contains
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: elastic(:)           !< [n] e of slipping branches
       real(wp), intent(in) :: strain               !< γ
-      real(wp) :: within
+      real(wp) :: capped_strain
       integer :: j
 
       energy = 0.0_wp
       do j = 1, branches%n
-         associate (share => branches%slipping(j))
-            within = min(abs(strain), branches%strain(j))
-            energy = energy + branches%modulus(j)*(0.5_wp*share*elastic(j)**2 &
-               + (1.0_wp - share)*within*(abs(strain) - 0.5_wp*within))
+         associate (fraction => branches%slipping(j))
+            capped_strain = min(abs(strain), branches%strain(j))
+            energy = energy + branches%modulus(j)*(0.5_wp*fraction*elastic(j)**2 &
+               + (1.0_wp - fraction)*capped_strain*(abs(strain) - 0.5_wp*capped_strain))
          end associate
       end do
    end function stored_by_branches
@@ -193,19 +193,19 @@ contains
    !> Mean of clip(γ, ±limit) from γ₀ to γ₀ + Δγ, without differences of large numbers.
    elemental real(wp) function mean_of_clip(strain, change, limit) result(mean)
       real(wp), intent(in) :: strain, change, limit  !< γ₀, Δγ, cap of γ
-      real(wp) :: low, high, inner_low, inner_high
+      real(wp) :: lower, upper, inner_lower, inner_upper
 
-      low = min(strain, strain + change)
-      high = max(strain, strain + change)
-      if (high <= limit .and. low >= -limit) then
-         mean = 0.5_wp*(low + high)
-      else if (low >= limit .or. high <= -limit) then
-         mean = sign(limit, low + high)
+      lower = min(strain, strain + change)
+      upper = max(strain, strain + change)
+      if (upper <= limit .and. lower >= -limit) then
+         mean = 0.5_wp*(lower + upper)
+      else if (lower >= limit .or. upper <= -limit) then
+         mean = sign(limit, lower + upper)
       else
-         inner_low = max(low, -limit)
-         inner_high = min(high, limit)
-         mean = ((inner_high - inner_low)*0.5_wp*(inner_high + inner_low) &
-            + limit*((high - inner_high) - (inner_low - low)))/(high - low)
+         inner_lower = max(lower, -limit)
+         inner_upper = min(upper, limit)
+         mean = ((inner_upper - inner_lower)*0.5_wp*(inner_upper + inner_lower) &
+            + limit*((upper - inner_upper) - (inner_lower - lower)))/(upper - lower)
       end if
    end function mean_of_clip
 

@@ -26,7 +26,7 @@ module dda_branches
    use dda_errors, only: error_type, error_input, fail
    use dda_free_memory, only: require_for_blas
    use dda_interpolation, only: log_spaced, table_value
-   use dda_nonnegative, only: nonnegative_least_squares
+   use dda_nonnegative, only: solve_nonnegative
    implicit none
    private
    public :: branches_type, curve_type, fit_branches, set_body, relaxed_modulus, secant_ratio, &
@@ -36,11 +36,11 @@ module dda_branches
    real(wp), parameter :: sum_weight = 1.0e3_wp     !< weight of Σ g_j + g_b = 1 relative to errors
    real(wp), parameter :: loop_weight = 3.0_wp  !< weight of errors of D relative to those of G_s
    real(wp), parameter :: small_misfit = 2.0e-3_wp  !< misfit of D below which weights are constant
-   integer, parameter :: most_fits = 8              !< largest number of fits with new weights
-   real(wp), parameter :: least_weight = 0.05_wp  !< smallest factor of a weight, used at zero error
+   integer, parameter :: max_fits = 8              !< largest number of fits with new weights
+   real(wp), parameter :: min_weight = 0.05_wp  !< smallest factor of a weight, used at zero error
    real(wp), parameter :: first_reduction = 0.998_wp !< G_s/G at which the first branch yields
    real(wp), parameter :: body_reduction = 0.8_wp    !< G_s/G at which the body begins to slip
-   real(wp), parameter :: least_strain = 1.0e-7_wp  !< smallest γ_j
+   real(wp), parameter :: min_strain = 1.0e-7_wp  !< smallest γ_j
    real(wp), parameter :: misfit_range(2) = [1.0e-5_wp, 1.0e-2_wp] !< strains of the misfits
 
    !> Curves of a soil over the shear strain, linear in the logarithm of the strain.
@@ -78,7 +78,7 @@ contains
       if (.not. allocated(error)) call require_for_blas(error)
       if (allocated(error)) return
       branches%n = n
-      branches%strain = log_spaced(min(max(strain_at(curve, first_reduction), least_strain), &
+      branches%strain = log_spaced(min(max(strain_at(curve, first_reduction), min_strain), &
          0.1_wp*last_strain(curve)), last_strain(curve), n)
       call set_body(branches, damping, limit, first_strain_at(curve, body_reduction), error)
       if (allocated(error)) return
@@ -179,20 +179,20 @@ contains
    subroutine fit_moduli(branches, curve)
       type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve           !< curve of the soil
-      real(wp) :: matrix(samples*branches%n + 1, branches%n), right(samples*branches%n + 1)
+      real(wp) :: matrix(samples*branches%n + 1, branches%n), rhs(samples*branches%n + 1)
 
-      call set_modulus_equations(branches, curve, matrix, right)
-      call nonnegative_least_squares(matrix, right, branches%modulus)
+      call set_modulus_equations(branches, curve, matrix, rhs)
+      call solve_nonnegative(matrix, rhs, branches%modulus)
       branches%modulus = relaxed_modulus(branches%body)*branches%modulus/sum(branches%modulus)
       branches%slipping = 1.0_wp
    end subroutine fit_moduli
 
    !> Set up the equations for g_j: secant moduli, and the sum of g_j.
-   subroutine set_modulus_equations(branches, curve, matrix, right)
+   subroutine set_modulus_equations(branches, curve, matrix, rhs)
       type(branches_type), intent(in) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve        !< curve of the soil
       real(wp), intent(out) :: matrix(:,:)         !< [samples n + 1, n]
-      real(wp), intent(out) :: right(:)            !< [samples n + 1]
+      real(wp), intent(out) :: rhs(:)            !< [samples n + 1]
       real(wp) :: strain(samples*branches%n), reduction(samples*branches%n)
       integer :: j, m
 
@@ -202,9 +202,9 @@ contains
       do j = 1, branches%n
          matrix(:m, j) = min(1.0_wp, branches%strain(j)/strain)/reduction
       end do
-      right(:m) = 1.0_wp - body_ratio(branches, strain)/reduction
+      rhs(:m) = 1.0_wp - body_ratio(branches, strain)/reduction
       matrix(m + 1, :) = sum_weight
-      right(m + 1) = sum_weight*relaxed_modulus(branches%body)
+      rhs(m + 1) = sum_weight*relaxed_modulus(branches%body)
    end subroutine set_modulus_equations
 
    !> Fit g_j and F_j to secant moduli and damping ratios.
@@ -212,37 +212,38 @@ contains
    subroutine fit_both(branches, curve)
       type(branches_type), intent(inout) :: branches  !< branches with γ_j and the body
       type(curve_type), intent(in) :: curve           !< curve of the soil
-      real(wp), allocatable :: matrix(:,:), right(:), weight(:), strain(:), damping(:), off(:)
-      real(wp) :: unknown(2*branches%n - 1), best(branches%n, 2), smallest
+      real(wp), allocatable :: matrix(:,:), rhs(:), weight(:), strain(:), damping(:), misfit(:)
+      real(wp) :: unknown(2*branches%n - 1), best_fit(branches%n, 2), smallest_misfit
       integer :: fit, m, n
 
       n = branches%n
       m = samples*n
-      allocate (matrix(2*m + 1, 2*n - 1), right(2*m + 1))
-      call set_modulus_equations(branches, curve, matrix(m + 1:, :n), right(m + 1:))
+      allocate (matrix(2*m + 1, 2*n - 1), rhs(2*m + 1))
+      call set_modulus_equations(branches, curve, matrix(m + 1:, :n), rhs(m + 1:))
       matrix(m + 1:, n + 1:) = matrix(m + 1:, :n - 1)
       matrix(:m, n + 1:) = 0.0_wp
       strain = strains_of_fit(branches)
       damping = curve_value(curve, curve%damping, strain)
       allocate (weight(m), source=loop_weight)
-      off = curve_value(curve, curve%reduction, strain)
-      smallest = huge(1.0_wp)
-      do fit = 1, most_fits
-         matrix(:m, :n) = spread(weight, 2, n)*branch_damping(branches, strain, off)
-         right(:m) = weight*(damping - body_loops(branches, strain, off))
-         call nonnegative_least_squares(matrix, right, unknown)
+      misfit = curve_value(curve, curve%reduction, strain)
+      smallest_misfit = huge(1.0_wp)
+      do fit = 1, max_fits
+         matrix(:m, :n) = spread(weight, 2, n)*branch_damping(branches, strain, misfit)
+         rhs(:m) = weight*(damping - body_loops(branches, strain, misfit))
+         call solve_nonnegative(matrix, rhs, unknown)
          call set_branch_moduli(branches, unknown)
-         off = abs(loop_damping(branches, strain) - damping)
-         associate (largest => maxval(off, mask=is_counted(strain)))
-            if (largest < smallest) best = reshape([branches%modulus, branches%slipping], [n, 2])
-            smallest = min(smallest, largest)
+         misfit = abs(loop_damping(branches, strain) - damping)
+         associate (largest => maxval(misfit, mask=is_counted(strain)))
+            if (largest < smallest_misfit) best_fit = reshape([branches%modulus, &
+               branches%slipping], [n, 2])
+            smallest_misfit = min(smallest_misfit, largest)
             if (largest <= small_misfit .and. fit > 1) exit
-            weight = weight*sqrt(least_weight + off/largest)
+            weight = weight*sqrt(min_weight + misfit/largest)
          end associate
-         off = secant_ratio(branches, strain)
+         misfit = secant_ratio(branches, strain)
       end do
-      branches%modulus = best(:, 1)
-      branches%slipping = best(:, 2)
+      branches%modulus = best_fit(:, 1)
+      branches%slipping = best_fit(:, 2)
    end subroutine fit_both
 
    !> Set g_j and F_j from the slipping and the recoverable parts.
@@ -280,15 +281,15 @@ contains
       type(branches_type), intent(inout) :: branches  !< fitted branches
       type(curve_type), intent(in) :: curve           !< curve to which the branches are fitted
       logical, intent(in) :: masing  !< damping by Masing's rules instead of the curve
-      real(wp) :: strain(301), low, high
+      real(wp) :: strain(301), lowest, highest
 
-      low = max(misfit_range(1), curve%strain(1))
-      high = min(misfit_range(2), last_strain(curve))
-      if (low >= high) then
-         low = curve%strain(1)
-         high = last_strain(curve)
+      lowest = max(misfit_range(1), curve%strain(1))
+      highest = min(misfit_range(2), last_strain(curve))
+      if (lowest >= highest) then
+         lowest = curve%strain(1)
+         highest = last_strain(curve)
       end if
-      strain = log_spaced(low, high, size(strain))
+      strain = log_spaced(lowest, highest, size(strain))
       branches%misfit(1) = maxval(abs(secant_ratio(branches, strain) &
          /curve_value(curve, curve%reduction, strain) - 1.0_wp))
       if (.not. masing) branches%misfit(2) = maxval(abs(loop_damping(branches, strain) &

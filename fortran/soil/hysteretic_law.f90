@@ -15,14 +15,14 @@ module dda_hysteretic_law
    use dda_damping, only: following, relaxing
    use dda_material_law, only: material_law_type, strain_point_type, loss_plastic, loss_damping, &
       loss_scheme, losses
-   use dda_plane_branches, only: return_to_cap, recoverable_stress, potential
+   use dda_plane_branches, only: return_to_cap, compute_recoverable_stress, potential
    use dda_scheme, only: step_type
    use dda_text, only: short_text, to_text
    implicit none
    private
    public :: hysteretic_law_type, new_hysteretic_law
 
-   real(wp), parameter :: most_misfit = 0.3_wp  !< largest unreported misfit, percentage points
+   real(wp), parameter :: max_misfit = 0.3_wp  !< largest unreported misfit, percentage points
 
    !> Branches of a soil in the plane.
    type, extends(material_law_type) :: hysteretic_law_type
@@ -54,11 +54,11 @@ contains
       type(branches_type), intent(in) :: branches  !< fitted branches
 
       law%branches = branches
-      associate (kept => branches%modulus > 0.0_wp)
-         law%branches%n = count(kept)
-         law%branches%strain = pack(branches%strain, kept)
-         law%branches%modulus = pack(branches%modulus, kept)
-         law%branches%slipping = pack(branches%slipping, kept)
+      associate (is_stiff => branches%modulus > 0.0_wp)
+         law%branches%n = count(is_stiff)
+         law%branches%strain = pack(branches%strain, is_stiff)
+         law%branches%modulus = pack(branches%modulus, is_stiff)
+         law%branches%slipping = pack(branches%slipping, is_stiff)
       end associate
    end function new_hysteretic_law
 
@@ -138,16 +138,17 @@ contains
       acting = 0.0_wp
       slope = 0.0_wp
       do j = 1, branches%n
-         associate (before => state(2*j - 1:2*j), share => branches%slipping(j))
-            modulus = share*branches%modulus(j)
+         associate (slip_strain => state(2*j - 1:2*j), fraction => branches%slipping(j))
+            modulus = fraction*branches%modulus(j)
             if (modulus > 0.0_wp) then
-               call return_to_cap(before + change, branches%strain(j), p, slope_of_branch)
-               acting = acting + modulus*(before + theta*(p - before))
+               call return_to_cap(slip_strain + change, branches%strain(j), p, slope_of_branch)
+               acting = acting + modulus*(slip_strain + theta*(p - slip_strain))
                slope = slope + modulus*theta*slope_of_branch
             end if
-            modulus = (1.0_wp - share)*branches%modulus(j)
+            modulus = (1.0_wp - fraction)*branches%modulus(j)
             if (modulus > 0.0_wp) then
-               call recoverable_stress(e, change, branches%strain(j), theta, p, slope_of_branch)
+               call compute_recoverable_stress(e, change, branches%strain(j), theta, p, &
+                  slope_of_branch)
                acting = acting + modulus*p
                slope = slope + modulus*slope_of_branch
             end if
@@ -218,16 +219,17 @@ contains
 
       scheme = 0.0_wp
       do j = 1, branches%n
-         associate (before => state(2*j - 1:2*j), share => branches%slipping(j))
-            call return_to_cap(before + change, branches%strain(j), p, slope_of_branch)
-            modulus = share*branches%modulus(j)
-            loss(loss_plastic) = loss(loss_plastic) + modulus*dot_product(0.5_wp*(before + p), &
-               change - (p - before))
-            scheme = scheme + modulus*(theta - 0.5_wp)*dot_product(p - before, change)
-            before = p
-            if (theta > 0.5_wp .and. share < 1.0_wp) then
-               modulus = (1.0_wp - share)*branches%modulus(j)
-               call recoverable_stress(e, change, branches%strain(j), theta, p, slope_of_branch)
+         associate (slip_strain => state(2*j - 1:2*j), fraction => branches%slipping(j))
+            call return_to_cap(slip_strain + change, branches%strain(j), p, slope_of_branch)
+            modulus = fraction*branches%modulus(j)
+            loss(loss_plastic) = loss(loss_plastic) + modulus*dot_product(0.5_wp*(slip_strain + &
+               p), change - (p - slip_strain))
+            scheme = scheme + modulus*(theta - 0.5_wp)*dot_product(p - slip_strain, change)
+            slip_strain = p
+            if (theta > 0.5_wp .and. fraction < 1.0_wp) then
+               modulus = (1.0_wp - fraction)*branches%modulus(j)
+               call compute_recoverable_stress(e, change, branches%strain(j), theta, p, &
+                  slope_of_branch)
                stored = potential(e + change, branches%strain(j)) - potential(e, branches%strain(j))
                scheme = scheme + modulus*(dot_product(p, change) - stored)
             end if
@@ -283,9 +285,9 @@ contains
       e = strain_components(strain)
       energy = [0.0_wp, 0.0_wp, 0.5_wp*relaxed_modulus(self%branches%body)*e(3)**2]
       do j = 1, self%branches%n
-         associate (share => self%branches%slipping(j))
-            energy(1) = energy(1) + self%branches%modulus(j)*(0.5_wp*share &
-               *sum(state(2*j - 1:2*j)**2) + (1.0_wp - share)*potential(e(1:2), &
+         associate (fraction => self%branches%slipping(j))
+            energy(1) = energy(1) + self%branches%modulus(j)*(0.5_wp*fraction &
+               *sum(state(2*j - 1:2*j)**2) + (1.0_wp - fraction)*potential(e(1:2), &
                self%branches%strain(j)))
          end associate
       end do
@@ -331,9 +333,9 @@ contains
 
       text = ''
       associate (misfit_points => 100*self%branches%misfit(2))
-         if (misfit_points > most_misfit) text = 'damping ratios are up to '// &
+         if (misfit_points > max_misfit) text = 'damping ratios are up to '// &
             short_text(misfit_points)// &
-            ' percentage points off their curve, more than '//short_text(most_misfit)
+            ' percentage points off their curve, more than '//short_text(max_misfit)
       end associate
    end function misfit_text
 

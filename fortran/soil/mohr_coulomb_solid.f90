@@ -35,7 +35,7 @@ module dda_mohr_coulomb_solid
    type, extends(material_law_type) :: mohr_coulomb_solid_type
       type(strength_type) :: peak, residual
       real(wp) :: softening = 0.0_wp  !< displacement from peak to residual strength, m; 0: none
-      real(wp) :: beyond = 0.0_wp     !< σ_z − ν(σx + σy) at the start, Pa
+      real(wp) :: out_of_plane = 0.0_wp     !< σ_z − ν(σx + σy) at the start, Pa
    contains
       procedure :: state_size
       procedure :: respond => find_stress
@@ -77,11 +77,11 @@ contains
       strength = self%peak
       if (self%softening <= 0.0_wp) return
       fraction = min(1.0_wp, strain*point%thickness/self%softening)
-      associate (peak => self%peak, rest => self%residual)
-         strength%cohesion = interpolate(peak%cohesion, rest%cohesion)
-         strength%friction = atan(interpolate(tan(peak%friction), tan(rest%friction)))
-         strength%dilation = atan(interpolate(tan(peak%dilation), tan(rest%dilation)))
-         strength%tension = interpolate(peak%tension, rest%tension)
+      associate (peak => self%peak, residual => self%residual)
+         strength%cohesion = interpolate(peak%cohesion, residual%cohesion)
+         strength%friction = atan(interpolate(tan(peak%friction), tan(residual%friction)))
+         strength%dilation = atan(interpolate(tan(peak%dilation), tan(residual%dilation)))
+         strength%tension = interpolate(peak%tension, residual%tension)
       end associate
       if (strength%friction > 0.0_wp) strength%tension = min(strength%tension, &
          strength%cohesion/tan(strength%friction))
@@ -117,7 +117,7 @@ contains
                e(i, i) = d(1, 1)
             end do
             trial(1:2) = trial(1:2) - d(1, 2)*state(across)
-            third = self%beyond + poisson_ratio(d)*sum(point%start_stress(1:2)) + d(1, &
+            third = self%out_of_plane + poisson_ratio(d)*sum(point%start_stress(1:2)) + d(1, &
                2)*sum(strain(1:2) &
                - state(1:2)) - d(1, 1)*state(across)
          end if
@@ -246,7 +246,7 @@ contains
       associate (elastic => strain - state(plastic))
          stored = dot_product(elastic, point%start_stress) + 0.5_wp*double_energy(point, elastic, &
             state(across))
-         if (point%plane_strain) stored = stored - state(across)*(self%beyond &
+         if (point%plane_strain) stored = stored - state(across)*(self%out_of_plane &
             + poisson_ratio(point%elasticity)*sum(point%start_stress(1:2)))
       end associate
    end function stored
@@ -275,15 +275,15 @@ contains
       real(wp), intent(in) :: strain(3)                   !< ε at the start of a step
       type(circle_type) :: circle
       type(strength_type) :: strength
-      real(wp) :: largest
+      real(wp) :: largest_radius
 
       call return_stress(self, point, state, strain, circle)
       strength = strength_at(self, point, state(plastic_measure))
       associate (mean => 0.5_wp*(circle%to%stress(1) + circle%to%stress(2)))
-         largest = min(strength%cohesion*cos(strength%friction) - mean*sin(strength%friction), &
-            strength%tension - mean)
-         jump_cap = max(0.0_wp, jump_fraction*largest, largest - 0.5_wp*(circle%to%stress(1) &
-            - circle%to%stress(2)))
+         largest_radius = min(strength%cohesion*cos(strength%friction) - &
+            mean*sin(strength%friction), strength%tension - mean)
+         jump_cap = max(0.0_wp, jump_fraction*largest_radius, largest_radius - &
+            0.5_wp*(circle%to%stress(1) - circle%to%stress(2)))
       end associate
    end function jump_cap
 

@@ -12,7 +12,7 @@ module dda_plane_branches
    use dda_kinds, only: wp
    implicit none
    private
-   public :: return_to_cap, recoverable_stress, potential
+   public :: return_to_cap, compute_recoverable_stress, potential
 
    real(wp), parameter :: eye(2, 2) = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
 
@@ -37,15 +37,15 @@ contains
    !> Potential of p: ½|e|² within the cap, y|e| − ½y² beyond.
    pure real(wp) function potential(e, cap)
       real(wp), intent(in) :: e(2), cap  !< strain; y
-      real(wp) :: r, within
+      real(wp) :: r, capped
 
       r = hypot(e(1), e(2))
-      within = min(r, cap)
-      potential = within*(r - 0.5_wp*within)
+      capped = min(r, cap)
+      potential = capped*(r - 0.5_wp*capped)
    end function potential
 
    !> Stress of a recoverable branch in a step, and its derivative with respect to Δe.
-   pure subroutine recoverable_stress(e, change, cap, theta, acting, slope)
+   pure subroutine compute_recoverable_stress(e, change, cap, theta, acting, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(in) :: theta                 !< θ
       real(wp), intent(out) :: acting(2)            !< stress over the modulus
@@ -61,7 +61,7 @@ contains
       call average_projection(e, change, cap, acting, slope)
       acting = (2.0_wp - 2.0_wp*theta)*acting + (2.0_wp*theta - 1.0_wp)*p
       slope = (2.0_wp - 2.0_wp*theta)*slope + (2.0_wp*theta - 1.0_wp)*of_end
-   end subroutine recoverable_stress
+   end subroutine compute_recoverable_stress
 
    !> Compute ∫₀¹ p(e₀ + tΔe) dt and ∫₀¹ t ∂p/∂e dt.
    !>

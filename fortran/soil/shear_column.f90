@@ -24,7 +24,7 @@ module dda_shear_column
       energy_balance
 
    integer, parameter :: most_iterations = 100
-   integer, parameter :: most_halvings = 12
+   integer, parameter :: max_halvings = 12
    real(wp), parameter :: tolerance = 1.0e-11_wp  !< relative tolerance of forces
 
    !> A column, from the surface downwards.
@@ -70,11 +70,11 @@ contains
    end subroutine begin_column
 
    !> Perform one step.
-   subroutine shake_column(column, time_step, base, state, error)
+   subroutine shake_column(column, time_step, base_acceleration, state, error)
       type(shear_column_type), intent(in) :: column  !< column
       real(wp), intent(in) :: time_step  !< Δt, s
       !> mean velocity in the step of the base, or of the outcrop of the half-space, m/s
-      real(wp), intent(in) :: base
+      real(wp), intent(in) :: base_acceleration
       type(shear_state_type), intent(inout) :: state  !< state of the column
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       real(wp), dimension(size(state%velocity)) :: d, residual, load
@@ -83,13 +83,13 @@ contains
       integer :: i
 
       load = 2.0_wp/time_step*mass_times(column, state%velocity)
-      load(size(load)) = load(size(load)) + column%dashpot*base
+      load(size(load)) = load(size(load)) + column%dashpot*base_acceleration
       d = time_step*state%velocity
-      if (column%dashpot <= 0.0_wp) d(size(d)) = time_step*base
+      if (column%dashpot <= 0.0_wp) d(size(d)) = time_step*base_acceleration
       call find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
       do i = 0, most_iterations - 1
          if (all(abs(residual) <= tolerance*scale)) exit
-         call newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
+         call iterate_newton(column, state, time_step, load, d, stress, tangent, residual, scale)
       end do
       state%iterations = i
       if (.not. all(abs(residual) <= tolerance*scale)) then  ! .true. for NaN as well
@@ -97,11 +97,11 @@ contains
             to_text(most_iterations)//' iterations')
          return
       end if
-      call end_step(column, state, time_step, base, d, stress, load)
+      call end_step(column, state, time_step, base_acceleration, d, stress, load)
    end subroutine shake_column
 
    !> Perform one iteration of Newton's method; its step is halved while the residual grows.
-   subroutine newton_iteration(column, state, time_step, load, d, stress, tangent, residual, scale)
+   subroutine iterate_newton(column, state, time_step, load, d, stress, tangent, residual, scale)
       type(shear_column_type), intent(in) :: column    !< column
       type(shear_state_type), intent(in) :: state      !< state at the start of the step
       real(wp), intent(in) :: time_step                !< Δt, s
@@ -117,13 +117,13 @@ contains
       from = d
       initial_residual = maxval(abs(residual))
       factor = 1.0_wp
-      do halving = 0, most_halvings
+      do halving = 0, max_halvings
          d = from + factor*correction
          call find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
          if (maxval(abs(residual)) < max(initial_residual, tolerance*scale)) exit
          factor = 0.5_wp*factor
       end do
-   end subroutine newton_iteration
+   end subroutine iterate_newton
 
    !> Compute stresses, tangents and residual forces at increments of the nodes.
    pure subroutine find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
@@ -170,7 +170,7 @@ contains
       integer :: n
 
       n = size(tangent)
-      call mass_matrix(column, diagonal, off_diagonal)
+      call assemble_mass(column, diagonal, off_diagonal)
       diagonal = 2.0_wp/time_step**2*diagonal
       off_diagonal = 2.0_wp/time_step**2*off_diagonal - tangent/column%thickness
       diagonal(:n) = diagonal(:n) + tangent/column%thickness
@@ -184,14 +184,14 @@ contains
    end subroutine solve_tangents
 
    !> Solve with a symmetric positive definite tridiagonal matrix.
-   pure subroutine solve_tridiagonal(diagonal, off_diagonal, right, x)
+   pure subroutine solve_tridiagonal(diagonal, off_diagonal, rhs, x)
       real(wp), intent(inout) :: diagonal(:)  !< [n] diagonal, overwritten
       real(wp), intent(in) :: off_diagonal(:)       !< [n-1]
-      real(wp), intent(in) :: right(:)        !< [n]
+      real(wp), intent(in) :: rhs(:)        !< [n]
       real(wp), intent(out) :: x(:)           !< [n] vector
       integer :: i
 
-      x = right
+      x = rhs
       do i = 2, size(x)
          associate (factor => off_diagonal(i - 1)/diagonal(i - 1))
             diagonal(i) = diagonal(i) - factor*off_diagonal(i - 1)
@@ -205,7 +205,7 @@ contains
    end subroutine solve_tridiagonal
 
    !> Mass matrix M, the mean of lumped and consistent mass.
-   pure subroutine mass_matrix(column, diagonal, off_diagonal)
+   pure subroutine assemble_mass(column, diagonal, off_diagonal)
       type(shear_column_type), intent(in) :: column  !< column
       real(wp), intent(out) :: diagonal(:), off_diagonal(:)  !< [nodes], [cells] kg/m²
       integer :: n
@@ -217,7 +217,7 @@ contains
          diagonal(:n) = 5.0_wp/12.0_wp*mass
          diagonal(2:) = diagonal(2:) + 5.0_wp/12.0_wp*mass
       end associate
-   end subroutine mass_matrix
+   end subroutine assemble_mass
 
    !> Product M x.
    pure function mass_times(column, x) result(product_of)
@@ -225,7 +225,7 @@ contains
       real(wp), intent(in) :: x(:)   !< [nodes]
       real(wp) :: product_of(size(x)), diagonal(size(x)), off_diagonal(size(x) - 1)
 
-      call mass_matrix(column, diagonal, off_diagonal)
+      call assemble_mass(column, diagonal, off_diagonal)
       product_of = diagonal*x
       product_of(:size(off_diagonal)) = product_of(:size(off_diagonal)) + off_diagonal*x(2:)
       product_of(2:) = product_of(2:) + off_diagonal*x(:size(off_diagonal))
@@ -284,10 +284,10 @@ contains
    end subroutine end_cell
 
    !> Accelerations of the nodes at the end of a step, from the forces at that time.
-   function end_accelerations(column, state, base, outcrop) result(acceleration)
+   function end_accelerations(column, state, base_acceleration, outcrop) result(acceleration)
       type(shear_column_type), intent(in) :: column  !< column
       type(shear_state_type), intent(in) :: state  !< state of the column
-      real(wp), intent(in) :: base     !< acceleration of a prescribed base, m/s²
+      real(wp), intent(in) :: base_acceleration     !< acceleration of a prescribed base, m/s²
       real(wp), intent(in) :: outcrop  !< velocity of an outcrop of the half-space, m/s
       real(wp) :: acceleration(size(state%velocity))
       real(wp), dimension(size(acceleration)) :: diagonal, force
@@ -298,12 +298,12 @@ contains
       force = 0.0_wp
       force(:n) = -state%stress
       force(2:) = force(2:) + state%stress
-      call mass_matrix(column, diagonal, off_diagonal)
+      call assemble_mass(column, diagonal, off_diagonal)
       if (column%dashpot > 0.0_wp) then
          force(n + 1) = force(n + 1) + column%dashpot*(outcrop - state%velocity(n + 1))
       else
-         force(n) = force(n) - off_diagonal(n)*base
-         force(n + 1) = base
+         force(n) = force(n) - off_diagonal(n)*base_acceleration
+         force(n + 1) = base_acceleration
          diagonal(n + 1) = 1.0_wp
          off_diagonal(n) = 0.0_wp
       end if

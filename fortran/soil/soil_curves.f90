@@ -12,11 +12,11 @@ module dda_soil_curves
    use dda_text, only: to_text
    implicit none
    private
-   public :: soil_type, curve_of
+   public :: soil_type, find_curve
 
    integer, parameter :: samples = 91  !< number of strains in a table
    integer, parameter :: parts = 60    !< parts of an interval, in integrals of Masing's rules
-   integer, parameter :: below = 60    !< intervals below the table, in these integrals
+   integer, parameter :: intervals_below = 60    !< intervals below the table, in these integrals
    real(wp), parameter :: strains(2) = [1.0e-6_wp, 0.0316227766016837933_wp]
    real(wp), parameter :: atmosphere = 101325.0_wp  !< Pa
 
@@ -38,11 +38,11 @@ module dda_soil_curves
 contains
 
    !> Curves of a soil; damping by Masing's rules if its formula has no damping.
-   subroutine curve_of(soil, curve, error)
+   subroutine find_curve(soil, curve, error)
       type(soil_type), intent(in) :: soil     !< soil as described in the input
       type(curve_type), intent(out) :: curve  !< table of its curves
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      real(wp) :: fine((below + samples - 1)*parts + 1), largest_theta
+      real(wp) :: fine((intervals_below + samples - 1)*parts + 1), largest_theta
 
       if (soil%curve == 'table') then
          curve = soil%table
@@ -53,8 +53,8 @@ contains
          call add_darendeli(soil, curve)
          return
       end if
-      fine = log_spaced(strains(1)*(strains(1)/strains(2))**(real(below, wp)/(samples - 1)), &
-         strains(2), size(fine))
+      fine = log_spaced(strains(1)*(strains(1)/strains(2))**(real(intervals_below, wp)/(samples - &
+         1)), strains(2), size(fine))
       if (soil%curve == 'gqh') then
          largest_theta = maxval(gqh_theta(soil, fine/soil%reference))
          if (largest_theta > 1.0_wp) then
@@ -65,7 +65,7 @@ contains
       end if
       curve%reduction = min(1.0_wp, modulus_reduction(soil, curve%strain))
       curve%damping = masing_damping(fine, modulus_reduction(soil, fine))
-   end subroutine curve_of
+   end subroutine find_curve
 
    !> Modulus ratio G_s/G of a formula at strains.
    elemental real(wp) function modulus_reduction(soil, strain)
@@ -107,7 +107,7 @@ contains
       k = 0
       do i = 2, size(strain)
          work = work + 0.5_wp*(strain(i) - strain(i - 1))*(stress(i) + stress(i - 1))
-         if (i < below*parts + 1 .or. mod(i - 1, parts) /= 0) cycle
+         if (i < intervals_below*parts + 1 .or. mod(i - 1, parts) /= 0) cycle
          k = k + 1
          damping(k) = max(0.0_wp, 2.0_wp/pi*(2.0_wp*work/(stress(i)*strain(i)) - 1.0_wp))
       end do

@@ -52,25 +52,25 @@ contains
       real(wp), intent(in) :: elastic(3, 3)        !< D of principal strains, Pa
       real(wp), intent(in) :: trial(3)             !< σ₁ ≥ σ₂, σ₃, Pa
       real(wp), intent(in) :: frozen(3)            !< principal stresses with frozen means, Pa
-      real(wp) :: gradient(3, bounds), bound(bounds), violation, least_violation
+      real(wp) :: gradient(3, bounds), bound(bounds), violation, min_violation
       type(return_type) :: candidate
       integer :: n
       integer, parameter :: indices(bounds) = [(n, n=1, bounds)]
-      integer :: set, list(bounds)
+      integer :: bound_set, active(bounds)
 
       to%stress = trial
       to%slope = elastic
       call set_strength_planes(strength, frozen, gradient, bound)
       if (all(matmul(trial, gradient) <= bound)) return
-      least_violation = huge(1.0_wp)
+      min_violation = huge(1.0_wp)
       do n = 1, 3
-         do set = 1, 2**bounds - 1
-            if (popcnt(set) /= n) cycle
-            list(:n) = pack(indices, btest(set, indices - 1))
-            if (any(bound(list(:n)) >= huge(1.0_wp))) cycle
-            call return_to_planes(elastic, trial, gradient, bound, list(:n), candidate, violation)
-            if (violation >= least_violation) cycle
-            least_violation = violation
+         do bound_set = 1, 2**bounds - 1
+            if (popcnt(bound_set) /= n) cycle
+            active(:n) = pack(indices, btest(bound_set, indices - 1))
+            if (any(bound(active(:n)) >= huge(1.0_wp))) cycle
+            call return_to_planes(elastic, trial, gradient, bound, active(:n), candidate, violation)
+            if (violation >= min_violation) cycle
+            min_violation = violation
             to = candidate
             if (violation <= rounding*maxval(abs(trial))) return
          end do
@@ -112,7 +112,7 @@ contains
       integer, intent(in) :: list(:)             !< planes
       type(return_type), intent(out) :: to       !< returned stress
       real(wp), intent(out) :: violation         !< violation; huge if the planes do not intersect
-      real(wp) :: n(3, 3), stiff(3, 3), matrix(3, 3), right(3, 4)
+      real(wp) :: n(3, 3), stiff(3, 3), matrix(3, 3), rhs(3, 4)
       logical :: meets
 
       violation = huge(1.0_wp)
@@ -120,23 +120,23 @@ contains
          n(:, :k) = gradient(:, list)
          stiff(:, :k) = matmul(elastic, n(:, :k))
          matrix(:k, :k) = matmul(transpose(n(:, :k)), stiff(:, :k))
-         right(:k, 1) = matmul(trial, n(:, :k)) - bound(list)
-         right(:k, 2:4) = transpose(stiff(:, :k))
-         call solve_small_system(matrix(:k, :k), right(:k, :), meets)
+         rhs(:k, 1) = matmul(trial, n(:, :k)) - bound(list)
+         rhs(:k, 2:4) = transpose(stiff(:, :k))
+         call solve_small_system(matrix(:k, :k), rhs(:k, :), meets)
          if (.not. meets) return
-         violation = -minval(right(:k, 1))*elastic(1, 1)
+         violation = -minval(rhs(:k, 1))*elastic(1, 1)
          to%yields = .true.
-         to%flow = matmul(n(:, :k), right(:k, 1))
-         to%stress = trial - matmul(stiff(:, :k), right(:k, 1))
+         to%flow = matmul(n(:, :k), rhs(:k, 1))
+         to%stress = trial - matmul(stiff(:, :k), rhs(:k, 1))
          violation = max(violation, maxval(matmul(to%stress, gradient) - bound))
-         to%slope = elastic - matmul(stiff(:, :k), right(:k, 2:4))
+         to%slope = elastic - matmul(stiff(:, :k), rhs(:k, 2:4))
       end associate
    end subroutine return_to_planes
 
    !> Solve a small system of equations by elimination.
-   pure subroutine solve_small_system(matrix, right, regular)
+   pure subroutine solve_small_system(matrix, rhs, regular)
       real(wp), intent(inout) :: matrix(:,:)  !< [n,n] with positive diagonal; overwritten
-      real(wp), intent(inout) :: right(:,:)   !< [n,any] becomes the solutions
+      real(wp), intent(inout) :: rhs(:,:)   !< [n,any] becomes the solutions
       logical, intent(out) :: regular         !< the system has one solution
       real(wp) :: scale(size(matrix, 1)), factor
       integer :: i, k
@@ -149,12 +149,12 @@ contains
             if (k == i) cycle
             factor = matrix(k, i)/matrix(i, i)
             matrix(k, :) = matrix(k, :) - factor*matrix(i, :)
-            right(k, :) = right(k, :) - factor*right(i, :)
+            rhs(k, :) = rhs(k, :) - factor*rhs(i, :)
          end do
       end do
       regular = .true.
       do i = 1, size(matrix, 1)
-         right(i, :) = right(i, :)/matrix(i, i)
+         rhs(i, :) = rhs(i, :)/matrix(i, i)
       end do
    end subroutine solve_small_system
 

@@ -127,7 +127,7 @@ contains
       integer :: i
 
       do i = 1, size(points)
-         call serialise(archive, points(i)%place)
+         call serialise(archive, points(i)%position)
       end do
    end subroutine serialise_points
 
@@ -138,7 +138,7 @@ contains
       integer :: i
 
       do i = 1, size(simulation%model%fixed_points)
-         call serialise(archive, simulation%model%fixed_points(i)%place)
+         call serialise(archive, simulation%model%fixed_points(i)%position)
       end do
       do i = 1, size(simulation%model%loads)
          call serialise(archive, simulation%model%loads(i)%start)
@@ -346,7 +346,7 @@ contains
       if (.not. is_solver_name(method)) call fail_archive(archive, &
          'its solver name is unknown')
       call serialise(archive, solver%last_iterations)
-      call serialise(archive, solver%shifted)
+      call serialise(archive, solver%n_shifted)
       call serialise(archive, solver%exact)
       call serialise(archive, solver%solves)
       call serialise(archive, solver%factors)

@@ -55,13 +55,13 @@ contains
    end function layered_site_two
 
    !> Text of ten drums of 0.6 × 0.5 m, E 17 GPa, ν 0.22, ρ 2250, on a base held at four points.
-   function drum_column(penalty, settings, bonded) result(text)
+   function drum_column(penalty, settings, is_bonded) result(text)
       character(len=*), intent(in) :: penalty    !< N/m
       character(len=*), intent(in) :: settings       !< in &control
-      logical, intent(in), optional :: bonded    !< default: yes
+      logical, intent(in), optional :: is_bonded    !< default: yes
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', settings, penalty, bonded)// &
+      text = head('1.0e-3', settings, penalty, is_bonded)// &
          "&material name='stone', density=2250.0, young_modulus=17.0e9, poisson_ratio=0.22 /"// &
          nl//"&layers name='base', left=-0.3, bottom=-0.5, width=0.6, thickness=0.5 /"//nl// &
          "&drums name='drum', centre=0.0, width=0.6, height=0.5, count=10 /"//nl// &
@@ -91,15 +91,15 @@ contains
    end function brick_wall
 
    !> Text of the groups &control, &contact and &joint.
-   function head(time_step, settings, penalty, bonded) result(text)
+   function head(time_step, settings, penalty, is_bonded) result(text)
       character(len=*), intent(in) :: time_step, settings, penalty
-      logical, intent(in), optional :: bonded
+      logical, intent(in), optional :: is_bonded
       character(len=:), allocatable :: text
 
       text = '&control time_step='//time_step//', steps=1000'//settings//' /'//nl// &
          '&contact normal_stiffness='//penalty//' /'//nl
-      if (present(bonded)) then
-         if (.not. bonded) then
+      if (present(is_bonded)) then
+         if (.not. is_bonded) then
             text = text//"&joint name='joint', friction_angle=40.0 /"//nl
             return
          end if

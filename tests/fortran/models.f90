@@ -127,15 +127,15 @@ contains
    end function joint_text
 
    !> Text of a group &block.
-   pure function block_text(name, vertices, more) result(text)
+   pure function block_text(name, vertices, block_group_text) result(text)
       character(len=*), intent(in) :: name
       real(wp), intent(in) :: vertices(:,:)
-      character(len=*), intent(in), optional :: more
+      character(len=*), intent(in), optional :: block_group_text
       character(len=:), allocatable :: text
       integer :: i
 
       text = ' &block name = '''//name//''' '
-      if (present(more)) text = text//more
+      if (present(block_group_text)) text = text//block_group_text
       text = text//' vertices = '
       do i = 1, size(vertices, 2)
          text = text//number(vertices(1, i))//' '//number(vertices(2, i))//' '
@@ -144,19 +144,19 @@ contains
    end function block_text
 
    !> Text of a floor from (−2, −1) to (2, 0) m that four points hold, and of a block if given.
-   pure function on_floor(block, more, held) result(text)
+   pure function on_floor(block, block_group_text, point_text) result(text)
       real(wp), intent(in), optional :: block(:,:)    !< its vertices, m
-      character(len=*), intent(in), optional :: more  !< in the group of the block
-      character(len=*), intent(in), optional :: held  !< in the groups of the fixed points
+      character(len=*), intent(in), optional :: block_group_text  !< in the group of the block
+      character(len=*), intent(in), optional :: point_text  !< in the groups of the fixed points
       character(len=:), allocatable :: text, of_points
       real(wp) :: points(2, 4)
       integer :: i
 
       of_points = ''
-      if (present(held)) of_points = held
+      if (present(point_text)) of_points = point_text
       points = rectangle(-1.9_wp, -0.9_wp, 1.9_wp, -0.1_wp)
       text = block_text('floor', rectangle(-2.0_wp, -1.0_wp, 2.0_wp, 0.0_wp))
-      if (present(block)) text = text//block_text('b', block, more)
+      if (present(block)) text = text//block_text('b', block, block_group_text)
       do i = 1, 4
          text = text//' &fixed_point x = '//number(points(1, i))//' y = '//number(points(2, i))// &
             ' '//of_points//' /'
@@ -171,12 +171,12 @@ contains
    end subroutine sow
 
    !> Next random number between two bounds (Park and Miller's generator).
-   real(wp) function random(low, high)
-      real(wp), intent(in) :: low, high
+   real(wp) function random(lower, upper)
+      real(wp), intent(in) :: lower, upper
       integer(long), parameter :: modulus = 2147483647_long
 
       seed = modulo(48271_long*seed, modulus)
-      random = low + (high - low)*real(seed, wp)/real(modulus, wp)
+      random = lower + (upper - lower)*real(seed, wp)/real(modulus, wp)
    end function random
 
    !> Random numbers between −1 and 1.
@@ -191,16 +191,16 @@ contains
    end function random_vector
 
    !> A star-shaped polygon round the origin, seldom convex.
-   function star(m, low, high) result(vertices)
+   function star(m, lower, upper) result(vertices)
       integer, intent(in) :: m
-      real(wp), intent(in) :: low, high   !< bounds of the radius
+      real(wp), intent(in) :: lower, upper   !< bounds of the radius
       real(wp) :: vertices(2, m)
       real(wp) :: angle, radius
       integer :: i
 
       do i = 1, m
          angle = 2.0_wp*pi*(real(i, wp) + random(-0.4_wp, 0.4_wp))/real(m, wp)
-         radius = random(low, high)
+         radius = random(lower, upper)
          vertices(:, i) = radius*[cos(angle), sin(angle)]
       end do
    end function star
@@ -222,11 +222,11 @@ contains
    end function turned
 
    !> The vertices shifted by one vector.
-   pure function shifted(vertices, by) result(copy)
-      real(wp), intent(in) :: vertices(:,:), by(2)
+   pure function shifted(vertices, shift) result(copy)
+      real(wp), intent(in) :: vertices(:,:), shift(2)
       real(wp) :: copy(2, size(vertices, 2))
 
-      copy = vertices + spread(by, 2, size(vertices, 2))
+      copy = vertices + spread(shift, 2, size(vertices, 2))
    end function shifted
 
    !> Set blocks of the gathered outlines, all of one material, ready for steps.
@@ -289,34 +289,34 @@ contains
       real(wp), intent(out) :: path(3, 2000)      !< stresses, Pa
       type(step_type) :: step
       real(wp) :: state(law%state_size()), strain(3), change(3), tangent(3, 3), loss(losses)
-      real(wp) :: before, work, worst, least
+      real(wp) :: start_energy, work, max_imbalance, min_loss
       integer :: i
 
       step = step_type(scheme_type(theta, theta), 0.0_wp, 0.005_wp)
       state = 0.0_wp
       strain = 0.0_wp
-      worst = 0.0_wp
-      least = 0.0_wp
+      max_imbalance = 0.0_wp
+      min_loss = 0.0_wp
       work = 0.0_wp
       do i = 1, size(path, 2)
          change = 10.0_wp**(-5.0_wp + 2.0_wp*modulo(0.37_wp*i, 1.0_wp))*([cos(0.02_wp*i), &
             -cos(0.02_wp*i), sin(0.03_wp*i)] + random_vector(3))
-         before = law%stored(point, state, strain)
+         start_energy = law%stored(point, state, strain)
          point%bounding = law%frozen_stress(point, state, strain, change, step)
          call law%respond(point, state, strain, change, step, path(:, i), tangent)
          call law%finish(point, state, strain, change, step, loss)
          strain = strain + change
          path(:, i) = path(:, i) + point%start_stress
          work = work + abs(dot_product(path(:, i), change))
-         worst = max(worst, abs(dot_product(path(:, i), change) - sum(loss) &
-            - law%stored(point, state, strain) + before))
-         least = min(least, loss(loss_plastic), loss(loss_damping), loss(loss_damping) &
+         max_imbalance = max(max_imbalance, abs(dot_product(path(:, i), change) - sum(loss) &
+            - law%stored(point, state, strain) + start_energy))
+         min_loss = min(min_loss, loss(loss_plastic), loss(loss_damping), loss(loss_damping) &
             + loss(loss_scheme))
          call check(maxval(abs(tangent - transpose(tangent))) <= 1.0e-12_wp &
             *max(maxval(tangent), point%elasticity(1, 1)), 'the tangent is symmetric')
       end do
-      call check(worst < rounding(1)*work, 'work is what is stored and lost')
-      call check(least > -rounding(2)*work, 'no loss is below 0')
+      call check(max_imbalance < rounding(1)*work, 'work is what is stored and lost')
+      call check(min_loss > -rounding(2)*work, 'no loss is below 0')
    end subroutine walk
 
    !> Random pairs i ≠ j in any order, with repeats.

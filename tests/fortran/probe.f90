@@ -22,8 +22,8 @@ program probe
    use dda_simulation, only: simulation_type
    use dda_text, only: to_text
    implicit none
-   integer, parameter :: most_stepped = 300      !< blocks; larger models are read and set up only
-   integer, parameter :: most_checked = 40       !< blocks of models that the check looks at
+   integer, parameter :: max_blocks_stepped = 300  !< blocks; larger models are read and set up only
+   integer, parameter :: max_blocks_checked = 40       !< blocks of models that the check looks at
    integer(long), parameter :: steps = 5
    character(len=4096) :: request
    logical :: halting(size(ieee_all))
@@ -57,9 +57,9 @@ contains
       allocate (run)
       if (.not. allocated(error)) call begin_run(run, model, .false., error)
       call ieee_set_halting_mode(ieee_all, halting)
-      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_checked) &
+      if (.not. allocated(error) .and. run%simulation%blocks%n <= max_blocks_checked) &
          fault = strange_line(run%simulation)
-      if (.not. allocated(error) .and. run%simulation%blocks%n <= most_stepped) &
+      if (.not. allocated(error) .and. run%simulation%blocks%n <= max_blocks_stepped) &
          call continue_run(run, steps, error)
       if (allocated(error)) then
          call refuse(error)
@@ -71,31 +71,31 @@ contains
 
    !> Return the part of the check report that is not finite; blank: none.  The check may reject
    !> the model, but must return.
-   function strange_line(simulation) result(what)
+   function strange_line(simulation) result(name)
       type(simulation_type), intent(in) :: simulation
-      character(len=:), allocatable :: what
+      character(len=:), allocatable :: name
       type(report_type), allocatable :: report
       type(error_type), allocatable :: error
       integer :: i
 
-      what = ''
+      name = ''
       allocate (report)
       call check_simulation(simulation, report, error)
       if (allocated(error)) return
-      associate (highest => report%highest)
+      associate (highest => report%omega_max)
          if (strange([highest%omega, highest%residual, highest%bracket%lower, &
-            highest%bracket%upper, report%shift, report%band%lowest, &
-            report%band%highest])) what = 'check, numbers of the report'
+            highest%bracket%upper, report%frequency_shift, report%band%lowest, &
+            report%band%highest])) name = 'check, numbers of the report'
       end associate
       if (report%has_modes) then
          if (strange([report%modes%frequency, report%modes%damping, report%modes%elongation])) &
-            what = 'check, modes'
+            name = 'check, modes'
       end if
       do i = 1, report%n
          associate (found => report%line(i)%finding)
             if (index(found, 'NaN') == 0 .and. index(found, 'Infinity') == 0 &
                .and. index(found, '**') == 0) cycle
-            what = 'check, '//report%line(i)%subject//': '//found
+            name = 'check, '//report%line(i)%subject//': '//found
          end associate
       end do
    end function strange_line

@@ -53,10 +53,10 @@ contains
    end function diagonal_of
 
    !> Prepare a system of n blocks with the pattern of its near pairs and of given couplings.
-   subroutine pattern_of(system, n, near, couplings)
+   subroutine pattern_of(system, n, neighbours, couplings)
       type(system_type), intent(out) :: system
       integer, intent(in) :: n  !< blocks
-      type(neighbours_type), intent(in) :: near
+      type(neighbours_type), intent(in) :: neighbours
       type(linear_terms_type), intent(in), optional :: couplings
       type(blocks_type) :: blocks
       type(elements_type) :: elements
@@ -65,7 +65,7 @@ contains
       blocks%n = n
       allocate (elements%kind(0))
       if (present(couplings)) call register(elements, couplings_type(terms=couplings))
-      call set_matrix_pattern(system, blocks, near, elements, step_type(time_step=1.0_wp))
+      call set_matrix_pattern(system, blocks, neighbours, elements, step_type(time_step=1.0_wp))
    end subroutine pattern_of
 
    subroutine add_linear_terms(self, blocks, step, terms)
@@ -152,14 +152,14 @@ contains
       type(laws_type), intent(out) :: laws
       integer, intent(in) :: count
       real(wp), intent(in) :: friction_angle
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       type(linear_terms_type) :: couplings
       real(wp) :: a(6, 6)
       integer :: b, c, k
       logical :: fits
 
-      near%n_pairs = 1
-      near%pair = reshape([1, 2], [2, 1])
+      neighbours%n_pairs = 1
+      neighbours%pair = reshape([1, 2], [2, 1])
       if (random(0.0_wp, 1.0_wp) > 0.5_wp) then
          do k = 1, 3
             call add_term(couplings, linear_term_type(block_a=1, block_b=2, &
@@ -167,7 +167,7 @@ contains
                row_b=random_vector(6)))
          end do
       end if
-      call pattern_of(system, 2, near, couplings)
+      call pattern_of(system, 2, neighbours, couplings)
       do b = 1, 2
          a = reshape(random_vector(36), [6, 6])
          system%has_terms(b) = .true.

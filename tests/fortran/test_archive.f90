@@ -83,17 +83,17 @@ contains
 
    !> A truncated archive is detected, and reading writes to no other memory.
    subroutine truncated_archives()
-      type(archive_type) :: archive, part
+      type(archive_type) :: archive, truncated
       type(state_type) :: state
       integer :: length
 
       call write_full(archive)
       do length = 0, int(archive%at) - 1
-         part%bytes = archive%bytes(:length)
-         call read_archive(part)
+         truncated%bytes = archive%bytes(:length)
+         call read_archive(truncated)
          state%text = ''
-         call carry_state(part, state)
-         call check(allocated(part%failure), 'trouble is noted')
+         call carry_state(truncated, state)
+         call check(allocated(truncated%failure), 'trouble is noted')
       end do
    end subroutine truncated_archives
 

@@ -156,31 +156,32 @@ contains
 
    !> With the velocity that is left, unless it is rounding or to be stopped.
    subroutine after_the_end()
-      type(motion_curve_type) :: curve, free
-      real(wp), parameter :: push(samples) = 3.0_wp, late = duration + 2.0_wp
-      type(baseline_type), parameter :: on = baseline_type(order=0, after_end='continue')
+      type(motion_curve_type) :: curve, continued
+      real(wp), parameter :: push(samples) = 3.0_wp, later_time = duration + 2.0_wp
+      type(baseline_type), parameter :: continuing = baseline_type(order=0, after_end='continue')
       real(wp) :: v, d
 
       curve = made('acceleration', push, as_is)
       v = 3.0_wp*duration
       d = 1.5_wp*duration**2
-      call check_close(velocity_at(curve, late), v, 'goes on', relative=1.0e-14_wp)
-      call check_close(displacement_at(curve, late), d + 2.0_wp*v, 'so far', relative=1.0e-13_wp)
-      call check_close(acceleration_at(curve, late), 0.0_wp, 'by itself')
+      call check_close(velocity_at(curve, later_time), v, 'goes on', relative=1.0e-14_wp)
+      call check_close(displacement_at(curve, later_time), d + 2.0_wp*v, 'so far', &
+         relative=1.0e-13_wp)
+      call check_close(acceleration_at(curve, later_time), 0.0_wp, 'by itself')
       call check(.not. curve%ends_at_rest .and. index(curve%method, 'continues with') > 0, &
          curve%method)
       curve%start = 5.0_wp
-      call check_close(displacement_at(curve, 5.0_wp + late), d + 2.0_wp*v, 'from its start', &
-         relative=1.0e-13_wp)
+      call check_close(displacement_at(curve, 5.0_wp + later_time), d + 2.0_wp*v, &
+         'from its start', relative=1.0e-13_wp)
       curve = made('acceleration', push, baseline_type(order=0, after_end='hold'))
-      call check_close([velocity_at(curve, late), displacement_at(curve, late)], [0.0_wp, d], &
-         'stopped where asked', relative=1.0e-13_wp)
+      call check_close([velocity_at(curve, later_time), displacement_at(curve, later_time)], &
+         [0.0_wp, d], 'stopped where asked', relative=1.0e-13_wp)
       curve = made('acceleration', push)
       call check(curve%ends_at_rest .and. curve%velocity_after == 0.0_wp, 'at rest: held')
       call check_close(curve%removed, [v, d], 'all of it was drift', relative=1.0e-13_wp)
       curve = made('acceleration', times()**2)
-      free = made('acceleration', times()**2, baseline_type(after_end='continue'))
-      call check(curve%velocity_after == 0.0_wp .and. abs(free%velocity_after) > 1.0e-3_wp, &
+      continued = made('acceleration', times()**2, baseline_type(after_end='continue'))
+      call check(curve%velocity_after == 0.0_wp .and. abs(continued%velocity_after) > 1.0e-3_wp, &
          'the fit is free at its end')
       curve = made('velocity', sin(omega*times()) + 0.9e-4_wp*times()/duration, as_is)
       call check(curve%velocity_after == 0.0_wp, 'rounding is no velocity')
@@ -189,8 +190,9 @@ contains
       curve = made('displacement', times())
       call check(curve%velocity_after == 0.0_wp, 'a displacement ends at rest')
       call check_close(curve%cut_velocity, 1.0_wp, 'with a word', relative=1.0e-9_wp)
-      curve = made('displacement', times(), on)
-      call check_close(displacement_at(curve, late), late, 'or goes on', relative=1.0e-9_wp)
+      curve = made('displacement', times(), continuing)
+      call check_close(displacement_at(curve, later_time), later_time, 'or goes on', &
+         relative=1.0e-9_wp)
       call check_close(velocity_at(curve, 0.0_wp), 0.0_wp, 'from rest')
    end subroutine after_the_end
 

@@ -173,12 +173,12 @@ contains
    subroutine not_positive_definite()
       type(factor_type) :: factor
       type(single_factor_type) :: single_factor
-      integer :: bad
+      integer :: failed_row
 
-      do bad = 1, 400, 57
+      do failed_row = 1, 400, 57
          call set_pattern(matrix, 1600, grid_pairs(40, 40))
          call fill_definite(matrix)
-         matrix%diagonal(3, 3, bad) = -1.0_wp
+         matrix%diagonal(3, 3, failed_row) = -1.0_wp
          call analyse(factor, matrix)
          call factorise(factor, matrix, error)
          call check_fails(error, 'positive pivot')

@@ -30,7 +30,7 @@ contains
       integer, intent(in) :: n, pairs(:,:)
       type(block_matrix_type) :: matrix
       logical :: coupled(n, n)
-      integer :: p, i, j, entry, wrong
+      integer :: p, i, j, entry, n_wrong
 
       call set_pattern(matrix, n, pairs)
       coupled = .false.
@@ -40,20 +40,20 @@ contains
       end do
       call check(size(matrix%column) == count(coupled)/2, 'each pair once')
       call check(matrix%row_start(n + 1) == size(matrix%column) + 1, 'the rows hold all entries')
-      wrong = 0
+      n_wrong = 0
       do i = 1, n
          do j = 1, n
             if (i == j) cycle
             entry = entry_of(matrix, i, j)
-            if ((entry > 0) .neqv. coupled(i, j)) wrong = wrong + 1
-            if (entry /= entry_of(matrix, j, i)) wrong = wrong + 1
-            if (entry > 0) wrong = wrong + merge(0, 1, matrix%column(entry) == min(i, j))
+            if ((entry > 0) .neqv. coupled(i, j)) n_wrong = n_wrong + 1
+            if (entry /= entry_of(matrix, j, i)) n_wrong = n_wrong + 1
+            if (entry > 0) n_wrong = n_wrong + merge(0, 1, matrix%column(entry) == min(i, j))
          end do
          associate (row => matrix%column(matrix%row_start(i):matrix%row_start(i + 1) - 1))
-            if (any(row(2:) <= row(:size(row) - 1)) .or. any(row >= i)) wrong = wrong + 1
+            if (any(row(2:) <= row(:size(row) - 1)) .or. any(row >= i)) n_wrong = n_wrong + 1
          end associate
       end do
-      call check(wrong == 0, 'every pair is found, no other; rows ascend below the diagonal')
+      call check(n_wrong == 0, 'every pair is found, no other; rows ascend below the diagonal')
       call try_product(matrix)
    end subroutine try_pattern
 
@@ -112,7 +112,7 @@ contains
             row_a=random_vector(6), row_b=random_vector(6)))
          if (k == 2) then
             terms%term(1)%block_b = 2
-            terms%term(1)%further = [4]
+            terms%term(1)%further_block = [4]
             terms%term(1)%further_row = reshape(random_vector(6), [6, 1])
          end if
          matrix%lower = 0.0_wp
@@ -144,7 +144,7 @@ contains
          terms%n = 0
          do i = 1, n
             call add_term(terms, linear_term_type(block_a=4, block_b=1, coefficient=c(i), &
-               row_a=row(:, 1, i), row_b=-row(:, 2, i), further=[3], further_row=row(:, 3:, i)))
+               row_a=row(:, 1, i), row_b=-row(:, 2, i), further_block=[3], further_row=row(:, 3:, i)))
          end do
          call set_pattern(single, 4, coupled_blocks(terms))
          call set_pattern(matrix, 4, coupled_blocks(terms))

@@ -105,17 +105,17 @@ contains
    !> A thousand large increments of rotation: no growth of area or edges.
    subroutine a_thousand_large_rotations()
       real(wp), allocatable :: vertices(:,:)
-      real(wp) :: worst
+      real(wp) :: max_error
       integer :: i
 
       call make_star(vertices, 8)
-      worst = 0.0_wp
+      max_error = 0.0_wp
       do i = 1, 1000
          blocks%position(3, 1) = blocks%position(3, 1) + random(-3.0_wp, 3.0_wp)
          call update_geometry(blocks)
-         worst = max(worst, abs(area_of(blocks%vertex)/blocks%area(1) - 1.0_wp))
+         max_error = max(max_error, abs(area_of(blocks%vertex)/blocks%area(1) - 1.0_wp))
       end do
-      call check_close(worst, 0.0_wp, 'area', absolute=1.0e-13_wp)
+      call check_close(max_error, 0.0_wp, 'area', absolute=1.0e-13_wp)
       call check_close(norm2(blocks%vertex(:, 2:) - blocks%vertex(:, :7), 1), &
          norm2(vertices(:, 2:) - vertices(:, :7), 1), 'edges', relative=1.0e-13_wp)
    end subroutine a_thousand_large_rotations

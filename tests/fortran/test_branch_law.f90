@@ -22,8 +22,8 @@ module test_branch_law
       real(wp) :: body = 0.0_wp
       real(wp) :: stress = 0.0_wp   !< that acted in the last step
       real(wp) :: work = 0.0_wp
-      real(wp) :: lost = 0.0_wp
-      real(wp) :: least = 0.0_wp    !< loss of a step
+      real(wp) :: loss_sum = 0.0_wp
+      real(wp) :: min_loss = 0.0_wp    !< loss of a step
    end type point_type
 
 contains
@@ -34,17 +34,17 @@ contains
    end subroutine both_kinds_of_loops
 
    !> A hyperbola with a damping ratio of 1 % and, beyond it, half of that of Masing's rules.
-   subroutine make(masing, least_damping, branches)
+   subroutine make(masing, min_damping, branches)
       logical, intent(in) :: masing
-      real(wp), intent(in) :: least_damping
+      real(wp), intent(in) :: min_damping
       type(branches_type), intent(out) :: branches
       type(curve_type) :: curve
       integer :: i
 
       curve%strain = [(10.0_wp**(-7.0_wp + 6.0_wp*(i - 1)/(rows - 1)), i=1, rows)]
       curve%reduction = 1.0_wp/(1.0_wp + curve%strain/reference)
-      curve%damping = least_damping + 0.5_wp*masing_ratio(curve%strain/reference)
-      call fit_branches(curve, 40, masing, damping_type(ratio=least_damping, reference=1.0_wp), &
+      curve%damping = min_damping + 0.5_wp*masing_ratio(curve%strain/reference)
+      call fit_branches(curve, 40, masing, damping_type(ratio=min_damping, reference=1.0_wp), &
          huge(1.0_wp), branches, error)
       call check_no_error(error, 'fitted')
    end subroutine make
@@ -77,9 +77,9 @@ contains
    end subroutine backbone_of_branches
 
    !> Closed loops at 1 Hz, driven by a sine, against the curves and the closed form of the fit.
-   subroutine loops(masing, least_damping)
+   subroutine loops(masing, min_damping)
       logical, intent(in) :: masing
-      real(wp), intent(in) :: least_damping
+      real(wp), intent(in) :: min_damping
       integer, parameter :: steps = 2000
       real(wp), parameter :: amplitude(4) = [1.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
       type(branches_type) :: branches
@@ -87,8 +87,8 @@ contains
       real(wp) :: ratio, expected, start_work, next
       integer :: a, i
 
-      call case('loops of branches, least ratio '//to_text(least_damping))
-      call make(masing, least_damping, branches)
+      call case('loops of branches, least ratio '//to_text(min_damping))
+      call make(masing, min_damping, branches)
       do a = 1, size(amplitude)
          point = point_type()
          do i = 1, 12*steps
@@ -98,7 +98,7 @@ contains
          end do
          ratio = (point%work - start_work)/(2.0_wp*pi*amplitude(a)**2 &
             *sum(secant_ratio(branches, amplitude(a:a))))
-         expected = least_damping + merge(1.0_wp, 0.5_wp, &
+         expected = min_damping + merge(1.0_wp, 0.5_wp, &
             masing)*masing_ratio(amplitude(a)/reference)
          call check_close(ratio, expected, 'damping ratio at '//to_text(amplitude(a)), &
             absolute=0.003_wp)
@@ -123,8 +123,9 @@ contains
          end do
          stored = stored_by_branches(branches, point%elastic, point%strain) &
             + stored_by_body(branches, point%memory, point%body)
-         call check(point%least >= -1.0e-18_wp, 'no step gains')
-         call check_close(stored + point%lost, point%work, 'work', absolute=1.0e-12_wp*point%lost)
+         call check(point%min_loss >= -1.0e-18_wp, 'no step gains')
+         call check_close(stored + point%loss_sum, point%work, 'work', &
+            absolute=1.0e-12_wp*point%loss_sum)
          call check(abs(point%stress) <= 1.0_wp*reference, 'stress is bounded')
       end do
    end subroutine losses_of_branches
@@ -133,31 +134,31 @@ contains
    subroutine tangents_of_branches()
       type(branches_type) :: branches
       type(point_type) :: point
-      type(response_type) :: low, high, soil, body
+      type(response_type) :: lower, upper, soil, body
       real(wp) :: change(1), body_change, slope
       real(wp), parameter :: h = 1.0e-12_wp
-      integer :: i, wrong
+      integer :: i, n_wrong
 
       call make(.false., 0.02_wp, branches)
-      wrong = 0
+      n_wrong = 0
       do i = 1, 500
          change = 2.0e-3_wp*random_vector(1)**3
          soil = respond(branches, point%elastic, point%strain, change(1))
-         low = respond(branches, point%elastic, point%strain, change(1) - h)
-         high = respond(branches, point%elastic, point%strain, change(1) + h)
-         slope = (high%acting - low%acting)/(2.0_wp*h)
-         if (abs(slope - soil%tangent) > 1.0e-3_wp) wrong = wrong + 1
+         lower = respond(branches, point%elastic, point%strain, change(1) - h)
+         upper = respond(branches, point%elastic, point%strain, change(1) + h)
+         slope = (upper%acting - lower%acting)/(2.0_wp*h)
+         if (abs(slope - soil%tangent) > 1.0e-3_wp) n_wrong = n_wrong + 1
          call respond_body(branches, point%memory, point%body, change(1), 0.01_wp, body, &
             body_change)
-         call respond_body(branches, point%memory, point%body, change(1) + h, 0.01_wp, high, &
+         call respond_body(branches, point%memory, point%body, change(1) + h, 0.01_wp, upper, &
             body_change)
-         call respond_body(branches, point%memory, point%body, change(1) - h, 0.01_wp, low, &
+         call respond_body(branches, point%memory, point%body, change(1) - h, 0.01_wp, lower, &
             body_change)
-         slope = (high%acting - low%acting)/(2.0_wp*h)
-         if (abs(slope - body%tangent) > 1.0e-3_wp) wrong = wrong + 1
+         slope = (upper%acting - lower%acting)/(2.0_wp*h)
+         if (abs(slope - body%tangent) > 1.0e-3_wp) n_wrong = n_wrong + 1
          call step(branches, change(1), 0.01_wp, point)
       end do
-      call check(wrong <= 2, 'tangents, but at kinks')
+      call check(n_wrong <= 2, 'tangents, but at kinks')
    end subroutine tangents_of_branches
 
    !> Take a step.
@@ -176,8 +177,8 @@ contains
       point%strain = point%strain + change
       point%stress = soil%acting + body%acting
       point%work = point%work + point%stress*change
-      point%lost = point%lost + soil%loss + body%loss + loss
-      point%least = min(point%least, soil%loss, body%loss, loss)
+      point%loss_sum = point%loss_sum + soil%loss + body%loss + loss
+      point%min_loss = min(point%min_loss, soil%loss, body%loss, loss)
    end subroutine step
 
 end module test_branch_law

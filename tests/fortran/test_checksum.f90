@@ -55,13 +55,13 @@ contains
    subroutine parts_of_any_length()
       type(checksum_type) :: checksum
       integer(int8) :: bytes(100)
-      integer :: cut
+      integer :: split
 
       bytes = sown(100)
-      do cut = 0, 100, 7
+      do split = 0, 100, 7
          call begin_checksum(checksum)
-         call add_bytes(checksum, bytes(:cut))
-         call add_bytes(checksum, bytes(cut + 1:))
+         call add_bytes(checksum, bytes(:split))
+         call add_bytes(checksum, bytes(split + 1:))
          call check(checksum%value == checksum_of(bytes), 'the same as at once')
       end do
    end subroutine parts_of_any_length

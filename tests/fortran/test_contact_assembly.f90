@@ -36,27 +36,27 @@ contains
       type(system_type), intent(out) :: system
       type(contacts_type), intent(out) :: contacts
       integer, intent(in) :: n
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       integer :: i, j, p, c
 
-      near%pair = reshape([((merge([i, j], [j, i], modulo(i + j, 2) == 0), j=max(1, i - 3), &
+      neighbours%pair = reshape([((merge([i, j], [j, i], modulo(i + j, 2) == 0), j=max(1, i - 3), &
          i - 1), i=1, n)], [2, 3*n - 6])
-      near%pair = near%pair(:, pack([(i, i=1, size(near%pair, 2))], &
-         random_vector(size(near%pair, 2)) > -0.4_wp))
-      near%n_pairs = size(near%pair, 2)
-      call pattern_of(system, n, near)
+      neighbours%pair = neighbours%pair(:, pack([(i, i=1, size(neighbours%pair, 2))], &
+         random_vector(size(neighbours%pair, 2)) > -0.4_wp))
+      neighbours%n_pairs = size(neighbours%pair, 2)
+      call pattern_of(system, n, neighbours)
       system%constant = reshape(random_vector(compact_size*n), [compact_size, n])
       system%load = reshape(random_vector(6*n), [6, n])
       contacts%with_multipliers = .true.
-      call reserve(contacts, 3*near%n_pairs)
-      do p = 1, near%n_pairs
+      call reserve(contacts, 3*neighbours%n_pairs)
+      do p = 1, neighbours%n_pairs
          do i = 1, int(random(0.0_wp, 4.0_wp))
             contacts%n = contacts%n + 1
             c = contacts%n
             j = int(random(1.0_wp, 3.0_wp))
             contacts%pair(c) = p
-            contacts%block_v(c) = near%pair(j, p)
-            contacts%block_e(c) = near%pair(3 - j, p)
+            contacts%block_v(c) = neighbours%pair(j, p)
+            contacts%block_e(c) = neighbours%pair(3 - j, p)
             call set_randomly(contacts, c)
          end do
       end do
@@ -92,12 +92,12 @@ contains
       call assemble_contacts(system, contacts, laws)
    end subroutine assemble_all
 
-   subroutine check_same(got, expected)
-      type(system_type), intent(in) :: got, expected
+   subroutine check_same(system, expected)
+      type(system_type), intent(in) :: system, expected
 
-      call check(all(got%rhs == expected%rhs), 'the right-hand side')
-      call check(all(got%matrix%diagonal == expected%matrix%diagonal), 'the diagonal blocks')
-      call check(all(got%matrix%lower == expected%matrix%lower), 'the coupling blocks')
+      call check(all(system%rhs == expected%rhs), 'the right-hand side')
+      call check(all(system%matrix%diagonal == expected%matrix%diagonal), 'the diagonal blocks')
+      call check(all(system%matrix%lower == expected%matrix%lower), 'the coupling blocks')
    end subroutine check_same
 
    !> The residual without the matrix is that of the assembled equations, also if slip lifts.
@@ -227,7 +227,7 @@ contains
    subroutine after_changes(n, augmented)
       integer, intent(in) :: n
       logical, intent(in) :: augmented
-      type(system_type) :: system, whole
+      type(system_type) :: system, full_system
       type(contacts_type) :: contacts
       real(wp), allocatable :: noted(:,:,:)
       integer :: round, i, c
@@ -262,9 +262,9 @@ contains
          call add_noted(system%contact_terms%spring_changes, noted)
          call check(maxval(abs(system%matrix%diagonal - noted)) <= 1.0e-13_wp*maxval(abs(noted)), &
             'the noted changes')
-         whole = system
-         call assemble_all(whole, contacts)
-         call check_same(system, whole)
+         full_system = system
+         call assemble_all(full_system, contacts)
+         call check_same(system, full_system)
       end do
       laws%augmented = .false.
    end subroutine after_changes
@@ -273,11 +273,11 @@ contains
    subroutine add_noted(changes, diagonal)
       type(rank_one_type), intent(in) :: changes
       real(wp), intent(inout) :: diagonal(:,:,:)
-      integer :: i, side
+      integer :: i, block_side
 
       do i = 1, changes%n
-         do side = 1, 2
-            associate (u => changes%u(:, side, i), block => changes%block(side, i))
+         do block_side = 1, 2
+            associate (u => changes%u(:, block_side, i), block => changes%block(block_side, i))
                diagonal(:, :, block) = diagonal(:, :, block) &
                   + changes%k(i)*spread(u, 2, 6)*spread(u, 1, 6)
             end associate

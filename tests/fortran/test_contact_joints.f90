@@ -148,7 +148,7 @@ contains
    subroutine the_end_of_an_edge()
       real(wp), parameter :: depth = 1.0e-4_wp
       real(wp) :: x, tolerance
-      integer :: i, pass, way, expected
+      integer :: i, pass, direction, expected
 
       do pass = 1, 2
          call tilted(simulation, contacts)
@@ -157,14 +157,14 @@ contains
          tolerance = merge(2*depth, simulation%detection%corner(contact_vertex), pass == 1)
          call check(tolerance <= simulation%detection%corner(contact_vertex), 'inside the corner')
          contacts%joint(1) = base
-         do way = 1, -1, -2
+         do direction = 1, -1, -2
             do i = -99, 99, 2
-               x = way*i*tolerance/20.0_wp
+               x = direction*i*tolerance/20.0_wp
                simulation%blocks%position(1, 2) = x + 0.5_wp - simulation%model%origin(1)
                contacts%edge(1) = merge(lower_edge, lower_edge - 1, x <= 0.0_wp)
                ! Where the edge that it has left is still listed, it counts like the other one.
                if (modulo(i, 4) == 1 .and. abs(x) < 0.5_wp) contacts%edge(1) = lower_edge
-               expected = merge(base, next, way*x <= tolerance .eqv. way == 1)
+               expected = merge(base, next, direction*x <= tolerance .eqv. direction == 1)
                call check(joint_at(0.0_wp) == expected, &
                   'one change on the way')
             end do

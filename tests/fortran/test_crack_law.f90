@@ -3,7 +3,7 @@
 module test_crack_law
    use dda_kinds, only: wp
    use dda_cohesive, only: cohesive_type, new_cohesive
-   use dda_crack_law, only: crack_law_type, is_spent
+   use dda_crack_law, only: crack_law_type, has_failed
    use dda_material, only: joint_type
    use dda_material_law, only: strain_point_type, losses, loss_plastic, loss_scheme
    use dda_scheme, only: scheme_type, step_type
@@ -40,7 +40,7 @@ contains
       type(strain_point_type) :: point
       type(step_type) :: step
       real(wp) :: state(2), strain(3), change(3), stress(3), tangent(3, 3), loss(losses)
-      real(wp) :: stored, damage, worst, work, smallest_loss
+      real(wp) :: stored, damage, max_error, work, smallest_loss
       integer :: i, k
 
       do k = 1, 3
@@ -50,7 +50,7 @@ contains
          state = 0.0_wp
          strain = 0.0_wp
          work = 0.0_wp
-         worst = 0.0_wp
+         max_error = 0.0_wp
          smallest_loss = 0.0_wp
          do i = 1, 2000
             change = 2.0e-6_wp*random_vector(3) - 0.03_wp*strain
@@ -62,12 +62,12 @@ contains
             call law%finish(point, state, strain, change, step, loss)
             strain = strain + change
             work = work + abs(dot_product(stress, change))
-            worst = max(worst, abs(dot_product(stress, change) - law%stored(point, state, strain) &
-               + stored - sum(loss)))
+            max_error = max(max_error, abs(dot_product(stress, change) - law%stored(point, state, &
+               strain) + stored - sum(loss)))
             smallest_loss = min(smallest_loss, loss(loss_plastic), loss(loss_scheme))
             call check(state(1) >= damage, 'damage does not fall')
          end do
-         call check(worst <= 1.0e-12_wp*work, 'the step balances')
+         call check(max_error <= 1.0e-12_wp*work, 'the step balances')
          call check(smallest_loss >= -1.0e-12_wp*work, 'fracture and scheme lose')
          call check(state(1) > 0.1_wp, 'it is damaged')
       end do
@@ -99,7 +99,7 @@ contains
             spent = spent + loss(loss_plastic)
             strain = strain + change
          end do
-         call check(is_spent(state), 'the bond is gone')
+         call check(has_failed(state), 'the bond is gone')
          call check(abs(spent - energies(mode)) <= 1.0e-9_wp*energies(mode), 'its energy is spent')
          call check(law%stored(point, state, strain) <= 1.0e-12_wp*spent, 'nothing is stored')
       end do

@@ -6,7 +6,7 @@ module test_damping
       rayleigh_ratio, set_rayleigh
    use dda_energy, only: balance, total_energy, energy_algorithmic, energy_damping, &
       energy_material_damping
-   use dda_nonnegative, only: nonnegative_least_squares
+   use dda_nonnegative, only: solve_nonnegative
    use dda_simulation, only: simulation_type
    use dda_text, only: to_text
    use models, only: begin, block_text, contact_text, control_text, joint_text, random_vector, &
@@ -31,7 +31,7 @@ contains
    end subroutine every_member
 
    !> The conditions of Karush, Kuhn and Tucker: x ≥ 0, slope ≤ 0 if x = 0, otherwise slope = 0.
-   subroutine least_squares_without_negative_unknowns()
+   subroutine min_squares_without_negative_unknowns()
       real(wp) :: a(12, 5), b(12), x(5), slope(5)
       integer :: trial, j
 
@@ -40,13 +40,13 @@ contains
             a(:, j) = random_vector(12)
          end do
          b = random_vector(12)
-         call nonnegative_least_squares(a, b, x)
+         call solve_nonnegative(a, b, x)
          slope = matmul(transpose(a), b - matmul(a, x))
          call check(all(x >= 0.0_wp), 'no negative unknown')
          call check(all(slope <= 1.0e-10_wp), 'nothing can enter')
          call check_close(x*slope, 0.0_wp*x, 'complementary', absolute=1.0e-10_wp)
       end do
-   end subroutine least_squares_without_negative_unknowns
+   end subroutine min_squares_without_negative_unknowns
 
    !> ζ over the band, the given modulus at the reference frequency, Σ Y_l < 1.
    subroutine fitted_bodies()
@@ -117,7 +117,7 @@ contains
    subroutine losses(member, damping)
       character(len=*), intent(in) :: member, damping
       type(simulation_type) :: simulation
-      real(wp) :: rates(6, 2), total, lost(2), first
+      real(wp) :: rates(6, 2), total, losses_of_runs(2), first
       integer :: i
 
       call case('losses, '//member//', '//damping)
@@ -125,20 +125,22 @@ contains
       call begin(simulation, pair_text(8.0e-3_wp, member, damping), rates)
       first = total_energy(simulation%energy)
       total = first
-      lost = 0.0_wp
+      losses_of_runs = 0.0_wp
       do i = 1, 300
          call run(simulation, 1)
          associate (value => simulation%energy%value)
-            call check(value(energy_material_damping) >= lost(1), 'the material loses')
+            call check(value(energy_material_damping) >= losses_of_runs(1), 'the material loses')
             call check(value(energy_material_damping) + value(energy_algorithmic) &
-               + value(energy_damping) >= lost(2) - 1.0e-12_wp*first, 'all losses together')
-            lost = value(energy_material_damping)
-            lost(2) = lost(2) + value(energy_algorithmic) + value(energy_damping)
+               + value(energy_damping) >= losses_of_runs(2) - 1.0e-12_wp*first, &
+               'all losses together')
+            losses_of_runs = value(energy_material_damping)
+            losses_of_runs(2) = losses_of_runs(2) + value(energy_algorithmic) + &
+               value(energy_damping)
          end associate
          call check(total_energy(simulation%energy) <= total + 1.0e-9_wp*first, 'no gain')
          total = total_energy(simulation%energy)
       end do
-      call check(lost(1) > 0.01_wp*first, 'the material has lost something')
+      call check(losses_of_runs(1) > 0.01_wp*first, 'the material has lost something')
       call check_close(balance(simulation%energy), 0.0_wp, 'balance', absolute=1.0e-9_wp*first)
    end subroutine losses
 

@@ -22,16 +22,16 @@ module test_detection
 contains
 
    !> List all contacts in the present positions.
-   subroutine list(blocks, contacts, within)
+   subroutine list(blocks, contacts, reach)
       type(blocks_type), intent(in) :: blocks
       type(contacts_type), intent(out) :: contacts
-      real(wp), intent(in) :: within
-      type(neighbours_type) :: near
+      real(wp), intent(in) :: reach
+      type(neighbours_type) :: neighbours
       type(detection_type) :: detection
 
-      call find_neighbours(near, blocks, 2.0_wp*within)
-      call prepare_detection(detection, blocks, within)
-      call detect_contacts(contacts, blocks, near, detection)
+      call find_neighbours(neighbours, blocks, 2.0_wp*reach)
+      call prepare_detection(detection, blocks, reach)
+      call detect_contacts(contacts, blocks, neighbours, detection)
    end subroutine list
 
    !> A strained, turned star with a corner of a triangle at a random position on an edge.
@@ -68,9 +68,9 @@ contains
 
    !> Block 1 a strained star; block 2 a strained needle with its tip at `part` of an edge and `gap`
    !> off it.
-   subroutine vertex_near_edge(gap, part)
-      real(wp), intent(in) :: gap, part
-      real(wp) :: a(2), b(2), normal(2), place(2), along
+   subroutine vertex_near_edge(gap, fraction)
+      real(wp), intent(in) :: gap, fraction
+      real(wp) :: a(2), b(2), normal(2), position(2), edge_direction
       integer :: e
 
       call place_blocks(blocks, star(5, 1.0_wp, 1.4_wp), &
@@ -82,11 +82,11 @@ contains
       a = blocks%vertex(:, e)
       b = blocks%vertex(:, blocks%next(e))
       normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
-      along = atan2(normal(2), normal(1)) + random(-0.3_wp, 0.3_wp)
-      blocks%position(3, 2) = along
+      edge_direction = atan2(normal(2), normal(1)) + random(-0.3_wp, 0.3_wp)
+      blocks%position(3, 2) = edge_direction
       call update_geometry(blocks)
-      place = a + part*(b - a) + gap*normal
-      blocks%position(1:2, 2) = blocks%position(1:2, 2) + place - blocks%vertex(:, 6)
+      position = a + fraction*(b - a) + gap*normal
+      blocks%position(1:2, 2) = blocks%position(1:2, 2) + position - blocks%vertex(:, 6)
       call update_geometry(blocks)
    end subroutine vertex_near_edge
 
@@ -112,16 +112,16 @@ contains
    subroutine check_rows(c)
       integer, intent(in) :: c
       real(wp), parameter :: h = 1.0e-6_wp
-      type(rows_type) :: got
-      real(wp) :: rows(6, 2, 2), q, forward(2), backward(2), fraction, present(2), edge_length
+      type(rows_type) :: actual
+      real(wp) :: rows(6, 2, 2), q, forward(2), backward(2), fraction, present_gap(2), edge_length
       integer :: side, k, b, v, e
 
       v = contacts%vertex(c)
       e = contacts%edge(c)
-      present = gap_and_slip(v, e, 0.0_wp)
-      call check_close(contacts%gap(c), present(1), 'gap', absolute=1.0e-14_wp)
+      present_gap = gap_and_slip(v, e, 0.0_wp)
+      call check_close(contacts%gap(c), present_gap(1), 'gap', absolute=1.0e-14_wp)
       edge_length = norm2(blocks%vertex(:, blocks%next(e)) - blocks%vertex(:, e))
-      fraction = present(2)/edge_length
+      fraction = present_gap(2)/edge_length
       do side = 1, 2
          b = merge(contacts%block_v(c), contacts%block_e(c), side == 1)
          do k = 1, 6
@@ -137,18 +137,18 @@ contains
             rows(k, :, side) = (forward - backward)/(2.0_wp*h)
          end do
       end do
-      call find_rows(contacts, c, got)
-      call check_close(got%normal_v, rows(:, 1, 1), '∂gap/∂q of the vertex'' block', &
+      call find_rows(contacts, c, actual)
+      call check_close(actual%normal_v, rows(:, 1, 1), '∂gap/∂q of the vertex'' block', &
          absolute=1.0e-8_wp)
-      call check_close(-got%normal_e, rows(:, 1, 2), '∂gap/∂q of the edge''s block', &
+      call check_close(-actual%normal_e, rows(:, 1, 2), '∂gap/∂q of the edge''s block', &
          absolute=1.0e-8_wp)
-      call check_close(got%shear_v, rows(:, 2, 1), '∂slip/∂q of the vertex'' block', &
+      call check_close(actual%shear_v, rows(:, 2, 1), '∂slip/∂q of the vertex'' block', &
          absolute=1.0e-8_wp)
-      call check_close(-got%shear_e(1:3), rows(1:3, 2, 2), &
+      call check_close(-actual%shear_e(1:3), rows(1:3, 2, 2), &
          '∂slip/∂q of the edge''s block', absolute=1.0e-8_wp)
       ! A strain of the edge's block also turns the edge: a fraction of the gap, left out.
-      call check_close(-got%shear_e(4:6), rows(4:6, 2, 2), &
-         '∂slip/∂ε of the edge''s block', absolute=1.0e-8_wp + 1.2_wp*abs(present(1)))
+      call check_close(-actual%shear_e(4:6), rows(4:6, 2, 2), &
+         '∂slip/∂ε of the edge''s block', absolute=1.0e-8_wp + 1.2_wp*abs(present_gap(1)))
       call compare_with_shapes(c, fraction)
    end subroutine check_rows
 
@@ -182,14 +182,14 @@ contains
 
    !> Two contacts per joint, one at each end, at any inclination.
    subroutine a_stack_of_equal_width()
-      type(outlines_type) :: outlines, tilted
+      type(outlines_type) :: outlines, tilted_outlines
       integer :: i, k
 
       call add_layers(outlines, 0.0_wp, 0.0_wp, 15.0_wp, 1.0_wp, 8, 1, 1, 1, '')
       do k = 0, 10
-         tilted = outlines
-         tilted%vertices = turned(outlines%vertices, 0.37_wp*k)
-         call make_rock_blocks(tilted, blocks)
+         tilted_outlines = outlines
+         tilted_outlines%vertices = turned(outlines%vertices, 0.37_wp*k)
+         call make_rock_blocks(tilted_outlines, blocks)
          call list(blocks, contacts, distance)
          call check(contacts%n == 14, 'fourteen contacts for seven joints')
          do i = 1, 7
@@ -380,10 +380,10 @@ contains
          1.0_wp, 0.5_wp, 1.0_wp], [2, 4])
       real(wp), parameter :: dented(2, 5) = reshape([-1.0_wp, 0.0_wp, 3.0_wp, 0.0_wp, 1.6_wp, &
          0.4_wp, 1.5_wp, 1.0_wp, 0.5_wp, 1.0_wp], [2, 5])
-      real(wp), parameter :: outside(2) = [0.41_wp, 1.285_wp], barely(2) = [0.499_wp, 1.003_wp]
+      real(wp), parameter :: outer_corner(2) = [0.41_wp, 1.285_wp], barely(2) = [0.499_wp, 1.003_wp]
 
-      call check(.not. is_pressed(convex, outside), 'outside a convex block')
-      call check(.not. is_pressed(dented, outside), 'outside a block with a dent')
+      call check(.not. is_pressed(convex, outer_corner), 'outside a convex block')
+      call check(.not. is_pressed(dented, outer_corner), 'outside a block with a dent')
       call check(.not. is_pressed(convex, barely), 'hardly outside a convex block')
       call check(.not. is_pressed(dented, barely), 'hardly outside a block with a dent')
       call check(is_pressed(convex, [1.0_wp, 0.5_wp]), 'in a convex block')
@@ -394,15 +394,15 @@ contains
    !> The tip of a needle has a contact in penetration, also with a large search distance.
    logical function is_pressed(shape_of, tip) result(pressed)
       real(wp), intent(in) :: shape_of(:,:), tip(2)
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       type(detection_type) :: detection
 
       call place_blocks(blocks, turned(shape_of, 0.3_wp), turned(shifted(reshape([0.0_wp, 0.0_wp, &
          0.3_wp, 4.0_wp, -0.3_wp, 4.0_wp], [2, 3]), tip), 0.3_wp))
-      call find_neighbours(near, blocks, 3.0_wp)
+      call find_neighbours(neighbours, blocks, 3.0_wp)
       call prepare_detection(detection, blocks, distance)
       detection%distance = 1.4_wp
-      call detect_contacts(contacts, blocks, near, detection)
+      call detect_contacts(contacts, blocks, neighbours, detection)
       pressed = any(contacts%gap(:contacts%n) < 0.0_wp &
          .and. contacts%vertex(:contacts%n) == size(shape_of, 2) + 1)
    end function is_pressed
@@ -448,25 +448,25 @@ contains
 
    !> The second block at many positions near its own; a step may be as long as the distance within
    !> which contacts are listed.
-   subroutine pass_by(first, place, about, within)
-      real(wp), intent(in) :: first(:,:), place(:,:), about, within
+   subroutine pass_by(first, position, about, reach)
+      real(wp), intent(in) :: first(:,:), position(:,:), about, reach
       real(wp), parameter :: tolerance = 4.0e-4_wp
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       type(detection_type) :: detection
-      real(wp) :: second(2, size(place, 2))
+      real(wp) :: second(2, size(position, 2))
       integer :: i, n_contacts
 
       n_contacts = 0
       do i = 1, 1000
-         second = shifted(place, about*random_vector(2))
+         second = shifted(position, about*random_vector(2))
          if (separation_of(first, second) < 0.0_wp) cycle
          call place_blocks(blocks, first, second)
          blocks%velocity(1:2, :) = reshape(random_vector(4), [2, 2])
-         call find_neighbours(near, blocks, 2*within)
-         call prepare_detection(detection, blocks, within)
-         detection%travel = within
+         call find_neighbours(neighbours, blocks, 2*reach)
+         call prepare_detection(detection, blocks, reach)
+         detection%travel = reach
          detection%depth = 0.5_wp*tolerance
-         call detect_contacts(contacts, blocks, near, detection)
+         call detect_contacts(contacts, blocks, neighbours, detection)
          n_contacts = n_contacts + contacts%n
          call check(all(contacts%gap(:contacts%n) >= -tolerance), 'apart')
       end do
@@ -476,7 +476,7 @@ contains
    !> Two corners in vibrating contact keep the edge that they press on.
    subroutine corners_in_vibrating_contact()
       integer, parameter :: vertex(2) = [11, 4], edge(2) = [4, 10]
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       type(detection_type) :: detection
       real(wp) :: first(2, 5), second(2, 6)
       integer :: i, k
@@ -489,7 +489,7 @@ contains
          k = 1 + modulo(i, 2)
          call place_blocks(blocks, first, shifted(second, 2.0e-5_wp*random_vector(2)))
          blocks%velocity(1:3, :) = reshape(random_vector(6), [3, 2])
-         call find_neighbours(near, blocks, 0.02_wp)
+         call find_neighbours(neighbours, blocks, 0.02_wp)
          call prepare_detection(detection, blocks, 0.01_wp)
          detection%travel = 1.0e-3_wp
          call reserve(contacts, 1)
@@ -502,7 +502,7 @@ contains
          contacts%new_gap(1) = -3.0e-4_wp
          contacts%offset(1) = 0.0_wp
          call measure_depths(detection, contacts, blocks)
-         call detect_contacts(contacts, blocks, near, detection)
+         call detect_contacts(contacts, blocks, neighbours, detection)
          call check(contacts%n == 1, 'one contact')
          call check(contacts%vertex(1) == vertex(k) .and. contacts%edge(1) == edge(k), &
             'the edge pressed on')
@@ -519,15 +519,15 @@ contains
 
    pure real(wp) function beyond_edges(outline, points) result(most)
       real(wp), intent(in) :: outline(:,:), points(:,:)
-      real(wp) :: along(2)
+      real(wp) :: edge_direction(2)
       integer :: i
 
       most = -huge(1.0_wp)
       do i = 1, size(outline, 2)
-         along = outline(:, 1 + modulo(i, size(outline, 2))) - outline(:, i)
-         along = along/norm2(along)
-         most = max(most, minval(along(2)*(points(1, :) - outline(1, i)) - along(1)*(points(2, :) &
-            - outline(2, i))))
+         edge_direction = outline(:, 1 + modulo(i, size(outline, 2))) - outline(:, i)
+         edge_direction = edge_direction/norm2(edge_direction)
+         most = max(most, minval(edge_direction(2)*(points(1, :) - outline(1, i)) - &
+            edge_direction(1)*(points(2, :) - outline(2, i))))
       end do
    end function beyond_edges
 

@@ -2,11 +2,12 @@
 !> Eigenvalues of random block systems against dense LAPACK; operators that are hard for Lanczos.
 module test_eigen
    use dda_kinds, only: wp
-   use dda_arnoldi, only: operator_type, largest_pairs
+   use dda_arnoldi, only: operator_type, find_largest_pairs
    use dda_block_matrix, only: block_matrix_type, set_pattern
    use dda_deflation, only: null_space_type
-   use dda_dense_eigen, only: block_eigen, is_above
-   use dda_eigen, only: eigenpairs_type, largest_eigenvalue, lowest_eigenvalues, all_eigenvalues
+   use dda_dense_eigen, only: solve_block_eigen, is_above
+   use dda_eigen, only: eigenpairs_type, find_largest_eigenvalue, find_lowest_eigenvalues, &
+      find_all_eigenvalues
    use dda_inertia, only: count_above
    use dda_mass_factor, only: mass_factor_type, factor_mass
    use models, only: random, random_vector, sow
@@ -115,25 +116,25 @@ contains
       logical, intent(in) :: definite
       type(mass_factor_type) :: factor
       real(wp), allocatable :: mass(:,:,:), values(:)
-      integer :: n_lowest, above
+      integer :: n_lowest, n_above
       logical :: is_certain
 
       call random_system(n, definite, mass)
       call dense_values(mass, values)
-      call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
+      call find_largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
       call check_no_error(error, 'largest')
       call check_close(pairs%value(1), values(6*n), 'largest eigenvalue', relative=1.0e-8_wp)
       call check(pairs%residual(1) <= 1.0e-9_wp, 'its residual')
       n_lowest = min(5, 6*n)
-      call lowest_eigenvalues(matrix, mass, n_lowest, pairs, error)
+      call find_lowest_eigenvalues(matrix, mass, n_lowest, pairs, error)
       call check_no_error(error, 'lowest')
       call check_close(pairs%value, values(:n_lowest), 'lowest eigenvalues', relative=1.0e-8_wp, &
          absolute=1.0e-13_wp*values(6*n))
       call check_normalised(mass)
       call factor_mass(factor, mass, error)
-      call count_above(matrix, factor, 0.5_wp*(values(2*n) + values(2*n + 1)), 1.0e9_wp, above, &
+      call count_above(matrix, factor, 0.5_wp*(values(2*n) + values(2*n + 1)), 1.0e9_wp, n_above, &
          is_certain)
-      if (is_certain) call check(above == 4*n, 'count by inertia')
+      if (is_certain) call check(n_above == 4*n, 'count by inertia')
       call check(is_certain .or. .not. definite, 'the count is certain')
    end subroutine against_lapack
 
@@ -163,7 +164,7 @@ contains
       do i = 1, 20
          k = random_definite(1.0e6_wp)
          m = random_definite(3.0_wp)
-         call block_eigen(k, m, values, vectors, error)
+         call solve_block_eigen(k, m, values, vectors, error)
          call check_no_error(error, 'block')
          call check_close(matmul(k, vectors(:, 6)), values(6)*matmul(m, vectors(:, 6)), 'pair', &
             relative=1.0e-9_wp)
@@ -183,11 +184,11 @@ contains
       matrix%diagonal = spread(random_definite(1.0e5_wp), 3, n)
       mass = spread(random_definite(1.0_wp), 3, n)
       call dense_values(mass, values)
-      call lowest_eigenvalues(matrix, mass, 15, pairs, error)
+      call find_lowest_eigenvalues(matrix, mass, 15, pairs, error)
       call check_no_error(error, 'lowest')
       call check_close(pairs%value, values(:15), 'all copies are found', relative=1.0e-8_wp)
       do b = 1, 3
-         call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
+         call find_largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
          call check_close(pairs%value(1), values(6*n), 'the largest', relative=1.0e-10_wp)
       end do
    end subroutine multiple_eigenvalues
@@ -199,7 +200,7 @@ contains
       type(crowded_type) :: operator
       real(wp), allocatable :: values(:), vectors(:,:), residuals(:)
 
-      call largest_pairs(operator, n, 1, 1.0e-10_wp, values, vectors, residuals, error)
+      call find_largest_pairs(operator, n, 1, 1.0e-10_wp, values, vectors, residuals, error)
       call check_fails(error, 'the eigenvalues are too close together')
       call check(operator%products < 5000, 'the work is bound by the size')
    end subroutine nearly_equal_eigenvalues
@@ -243,11 +244,11 @@ contains
             null_space%basis(1, 1, b) = 1.0_wp/sqrt(2.0_wp*b)
             null_space%basis(2, 3, b) = 1.0_wp/sqrt(2.0_wp*b)
          end do
-         call lowest_eigenvalues(matrix, mass, 3, pairs, error, null_space)
+         call find_lowest_eigenvalues(matrix, mass, 3, pairs, error, null_space)
          call check_no_error(error, 'lowest')
          call check_close(pairs%value, [(3.0e3_wp*(1.0_wp + 0.01_wp*b), b=1, 3)], &
             'only the others', relative=1.0e-9_wp)
-         call all_eigenvalues(matrix, mass, pairs, error, null_space)
+         call find_all_eigenvalues(matrix, mass, pairs, error, null_space)
          call check(pairs%n == 4*n .and. pairs%value(1) > 2.9e3_wp, 'all others')
          deallocate (mass, null_space%basis)
       end do
@@ -258,9 +259,9 @@ contains
       real(wp), allocatable :: mass(:,:,:)
 
       call random_system(30, .true., mass)
-      call largest_eigenvalue(matrix, mass, 1.0e-10_wp, first, error)
-      call lowest_eigenvalues(matrix, mass, 3, second, error)
-      call largest_eigenvalue(matrix, mass, 1.0e-10_wp, second, error)
+      call find_largest_eigenvalue(matrix, mass, 1.0e-10_wp, first, error)
+      call find_lowest_eigenvalues(matrix, mass, 3, second, error)
+      call find_largest_eigenvalue(matrix, mass, 1.0e-10_wp, second, error)
       call check(all(first%vector == second%vector) .and. all(first%value == second%value), &
          'the same again')
    end subroutine bit_identical_eigenvalues
@@ -270,10 +271,10 @@ contains
 
       call random_system(12, .true., mass)
       mass(3, 3, 7) = -1.0_wp
-      call largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
+      call find_largest_eigenvalue(matrix, mass, 1.0e-10_wp, pairs, error)
       call check_fails(error, 'block 7')
       call random_system(310, .true., mass)
-      call lowest_eigenvalues(matrix, mass, 1000, pairs, error)
+      call find_lowest_eigenvalues(matrix, mass, 1000, pairs, error)
       call check_fails(error, 'at most half')
    end subroutine unsolvable_systems
 

@@ -82,12 +82,12 @@ contains
       character(len=*), intent(in) :: member
       real(wp), parameter :: centroid(2, 1) = 0.0_wp
       type(energy_type) :: former
-      real(wp) :: growth, worst, omega_dt
+      real(wp) :: growth, max_error, omega_dt
       integer :: i, k
 
       call case('supports at rest, '//trim(member))
       growth = 0.0_wp
-      worst = 0.0_wp
+      max_error = 0.0_wp
       do i = 1, 20
          omega_dt = 10.0_wp**random(-1.0_wp, 4.0_wp)
          call begin_supported(member, mass*omega_dt**2/1.0e-3_wp**2, centroid, '')
@@ -102,23 +102,23 @@ contains
                call run(simulation, 1)
                growth = max(growth, (total_energy(energy) - total_energy(former)) &
                   /total_energy(former))
-               worst = max(worst, abs(balance(energy))/turnover(energy))
+               max_error = max(max_error, abs(balance(energy))/turnover(energy))
             end do
          end associate
       end do
       call check(growth <= 1.0e-14_wp, 'it never grows: '//number(growth))
-      call check(worst <= 1.0e-12_wp, 'the budget closes: '//number(worst))
+      call check(max_error <= 1.0e-12_wp, 'the budget closes: '//number(max_error))
    end subroutine supports_at_rest
 
    !> Input, stored energy and losses of supports that move close.
    subroutine moved_supports(member)
       character(len=*), intent(in) :: member
       character(len=:), allocatable :: motion
-      real(wp) :: worst, u
+      real(wp) :: max_error, u
       integer :: i, k
 
       call case('moved supports, '//trim(member))
-      worst = 0.0_wp
+      max_error = 0.0_wp
       do i = 1, 6
          motion = " &motion name = 'm' quantity = 'displacement' time_step = 7.0e-3 values = 0.0"
          u = 0.0_wp
@@ -130,11 +130,11 @@ contains
             [2, 1]), motion//' /')
          do k = 1, 60
             call run(simulation, 1)
-            worst = max(worst, abs(balance(simulation%energy))/turnover(simulation%energy))
+            max_error = max(max_error, abs(balance(simulation%energy))/turnover(simulation%energy))
          end do
          call check(abs(simulation%energy%value(energy_input)) > 0.0_wp, 'it works')
       end do
-      call check(worst <= 1.0e-10_wp, 'the budget closes: '//number(worst))
+      call check(max_error <= 1.0e-10_wp, 'the budget closes: '//number(max_error))
    end subroutine moved_supports
 
    !> A support takes a first velocity as a plastic impact on a mass W = (1 − χ)² k Δt² does:
@@ -144,7 +144,7 @@ contains
       real(wp), intent(in) :: chi
       real(wp), parameter :: stiffness(4) = [1.0e-3_wp, 1.0e6_wp, 1.0e9_wp, 1.0e16_wp]
       type(energy_type) :: energy
-      real(wp) :: rates(6, 1), after(6), weight, before
+      real(wp) :: rates(6, 1), end_rate(6), weight, start_rate
       integer :: i
 
       call case('first velocities, '//trim(member))
@@ -152,21 +152,21 @@ contains
          rates(:, 1) = random_vector(6)
          call begin_supported(member, stiffness(i), reshape([0.0_wp, 0.0_wp], [2, 1]), '', rates)
          weight = (1.0_wp - chi)**2*stiffness(i)*1.0e-3_wp**2
-         after = rates(:, 1)
-         after(1:2) = mass/(mass + weight)*after(1:2)
-         call check_close(simulation%blocks%velocity(:, 1), after, 'plastic impact', &
+         end_rate = rates(:, 1)
+         end_rate(1:2) = mass/(mass + weight)*end_rate(1:2)
+         call check_close(simulation%blocks%velocity(:, 1), end_rate, 'plastic impact', &
             relative=1.0e-12_wp)
          call begin_supported(member, stiffness(i), reshape([-0.4_wp, -0.3_wp, 0.4_wp, &
             -0.2_wp, 0.1_wp, 0.45_wp], [2, 3]), '')
          simulation%blocks%velocity = rates
-         before = kinetic_energy(simulation%blocks)
+         start_rate = kinetic_energy(simulation%blocks)
          call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
          call update_stored(simulation%elements, simulation%blocks, next_step(simulation), energy)
          energy%value(energy_kinetic) = kinetic_energy(simulation%blocks)
-         call check(total_energy(energy) <= before*(1.0_wp + 1.0e-13_wp), 'no energy is gained')
+         call check(total_energy(energy) <= start_rate*(1.0_wp + 1.0e-13_wp), 'no energy is gained')
          if (i == 1 .or. chi == 1.0_wp) call check_close(simulation%blocks%velocity, rates, &
             'a soft support leaves it alone', relative=1.0e-9_wp)
-         if (i == 4 .and. chi < 0.9_wp) call check(total_energy(energy) < 0.9_wp*before, &
+         if (i == 4 .and. chi < 0.9_wp) call check(total_energy(energy) < 0.9_wp*start_rate, &
             'a stiff one does not')
       end do
    end subroutine first_velocities
@@ -226,7 +226,7 @@ contains
       real(wp), parameter :: turns(5) = [0.05_wp, 0.5_wp, 3.0_wp, 50.0_wp, 1.0e3_wp]
       real(wp), parameter :: dt = 1.0e-2_wp
       type(bolt_type) :: bolt
-      real(wp) :: matrix(2, 2), expected(2, 2), x, v, d, drag, wanted
+      real(wp) :: matrix(2, 2), expected(2, 2), x, v, d, drag, expected_force
       integer :: i, column, entry
 
       call case('two blocks on a bolt, '//trim(members(member)))
@@ -251,10 +251,10 @@ contains
             associate (theta => theta(member), chi => chi(member), square => turns(i)**2)
                x = merge(1.0_wp/turns(i), 0.0_wp, column == 1)
                v = merge(1.0_wp, 0.0_wp, column == 2)
-               wanted = (v - square*(x + theta*(1.0_wp - chi)*v) - drag*(1.0_wp - chi)*v) &
+               expected_force = (v - square*(x + theta*(1.0_wp - chi)*v) - drag*(1.0_wp - chi)*v) &
                   /(1.0_wp + theta*chi*square + drag*chi)
-               d = (1.0_wp - chi)*v + chi*wanted
-               expected(:, column) = [turns(i)*(x + d), wanted]
+               d = (1.0_wp - chi)*v + chi*expected_force
+               expected(:, column) = [turns(i)*(x + d), expected_force]
             end associate
          end do
          call check_close(distance_of(roots_of(matrix), roots_of(expected)), 0.0_wp, 'roots', &
@@ -272,17 +272,17 @@ contains
    !> the line search works, and the budget closes.
    subroutine bolts_and_contacts(member)
       character(len=*), intent(in) :: member
-      real(wp) :: worst
+      real(wp) :: max_error
       integer :: i
 
       call case('bolts and contacts, '//trim(member))
       call begin_heap(trim(member))
-      worst = 0.0_wp
+      max_error = 0.0_wp
       do i = 1, 150
          call run(simulation, 1)
-         worst = max(worst, abs(balance(simulation%energy))/turnover(simulation%energy))
+         max_error = max(max_error, abs(balance(simulation%energy))/turnover(simulation%energy))
       end do
-      call check(worst <= 1.0e-8_wp, 'the budget closes: '//number(worst))
+      call check(max_error <= 1.0e-8_wp, 'the budget closes: '//number(max_error))
       call check(simulation%counters%most_iterations > 3, 'states change')
       call check(simulation%energy%value(energy_damping) > 0.0_wp, 'dashpots take energy')
    end subroutine bolts_and_contacts

@@ -23,14 +23,14 @@ contains
 
    !> Take steps; the budget closes in each, and losses never decrease.  Without energy input the
    !> total never grows by more than the energy of exact geometry.
-   subroutine audit(steps, alone)
+   subroutine audit(steps, is_isolated)
       integer, intent(in) :: steps
-      logical, intent(in) :: alone   !< no input of energy
+      logical, intent(in) :: is_isolated   !< no input of energy
       type(energy_type) :: before
-      real(wp) :: worst, growth, loss, scale
+      real(wp) :: max_error, growth, loss, scale
       integer :: i
 
-      worst = 0.0_wp
+      max_error = 0.0_wp
       growth = 0.0_wp
       loss = 0.0_wp
       scale = tiny(1.0_wp)
@@ -39,7 +39,7 @@ contains
          call advance(simulation, error)
          if (allocated(error)) exit
          associate (after => simulation%energy)
-            worst = max(worst, relative_balance(after))
+            max_error = max(max_error, relative_balance(after))
             scale = max(scale, after%value(energy_kinetic), abs(after%value(energy_gravity)), &
                after%value(energy_contact), after%value(energy_strain))
             growth = max(growth, (total_energy(after) - total_energy(before) &
@@ -51,9 +51,9 @@ contains
          end associate
       end do
       call check_no_error(error, 'all steps close')
-      call check_close(worst, 0.0_wp, 'balance', absolute=rounding)
+      call check_close(max_error, 0.0_wp, 'balance', absolute=rounding)
       call check(loss <= rounding, 'friction, fracture and the scheme only take energy')
-      if (alone) call check(growth <= rounding, 'the total never grows')
+      if (is_isolated) call check(growth <= rounding, 'the total never grows')
    end subroutine audit
 
    subroutine free_fall()
@@ -70,15 +70,15 @@ contains
    end subroutine free_fall
 
    subroutine bounce()
-      real(wp), parameter :: step(3) = [2.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp]
+      real(wp), parameter :: time_step(3) = [2.0e-5_wp, 1.0e-4_wp, 1.0e-3_wp]
       integer :: i
 
       do i = 1, 3
          call case('bounce')
-         call begin(simulation, control_text(step(i), 1000, gravity)//contact_text(1.0e9_wp, '')// &
-            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         call begin(simulation, control_text(time_step(i), 1000, gravity)//contact_text(1.0e9_wp, &
+            '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
             on_floor(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
-         call audit(nint(0.1_wp/step(i)), .true.)
+         call audit(nint(0.1_wp/time_step(i)), .true.)
          call check(simulation%energy%value(energy_algorithmic) > 0.0_wp, 'the scheme damps')
       end do
    end subroutine bounce
@@ -109,13 +109,13 @@ contains
    end subroutine tumbling
 
    subroutine settling_stack()
-      real(wp), parameter :: step(4) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp]
+      real(wp), parameter :: time_step(4) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp, 1.0e-5_wp]
       integer :: i
 
       do i = 1, 4
          call case('a stack settles')
-         call begin(simulation, control_text(step(i), 300, gravity)//contact_text(1.0e12_wp, '')// &
-            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         call begin(simulation, control_text(time_step(i), 300, gravity)//contact_text(1.0e12_wp, &
+            '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
             on_floor()//' &layers left = -2.0 bottom = 0.0 width = 4.0 thickness = 1.0 '// &
             'count = 15 /')
          call audit(300, .true.)
@@ -123,13 +123,13 @@ contains
    end subroutine settling_stack
 
    subroutine settling_wall()
-      real(wp), parameter :: step(3) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp]
+      real(wp), parameter :: time_step(3) = [1.0e-2_wp, 1.0e-3_wp, 1.0e-4_wp]
       integer :: i
 
       do i = 1, 3
          call case('a wall settles')
-         call begin(simulation, control_text(step(i), 200, gravity)//contact_text(1.0e11_wp, '')// &
-            rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         call begin(simulation, control_text(time_step(i), 200, gravity)//contact_text(1.0e11_wp, &
+            '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
             on_floor()//' &wall left = -1.5 bottom = 0.0 brick_length = 0.6 brick_height = 0.3 '// &
             'bricks = 5 courses = 10 /')
          call audit(200, .true.)
@@ -140,7 +140,7 @@ contains
    subroutine shaken_base()
       call begin(simulation, control_text(1.0e-3_wp, 500, gravity)//contact_text(1.0e9_wp, '')// &
          rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
-         on_floor(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp), held="motion_x = 'shake'"))
+         on_floor(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp), point_text="motion_x = 'shake'"))
       call audit(500, .false.)
       call check(abs(simulation%energy%value(energy_input)) > 0.0_wp &
          .and. simulation%energy%value(energy_friction) > 0.0_wp, 'the base works, the block slips')

@@ -66,11 +66,11 @@ contains
    !> N = max(0, −k g) or, with a multiplier p, max(0, p − k g); |S| ≤ μN; S elastic inside.
    subroutine random_gaps_and_stretches()
       type(response_type) :: response
-      real(wp) :: gap, stretch, pressure, normal, bound, worst(2), mu
+      real(wp) :: gap, stretch, pressure, normal, bound, max_error(2), mu
       integer :: i, joint
 
       call make_laws(laws)
-      worst = 0.0_wp
+      max_error = 0.0_wp
       do i = 1, 2000
          joint = 1 + modulo(i, 2)
          mu = merge(0.0_wp, tan(pi/6.0_wp), joint == 1)
@@ -80,33 +80,33 @@ contains
          call respond(law_of(laws, joint, .false., length, pressure), gap, stretch, response)
          normal = max(0.0_wp, pressure - stiffness*gap)
          bound = mu*normal
-         worst(1) = max(worst(1), abs(response%normal_force - normal))
-         worst(2) = max(worst(2), &
+         max_error(1) = max(max_error(1), abs(response%normal_force - normal))
+         max_error(2) = max(max_error(2), &
             abs(response%shear_force - max(-bound, min(bound, stiffness/2.5_wp*stretch))))
       end do
-      call check_close(worst, [0.0_wp, 0.0_wp], 'normal and shear force', absolute=1.0e-8_wp)
+      call check_close(max_error, [0.0_wp, 0.0_wp], 'normal and shear force', absolute=1.0e-8_wp)
    end subroutine random_gaps_and_stretches
 
    !> No dead band, no jump: forces are Lipschitz in gap and stretch.
    subroutine continuity()
       type(coulomb_contact_type) :: law
       type(response_type) :: first, second
-      real(wp) :: gap, stretch, worst
+      real(wp) :: gap, stretch, max_error
       real(wp), parameter :: h = 1.0e-9_wp
       integer :: i
 
       call make_laws(laws)
       law = law_of(laws, 2, .false., length, 0.0_wp)
-      worst = 0.0_wp
+      max_error = 0.0_wp
       do i = -1000, 1000
          gap = 0.5_wp*h*real(i, wp)
          stretch = 0.3_wp*gap + h*modulo(i, 7)
          call respond(law, gap, stretch, first)
          call respond(law, gap + h, stretch + h, second)
-         worst = max(worst, abs(first%normal_force - second%normal_force), &
+         max_error = max(max_error, abs(first%normal_force - second%normal_force), &
             abs(first%shear_force - second%shear_force))
       end do
-      call check(worst <= stiffness*h*(1.0_wp + 1.0e-9_wp), &
+      call check(max_error <= stiffness*h*(1.0_wp + 1.0e-9_wp), &
          'no force changes faster than its spring')
    end subroutine continuity
 
@@ -137,21 +137,21 @@ contains
       type(laws_type) :: laws
       type(response_type) :: response
       real(wp) :: gap, stretch
-      logical :: over
-      integer :: i, wrong
+      logical :: exceeds
+      integer :: i, n_wrong
 
       call make_laws(laws)
-      wrong = 0
+      n_wrong = 0
       do i = 1, 2000
          gap = random(-3.0e-3_wp, 1.0e-3_wp)
          stretch = random(-6.0e-3_wp, 6.0e-3_wp)
          call respond(law_of(laws, 2, .true., length, 0.0_wp), gap, stretch, response)
-         over = stiffness*gap > 0.5e6_wp .or. &
+         exceeds = stiffness*gap > 0.5e6_wp .or. &
             abs(stiffness/2.5_wp*stretch) > 1.0e6_wp + tan(pi/6.0_wp)*max(0.0_wp, -stiffness*gap)
-         if (over .neqv. response%strength_ratio > 0.0_wp) wrong = wrong + 1
-         if (response%state /= contact_stick) wrong = wrong + 1
+         if (exceeds .neqv. response%strength_ratio > 0.0_wp) n_wrong = n_wrong + 1
+         if (response%state /= contact_stick) n_wrong = n_wrong + 1
       end do
-      call check(wrong == 0, 'where tension or shear is over its limit, and only there')
+      call check(n_wrong == 0, 'where tension or shear is over its limit, and only there')
    end subroutine strength_ratio
 
 end module test_friction

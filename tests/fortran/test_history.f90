@@ -10,7 +10,7 @@ module test_history
    implicit none
 
    integer, parameter :: vertices = 40
-   real(wp), parameter :: up(2) = [0.0_wp, 1.0_wp]
+   real(wp), parameter :: upward(2) = [0.0_wp, 1.0_wp]
 
    !> Gives each variable of a list values of its own, or compares it with these values.
    type, extends(operation_type) :: marker_type
@@ -82,12 +82,12 @@ contains
    subroutine the_same_contact()
       type(contacts_type) :: old, new
 
-      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
-      call put(old, 2, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call put(old, 1, 5, 0, 1, 2, upward, -1.0e-6_wp)
+      call put(old, 2, 5, 0, 1, 2, upward, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call mark(old, 2, contact_stick, -2.0e-3_wp)
       call put(new, 2, 5, 0, 1, 2, [1.0_wp, 0.0_wp], 1.0e-6_wp)
-      call put(new, 1, 5, 0, 1, 2, up, 1.0e-6_wp)
+      call put(new, 1, 5, 0, 1, 2, upward, 1.0e-6_wp)
       call transfer(new, old)
       call expect(new, 1, contact_stick, -2.0e-3_wp, 'second, whatever its normal')
       call expect(new, 2, contact_slide, 1.0e-3_wp, 'first')
@@ -96,11 +96,11 @@ contains
    subroutine no_predecessor()
       type(contacts_type) :: old, new
 
-      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call put(old, 1, 5, 0, 1, 2, upward, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
-      call put(new, 3, 9, 0, 1, 3, up, 1.0e-6_wp)
-      call put(new, 3, 10, 0, 1, 3, up, -1.0e-6_wp)
-      call put(new, 1, 20, 0, 1, 4, up, 1.0e-6_wp)
+      call put(new, 3, 9, 0, 1, 3, upward, 1.0e-6_wp)
+      call put(new, 3, 10, 0, 1, 3, upward, -1.0e-6_wp)
+      call put(new, 1, 20, 0, 1, 4, upward, 1.0e-6_wp)
       call mark(new, 1, contact_slide, 5.0_wp)
       call transfer(new, old)
       call expect(new, 1, contact_open, 0.0_wp, 'apart: open, old marks wiped')
@@ -112,13 +112,13 @@ contains
    subroutine roles_change()
       type(contacts_type) :: old, new
 
-      call put(old, 4, 5, 8, 1, 2, up, -1.0e-6_wp)
+      call put(old, 4, 5, 8, 1, 2, upward, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
-      call put(new, 8, 4, 4, 2, 1, -up, -1.0e-6_wp)
+      call put(new, 8, 4, 4, 2, 1, -upward, -1.0e-6_wp)
       call transfer(new, old)
       call expect(new, 1, contact_slide, 1.0e-3_wp, 'transferred')
       new%n = 0
-      call put(new, 8, 4, 4, 2, 1, up, -1.0e-6_wp)
+      call put(new, 8, 4, 4, 2, 1, upward, -1.0e-6_wp)
       call transfer(new, old)
       call expect(new, 1, contact_stick, 0.0_wp, 'not if it pushes the other way')
    end subroutine roles_change
@@ -127,7 +127,7 @@ contains
    subroutine corner_travel()
       type(contacts_type) :: old, new
 
-      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call put(old, 1, 5, 0, 1, 2, upward, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
       call put(new, 1, 6, 0, 1, 2, [sin(0.5_wp), cos(0.5_wp)], -1.0e-6_wp)
       call transfer(new, old)
@@ -141,9 +141,9 @@ contains
    subroutine vertex_moves_to_another_block()
       type(contacts_type) :: old, new
 
-      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call put(old, 1, 5, 0, 1, 2, upward, -1.0e-6_wp)
       call mark(old, 1, contact_stick, 1.0e-3_wp)
-      call put(new, 1, 9, 0, 1, 3, up, -1.0e-6_wp)
+      call put(new, 1, 9, 0, 1, 3, upward, -1.0e-6_wp)
       call transfer(new, old)
       call expect(new, 1, contact_stick, 0.0_wp, 'nothing is transferred')
    end subroutine vertex_moves_to_another_block
@@ -152,16 +152,16 @@ contains
    subroutine transferred_once()
       type(contacts_type) :: old, new
 
-      call put(old, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call put(old, 1, 5, 0, 1, 2, upward, -1.0e-6_wp)
       call mark(old, 1, contact_slide, 1.0e-3_wp)
-      call put(new, 1, 6, 0, 1, 2, up, -1.0e-6_wp)
-      call put(new, 1, 7, 0, 1, 2, up, -1.0e-6_wp)
+      call put(new, 1, 6, 0, 1, 2, upward, -1.0e-6_wp)
+      call put(new, 1, 7, 0, 1, 2, upward, -1.0e-6_wp)
       call transfer(new, old)
       call expect(new, 1, contact_slide, 1.0e-3_wp, 'the first')
       call expect(new, 2, contact_stick, 0.0_wp, 'not the second')
       new%n = 0
-      call put(new, 1, 6, 0, 1, 2, up, -1.0e-6_wp)
-      call put(new, 1, 5, 0, 1, 2, up, -1.0e-6_wp)
+      call put(new, 1, 6, 0, 1, 2, upward, -1.0e-6_wp)
+      call put(new, 1, 5, 0, 1, 2, upward, -1.0e-6_wp)
       call transfer(new, old)
       call expect(new, 1, contact_stick, 0.0_wp, 'the exact successor goes first')
       call expect(new, 2, contact_slide, 1.0e-3_wp, 'and takes it')
@@ -180,7 +180,7 @@ contains
       call reserve(old, 1)
       do step = 1, size(distance)
          new%n = 0
-         call put(new, 1, 5, 0, 1, 2, up, distance(step))
+         call put(new, 1, 5, 0, 1, 2, upward, distance(step))
          call inherit(new, old, history, .true.)
          call check_close(new%gap(1), pressing(step), 'what presses', absolute=1.0e-20_wp)
          call check_close(new%gap(1) + new%offset(1), distance(step), 'distance', &
@@ -205,7 +205,7 @@ contains
 
       call prepare_history(history, vertices, 0.0_wp)
       history%max_penetration = 3.0e-6_wp
-      call put(old, 1, 11, 0, 1, 4, up, distance(1))
+      call put(old, 1, 11, 0, 1, 4, upward, distance(1))
       old%new_gap(1) = distance(1)
       old%offset(1) = 0.0_wp
       call mark(old, 1, contact_slide, 0.25_wp)
@@ -240,19 +240,19 @@ contains
    subroutine across_a_joint()
       type(contacts_type) :: old, new
 
-      call put(old, 1, 5, 0, 1, 2, up, 0.0_wp)
-      call put(old, 1, 9, 0, 1, 3, up, 0.0_wp)
+      call put(old, 1, 5, 0, 1, 2, upward, 0.0_wp)
+      call put(old, 1, 9, 0, 1, 3, upward, 0.0_wp)
       old%new_gap(1:2) = [-4.0e-6_wp, -3.0e-6_wp]
       old%offset(2) = -7.0e-6_wp
       old%stretch(1:2) = [-8.0e-7_wp, 6.0e-7_wp]
-      call put(new, 1, 9, 0, 1, 3, up, -1.0e-5_wp)
+      call put(new, 1, 9, 0, 1, 3, upward, -1.0e-5_wp)
       call transfer(new, old)
       call check_close(new%gap(1), -5.0e-6_wp, 'energies add up')
       call check_close(new%offset(1), -5.0e-6_wp, 'the rest does not press')
       call check_close(new%stretch(1), -1.0e-6_wp, 'shear energies add up')
       new%n = 0
       old%n = 1
-      call put(new, 1, 9, 0, 1, 3, up, -3.0e-6_wp)
+      call put(new, 1, 9, 0, 1, 3, upward, -3.0e-6_wp)
       call transfer(new, old)
       call check_close([new%gap(1), new%offset(1)], [-3.0e-6_wp, 0.0_wp], &
          'no more than the penetration gives')
@@ -267,11 +267,11 @@ contains
    subroutine random_lists()
       type(contacts_type) :: old, new
       type(history_type) :: history
-      integer :: step, c, k, used, wrong
+      integer :: step, c, k, n_used, n_wrong
 
       call prepare_history(history, vertices, 0.0_wp)
       call random_list(old)
-      wrong = 0
+      n_wrong = 0
       do step = 1, 200
          do c = 1, old%n
             call mark(old, c, contact_slide, random(0.1_wp, 1.0_wp))
@@ -280,19 +280,19 @@ contains
          call random_list(new)
          call inherit(new, old, history, .true.)
          do c = 1, old%n
-            used = count(new%stretch(:new%n) == old%stretch(c))
-            if (used > 1) wrong = wrong + 1
+            n_used = count(new%stretch(:new%n) == old%stretch(c))
+            if (n_used > 1) n_wrong = n_wrong + 1
          end do
          do c = 1, new%n
             if (new%stretch(c) == 0.0_wp) cycle
             k = findloc(old%stretch(:old%n) == new%stretch(c), .true., 1)
-            if (k == 0) wrong = wrong + 1
-            if (k > 0) wrong = wrong + merge(0, 1, involves(new, c, old, k))
+            if (k == 0) n_wrong = n_wrong + 1
+            if (k > 0) n_wrong = n_wrong + merge(0, 1, involves(new, c, old, k))
          end do
-         if (any(history%head /= 0)) wrong = wrong + 1
+         if (any(history%head /= 0)) n_wrong = n_wrong + 1
          old = new
       end do
-      call check(wrong == 0, 'each stretch at most once, between the same two blocks, by a '// &
+      call check(n_wrong == 0, 'each stretch at most once, between the same two blocks, by a '// &
          'common vertex')
    end subroutine random_lists
 

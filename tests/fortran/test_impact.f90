@@ -28,22 +28,23 @@ contains
    subroutine bounces_at_random_phases()
       real(wp), parameter :: e(4) = [0.0_wp, 0.2_wp, 0.5_wp, 0.8_wp]
       real(wp), parameter :: omega(4) = [0.05_wp, 0.7_wp, 5.0_wp, 300.0_wp]
-      real(wp) :: worst, growth, unexplained
+      real(wp) :: max_error, growth, unexplained
       integer :: i, j, k
 
       do i = 1, size(e)
-         worst = 0.0_wp
+         max_error = 0.0_wp
          growth = 0.0_wp
          unexplained = 0.0_wp
          do j = 1, size(omega)
             do k = 1, 5
                call begin_drop(omega(j), random(0.0_wp, 1.0_wp), 'restitution = '//number(e(i)))
                call follow(10, growth)
-               worst = max(worst, abs(simulation%blocks%velocity(2, 2) - e(i)))
+               max_error = max(max_error, abs(simulation%blocks%velocity(2, 2) - e(i)))
                unexplained = max(unexplained, relative_balance(simulation%energy))
             end do
          end do
-         call check(worst < 2.0e-4_wp, 'restitution '//number(e(i))//', off by '//number(worst))
+         call check(max_error < 2.0e-4_wp, 'restitution '//number(e(i))//', off by '// &
+            number(max_error))
          call check(growth < 1.0e-9_wp, 'no energy comes in: '//number(growth))
          call check(unexplained < 1.0e-6_wp, 'audit: '//number(unexplained))
       end do
@@ -122,14 +123,14 @@ contains
 
    !> Turned blocks that fall on each other with friction: no step gains energy, all is explained.
    subroutine random_piles()
-      real(wp) :: growth, unexplained, largest_loss, highest, first, former_energy
+      real(wp) :: growth, unexplained, largest_loss, max_height, first, former_energy
       integer :: pile, i
 
       call sow(11)
       growth = 0.0_wp
       unexplained = 0.0_wp
       largest_loss = 0.0_wp
-      highest = 0.0_wp
+      max_height = 0.0_wp
       do pile = 1, 12
          call begin_pile(simulation)
          first = total_energy(simulation%energy)
@@ -137,14 +138,14 @@ contains
             former_energy = total_energy(simulation%energy)
             call run(simulation, 1)
             growth = max(growth, (total_energy(simulation%energy) - former_energy)/first)
-            highest = max(highest, total_energy(simulation%energy)/first)
+            max_height = max(max_height, total_energy(simulation%energy)/first)
          end do
          unexplained = max(unexplained, relative_balance(simulation%energy))
          largest_loss = max(largest_loss, simulation%energy%value(energy_impact)/mass)
       end do
       ! Dashpots store at a place ahead by half a step: what comes back is of second order in it.
       call check(growth < 1.0e-4_wp, 'steps gain next to nothing: '//number(growth))
-      call check(highest <= 1.0_wp + 1.0e-9_wp, 'never above the first: '//number(highest))
+      call check(max_height <= 1.0_wp + 1.0e-9_wp, 'never above the first: '//number(max_height))
       call check(unexplained < 1.0e-6_wp, 'audit: '//number(unexplained))
       call check(largest_loss > 0.1_wp, 'impacts take energy')
    end subroutine random_piles

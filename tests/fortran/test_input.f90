@@ -9,7 +9,7 @@ module test_input
    use dda_input_catalogue, only: find_variable
    use dda_input_boundaries, only: boundary_kinds
    use dda_input_variable, only: variable_type
-   use dda_joint_laws, only: law_slot_type, new_joint_law
+   use dda_joint_laws, only: law_slot_type, create_joint_law
    use dda_material, only: joint_type
    use dda_record_format, only: known_formats
    use dda_record_type, only: known_units
@@ -56,7 +56,7 @@ contains
          if (first == last) exit
          last = first + index(law%allowed(first + 1:), "'")
          joint%law = law%allowed(first + 1:last - 1)
-         call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
+         call create_joint_law(slot, joint, 1.0_wp, 1.0_wp)
          call check(allocated(slot%law), 'law '//trim(joint%law))
          if (allocated(slot%law)) deallocate (slot%law)
       end do
@@ -64,21 +64,21 @@ contains
    end subroutine published_words
 
    !> Words that the schema allows.
-   function words_of(group, name) result(words)
+   function words_of(group, name) result(text)
       character(len=*), intent(in) :: group, name
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
       type(variable_type) :: variable
 
       variable = find_variable(group, name)
-      words = trim(variable%allowed)
+      text = trim(variable%allowed)
    end function words_of
 
    !> Names in quotes, with commas between.
-   function listed(names) result(words)
+   function listed(names) result(text)
       character(len=*), intent(in) :: names(:)
-      character(len=:), allocatable :: words
+      character(len=:), allocatable :: text
 
-      words = "'"//joined(names, "', '")//"'"
+      text = "'"//joined(names, "', '")//"'"
    end function listed
 
    subroutine accept(model, text)
@@ -106,11 +106,11 @@ contains
 
    subroutine run_control_contact_output()
       call accept(model, '&run title = ''A title'' / &control time_step = 0.01 duration = 1.0 '// &
-         'least_time_step = 1.0e-5'//' dynamic_factor = 0.9 max_displacement_ratio = 0.02 '// &
+         'least_time_step = 1.0e-5 dynamic_factor = 0.9 max_displacement_ratio = 0.02 '// &
          'gravity = 1.0 -9.81 time_step_control = ''adaptive'''// &
          ' analysis = ''plane_strain'' solver = ''direct'' / &contact normal_stiffness = 2.0e9 '// &
-         'shear_ratio = 3.0'//' fixed_point_ratio = 50.0 max_iterations = 77 force_tolerance = '// &
-         '1.0e-8 / &output file = ''o.nc'''//' history_interval = 4 block_interval = 9 / '//rock// &
+         'shear_ratio = 3.0 fixed_point_ratio = 50.0 max_iterations = 77 force_tolerance = '// &
+         '1.0e-8 / &output file = ''o.nc'' history_interval = 4 block_interval = 9 / '//rock// &
          joint//square)
       call check(model%title == 'A title', 'title')
       associate (c => model%control)
@@ -207,7 +207,7 @@ contains
          '&joint name = ''a'' friction_angle '// &
          '= 10.0 / &joint name = ''b'' friction_angle = 20.0 / &joint name = ''c'' '// &
          'friction_angle = 30.0 / &block vertices = 0 0 1 0 1 1 0 1 '
-      character(len=*), parameter :: place = 'group &block (line 2): '
+      character(len=*), parameter :: location = 'group &block (line 2): '
 
       call accept(model, three//'joint = ''b'' edge_joints = ''c'', '''', ''a'' /'// &
          '&block vertices = 2 0 3 0 3 1 edge_joints = , , ''b'' /'// &
@@ -215,13 +215,13 @@ contains
          '&block vertices = 5 0 6 0 6 1 edge_joints = 3*''c'' /')
       call check(all(model%blocks%joint == [3, 2, 1, 2, 1, 1, 2, 3, 3, 3, 3, 3, 3, 3]), 'joints')
       call check(all(model%blocks%mixed .eqv. [.true., .true., .false., .false.]), 'mixed')
-      call refuse(three//'edge_joints = 5*''a'' /', place// &
-         'edge_joints: 5 names, but the block '//'has 4 edges')
-      call refuse(three//'edge_joints = ''a'', ''x'' /', place//'edge_joints(2) = ''x'' is not '// &
-         'the name of a &joint')
-      call refuse(three//'edge_joints(600) = ''a'' /', place)
-      call refuse(three//'edge_joints = 512*''a'', ''b'' /', place)
-      call refuse(three//'edge_joints = 1, 2 /', place//'edge_joints(1) = ''1'' is not')
+      call refuse(three//'edge_joints = 5*''a'' /', location// &
+         'edge_joints: 5 names, but the block has 4 edges')
+      call refuse(three//'edge_joints = ''a'', ''x'' /', &
+         location//'edge_joints(2) = ''x'' is not the name of a &joint')
+      call refuse(three//'edge_joints(600) = ''a'' /', location)
+      call refuse(three//'edge_joints = 512*''a'', ''b'' /', location)
+      call refuse(three//'edge_joints = 1, 2 /', location//'edge_joints(1) = ''1'' is not')
    end subroutine edge_joints
 
    subroutine generators()
@@ -264,7 +264,7 @@ contains
    subroutine motions()
       call accept(model, '&control time_step = 1.0e-3 steps = 10 base_motion_y = ''q'' /'//rock// &
          joint//square//'&motion name = ''p'' quantity = ''displacement'' time_step = 0.5 '// &
-         'values = 0.0 1.0 3.0 2.0 /'//'&motion name = ''q'' quantity = ''velocity'' time_step '// &
+         'values = 0.0 1.0 3.0 2.0 /&motion name = ''q'' quantity = ''velocity'' time_step '// &
          '= 0.1 values = 0.0 1.0 0.0 scale = 2.0 /'// &
          '&fixed_point x = 0.5 y = 0.5 motion_x = ''q'' motion_y = ''p'' /')
       call check(all(model%control%base_motion == [0, 2]), 'of the base')
@@ -285,7 +285,7 @@ contains
       call check_close(model%origin, [500001.0_wp, 4000000.5_wp], 'middle')
       call check_close(model%blocks%position(1:2, 1), [0.0_wp, 0.0_wp], 'centroid', &
          absolute=1.0e-12_wp)
-      call check_close(model%points(1)%place, [-0.5_wp, -0.25_wp], 'point', absolute=1.0e-9_wp)
+      call check_close(model%points(1)%position, [-0.5_wp, -0.25_wp], 'point', absolute=1.0e-9_wp)
    end subroutine origin
 
    subroutine files()
@@ -331,7 +331,7 @@ contains
       call refuse(complete_input//'&layers width = 1.0 thickness = 1.0 count = 2 /', '&layers', &
          'line 5', 'overlaps')
       call accept(model, complete_input// &
-         '&block vertices = 1 0 2 0 2 1 1 1 / &block vertices = 0 1 2 1 '//'2 2 0 2 /')
+         '&block vertices = 1 0 2 0 2 1 1 1 / &block vertices = 0 1 2 1 2 2 0 2 /')
       call check(model%blocks%n == 3, 'touching blocks are read')
    end subroutine overlaps
 
@@ -372,7 +372,7 @@ contains
       character(len=*), parameter :: text = complete_input// &
          '&motion name = ''m'' quantity = ''velocity'' time_step = 0.1 values ='// &
          ' 0.0 1.0 0.0 / &fixed_point x = 0.5 y = 0.5 motion_x = ''m'' / &load x = 0.5 y = 1.0 '// &
-         'time = 0.0 1.0'//' force_x = 3.0 4.0 /'
+         'time = 0.0 1.0 force_x = 3.0 4.0 /'
       integer :: i, empty
 
       empty = 0

@@ -207,14 +207,14 @@ contains
          '&a x = ''it''''s/'' ! d / '// &
          carriage_return//newline//tab//'/ &b y(2) = 1, "&" /'//newline
       type(group_type), allocatable :: groups(:)
-      integer :: i, read
+      integer :: i, n_read
 
-      read = 0
+      n_read = 0
       do i = 0, len(text)
          call split_groups('f.nml', text(:i), groups, error)
-         if (.not. allocated(error)) read = read + 1
+         if (.not. allocated(error)) n_read = n_read + 1
       end do
-      call check(read > 5 .and. read < len(text), 'some cuts are whole')
+      call check(n_read > 5 .and. n_read < len(text), 'some cuts are whole')
    end subroutine truncated_text
 
 end module test_input_text

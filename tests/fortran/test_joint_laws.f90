@@ -7,7 +7,7 @@ module test_joint_laws
    use dda_friction, only: accept_contacts, find_bound, find_response, laws_type, set_laws
    use dda_joint_contact, only: joint_state => state_of, store_state
    use dda_joint_law, only: joint_state_type, net_slip, response_type, slip_path, weakened
-   use dda_joint_laws, only: law_slot_type, new_joint_law
+   use dda_joint_laws, only: law_slot_type, create_joint_law
    use dda_material, only: joint_type
    use dda_overlap, only: node, weight
    use models, only: random
@@ -53,7 +53,7 @@ contains
       real(wp) :: x, h
       integer :: i
 
-      call new_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
+      call create_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
       state = state_of(0.0_wp, 1.0_wp)
       do i = 1, 3
          call check_close(slot%law%closure(state, stress(i)*length), closure(i), 'published', &
@@ -99,7 +99,7 @@ contains
       real(wp), parameter :: strength(3) = [1.19175e6_wp, 4.66426e6_wp, 8.39100e6_wp]
       integer :: i
 
-      call new_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
+      call create_joint_law(slot, rough(), 1.0_wp, 2.5_wp)
       state = state_of(0.0_wp, 1.0_wp)
       do i = 1, 3
          call check_close(slot%law%strength(state, stress(i)*length)/length, strength(i), &
@@ -128,7 +128,7 @@ contains
       real(wp), parameter :: force = 1.0e6_wp
       real(wp) :: w, friction
 
-      call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
+      call create_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
       call check(.not. slot%law%brittle, 'weakens by slip')
       associate (whole => state_of(0.0_wp, 0.0_wp))
          state = slot%law%state_after_slip(whole, -0.005_wp, 0.0_wp)
@@ -150,7 +150,7 @@ contains
       real(wp) :: force, slip, t, path
       integer :: i, k
 
-      call new_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
+      call create_joint_law(slot, weakening(), 1.0e9_wp, 2.5_wp)
       do i = 0, 6
          do k = 1, 4
             path = 0.01_wp*i
@@ -183,7 +183,7 @@ contains
       real(wp) :: force, slip, angle
       integer :: direction
 
-      call new_joint_law(slot, worn(), 1.0_wp, 1.0_wp)
+      call create_joint_law(slot, worn(), 1.0_wp, 1.0_wp)
       do direction = -1, 1, 2
          state = state_of(0.0_wp, 0.0_wp)
          state%memory(net_slip:lifted) = [0.02_wp, 5.0e-3_wp]
@@ -211,29 +211,29 @@ contains
    subroutine random_cycles_of_a_rough_joint()
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      real(wp) :: lost, least, most, lowest, travel
+      real(wp) :: loss, min_loss, max_loss, min_force, travel
       integer :: cycle, step, passed
 
       call set_laws(laws, [worn()], 1.0_wp, 1.0_wp)
-      least = 0.0_wp
-      most = 0.0_wp
-      lowest = 0.0_wp
+      min_loss = 0.0_wp
+      max_loss = 0.0_wp
+      min_force = 0.0_wp
       travel = 0.0_wp
       passed = 0
       do cycle = 1, 10000
          if (modulo(cycle, 1000) == 1) call begin_contact(contacts, laws)
          do step = 1, 8
             call step_contact(contacts, laws, random(-5.0e-3_wp, 5.0e-3_wp), &
-               random(-2.0e-5_wp, 1.0e-4_wp), lost)
-            least = min(least, lost)
-            most = max(most, lost)
-            lowest = min(lowest, contacts%memory(lifted, 1))
+               random(-2.0e-5_wp, 1.0e-4_wp), loss)
+            min_loss = min(min_loss, loss)
+            max_loss = max(max_loss, loss)
+            min_force = min(min_force, contacts%memory(lifted, 1))
             travel = max(travel, contacts%memory(lifted, 1))
             if (contacts%trial_past_centre(1)) passed = passed + 1
          end do
       end do
-      call check(least >= -1.0e-12_wp*most, 'no slip gains energy')
-      call check(lowest >= -1.0e-12_wp, 'lifted')
+      call check(min_loss >= -1.0e-12_wp*max_loss, 'no slip gains energy')
+      call check(min_force >= -1.0e-12_wp, 'lifted')
       call check(travel > 1.0e-3_wp .and. passed > 10000, 'up, down, and through the centre')
    end subroutine random_cycles_of_a_rough_joint
 
@@ -243,11 +243,11 @@ contains
       type(contacts_type) :: contacts
       type(laws_type) :: laws
       type(response_type) :: a, b
-      real(wp) :: at(2, 2), work, least
+      real(wp) :: at(2, 2), work, min_loss
       integer :: i, passed, driven
 
       call set_laws(laws, [worn()], 1.0_wp, 1.0_wp)
-      least = 0.0_wp
+      min_loss = 0.0_wp
       passed = 0
       driven = 0
       do i = 1, 20000
@@ -263,11 +263,11 @@ contains
          call find_response(contacts, laws, 1, at(1, 2), at(2, 2), b)
          work = (a%shear_force - b%shear_force)*(at(2, 1) - at(2, 2)) &
             - (a%normal_force - b%normal_force)*(at(1, 1) - at(1, 2))
-         least = min(least, work)
+         min_loss = min(min_loss, work)
          if (a%past_centre) passed = passed + 1
          if (a%shear_force*at(2, 1) < 0.0_wp) driven = driven + 1
       end do
-      call check(least >= -1.0e-6_wp, 'monotone')
+      call check(min_loss >= -1.0e-6_wp, 'monotone')
       call check(passed > 1000 .and. driven > 500, 'beyond zero net slip; descents driven by N')
    end subroutine frozen_friction_is_monotone
 
@@ -345,27 +345,27 @@ contains
       contacts%normal_force = 0.0_wp
    end subroutine begin_contact
 
-   !> Slip to the position `place`, m, from the centre, at a closure, m, both at the end of a step;
+   !> Slip to a position, m, from the centre, at a closure, m, both at the end of a step;
    !> `lost` is the work of friction minus the energy stored by the lift, J/m.
-   subroutine step_contact(contacts, laws, place, closure, lost)
+   subroutine step_contact(contacts, laws, position, closure, loss)
       type(contacts_type), intent(inout) :: contacts
       type(laws_type), intent(in) :: laws
-      real(wp), intent(in) :: place, closure
-      real(wp), intent(out) :: lost
+      real(wp), intent(in) :: position, closure
+      real(wp), intent(out) :: loss
       type(response_type) :: response
       real(wp) :: lift, stretch
 
       lift = contacts%memory(lifted, 1)
       stretch = contacts%stretch(1)
       contacts%was_closed(1) = contacts%normal_force(1) > 0.0_wp
-      contacts%slip(1) = place - contacts%memory(net_slip, 1)
+      contacts%slip(1) = position - contacts%memory(net_slip, 1)
       call find_response(contacts, laws, 1, lift - closure, stretch + contacts%slip(1), response)
       contacts%trial_state(1) = response%state
       contacts%trial_past_centre(1) = response%past_centre
       contacts%normal_force(1) = response%normal_force
       contacts%shear_force(1) = response%shear_force
       call accept_contacts(contacts, laws)
-      lost = response%shear_force*(contacts%slip(1) - (contacts%stretch(1) - stretch)) &
+      loss = response%shear_force*(contacts%slip(1) - (contacts%stretch(1) - stretch)) &
          - response%normal_force*(contacts%memory(lifted, 1) - lift)
    end subroutine step_contact
 
@@ -409,7 +409,7 @@ contains
       real(wp) :: x, dissipated, start_closure
       integer :: i
 
-      call new_joint_law(slot, soft(), 1.0_wp, 2.5_wp)
+      call create_joint_law(slot, soft(), 1.0_wp, 2.5_wp)
       associate (law => slot%law)
          state = joint_state_type(length)
          do i = -2, 8
@@ -469,34 +469,35 @@ contains
 
    !> Slip in two parts is slip in one; it is elastic at first, and again as it turns; slopes agree.
    subroutine continuous_yield()
-      type(joint_state_type) :: state, turned
+      type(joint_state_type) :: state, reversed
       real(wp), parameter :: slip = 5.0e-5_wp, force = 1.0e6_wp*length
-      real(wp) :: whole, part, slope, above
+      real(wp) :: one_step, half_step, slope, upper_force
 
-      call new_joint_law(slot, yielding(), 1.0_wp, 1.0_wp)
+      call create_joint_law(slot, yielding(), 1.0_wp, 1.0_wp)
       state = joint_state_type(length, normal_force=force)
-      call slot%law%flow(state, force, 2*slip, whole, slope)
-      call check_close(whole, force*(1 - exp(-2*1.0e10_wp*slip*length/force)), 'closed form')
-      call slot%law%flow(state, force, slip, part, slope)
-      state%stretch = part/slot%law%shear_spring(state)
-      call slot%law%flow(state, force, state%stretch + slip, above, slope)
-      call check_close(above, whole, 'two parts', 1.0e-12_wp)
-      turned = slot%law%state_after_slip(state, slip - (above - part)/(1.0e10_wp*length), above)
-      turned%stretch = above/(1.0e10_wp*length)
-      call slot%law%flow(turned, force, turned%stretch - 1.0e-12_wp, part, slope)
+      call slot%law%flow(state, force, 2*slip, one_step, slope)
+      call check_close(one_step, force*(1 - exp(-2*1.0e10_wp*slip*length/force)), 'closed form')
+      call slot%law%flow(state, force, slip, half_step, slope)
+      state%stretch = half_step/slot%law%shear_spring(state)
+      call slot%law%flow(state, force, state%stretch + slip, upper_force, slope)
+      call check_close(upper_force, one_step, 'two parts', 1.0e-12_wp)
+      reversed = slot%law%state_after_slip(state, slip - (upper_force - &
+         half_step)/(1.0e10_wp*length), upper_force)
+      reversed%stretch = upper_force/(1.0e10_wp*length)
+      call slot%law%flow(reversed, force, reversed%stretch - 1.0e-12_wp, half_step, slope)
       call check_close(slope, 1.0e10_wp*length, 'elastic as it turns', 1.0e-6_wp)
-      call slot%law%flow(turned, force, turned%stretch + 1.0e-9_wp, part, slope)
-      call check_close((part - above)/1.0e-9_wp, slope, 'slope', 1.0e-4_wp)
-      call slot%law%flow(turned, 0.0_wp, slip, part, slope)
-      call check(part == 0.0_wp .and. slope == 0.0_wp, 'no normal force, no friction')
+      call slot%law%flow(reversed, force, reversed%stretch + 1.0e-9_wp, half_step, slope)
+      call check_close((half_step - upper_force)/1.0e-9_wp, slope, 'slope', 1.0e-4_wp)
+      call slot%law%flow(reversed, 0.0_wp, slip, half_step, slope)
+      call check(half_step == 0.0_wp .and. slope == 0.0_wp, 'no normal force, no friction')
    end subroutine continuous_yield
 
    !> k_s (t − vΔt) = N μ(v) beyond the threshold, elastic below; θ = L/v + (θ₀ − L/v) exp(−vt/L).
    subroutine friction_of_velocity()
       type(joint_type) :: joint
-      type(joint_state_type) :: state, after
+      type(joint_state_type) :: state, end_state
       real(wp), parameter :: force = 1.0e6_wp, step = 1.0e-3_wp
-      real(wp) :: k_s, v, t, shear, slope, above, age
+      real(wp) :: k_s, v, t, shear, slope, upper_force, age
       integer :: i
 
       joint = yielding()
@@ -507,7 +508,7 @@ contains
       joint%reference_velocity = 1.0e-6_wp
       joint%state_distance = 1.0e-4_wp
       joint%initial_age = 2.0_wp
-      call new_joint_law(slot, joint, 1.0_wp, 1.0_wp)
+      call create_joint_law(slot, joint, 1.0_wp, 1.0_wp)
       state = joint_state_type(length, time_step=step)
       k_s = slot%law%shear_spring(state)
       do i = -8, 2, 2
@@ -515,14 +516,14 @@ contains
          shear = force*(tan(30*pi/180) + 0.01_wp*log((v + 1.0e-9_wp)/1.0e-6_wp) &
             + 0.015_wp*log(2.0e-2_wp))
          t = -(shear/k_s + v*step)
-         call slot%law%flow(state, force, t, above, slope)
-         call check_close(above, -shear, 'at a velocity', 1.0e-9_wp)
+         call slot%law%flow(state, force, t, upper_force, slope)
+         call check_close(upper_force, -shear, 'at a velocity', 1.0e-9_wp)
          call slot%law%flow(state, force, t*(1 + 1.0e-7_wp), shear, slope)
-         call check_close((shear - above)/(1.0e-7_wp*t), slope, 'slope', 1.0e-3_wp)
-         after = slot%law%state_after_slip(state, -v*step, above)
+         call check_close((shear - upper_force)/(1.0e-7_wp*t), slope, 'slope', 1.0e-3_wp)
+         end_state = slot%law%state_after_slip(state, -v*step, upper_force)
          age = 1.0e-4_wp/v + (2.0_wp - 1.0e-4_wp/v)*exp(-v*step/1.0e-4_wp)
-         call check_close(after%memory(3), age, 'age', 1.0e-6_wp)
-         call check_close(after%memory(4), -v, 'velocity', 1.0e-12_wp)
+         call check_close(end_state%memory(3), age, 'age', 1.0e-6_wp)
+         call check_close(end_state%memory(4), -v, 'velocity', 1.0e-12_wp)
       end do
       call slot%law%flow(state, force, 1.0e-6_wp, shear, slope)
       call check_close(shear, 1.0e-6_wp*k_s, 'sticks', 1.0e-12_wp)
@@ -537,15 +538,15 @@ contains
 
       state = state_of(0.0_wp, 0.0_wp)
       joint%friction_angle = 35.0_wp
-      call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
+      call create_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
       call check_close(slot%law%initial_spring(state), 1.0e9_wp, 'per contact')
       call check_close(slot%law%shear_spring(state), 4.0e8_wp, 'its shear spring', 1.0e-12_wp)
       joint%normal_stiffness = 3.0e9_wp
-      call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
+      call create_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
       call check_close(slot%law%initial_spring(state), 2.1e9_wp, 'per area', 1.0e-12_wp)
       call check_close(slot%law%shear_spring(state), 8.4e8_wp, 'its shear spring', 1.0e-12_wp)
       joint%shear_stiffness = 1.0e9_wp
-      call new_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
+      call create_joint_law(slot, joint, 1.0e9_wp, 2.5_wp)
       call check_close(slot%law%shear_spring(state), 7.0e8_wp, 'one of its own', 1.0e-12_wp)
    end subroutine stiffness
 

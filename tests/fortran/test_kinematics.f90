@@ -36,12 +36,12 @@ contains
       call accepted_step(1.0_wp)
    end subroutine vibrations
 
-   subroutine begin_oscillator(step, steps, velocity, motion)
-      real(wp), intent(in) :: step
+   subroutine begin_oscillator(time_step, steps, velocity, motion)
+      real(wp), intent(in) :: time_step
       integer, intent(in) :: steps
       character(len=*), intent(in) :: velocity, motion
 
-      call begin(simulation, control_text(step, steps, '')//contact_text(stiffness, &
+      call begin(simulation, control_text(time_step, steps, '')//contact_text(stiffness, &
          'fixed_point_ratio = 1.0')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
          ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2'// &
          ' initial_velocity = '//velocity//' 0.0 0.0 /'//motion// &
@@ -85,7 +85,7 @@ contains
    subroutine harmonic(step, frequency)
       real(wp), intent(in) :: step, frequency   !< s, /s
       complex(wp) :: response, expected, inertia, rate, target_rate
-      real(wp) :: drive, way, dashpot, time, period
+      real(wp) :: drive, position, dashpot, time, period
       character(len=:), allocatable :: values
       integer :: i, n, last
 
@@ -103,13 +103,13 @@ contains
          ' values = '//values//' /')
       last = n - nint(period)*(200/nint(period) + 1)
       response = 0.0_wp
-      way = 0.0_wp
+      position = 0.0_wp
       do i = 1, n - 1
          call run(simulation, 1)
          time = real(i, wp)*step
          if (i < last .or. i >= last + nint(period)) cycle
-         way = simulation%blocks%position(1, 1)
-         response = response + way*cmplx(sin(drive*time), cos(drive*time), wp)
+         position = simulation%blocks%position(1, 1)
+         response = response + position*cmplx(sin(drive*time), cos(drive*time), wp)
       end do
       response = response*2.0_wp/(period*1.0e-3_wp)
       ! x(t) = Im(H exp(iωt)) ⇒ the sum above is conj(H) turned: real part with sin, imaginary with
@@ -158,7 +158,7 @@ contains
    subroutine accepted_step(chi)
       real(wp), intent(in) :: chi
       real(wp) :: d(6, 3), v(6, 3), q(6, 3), loss, start_energy
-      real(wp), parameter :: step = 0.03_wp
+      real(wp), parameter :: time_step = 0.03_wp
 
       call case('an accepted step')
       call make_blocks(3)
@@ -166,13 +166,13 @@ contains
       v = reshape(random_vector(18), [6, 3])
       q = blocks%position
       blocks%velocity = v
-      call integrate(blocks, d, step_type(scheme_type(1.0_wp, chi), 0.0_wp, step))
+      call integrate(blocks, d, step_type(scheme_type(1.0_wp, chi), 0.0_wp, time_step))
       call check_close(blocks%position, q + d, 'coordinates', relative=1.0e-15_wp)
-      call check_close(blocks%velocity, (d/step - (1.0_wp - chi)*v)/chi, 'rates', &
+      call check_close(blocks%velocity, (d/time_step - (1.0_wp - chi)*v)/chi, 'rates', &
          relative=1.0e-14_wp)
-      call check_close(blocks%position, q + step*((1.0_wp - chi)*v + chi*blocks%velocity), &
+      call check_close(blocks%position, q + time_step*((1.0_wp - chi)*v + chi*blocks%velocity), &
          'd = Δt [(1 − χ) v₀ + χ v₁]', relative=1.0e-14_wp)
-      call check_close(blocks%acceleration, (d - v*step)/(chi*step**2), 'accelerations', &
+      call check_close(blocks%acceleration, (d - v*time_step)/(chi*time_step**2), 'accelerations', &
          relative=1.0e-13_wp)
       start_energy = kinetic_energy(blocks)
       call damp_velocity(blocks, 1.0_wp, loss)
@@ -185,10 +185,10 @@ contains
    !> No vertex exceeds the bound, and a translation reaches it.
    subroutine displacement_bound()
       real(wp) :: d(6, 4), former(2, 28), bound
-      integer :: i, wrong
+      integer :: i, n_wrong
 
       call make_blocks(4)
-      wrong = 0
+      n_wrong = 0
       do i = 1, 200
          blocks%position(3:6, :) = reshape(random_vector(16), [4, 4])*0.1_wp
          blocks%position(3, :) = 50.0_wp*blocks%position(3, :)
@@ -200,9 +200,9 @@ contains
          bound = largest_displacement(blocks, d)
          call integrate(blocks, d, step_type(time_step=1.0_wp))
          if (maxval(norm2(blocks%vertex - former, 1)) > bound*(1.0_wp + 1.0e-3_wp)) &
-            wrong = wrong + 1
+            n_wrong = n_wrong + 1
       end do
-      call check(wrong == 0, 'no vertex moves farther')
+      call check(n_wrong == 0, 'no vertex moves farther')
       d = 0.0_wp
       d(1:2, 3) = [0.3_wp, -0.4_wp]
       call check_close(largest_displacement(blocks, d), 0.5_wp, 'a translation', &

@@ -34,7 +34,7 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      real(wp) :: from(6, 2), to(6, 2), part, minimum, result, scale, largest, residual
+      real(wp) :: from(6, 2), to(6, 2), fraction, minimum, result, scale, largest, residual
       integer :: k
 
       call random_system(system, contacts, laws, count, 0.0_wp)
@@ -44,8 +44,8 @@ contains
       system%d = to
       largest = 0.0_wp
       call evaluate_contacts(contacts, laws, to, largest, residual)
-      call descend(system, contacts, laws, part)
-      call check(part > 0.0_wp .and. part <= 1.0_wp, 'a part of the way')
+      call descend(system, contacts, laws, fraction)
+      call check(fraction > 0.0_wp .and. fraction <= 1.0_wp, 'a part of the way')
       result = energy(system, contacts, system%d)
       minimum = huge(1.0_wp)
       do k = 0, 200
@@ -55,8 +55,8 @@ contains
       ! A slope that is 1 % of the first one, of a convex function: 2 % of the descent are left at
       ! most.
       call check(result <= minimum + 0.02_wp*scale, 'no place on the way is much lower')
-      call check(maxval(abs(system%d - from - part*(to - from))) <= 1.0e-12_wp*maxval(abs(to)), &
-         'it is on the way')
+      call check(maxval(abs(system%d - from - fraction*(to - from))) <= &
+         1.0e-12_wp*maxval(abs(to)), 'it is on the way')
    end subroutine search
 
    subroutine keep(count)
@@ -64,7 +64,7 @@ contains
       type(system_type) :: system
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      real(wp) :: to(6, 2), part, largest, residual
+      real(wp) :: to(6, 2), fraction, largest, residual
 
       call random_system(system, contacts, laws, count, 0.0_wp)
       system%previous_d = 0.1_wp*reshape(random_vector(12), [6, 2])
@@ -73,8 +73,8 @@ contains
       system%d = to
       largest = 0.0_wp
       call evaluate_contacts(contacts, laws, to, largest, residual)
-      call descend(system, contacts, laws, part)
-      call check(part == 1.0_wp .and. all(system%d == to), 'is gone to its end')
+      call descend(system, contacts, laws, fraction)
+      call check(fraction == 1.0_wp .and. all(system%d == to), 'is gone to its end')
    end subroutine keep
 
 end module test_line_search

@@ -105,15 +105,15 @@ contains
    end subroutine solves
 
    !> Solve K x = b from x = 0; the residual must be a small part of b.
-   subroutine check_solution(b, part)
-      real(wp), intent(in) :: b(:,:), part
+   subroutine check_solution(b, tolerance_factor)
+      real(wp), intent(in) :: b(:,:), tolerance_factor
       real(wp) :: x(6, matrix%n), image(6, matrix%n)
 
       x = 0.0_wp
       call solve(solver, matrix, b, x, error)
       call check_no_error(error, solver%method)
       call multiply(matrix, x, image)
-      call check(norm2(image - b) <= part*norm2(b), solver%method//': the residual')
+      call check(norm2(image - b) <= tolerance_factor*norm2(b), solver%method//': the residual')
    end subroutine check_solution
 
    !> The solution follows a change of the right-hand side: with a good factor at one application,
@@ -121,7 +121,7 @@ contains
    subroutine follows(name)
       character(len=*), intent(in) :: name
       integer, parameter :: n = 80
-      real(wp), parameter :: loose = 1.0e-2_wp
+      real(wp), parameter :: coarse_tolerance = 1.0e-2_wp
       real(wp) :: x(6, n), b(6, n), image(6, n), change(6, n)
       integer :: pass
 
@@ -131,15 +131,15 @@ contains
       b = reshape(random_vector(6*n), [6, n])
       x = 0.0_wp
       do pass = 1, 2
-         call solve(solver, matrix, b, x, error, loose)
+         call solve(solver, matrix, b, x, error, coarse_tolerance)
          call check_no_error(error, name)
          call multiply(matrix, x, image)
          change = reshape(random_vector(6*n), [6, n]) + (b - image)
          b = image + change
-         call solve_change(solver, matrix, b, change, x, error, loose)
+         call solve_change(solver, matrix, b, change, x, error, coarse_tolerance)
          call check_no_error(error, name)
          call multiply(matrix, x, image)
-         call check(norm2(image - b) <= loose*norm2(change), name//': the residual')
+         call check(norm2(image - b) <= coarse_tolerance*norm2(change), name//': the residual')
          ! half the blocks are held so much more firmly that the factor is no good any more
          matrix%diagonal(:, :, ::2) = 1.0e2_wp*matrix%diagonal(:, :, ::2)
          call renew(solver, matrix, diagonal_of(matrix), rank_one_type(), error)
@@ -167,32 +167,32 @@ contains
    !> precision retains only a few digits.
    subroutine a_pivot_lost_to_single_precision()
       integer, parameter :: n = 70
-      real(wp) :: b(6, n), alone(compact_size, n)
+      real(wp) :: b(6, n), diagonal(compact_size, n)
       integer :: i
 
-      call stiff_chain(n, 1.0e-7_wp, alone)
+      call stiff_chain(n, 1.0e-7_wp, diagonal)
       b = reshape(random_vector(6*n), [6, n])
       call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
       do i = 1, 3
-         call renew_all(alone)
+         call renew_all(diagonal)
          call check_no_error(error, 'lagged')
          call check_solution(b, 1.0e-6_wp)
          call check(solver%repeated_directly == merge(1, 0, i > 2), 'handed over at the third time')
       end do
-      call stiff_chain(n, 1.0e-10_wp, alone)
+      call stiff_chain(n, 1.0e-10_wp, diagonal)
       call choose_solver(solver, 'lagged', error)
       call analyse(solver, matrix)
-      call renew_all(alone)
+      call renew_all(diagonal)
       call check(solver%repeated_directly == 1 .and. solver%method == 'direct', &
          'handed over at once')
    end subroutine a_pivot_lost_to_single_precision
 
    !> A chain with only rigid-body modes, and the springs that hold each block.
-   subroutine stiff_chain(n, own_stiffness, alone)
+   subroutine stiff_chain(n, own_stiffness, diagonal)
       integer, intent(in) :: n
       real(wp), intent(in) :: own_stiffness
-      real(wp), intent(out) :: alone(compact_size, n)
+      real(wp), intent(out) :: diagonal(compact_size, n)
       real(wp) :: block(6, 6)
       integer :: i, k
 
@@ -204,16 +204,16 @@ contains
       do k = 1, 6
          block(k, k) = own_stiffness
       end do
-      alone = spread(compact(block), 2, n)
+      diagonal = spread(compact(block), 2, n)
    end subroutine stiff_chain
 
    !> All values are others: the factor that there was will not do.
-   subroutine renew_all(alone)
-      real(wp), intent(in) :: alone(compact_size, matrix%n)
+   subroutine renew_all(diagonal)
+      real(wp), intent(in) :: diagonal(compact_size, matrix%n)
       type(rank_one_type) :: changes
 
       changes%n = most_changes + 1
-      call renew(solver, matrix, alone, changes, error)
+      call renew(solver, matrix, diagonal, changes, error)
    end subroutine renew_all
 
    !> A factor so old that the iterations with it fail is made again.

@@ -17,7 +17,7 @@ module test_low_rank
    type(block_matrix_type) :: matrix
    type(lagged_factor_type), allocatable :: lagged
    type(rank_one_type) :: changes
-   logical :: done
+   logical :: success
 
 contains
 
@@ -33,20 +33,20 @@ contains
 
    !> A wall of blocks on soft supports, joined to neighbours by some stiff springs; the matrix
    !> is not factorised.
-   subroutine wall(across, up, matrix)
-      integer, intent(in) :: across, up
+   subroutine wall(columns, rows, matrix)
+      integer, intent(in) :: columns, rows
       type(block_matrix_type), intent(out) :: matrix
-      integer :: pairs(2, 2*across*up), i, j, n, k
+      integer :: pairs(2, 2*columns*rows), i, j, n, k
 
       n = 0
-      do j = 1, up
-         do i = 1, across
-            if (i < across) call add_pair(i + across*(j - 1), i + 1 + across*(j - 1))
-            if (j < up) call add_pair(i + across*(j - 1), i + across*j)
+      do j = 1, rows
+         do i = 1, columns
+            if (i < columns) call add_pair(i + columns*(j - 1), i + 1 + columns*(j - 1))
+            if (j < rows) call add_pair(i + columns*(j - 1), i + columns*j)
          end do
       end do
-      call set_pattern(matrix, across*up, pairs(:, :n))
-      do i = 1, across*up
+      call set_pattern(matrix, columns*rows, pairs(:, :n))
+      do i = 1, columns*rows
          do k = 1, 6
             matrix%diagonal(k, k, i) = random(1.0_wp, 2.0_wp)
          end do
@@ -70,10 +70,10 @@ contains
    end subroutine wall
 
    !> A wall, and a factor of its matrix.
-   subroutine factor_wall(across, up)
-      integer, intent(in) :: across, up
+   subroutine factor_wall(columns, rows)
+      integer, intent(in) :: columns, rows
 
-      call wall(across, up, matrix)
+      call wall(columns, rows, matrix)
       call analyse_lagged(lagged, matrix)
       call refactorise(lagged, matrix, error, .false.)
       call check_no_error(error, 'the factor')
@@ -112,21 +112,21 @@ contains
 
    !> A preconditioner that has followed all changes is the inverse of the changed matrix, to single
    !> precision.
-   subroutine follows(across, up, count, parts)
-      integer, intent(in) :: across, up, count
+   subroutine follows(columns, rows, count, parts)
+      integer, intent(in) :: columns, rows, count
       integer, intent(in) :: parts  !< in which the changes come
-      integer :: part
+      integer :: n_parts
 
       call case('springs put in')
-      call factor_wall(across, up)
-      do part = 1, parts
+      call factor_wall(columns, rows)
+      do n_parts = 1, parts
          call forget_changes(changes)
-         call change(matrix, changes, part*count/parts - (part - 1)*count/parts)
-         call update_low_rank(lagged%low, lagged%factor, changes, done)
-         call check(done, 'followed')
+         call change(matrix, changes, n_parts*count/parts - (n_parts - 1)*count/parts)
+         call update_low_rank(lagged%update, lagged%factor, changes, success)
+         call check(success, 'followed')
          call check_inverse(lagged, matrix)
       end do
-      call check(lagged%low%terms%n == count, 'all springs')
+      call check(lagged%update%terms%n == count, 'all springs')
    end subroutine follows
 
    !> P⁻¹ A x is x, as far as single precision can tell.
@@ -135,12 +135,12 @@ contains
       type(block_matrix_type), intent(in) :: matrix
       ! rounding in single precision gives 5e-4 to 2e-3
       real(wp), parameter :: tolerance = 1.0e-2_wp
-      real(wp) :: x(6, matrix%n), image(6, matrix%n), back(6, matrix%n)
+      real(wp) :: x(6, matrix%n), image(6, matrix%n), recovered(6, matrix%n)
 
       x = reshape(random_vector(6*matrix%n), [6, matrix%n])
       call multiply(matrix, x, image)
-      call lagged%apply(matrix%n, image, back)
-      call check(norm2(back - x) <= tolerance*norm2(x), 'the inverse of the changed matrix')
+      call lagged%apply(matrix%n, image, recovered)
+      call check(norm2(recovered - x) <= tolerance*norm2(x), 'the inverse of the changed matrix')
    end subroutine check_inverse
 
    !> Springs between blocks that nothing coupled are followed as well; the next factor is planned
@@ -158,8 +158,8 @@ contains
          call check_inverse(lagged, matrix)
          call forget_changes(changes)
          call change(matrix, changes, 40)
-         call update_low_rank(lagged%low, lagged%factor, changes, done)
-         call check(done, 'followed')
+         call update_low_rank(lagged%update, lagged%factor, changes, success)
+         call check(success, 'followed')
          call check_inverse(lagged, matrix)
       end do
    end subroutine springs_where_none_were
@@ -168,22 +168,22 @@ contains
    !> geometry, need no further column and no correction.
    subroutine added_and_removed_springs()
       type(block_matrix_type) :: matrix, first
-      type(rank_one_type) :: back
+      type(rank_one_type) :: recovered
 
       call wall(20, 15, matrix)
       first = matrix
       call change(matrix, changes, 60)
       call analyse_lagged(lagged, matrix)
       call refactorise(lagged, matrix, error, .false.)
-      back = changes
-      back%k = -back%k
-      call update_low_rank(lagged%low, lagged%factor, back, done)
-      call check(done, 'taken out')
+      recovered = changes
+      recovered%k = -recovered%k
+      call update_low_rank(lagged%update, lagged%factor, recovered, success)
+      call check(success, 'taken out')
       call check_inverse(lagged, first)
       changes%u = (1.0_wp + 1.0e-5_wp)*changes%u
-      call update_low_rank(lagged%low, lagged%factor, changes, done)
-      call check(done, 'put in again')
-      call check(lagged%low%terms%n == 60 .and. lagged%low%n == 0, 'the same columns')
+      call update_low_rank(lagged%update, lagged%factor, changes, success)
+      call check(success, 'put in again')
+      call check(lagged%update%terms%n == 60 .and. lagged%update%n == 0, 'the same columns')
       call check_inverse(lagged, matrix)
    end subroutine added_and_removed_springs
 
@@ -192,53 +192,53 @@ contains
       call factor_wall(12, 9)
       call change(matrix, changes, most_changes + 1)
       call check(changes%n == most_changes + 1, 'counted')
-      call update_low_rank(lagged%low, lagged%factor, changes, done)
-      call check(.not. done, 'refused')
+      call update_low_rank(lagged%update, lagged%factor, changes, success)
+      call check(.not. success, 'refused')
       call forget_changes(changes)
       call change(matrix, changes, most_changes - 3)
-      call update_low_rank(lagged%low, lagged%factor, changes, done)
-      call check(done, 'the most')
+      call update_low_rank(lagged%update, lagged%factor, changes, success)
+      call check(success, 'the most')
       call forget_changes(changes)
       call change(matrix, changes, 4)
-      call update_low_rank(lagged%low, lagged%factor, changes, done)
-      call check(.not. done, 'one more')
+      call update_low_rank(lagged%update, lagged%factor, changes, success)
+      call check(.not. success, 'one more')
    end subroutine too_many_changes
 
    !> A spring that does not exist cannot be removed.
    subroutine removal_of_a_missing_spring()
       call factor_wall(12, 9)
       call add_change(changes, 5, random_vector(6), 6, random_vector(6), -100.0_wp*stiff)
-      call update_low_rank(lagged%low, lagged%factor, changes, done)
-      call check(.not. done, 'refused')
+      call update_low_rank(lagged%update, lagged%factor, changes, success)
+      call check(.not. success, 'refused')
    end subroutine removal_of_a_missing_spring
 
    !> The bits do not depend on threads or on the partition of the changes.
    subroutine the_same_bits_on_1_to_4_threads_in_one_or_three_parts()
-      real(wp), allocatable :: b(:,:), one(:,:), more(:,:)
-      integer :: before, threads, part
+      real(wp), allocatable :: b(:,:), one_thread(:,:), many_threads(:,:)
+      integer :: n_before, threads, n_parts
 
-      before = 1
-      !$ before = omp_get_max_threads()
+      n_before = 1
+      !$ n_before = omp_get_max_threads()
       call wall(60, 40, matrix)
-      allocate (b(6, matrix%n), one(6, matrix%n), more(6, matrix%n))
+      allocate (b(6, matrix%n), one_thread(6, matrix%n), many_threads(6, matrix%n))
       b = reshape(random_vector(6*matrix%n), [6, matrix%n])
       call analyse_lagged(lagged, matrix)
       call refactorise(lagged, matrix, error, .false.)
       call check(lagged%factor%plan%sharing%is_shared, 'large enough for threads')
-      do part = 1, 3
+      do n_parts = 1, 3
          call forget_changes(changes)
          call change(matrix, changes, 25)
-         call update_low_rank(lagged%low, lagged%factor, changes, done)
+         call update_low_rank(lagged%update, lagged%factor, changes, success)
       end do
-      call lagged%apply(matrix%n, b, one)
+      call lagged%apply(matrix%n, b, one_thread)
       do threads = 1, 4
          !$ call omp_set_num_threads(threads)
-         call rebuild_low_rank(lagged%low, lagged%factor, 1, done)
-         call check(done, 'followed again')
-         call lagged%apply(matrix%n, b, more)
-         call check(all(abs(one - more) <= 0.0_wp), 'the same bits')
+         call rebuild_low_rank(lagged%update, lagged%factor, 1, success)
+         call check(success, 'followed again')
+         call lagged%apply(matrix%n, b, many_threads)
+         call check(all(abs(one_thread - many_threads) <= 0.0_wp), 'the same bits')
       end do
-      !$ call omp_set_num_threads(before)
+      !$ call omp_set_num_threads(n_before)
    end subroutine the_same_bits_on_1_to_4_threads_in_one_or_three_parts
 
    !> The solver follows changes without a new factor, and needs no more iterations than with one.

@@ -31,14 +31,14 @@ contains
       call check_first(layered_site_two(), 14.251_wp, 0.002_wp)
    end subroutine layered_sites
 
-   subroutine check_first(text, frequency, within)
+   subroutine check_first(text, frequency, tolerance)
       character(len=*), intent(in) :: text
-      real(wp), intent(in) :: frequency, within  !< Hz
+      real(wp), intent(in) :: frequency, tolerance  !< Hz
 
       call linear_of(linear, text, 'closed')
       call find_modes(linear, 1, modes, error)
       call check_no_error(error, 'modes')
-      call check_close(modes%frequency(1), frequency, 'first frequency', absolute=within)
+      call check_close(modes%frequency(1), frequency, 'first frequency', absolute=tolerance)
       call check(modes%rigid == 0 .and. modes%mechanisms == 0, 'nothing loose')
    end subroutine check_first
 
@@ -146,23 +146,24 @@ contains
    !> Without bonds contacts are open until gravity closes them.
    subroutine contacts_that_gravity_closes()
       type(simulation_type) :: simulation
-      real(wp) :: closed
+      real(wp) :: closed_frequency
 
-      call linear_of(linear, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.), 'closed')
+      call linear_of(linear, drum_column('1.0e8', ', gravity=0.0, -9.81', is_bonded=.false.), &
+         'closed')
       call find_modes(linear, 1, modes, error)
-      closed = modes%frequency(1)
-      call begin(simulation, drum_column('1.0e8', ', gravity=0.0, -9.81', bonded=.false.))
+      closed_frequency = modes%frequency(1)
+      call begin(simulation, drum_column('1.0e8', ', gravity=0.0, -9.81', is_bonded=.false.))
       call linearise(linear, simulation, 'present', error)
       call find_modes(linear, 3, modes, error)
       call check_no_error(error, 'present')
-      call check(linear%closed == 20 .and. modes%rigid == 0, &
+      call check(linear%n_closed == 20 .and. modes%rigid == 0, &
          'contacts in touch are taken to stick at first')
       call linearise(linear, simulation, 'auto', error)
       call check_no_error(error, 'settled')
       call check(linear%equilibrium%at_rest, 'at rest')
       call find_modes(linear, 3, modes, error)
-      call check(linear%closed == 20 .and. modes%rigid == 0, 'all closed')
-      call check_close(modes%frequency(1), closed, 'first frequency', relative=2.0e-3_wp)
+      call check(linear%n_closed == 20 .and. modes%rigid == 0, 'all closed')
+      call check_close(modes%frequency(1), closed_frequency, 'first frequency', relative=2.0e-3_wp)
       call check(linear%dynamic_factor == 1.0_wp .and. simulation%step == 0, 'the run is as it was')
       call check(index(modes%text, 'at rest') > 0, 'said in words')
    end subroutine contacts_that_gravity_closes

@@ -25,7 +25,7 @@ contains
    subroutine try_random(n)
       integer, intent(in) :: n
       type(outlines_type) :: outlines
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       real(wp) :: scale
       integer :: i
 
@@ -35,19 +35,19 @@ contains
             15.0_wp*random_vector(2)), 1, 1, 1, '')
       end do
       call make_rock_blocks(outlines, blocks)
-      call find_neighbours(near, blocks, 0.3_wp)
-      call compare(near, 0.3_wp)
+      call find_neighbours(neighbours, blocks, 0.3_wp)
+      call compare(neighbours, 0.3_wp)
       blocks%position(1:2, :) = 20.0_wp*reshape(random_vector(2*n), [2, n])
       blocks%position(3, :) = 3.0_wp*random_vector(n)
       call update_geometry(blocks)
-      call find_neighbours(near, blocks, 1.0_wp)
-      call compare(near, 1.0_wp)
+      call find_neighbours(neighbours, blocks, 1.0_wp)
+      call compare(neighbours, 1.0_wp)
    end subroutine try_random
 
    !> Every convex vertex within reach of an edge of another block is a probe with that edge; no
    !> other.
-   subroutine compare(near, reach)
-      type(neighbours_type), intent(in) :: near
+   subroutine compare(neighbours, reach)
+      type(neighbours_type), intent(in) :: neighbours
       real(wp), intent(in) :: reach
       logical, allocatable :: listed(:,:), paired(:,:)
       integer :: p, i, v, e, missed, extra, repeated, wrong_pair
@@ -56,20 +56,20 @@ contains
          source=.false.)
       repeated = 0
       wrong_pair = 0
-      do p = 1, near%n_pairs
-         associate (a => near%pair(1, p), b => near%pair(2, p))
+      do p = 1, neighbours%n_pairs
+         associate (a => neighbours%pair(1, p), b => neighbours%pair(2, p))
             if (a >= b) wrong_pair = wrong_pair + 1
             if (paired(a, b)) repeated = repeated + 1
             paired(a, b) = .true.
          end associate
       end do
-      do p = 1, near%n_probes
-         v = near%probe(1, p)
-         do i = near%first_edge(p), near%first_edge(p + 1) - 1
-            e = near%edge(i)
+      do p = 1, neighbours%n_probes
+         v = neighbours%probe(1, p)
+         do i = neighbours%first_edge(p), neighbours%first_edge(p + 1) - 1
+            e = neighbours%edge(i)
             if (listed(v, e)) repeated = repeated + 1
             listed(v, e) = .true.
-            if (.not. is_pair(near%pair(:, near%probe(2, p)), blocks%owner(v), &
+            if (.not. is_pair(neighbours%pair(:, neighbours%probe(2, p)), blocks%owner(v), &
                blocks%owner(e))) wrong_pair = wrong_pair + 1
          end do
       end do
@@ -85,22 +85,23 @@ contains
       call check(extra == 0, 'none beyond reach')
       call check(repeated == 0, 'none twice')
       call check(wrong_pair == 0, 'probes name their pair, pairs ascend')
-      call check(all([(corners_listed(near, p, reach), p=1, near%n_probes)]), &
+      call check(all([(corners_listed(neighbours, p, reach), p=1, neighbours%n_probes)]), &
          'corners within reach are listed')
    end subroutine compare
 
    !> Probe p lists every convex vertex of the other block within reach; vertices beyond may be
    !> listed if they are convex.
-   pure logical function corners_listed(near, p, reach)
-      type(neighbours_type), intent(in) :: near
+   pure logical function corners_listed(neighbours, p, reach)
+      type(neighbours_type), intent(in) :: neighbours
       integer, intent(in) :: p
       real(wp), intent(in) :: reach
       integer :: w, other
 
-      associate (corner => near%corner(near%first_corner(p):near%first_corner(p + 1) - 1), &
-         v => near%probe(1, p))
-         other = blocks%owner(near%edge(near%first_edge(p)))
-         corners_listed = all(blocks%owner(corner) == other) .and. all(near%convex(corner))
+      associate (corner => &
+         neighbours%corner(neighbours%first_corner(p):neighbours%first_corner(p + 1) - 1), v => &
+         neighbours%probe(1, p))
+         other = blocks%owner(neighbours%edge(neighbours%first_edge(p)))
+         corners_listed = all(blocks%owner(corner) == other) .and. all(neighbours%convex(corner))
          do w = blocks%first(other), blocks%first(other + 1) - 1
             if (.not. is_convex(blocks, w) .or. norm2(blocks%vertex(:, v) - blocks%vertex(:, w)) &
                > reach) cycle
@@ -119,15 +120,15 @@ contains
    logical function within(v, e, reach)
       integer, intent(in) :: v, e
       real(wp), intent(in) :: reach
-      real(wp) :: a(2), b(2), p(2), part
+      real(wp) :: a(2), b(2), p(2), fraction
 
       within = .false.
       if (blocks%owner(v) == blocks%owner(e) .or. .not. is_convex(blocks, v)) return
       a = blocks%vertex(:, e)
       b = blocks%vertex(:, blocks%next(e))
       p = blocks%vertex(:, v)
-      part = max(0.0_wp, min(1.0_wp, dot_product(p - a, b - a)/sum((b - a)**2)))
-      within = norm2(p - a - part*(b - a)) <= reach
+      fraction = max(0.0_wp, min(1.0_wp, dot_product(p - a, b - a)/sum((b - a)**2)))
+      within = norm2(p - a - fraction*(b - a)) <= reach
    end function within
 
    subroutine make_lattice(n)
@@ -146,22 +147,22 @@ contains
 
    !> n × n squares side by side: 2n(n−1) joints and 2(n−1)² diagonals.
    subroutine a_lattice()
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       integer :: n
 
       do n = 1, 9
-         call discard_iterations(near)
+         call discard_iterations(neighbours)
          call make_lattice(n)
-         call find_neighbours(near, blocks, 0.01_wp)
-         call check(near%n_pairs == 2*n*(n - 1) + 2*(n - 1)**2, 'pairs')
-         call compare(near, 0.01_wp)
+         call find_neighbours(neighbours, blocks, 0.01_wp)
+         call check(neighbours%n_pairs == 2*n*(n - 1) + 2*(n - 1)**2, 'pairs')
+         call compare(neighbours, 0.01_wp)
       end do
    end subroutine a_lattice
 
-   subroutine discard_iterations(near)
-      type(neighbours_type), intent(out) :: near
+   subroutine discard_iterations(neighbours)
+      type(neighbours_type), intent(out) :: neighbours
 
-      near%n_pairs = 0
+      neighbours%n_pairs = 0
    end subroutine discard_iterations
 
    subroutine one_block()
@@ -175,7 +176,7 @@ contains
    !> One distant block a million sizes away costs neither memory nor pairs.
    subroutine a_distant_block()
       type(outlines_type) :: outlines
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       integer :: i
 
       do i = 1, 100
@@ -185,9 +186,9 @@ contains
       call add_outline(outlines, rectangle(1.0e6_wp, 1.0e6_wp, 1.0e6_wp + 1.0_wp, &
          1.0e6_wp + 1.0_wp), 1, 1, 1, '')
       call make_rock_blocks(outlines, blocks)
-      call find_neighbours(near, blocks, 0.01_wp)
-      call check(near%n_pairs == 99, 'the row has 99 joints')
-      call compare(near, 0.01_wp)
+      call find_neighbours(neighbours, blocks, 0.01_wp)
+      call check(neighbours%n_pairs == 99, 'the row has 99 joints')
+      call compare(neighbours, 0.01_wp)
    end subroutine a_distant_block
 
    !> With 36 times as many blocks, pairs, probes and time per block are about the same, apart from
@@ -206,7 +207,7 @@ contains
    function measure(n) result(cost)
       integer, intent(in) :: n
       real(wp) :: cost(2)
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       real(wp) :: from, to
       integer :: i, k
 
@@ -215,12 +216,12 @@ contains
       do i = 1, 5
          call cpu_time(from)
          do k = 1, max(1, 10000/n**2)
-            call find_neighbours(near, blocks, 0.01_wp)
+            call find_neighbours(neighbours, blocks, 0.01_wp)
          end do
          call cpu_time(to)
          cost(2) = min(cost(2), (to - from)/real(n**2*max(1, 10000/n**2), wp))
       end do
-      cost(1) = real(near%n_probes, wp)/real(n**2, wp)
+      cost(1) = real(neighbours%n_probes, wp)/real(n**2, wp)
    end function measure
 
 end module test_neighbours

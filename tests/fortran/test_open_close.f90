@@ -69,26 +69,26 @@ contains
       real(wp), intent(out) :: d(unknowns)
       integer, intent(out) :: solutions
       real(wp) :: k(unknowns, unknowns), x(unknowns), row(unknowns)
-      integer :: closed, c, info
-      logical :: right
+      integer :: n_closed, c, info
+      logical :: expected_text
 
       solutions = 0
-      do closed = 0, 2**contacts%n - 1
+      do n_closed = 0, 2**contacts%n - 1
          k = linear_matrix(system)
          x = flat(system%load)
          do c = 1, contacts%n
-            if (.not. btest(closed, c - 1)) cycle
+            if (.not. btest(n_closed, c - 1)) cycle
             row = gap_row(contacts, c)
             k = k + stiffness*spread(row, 2, unknowns)*spread(row, 1, unknowns)
             x = x - stiffness*contacts%gap(c)*row
          end do
          call dposv('L', unknowns, 1, k, unknowns, x, unknowns, info)
-         right = info == 0
+         expected_text = info == 0
          do c = 1, contacts%n
-            right = right .and. ((contacts%gap(c) + dot_product(gap_row(contacts, c), &
-               x) < 0.0_wp) .eqv. btest(closed, c - 1))
+            expected_text = expected_text .and. ((contacts%gap(c) + dot_product(gap_row(contacts, &
+               c), x) < 0.0_wp) .eqv. btest(n_closed, c - 1))
          end do
-         if (.not. right) cycle
+         if (.not. expected_text) cycle
          solutions = solutions + 1
          d = x
       end do
@@ -127,8 +127,8 @@ contains
    end subroutine frozen_bounds_descend
 
    !> The energy after one iteration, two, … of a random system.
-   subroutine descend_from(far, count)
-      real(wp), intent(in) :: far    !< of the start
+   subroutine descend_from(distance, count)
+      real(wp), intent(in) :: distance    !< of the start
       integer, intent(in) :: count   !< contacts
       type(system_type) :: start, system
       type(contacts_type) :: first, contacts
@@ -139,7 +139,7 @@ contains
       integer :: c, limit
 
       call random_system(start, first, laws, count, 60.0_wp)
-      start%d = far*reshape(random_vector(unknowns), [6, 2])
+      start%d = distance*reshape(random_vector(unknowns), [6, 2])
       first%frozen_bound = [(max(0.0_wp, random(-5.0_wp, 20.0_wp)), c=1, count)]
       first%state(:count) = [(modulo(c, 3), c=1, count)]
       iteration%weight = 10.0_wp
@@ -169,21 +169,22 @@ contains
    !> and not if an iterate far off exerts it.
    subroutine tolerance_of_the_step()
       type(open_close_type) :: iteration
-      integer :: i, given
+      integer :: i, k_tolerance
 
       do i = 1, 20
-         do given = 0, 1
+         do k_tolerance = 0, 1
             call random_system(system, contacts, laws, 1, 0.0_wp)
             call close_all(system, contacts, iteration)
             call check_no_error(error, 'converges')
             contacts%spring(:, 1) = 0.0_wp
             system%d = 0.0_wp
-            if (given == 1) contacts%gap(1) = -1.0e13_wp
-            if (given == 0) system%d = -1.0e13_wp*reshape(gap_row(contacts, 1), [6, 2])
+            if (k_tolerance == 1) contacts%gap(1) = -1.0e13_wp
+            if (k_tolerance == 0) system%d = -1.0e13_wp*reshape(gap_row(contacts, 1), [6, 2])
             call evaluate(iteration, system, contacts, laws)
             contacts%free_force(:, 1) = [(1.0_wp + 1.0e-14_wp)*contacts%normal_force(1), 0.0_wp]
             call evaluate(iteration, system, contacts, laws)
-            call check((iteration%residual <= iteration%tolerance) .eqv. given == 1, 'tolerated')
+            call check((iteration%residual <= iteration%tolerance) .eqv. k_tolerance == 1, &
+               'tolerated')
          end do
       end do
    end subroutine tolerance_of_the_step
@@ -207,14 +208,14 @@ contains
       integer, intent(in) :: systems
       real(wp), intent(in) :: tension    !< tension, of the tolerance
       integer, intent(out) :: opened   !< contacts
-      type(system_type) :: whole, system
-      type(contacts_type) :: all, contacts
+      type(system_type) :: full_system, system
+      type(contacts_type) :: all_contacts, contacts
       type(open_close_type) :: iteration
       real(wp) :: k(unknowns, unknowns), x(unknowns, 2), row(unknowns)
       integer :: i, info
 
-      call systems_beside(whole, systems, 2*systems)
-      call reserve(all, systems)
+      call systems_beside(full_system, systems, 2*systems)
+      call reserve(all_contacts, systems)
       iteration%noise = 1.0e-3_wp
       do i = 1, systems
          do
@@ -231,11 +232,11 @@ contains
          contacts%stretch(1) = 0.0_wp
          contacts%gap(1) = tension*iteration%noise*(1.0_wp/stiffness + dot_product(row, x(:, 2))) &
             - dot_product(row, x(:, 1))
-         call put(system, contacts, 2*i - 2, whole, all)
+         call put(system, contacts, 2*i - 2, full_system, all_contacts)
       end do
-      call close_all(whole, all, iteration)
+      call close_all(full_system, all_contacts, iteration)
       call check_no_error(error, 'converges')
-      opened = count(all%trial_state(:systems) == contact_open)
+      opened = count(all_contacts%trial_state(:systems) == contact_open)
    end subroutine pull_contacts
 
    !> Only a rotation and equal axial strains of its blocks move a contact, and without slip.
@@ -250,88 +251,89 @@ contains
    end subroutine leave_out_slip
 
    !> The pattern of systems of two blocks beside each other, and of more blocks without contacts.
-   subroutine systems_beside(whole, systems, blocks)
-      type(system_type), intent(out) :: whole
+   subroutine systems_beside(full_system, systems, blocks)
+      type(system_type), intent(out) :: full_system
       integer, intent(in) :: systems, blocks
-      type(neighbours_type) :: near
+      type(neighbours_type) :: neighbours
       real(wp) :: unit(6, 6)
       integer :: i
 
-      near%n_pairs = systems
-      near%pair = reshape([(i, i=1, 2*systems)], [2, systems])
-      call pattern_of(whole, blocks, near)
+      neighbours%n_pairs = systems
+      neighbours%pair = reshape([(i, i=1, 2*systems)], [2, systems])
+      call pattern_of(full_system, blocks, neighbours)
       unit = 0.0_wp
       do i = 1, 6
          unit(i, i) = 1.0_wp
       end do
-      whole%constant = spread(compact(unit), 2, blocks)
+      full_system%constant = spread(compact(unit), 2, blocks)
    end subroutine systems_beside
 
    !> Independent systems, each a region, have the solution of each system alone.  The complete
    !> system, mostly at rest, needs no more iterations than to establish this.
    subroutine independent_regions()
       integer, parameter :: systems = 60, idle = 200, each = 40
-      type(system_type) :: whole, system
-      type(contacts_type) :: all, contacts
+      type(system_type) :: full_system, system
+      type(contacts_type) :: all_contacts, contacts
       type(open_close_type) :: iteration
       real(wp) :: expected(6, 2*systems + idle)
-      integer :: i, most
+      integer :: i, max_iterations_alone
 
-      call systems_beside(whole, systems, 2*systems + idle)
-      whole%load = 1.0_wp
+      call systems_beside(full_system, systems, 2*systems + idle)
+      full_system%load = 1.0_wp
       expected = 1.0_wp
-      call reserve(all, systems*each)
-      most = 0
+      call reserve(all_contacts, systems*each)
+      max_iterations_alone = 0
       do i = 1, systems
          do
             call random_system(system, contacts, laws, each, 0.0_wp)
             if (size(system%linear%column) == 0) exit
          end do
-         call put(system, contacts, 2*i - 2, whole, all)
+         call put(system, contacts, 2*i - 2, full_system, all_contacts)
          call close_all(system, contacts, iteration)
          call check_no_error(error, 'one converges')
-         most = max(most, iteration%iterations)
+         max_iterations_alone = max(max_iterations_alone, iteration%iterations)
          expected(:, 2*i - 1:2*i) = system%d
       end do
-      call close_all(whole, all, iteration)
+      call close_all(full_system, all_contacts, iteration)
       call check_no_error(error, 'all converge')
-      call check_close(whole%d, expected, 'd', relative=1.0e-9_wp)
-      call check(iteration%iterations <= 3 .and. most > 6, 'in few iterations of the whole')
+      call check_close(full_system%d, expected, 'd', relative=1.0e-9_wp)
+      call check(iteration%iterations <= 3 .and. max_iterations_alone > 6, &
+         'in few iterations of the whole')
    end subroutine independent_regions
 
    !> Insert a system of two blocks after `offset` blocks.
-   subroutine put(system, contacts, offset, whole, all)
+   subroutine put(system, contacts, offset, full_system, all_contacts)
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts
       integer, intent(in) :: offset
-      type(system_type), intent(inout) :: whole
-      type(contacts_type), intent(inout) :: all
+      type(system_type), intent(inout) :: full_system
+      type(contacts_type), intent(inout) :: all_contacts
       integer :: first, last
 
-      whole%has_terms(offset + 1:offset + 2) = .true.
-      whole%linear%diagonal(:, :, offset + 1:offset + 2) = system%linear%diagonal
-      whole%load(:, offset + 1:offset + 2) = system%load
-      first = all%n + 1
-      last = all%n + contacts%n
-      all%n = last
+      full_system%has_terms(offset + 1:offset + 2) = .true.
+      full_system%linear%diagonal(:, :, offset + 1:offset + 2) = system%linear%diagonal
+      full_system%load(:, offset + 1:offset + 2) = system%load
+      first = all_contacts%n + 1
+      last = all_contacts%n + contacts%n
+      all_contacts%n = last
       associate (n => contacts%n)
-         all%block_v(first:last) = contacts%block_v(:n) + offset
-         all%block_e(first:last) = contacts%block_e(:n) + offset
-         all%pair(first:last) = offset/2 + 1
-         all%joint(first:last) = contacts%joint(:n)
-         all%state(first:last) = contacts%state(:n)
-         all%gap(first:last) = contacts%gap(:n)
-         all%stretch(first:last) = contacts%stretch(:n)
-         all%normal(:, first:last) = contacts%normal(:, :n)
-         all%gradient_v(:, first:last) = contacts%gradient_v(:, :n)
-         all%gradient_e(:, first:last) = contacts%gradient_e(:, :n)
+         all_contacts%block_v(first:last) = contacts%block_v(:n) + offset
+         all_contacts%block_e(first:last) = contacts%block_e(:n) + offset
+         all_contacts%pair(first:last) = offset/2 + 1
+         all_contacts%joint(first:last) = contacts%joint(:n)
+         all_contacts%state(first:last) = contacts%state(:n)
+         all_contacts%gap(first:last) = contacts%gap(:n)
+         all_contacts%stretch(first:last) = contacts%stretch(:n)
+         all_contacts%normal(:, first:last) = contacts%normal(:, :n)
+         all_contacts%gradient_v(:, first:last) = contacts%gradient_v(:, :n)
+         all_contacts%gradient_e(:, first:last) = contacts%gradient_e(:, :n)
       end associate
    end subroutine put
 
    !> With friction, the forces that the law answers to d are in balance with it.
-   subroutine with_friction(angle, most_allowed)
+   subroutine with_friction(angle, max_allowed)
       real(wp), intent(in) :: angle
-      integer, intent(in) :: most_allowed
+      integer, intent(in) :: max_allowed
       type(open_close_type) :: iteration
       integer :: i, c, failed, largest_count, states(0:2)
 
@@ -353,38 +355,38 @@ contains
          call check_balance(system, contacts, tan(angle*pi/180.0_wp))
       end do
       call check(failed == 0, 'all converge')
-      call check(largest_count <= most_allowed, 'in few iterations')
+      call check(largest_count <= max_allowed, 'in few iterations')
       call check(all(states([contact_open, contact_slide, contact_stick]) > 20), 'all states occur')
    end subroutine with_friction
 
    !> Friction so high that some steps do not converge: frozen bounds find some of them,
    !> with forces in balance, and are gone after the others.
    subroutine locking_friction()
-      type(system_type) :: system, again
+      type(system_type) :: system, repeated
       type(contacts_type) :: contacts, contacts_again
       type(open_close_type) :: iteration
       real(wp), parameter :: angle = 81.0_wp
-      integer :: i, locked, closed
+      integer :: i, locked, n_closed
 
       locked = 0
-      closed = 0
+      n_closed = 0
       do i = 1, 1500
          call random_system(system, contacts, laws, 2 + modulo(i, 19), angle)
-         again = system
+         repeated = system
          contacts_again = contacts
          iteration%rounds = 0
          call close_all(system, contacts, iteration)
          if (.not. allocated(error)) cycle
          locked = locked + 1
          iteration%rounds = most_bound_rounds
-         call close_all(again, contacts_again, iteration)
+         call close_all(repeated, contacts_again, iteration)
          call check(.not. allocated(contacts_again%frozen_bound), 'bounds are released')
          if (allocated(error)) cycle
-         closed = closed + 1
-         call check_balance(again, contacts_again, tan(angle*pi/180.0_wp))
+         n_closed = n_closed + 1
+         call check_balance(repeated, contacts_again, tan(angle*pi/180.0_wp))
       end do
       call check(locked > 0, 'some do not converge')
-      call check(4*closed > locked, 'a share of them does with bounds from outside')
+      call check(4*n_closed > locked, 'a share of them does with bounds from outside')
    end subroutine locking_friction
 
    !> Falling masonry in the midpoint rule, which shakes: steps close in which bricks lock.
@@ -431,21 +433,21 @@ contains
       character(len=*), intent(in) :: joint    !< variables of the joints
       integer, intent(in) :: bricks, courses   !< numbers of them
       type(simulation_type), intent(out) :: simulation
-      character(len=:), allocatable :: right
+      character(len=:), allocatable :: expected_text
       integer :: i
 
-      right = to_text(real(max(bricks, 10) + 1, wp))
+      expected_text = to_text(real(max(bricks, 10) + 1, wp))
       call begin(simulation, control_text(time_step, 20, "integration = 'midpoint'"// &
          ' gravity = 0.0 -9.81')//contact_text(1.5e12_wp, '')// &
-         " &material name = 'base' density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.0 /"//&
-         " &material name = 'stone' density = 2500.0 young_modulus = 5.0e9 poisson_ratio = 0.2 /"//&
-         " &joint name = 'dry' "//joint//' /'// &
-         " &block name = 'base' material = 'base' joint = '' vertices = -1.0 -1.0 "//right// &
-         ' -1.0 '//right//' 0.0 -1.0 0.0 /'// &
+         " &material name = 'base' density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.0 "// &
+         "/"//" &material name = 'stone' density = 2500.0 young_modulus = 5.0e9 poisson_ratio "// &
+         "= 0.2 /"//" &joint name = 'dry' "//joint//' /'// &
+         " &block name = 'base' material = 'base' joint = '' vertices = -1.0 -1.0 "// &
+         expected_text//' -1.0 '//expected_text//' 0.0 -1.0 0.0 /'// &
          " &wall name = 'brick' material = 'stone' left = 0.0 bottom = 0.0 brick_length = 1.0"// &
          ' brick_height = 0.5 bricks = '//to_text(bricks)//' courses = '//to_text(courses)//' /'// &
-         ' &fixed_point x = -1.0 y = -1.0 / &fixed_point x = '//right//' y = -1.0 /'// &
-         ' &fixed_point x = '//right//' y = 0.0 / &fixed_point x = -1.0 y = 0.0 /')
+         ' &fixed_point x = -1.0 y = -1.0 / &fixed_point x = '//expected_text//' y = -1.0 /'// &
+         ' &fixed_point x = '//expected_text//' y = 0.0 / &fixed_point x = -1.0 y = 0.0 /')
       do i = 1, 20
          call run(simulation, 1)
       end do

@@ -117,10 +117,10 @@ contains
    !> Against the sum of the angles that the edges subtend at a point.
    subroutine points_inside()
       real(wp), allocatable :: vertices(:,:)
-      real(wp) :: point(2), outside(2), square(2, 4)
-      integer :: i, k, wrong, n_inside
+      real(wp) :: point(2), outer_point(2), square(2, 4)
+      integer :: i, k, n_wrong, n_inside
 
-      wrong = 0
+      n_wrong = 0
       n_inside = 0
       do i = 1, 100
          vertices = star(3 + modulo(i, 15), 0.2_wp, 2.0_wp)
@@ -128,16 +128,16 @@ contains
             point = 2.0_wp*random_vector(2)
             if (contains_point(vertices, point, 0.0_wp)) n_inside = n_inside + 1
             if (contains_point(vertices, point, 0.0_wp) .neqv. winding(vertices, point) > pi) &
-               wrong = wrong + 1
+               n_wrong = n_wrong + 1
          end do
       end do
-      call check(wrong == 0, 'as the winding number says')
+      call check(n_wrong == 0, 'as the winding number says')
       call check(n_inside > 500 .and. n_inside < 4500, 'both kinds occur')
       square = turned(rectangle(-1.0_wp, -1.0_wp, 1.0_wp, 1.0_wp), 0.4_wp)
-      outside = 0.5_wp*(square(:, 1) + square(:, 2))*(1.0_wp + 1.0e-6_wp)
-      call check(.not. contains_point(square, outside, 0.0_wp), 'a hair outside')
-      call check(contains_point(square, outside, 2.0e-6_wp), 'is inside with a tolerance')
-      call check(.not. contains_point(square, outside, 5.0e-7_wp), 'but not with a smaller one')
+      outer_point = 0.5_wp*(square(:, 1) + square(:, 2))*(1.0_wp + 1.0e-6_wp)
+      call check(.not. contains_point(square, outer_point, 0.0_wp), 'a hair outside')
+      call check(contains_point(square, outer_point, 2.0e-6_wp), 'is inside with a tolerance')
+      call check(.not. contains_point(square, outer_point, 5.0e-7_wp), 'but not with a smaller one')
       do i = 1, 4
          call check(contains_point(square, square(:, i), 1.0e-12_wp), 'a corner')
       end do
@@ -160,21 +160,21 @@ contains
    !> Against many points along the boundary.
    subroutine distance_to_the_boundary()
       real(wp), allocatable :: vertices(:,:)
-      real(wp) :: point(2), nearest
+      real(wp) :: point(2), min_distance
       integer :: i, j, k
       integer, parameter :: parts = 2000
 
       do i = 1, 10
          vertices = star(7, 0.2_wp, 2.0_wp)
          point = 2.0_wp*random_vector(2)
-         nearest = huge(1.0_wp)
+         min_distance = huge(1.0_wp)
          do j = 1, 7
             do k = 0, parts
-               nearest = min(nearest, norm2(point - vertices(:, j) &
+               min_distance = min(min_distance, norm2(point - vertices(:, j) &
                   - real(k, wp)/parts*(vertices(:, modulo(j, 7) + 1) - vertices(:, j))))
             end do
          end do
-         call check_close(distance_to_boundary(vertices, point), nearest, 'distance', &
+         call check_close(distance_to_boundary(vertices, point), min_distance, 'distance', &
             absolute=1.0e-4_wp)
       end do
    end subroutine distance_to_the_boundary

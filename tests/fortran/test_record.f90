@@ -10,20 +10,20 @@ module test_record
    integer, parameter :: samples = 50
    real(wp), parameter :: step = 0.02_wp, omega = 2.0_wp*pi
    !> half a unit of the last digit, in parts of the peak
-   real(wp), parameter :: printed = 1.0e-6_wp
+   real(wp), parameter :: printing_error = 1.0e-6_wp
    type(record_type) :: record
 
 contains
 
    subroutine each_format_yields_the_motion()
       call expect_sine('sine.smc', 'smc', 1.0e-5_wp)
-      call expect_sine('sine.at2', 'at2', printed)
+      call expect_sine('sine.at2', 'at2', printing_error)
       call expect_sine('sine_old.at2', 'at2', 1.0e-2_wp)
       call expect_sine('sine.knet', 'knet', 1.0e-5_wp)
-      call expect_sine('sine.esm', 'esm', printed)
-      call expect_sine('sine.v2c', 'cosmos', printed)
-      call expect_sine('sine.v2', 'cosmos', printed)
-      call expect_sine('sine_old.v2', 'cosmos', printed)
+      call expect_sine('sine.esm', 'esm', printing_error)
+      call expect_sine('sine.v2c', 'cosmos', printing_error)
+      call expect_sine('sine.v2', 'cosmos', printing_error)
+      call expect_sine('sine_old.v2', 'cosmos', printing_error)
    end subroutine each_format_yields_the_motion
 
    !> By name and by content; quantity and unit come from the header.
@@ -64,7 +64,7 @@ contains
       call read_record(record, data_file(file_name), 'auto', quantity, '', error, channel=channel)
       call check_no_error(error, file_name//' '//quantity)
       if (.not. allocated(error)) call check_close(record%values, expected, &
-         file_name//' '//quantity, relative=printed)
+         file_name//' '//quantity, relative=printing_error)
    end subroutine expect_section
 
    subroutine expect_no_section(file_name, channel, expected_text)
@@ -82,11 +82,11 @@ contains
          error, time_step=step)
       call check_no_error(error, 'one column')
       if (.not. allocated(error)) call check_close(record%values, sine(1.0_wp), 'one column', &
-         relative=printed)
+         relative=printing_error)
       call read_record(record, data_file('sine_time.csv'), 'auto', '', 'cm/s^2', error)
       call check_no_error(error, 'two columns')
       if (allocated(error)) return
-      call check_close(record%values, sine(1.0_wp), 'two columns', relative=printed)
+      call check_close(record%values, sine(1.0_wp), 'two columns', relative=printing_error)
       call check_close(record%time_step, step, 'step from the times', relative=1.0e-12_wp)
       call check(record%unit == 'cm/s^2', 'unit as given')
       call read_record(record, data_file('sine one column.txt'), 'text', '', 'mm', error, &
@@ -94,7 +94,7 @@ contains
       call check_no_error(error, 'numbers as millimetres')
       if (allocated(error)) return
       call check(record%quantity == 'displacement', 'the unit implies the quantity')
-      call check_close(record%values, sine(0.1_wp), 'millimetres', relative=printed)
+      call check_close(record%values, sine(0.1_wp), 'millimetres', relative=printing_error)
    end subroutine columns_of_text
 
    subroutine words_of_the_header()
@@ -130,7 +130,7 @@ contains
       call remove_scratch()
    end subroutine headers_of_other_kinds
 
-   !> A file with one piece of text instead of another; an amplitude of 0: the first sample is
+   !> A file with one part of text instead of another; an amplitude of 0: the first sample is
    !> gone.
    subroutine expect_changed(bytes, old, new, quantity, amplitude, time_step)
       character(len=*), intent(in) :: bytes, old, new, quantity
@@ -151,7 +151,7 @@ contains
       call check_close(record%time_step, time_step, new//' step', relative=1.0e-12_wp)
       if (quantity == '') then
          wave = sine(1.0_wp)
-         call check_close(record%values, wave(2:), 'the rest', relative=printed)
+         call check_close(record%values, wave(2:), 'the rest', relative=printing_error)
          call check(index(record%description, 'begin at 0.02 s') > 0, record%description)
       else
          call check(record%quantity == quantity, new//': '//record%quantity)

@@ -52,18 +52,18 @@ contains
    !> ½ g t² is exact for the scheme at any step.
    subroutine free_fall()
       real(wp) :: from(2)
-      real(wp), parameter :: step(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
+      real(wp), parameter :: time_step(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
       integer :: i
 
       do i = 1, 3
-         call begin(simulation, control_text(step(i), 1000, gravity)//rock// &
+         call begin(simulation, control_text(time_step(i), 1000, gravity)//rock// &
             joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
             2.0_wp)))
          from = simulation%blocks%position(1:2, 1)
          call run(simulation, 1000)
          call check_close(simulation%blocks%position(1:2, 1) - from, &
-            [0.0_wp, -0.5_wp*g*(1000*step(i))**2], '½ g t²', relative=1.0e-12_wp)
-         call check_close(simulation%blocks%velocity(2, 1), -g*1000*step(i), 'g t', &
+            [0.0_wp, -0.5_wp*g*(1000*time_step(i))**2], '½ g t²', relative=1.0e-12_wp)
+         call check_close(simulation%blocks%velocity(2, 1), -g*1000*time_step(i), 'g t', &
             relative=1.0e-12_wp)
       end do
    end subroutine free_fall
@@ -115,15 +115,15 @@ contains
    end subroutine a_hundred_turns
 
    !> A block on a held plane inclined by 30°.
-   subroutine begin_incline(friction_angle, stiffness, step, steps)
-      real(wp), intent(in) :: friction_angle, stiffness, step
+   subroutine begin_incline(friction_angle, stiffness, time_step, steps)
+      real(wp), intent(in) :: friction_angle, stiffness, time_step
       integer, intent(in) :: steps
       real(wp), parameter :: alpha = -pi/6.0_wp
       real(wp) :: base(2, 4)
       character(len=:), allocatable :: text
       integer :: i
 
-      text = control_text(step, steps, gravity)//contact_text(stiffness, '')// &
+      text = control_text(time_step, steps, gravity)//contact_text(stiffness, '')// &
          joint_text(friction_angle, 0.0_wp, 0.0_wp)// &
          ' &material density = 1000.0 young_modulus = 1.0e10 poisson_ratio = 0.2 /'// &
          block_text('plane', turned(rectangle(0.0_wp, -1.0_wp, 16.0_wp, 0.0_wp), alpha))// &
@@ -186,24 +186,24 @@ contains
    !> A contact soft enough to give 1.6 cm, more than the contact distance, still throws the block
    !> back.
    subroutine penetration_beyond_the_contact_distance()
-      real(wp) :: lowest
+      real(wp) :: min_height
       integer :: i
 
       call begin(simulation, control_text(1.0e-4_wp, 6000, gravity// &
          'max_displacement_ratio = 0.002')//contact_text(1.0e8_wp, '')// &
          ' &material density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.2 /'// &
          joint_text(0.0_wp, 0.0_wp, 0.0_wp)//on_floor(rectangle(-0.5_wp, 1.0_wp, 0.5_wp, 2.0_wp)))
-      lowest = huge(1.0_wp)
+      min_height = huge(1.0_wp)
       do i = 1, 6000
          call advance(simulation, error)
          if (allocated(error)) exit
-         lowest = min(lowest, simulation%blocks%position(2, 2))
+         min_height = min(min_height, simulation%blocks%position(2, 2))
       end do
       if (allocated(error)) then
          call check(index(error%message, 'normal_stiffness') > 0, 'refused by name: '// &
             error%message)
       else
-         call check(lowest > simulation%blocks%position(2, 1) + 0.9_wp, &
+         call check(min_height > simulation%blocks%position(2, 1) + 0.9_wp, &
             'it never sinks deeper than 10 cm')
          call check(simulation%blocks%velocity(2, 2) > 0.0_wp, 'and goes up again')
       end if
@@ -250,26 +250,26 @@ contains
    !> Δt decreases while a block falls fast, recovers at rest and is reported; the run ends exactly
    !> at its duration.
    subroutine adaptive_time_step()
-      real(wp) :: least, largest_at_rest
+      real(wp) :: min_time_step, largest_at_rest
       integer :: i
 
       call begin(simulation, control_text(1.0e-2_wp, 200, gravity// &
          "time_step_control = 'adaptive' least_time_step = 1.0e-6 max_displacement_ratio = "// &
          '0.005')//contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
          on_floor(rectangle(-0.5_wp, 0.5_wp, 0.5_wp, 1.5_wp)))
-      least = huge(1.0_wp)
+      min_time_step = huge(1.0_wp)
       largest_at_rest = 0.0_wp
       do i = 1, 100000
          call advance(simulation, error)
          if (allocated(error) .or. finished(simulation)) exit
-         least = min(least, simulation%last_time_step)
+         min_time_step = min(min_time_step, simulation%last_time_step)
          if (simulation%time > 1.5_wp) largest_at_rest = max(largest_at_rest, &
             simulation%last_time_step)
       end do
       call check_no_error(error, 'all steps close')
       call check_close(simulation%time, 2.0_wp, 'the duration is met', relative=1.0e-12_wp)
-      call check(least < 0.5e-2_wp, 'the step shrinks')
-      call check(least >= 1.0e-6_wp, 'not below the least')
+      call check(min_time_step < 0.5e-2_wp, 'the step shrinks')
+      call check(min_time_step >= 1.0e-6_wp, 'not below the least')
       call check(largest_at_rest > 0.99e-2_wp, 'and recovers')
       call check(simulation%counters%repeated > 0, 'repeated steps are counted')
       call check(index(summary(simulation), 'repeated with a smaller time step') > 0, &

@@ -4,7 +4,7 @@
 module test_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
-   use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, &
+   use dda_spectrum, only: spectral_peak_type, compute_fourier_spectrum, amplification, &
       find_peak
    use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
@@ -22,8 +22,8 @@ contains
       real(wp) :: expected(n/2 + 1)
       integer :: i
 
-      call fourier_spectrum([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, wp)), i=0, &
-         n - 1)], step, frequency, spectrum, error)
+      call compute_fourier_spectrum([(5.0_wp + 3.0_wp*sin(2.0_wp*pi*8.0_wp*real(i, wp)/real(n, &
+         wp)), i=0, n - 1)], step, frequency, spectrum, error)
       call check_no_error(error, 'spectrum')
       expected = 0.0_wp
       expected(1) = 5.0_wp*step*real(n, wp)
@@ -41,7 +41,8 @@ contains
       integer :: i, k
 
       x = [(cos(0.37_wp*real(i, wp)**1.5_wp), i=1, n)]
-      call fourier_spectrum(x, step, frequency, spectrum, error, padding=padding, taper=1.0_wp)
+      call compute_fourier_spectrum(x, step, frequency, spectrum, error, padding=padding, &
+         taper=1.0_wp)
       call check_no_error(error, 'spectrum')
       call check(size(spectrum) == 47, 'number of bins')
       do k = 1, size(spectrum), 5
@@ -62,7 +63,7 @@ contains
       integer :: i
 
       x = [(sin(0.01_wp*real(i, wp)**2), i=1, n)]
-      call fourier_spectrum(x, step, frequency, spectrum, error)
+      call compute_fourier_spectrum(x, step, frequency, spectrum, error)
       call check_no_error(error, 'spectrum')
       two_sided_sum = sum(abs([spectrum, spectrum(2:n/2)])**2)
       call check_close(frequency(2)*two_sided_sum, step*sum(x**2), 'Parseval', relative=1.0e-13_wp)
@@ -72,7 +73,7 @@ contains
    subroutine known_filter()
       integer, parameter :: n = 4096
       real(wp), parameter :: r = 0.98_wp, theta = 0.3_wp
-      complex(wp), allocatable :: ratio(:), back(:)
+      complex(wp), allocatable :: ratio(:), recovered(:)
       real(wp) :: x(n), y(n), summit
       integer :: i
 
@@ -86,10 +87,10 @@ contains
       call amplification(y, x, step, frequency, ratio, error, padding=4)
       call check_no_error(error, 'amplification')
       if (allocated(error)) return
-      allocate (back(size(frequency)))
-      back(:) = exp(cmplx(0.0_wp, -2.0_wp*pi*frequency*step, wp))
-      call check_close(abs(ratio - 1.0_wp/(1.0_wp - 2.0_wp*r*cos(theta)*back + r**2*back**2)), &
-         0.0_wp*frequency, 'transfer function', absolute=1.0e-10_wp)
+      allocate (recovered(size(frequency)))
+      recovered(:) = exp(cmplx(0.0_wp, -2.0_wp*pi*frequency*step, wp))
+      call check_close(abs(ratio - 1.0_wp/(1.0_wp - 2.0_wp*r*cos(theta)*recovered + &
+         r**2*recovered**2)), 0.0_wp*frequency, 'transfer function', absolute=1.0e-10_wp)
       summit = acos((1.0_wp + r**2)/(2.0_wp*r)*cos(theta))
       call find_peak(frequency, abs(ratio), 1.0_wp, 20.0_wp, peak, error)
       call check_no_error(error, 'peak')
@@ -149,8 +150,8 @@ contains
       integer :: i
 
       x = [(sin(real(i, wp)**1.3_wp), i=1, n + 1)]
-      call fourier_spectrum(x(2:), step, frequency, first, error)
-      call fourier_spectrum([(x(i), i=2, n + 1)], step, frequency, second, error)
+      call compute_fourier_spectrum(x(2:), step, frequency, first, error)
+      call compute_fourier_spectrum([(x(i), i=2, n + 1)], step, frequency, second, error)
       call check(maxval(abs(first - second)) <= 0.0_wp, 'same bits')
    end subroutine same_bits
 
@@ -172,7 +173,7 @@ contains
       integer, intent(in) :: padding
       character(len=*), intent(in) :: names
 
-      call fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
+      call compute_fourier_spectrum(series, time_step, frequency, spectrum, error, padding, taper)
       call check_fails(error, names)
    end subroutine refused
 

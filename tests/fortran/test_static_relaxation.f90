@@ -139,9 +139,9 @@ contains
 
    !> Bonds are checked after the contacts converge; broken bonds transmit no force.
    subroutine overloaded_bonds()
-      integer :: i, step, broken, n_bonded
+      integer :: i, step, n_broken, n_bonded
 
-      broken = 0
+      n_broken = 0
       n_bonded = 0
       do i = 1, 20
          call random_system(system, contacts, laws, n_contacts, 10.0_wp)
@@ -154,7 +154,7 @@ contains
          do step = 1, most_steps
             call relax(iteration, system, solver, contacts, laws, error)
             call check_no_error(error, 'relaxes')
-            broken = broken + iteration%broken
+            n_broken = n_broken + iteration%broken
             call check(all(contacts%bonded(:n_contacts) .or. &
                contacts%normal_force(:n_contacts) >= 0.0_wp), 'a broken one holds no tension')
             if (iteration%converged) exit
@@ -165,31 +165,31 @@ contains
          call check(all(contacts%normal_force(:n_contacts) >= -5.0_wp*(1 + 1.0e-9_wp)), &
             'no bond holds more than its strength')
       end do
-      call check(broken > 20 .and. n_bonded > 20, 'some break, some hold')
+      call check(n_broken > 20 .and. n_bonded > 20, 'some break, some hold')
    end subroutine overloaded_bonds
 
    !> A static step of many changes counts the iteration before it is relaxed, and begins again.
    subroutine all_iterations_of_a_static_step_count()
-      type(system_type) :: system, again
-      type(contacts_type) :: contacts, others
+      type(system_type) :: system, repeated
+      type(contacts_type) :: contacts, repeated_contacts
       type(open_close_type) :: iteration, relaxed
       integer :: before(3)
-      integer, parameter :: many = 10000, few = 2
+      integer, parameter :: high_limit = 10000, low_limit = 2
 
-      call random_system(system, contacts, laws, many, 10.0_wp)
-      again = system
-      others = contacts
+      call random_system(system, contacts, laws, high_limit, 10.0_wp)
+      repeated = system
+      repeated_contacts = contacts
       call prepare(iteration, solver, system)
       call solve_statics(iteration, system, solver, contacts, laws, error)
       call check_no_error(error, 'relaxes')
-      call prepare(relaxed, solver, again)
-      call relax(relaxed, again, solver, others, laws, error)
+      call prepare(relaxed, solver, repeated)
+      call relax(relaxed, repeated, solver, repeated_contacts, laws, error)
       call check_no_error(error, 'relaxes')
       call check(iteration%iterations == 1 + relaxed%iterations, 'states tried and relaxed')
       call check(iteration%changes > relaxed%changes, 'changes before it')
-      call check_close(system%d, again%d, 'it begins as if nothing had been tried', &
+      call check_close(system%d, repeated%d, 'it begins as if nothing had been tried', &
          relative=1.0e-9_wp)
-      iteration%broken = few
+      iteration%broken = low_limit
       before = counts_of(iteration)
       call begin_iteration(iteration, contacts)
       call check(all(counts_of(iteration) == 0), 'begun anew')

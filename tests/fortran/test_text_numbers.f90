@@ -3,7 +3,7 @@
 module test_text_numbers
    use dda_kinds, only: long, wp
    use dda_text, only: short_text
-   use dda_text_numbers, only: next_number, whole_number, word_at, number_found, number_none, &
+   use dda_text_numbers, only: read_next_number, whole_number, word_at, number_found, number_none, &
       number_bad, number_large
    use testing, only: check, check_close
    implicit none
@@ -33,12 +33,12 @@ contains
    end subroutine valid_numbers
 
    subroutine invalid_numbers_are_rejected()
-      character(len=8), parameter :: bad(16) = [character(len=8) :: 'NaN', 'Inf', '3*5', '/', &
+      character(len=8), parameter :: invalid(16) = [character(len=8) :: 'NaN', 'Inf', '3*5', '/', &
          '1.2.3', 'e5', '.', '-', '1e', '1e+', '0x10', '1_8', '--1', '1,5', '****', '1.0-2.0']
       integer :: i
 
-      do i = 1, size(bad)
-         call check(state_of(trim(bad(i))) == number_bad, bad(i))
+      do i = 1, size(invalid)
+         call check(state_of(trim(invalid(i))) == number_bad, invalid(i))
       end do
       call check(state_of('  ') == number_none, 'blanks hold no number')
       call check(state_of('') == number_none, 'nothing holds no number')
@@ -58,14 +58,14 @@ contains
 
       position = 1
       do i = 1, 4
-         call next_number(text, position, value(i), state, joined=.true.)
+         call read_next_number(text, position, value(i), state, joined=.true.)
          call check(state == number_found, 'found')
       end do
       call check_close(value, [1.0_wp, -2.5_wp, -0.325_wp, 4.0_wp], 'all four')
-      call next_number(text, position, value(1), state, joined=.true.)
+      call read_next_number(text, position, value(1), state, joined=.true.)
       call check(state == number_none, 'no fifth')
       position = 1
-      call next_number('100.123456200.123456', position, value(1), state, joined=.true.)
+      call read_next_number('100.123456200.123456', position, value(1), state, joined=.true.)
       call check(state == number_bad, 'two numbers without a sign between are not guessed at')
    end subroutine numbers_that_run_together
 
@@ -76,12 +76,12 @@ contains
 
       position = 1
       do i = 1, 3
-         call next_number(text, position, value(i), state, commas=.true.)
+         call read_next_number(text, position, value(i), state, commas=.true.)
       end do
       call check_close(value, [1.0_wp, 2.0_wp, 3.0_wp], 'three')
       position = 1
-      call next_number('1,,2', position, value(1), state, commas=.true.)
-      call next_number('1,,2', position, value(2), state, commas=.true.)
+      call read_next_number('1,,2', position, value(1), state, commas=.true.)
+      call read_next_number('1,,2', position, value(2), state, commas=.true.)
       call check(state == number_bad, 'an empty field is not skipped')
    end subroutine commas_are_counted
 
@@ -107,13 +107,13 @@ contains
    subroutine expect(text, value)
       character(len=*), intent(in) :: text
       real(wp), intent(in) :: value
-      real(wp) :: got
+      real(wp) :: actual
       integer :: position, state
 
       position = 1
-      call next_number(text, position, got, state)
+      call read_next_number(text, position, actual, state)
       call check(state == number_found, text//' is a number')
-      call check_close(got, value, text)
+      call check_close(actual, value, text)
       call check(position > len_trim(text), text//' is stepped over')
    end subroutine expect
 
@@ -124,7 +124,7 @@ contains
       integer :: position
 
       position = 1
-      call next_number(text, position, value, state)
+      call read_next_number(text, position, value, state)
    end function state_of
 
 end module test_text_numbers

@@ -143,24 +143,25 @@ contains
       complex(wp), intent(out) :: ratio(:)
       integer, parameter :: steps = 8000
       complex(wp) :: sums(size(ratio), 3), turn(size(ratio))
-      real(wp) :: out(2), in(2), rate(2), bend(2), base
+      real(wp) :: output(2), input(2), rate(2), bend(2), base_motion
       integer :: i
 
       sums = 0.0_wp
-      base = 0.0_wp
+      base_motion = 0.0_wp
       do i = 1, steps
          call advance(simulation, error)
          if (allocated(error)) then
             call check_no_error(error, 'step')
             return
          end if
-         call measure_point(simulation%blocks, simulation%model%points(2), out, rate, bend)
-         call measure_point(simulation%blocks, simulation%model%points(1), in, rate, bend)
-         if (body_force) base = acceleration_at(simulation%model%motions(1)%curve, simulation%time)
+         call measure_point(simulation%blocks, simulation%model%points(2), output, rate, bend)
+         call measure_point(simulation%blocks, simulation%model%points(1), input, rate, bend)
+         if (body_force) base_motion = acceleration_at(simulation%model%motions(1)%curve, &
+            simulation%time)
          turn = exp(cmplx(0.0_wp, -2.0_wp*pi*probed*simulation%time, wp))
-         sums(:, 1) = sums(:, 1) + out(1)*turn
-         sums(:, 2) = sums(:, 2) + in(1)*turn
-         sums(:, 3) = sums(:, 3) - base*turn/(2.0_wp*pi*probed)**2
+         sums(:, 1) = sums(:, 1) + output(1)*turn
+         sums(:, 2) = sums(:, 2) + input(1)*turn
+         sums(:, 3) = sums(:, 3) - base_motion*turn/(2.0_wp*pi*probed)**2
       end do
       ratio = (sums(:, 1) + sums(:, 3))/(sums(:, 2) + sums(:, 3))
    end subroutine measure_ratio

@@ -71,7 +71,7 @@ contains
    subroutine squeezed_points_have_the_strength_of_the_closed_form()
       real(wp), parameter :: confining(3) = [0.0_wp, 5.0e6_wp, 2.0e7_wp]
       real(wp), parameter :: dilations(3) = [0.0_wp, 0.3_wp, angle]
-      real(wp) :: stress(3), ratio, wanted
+      real(wp) :: stress(3), ratio, expected_stress
       type(strain_point_type) :: point
       integer :: i, k, kind
 
@@ -79,12 +79,13 @@ contains
       do kind = 1, 2
          do i = 1, size(confining)
             do k = 1, size(dilations)
-               wanted = ratio*confining(i) + 2.0_wp*cohesion*sqrt(ratio)
+               expected_stress = ratio*confining(i) + 2.0_wp*cohesion*sqrt(ratio)
                point = point_in(kind == 1, [-confining(i), -confining(i), 0.0_wp])
                ! Across a plane without stress the strength is that of no confinement.
-               if (kind == 2) wanted = 2.0_wp*cohesion*sqrt(ratio)
+               if (kind == 2) expected_stress = 2.0_wp*cohesion*sqrt(ratio)
                stress = driven(rock(dilations(k), huge(1.0_wp)), point, -0.03_wp)
-               call check(abs(-stress(2) - wanted) <= 1.0e-9_wp*wanted, 'the strength is exact')
+               call check(abs(-stress(2) - expected_stress) <= 1.0e-9_wp*expected_stress, &
+                  'the strength is exact')
             end do
          end do
       end do
@@ -118,7 +119,7 @@ contains
       change = [0.0_wp, 0.0_wp, shear/steps]
       do kind = 1, 2
          point = point_in(kind == 1, [-p, -p, 0.0_wp])
-         law%beyond = -p*(1.0_wp - 2.0_wp*0.21_wp)  ! σz = −p in plane strain
+         law%out_of_plane = -p*(1.0_wp - 2.0_wp*0.21_wp)  ! σz = −p in plane strain
          state = 0.0_wp
          do i = 1, steps
             strain = (i - 1)*change
@@ -143,7 +144,7 @@ contains
          point = point_in(kind == 1, [-1.0e6_wp, -2.0e6_wp, 5.0e5_wp])
          do k = 0, 2
             law = rock(0.5_wp*k*angle, merge(1.0e6_wp, huge(1.0_wp), k < 2))
-            if (kind == 1) law%beyond = -2.0e5_wp*k
+            if (kind == 1) law%out_of_plane = -2.0e5_wp*k
             if (k == 1) then
                law%softening = 0.05_wp
                law%residual%cohesion = 0.0_wp
@@ -165,13 +166,14 @@ contains
       type(mohr_coulomb_solid_type) :: law
       type(strain_point_type) :: point
       type(step_type) :: step
-      real(wp) :: change(3), more(3), stress(3), other(3), tangent(3, 3), ignored(3, 3), off
+      real(wp) :: change(3), shifted_change(3), stress(3), shifted_stress(3), tangent(3, 3), &
+         ignored(3, 3), difference
       real(wp) :: state(6)
-      integer :: i, k, wrong
+      integer :: i, k, n_wrong
 
       state = 0.0_wp
       step = step_type(scheme_type(1.0_wp, 1.0_wp), 0.0_wp, 0.01_wp)
-      wrong = 0
+      n_wrong = 0
       do i = 1, 2000
          point = point_in(modulo(i, 2) == 0, 1.0e6_wp*random_vector(3))
          law = rock(random(0.0_wp, angle), 1.0e6_wp)
@@ -180,16 +182,18 @@ contains
          call law%respond(point, state, [0.0_wp, 0.0_wp, 0.0_wp], change, step, stress, tangent)
          call check(maxval(abs(tangent - transpose(tangent))) <= 1.0e-12_wp &
             *point%elasticity(1, 1), 'the tangent is symmetric')
-         off = 0.0_wp
+         difference = 0.0_wp
          do k = 1, 3
-            more = change
-            more(k) = more(k) + 1.0e-9_wp
-            call law%respond(point, state, [0.0_wp, 0.0_wp, 0.0_wp], more, step, other, ignored)
-            off = max(off, maxval(abs((other - stress)/1.0e-9_wp - tangent(:, k))))
+            shifted_change = change
+            shifted_change(k) = shifted_change(k) + 1.0e-9_wp
+            call law%respond(point, state, [0.0_wp, 0.0_wp, 0.0_wp], shifted_change, step, &
+               shifted_stress, ignored)
+            difference = max(difference, maxval(abs((shifted_stress - stress)/1.0e-9_wp - &
+               tangent(:, k))))
          end do
-         if (off > 1.0e-4_wp*point%elasticity(1, 1)) wrong = wrong + 1
+         if (difference > 1.0e-4_wp*point%elasticity(1, 1)) n_wrong = n_wrong + 1
       end do
-      call check(wrong <= 4, 'the tangent is the derivative')
+      call check(n_wrong <= 4, 'the tangent is the derivative')
    end subroutine tangents_are_derivatives
 
 end module test_yielding_solid

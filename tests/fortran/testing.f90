@@ -43,41 +43,41 @@ contains
       print '(5a)', 'FAILED  ', current, ': ', label
    end subroutine check
 
-   subroutine check_close_number(got, expected, label, relative, absolute)
-      real(wp), intent(in) :: got, expected
+   subroutine check_close_number(actual, expected, label, relative, absolute)
+      real(wp), intent(in) :: actual, expected
       character(len=*), intent(in) :: label
       real(wp), intent(in), optional :: relative, absolute
 
-      call check_close_vector([got], [expected], label, relative, absolute)
+      call check_close_vector([actual], [expected], label, relative, absolute)
    end subroutine check_close_number
 
-   subroutine check_close_matrix(got, expected, label, relative, absolute)
-      real(wp), intent(in) :: got(:,:), expected(:,:)
+   subroutine check_close_matrix(actual, expected, label, relative, absolute)
+      real(wp), intent(in) :: actual(:,:), expected(:,:)
       character(len=*), intent(in) :: label
       real(wp), intent(in), optional :: relative, absolute
 
-      call check_close_vector(reshape(got, [size(got)]), reshape(expected, [size(expected)]), &
-         label, relative, absolute)
+      call check_close_vector(reshape(actual, [size(actual)]), reshape(expected, &
+         [size(expected)]), label, relative, absolute)
    end subroutine check_close_matrix
 
-   subroutine check_close_vector(got, expected, label, relative, absolute)
-      real(wp), intent(in) :: got(:), expected(:)
+   subroutine check_close_vector(actual, expected, label, relative, absolute)
+      real(wp), intent(in) :: actual(:), expected(:)
       character(len=*), intent(in) :: label
       real(wp), intent(in), optional :: relative, absolute
-      real(wp) :: tolerance, worst
+      real(wp) :: tolerance, max_error
       integer :: where_worst
       character(len=160) :: detail
 
-      call check(size(got) == size(expected), label//' (sizes differ)')
-      if (size(got) /= size(expected) .or. size(got) == 0) return
+      call check(size(actual) == size(expected), label//' (sizes differ)')
+      if (size(actual) /= size(expected) .or. size(actual) == 0) return
       tolerance = 0.0_wp
       if (present(relative)) tolerance = relative*maxval(abs(expected))
       if (present(absolute)) tolerance = tolerance + absolute
-      where_worst = maxloc(abs(got - expected), 1)
-      worst = abs(got(where_worst) - expected(where_worst))
-      write (detail, '(a,es23.15,a,es23.15,a,es9.2,a,es9.2)') ' got', got(where_worst), &
-         ' expected', expected(where_worst), ' off by', worst, ' allowed', tolerance
-      call check(all(abs(got - expected) <= tolerance), label//trim(detail))
+      where_worst = maxloc(abs(actual - expected), 1)
+      max_error = abs(actual(where_worst) - expected(where_worst))
+      write (detail, '(a,es23.15,a,es23.15,a,es9.2,a,es9.2)') ' got', actual(where_worst), &
+         ' expected', expected(where_worst), ' off by', max_error, ' allowed', tolerance
+      call check(all(abs(actual - expected) <= tolerance), label//trim(detail))
    end subroutine check_close_vector
 
    subroutine check_no_error(error, label)

@@ -51,23 +51,24 @@ EXCLUDED = {
         r".*:(constant|number) (\d\.0e-([6-9]|1\d)_wp|1\.0e[6-9]_wp)"
     ),
     "integers that name states and columns, or are sizes of tables": (
-        r".*:(?!most_|least_|bending_cells|enough|wanted_|few_|many_)\w+:constant \d+(_long)?$"
+        r".*:(?!m(ax|in|ost)_|least_|bending_cells|reported_|few_|many_)\w+:constant \d+(_long)?$"
     ),
     "bounds that models, memory or iterations do not reach": (
-        r".*:(most_(blocks|away|samples|points|pairs|names|comments|vectors|expansions|passes"
-        r"|halvings|header\w*|columns|springs|steps|rounds|iterations|vertices|cells|fits)"
-        r"|(largest|longest|farthest|usable|never|many|few|buffer|step|library|call|worth|unknown"
-        r"|beyond)\w*):constant"
+        r".*:(m(ax|ost)_(blocks|away|samples|points|pairs|names|comments|vectors|expansions|passes"
+        r"|halvings|header\w*|columns|springs|steps|rounds|iterations|vertices|cells|fits|distance"
+        r"|period|value|step_ratio)\w*"
+        r"|(largest|longest|usable|never|many|few|buffer|step|library|call|worth|unknown"
+        r"|band_margin)\w*):constant"
     ),
     "limits between a series and its formula: both exact": r".*:(small|small_step):constant",
     "practically rigid: more stiffness changes nothing": r".*:(rigid|unyielding|rigidity):constant",
     "path of a search or fit, or more than it requires": (
-        r".*:(stride|stiffest|golden|ray_fraction|half|both_sides|sum_weight|least_weight"
-        r"|small_misfit|wanted_misfit|first_force_ratio|slack|gain_allowed|short_way"
+        r".*:(stride|stiffest|golden|ray_fraction|half_edge|both_sides|sum_weight|min_weight"
+        r"|small_misfit|target_misfit|first_force_ratio|slack|gain_allowed|short_way"
         r"|steepest\w*):constant"
     ),
     "pairs to be examined: more than those in contact": r"contact/neighbours\.f90",
-    "corners of cells: distances of edge ends are far from 1e-6": r"model/weld\.f90:near:",
+    "corners of cells: distances of edge ends are far from 1e-6": r"model/weld\.f90:end_tolerance:",
     "positions in files: with a wrong one there is no output": (
         r"output/(journal|output_file|output_reader|contact_table|frame|sample|output_place)\.f90"
         r"|input/(block_file|classic_header|input_text|input_value|input_group)\.f90"

@@ -15,7 +15,7 @@ module dda_front_plan
    use dda_growth, only: grow
    use dda_kinds, only: long, wp
    use dda_block_graph, only: block_graph_type
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_elimination, only: front_cost, front_tree_type, tree_of_fronts
    use dda_packed_panels, only: packed_rows, packed_size, panels_of, pivot_panels
    use dda_task_plan, only: plan_tasks, task_plan_type
@@ -104,7 +104,7 @@ contains
       integer :: front
 
       plan%child = pack([(front, front=1, plan%fronts)], plan%parent > 0)
-      call counting_sort(plan%fronts, plan%parent(plan%child), plan%child_start, order)
+      call sort_by_key(plan%fronts, plan%parent(plan%child), plan%child_start, order)
       plan%child = plan%child(order)
    end subroutine list_children
 
@@ -138,7 +138,7 @@ contains
       end do
       call grow(row, n)
       call grow(of_front, n)
-      call counting_sort(plan%fronts, of_front(:n), plan%row_start, order)
+      call sort_by_key(plan%fronts, of_front(:n), plan%row_start, order)
       plan%row = row(order)
    end subroutine list_rows
 

@@ -6,7 +6,7 @@
 !> have a fixed order, and results are bit-identical.
 module dda_task_plan
    use dda_kinds, only: wp
-   use dda_counting_sort, only: counting_sort
+   use dda_counting_sort, only: sort_by_key
    use dda_sorting, only: ascending_order
    implicit none
    private
@@ -86,7 +86,7 @@ contains
       do t = 1, plan%tasks
          task(first(costliest_first(t)):last(costliest_first(t))) = t
       end do
-      call counting_sort(plan%tasks + 1, task, plan%start, plan%front)
+      call sort_by_key(plan%tasks + 1, task, plan%start, plan%front)
 
    contains
 

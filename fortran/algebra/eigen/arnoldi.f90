@@ -12,7 +12,7 @@ module dda_arnoldi
    use dda_text, only: to_text
    implicit none
    private
-   public :: operator_type, largest_pairs
+   public :: operator_type, find_largest_pairs
 
    !> A symmetric linear operator.
    type, abstract :: operator_type
@@ -39,15 +39,15 @@ module dda_arnoldi
       real(wp), allocatable :: v(:,:), resid(:), workd(:), workl(:)
    end type iteration_type
 
-   integer, parameter :: least_basis = 20
+   integer, parameter :: min_basis = 20
    !> restarts × size permitted beyond 100 restarts, at most 3,000; static models need few
    real(wp), parameter :: affordable = 5.0e6_wp
 
 contains
 
    !> Compute the `count` algebraically largest eigenvalues, descending, with orthonormal vectors.
-   subroutine largest_pairs(operator, n, count, tolerance, values, vectors, residuals, error, &
-      start_seed, most_restarts)
+   subroutine find_largest_pairs(operator, n, count, tolerance, values, vectors, residuals, error, &
+      start_seed, max_restarts)
       class(operator_type), intent(inout) :: operator  !< operator; its products are counted
       integer, intent(in) :: n          !< size of the operator
       integer, intent(in) :: count      !< number of eigenvalues, 1 … n−1
@@ -57,7 +57,7 @@ contains
       real(wp), allocatable, intent(out) :: residuals(:) !< [count] ‖Av − λv‖ / |λ|
       type(error_type), allocatable, intent(out) :: error !< error if not converged to the tolerance
       integer, intent(in), optional :: start_seed     !< number that changes the start vector
-      integer, intent(in), optional :: most_restarts  !< largest number of restarts, default 3000
+      integer, intent(in), optional :: max_restarts  !< largest number of restarts, default 3000
       type(iteration_type) :: iteration
 
       if (count < 1 .or. count >= n) then
@@ -67,7 +67,7 @@ contains
       end if
       call prepare_arpack(iteration, n, count, tolerance)
       iteration%iparam(3) = int(min(3000.0_wp, 100.0_wp + affordable/n))
-      if (present(most_restarts)) iteration%iparam(3) = most_restarts
+      if (present(max_restarts)) iteration%iparam(3) = max_restarts
       iteration%resid = pseudo_random_vector(n, start_seed)
       call require_for_blas(error)
       if (.not. allocated(error)) call iterate_arpack(iteration, operator, error)
@@ -75,7 +75,7 @@ contains
       call extract_pairs(iteration, values, vectors, error)
       if (allocated(error)) return
       call check_pairs(operator, tolerance, values, vectors, residuals, error)
-   end subroutine largest_pairs
+   end subroutine find_largest_pairs
 
    !> Set the parameters of ARPACK and allocate its workspace.
    subroutine prepare_arpack(iteration, n, count, tolerance)
@@ -85,7 +85,7 @@ contains
 
       iteration%n = n
       iteration%count = count
-      iteration%basis = min(n, max(2*count + 10, least_basis))
+      iteration%basis = min(n, max(2*count + 10, min_basis))
       iteration%tolerance = max(tolerance, 2*epsilon(1.0_wp))
       iteration%iparam(1) = 1
       iteration%iparam(4) = 1

@@ -23,7 +23,7 @@ module dda_deflation
 
    !> Vectors to be projected out.
    type :: deflation_type
-      type(null_space_type) :: known          !< `basis` in coordinates of the standard problem
+      type(null_space_type) :: null_space          !< `basis` in coordinates of the standard problem
       integer :: n_vectors = 0                !< number of full vectors
       real(wp), allocatable :: vector(:,:)    !< [6n,any] full vectors
    end type deflation_type
@@ -39,9 +39,10 @@ contains
 
       if (.not. present(null_space)) return
       if (null_space%dimension == 0) return
-      deflation%known = null_space
+      deflation%null_space = null_space
       do i = 1, 3
-         call multiply_transposed(mass%g, null_space%basis(:, i, :), deflation%known%basis(:, i, :))
+         call multiply_transposed(mass%g, null_space%basis(:, i, :), deflation%null_space%basis(:, &
+            i, :))
       end do
    end subroutine prepare_deflation
 
@@ -61,7 +62,7 @@ contains
       real(wp), intent(inout) :: y(:)  !< [6n] vector
       integer :: i
 
-      if (deflation%known%dimension > 0) call remove_null_components(deflation%known, y)
+      if (deflation%null_space%dimension > 0) call remove_null_components(deflation%null_space, y)
       do i = 1, deflation%n_vectors
          y = y - dot_product(deflation%vector(:, i), y)*deflation%vector(:, i)
       end do
@@ -71,16 +72,16 @@ contains
    pure subroutine remove_null_components(null_space, y)
       type(null_space_type), intent(in) :: null_space  !< vectors of the standard problem
       real(wp), intent(inout) :: y(6, *)  !< [6,n]
-      real(wp) :: part(3, null_space%groups)
+      real(wp) :: component(3, null_space%groups)
       integer :: b
 
-      part = 0.0_wp
+      component = 0.0_wp
       do b = 1, size(null_space%group)
-         part(:, null_space%group(b)) = part(:, null_space%group(b)) &
+         component(:, null_space%group(b)) = component(:, null_space%group(b)) &
             + matmul(y(:, b), null_space%basis(:, :, b))
       end do
       do b = 1, size(null_space%group)
-         y(:, b) = y(:, b) - matmul(null_space%basis(:, :, b), part(:, null_space%group(b)))
+         y(:, b) = y(:, b) - matmul(null_space%basis(:, :, b), component(:, null_space%group(b)))
       end do
    end subroutine remove_null_components
 

@@ -7,7 +7,7 @@ module dda_dense_eigen
    use dda_text, only: to_text
    implicit none
    private
-   public :: symmetric_eigen, block_eigen, is_above, cholesky_block
+   public :: solve_symmetric_eigen, solve_block_eigen, is_above, factorise_block
 
    interface
       !> LAPACK: eigenvalues, ascending, and vectors of a symmetric matrix.
@@ -36,7 +36,7 @@ module dda_dense_eigen
 contains
 
    !> Solve A x = λ x; `a` is overwritten by the orthonormal vectors.
-   subroutine symmetric_eigen(a, values, error)
+   subroutine solve_symmetric_eigen(a, values, error)
       real(wp), intent(inout) :: a(:,:)  !< [n,n] matrix; only its lower triangle is read
       real(wp), allocatable, intent(out) :: values(:)   !< [n] eigenvalues, ascending
       type(error_type), allocatable, intent(out) :: error  !< LAPACK has failed
@@ -51,10 +51,10 @@ contains
       call dsyev('V', 'L', n, a, n, values, work, size(work), info)
       if (info /= 0) call fail(error, error_solver, 'LAPACK dsyev failed with info = '// &
          to_text(info))
-   end subroutine symmetric_eigen
+   end subroutine solve_symmetric_eigen
 
    !> Solve K x = λ M x for one block (within a few µs).
-   subroutine block_eigen(k, m, values, vectors, error)
+   subroutine solve_block_eigen(k, m, values, vectors, error)
       real(wp), intent(in) :: k(6, 6), m(6, 6)  !< stiffness and mass of one block
       real(wp), intent(out) :: values(6)      !< eigenvalues, ascending
       real(wp), intent(out) :: vectors(6, 6)  !< eigenvectors, xᵀMx = 1
@@ -69,7 +69,7 @@ contains
       call dsygv(1, 'V', 'L', 6, vectors, 6, b, 6, values, work, size(work), info)
       if (info /= 0) call fail(error, error_solver, 'LAPACK dsygv failed with info = '// &
          to_text(info)//' for one block')
-   end subroutine block_eigen
+   end subroutine solve_block_eigen
 
    !> .true. if all eigenvalues of K x = λ M x of one block are below `value`.
    !> Then value·M − K has a Cholesky factor, which costs 1/50 of the time for the eigenvalues.
@@ -77,11 +77,11 @@ contains
       real(wp), intent(in) :: value, k(6, 6), m(6, 6)  !< limit, 1/s²; stiffness; mass
       real(wp) :: factor(6, 6)
 
-      call cholesky_block(value*m - k, factor, is_above)
+      call factorise_block(value*m - k, factor, is_above)
    end function is_above
 
    !> Compute the lower Cholesky factor of a 6×6 block, with zeros above the diagonal.
-   pure subroutine cholesky_block(block, factor, positive)
+   pure subroutine factorise_block(block, factor, positive)
       real(wp), intent(in) :: block(6, 6)    !< block; only its lower triangle is read
       real(wp), intent(out) :: factor(6, 6)  !< lower triangle
       !> .false.: the block is not positive definite, and the factor is undefined
@@ -99,6 +99,6 @@ contains
             work(k:6, k) = work(k:6, k) - factor(k, j)*factor(k:6, j)
          end do
       end do
-   end subroutine cholesky_block
+   end subroutine factorise_block
 
 end module dda_dense_eigen

@@ -6,12 +6,12 @@
 !> problems.
 module dda_eigen
    use dda_kinds, only: wp, long
-   use dda_arnoldi, only: operator_type, largest_pairs
+   use dda_arnoldi, only: operator_type, find_largest_pairs
    use dda_cholesky_double, only: factor_type, analyse, factorise, solve
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_deflation, only: deflation_type, null_space_type, prepare_deflation, project_out, &
       deflate_vector
-   use dda_dense_eigen, only: symmetric_eigen
+   use dda_dense_eigen, only: solve_symmetric_eigen
    use dda_interrupts, only: fail_if_stopped
    use dda_errors, only: error_type, error_solver, fail
    use dda_mass_factor, only: mass_factor_type, factor_mass, scale_matrix, apply_factor, &
@@ -19,12 +19,12 @@ module dda_eigen
    use dda_text, only: to_text
    implicit none
    private
-   public :: eigenpairs_type, largest_eigenvalue, lowest_eigenvalues, all_eigenvalues, &
-      suggested_tolerance, select_pairs
+   public :: eigenpairs_type, find_largest_eigenvalue, find_lowest_eigenvalues, &
+      find_all_eigenvalues, suggested_tolerance, select_pairs
    public :: shifted_inverse_type, prepare_inverse
 
    integer, parameter :: dense_blocks = 8          !< largest number of blocks for LAPACK
-   integer, parameter :: most_dense_blocks = 300  !< blocks for LAPACK if most modes are wanted
+   integer, parameter :: max_dense_blocks = 300  !< blocks for LAPACK if most modes are wanted
    real(wp), parameter :: low_tolerance = 1.0e-10_wp
 
    !> Eigenvalues with mass-normalised vectors.
@@ -67,7 +67,7 @@ contains
    end function suggested_tolerance
 
    !> Find the largest ω²; the result is a lower bound with an error of second order.
-   subroutine largest_eigenvalue(stiffness, mass, tolerance, pairs, error)
+   subroutine find_largest_eigenvalue(stiffness, mass, tolerance, pairs, error)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
       real(wp), intent(in) :: tolerance             !< tolerance of the residual / ω²
@@ -78,7 +78,7 @@ contains
       real(wp), allocatable :: values(:), vectors(:,:)
 
       if (stiffness%n <= dense_blocks) then
-         call all_eigenvalues(stiffness, mass, pairs, error)
+         call find_all_eigenvalues(stiffness, mass, pairs, error)
          if (.not. allocated(error)) call select_pairs(pairs, [pairs%n])
          return
       end if
@@ -86,15 +86,15 @@ contains
       if (allocated(error)) return
       operator%matrix = stiffness
       call scale_matrix(factor, operator%matrix)
-      call largest_pairs(operator, 6*stiffness%n, 1, tolerance, values, vectors, pairs%residual, &
-         error)
+      call find_largest_pairs(operator, 6*stiffness%n, 1, tolerance, values, vectors, &
+         pairs%residual, error)
       if (allocated(error)) return
       pairs%products = operator%products
       call unscale_vectors(factor, values, vectors, pairs)
-   end subroutine largest_eigenvalue
+   end subroutine find_largest_eigenvalue
 
    !> Find the `count` lowest ω² (or all, if fewer exist), without those of a known null space.
-   subroutine lowest_eigenvalues(stiffness, mass, count, pairs, error, null_space)
+   subroutine find_lowest_eigenvalues(stiffness, mass, count, pairs, error, null_space)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
       integer, intent(in) :: count  !< requested number of eigenvalues
@@ -109,8 +109,8 @@ contains
       if (present(null_space)) available = available - null_space%dimension
       request = min(count, available)
       if (stiffness%n <= dense_blocks &
-         .or. (request > available/2 .and. stiffness%n <= most_dense_blocks)) then
-         call all_eigenvalues(stiffness, mass, pairs, error, null_space)
+         .or. (request > available/2 .and. stiffness%n <= max_dense_blocks)) then
+         call find_all_eigenvalues(stiffness, mass, pairs, error, null_space)
          if (.not. allocated(error)) call select_pairs(pairs, [(i, i=1, min(request, pairs%n))])
          return
       else if (request > available/2) then
@@ -120,17 +120,17 @@ contains
       end if
       call prepare_inverse(operator, stiffness, mass, error, null_space)
       if (allocated(error)) return
-      call largest_pairs(operator, 6*stiffness%n, request, low_tolerance, values, vectors, &
+      call find_largest_pairs(operator, 6*stiffness%n, request, low_tolerance, values, vectors, &
          pairs%residual, error)
       if (.not. allocated(error)) call add_missing_copies(operator, values, vectors, &
          pairs%residual, error)
       if (allocated(error)) return
       pairs%products = operator%products
       call unscale_vectors(operator%mass, operator%shift + 1.0_wp/values, vectors, pairs)
-   end subroutine lowest_eigenvalues
+   end subroutine find_lowest_eigenvalues
 
    !> Find all eigenvalues by LAPACK, ascending, without those of a known null space.
-   subroutine all_eigenvalues(stiffness, mass, pairs, error, null_space)
+   subroutine find_all_eigenvalues(stiffness, mass, pairs, error, null_space)
       type(block_matrix_type), intent(in) :: stiffness  !< K, N/m
       real(wp), intent(in) :: mass(:,:,:)           !< [6,6,n] M
       type(eigenpairs_type), intent(out) :: pairs  !< pairs in ascending order
@@ -159,13 +159,13 @@ contains
          call project_out(deflation, a(:, i))
       end do
       ! After deflation, the null space has the lowest eigenvalues, which are then omitted.
-      if (deflation%known%dimension > 0) call deflate_matrix(deflation, a)
-      call symmetric_eigen(a, values, error)
+      if (deflation%null_space%dimension > 0) call deflate_matrix(deflation, a)
+      call solve_symmetric_eigen(a, values, error)
       if (allocated(error)) return
-      i = deflation%known%dimension + 1
+      i = deflation%null_space%dimension + 1
       allocate (pairs%residual(size_all - i + 1), source=0.0_wp)
       call unscale_vectors(factor, values(i:), a(:, i:), pairs)
-   end subroutine all_eigenvalues
+   end subroutine find_all_eigenvalues
 
    !> Subtract s ZZᵀ from a, with s larger than every eigenvalue.
    subroutine deflate_matrix(deflation, a)
@@ -195,20 +195,20 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
       type(null_space_type), intent(in), optional :: null_space  !< null vectors of K to omit
       real(wp), parameter :: first_shift = 1.0e-12_wp, last_shift = 1.0e-6_wp
-      type(block_matrix_type) :: shifted
+      type(block_matrix_type) :: shifted_matrix
       real(wp) :: relative
 
       call factor_mass(operator%mass, mass, error)
       if (allocated(error)) return
       call prepare_deflation(operator%deflation, operator%mass, null_space)
       allocate (operator%force(6, stiffness%n))
-      shifted = stiffness
-      call analyse(operator%factor, shifted)
+      shifted_matrix = stiffness
+      call analyse(operator%factor, shifted_matrix)
       relative = first_shift
       do
          operator%shift = -relative*largest_trace(operator%mass, stiffness)
-         shifted%diagonal = stiffness%diagonal - operator%shift*mass
-         call factorise(operator%factor, shifted, error)
+         shifted_matrix%diagonal = stiffness%diagonal - operator%shift*mass
+         call factorise(operator%factor, shifted_matrix, error)
          if (.not. allocated(error) .or. relative >= last_shift) return
          relative = 100*relative
       end do
@@ -239,7 +239,7 @@ contains
       !> [count] eigenvalues, [6n,count] vectors, [count] residuals
       real(wp), intent(inout) :: values(:), vectors(:,:), residuals(:)
       type(error_type), allocatable, intent(out) :: error  !< M is not definite, or no convergence
-      real(wp), parameter :: larger = 1.0_wp + 1.0e-7_wp, coarse_tolerance = 1.0e-3_wp
+      real(wp), parameter :: growth = 1.0_wp + 1.0e-7_wp, coarse_tolerance = 1.0e-3_wp
       real(wp), allocatable :: new_value(:), new_vector(:,:), new_residual(:)
       integer :: i, n, count, at
 
@@ -250,15 +250,15 @@ contains
       end do
       do i = 1, count
          ! A coarse tolerance suffices to show that no larger eigenvalue remains.
-         call largest_pairs(operator, n, 1, coarse_tolerance, new_value, new_vector, &
+         call find_largest_pairs(operator, n, 1, coarse_tolerance, new_value, new_vector, &
             new_residual, error, &
             start_seed=i)
          if (allocated(error)) return
          if (new_value(1)*(1.0_wp + 10*coarse_tolerance) < values(count)) return
-         call largest_pairs(operator, n, 1, low_tolerance, new_value, new_vector, new_residual, &
-            error, start_seed=i)
+         call find_largest_pairs(operator, n, 1, low_tolerance, new_value, new_vector, &
+            new_residual, error, start_seed=i)
          if (allocated(error)) return
-         if (new_value(1) <= larger*values(count)) return
+         if (new_value(1) <= growth*values(count)) return
          call deflate_vector(operator%deflation, new_vector(:, 1))
          at = findloc(values < new_value(1), .true., 1)
          values(at:) = [new_value(1), values(at:count - 1)]

@@ -13,7 +13,7 @@ module dda_inertia
    private
    public :: count_above
 
-   real(wp), parameter :: least_pivot = 1.0e-11_wp  !< pivot/largest entry of S with a certain sign
+   real(wp), parameter :: min_pivot = 1.0e-11_wp  !< pivot/largest entry of S with a certain sign
 
 contains
 
@@ -25,7 +25,7 @@ contains
       real(wp), intent(in) :: affordable                !< largest number of multiplications
       integer, intent(out) :: count                     !< number of eigenvalues above
       logical, intent(out) :: is_certain  !< .false.: too costly, or uncertain sign of a pivot
-      type(block_matrix_type) :: scaled
+      type(block_matrix_type) :: scaled_matrix
       type(band_type) :: factor
 
       count = 0
@@ -33,9 +33,9 @@ contains
       call order_band(factor, stiffness)
       if (3.0_wp*real(stiffness%n, wp)*real(factor%half_width, wp)**2 > affordable) return
       allocate (factor%band(factor%half_width + 1, 6*stiffness%n))
-      scaled = stiffness
-      call scale_matrix(mass, scaled)
-      call fill_band(factor, scaled)
+      scaled_matrix = stiffness
+      call scale_matrix(mass, scaled_matrix)
+      call fill_band(factor, scaled_matrix)
       factor%band(1, :) = factor%band(1, :) - value
       call count_pivots(factor%band, count, is_certain)
    end subroutine count_above
@@ -45,17 +45,17 @@ contains
       real(wp), intent(inout) :: band(:,:)  !< [width+1, n] S − sI, lower storage; destroyed
       integer, intent(out) :: count  !< number of positive pivots
       logical, intent(out) :: is_certain  !< the signs of all pivots are certain
-      real(wp) :: smallest, pivot, factor
+      real(wp) :: smallest_pivot, pivot, factor
       integer :: j, k, width
 
       count = 0
       is_certain = .true.
-      smallest = least_pivot*maxval(abs(band))
+      smallest_pivot = min_pivot*maxval(abs(band))
       do j = 1, size(band, 2)
          pivot = band(1, j)
-         if (abs(pivot) < smallest) then
+         if (abs(pivot) < smallest_pivot) then
             is_certain = .false.
-            pivot = sign(smallest, pivot)
+            pivot = sign(smallest_pivot, pivot)
          end if
          if (pivot > 0.0_wp) count = count + 1
          width = min(size(band, 1) - 1, size(band, 2) - j)

@@ -8,7 +8,7 @@ module dda_mass_factor
    use dda_errors, only: error_type, error_solver, fail
    use dda_text, only: to_text
    use dda_block_matrix, only: block_matrix_type
-   use dda_dense_eigen, only: cholesky_block
+   use dda_dense_eigen, only: factorise_block
    use dda_small_matrix, only: invert_matrix
    implicit none
    private
@@ -32,7 +32,7 @@ contains
 
       allocate (factor%g(6, 6, size(mass, 3)), factor%inverse(6, 6, size(mass, 3)))
       do b = 1, size(mass, 3)
-         call cholesky_block(mass(:, :, b), factor%g(:, :, b), positive)
+         call factorise_block(mass(:, :, b), factor%g(:, :, b), positive)
          if (.not. positive) then
             call fail(error, error_solver, 'the mass matrix of block '//to_text(b)// &
                ' is not positive definite')

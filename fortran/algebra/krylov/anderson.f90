@@ -11,7 +11,7 @@ module dda_anderson
    public :: anderson_type, discard_iterations, accelerate
 
    integer, parameter :: depth = 10   !< number of stored differences
-   integer, parameter :: long = 6*parallel_from  !< least number of unknowns to use threads
+   integer, parameter :: parallel_length = 6*parallel_from  !< fewest unknowns that use threads
    !> regularisation: fraction of the diagonal added to it in the normal equations
    real(wp), parameter :: regular = depth*epsilon(1.0_wp)
 
@@ -37,7 +37,7 @@ contains
       type(anderson_type), intent(inout) :: memory  !< memory; receives this iteration
       real(wp), intent(inout) :: x(:)  !< [n] present x; on return, next x
       real(wp), intent(in) :: image(:)  !< [n] g(x)
-      real(wp) :: coefficient(depth), part(2*depth, most_pieces)
+      real(wp) :: coefficient(depth), partial(2*depth, most_pieces)
       integer :: n, columns, slot, p
 
       n = size(x)
@@ -46,18 +46,18 @@ contains
       if (memory%count > 0) slot = modulo(memory%count - 1, depth) + 1
       columns = min(memory%count, depth)
       memory%count = memory%count + 1
-      if (n < long) then
-         call store_change(memory, slot, columns, x, image, 1, n, part(:, 1))
-         call solve_normal(memory, slot, columns, part(:, 1), coefficient)
+      if (n < parallel_length) then
+         call store_change(memory, slot, columns, x, image, 1, n, partial(:, 1))
+         call solve_normal(memory, slot, columns, partial(:, 1), coefficient)
          call combine_iterates(memory, coefficient(:columns), x, 1, n)
          return
       end if
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
          call store_change(memory, slot, columns, x, image, first_of(p, n), last_of(p, n), &
-            part(:, p))
+            partial(:, p))
       end do
-      call solve_normal(memory, slot, columns, sum(part(:, :pieces(n)), 2), coefficient)
+      call solve_normal(memory, slot, columns, sum(partial(:, :pieces(n)), 2), coefficient)
       !$omp parallel do schedule(static)
       do p = 1, pieces(n)
          call combine_iterates(memory, coefficient(:columns), x, first_of(p, n), last_of(p, n))

@@ -8,7 +8,7 @@ module dda_block_jacobi
    use dda_small_matrix, only: invert_matrix
    implicit none
    private
-   public :: block_jacobi_type, invert_diagonal, most_iterations, most_condition
+   public :: block_jacobi_type, invert_diagonal, most_iterations, max_condition
 
    integer, parameter :: parallel_from = 500  !< least number of blocks to use threads
 
@@ -70,10 +70,10 @@ contains
    !> Return a bound on conjugate-gradient iterations for a relative accuracy ε: ½ √κ ln(2/ε).
    real(wp) function most_iterations(matrix, own_terms, accuracy) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
-      real(wp), intent(in) :: own_terms(compact_size, matrix%n)  !< A, see `most_condition`
+      real(wp), intent(in) :: own_terms(compact_size, matrix%n)  !< A, see `max_condition`
       real(wp), intent(in) :: accuracy               !< ε of the error in the energy norm
 
-      bound = 0.5_wp*sqrt(most_condition(matrix, own_terms))*log(2.0_wp/accuracy)
+      bound = 0.5_wp*sqrt(max_condition(matrix, own_terms))*log(2.0_wp/accuracy)
    end function most_iterations
 
    !> Return an upper bound on the condition number κ of D⁻¹K̂.
@@ -86,7 +86,7 @@ contains
    !>
    !> The bound may be too small if A includes diagonal parts of coupling terms, or if a term
    !> couples m > 2 blocks (the factor 2 is then m).
-   real(wp) function most_condition(matrix, own_terms) result(bound)
+   real(wp) function max_condition(matrix, own_terms) result(bound)
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       !> A, the terms that act on one block only, see dda_compact_block
       real(wp), intent(in) :: own_terms(compact_size, matrix%n)
@@ -100,6 +100,6 @@ contains
          worst_condition = max(worst_condition, sum(inverse*matrix%diagonal(:, :, i)))
       end do
       bound = 2.0_wp*worst_condition
-   end function most_condition
+   end function max_condition
 
 end module dda_block_jacobi

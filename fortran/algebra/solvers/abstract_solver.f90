@@ -22,7 +22,7 @@ module dda_abstract_solver
       real(wp) :: scale = 0.0_wp                 !< reference value of residuals
       real(wp) :: reduction = 0.0_wp          !< required residual/first residual, or 0
       real(wp) :: residual = 0.0_wp              !< reached ‖r‖/scale
-      logical :: enough = .false.                !< the iteration has reached the tolerance
+      logical :: reached = .false.                !< the iteration has reached the tolerance
    end type convergence_type
 
    !> Equations K x = b, with or without an assembled K.

@@ -96,7 +96,7 @@ contains
       type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       type(error_type), allocatable :: error
 
-      convergence%enough = .false.
+      convergence%reached = .false.
       if (.not. self%exact) then
          if (self%reusable) call refine_assembled(self, matrix, b, x, convergence)
          if (self%reusable) return

@@ -53,7 +53,7 @@ contains
 
       call iterate_to_solution(matrix, self%diagonal, b, convergence%scale, x, accuracy, &
          convergence%reduction, most_iterations, self%work, self%iterations, &
-         convergence%residual, convergence%enough)
+         convergence%residual, convergence%reached)
    end subroutine solve
 
 end module dda_jacobi_solver

@@ -20,7 +20,7 @@ module dda_lagged_factor
    !> The factor and its age.
    type, extends(preconditioner_type) :: lagged_factor_type
       type(factor_type) :: factor
-      type(low_rank_type) :: low                 !< update for the changed terms
+      type(low_rank_type) :: update                 !< update for the changed terms
       logical :: factorised = .false.            !< a factor exists for this pattern
       integer :: extra_iterations = 0            !< iterations in excess of a new factor, summed
    contains
@@ -35,7 +35,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< matrix; only its pattern is read
 
       call analyse(lagged%factor, matrix)
-      call free_low_rank(lagged%low)
+      call free_low_rank(lagged%update)
       lagged%factorised = .false.
    end subroutine analyse_lagged
 
@@ -49,11 +49,11 @@ contains
 
       lagged%factor%shift = merge(shift, 0.0_sp, shifted)
       call factorise(lagged%factor, matrix, error)
-      if (lagged%factor%replanned) call free_low_rank(lagged%low)
-      call plan_low_rank(lagged%low, lagged%factor%plan, error)
+      if (lagged%factor%replanned) call free_low_rank(lagged%update)
+      call plan_low_rank(lagged%update, lagged%factor%plan, error)
       lagged%factorised = .not. allocated(error)
       lagged%extra_iterations = 0
-      call forget_changes(lagged%low%terms)
+      call forget_changes(lagged%update%terms)
    end subroutine refactorise
 
    !> Compute z = P⁻¹ r.
@@ -63,11 +63,11 @@ contains
       real(wp), intent(in) :: r(6, n)  !< residual
       real(wp), intent(out) :: z(6, n)  !< preconditioned residual
 
-      if (self%low%terms%n == 0) then
+      if (self%update%terms%n == 0) then
          call solve(self%factor, r, z)
       else
          call solve_lower(self%factor, r)
-         call correct(self%low, self%factor%plan, self%factor%vector)
+         call correct(self%update, self%factor%plan, self%factor%vector)
          call solve_upper(self%factor, z)
       end if
    end subroutine apply

@@ -57,7 +57,7 @@ contains
 
       reusable = self%lagged%factorised .and. self%lagged%extra_iterations <= factor_cost
       if (reusable .and. changes%n > 0) &
-         call update_low_rank(self%lagged%low, self%lagged%factor, changes, reusable)
+         call update_low_rank(self%lagged%update, self%lagged%factor, changes, reusable)
       if (reusable) return
       call refactorise(self%lagged, matrix, error, .false.)
       self%factors = 1
@@ -86,10 +86,10 @@ contains
       do attempt = 1, 2
          call iterate_to_solution(matrix, self%lagged, b, convergence%scale, x, accuracy, &
             convergence%reduction, most_iterations, self%work, self%iterations, &
-            convergence%residual, convergence%enough)
+            convergence%residual, convergence%reached)
          self%lagged%extra_iterations = self%lagged%extra_iterations &
             + max(0, self%iterations - usual_iterations)
-         if (convergence%enough .or. attempt == 2) return
+         if (convergence%reached .or. attempt == 2) return
          call refactorise(self%lagged, matrix, error, .false.)
          self%factors = 1
          if (allocated(error)) return
@@ -126,7 +126,7 @@ contains
       coupled = self%lagged%factor%coupled
       call serialise(archive, coupled)
       if (archive%reading) call prepare_to_read(self%lagged%factor, matrix, coupled, error)
-      call plan_low_rank(self%lagged%low, self%lagged%factor%plan, error)
+      call plan_low_rank(self%lagged%update, self%lagged%factor%plan, error)
       if (allocated(error)) then
          call fail_archive(archive, error%message)
          return
@@ -143,7 +143,7 @@ contains
       logical :: success
       integer :: i
 
-      associate (terms => lagged%low%terms)
+      associate (terms => lagged%update%terms)
          call serialise_number(archive, terms%n, 0, most_changes)
          do i = 1, terms%n
             call serialise_list(archive, terms%block(:, i), 1, lagged%factor%plan%n)
@@ -152,7 +152,7 @@ contains
          call serialise(archive, terms%k(:terms%n))
          if (.not. archive%reading .or. allocated(archive%failure)) return
       end associate
-      call rebuild_low_rank(lagged%low, lagged%factor, 1, success)
+      call rebuild_low_rank(lagged%update, lagged%factor, 1, success)
       if (.not. success) call fail_archive(archive, 'the changed terms do not match the factor')
    end subroutine serialise_changes
 

@@ -14,7 +14,7 @@ module dda_linear_solver
    use dda_kinds, only: wp, long
    use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, &
       accuracy
-   use dda_block_jacobi, only: most_condition, most_iterations
+   use dda_block_jacobi, only: max_condition, most_iterations
    use dda_block_matrix, only: block_matrix_type, terms_of_product
    use dda_compact_block, only: compact_size
    use dda_errors, only: error_type, error_input, error_interrupted, error_memory, &
@@ -38,7 +38,7 @@ module dda_linear_solver
    real(wp), parameter :: well_conditioned = 1.0e10_wp
    !> largest number of factors with a larger diagonal for one pattern: solves at a coarse tolerance
    !> with such a factor omit soft modes, which is acceptable only in a few steps
-   integer, parameter :: most_shifted = 2
+   integer, parameter :: max_shifted_factors = 2
    !> largest ‖r‖/‖|K| |x|‖ for which x is exact for a matrix within rounding errors of K
    real(wp), parameter :: rounding_of_product = 4*epsilon(1.0_wp)
 
@@ -52,7 +52,7 @@ module dda_linear_solver
       real(wp) :: loads = 0.0_wp  !< norm of the loads; residuals are relative to at least this
       logical :: rigid = .false.  !< b includes very stiff terms that make blocks rigid
       integer :: last_iterations = 0              !< iterations of the last solve
-      integer :: shifted = 0  !< number of factors with a larger diagonal, for this pattern
+      integer :: n_shifted = 0  !< number of factors with a larger diagonal, for this pattern
       logical :: exact = .true.                   !< the last solve had full accuracy
       integer(long) :: solves = 0                 !< number of solved systems
       integer(long) :: factors = 0                !< number of factors
@@ -84,7 +84,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< solver and counts
       type(block_matrix_type), intent(in) :: matrix  !< matrix; its values are not read
 
-      solver%shifted = 0
+      solver%n_shifted = 0
       if (solver%name == 'auto' .and. matrix%n > direct_up_to) then
          solver%method = 'auto'
       else
@@ -120,11 +120,11 @@ contains
       call count_factors(solver)
       if (.not. allocated(error) .or. solver%method == 'direct') return
       if (any(error%kind == [error_memory, error_interrupted])) return
-      if (solver%shifted < most_shifted) then
-         if (most_condition(matrix, own_terms) <= well_conditioned) then
+      if (solver%n_shifted < max_shifted_factors) then
+         if (max_condition(matrix, own_terms) <= well_conditioned) then
             call solver%active%renew_shifted(matrix, error)
             call count_factors(solver)
-            solver%shifted = solver%shifted + 1
+            solver%n_shifted = solver%n_shifted + 1
          end if
       end if
       if (allocated(error)) call use_direct_solver(solver, matrix, error)
@@ -205,9 +205,9 @@ contains
          call count_factors(solver)
          solver%last_iterations = solver%active%iterations
          solver%iterations = solver%iterations + solver%last_iterations
-         solver%exact = convergence%residual <= accuracy .or. .not. convergence%enough &
+         solver%exact = convergence%residual <= accuracy .or. .not. convergence%reached &
             .or. convergence%reduction <= 0.0_wp
-         if (convergence%residual <= acceptable .or. convergence%enough) return
+         if (convergence%residual <= acceptable .or. convergence%reached) return
          if (convergence%residual*convergence%scale &
             <= rounding_of_product*terms_of_product(matrix, x)) return
          if (stop_within_step()) then

@@ -38,7 +38,7 @@ contains
       self%iterations = 0
       size_of_b = sqrt(inner_product(matrix%n, b, b))
       convergence%residual = 0.0_wp
-      convergence%enough = .false.
+      convergence%reached = .false.
       target = diverged
       limit = accuracy
       associate (r => self%work%r)
@@ -50,8 +50,8 @@ contains
                   /max(size_of_b, tiny(1.0_wp))
                if (self%iterations == 0) limit = max(accuracy, &
                   convergence%reduction*convergence%residual)
-               convergence%enough = convergence%residual <= limit
-               if (convergence%enough) return
+               convergence%reached = convergence%residual <= limit
+               if (convergence%reached) return
                if (modulo(self%iterations, stall_sweeps) == 0) then
                   if (.not. convergence%residual < target) return
                   target = stall_reduction*convergence%residual

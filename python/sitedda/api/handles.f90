@@ -8,9 +8,9 @@ module api_handles
    use dda_run, only: run_type
    implicit none
    private
-   public :: find_run, most_runs, slots
+   public :: find_run, max_runs, slots
 
-   integer, parameter :: most_runs = 65536
+   integer, parameter :: max_runs = 65536
 
    !> One slot of the table of open runs.
    type :: slot_type
@@ -22,7 +22,7 @@ module api_handles
       character(len=:), allocatable :: text      !< that was made last
    end type slot_type
 
-   type(slot_type) :: slots(most_runs)
+   type(slot_type) :: slots(max_runs)
 
 contains
 
@@ -33,7 +33,7 @@ contains
       type(error_type), allocatable, intent(out) :: error
 
       run => null()
-      if (handle >= 1 .and. handle <= most_runs) run => slots(handle)%run
+      if (handle >= 1 .and. handle <= max_runs) run => slots(handle)%run
       if (.not. associated(run)) then
          call fail(error, error_input, 'the simulation is closed')
       else if (run%writes .and. slots(handle)%process /= process_id()) then

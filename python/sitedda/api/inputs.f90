@@ -5,7 +5,7 @@ module api_inputs
    use api_failure, only: error
    use dda_input_catalogue, only: find_group
    use dda_input_changes, only: change_type, change_text
-   use dda_input_joint, only: reduced_strengths
+   use dda_input_joint, only: find_reduced_strengths
    use dda_input_text, only: group_type, parse_group, split_groups
    use dda_input_variable, only: unset
    use dda_joint_law, only: strength_type
@@ -133,7 +133,7 @@ contains
       real(c_double), intent(out) :: values(32)
       type(strength_type), allocatable :: strengths(:)
 
-      call reduced_strengths('model', text, factor, strengths, error)
+      call find_reduced_strengths('model', text, factor, strengths, error)
       names = joined(strengths%name, ' ')
       values(:size(strengths)) = strengths%value
    end subroutine reduced_group

@@ -4,7 +4,7 @@ module api_modes
    use, intrinsic :: iso_c_binding, only: c_double, c_double_complex, c_int
    use api_failure, only: check_size, error
    use api_handles, only: find_run, slots
-   use dda_advice, only: penalty_type, penalty_for_frequency, penalty_for_shift
+   use dda_advice, only: penalty_type, find_penalty_for_frequency, find_penalty_for_shift
    use dda_errors, only: error_input, fail
    use dda_interrupts, only: fail_if_stopped
    use dda_linear_model, only: linear_model_type, linearise
@@ -128,10 +128,10 @@ contains
 
       call linear_model_of(handle, which, linear)
       if (allocated(error)) return
-      if (aim == 'frequency') call penalty_for_frequency(linear, target, penalty, error)
-      if (aim == 'shift') call penalty_for_shift(linear, target, penalty, error)
+      if (aim == 'frequency') call find_penalty_for_frequency(linear, target, penalty, error)
+      if (aim == 'shift') call find_penalty_for_shift(linear, target, penalty, error)
       if (allocated(error)) return
-      values = [penalty%normal_stiffness, penalty%frequency, penalty%limit]
+      values = [penalty%normal_stiffness, penalty%frequency, penalty%rigid_frequency]
       if (.not. penalty%reached) call fail(error, error_input, penalty%text)
    end subroutine penalty_for
 

@@ -6,7 +6,7 @@ module api_motions
    use dda_baseline, only: baseline_type, motion_curve_type, make_motion_curve
    use dda_record, only: record_type, read_record
    use dda_response_spectrum, only: oscillator_peaks
-   use dda_spectrum, only: spectral_peak_type, fourier_spectrum, amplification, find_peak
+   use dda_spectrum, only: spectral_peak_type, compute_fourier_spectrum, amplification, find_peak
    implicit none
    private
    public :: read_ground_motion, spectrum_of, peak_of, oscillator_peaks_of
@@ -59,7 +59,7 @@ contains
       real(c_double), allocatable :: f(:)
       complex(c_double_complex), allocatable :: s(:)
 
-      if (m == 0) call fourier_spectrum(series, time_step, f, s, error, padding, taper)
+      if (m == 0) call compute_fourier_spectrum(series, time_step, f, s, error, padding, taper)
       if (m > 0) call amplification(series, base, time_step, f, s, error, padding, taper)
       if (.not. allocated(error)) call check_size(bins, size(f))
       if (allocated(error)) return

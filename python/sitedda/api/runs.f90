@@ -5,7 +5,7 @@
 module api_runs
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use api_failure, only: check_size, error
-   use api_handles, only: find_run, most_runs, slots
+   use api_handles, only: find_run, max_runs, slots
    use api_tables, only: take_table, take_text
    use dda_check_report, only: report_type, report_text, add_notes
    use dda_check_simulation, only: check_simulation
@@ -42,7 +42,7 @@ contains
       if (.not. allocated(error)) call fail_if_stopped(error)
       if (.not. allocated(error)) then
          if (output /= '') call name_output(model%output, output)
-         handle = findloc([(associated(slots(handle)%run), handle=1, most_runs)], .false., 1)
+         handle = findloc([(associated(slots(handle)%run), handle=1, max_runs)], .false., 1)
          if (handle == 0) call fail(error, error_input, 'too many simulations are open')
       end if
       if (.not. allocated(error)) then
@@ -180,19 +180,20 @@ contains
       integer(c_int), intent(out) :: worst
       real(c_double), intent(out) :: numbers(10)
       type(run_type), pointer :: run
-      type(report_type), allocatable :: found
+      type(report_type), allocatable :: report
 
       call find_run(handle, run, error)
       if (allocated(error)) return
-      allocate (found)
-      call add_notes(found, slots(handle)%notes)
-      call check_simulation(run%simulation, found, error)
+      allocate (report)
+      call add_notes(report, slots(handle)%notes)
+      call check_simulation(run%simulation, report, error)
       if (allocated(error)) return
-      text = report_text(found)
-      worst = found%worst
-      numbers = [found%highest%omega, found%highest%bracket%lower, found%highest%bracket%upper, &
-         found%highest%residual, found%shift, found%band%lowest, found%band%highest, &
-         found%ringing, found%memory, found%seconds]
+      text = report_text(report)
+      worst = report%worst_verdict
+      numbers = [report%omega_max%omega, report%omega_max%bracket%lower, &
+         report%omega_max%bracket%upper, report%omega_max%residual, report%frequency_shift, &
+         report%band%lowest, report%band%highest, report%ringing_steps, report%memory_bytes, &
+         report%run_seconds]
    end subroutine check_run
 
 end module api_runs

@@ -4,7 +4,7 @@ module api_soils
    use, intrinsic :: iso_c_binding, only: c_double, c_int
    use api_failure, only: error
    use dda_branches, only: branches_type, curve_type, fit_branches, set_body
-   use dda_damping, only: damping_type, fit_body, most_mechanisms
+   use dda_damping, only: damping_type, fit_body, max_mechanisms
    use dda_errors, only: error_input, fail
    use dda_interrupts, only: fail_if_stopped
    use dda_shear_column, only: shear_column_type, shear_state_type, begin_column, shake_column, &
@@ -30,7 +30,7 @@ contains
       damping%reference = reference
       damping%band = band
       damping%n = mechanisms
-      if (mechanisms /= 0 .and. (mechanisms < 2 .or. mechanisms > most_mechanisms)) then
+      if (mechanisms /= 0 .and. (mechanisms < 2 .or. mechanisms > max_mechanisms)) then
          call fail(error, error_input, 'mechanisms must be in 2 ... 16')
       else
          call fit_body(damping, limit, error)

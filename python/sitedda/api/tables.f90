@@ -6,7 +6,7 @@ module api_tables
    use dda_contact_table, only: contact_table, closed_contacts
    use dda_diagnostics, only: audit_warning
    use dda_broken_faces, only: edge_damage
-   use dda_elements, only: block_stress, bolt_states, channel_columns, flow_states, &
+   use dda_elements, only: block_stress, bolt_states, channel_columns, get_flow_states, &
       node_columns, plastic_strain, prepare_elements, stress_error
    use dda_energy, only: energy_values
    use dda_errors, only: error_type, error_input, fail
@@ -14,11 +14,11 @@ module api_tables
    use dda_measure, only: measure_point
    use dda_model_description, only: model_description
    use dda_output_schema, only: maxima_table, number_of_maxima
-   use dda_peak_check, only: peak_warning
+   use dda_peak_check, only: check_peak
    use dda_run, only: run_type, is_done
    use dda_running_maxima, only: collect_residuals
    use dda_simulation, only: simulation_type, end_of_run, next_step, summary, ending
-   use dda_site_response, only: response_peak_type, amplification_peak
+   use dda_site_response, only: response_peak_type, find_amplification_peak
    use dda_stopwatch, only: seconds_of
    use dda_system, only: assemble_linear
    use dda_team, only: team_text
@@ -46,7 +46,7 @@ contains
    !> the vertex where each begins: block and joint from 0, 1 within a body [vertices, 3];
    !> 'loads' [6, blocks]: forces on the coordinates of the blocks but those of contacts;
    !> 'contacts' [contacts, columns], 'closed contacts' [contacts, 5]; 'boundary_edges': edge and
-   !> group from 0, shares of the edge [pieces, 4]; 'bolts': axial and shear force, stretch, state
+   !> group from 0, shares of the edge [parts, 4]; 'bolts': axial and shear force, stretch, state
    !> [4, bolts]; 'water', by channel: pressures and saturations of both nodes, flux, first
    !> positions of the nodes, block beside it from 0 [10, channels]; 'points': displacement,
    !> velocity, acceleration [2, 3 points]; 'base': displacement of what displacements are relative
@@ -93,8 +93,8 @@ contains
             table = closed_contacts(simulation)
          case ('boundary_edges')
             associate (edges => model%boundary_edges)
-               table = reshape([real(edges%piece%edge - 1, c_double), real(edges%group - 1, &
-                  c_double), edges%piece%from, edges%piece%to], [size(edges), 4])
+               table = reshape([real(edges%part%edge - 1, c_double), real(edges%group - 1, &
+                  c_double), edges%part%from, edges%part%to], [size(edges), 4])
             end associate
          case ('bolts')
             allocate (table(4, size(model%bolts)))
@@ -125,12 +125,12 @@ contains
       associate (flow => simulation%model%flow)
          allocate (of_nodes(node_columns, size(flow%pressure)), &
             of_channels(channel_columns, size(flow%channel)), source=0.0_c_double)
-         call flow_states(simulation%elements, of_nodes, of_channels)
+         call get_flow_states(simulation%elements, of_nodes, of_channels)
          table = reshape([(of_nodes(1, flow%channel(c)%node), of_nodes(2, flow%channel(c)%node), &
-            of_channels(1, c), flow%place(:, flow%channel(c)%node(1)) + simulation%model%origin, &
-            flow%place(:, flow%channel(c)%node(2)) + simulation%model%origin, &
-            real(flow%channel(c)%block(1) - 1, c_double), c=1, size(flow%channel))], &
-            [10, size(flow%channel)])
+            of_channels(1, c), flow%position(:, flow%channel(c)%node(1)) + &
+            simulation%model%origin, flow%position(:, flow%channel(c)%node(2)) + &
+            simulation%model%origin, real(flow%channel(c)%block(1) - 1, c_double), c=1, &
+            size(flow%channel))], [10, size(flow%channel)])
       end associate
    end function channel_table
 
@@ -280,9 +280,9 @@ contains
       if (run%was_complete .or. .not. is_done(run)) return
       associate (model => run%simulation%model)
          do i = 1, size(model%amplifications)
-            call amplification_peak(model%output%file, model%amplifications(i), peak, unused)
+            call find_amplification_peak(model%output%file, model%amplifications(i), peak, unused)
             if (allocated(unused)) cycle  ! the caller that requests the peak itself gets its error
-            call peak_warning(run%simulation, model%amplifications(i), peak, warning)
+            call check_peak(run%simulation, model%amplifications(i), peak, warning)
             if (warning /= '') text = text//warning//new_line('a')
          end do
       end associate

@@ -174,7 +174,7 @@ CHECKED = [
         {"damping_ratio": 0.05, "damping_band": [20.0, 50.0]},
         {},
         "warn",
-        "less damping outside the band",
+        "damping is smaller outside the band",
     ),
     ({"damping_ratio": 0.05}, {"gravity": [0.0, -9.81]}, "warn", "creep under their weight"),
     ({"damping_ratio": 0.05}, {"gravity": [0.0, -9.81], "settle": True}, "ok", "mechanisms"),
@@ -183,16 +183,16 @@ CHECKED = [
         {"damping_ratio": 0.05, "mechanisms": 5, "damping_band": [1.0, 40.0]},
         {"integration": "midpoint"},
         "ok",
-        "up to 0.5816 %",
+        "error 0.5816 %",
     ),
     (
         {"damping_ratio": 0.05, "mechanisms": 5, "damping_band": [1.0, 80.0]},
         {"integration": "midpoint"},
         "warn",
-        "up to 1.103 %",
+        "error 1.103 %",
     ),
-    ({"damping_ratio": 0.05, "rayleigh_frequencies": [5.0, 50.0]}, {}, "ok", "α up to"),
-    ({"rayleigh_beta": 0.1}, {}, "ok", "changes the sign of its rate every step"),
+    ({"damping_ratio": 0.05, "rayleigh_frequencies": [5.0, 50.0]}, {}, "ok", "largest α"),
+    ({"rayleigh_beta": 0.1}, {}, "ok", "changes its sign in each step"),
 ]
 
 

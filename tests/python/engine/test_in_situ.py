@@ -60,7 +60,7 @@ def test_level_ground_rests_without_movement(kind, ratio):
     with sitedda.Simulation(ground(kind, {"k0": ratio})) as run:
         check_stress(run, ratio, 0.02)
         assert movement(run) < 1e-6 * HEIGHT
-        assert "stress in situ corrected by at most" in run.summary
+        assert "in-situ stress corrected by at most" in run.summary
         free = ground(kind, None)
     with sitedda.Simulation(free) as run:
         assert movement(run) > 1e-5 * HEIGHT
@@ -179,7 +179,7 @@ def test_an_excavation_within_one_block_is_a_ring():
     [
         ({"k0": (0.4, 0.8)}, "`k0` has 2 values and `depth` has 0"),
         ({"depth": (1, 2)}, "`depth` requires one value of `k0` for each depth"),
-        ({"k0": (0.4, 0.8), "depth": (2, 1)}, "depth must ascend"),
+        ({"k0": (0.4, 0.8), "depth": (2, 1)}, "of `depth` must ascend"),
         ({"surface": [(0, 10), (40, 10)]}, "`surface` is 10.*m below the top of the model"),
         ({"surface": [(40, 30), (0, 30)]}, "from left to right"),
         ({"unit_weight": 2e4}, "give `surface`"),
