@@ -16,8 +16,7 @@ module dda_modes
    use dda_eigen, only: eigenpairs_type, find_lowest_eigenvalues, select_pairs
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
-      set_moduli_at, &
-      is_dispersive, law_fractions, stiffness_weights
+      set_moduli_at, is_dispersive, law_fractions, stiffness_weights
    use dda_linear_terms, only: stretch_of, mean_dashpot, end_dashpot, term_support, blocks_in, &
       block_of
    use dda_partition, only: join, name_parts

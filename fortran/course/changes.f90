@@ -222,8 +222,7 @@ contains
                   coordinate = dot_product(direction, position)
                   if (i <= size(former_points)) then
                      if (former_points(i)%fixed_along(axis)) coordinate = dot_product(direction, &
-                        former_points(i)%position) &
-                        + prescribed(axis, 1)
+                        former_points(i)%position) + prescribed(axis, 1)
                   end if
                   points(i)%position = points(i)%position + direction*(coordinate - &
                      prescribed(axis, 2))

@@ -328,9 +328,8 @@ contains
          step = simulation%step
          call advance(simulation, error)
          if (.not. allocated(error)) exit
-         if (simulation%step > step .or. simulation%time_step <= &
-            min_step_ratio*first_time_step .or. .not. (error%kind == error_convergence .or. &
-            error%kind == error_solver)) return
+         if (simulation%step > step .or. simulation%time_step <= min_step_ratio*first_time_step &
+            .or. .not. (error%kind == error_convergence .or. error%kind == error_solver)) return
          simulation%time_step = shrink*simulation%time_step
          call exchange_lists(simulation)  ! restore the contacts of the last accepted step
       end do

@@ -72,8 +72,7 @@ contains
    end function traction_ratio
 
    !> Compute the motion of a point in a step, with the frozen pressure.
-   pure type(motion_type) function point_motion(self, point, state, strain, &
-      change) result(motion)
+   pure type(motion_type) function point_motion(self, point, state, strain, change) result(motion)
       class(crack_law_type), intent(in) :: self     !< law
       type(strain_point_type), intent(in) :: point  !< point
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step

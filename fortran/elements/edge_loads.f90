@@ -106,8 +106,7 @@ contains
       if (load%follows) then
          associate (part => load%part(k))
             do i = 1, 2
-               ends(:, i) = position_of(blocks, part%block, reference_at(blocks, part, i &
-                  - 1.0_wp))
+               ends(:, i) = position_of(blocks, part%block, reference_at(blocks, part, i - 1.0_wp))
             end do
          end associate
       end if
@@ -185,8 +184,7 @@ contains
          dry = span(1) + (span(2) - span(1))*pressure(1)/(pressure(1) - pressure(2))
          wet(merge(1, 2, pressure(1) < 0.0_wp)) = dry
       end if
-      call add_linear_traction(force, part, blocks, ends, wet, factor*max(pressure, 0.0_wp), &
-         0.0_wp)
+      call add_linear_traction(force, part, blocks, ends, wet, factor*max(pressure, 0.0_wp), 0.0_wp)
    end subroutine add_wet_pressure
 
    !> Add ∫ Tᵀ (−p n + τ t) ds over a part of an edge, p linear and τ constant.

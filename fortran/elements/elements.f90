@@ -24,8 +24,7 @@ module dda_elements
    use dda_model, only: model_type
    use dda_point_loads, only: point_loads_type
    use dda_scheme, only: step_type
-   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, &
-      max_updates
+   use dda_strain_points, only: strain_points_type, new_strain_points, add_point_stress, max_updates
    use dda_ties, only: ties_type, new_ties
    use dda_welds, only: welds_type, new_welds, add_face_stress, add_jump_energies
    implicit none
@@ -33,11 +32,9 @@ module dda_elements
    public :: elements_type, set_elements, register, list_linear_terms, pack_terms, add_packed, &
       add_forces, update_stored, account_elements, prepare_elements, revise_elements, &
       slope_beyond, unconverged_block, has_unconverged_bounds, table_search_failed, bolt_states, &
-      get_flow_states, &
-      accept_elements, match_velocities, freeze_elements, balance_elements, serialise_elements, &
-      face_forces, set_free_field_motion, node_columns, channel_columns, block_stress, &
-      stress_error, &
-      plastic_strain, body_energies
+      get_flow_states, accept_elements, match_velocities, freeze_elements, balance_elements, &
+      serialise_elements, face_forces, set_free_field_motion, node_columns, channel_columns, &
+      block_stress, stress_error, plastic_strain, body_energies
 
    !> One kind of elements.
    type :: kind_type

@@ -344,10 +344,8 @@ contains
          rhs(:, 1) = reference
          call assemble_steady(network, group, fixed, table%wet, matrix, rhs(:, 1))
          call dpotrf('L', size(rhs), matrix, size(rhs), info)
-         call dtrsm('L', 'L', 'N', 'N', size(rhs), 1, 1.0_wp, matrix, size(rhs), rhs, &
-            size(rhs))
-         call dtrsm('L', 'L', 'T', 'N', size(rhs), 1, 1.0_wp, matrix, size(rhs), rhs, &
-            size(rhs))
+         call dtrsm('L', 'L', 'N', 'N', size(rhs), 1, 1.0_wp, matrix, size(rhs), rhs, size(rhs))
+         call dtrsm('L', 'L', 'T', 'N', size(rhs), 1, 1.0_wp, matrix, size(rhs), rhs, size(rhs))
          scale = maxval(abs(rhs))
          pressure = merge(0.0_wp, rhs(:, 1) - network%elevation(group%node), fixed(group%node))
          call move_table(table, group%node, pressure, scale, round > free_rounds, converged)

@@ -121,8 +121,7 @@ contains
       allocate (self%active(n), source=.false.)
       allocate (self%area(n), self%map(3, n_deformations, n), self%reference(3, n), &
          self%retained_stress(3, n), self%state(states, n), self%inactive_strain(3, n), &
-            self%inactive_stress(3, n), &
-         self%residual_work(n), self%strain(3, n), source=0.0_wp)
+         self%inactive_stress(3, n), self%residual_work(n), self%strain(3, n), source=0.0_wp)
    end subroutine allocate_points
 
    !> Create points of blocks, and of the remainders of cells beside welded faces.

@@ -198,9 +198,8 @@ contains
          'head_joint = '//to_text(input%head_joint)//' m must be shorter than half of '// &
          'brick_length = '//to_text(input%brick_length)//' m')
       if (real(input%courses, wp)*input%bricks > most_blocks) call fail_input(error, group, &
-         'courses = '//to_text(input%courses)//' of '//to_text(input%bricks)// &
-            ' bricks are more '// &
-         'than '//to_text(int(most_blocks))//' blocks')
+         'courses = '//to_text(input%courses)//' of '// &
+         to_text(input%bricks)//' bricks are more than '//to_text(int(most_blocks))//' blocks')
       if (allocated(error)) return
       first = outlines%n + 1
       call add_wall(outlines, input%left, input%bottom, [input%brick_length, input%brick_height], &

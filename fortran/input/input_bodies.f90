@@ -179,11 +179,10 @@ contains
                depth = overlap_depth(blocks%vertex(:, blocks%first(a):blocks%first(a + 1) - 1), &
                   blocks%vertex(:, blocks%first(b):blocks%first(b + 1) - 1))
                if (depth <= touching*min(blocks%radius(a), blocks%radius(b))) cycle
-               call fail_input(error, groups(source(b)), &
-                  block_title(b, model%block_names(b))//' overlaps '// &
-                  block_title(a, model%block_names(a))//' of '// &
-                  '&'//groups(source(a))%name//' (line '//to_text(groups(source(a))%line)// &
-                  ') by '//to_text(depth)//' m')
+               call fail_input(error, groups(source(b)), block_title(b, &
+                  model%block_names(b))//' overlaps '//block_title(a, &
+                  model%block_names(a))//' of &'//groups(source(a))%name//' (line '// &
+                  to_text(groups(source(a))%line)//') by '//to_text(depth)//' m')
                return
             end associate
          end do

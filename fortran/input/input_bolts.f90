@@ -53,10 +53,9 @@ contains
          if (any(input%through_block(n + 1:) /= '')) call fail_input(error, group, &
             '`through_block` names more blocks than `through` has points ('//to_text(n)//')')
       end associate
-      if (is_set(input%yield_force) .and. input%pretension > input%yield_force) &
-         call fail_input(error, &
-         group, 'pretension = '//to_text(input%pretension)//' is above yield_force = '// &
-         to_text(input%yield_force))
+      if (is_set(input%yield_force) .and. input%pretension &
+         > input%yield_force) call fail_input(error, group, 'pretension = '// &
+         to_text(input%pretension)//' is above yield_force = '//to_text(input%yield_force))
    end subroutine check_values
 
    !> Create the springs of a bolt: one between its ends, or a pair at each joint that it crosses.

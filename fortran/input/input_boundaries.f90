@@ -88,8 +88,7 @@ contains
             if (allocated(error)) return
             if (.not. is_fixed_kind(reading)) reading%direction = 'xy'
             call reserve_edges(model, groups(group_numbers(:i))%line, group, parts, &
-               trim(reading%direction), &
-               error)
+               trim(reading%direction), error)
          end associate
       end do
    end subroutine read_boundaries

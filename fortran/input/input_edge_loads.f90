@@ -79,8 +79,7 @@ contains
       new%name = input%name
       new%follows = input%follows
       new%unit_weight = input%unit_weight
-      if (.not. allocated(error)) call choose_edges(group, input%edges, model, new%part, &
-         error)
+      if (.not. allocated(error)) call choose_edges(group, input%edges, model, new%part, error)
       new%kind = merge(load_level, load_uniform, given(group, 'level'))
       call set_times(new, input%time, group, error)
       call set_values(new, group, 'normal', input%normal, new%normal, error)
@@ -253,10 +252,9 @@ contains
       rounding = max_uncovered*model%blocks%half_size
       do j = 1, size(line, 2)
          if (line(1, j) < left_end - rounding .or. line(1, j) > right_end &
-            + rounding) call fail_input(error, group, '`surface` reaches ('// &
-            position_text(line(:, j) + model%origin)// &
-            '), outside the model, which reaches from x = '//to_text(left_end + model%origin(1))// &
-            ' to '//to_text(right_end + model%origin(1)))
+            + rounding) call fail_input(error, group, '`surface` reaches ('//position_text(line(:, &
+            j) + model%origin)//'), outside the model, which reaches from x = '//to_text(left_end &
+            + model%origin(1))//' to '//to_text(right_end + model%origin(1)))
          if (j == 1) cycle
          if (line(1, j) <= line(1, j - 1)) call fail_input(error, group, &
             'x must increase from point to point of `surface`')
@@ -360,9 +358,8 @@ contains
          end do
       end do
       if (covered < 1.0_wp - max_uncovered) call fail_input(error, group, &
-         'along: there is water at ('// &
-         position_text(segment(:, 1) + covered*direction + model%origin)// &
-         '), outside the model or away from its joints and faces')
+         'along: there is water at ('//position_text(segment(:, 1) + covered*direction &
+         + model%origin)//'), outside the model or away from its joints and faces')
    end subroutine check_cover
 
 end module dda_input_edge_loads

@@ -9,8 +9,7 @@ module dda_input_flow
    use dda_flow, only: channel_type, connected_nodes, flow_boundary_type, flow_law_type, &
       flow_states, flow_type, flow_transient, flow_undrained
    use dda_input_edges, only: read_polyline
-   use dda_input_group, only: group_type, fail_input, given, is_set, positions, value_or, &
-      mark_names
+   use dda_input_group, only: group_type, fail_input, given, is_set, positions, value_or, mark_names
    use dda_input_groups, only: flow_boundary_values, flow_values, read_values
    use dda_input_points, only: check_times
    use dda_interpolation, only: table_value
@@ -46,8 +45,7 @@ contains
       if (size(at) == 0) then
          if (size(boundary) == 0) return
          call read_values(groups(boundary(1)), unused, error)
-         call fail_input(error, groups(boundary(1)), &
-            'no water flows in joints; give a group &flow')
+         call fail_input(error, groups(boundary(1)), 'no water flows in joints; give a group &flow')
          return
       end if
       allocate (model%flow, input(size(at)))

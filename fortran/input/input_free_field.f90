@@ -154,9 +154,8 @@ contains
             end do
             do k = 1, size(model%edge_loads)
                if (share_number(block, model%edge_loads(k)%part%block)) call fail_input(error, &
-                  groups(g), 'a load on edges acts on the '// &
-                  'free-field column at the '//trim(side)//' side, which cannot have '// &
-                  'loads: leave out the blocks of the column')
+                  groups(g), 'a load on edges acts on the free-field column at the '// &
+                  trim(side)//' side, which cannot have loads: leave out the blocks of the column')
             end do
          end associate
       end do

@@ -80,8 +80,7 @@ contains
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call fail_input(error, &
             group, 'initial stress needs gravity that acts downwards; gravity is '// &
             to_text(gravity(1))//', '//to_text(gravity(2)))
-         if (size(input%k0) > 1 .and. size(depth) /= size(input%k0)) call fail_input(error, &
-            group, &
+         if (size(input%k0) > 1 .and. size(depth) /= size(input%k0)) call fail_input(error, group, &
             '`k0` has '//to_text(size(input%k0))//' values and `depth` has '// &
             to_text(size(depth))//': give one `depth` for each `k0`')
          if (size(depth) > 0 .and. size(input%k0) /= size(depth)) call fail_input(error, group, &
@@ -90,9 +89,8 @@ contains
             'the values of `depth` must ascend')
          if (any(x(2:) <= x(:size(x) - 1))) call fail_input(error, group, &
             'the points of `surface` must be given from left to right')
-         if (is_set(input%unit_weight) .and. size(input%surface, 2) == 0) call fail_input( &
-            error, group, 'unit_weight applies to ground between the model and `surface`: '// &
-            'give `surface`')
+         if (is_set(input%unit_weight) .and. size(input%surface, 2) == 0) call fail_input(error, &
+            group, 'unit_weight applies to ground between the model and `surface`: give `surface`')
       end associate
    end subroutine check_values
 

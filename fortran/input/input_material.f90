@@ -250,8 +250,7 @@ contains
       call check_residual('tensile_strength', value_or(input%tensile_strength, &
          cone_apex(input%cohesion, input%friction_angle)), input%residual_tensile_strength)
       if (.not. is_set(input%softening_displacement) .and. any(is_set([input%residual_cohesion, &
-         input%residual_friction_angle, &
-            input%residual_tensile_strength]))) call fail_input(error, &
+         input%residual_friction_angle, input%residual_tensile_strength]))) call fail_input(error, &
          group, 'residual strengths need softening_displacement')
 
    contains

@@ -96,12 +96,10 @@ contains
       peaks = [maxval(abs(curve%acceleration)), maxval(abs(curve%velocity)), &
          maxval(abs(curve%displacement))]
       if (.not. curve%time_step > 0.0_wp) return
-      associate (step => curve%time_step, whole => curve%duration, &
-         velocity => max(peaks(2), curve%removed(1)), displacement => max(peaks(3), &
-         curve%removed(2)))
-         rounding = peak_rounding*[max(velocity/step, displacement/step**2), &
-            max(peaks(1)*whole, displacement/step), max(peaks(1)*whole**2, velocity*whole, &
-            displacement)]
+      associate (step => curve%time_step, whole => curve%duration, velocity => max(peaks(2), &
+         curve%removed(1)), displacement => max(peaks(3), curve%removed(2)))
+         rounding = peak_rounding*[max(velocity/step, displacement/step**2), max(peaks(1)*whole, &
+            displacement/step), max(peaks(1)*whole**2, velocity*whole, displacement)]
       end associate
       where (peaks < rounding) peaks = 0.0_wp
    end function peaks_of

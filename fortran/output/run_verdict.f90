@@ -292,9 +292,8 @@ contains
       if (.not. energies(2) > 0.0_wp) return
       error = sqrt(energies(1)/energies(2))
       call add_value(verdict, key, error)
-      call add_figure(verdict, 'stress error', [character(len=len(key)) :: '', key], &
-         [0.0_wp, error], '1', 'of bodies, relative, in the energy norm, from stress jumps at '// &
-         'faces')
+      call add_figure(verdict, 'stress error', [character(len=len(key)) :: '', key], [0.0_wp, &
+         error], '1', 'of bodies, relative, in the energy norm, from stress jumps at faces')
    end subroutine add_bodies
 
    !> Add maximum k to the table.

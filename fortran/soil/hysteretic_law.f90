@@ -286,9 +286,8 @@ contains
       energy = [0.0_wp, 0.0_wp, 0.5_wp*relaxed_modulus(self%branches%body)*e(3)**2]
       do j = 1, self%branches%n
          associate (fraction => self%branches%slipping(j))
-            energy(1) = energy(1) + self%branches%modulus(j)*(0.5_wp*fraction &
-               *sum(state(2*j - 1:2*j)**2) + (1.0_wp - fraction)*potential(e(1:2), &
-               self%branches%strain(j)))
+            energy(1) = energy(1) + self%branches%modulus(j)*(0.5_wp*fraction*sum(state(2*j &
+               - 1:2*j)**2) + (1.0_wp - fraction)*potential(e(1:2), self%branches%strain(j)))
          end associate
       end do
       associate (law => self%branches%body, n => 2*self%branches%n)

@@ -118,8 +118,7 @@ contains
             end do
             trial(1:2) = trial(1:2) - d(1, 2)*state(across)
             third = self%out_of_plane + poisson_ratio(d)*sum(point%start_stress(1:2)) + d(1, &
-               2)*sum(strain(1:2) &
-               - state(1:2)) - d(1, 1)*state(across)
+               2)*sum(strain(1:2) - state(1:2)) - d(1, 1)*state(across)
          end if
       end associate
       mean = 0.5_wp*(trial(1) + trial(2))

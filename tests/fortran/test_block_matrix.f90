@@ -144,7 +144,8 @@ contains
          terms%n = 0
          do i = 1, n
             call add_term(terms, linear_term_type(block_a=4, block_b=1, coefficient=c(i), &
-               row_a=row(:, 1, i), row_b=-row(:, 2, i), further_block=[3], further_row=row(:, 3:, i)))
+               row_a=row(:, 1, i), row_b=-row(:, 2, i), further_block=[3], &
+               further_row=row(:, 3:, i)))
          end do
          call set_pattern(single, 4, coupled_blocks(terms))
          call set_pattern(matrix, 4, coupled_blocks(terms))

@@ -98,8 +98,7 @@ contains
          end do
          ratio = (point%work - start_work)/(2.0_wp*pi*amplitude(a)**2 &
             *sum(secant_ratio(branches, amplitude(a:a))))
-         expected = min_damping + merge(1.0_wp, 0.5_wp, &
-            masing)*masing_ratio(amplitude(a)/reference)
+         expected = min_damping + merge(1.0_wp, 0.5_wp, masing)*masing_ratio(amplitude(a)/reference)
          call check_close(ratio, expected, 'damping ratio at '//to_text(amplitude(a)), &
             absolute=0.003_wp)
          call check_close(ratio, sum(loop_damping(branches, amplitude(a:a))), &

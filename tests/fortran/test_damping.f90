@@ -117,7 +117,7 @@ contains
    subroutine losses(member, damping)
       character(len=*), intent(in) :: member, damping
       type(simulation_type) :: simulation
-      real(wp) :: rates(6, 2), total, losses_of_runs(2), first
+      real(wp) :: rates(6, 2), total, former_losses(2), first
       integer :: i
 
       call case('losses, '//member//', '//damping)
@@ -125,22 +125,21 @@ contains
       call begin(simulation, pair_text(8.0e-3_wp, member, damping), rates)
       first = total_energy(simulation%energy)
       total = first
-      losses_of_runs = 0.0_wp
+      former_losses = 0.0_wp
       do i = 1, 300
          call run(simulation, 1)
          associate (value => simulation%energy%value)
-            call check(value(energy_material_damping) >= losses_of_runs(1), 'the material loses')
+            call check(value(energy_material_damping) >= former_losses(1), 'the material loses')
             call check(value(energy_material_damping) + value(energy_algorithmic) &
-               + value(energy_damping) >= losses_of_runs(2) - 1.0e-12_wp*first, &
+               + value(energy_damping) >= former_losses(2) - 1.0e-12_wp*first, &
                'all losses together')
-            losses_of_runs = value(energy_material_damping)
-            losses_of_runs(2) = losses_of_runs(2) + value(energy_algorithmic) + &
-               value(energy_damping)
+            former_losses = value(energy_material_damping)
+            former_losses(2) = former_losses(2) + value(energy_algorithmic) + value(energy_damping)
          end associate
          call check(total_energy(simulation%energy) <= total + 1.0e-9_wp*first, 'no gain')
          total = total_energy(simulation%energy)
       end do
-      call check(losses_of_runs(1) > 0.01_wp*first, 'the material has lost something')
+      call check(former_losses(1) > 0.01_wp*first, 'the material has lost something')
       call check_close(balance(simulation%energy), 0.0_wp, 'balance', absolute=1.0e-9_wp*first)
    end subroutine losses
 

@@ -70,7 +70,7 @@ contains
    !> off it.
    subroutine vertex_near_edge(gap, fraction)
       real(wp), intent(in) :: gap, fraction
-      real(wp) :: a(2), b(2), normal(2), position(2), edge_direction
+      real(wp) :: a(2), b(2), normal(2), position(2), rotation
       integer :: e
 
       call place_blocks(blocks, star(5, 1.0_wp, 1.4_wp), &
@@ -82,8 +82,8 @@ contains
       a = blocks%vertex(:, e)
       b = blocks%vertex(:, blocks%next(e))
       normal = [b(2) - a(2), a(1) - b(1)]/norm2(b - a)
-      edge_direction = atan2(normal(2), normal(1)) + random(-0.3_wp, 0.3_wp)
-      blocks%position(3, 2) = edge_direction
+      rotation = atan2(normal(2), normal(1)) + random(-0.3_wp, 0.3_wp)
+      blocks%position(3, 2) = rotation
       call update_geometry(blocks)
       position = a + fraction*(b - a) + gap*normal
       blocks%position(1:2, 2) = blocks%position(1:2, 2) + position - blocks%vertex(:, 6)

@@ -144,7 +144,7 @@ contains
       real(wp), intent(in) :: chi
       real(wp), parameter :: stiffness(4) = [1.0e-3_wp, 1.0e6_wp, 1.0e9_wp, 1.0e16_wp]
       type(energy_type) :: energy
-      real(wp) :: rates(6, 1), end_rate(6), weight, start_rate
+      real(wp) :: rates(6, 1), end_rate(6), weight, start_energy
       integer :: i
 
       call case('first velocities, '//trim(member))
@@ -159,14 +159,15 @@ contains
          call begin_supported(member, stiffness(i), reshape([-0.4_wp, -0.3_wp, 0.4_wp, &
             -0.2_wp, 0.1_wp, 0.45_wp], [2, 3]), '')
          simulation%blocks%velocity = rates
-         start_rate = kinetic_energy(simulation%blocks)
+         start_energy = kinetic_energy(simulation%blocks)
          call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
          call update_stored(simulation%elements, simulation%blocks, next_step(simulation), energy)
          energy%value(energy_kinetic) = kinetic_energy(simulation%blocks)
-         call check(total_energy(energy) <= start_rate*(1.0_wp + 1.0e-13_wp), 'no energy is gained')
+         call check(total_energy(energy) <= start_energy*(1.0_wp + 1.0e-13_wp), &
+            'no energy is gained')
          if (i == 1 .or. chi == 1.0_wp) call check_close(simulation%blocks%velocity, rates, &
             'a soft support leaves it alone', relative=1.0e-9_wp)
-         if (i == 4 .and. chi < 0.9_wp) call check(total_energy(energy) < 0.9_wp*start_rate, &
+         if (i == 4 .and. chi < 0.9_wp) call check(total_energy(energy) < 0.9_wp*start_energy, &
             'a stiff one does not')
       end do
    end subroutine first_velocities
@@ -226,7 +227,7 @@ contains
       real(wp), parameter :: turns(5) = [0.05_wp, 0.5_wp, 3.0_wp, 50.0_wp, 1.0e3_wp]
       real(wp), parameter :: dt = 1.0e-2_wp
       type(bolt_type) :: bolt
-      real(wp) :: matrix(2, 2), expected(2, 2), x, v, d, drag, expected_force
+      real(wp) :: matrix(2, 2), expected(2, 2), x, v, d, drag, expected_velocity
       integer :: i, column, entry
 
       call case('two blocks on a bolt, '//trim(members(member)))
@@ -251,10 +252,10 @@ contains
             associate (theta => theta(member), chi => chi(member), square => turns(i)**2)
                x = merge(1.0_wp/turns(i), 0.0_wp, column == 1)
                v = merge(1.0_wp, 0.0_wp, column == 2)
-               expected_force = (v - square*(x + theta*(1.0_wp - chi)*v) - drag*(1.0_wp - chi)*v) &
-                  /(1.0_wp + theta*chi*square + drag*chi)
-               d = (1.0_wp - chi)*v + chi*expected_force
-               expected(:, column) = [turns(i)*(x + d), expected_force]
+               expected_velocity = (v - square*(x + theta*(1.0_wp - chi)*v) - drag*(1.0_wp - &
+                  chi)*v) /(1.0_wp + theta*chi*square + drag*chi)
+               d = (1.0_wp - chi)*v + chi*expected_velocity
+               expected(:, column) = [turns(i)*(x + d), expected_velocity]
             end associate
          end do
          call check_close(distance_of(roots_of(matrix), roots_of(expected)), 0.0_wp, 'roots', &

@@ -123,14 +123,14 @@ contains
 
    !> Turned blocks that fall on each other with friction: no step gains energy, all is explained.
    subroutine random_piles()
-      real(wp) :: growth, unexplained, largest_loss, max_height, first, former_energy
+      real(wp) :: growth, unexplained, largest_loss, max_energy_ratio, first, former_energy
       integer :: pile, i
 
       call sow(11)
       growth = 0.0_wp
       unexplained = 0.0_wp
       largest_loss = 0.0_wp
-      max_height = 0.0_wp
+      max_energy_ratio = 0.0_wp
       do pile = 1, 12
          call begin_pile(simulation)
          first = total_energy(simulation%energy)
@@ -138,14 +138,15 @@ contains
             former_energy = total_energy(simulation%energy)
             call run(simulation, 1)
             growth = max(growth, (total_energy(simulation%energy) - former_energy)/first)
-            max_height = max(max_height, total_energy(simulation%energy)/first)
+            max_energy_ratio = max(max_energy_ratio, total_energy(simulation%energy)/first)
          end do
          unexplained = max(unexplained, relative_balance(simulation%energy))
          largest_loss = max(largest_loss, simulation%energy%value(energy_impact)/mass)
       end do
       ! Dashpots store at a place ahead by half a step: what comes back is of second order in it.
       call check(growth < 1.0e-4_wp, 'steps gain next to nothing: '//number(growth))
-      call check(max_height <= 1.0_wp + 1.0e-9_wp, 'never above the first: '//number(max_height))
+      call check(max_energy_ratio <= 1.0_wp + 1.0e-9_wp, 'never above the first: '// &
+         number(max_energy_ratio))
       call check(unexplained < 1.0e-6_wp, 'audit: '//number(unexplained))
       call check(largest_loss > 0.1_wp, 'impacts take energy')
    end subroutine random_piles

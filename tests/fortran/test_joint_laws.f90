@@ -211,13 +211,13 @@ contains
    subroutine random_cycles_of_a_rough_joint()
       type(contacts_type) :: contacts
       type(laws_type) :: laws
-      real(wp) :: loss, min_loss, max_loss, min_force, travel
+      real(wp) :: loss, min_loss, max_loss, min_lift, travel
       integer :: cycle, step, passed
 
       call set_laws(laws, [worn()], 1.0_wp, 1.0_wp)
       min_loss = 0.0_wp
       max_loss = 0.0_wp
-      min_force = 0.0_wp
+      min_lift = 0.0_wp
       travel = 0.0_wp
       passed = 0
       do cycle = 1, 10000
@@ -227,13 +227,13 @@ contains
                random(-2.0e-5_wp, 1.0e-4_wp), loss)
             min_loss = min(min_loss, loss)
             max_loss = max(max_loss, loss)
-            min_force = min(min_force, contacts%memory(lifted, 1))
+            min_lift = min(min_lift, contacts%memory(lifted, 1))
             travel = max(travel, contacts%memory(lifted, 1))
             if (contacts%trial_past_centre(1)) passed = passed + 1
          end do
       end do
       call check(min_loss >= -1.0e-12_wp*max_loss, 'no slip gains energy')
-      call check(min_force >= -1.0e-12_wp, 'lifted')
+      call check(min_lift >= -1.0e-12_wp, 'lifted')
       call check(travel > 1.0e-3_wp .and. passed > 10000, 'up, down, and through the centre')
    end subroutine random_cycles_of_a_rough_joint
 
@@ -243,11 +243,11 @@ contains
       type(contacts_type) :: contacts
       type(laws_type) :: laws
       type(response_type) :: a, b
-      real(wp) :: at(2, 2), work, min_loss
+      real(wp) :: at(2, 2), work, min_work
       integer :: i, passed, driven
 
       call set_laws(laws, [worn()], 1.0_wp, 1.0_wp)
-      min_loss = 0.0_wp
+      min_work = 0.0_wp
       passed = 0
       driven = 0
       do i = 1, 20000
@@ -263,11 +263,11 @@ contains
          call find_response(contacts, laws, 1, at(1, 2), at(2, 2), b)
          work = (a%shear_force - b%shear_force)*(at(2, 1) - at(2, 2)) &
             - (a%normal_force - b%normal_force)*(at(1, 1) - at(1, 2))
-         min_loss = min(min_loss, work)
+         min_work = min(min_work, work)
          if (a%past_centre) passed = passed + 1
          if (a%shear_force*at(2, 1) < 0.0_wp) driven = driven + 1
       end do
-      call check(min_loss >= -1.0e-6_wp, 'monotone')
+      call check(min_work >= -1.0e-6_wp, 'monotone')
       call check(passed > 1000 .and. driven > 500, 'beyond zero net slip; descents driven by N')
    end subroutine frozen_friction_is_monotone
 
@@ -471,25 +471,26 @@ contains
    subroutine continuous_yield()
       type(joint_state_type) :: state, reversed
       real(wp), parameter :: slip = 5.0e-5_wp, force = 1.0e6_wp*length
-      real(wp) :: one_step, half_step, slope, upper_force
+      real(wp) :: full_step_force, half_step_force, slope, second_force
 
       call create_joint_law(slot, yielding(), 1.0_wp, 1.0_wp)
       state = joint_state_type(length, normal_force=force)
-      call slot%law%flow(state, force, 2*slip, one_step, slope)
-      call check_close(one_step, force*(1 - exp(-2*1.0e10_wp*slip*length/force)), 'closed form')
-      call slot%law%flow(state, force, slip, half_step, slope)
-      state%stretch = half_step/slot%law%shear_spring(state)
-      call slot%law%flow(state, force, state%stretch + slip, upper_force, slope)
-      call check_close(upper_force, one_step, 'two parts', 1.0e-12_wp)
-      reversed = slot%law%state_after_slip(state, slip - (upper_force - &
-         half_step)/(1.0e10_wp*length), upper_force)
-      reversed%stretch = upper_force/(1.0e10_wp*length)
-      call slot%law%flow(reversed, force, reversed%stretch - 1.0e-12_wp, half_step, slope)
+      call slot%law%flow(state, force, 2*slip, full_step_force, slope)
+      call check_close(full_step_force, force*(1 - exp(-2*1.0e10_wp*slip*length/force)), &
+         'closed form')
+      call slot%law%flow(state, force, slip, half_step_force, slope)
+      state%stretch = half_step_force/slot%law%shear_spring(state)
+      call slot%law%flow(state, force, state%stretch + slip, second_force, slope)
+      call check_close(second_force, full_step_force, 'two parts', 1.0e-12_wp)
+      reversed = slot%law%state_after_slip(state, slip - (second_force - &
+         half_step_force)/(1.0e10_wp*length), second_force)
+      reversed%stretch = second_force/(1.0e10_wp*length)
+      call slot%law%flow(reversed, force, reversed%stretch - 1.0e-12_wp, half_step_force, slope)
       call check_close(slope, 1.0e10_wp*length, 'elastic as it turns', 1.0e-6_wp)
-      call slot%law%flow(reversed, force, reversed%stretch + 1.0e-9_wp, half_step, slope)
-      call check_close((half_step - upper_force)/1.0e-9_wp, slope, 'slope', 1.0e-4_wp)
-      call slot%law%flow(reversed, 0.0_wp, slip, half_step, slope)
-      call check(half_step == 0.0_wp .and. slope == 0.0_wp, 'no normal force, no friction')
+      call slot%law%flow(reversed, force, reversed%stretch + 1.0e-9_wp, half_step_force, slope)
+      call check_close((half_step_force - second_force)/1.0e-9_wp, slope, 'slope', 1.0e-4_wp)
+      call slot%law%flow(reversed, 0.0_wp, slip, half_step_force, slope)
+      call check(half_step_force == 0.0_wp .and. slope == 0.0_wp, 'no normal force, no friction')
    end subroutine continuous_yield
 
    !> k_s (t − vΔt) = N μ(v) beyond the threshold, elastic below; θ = L/v + (θ₀ − L/v) exp(−vt/L).

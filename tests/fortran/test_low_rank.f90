@@ -168,16 +168,16 @@ contains
    !> geometry, need no further column and no correction.
    subroutine added_and_removed_springs()
       type(block_matrix_type) :: matrix, first
-      type(rank_one_type) :: recovered
+      type(rank_one_type) :: reversed
 
       call wall(20, 15, matrix)
       first = matrix
       call change(matrix, changes, 60)
       call analyse_lagged(lagged, matrix)
       call refactorise(lagged, matrix, error, .false.)
-      recovered = changes
-      recovered%k = -recovered%k
-      call update_low_rank(lagged%update, lagged%factor, recovered, success)
+      reversed = changes
+      reversed%k = -reversed%k
+      call update_low_rank(lagged%update, lagged%factor, reversed, success)
       call check(success, 'taken out')
       call check_inverse(lagged, first)
       changes%u = (1.0_wp + 1.0e-5_wp)*changes%u

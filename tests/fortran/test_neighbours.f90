@@ -97,9 +97,8 @@ contains
       real(wp), intent(in) :: reach
       integer :: w, other
 
-      associate (corner => &
-         neighbours%corner(neighbours%first_corner(p):neighbours%first_corner(p + 1) - 1), v => &
-         neighbours%probe(1, p))
+      associate (corner => neighbours%corner(neighbours%first_corner(p):neighbours%first_corner(p &
+         + 1) - 1), v => neighbours%probe(1, p))
          other = blocks%owner(neighbours%edge(neighbours%first_edge(p)))
          corners_listed = all(blocks%owner(corner) == other) .and. all(neighbours%convex(corner))
          do w = blocks%first(other), blocks%first(other + 1) - 1

@@ -70,7 +70,7 @@ contains
       integer, intent(out) :: solutions
       real(wp) :: k(unknowns, unknowns), x(unknowns), row(unknowns)
       integer :: n_closed, c, info
-      logical :: expected_text
+      logical :: is_solution
 
       solutions = 0
       do n_closed = 0, 2**contacts%n - 1
@@ -83,12 +83,12 @@ contains
             x = x - stiffness*contacts%gap(c)*row
          end do
          call dposv('L', unknowns, 1, k, unknowns, x, unknowns, info)
-         expected_text = info == 0
+         is_solution = info == 0
          do c = 1, contacts%n
-            expected_text = expected_text .and. ((contacts%gap(c) + dot_product(gap_row(contacts, &
+            is_solution = is_solution .and. ((contacts%gap(c) + dot_product(gap_row(contacts, &
                c), x) < 0.0_wp) .eqv. btest(n_closed, c - 1))
          end do
-         if (.not. expected_text) cycle
+         if (.not. is_solution) cycle
          solutions = solutions + 1
          d = x
       end do
@@ -169,21 +169,21 @@ contains
    !> and not if an iterate far off exerts it.
    subroutine tolerance_of_the_step()
       type(open_close_type) :: iteration
-      integer :: i, k_tolerance
+      integer :: i, with_tolerance
 
       do i = 1, 20
-         do k_tolerance = 0, 1
+         do with_tolerance = 0, 1
             call random_system(system, contacts, laws, 1, 0.0_wp)
             call close_all(system, contacts, iteration)
             call check_no_error(error, 'converges')
             contacts%spring(:, 1) = 0.0_wp
             system%d = 0.0_wp
-            if (k_tolerance == 1) contacts%gap(1) = -1.0e13_wp
-            if (k_tolerance == 0) system%d = -1.0e13_wp*reshape(gap_row(contacts, 1), [6, 2])
+            if (with_tolerance == 1) contacts%gap(1) = -1.0e13_wp
+            if (with_tolerance == 0) system%d = -1.0e13_wp*reshape(gap_row(contacts, 1), [6, 2])
             call evaluate(iteration, system, contacts, laws)
             contacts%free_force(:, 1) = [(1.0_wp + 1.0e-14_wp)*contacts%normal_force(1), 0.0_wp]
             call evaluate(iteration, system, contacts, laws)
-            call check((iteration%residual <= iteration%tolerance) .eqv. k_tolerance == 1, &
+            call check((iteration%residual <= iteration%tolerance) .eqv. with_tolerance == 1, &
                'tolerated')
          end do
       end do
@@ -433,21 +433,21 @@ contains
       character(len=*), intent(in) :: joint    !< variables of the joints
       integer, intent(in) :: bricks, courses   !< numbers of them
       type(simulation_type), intent(out) :: simulation
-      character(len=:), allocatable :: expected_text
+      character(len=:), allocatable :: right_x
       integer :: i
 
-      expected_text = to_text(real(max(bricks, 10) + 1, wp))
+      right_x = to_text(real(max(bricks, 10) + 1, wp))
       call begin(simulation, control_text(time_step, 20, "integration = 'midpoint'"// &
          ' gravity = 0.0 -9.81')//contact_text(1.5e12_wp, '')// &
-         " &material name = 'base' density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.0 "// &
-         "/"//" &material name = 'stone' density = 2500.0 young_modulus = 5.0e9 poisson_ratio "// &
-         "= 0.2 /"//" &joint name = 'dry' "//joint//' /'// &
-         " &block name = 'base' material = 'base' joint = '' vertices = -1.0 -1.0 "// &
-         expected_text//' -1.0 '//expected_text//' 0.0 -1.0 0.0 /'// &
+         " &material name = 'base' density = 2500.0 young_modulus = 1.0e15 poisson_ratio = 0.0 /"//&
+         " &material name = 'stone' density = 2500.0 young_modulus = 5.0e9 poisson_ratio = 0.2 /"//&
+         " &joint name = 'dry' "//joint//' /'// &
+         " &block name = 'base' material = 'base' joint = '' vertices = -1.0 -1.0 "//right_x// &
+         ' -1.0 '//right_x//' 0.0 -1.0 0.0 /'// &
          " &wall name = 'brick' material = 'stone' left = 0.0 bottom = 0.0 brick_length = 1.0"// &
          ' brick_height = 0.5 bricks = '//to_text(bricks)//' courses = '//to_text(courses)//' /'// &
-         ' &fixed_point x = -1.0 y = -1.0 / &fixed_point x = '//expected_text//' y = -1.0 /'// &
-         ' &fixed_point x = '//expected_text//' y = 0.0 / &fixed_point x = -1.0 y = 0.0 /')
+         ' &fixed_point x = -1.0 y = -1.0 / &fixed_point x = '//right_x//' y = -1.0 /'// &
+         ' &fixed_point x = '//right_x//' y = 0.0 / &fixed_point x = -1.0 y = 0.0 /')
       do i = 1, 20
          call run(simulation, 1)
       end do

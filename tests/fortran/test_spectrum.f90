@@ -4,8 +4,7 @@
 module test_spectrum
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use dda_kinds, only: wp, pi
-   use dda_spectrum, only: spectral_peak_type, compute_fourier_spectrum, amplification, &
-      find_peak
+   use dda_spectrum, only: spectral_peak_type, compute_fourier_spectrum, amplification, find_peak
    use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
 

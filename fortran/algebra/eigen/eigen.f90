@@ -251,8 +251,7 @@ contains
       do i = 1, count
          ! A coarse tolerance suffices to show that no larger eigenvalue remains.
          call find_largest_pairs(operator, n, 1, coarse_tolerance, new_value, new_vector, &
-            new_residual, error, &
-            start_seed=i)
+            new_residual, error, start_seed=i)
          if (allocated(error)) return
          if (new_value(1)*(1.0_wp + 10*coarse_tolerance) < values(count)) return
          call find_largest_pairs(operator, n, 1, low_tolerance, new_value, new_vector, &
