@@ -25,7 +25,7 @@ module dda_block_matrix
       real(wp), allocatable :: lower(:,:,:)    !< [6,6,entries] block (row, column)
    end type block_matrix_type
 
-   integer, parameter :: parallel_from = 500   !< least number of block rows to use threads
+   integer, parameter :: parallel_from = 500   !< smallest number of block rows to use threads
 
 contains
 

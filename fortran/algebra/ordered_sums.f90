@@ -13,7 +13,7 @@ module dda_ordered_sums
 
    integer, parameter :: min_terms = 128          !< smallest number of terms per thread
    integer, parameter :: most_pieces = 256    !< largest number of parts
-   integer, parameter :: parallel_from = 2000 !< least number of terms to use threads
+   integer, parameter :: parallel_from = 2000 !< smallest number of terms to use threads
 
 contains
 

@@ -124,7 +124,7 @@ contains
       penalty%solves = 3
       if (target >= penalty%rigid_frequency) then
          penalty%text = 'no penalty gives '//to_text(target)// &
-            ' Hz: even with rigid joints the first frequency is '// &
+            ' Hz; even with rigid joints the first frequency is '// &
             to_text(penalty%rigid_frequency)//' Hz; the blocks themselves are too soft or too heavy'
          return
       end if
@@ -136,7 +136,7 @@ contains
             to_text(penalty%rigid_frequency)//' Hz with rigid joints)'
       else
          penalty%text = 'no penalty gives '//to_text(target)// &
-            ' Hz: the first frequency does not depend on the penalty'
+            ' Hz, because the first frequency does not depend on the penalty'
       end if
    end subroutine find_penalty_for_frequency
 

@@ -20,7 +20,7 @@ module dda_check_bodies
    real(wp), parameter :: ray_fraction = 0.53_wp
    real(wp), parameter :: max_stress_error = 0.2_wp    !< largest stress error without a warning
    real(wp), parameter :: slender = 3.0_wp       !< largest length/height of cells in offset rows
-   real(wp), parameter :: min_offset = 0.1_wp  !< least offset/edge length of offset rows
+   real(wp), parameter :: min_offset = 0.1_wp  !< smallest offset/edge length of offset rows
 
    !> Thinnest part of a body.
    type :: thinnest_type

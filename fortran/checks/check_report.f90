@@ -45,8 +45,8 @@ module dda_check_report
       real(wp) :: min_crossing_time(2) = 0.0_wp  !< of S and P waves in a block, s
       real(wp) :: max_crossing_time = 0.0_wp  !< longest crossing of a block by an S wave, s
       real(wp) :: slow_speed = 0.0_wp      !< S wave speed in the block of `max_crossing_time`, m/s
-      real(wp) :: block_size(2) = 0.0_wp  !< least and greatest shorter side of a block, m
-      real(wp) :: speed(2) = 0.0_wp       !< least S and largest P wave speed, m/s
+      real(wp) :: block_size(2) = 0.0_wp  !< smallest and largest shorter side of a block, m
+      real(wp) :: speed(2) = 0.0_wp       !< smallest S and largest P wave speed, m/s
       real(wp) :: ringing_steps = 0.0_wp        !< steps to 1/e of the slowest alternating mode
       real(wp) :: frequency_shift = 0.0_wp  !< relative reduction of the first frequency by joints
       real(wp) :: memory_bytes = 0.0_wp         !< estimated memory of the run, bytes

@@ -35,7 +35,7 @@ module dda_check_simulation
    !> largest accepted number of steps in which the slowest alternating mode decays to 1/e
    real(wp), parameter :: max_ringing_steps = 1000.0_wp
    integer, parameter :: reported_modes = 5  !< number of reported modes
-   !> number of timed steps; most blocks of a timed model
+   !> number of timed steps; largest number of blocks of a timed model
    integer, parameter :: timed_steps = 3, timed_blocks = 5000
    integer, parameter :: many_blocks = 1000              !< for more blocks, sudden gravity is slow
    real(wp), parameter :: min_slope = 0.5_wp  !< |n·g|/|g| below which a joint is a head joint

@@ -18,7 +18,7 @@ module dda_magnitudes
    real(wp), parameter :: min_strength = 100.0_wp  !< less than the stress under 1 cm of soil, Pa
    real(wp), parameter :: max_acceleration = 45.0_wp  !< largest recorded value, m/s²
    real(wp), parameter :: largest_model = 5000.0_wp    !< m
-   real(wp), parameter :: few_steps = 10.0_wp  !< least plausible number of steps in a motion
+   real(wp), parameter :: few_steps = 10.0_wp  !< smallest plausible number of steps in a motion
    real(wp), parameter :: max_speed = 40.0_wp     !< larger than speeds of falling rock, m/s
    real(wp), parameter :: max_rotation = 0.1_wp    !< largest rotation per step, rad (cosine 0.995)
    !> largest water level above the model/model height
@@ -83,7 +83,7 @@ contains
       call note_if(notes, abs(g(1)) > 0.0_wp .and. .not. abs(g(2)) > 0.0_wp, 'gravity = '// &
          short_text(g(1))//', 0 m/s² acts only along x; the second value is vertical: 0, -9.81')
       call note_if(notes, width > largest_model, 'the model is '//short_text(width)// &
-         ' m wide or high: lengths are in m, not in mm')
+         ' m wide or high; lengths must be in m, not in mm')
       call note_if(notes, steps > 0 .and. interval > steps, 'history_interval = '// &
          to_text(interval)//' of &output is more than the '//to_text(steps)//' steps of the run'// &
          ': histories contain only its start and end')
@@ -106,10 +106,10 @@ contains
          speed = norm2(material%initial_velocity(1:2))
          rotation = abs(material%initial_velocity(3))*model%control%time_step
          call note_if(notes, speed > max_speed, 'initial_velocity of '//subject//' is '// &
-            short_text(speed)//' m/s: faster than falling rock')
+            short_text(speed)//' m/s, faster than falling rock')
          call note_if(notes, rotation > max_rotation, 'initial_velocity of '//subject// &
             ' turns its blocks by '//short_text(rotation)// &
-            ' rad per step: the third value is in rad/s; use a smaller time_step')
+            ' rad per step; the third value is in rad/s, or use a smaller time_step')
          call note_if(notes, material%density >= unit_weights(1) .and. material%density < &
             unit_weights(2) .and. (material%young_modulus < foam_moduli(1) .or. &
             material%young_modulus > foam_moduli(2)), 'density = '// &
@@ -117,7 +117,7 @@ contains
             'kN/m³? That would be '//short_text(1000.0_wp*material%density/9.81_wp)//' kg/m³')
          call note_if(notes, yields .and. count(yields_alone) == 1 .and. &
             any(yields_alone .and. model%blocks%body == 0), subject//' yields, but '// &
-            'its block has uniform strain and yields as a whole: mesh the block (&mesh)')
+            'its block has uniform strain and yields as a whole; mesh the block (&mesh)')
       end associate
    end subroutine note_material
 
@@ -174,7 +174,7 @@ contains
             ' reaches up to '//short_text(level - highest)//' m above the model, which is '// &
             short_text(highest - lowest)//' m high: are its levels in m, along y?')
          call note_if(notes, level <= lowest, &
-            subject//' has no effect: the water is below the model')
+            subject//' has no effect, because the water is below the model')
       end associate
    end subroutine note_water
 

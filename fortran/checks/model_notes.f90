@@ -15,7 +15,7 @@ module dda_model_notes
    private
    public :: model_notes, note_length
 
-   !> least plausible density, kg/m³: below geofoam, above values in g/cm³
+   !> smallest plausible density, kg/m³: below geofoam, above values in g/cm³
    real(wp), parameter :: min_density = 10.0_wp
    !> range of angles in degrees that may be radians; smaller angles are probably intended
    real(wp), parameter :: radians(2) = [0.05_wp, 0.5_wp*pi]
@@ -23,7 +23,7 @@ module dda_model_notes
    real(wp), parameter :: most_strain = 0.02_wp    !< largest strain without a note
    real(wp), parameter :: most_penetration = 0.05_wp  !< largest penetration/smaller side of a block
    real(wp), parameter :: frequency = 1.0_wp  !< frequency of the reported depths in joints, Hz
-   real(wp), parameter :: min_spacings = 2.0_wp !< least cohesive zone/spacing of contact points
+   real(wp), parameter :: min_spacings = 2.0_wp !< smallest cohesive zone/spacing of contact points
    !> limit of `note_long_steps` over the time step with which the bounds of the fracture energy
    !> differ by at most 10 % if a joint fails suddenly (measured with bars)
    real(wp), parameter :: fine_steps = 20.0_wp
@@ -43,8 +43,8 @@ contains
       call note_points(model, notes)
       if (model%control%gravity(2) > 0.0_wp) then
          call append_note(notes, 'gravity = '//to_text(model%control%gravity(1))//', '// &
-            to_text(model%control%gravity(2))//' m/s² points upwards: weight needs a negative '// &
-            'second value')
+            to_text(model%control%gravity(2))//' m/s² points upwards, but weight needs a '// &
+            'negative second value')
       else if (norm2(model%control%gravity) > 0.0_wp) then
          call note_weight_effects(model, notes)
       end if
@@ -131,7 +131,7 @@ contains
             if (abs(length - stage%duration) <= max_rounding*stage%duration) cycle
             call append_note(notes, 'duration = '//to_text(stage%duration)//' s of stage '// &
                quoted(stage%name)//' is not a multiple of time_step = '// &
-               to_text(stage%time_step)//' s: it is rounded to '//to_text(length)// &
+               to_text(stage%time_step)//' s, so it is rounded to '//to_text(length)// &
                ' s (steps: '//to_text(stage%steps)//')')
             return
          end associate
@@ -164,7 +164,7 @@ contains
          call append_note(notes, 'measured point '//quoted(point%name)// &
             more_text(count(model%points%other > 0) - 1)//' lies on '//block_label(model, &
             point%block)//' and '//block_label(model, point%other)// &
-            ' and follows the first: set its variable block, or move the point')
+            ' and follows the first one; set its variable `block`, or move the point')
       end associate
    end subroutine note_points
 
@@ -180,7 +180,7 @@ contains
       call find_grounded(model, on_ground, terms)
       if (.not. any(on_ground)) then
          call append_note(notes, &
-            'nothing supports the blocks against gravity: no &fixed_point and no '// &
+            'nothing supports the blocks against gravity, because no &fixed_point and no '// &
             '&boundary fixes a block in that direction')
          return
       end if
@@ -240,7 +240,7 @@ contains
       depth = weight_penetration(model, overburden, softest)
       call append_note(notes, 'the weight presses '//block_label(model, softest)//' about '// &
          short_text(depth)//' m into its support, '//short_text(100*largest_fraction)// &
-         ' % of its smaller side: contacts with normal_stiffness = '// &
+         ' % of its smaller side; contacts with normal_stiffness = '// &
          to_text(model%contact%normal_stiffness)//' N/m, or with its joint stiffness, are soft')
    end subroutine note_penetration
 
@@ -282,8 +282,8 @@ contains
       end do
       i = findloc(is_used(1:), .false., 1)
       if (i > 0) call append_note(notes, '&motion '//quoted(model%motions(i)%name)// &
-         more_text(count(.not. is_used(1:)) - 1)//' is not used: no motion_x, motion_y, '// &
-         'base_motion_x or base_motion_y names it')
+         more_text(count(.not. is_used(1:)) - 1)//' is not used, because no motion_x, '// &
+         'motion_y, base_motion_x or base_motion_y names it')
    end subroutine note_motions
 
    !> Text of a block: its name, or its number.
@@ -308,7 +308,7 @@ contains
 
       associate (flow => model%flow)
          if (size(flow%boundary) == 0 .and. any(flow%state == flow_steady)) call append_note( &
-            notes, 'water in joints: no head, pressure or inflow is given, so steady pressures '// &
+            notes, 'water in joints has no given head, pressure or inflow, so steady pressures '// &
             'equal those at the start; add &flow_boundary')
          depth = huge(1.0_wp)
          longest_channel = 0.0_wp
@@ -368,7 +368,7 @@ contains
          if (choice > 0) remedy = 'contact_points = '//to_text(choices(choice))//' or '//remedy
          call append_note(notes, 'the cohesive zone EG/T² of joint '//quoted(trim(joint%name))// &
             ' is '//short_text(zone)//' m long, but its contact points are up to '// &
-            short_text(spacing)//' m apart: the strength depends on the size of the blocks; '// &
+            short_text(spacing)//' m apart, so the strength depends on the size of the blocks; '// &
             'try '//remedy)
       end associate
    end subroutine note_coarse_points

@@ -257,7 +257,7 @@ contains
       if (allocated(linear%equilibrium%text)) modes%text = modes%text//'; '// &
          linear%equilibrium%text
       if (modes%rigid > 0) modes%text = modes%text// &
-         '; the stiffness is singular: unsupported parts have '// &
+         '; the stiffness is singular, because unsupported parts have '// &
          counted(to_text(modes%rigid), 'rigid-body mode', 'rigid-body modes')
       if (modes%mechanisms > 0) modes%text = modes%text//'; at least '// &
          to_text(modes%mechanisms)//' further modes have no stiffness (hinges or slides)'

@@ -33,7 +33,7 @@ module dda_overburden
       integer :: pairs = 0
    end type overburden_type
 
-   real(wp), parameter :: min_support = 1.0e-6_wp  !< least component of a spring along gravity
+   real(wp), parameter :: min_support = 1.0e-6_wp  !< smallest component of a spring along gravity
 
 contains
 

@@ -37,8 +37,8 @@ module dda_reduced_model
    real(wp), parameter :: accuracy = 1.0e-10_wp  !< relative tolerance of (K + sM)⁻¹ residual
    real(wp), parameter :: rounding = 1.0e-8_wp  !< tolerance if rounding prevents a smaller one
    real(wp), parameter :: accepted_residual = 1.0e-5_wp  !< largest accepted relative residual
-   real(wp), parameter :: min_independence = 1.0e-8_wp  !< least fraction outside the basis
-   real(wp), parameter :: shift_ratio = 0.05_wp       !< √s over the end of the band
+   real(wp), parameter :: min_independence = 1.0e-8_wp  !< smallest fraction outside the basis
+   real(wp), parameter :: shift_ratio = 0.05_wp       !< √s/end of the band
 
    !> Factors of the parts of A in steady vibration.
    type :: weights_type

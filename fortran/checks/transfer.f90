@@ -57,7 +57,7 @@ contains
 
       if (any(linear%terms%term(:linear%terms%n)%kind == term_free_side)) then
          call fail(error, error_input, 'free-field columns have their own motion, so the '// &
-            'model has no single transfer function: run the model, or use kind = '// &
+            'model has no single transfer function; run the model, or use kind = '// &
             "'tied' for level ground")
          return
       end if
@@ -119,8 +119,8 @@ contains
       end if
       call find_ground_forces(linear, axis, force, n_resisting, n_moving)
       if (n_resisting == 0) then
-         call fail(error, error_input, 'there is no base: no fixed point or dashpot supports '// &
-            'the model in '//merge('x', 'y', axis == 1)//', and there is no base motion')
+         call fail(error, error_input, 'there is no base, because no fixed point or dashpot '// &
+            'supports the model in '//merge('x', 'y', axis == 1)//', and there is no base motion')
       else if (n_moving < n_resisting) then
          transfer%text = to_text(n_moving)//' of '//to_text(n_resisting)//' '// &
             supports_text(linear)//' move'

@@ -13,8 +13,8 @@ module dda_cell_faces
    private
    public :: find_faces, find_gap, separate_cells
 
-   real(wp), parameter :: same_position = 1.0e-6_wp  !< distance tolerance over the smaller radius
-   real(wp), parameter :: near = 0.1_wp  !< largest gap of joined cells, over the smaller radius
+   real(wp), parameter :: same_position = 1.0e-6_wp  !< distance tolerance/smaller radius
+   real(wp), parameter :: near = 0.1_wp  !< largest gap of joined cells/smaller radius
 
 contains
 

@@ -15,7 +15,7 @@ module dda_confinement
    private
    public :: confine_contacts
 
-   real(wp), parameter :: touching = 1.0e-6_wp    !< largest gap of touching edges, over edge length
+   real(wp), parameter :: touching = 1.0e-6_wp    !< largest gap of touching edges/edge length
 
 contains
 

@@ -17,7 +17,7 @@ module dda_crossings
    public :: most_across, find_crossings, release_removed, release_separated
 
    integer, parameter :: most_across = 3        !< most corners opposite a vertex (six triangles)
-   !> largest gap or overlap counted as 0, over edge length
+   !> largest gap or overlap that counts as 0/edge length
    real(wp), parameter :: touching = 1.0e-6_wp
 
 contains

@@ -22,7 +22,7 @@ module dda_detection
    public :: detection_type, prepare_detection, measure_depths, detect_contacts, tolerance_of
 
    integer, parameter :: spare = 64  !< memory for one more contact per 64 contacts is allocated
-   real(wp), parameter :: corner_ratio = 0.05_wp  !< size of a corner over its shorter edge
+   real(wp), parameter :: corner_ratio = 0.05_wp  !< size of a corner/its shorter edge
    !> cosine of the largest angle between straight edges, 3°
    real(wp), parameter :: straight = cos(3.0_wp*pi/180.0_wp)
 

@@ -24,7 +24,7 @@ module dda_friction
       slip_counts, bond_length_of, multiplier_of, find_bound, frozen_bound_of, slide_response, &
       closed_springs, same_branch, start_force
 
-   real(wp), parameter :: round_off = 1.0e-9_wp  !< slip, over stretch, that is ignored
+   real(wp), parameter :: round_off = 1.0e-9_wp  !< ignored slip/stretch
 
    !> Stiffness of all contacts and strength of each joint material.
    type :: laws_type

@@ -16,7 +16,7 @@ module dda_outline
    character(len=*), parameter :: sides(5) = [character(len=7) :: 'left', 'right', 'bottom', &
       'top', 'surface']
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< largest zero gap over half the model size
+   real(wp), parameter :: touching = 1.0e-6_wp  !< largest zero gap/half the model size
    real(wp), parameter :: parallel = 0.0523_wp  !< sine of 3°
    real(wp), parameter :: least = 1.0e-6_wp     !< smallest fraction of an edge that is listed
 

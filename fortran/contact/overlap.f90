@@ -11,7 +11,7 @@ module dda_overlap
    private
    public :: overlap_type, overlap_of, has_points, node, weight, narrow, wide
 
-   real(wp), parameter :: touching = 1.0e-6_wp  !< largest gap of touching edges, over edge length
+   real(wp), parameter :: touching = 1.0e-6_wp  !< largest gap of touching edges/edge length
    real(wp), parameter :: narrow = 0.0523_wp    !< sine of 3°
    real(wp), parameter :: wide = 0.2588_wp      !< sine of 15°
    !> overlaps below this fraction of the shorter edge have no points between corners

@@ -18,7 +18,7 @@ module dda_tributary
    public :: contact_overlap, set_lengths
 
    real(wp), parameter :: least_change = 1.0e-2_wp  !< smaller relative changes are ignored
-   real(wp), parameter :: least = 1.0e-9_wp       !< least length of a contact, over edge length
+   real(wp), parameter :: least = 1.0e-9_wp       !< smallest length of a contact/edge length
 
 contains
 

@@ -75,7 +75,7 @@ contains
    !> End the present stage at the present time, or at the second next multiple of an adaptive Δt.
    pure subroutine end_present_stage(simulation)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
-      real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding error of times over Δt
+      real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding error of times/Δt
       integer(long) :: steps
 
       associate (control => simulation%model%control)

@@ -62,7 +62,7 @@ module dda_equilibrium
       integer :: block = 0  !< block with the largest ratio of force to tolerance
       real(wp) :: unbalanced = huge(1.0_wp)     !< unbalanced force of that block, N/m
       real(wp) :: tolerance = 0.0_wp              !< tolerance of that force, N/m
-      !> largest tolerance of an unsupported block over its weight
+      !> largest tolerance of an unsupported block/its weight
       real(wp) :: tolerance_ratio = 0.0_wp
       integer :: tolerance_block = 0            !< number of this unsupported block
       integer :: unexplained = 0  !< contact with a penetration not due to its force, or 0
@@ -82,13 +82,13 @@ module dda_equilibrium
    !> `stalled_work`/blocks, or + `yield_work`/blocks with yielding materials.  Walls need 50;
    !> stages with yielding materials converge early or never
    integer(long), parameter :: stalled_iterations = 200, stalled_work = 500000, yield_work = 20000
-   real(wp), parameter :: tolerance = 1.0e-6_wp    !< largest unbalanced force over the weight
-   !> largest unbalanced force over contact tolerance
+   real(wp), parameter :: tolerance = 1.0e-6_wp    !< largest unbalanced force/weight
+   !> largest unbalanced force/contact tolerance
    real(wp), parameter :: residual_factor = 4.0_wp
    !> tolerance/weight above which a block may still slide
    real(wp), parameter :: doubtful_ratio = 1.0e-3_wp
-   real(wp), parameter :: rounding = 4.0_wp  !< rounding error of coordinates over their last bit
-   real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/Δt² over k_n in the first step
+   real(wp), parameter :: rounding = 4.0_wp  !< rounding error of coordinates/last bit
+   real(wp), parameter :: first_ratio = 1.0e-5_wp  !< M/(Δt² k_n) in the first step
    real(wp), parameter :: growth = 10.0_wp  !< factor of Δt after a step of at most few_iterations
    real(wp), parameter :: slow_growth = 2.0_wp     !< factor of Δt after a step with more iterations
    !> number of steps without halving after which the unbalanced force is a rounding error; models
@@ -98,7 +98,7 @@ module dda_equilibrium
    !> again.  Walls of 4,000 bricks need up to 7; packings of polygons never converge
    integer, parameter :: max_stalled_relaxed = 8
    integer, parameter :: most_searches = 2  !< largest number of further searches
-   !> unbalanced force over weight near convergence
+   !> unbalanced force/weight near convergence
    real(wp), parameter :: nearly_balanced = 1.0e-3_wp
    !> largest penetration/contact distance without force in equilibrium
    real(wp), parameter :: fully_explained = 1.0e-3_wp
@@ -107,9 +107,9 @@ module dda_equilibrium
    integer, parameter :: max_releases = 5
    integer, parameter :: few_iterations = 20  !< open–close iterations that permit `growth`
    real(wp), parameter :: shrink = 0.1_wp          !< factor of Δt after a failed step
-   real(wp), parameter :: max_step_ratio = 1.0e2_wp       !< largest Δt over the first one
-   real(wp), parameter :: min_step_ratio = 1.0e-5_wp     !< smallest Δt over the first one
-   !> largest total displacement in a search for equilibrium, over half the model size
+   real(wp), parameter :: max_step_ratio = 1.0e2_wp       !< largest Δt/first Δt
+   real(wp), parameter :: min_step_ratio = 1.0e-5_wp     !< smallest Δt/first Δt
+   !> largest total displacement in a search for equilibrium/half the model size
    real(wp), parameter :: max_fall = 1.0_wp
 
 contains
@@ -678,7 +678,7 @@ contains
       if (equilibrium%tolerance_ratio > doubtful_ratio) text = text//'; but forces up to '// &
          short_text(equilibrium%tolerance_ratio)//' of the weight of block '// &
          block_name(simulation, equilibrium%tolerance_block)// &
-            ' count as balanced: it may still slide '// &
+            ' count as balanced, so it may still slide '// &
          '(reduce force_tolerance or normal_stiffness of &contact)'
       if (equilibrium%unexplained > 0) text = text//'; but '// &
          penetration_text(simulation, equilibrium%unexplained)//': a vertex lies between two edges'

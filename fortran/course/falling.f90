@@ -18,7 +18,7 @@ module dda_falling
    private
    public :: find_falling
 
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of positions over half the model size
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of positions/half the model size
    real(wp), parameter :: parallel = 1.0e-6_wp  !< largest difference of equal directions, rad
 
    !> Extents of blocks: along the loads in m, across the loads in cells.  The sides of all blocks

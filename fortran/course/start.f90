@@ -30,7 +30,7 @@ module dda_start
    private
    public :: start, set_rates
 
-   !> largest gap of touching blocks over half the model size
+   !> largest gap of touching blocks/half the model size
    real(wp), parameter :: touching = 1.0e-12_wp
 
 contains

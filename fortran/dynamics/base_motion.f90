@@ -29,7 +29,7 @@ module dda_base_motion
    integer, parameter :: base_kinds = base_outcrop  !< number of the last kind
 
    real(wp), parameter :: surface_factor = 2.0_wp !< ratio of free-surface motion to the upward wave
-   !> rounding error of a direction vector, over its length
+   !> rounding error of a direction vector/its length
    real(wp), parameter :: rounding = 1.0e-9_wp
 
    !> The base and its motion at the present time.

@@ -18,7 +18,7 @@ module dda_body_drift
    private
    public :: begin_drift, subtract_contacts
 
-   real(wp), parameter :: least_drift = 1.0e-6_wp  !< smallest drift over half the model size
+   real(wp), parameter :: least_drift = 1.0e-6_wp  !< smallest drift/half the model size
    !> factor of the remaining loads that scale residuals, because forces of moving supports and
    !> contacts far exceed the forces within bodies
    real(wp), parameter :: load_factor = 1.0e-3_wp

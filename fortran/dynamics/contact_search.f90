@@ -28,7 +28,7 @@ module dda_contact_search
 
    !> smallest factor `rounding` of the force noise
    real(wp), parameter :: least_rounding = 1.0e-5_wp
-   real(wp), parameter :: search_margin = 1.0_wp   !< search margin over the contact distance
+   real(wp), parameter :: search_margin = 1.0_wp   !< search margin/contact distance
 
 contains
 

@@ -14,14 +14,14 @@ module dda_diagnostics
    private
    public :: explain, check_state, audit_warning, doubt_state
 
-   !> largest distance of a block from the origin, over half the model size
+   !> largest distance of a block from the origin/half the model size
    real(wp), parameter :: most_away = 1.0e4_wp
-   !> tolerance of the energy balance over the sum of all exchanged energies
+   !> tolerance of the energy balance/sum of all exchanged energies
    real(wp), parameter :: most_unexplained = 1.0e-6_wp
    real(wp), parameter :: most_strain = 0.02_wp  !< largest strain for small-strain theory
    !> largest penetration over size of the smaller block
    real(wp), parameter :: most_penetration = 0.05_wp
-   !> largest energy gain of springs between steps over the sum of all exchanged energies
+   !> largest energy gain of springs between steps/sum of all exchanged energies
    real(wp), parameter :: most_geometric = 1.0e-2_wp
 
 contains

@@ -33,7 +33,7 @@ module dda_impact
    private
    public :: impacts_type, prepare_impacts, resolve_impacts, count_impacts
 
-   !> smallest velocity of an impact over the velocity that gravity causes in a step
+   !> smallest velocity of an impact/velocity that gravity causes in a step
    real(wp), parameter :: slow = 2.0_wp
    real(wp), parameter :: short_way = 0.01_wp   !< gap/path in a step below which a gap counts as 0
    real(wp), parameter :: rigid = 1.0e8_wp  !< strain stiffness of a struck block/K̂

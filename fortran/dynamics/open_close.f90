@@ -74,7 +74,7 @@ module dda_open_close
       integer :: max_iterations = 400
       integer :: most_changes = huge(1)   !< largest number of changes in the first iteration
       integer :: rounds = 0  !< rounds with frozen friction bounds before the step fails
-      real(wp) :: relative_tolerance = 1.0e-9_wp      !< tolerance over the largest force
+      real(wp) :: relative_tolerance = 1.0e-9_wp      !< tolerance/largest force
       real(wp) :: penetration_tolerance = 0.0_wp      !< penetration, m; > 0: augmented Lagrangian
       real(wp) :: weight = 0.0_wp                     !< largest block weight, N/m
       real(wp) :: noise = 0.0_wp  !< contact force due to rounding of positions, N/m

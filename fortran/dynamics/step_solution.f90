@@ -40,7 +40,7 @@ contains
       type(solver_type), intent(inout) :: solver              !< linear solver
       type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
       type(error_type), allocatable, intent(out) :: error     !< allocated on failure
-      real(wp), intent(in) :: reduction  !< required residual over the first residual
+      real(wp), intent(in) :: reduction  !< required residual/first residual
       real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
       logical, intent(out), optional :: measured  !< gaps and slips at d are already computed
       logical :: success

@@ -19,7 +19,7 @@ module dda_crack_law
 
    integer, parameter :: damage_index = 1  !< index of D in a state
    integer, parameter :: slip_index = 2  !< index of the slip of the friction slider, m
-   !> least tangent/stiffness, which couples both cells in the matrix
+   !> smallest tangent/stiffness, which couples both cells in the matrix
    real(wp), parameter :: min_tangent = 1.0e-9_wp
 
    !> Law of a joint material.

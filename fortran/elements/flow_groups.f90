@@ -41,10 +41,10 @@ module dda_flow_groups
    !> rounds of the search for the water table in which nodes are wet or dry, and most rounds
    integer, parameter :: free_rounds = 60, most_rounds = 300
    integer, parameter :: change_limit = 4  !< changes after which a node may be partly wet
-   !> accepted pressure of a partly wet node over the largest potential
+   !> accepted pressure of a partly wet node/largest potential
    real(wp), parameter :: pressure_tolerance = 1.0e-6_wp
    real(wp), parameter :: growth = 1.2_wp, reduction = 0.5_wp  !< factors of `wetness_step`
-   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials over the largest one
+   real(wp), parameter :: rounding = 1.0e-9_wp  !< rounding of potentials/largest potential
 
 contains
 

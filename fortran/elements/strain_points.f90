@@ -34,7 +34,7 @@ module dda_strain_points
    public :: strain_points_type, new_strain_points, add_point_stress, max_updates
 
    real(wp), parameter :: tolerance = 1.0e-11_wp     !< relative tolerance of a stress
-   real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding error over the elastic stress
+   real(wp), parameter :: rounding = 1.0e-15_wp      !< rounding error/elastic stress
    !> relative tolerance of the stress that sets bounds
    real(wp), parameter :: bound_tolerance = 1.0e-7_wp
    real(wp), parameter :: damage_tolerance = 1.0e-4_wp  !< damage tolerance of broken faces

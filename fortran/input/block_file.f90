@@ -98,7 +98,7 @@ contains
             ' does not have the classic netCDF format (NETCDF3_64BIT_OFFSET)')
       else if (.not. has_known_types(head)) then
          call fail(error, error_input, reader%dataset%file//' is damaged, or does not have the '// &
-            'classic netCDF format (NETCDF3_64BIT_OFFSET): its header has unknown types')
+            'classic netCDF format (NETCDF3_64BIT_OFFSET); its header has unknown types')
       end if
    end subroutine check_file_length
 

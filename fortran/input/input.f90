@@ -179,7 +179,7 @@ contains
       call refuse_setting(model%control%integration /= 'dda', &
          "needs integration = 'dda' of &control, "//'not '//quoted(trim(model%control%integration)))
       call refuse_setting(model%control%settle, &
-         'has no static stages: settle of &control must be .false.')
+         'has no static stages, so settle of &control must be .false.')
       call refuse_setting(staged, 'does not support &stage')
 
    contains
@@ -267,7 +267,7 @@ contains
          'law, stiffness per area and contact_points')
       if (contact%penetration_tolerance > 0.0_wp) call fail_input(error, group, 'a joint with '// &
          'a law, stiffness or contact_points of its own cannot be combined with '// &
-         'penetration_tolerance: the load determines the closure')
+         'penetration_tolerance, because the load determines the closure')
    end subroutine check_rules
 
    !> Reject restitution and damping of joints in models whose contacts cannot have them.
@@ -285,13 +285,13 @@ contains
       do j = 1, size(joints)
          if (.not. joints(j)%is_plain()) call fail_input(error, group, variable//' of a joint '// &
             'cannot be combined with a law, stiffness per area or contact_points, of this or '// &
-            'another joint: leave out one of them')
+            'another joint; leave out one of them')
       end do
       if (contact%original_rules) call fail_input(error, group, variable// &
          " cannot be combined with contact_rules = 'original' of &contact: leave out one of them")
       if (contact%penetration_tolerance > 0.0_wp) call fail_input(error, group, variable// &
          ' cannot be combined with penetration_tolerance of &contact, because contacts then '// &
-         'have no springs: leave out one of them')
+         'have no springs; leave out one of them')
    end subroutine refuse_damping
 
    !> Reject initial velocities in a model that begins with a static stage.
@@ -305,7 +305,7 @@ contains
          if (norm2(model%materials(m)%initial_velocity) == 0.0_wp) cycle
          call fail(error, error_input, file//': material '// &
             quoted(trim(model%materials(m)%name))//' has an initial_velocity, but the '// &
-            'run begins with a static stage: leave out one of them')
+            'run begins with a static stage; leave out one of them')
          return
       end do
    end subroutine refuse_velocities
@@ -338,7 +338,7 @@ contains
             associate (motion => model%motions(found(axis)))
                if (motion%stops .and. .not. motion%curve%ends_at_rest) call fail_input(error, &
                   group, 'base_motion_'//merge('x', 'y', axis == 1)//': a body force '// &
-                  'cannot stop the base at the end of the record: leave out after_end of '// &
+                  'cannot stop the base at the end of the record; leave out after_end of '// &
                   '&motion '//quoted(trim(motion%name))//', or apply this motion to supports')
             end associate
          end do
@@ -406,11 +406,11 @@ contains
          call read_amplification(groups(group_numbers(i)), model%points, model%amplifications(i), &
             error)
          if (.not. is_uniform(model%stages)) call fail_input(error, groups(group_numbers(i)), &
-            'a spectrum needs samples at equal times: one time_step in all dynamic stages, and '// &
-            'no static stage but the first')
+            'a spectrum needs samples at equal times, so one time_step in all dynamic stages, '// &
+            'and no static stage but the first')
          if (model%control%adaptive .and. model%output%history_seconds <= 0.0_wp) &
             call fail_input(error, groups(group_numbers(i)), 'a spectrum needs samples '// &
-            'at equal times, unlike adaptive steps: give history_seconds in &output')
+            'at equal times, unlike adaptive steps; give history_seconds in &output')
       end do
    end subroutine read_amplifications
 

@@ -20,12 +20,12 @@ module dda_input_bodies
    real(wp), parameter :: touching = 1.0e-6_wp     !< tolerated overlap/size of the smaller block
    !> largest distance from the origin, m; farther, rounding exceeds gaps
    real(wp), parameter :: farthest = 1.0e9_wp
-   real(wp), parameter :: min_extent = 1.0e-9_wp !< least size of a block, m
-   !> least block size/model size: smaller blocks are within rounding errors
+   real(wp), parameter :: min_extent = 1.0e-9_wp !< smallest size of a block, m
+   !> smallest block size/model size: smaller blocks are within rounding errors
    real(wp), parameter :: min_ratio = 1.0e-9_wp
-   !> least side of a block/model size: shorter sides have no direction
+   !> smallest side of a block/model size: shorter sides have no direction
    real(wp), parameter :: min_side = 1.0e-12_wp
-   real(wp), parameter :: min_area = 1.0e-12_wp  !< least block area/squared block size
+   real(wp), parameter :: min_area = 1.0e-12_wp  !< smallest block area/squared block size
    integer(long), parameter :: block_bytes = 7500  !< bytes per block of a wall, measured
    real(wp), parameter :: buffer_bytes = 1.1e7_wp  !< bytes of output and checkpoints, measured
 

@@ -52,7 +52,7 @@ module dda_input_boundaries
       type(kind_type) :: is                    !< kind of the boundary
    end type reading_type
 
-   real(wp), parameter :: least_overlap = 1.0e-9_wp  !< least overlap/edge length of two parts
+   real(wp), parameter :: least_overlap = 1.0e-9_wp  !< smallest overlap/edge length of two parts
    real(wp), parameter :: parallel = 1.0e-6_wp      !< sine of the angle between equal directions
 
 contains
@@ -125,7 +125,7 @@ contains
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
          call fail_input(error, groups(i), 'dashpots cannot support '// &
-            'weight: a model with gravity needs settle = .true. of '// &
+            'weight, so a model with gravity needs settle = .true. of '// &
             '&control, or a static stage first')
       end do
    end subroutine check_rest
@@ -412,7 +412,7 @@ contains
             call fail_input(error, group, 'edge '//to_text(parts(i)%edge &
                - model%blocks%first(parts(i)%block) + 1)//' of block '// &
                name_of(model, parts(i)%block)//' has the &boundary of line '// &
-               to_text(lines(model%boundary_edges(k)%group))//' already: leave the edge out '// &
+               to_text(lines(model%boundary_edges(k)%group))//' already; leave the edge out '// &
                'of one group, or set different directions')
             return
          end do

@@ -163,7 +163,7 @@ contains
          do i = 1, size(owners)
             paths(i) = trim(owners(i)%name)//'.'//change%name
          end do
-         call refuse_change(change, 'several groups have this variable: name one, for example '// &
+         call refuse_change(change, 'several groups have this variable; name one, for example '// &
             joined(paths, ' or '), error)
       else if (find_group(change%name) > 0) then
          call refuse_change(change, 'this is a group; name one of its variables, such as '// &

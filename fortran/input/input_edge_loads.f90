@@ -105,7 +105,7 @@ contains
       load%reservoir = water_depth
       if (given(group, 'reservoir_depth')) load%reservoir = depth
       if (water_depth <= 0.0_wp) then
-         call fail_input(error, group, 'added_mass: no selected edge is below the level')
+         call fail_input(error, group, 'added_mass requires a selected edge below the level')
       else if (load%reservoir < (1.0_wp - max_uncovered)*water_depth) then
          call fail_input(error, group, 'reservoir_depth = '//to_text(depth)// &
             ' m is less than the depth of water at these edges, '//to_text(water_depth)//' m')
@@ -115,7 +115,7 @@ contains
          if (abs(edge(2)) < min_slope*norm2(edge)) call fail_input(error, group, &
             'added_mass is for upstream faces; the edge from ('//position_text(load%ends(:, 1, k) &
             + model%origin)//') to ('//position_text(load%ends(:, 2, k) + model%origin)// &
-            ') is too flat: give this edge a &traction without added_mass')
+            ') is too flat; give this edge a &traction without added_mass')
       end do
    end subroutine set_reservoir
 
@@ -358,7 +358,7 @@ contains
          end do
       end do
       if (covered < 1.0_wp - max_uncovered) call fail_input(error, group, &
-         'along: there is water at ('//position_text(segment(:, 1) + covered*direction &
+         '`along` passes ('//position_text(segment(:, 1) + covered*direction &
          + model%origin)//'), outside the model or away from its joints and faces')
    end subroutine check_cover
 

@@ -21,7 +21,7 @@ module dda_input_flow
    private
    public :: read_flow
 
-   real(wp), parameter :: min_length = 1.0e-6_wp  !< least length of a channel over its edge
+   real(wp), parameter :: min_length = 1.0e-6_wp  !< smallest length of a channel/edge length
 
    !> most nodes with flow, which a dense factor solves together (4000: some seconds per step)
    integer, parameter :: max_nodes = 4000
@@ -79,14 +79,14 @@ contains
       sizes = part_sizes(flow)
       if (maxval(sizes(1, :)) > max_nodes) call fail_input(error, group, 'the joints have '// &
          to_text(maxval(sizes(1, :)))//' connected nodes, and at most '//to_text(max_nodes)// &
-         ' can be solved together: give state = ''undrained'' and state_at_rest = ''undrained'',' &
+         ' can be solved together; give state = ''undrained'' and state_at_rest = ''undrained'',' &
          //' or select fewer joints')
       largest_part = sizes(:, maxloc(sizes(1, :)*real(sizes(2, :), wp)**2, 1))
       if (largest_part(1)*real(largest_part(2), wp)**2 > max_springs .and. any(flow%state == &
          flow_transient)) call fail_input(error, group, 'transient flow with '// &
          to_text(largest_part(1))//' connected nodes beside '// &
          to_text(largest_part(2))//' blocks requires too much time and memory (nodes × '// &
-         'blocks² above 4e8): give another state and state_at_rest, or select fewer joints')
+         'blocks² above 4e8); give another state and state_at_rest, or select fewer joints')
    end subroutine limit_nodes
 
    !> Return the numbers of nodes and of blocks beside them for each part of connected nodes.

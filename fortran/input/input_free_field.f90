@@ -48,7 +48,7 @@ contains
       width = maxval(column%vertex(1, :)) - minval(column%vertex(1, :))
       if (.not. cover_same_heights(column, left_faces, right_faces)) then
          call fail_input(error, group, 'the column of blocks at the '//trim(field%side)// &
-            ' side, '//to_text(width)//' m wide, does not match its own image: its left and '// &
+            ' side, '//to_text(width)//' m wide, does not match its own image; its left and '// &
             'right faces must be vertical, without gaps and at the same heights')
          return
       end if
@@ -70,7 +70,7 @@ contains
             associate (joint => model%joints(blocks%joint(ties(i)%edge(k))))
                if (.not. joint%is_plain()) call fail_input(error, group, 'sides are tied by '// &
                   'the springs of &contact, but their joint '//quoted(trim(joint%name))// &
-                  ' has a law, a stiffness per area or contact_points: give the edges at the '// &
+                  ' has a law, a stiffness per area or contact_points; give the edges at the '// &
                   'sides another joint')
             end associate
          end do
@@ -150,12 +150,12 @@ contains
                if (any(model%stages(k)%removed(block))) call fail_input(error, &
                   groups(g), 'stage '//quoted(trim(model%stages(k)%name))// &
                   ' removes blocks of the column that is the free field at the '//trim(side)// &
-                  ' side: excavate farther from this side')
+                  ' side; excavate farther from this side')
             end do
             do k = 1, size(model%edge_loads)
                if (share_number(block, model%edge_loads(k)%part%block)) call fail_input(error, &
                   groups(g), 'a load on edges acts on the free-field column at the '// &
-                  trim(side)//' side, which cannot have loads: leave out the blocks of the column')
+                  trim(side)//' side, which cannot have loads; leave out the blocks of the column')
             end do
          end associate
       end do

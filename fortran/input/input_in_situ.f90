@@ -17,7 +17,7 @@ module dda_input_in_situ
    public :: read_in_situ
 
    integer, parameter :: most_columns = 4096
-   real(wp), parameter :: touching = 1.0e-6_wp  !< tolerance over half the model size
+   real(wp), parameter :: touching = 1.0e-6_wp  !< tolerance/half the model size
 
    !> The blocks in columns of equal width.
    type :: columns_type

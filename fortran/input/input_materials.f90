@@ -52,7 +52,7 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       if (size(input%values) < 2) call fail_input(error, group, &
-         '`values` has too few samples: at least 2 are needed')
+         '`values` has too few samples; at least 2 are needed')
       if (all(input%unit /= [character(len=4) :: '', 'm', 'm/s', 'm/s2'])) call fail_input(error, &
          group, 'unit = '//quoted(input%unit)//': values in the input are in m, m/s or m/s2')
       if (allocated(error)) return

@@ -20,7 +20,7 @@ module dda_input_settings
    public :: read_control, read_contact, read_output, check_output_times, count_steps, &
       require_analysis, set_integration, read_stop
 
-   !> default displacement over the larger model side
+   !> default displacement/larger side of the model
    real(wp), parameter :: default_rest = 1.0e-6_wp
 
 contains

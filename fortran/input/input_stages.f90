@@ -266,7 +266,7 @@ contains
             removed_so_far = removed_so_far .or. before%removed
          end associate
       end do
-      if (all(removed_so_far)) call fail_input(error, group, 'remove: no block would remain')
+      if (all(removed_so_far)) call fail_input(error, group, '`remove` would leave no block')
 
    contains
 

@@ -383,8 +383,8 @@ contains
       character(len=*), intent(in) :: text  !< text of the input
       character(len=:), allocatable :: failure
 
-      failure = first_word(text)//' cannot be read here: it is not a valid value of the '// &
-         'preceding variable, or that variable has all its values'
+      failure = first_word(text)//' cannot be read here, because it is not a valid value of '// &
+         'the preceding variable, or that variable has all its values'
       if (scan(lower_case(text(:1)), letters) > 0) failure = failure//'; values have no units'
    end function unreadable
 

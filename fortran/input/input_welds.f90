@@ -35,13 +35,13 @@ contains
             if (.not. all([(is_convex(blocks, v), v=blocks%first(b), blocks%first(b + 1) - 1)])) &
                call fail_input(error, groups(outlines%source(b)), &
                block_title(b, model%block_names(b))//' is a cell of a body '// &
-               'and has an angle of 180° or more: divide it into convex cells')
+               'and has an angle of 180° or more; divide it into convex cells')
          end do
          call find_faces(blocks, model%welds)
          call set_welds(blocks, model%welds)
          call find_detached_cell(blocks, model%welds, b, detached)
          if (b > 0) call fail_input(error, groups(outlines%source(b)), 'body '// &
-            quoted(trim(outlines%body(b)))//' is not connected: no faces weld block '// &
+            quoted(trim(outlines%body(b)))//' is not connected, because no faces weld block '// &
             to_text(b)//' to block '//to_text(detached)//'; give each part its own name')
          call set_fracture(model, groups, error)
          if (allocated(error)) return

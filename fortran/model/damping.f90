@@ -37,7 +37,7 @@ module dda_damping
 
    integer, parameter :: max_mechanisms = 16
    real(wp), parameter :: automatic_band(2) = [0.1_wp, 50.0_wp]  !< automatic band, Hz
-   integer, parameter :: min_mechanisms = 4     !< least number of mechanisms that is tried
+   integer, parameter :: min_mechanisms = 4     !< smallest number of mechanisms that is tried
    !> target misfit if the number of mechanisms is automatic
    real(wp), parameter :: target_misfit = 3.5e-4_wp
    real(wp), parameter :: max_misfit = 0.05_wp   !< largest error of a fitted body
@@ -169,7 +169,7 @@ contains
       text = '; give more mechanisms or a narrower damping_band'
       if (2.0_wp*pi*band_margin*damping%band(2) > limit) text = '; the time step permits '// &
          'mechanisms only up to '//to_text(limit/(2.0_wp*pi))//' Hz, but the band needs '// &
-         'mechanisms up to '//to_text(band_margin*damping%band(2))//' Hz: give a smaller '// &
+         'mechanisms up to '//to_text(band_margin*damping%band(2))//' Hz; give a smaller '// &
          'time_step, a lower end of '//"damping_band, or integration = 'midpoint'"
    end function fit_advice
 

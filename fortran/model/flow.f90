@@ -27,7 +27,7 @@ module dda_flow
       real(wp) :: viscosity = 0.0_wp        !< dynamic viscosity, Pa s
       real(wp) :: bulk_modulus = 0.0_wp     !< Pa
       real(wp) :: unit_weight = 0.0_wp      !< N/m³ at 9.81 m/s²
-      real(wp) :: cavitation = 0.0_wp       !< least pressure, Pa
+      real(wp) :: cavitation = 0.0_wp       !< smallest pressure, Pa
    end type flow_law_type
 
    !> A part of the overlap of two edges.

@@ -27,7 +27,7 @@ module dda_material_law
       real(wp) :: start_stress(3) = 0.0_wp   !< σ₀, Pa
       logical :: plane_strain = .true.       !< plane strain; .false.: plane stress
       real(wp) :: length = 0.0_wp            !< root of the area, m
-      real(wp) :: thickness = 0.0_wp         !< area over length for a face, else `length`, m
+      real(wp) :: thickness = 0.0_wp         !< area/length for a face, else `length`, m
       real(wp) :: cap = huge(1.0_wp)         !< largest force of a jump, N/m
       real(wp) :: strength = 0.0_wp          !< strength of a broken face in tension, Pa
       real(wp) :: bounding(3) = 0.0_wp       !< stresses that set the frozen bounds, Pa
@@ -156,7 +156,7 @@ contains
       no_pressure = 0.0_wp
    end function no_pressure
 
-   !> Secant modulus at a shear strain over the small-strain modulus; default: 1.
+   !> Ratio of the secant modulus at a shear strain to the small-strain modulus; default: 1.
    pure real(wp) function full_secant(self, strain)
       class(material_law_type), intent(in) :: self  !< law
       real(wp), intent(in) :: strain                !< amplitude of the loops, above 0

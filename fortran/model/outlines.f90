@@ -11,7 +11,7 @@ module dda_outlines
 
    real(wp), parameter :: most_blocks = 2.0e6_wp   !< largest number of blocks of a group
    integer, parameter :: max_vertices = 512       !< largest number of vertices of a block
-   real(wp), parameter :: min_area = 1.0e-12_wp  !< least area/squared size
+   real(wp), parameter :: min_area = 1.0e-12_wp  !< smallest area/squared size
 
    !> A growing list of polygons with their materials.
    type :: outlines_type

@@ -180,7 +180,7 @@ contains
       type(blocks_type), intent(in) :: blocks    !< blocks at the start
       type(weld_type), intent(in) :: weld        !< face
       integer, intent(inout) :: neighbour(:,:)      !< [2, vertices] neighbours, or 0
-      real(wp), parameter :: end_tolerance = 1.0e-5_wp    !< tolerance over the smaller radius
+      real(wp), parameter :: end_tolerance = 1.0e-5_wp    !< tolerance/smaller radius
       real(wp) :: tolerance
 
       tolerance = end_tolerance*minval(blocks%radius(weld%block))

@@ -32,7 +32,7 @@ module dda_journal
       integer(long) :: bytes = 0
       integer :: samples = 0, frames = 0
       integer :: contacts = 0       !< number of contacts in all frames
-      integer :: iterations = 0     !< most iterations of a step since the last sample
+      integer :: iterations = 0     !< largest number of iterations in a step since the last sample
    end type journal_type
 
    !> Reader of a journal, up to its length in `journal_type`.

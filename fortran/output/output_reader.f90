@@ -28,7 +28,7 @@ contains
       integer :: unused
 
       if (is_special(file)) then
-         call fail(error, error_file, file//' cannot be read: it is not a regular file')
+         call fail(error, error_file, file//' cannot be read, because it is not a regular file')
          return
       end if
       dataset%file = file

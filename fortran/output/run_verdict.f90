@@ -25,11 +25,11 @@ module dda_run_verdict
    public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
       judge_movement, conclude
 
-   real(wp), parameter :: rounding = 1.0e-9_wp   !< rounding error over the largest value
-   !> least ratio of the smaller to the larger value shown
+   real(wp), parameter :: rounding = 1.0e-9_wp   !< rounding error/largest value
+   !> smallest ratio of the smaller to the larger value shown
    real(wp), parameter :: min_shown_ratio = 0.01_wp
    character(len=1), parameter :: axes(2) = ['x', 'y']
-   !> least reported unresolved fraction of Arias intensity
+   !> smallest reported unresolved fraction of Arias intensity
    real(wp), parameter :: min_excess = 0.05_wp
 
    !> Verdict that is being computed.
@@ -470,7 +470,7 @@ contains
       type(output_variable_type), intent(in) :: variable     !< variable of the joint
       character(len=*), intent(in) :: joint                  !< name of the joint
       real(wp), intent(in) :: peak_and_last(2)  !< largest absolute value, last value; NaN: none
-      real(wp), intent(in) :: threshold             !< least value above rounding errors
+      real(wp), intent(in) :: threshold             !< smallest value above rounding errors
       character(len=160) :: key(2)
       real(wp) :: values(2)
       integer :: k

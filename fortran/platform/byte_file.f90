@@ -154,7 +154,7 @@ contains
       file%name = name
       if (mode == to_read) then
          if (is_special(name)) then
-            call fail(error, error_file, name//' cannot be read: it is not a regular file')
+            call fail(error, error_file, name//' cannot be read, because it is not a regular file')
             return
          end if
          file%stream = c_fopen(name//c_null_char, mode//c_null_char)
@@ -182,7 +182,8 @@ contains
       if (.not. c_associated(file%stream)) then
          call fail_system(file, 'cannot be written', error)
       else if (.not. is_same(entry, status_of_descriptor(c_fileno(file%stream)))) then
-         call fail(error, error_file, name//' cannot be written: it was replaced during the run')
+         call fail(error, error_file, name//' cannot be written, because it was replaced '// &
+            'during the run')
          call close_file(file, error)
       end if
       call add_buffer(file)

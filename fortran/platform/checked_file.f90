@@ -186,7 +186,7 @@ contains
       if (transfer(length, bytes) /= bytes) then
          call fail(error, error_file, name//' is cut short or has grown')
       else if (transfer(stored_sum, bytes) /= checksum%value) then
-         call fail(error, error_file, name//' is damaged: its checksum is wrong')
+         call fail(error, error_file, name//' is damaged, because its checksum is wrong')
       else if (size_of_file(file) > 0) then  ! size_of_file returns to the beginning
          call read_bytes(file, second_head, error)
       end if

@@ -28,7 +28,8 @@ contains
          return
       end if
       if (is_special(file)) then
-         call fail(error, error_file, short_path(file)//' cannot be read: it is not a regular file')
+         call fail(error, error_file, short_path(file)//' cannot be read, because it is not a '// &
+            'regular file')
          return
       end if
       open (newunit=unit, file=file, access='stream', form='unformatted', status='old', &

@@ -83,7 +83,8 @@ contains
       ! An unevenly digitised record has the "undefined" value 1.7e38 as its rate.
       if (list%values(rate_at) <= 0.0_wp .or. list%values(rate_at) > 1.0e30_wp) then
          call fail_at(reader, 'the sampling rate '//to_text(list%values(rate_at))// &
-            ' samples/s (real 2 of the header) is out of range: the record is not evenly sampled')
+            ' samples/s (real 2 of the header) is out of range, so the record is not evenly '// &
+            'sampled')
          return
       end if
       time_step = 1.0_wp/list%values(rate_at)

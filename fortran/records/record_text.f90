@@ -140,7 +140,7 @@ contains
       else if (column%values%count > 1 .and. abs(step - column%step) > even*column%step) then
          call fail_at(reader, 'the time '//to_text(time)//' s is '//to_text(step)// &
             ' s after the preceding time, not '//to_text(column%step)// &
-            ' s: the times are not evenly spaced, or have too few digits')
+            ' s; the times are not evenly spaced, or have too few digits')
       end if
       column%last = time
    end subroutine check_time

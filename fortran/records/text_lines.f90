@@ -75,7 +75,7 @@ contains
          reader%next = line_end + 2
       reader%line = reader%line + 1
       if (line_end - reader%last > longest_line) call fail_at(reader, 'the line is longer than '// &
-         to_text(longest_line)//' characters: not a text record')
+         to_text(longest_line)//' characters, so the file is not a text record')
       if (reader%line == 1 .and. index(text, byte_order_mark) == 1) &
          text = text(len(byte_order_mark) + 1:)
       call check_bytes(reader, text)
@@ -107,7 +107,7 @@ contains
       do i = 1, len(text)
          if (ichar(text(i:i)) < blank .and. scan(text(i:i), tab//form_feed) == 0) &
             call fail_at(reader, 'the byte '//to_text(ichar(text(i:i)))// &
-            ' does not occur in text: the file may be binary or UTF-16')
+            ' does not occur in text; the file may be binary or UTF-16')
       end do
    end subroutine check_bytes
 

@@ -67,10 +67,10 @@ contains
       text = ''
       if (peak%residual_ratio > died_out) text = text// &
          '; at the end of the run the motion is still '// &
-         short_text(100*peak%residual_ratio)//' % of its peak: try more steps'
+         short_text(100*peak%residual_ratio)//' % of its peak; try more steps'
       if (simulation%model%output%history_interval > 1) text = text//'; history_interval = '// &
          to_text(simulation%model%output%history_interval)//' skips steps, so '// &
-         'high frequencies alias: try history_interval = 1'
+         'high frequencies alias; try history_interval = 1'
       call unrelaxed(linear, stiff)
       call find_ringing(stiff, ringing, error)
       if (.not. allocated(error)) then

@@ -15,7 +15,7 @@ module dda_site_response
    !> Peak of an amplification in an output.
    type :: response_peak_type
       type(spectral_peak_type) :: spectral  !< peak of the ratio of the spectra
-      !> largest acceleration in the last 5 % of the surface history, over the peak of this history
+      !> largest acceleration in the last 5 % of the surface history/peak of this history
       real(wp) :: residual_ratio = 0.0_wp
    end type response_peak_type
 

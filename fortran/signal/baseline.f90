@@ -293,8 +293,8 @@ contains
       else if (.not. (processing%taper >= 0.0_wp .and. processing%taper <= 1.0_wp)) then
          call fail(error, error_input, 'the taper fraction of a record must be between 0 and 1')
       else if (processing%taper > 0.0_wp .and. quantity == 'displacement') then
-         call fail(error, error_input, 'a displacement cannot be tapered: the taper would '// &
-            'return it to its start')
+         call fail(error, error_input, 'a displacement cannot be tapered, because the taper '// &
+            'would return it to its start')
       else if (.not. any(processing%after_end == [character(len=8) :: '', 'continue', 'hold'])) then
          call fail(error, error_input, 'after_end must be continue or hold, not '// &
             quoted(processing%after_end))

@@ -23,10 +23,10 @@ module dda_branch_law
 
    !> Response of a strain point to a change of its strain.
    type :: response_type
-      real(wp) :: acting = 0.0_wp   !< stress that acts in the step, over G
+      real(wp) :: acting = 0.0_wp   !< stress that acts in the step, divided by G
       real(wp) :: tangent = 0.0_wp  !< derivative with respect to Δγ
-      real(wp) :: end = 0.0_wp      !< stress at the end of the step, over G
-      real(wp) :: loss = 0.0_wp     !< loss of the step, J/m³ over G
+      real(wp) :: end = 0.0_wp      !< stress at the end of the step, divided by G
+      real(wp) :: loss = 0.0_wp     !< loss of the step/G, J/m³ per Pa
    end type response_type
 
 contains
@@ -94,7 +94,7 @@ contains
       elastic = clip(elastic + change, branches%strain)
    end subroutine advance_branches
 
-   !> Energy stored by branches, J/m³ over G.
+   !> Energy stored by branches, J/m³, divided by G.
    pure real(wp) function stored_by_branches(branches, elastic, strain) result(energy)
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: elastic(:)           !< [n] e of slipping branches
@@ -155,7 +155,7 @@ contains
       real(wp), intent(in) :: body_change          !< Δe
       real(wp), intent(in) :: time_step            !< Δt, s
       real(wp), intent(inout) :: memory(:)  !< [mechanisms] ζ at the start; on return at the end
-      real(wp), intent(out) :: loss                !< J/m³ over G
+      real(wp), intent(out) :: loss                !< J/m³, divided by G
       real(wp) :: h, increment
       integer :: l
 
@@ -171,7 +171,7 @@ contains
       end associate
    end subroutine advance_body
 
-   !> Energy stored by the springs of the body, J/m³ over G.
+   !> Energy stored by the springs of the body, J/m³, divided by G.
    pure real(wp) function stored_by_body(branches, memory, strain) result(energy)
       type(branches_type), intent(in) :: branches  !< fitted branches
       real(wp), intent(in) :: memory(:)            !< [mechanisms] ζ

@@ -40,10 +40,10 @@ module dda_hysteretic_law
 
    !> Small-strain body in a step: shear (two components) and volume.
    type :: maxwell_type
-      real(wp) :: before(3) = 0.0_wp    !< stress at the start, over the modulus
+      real(wp) :: before(3) = 0.0_wp    !< stress at the start/modulus
       real(wp) :: trial(3) = 0.0_wp     !< trial stress at the end without slip
       real(wp) :: stiffness = 0.0_wp    !< derivative of the trial stress with respect to the strain
-      real(wp) :: after(3) = 0.0_wp     !< stress at the end, over the modulus
+      real(wp) :: after(3) = 0.0_wp     !< stress at the end/modulus
       real(wp) :: slope(2, 2) = 0.0_wp  !< derivative of `after` in shear with respect to the strain
    end type maxwell_type
 
@@ -125,7 +125,7 @@ contains
       tangent(:, 3) = [slope(1, 2), -slope(1, 2), slope(2, 2)]
    end subroutine find_stress
 
-   !> Add the stress of all branches, over G.
+   !> Add the stress of all branches, divided by G.
    pure subroutine add_branches(branches, state, e, change, theta, acting, slope)
       type(branches_type), intent(in) :: branches   !< fitted branches
       real(wp), intent(in) :: state(:)              !< [any] state of the point

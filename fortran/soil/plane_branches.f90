@@ -48,7 +48,7 @@ contains
    pure subroutine compute_recoverable_stress(e, change, cap, theta, acting, slope)
       real(wp), intent(in) :: e(2), change(2), cap  !< e₀, Δe, y
       real(wp), intent(in) :: theta                 !< θ
-      real(wp), intent(out) :: acting(2)            !< stress over the modulus
+      real(wp), intent(out) :: acting(2)            !< stress/modulus
       real(wp), intent(out) :: slope(2, 2)          !< ∂acting/∂Δe
       real(wp) :: p(2), of_end(2, 2)
 

@@ -17,7 +17,7 @@ module dda_ordering
    private
    public :: fill_order, bandwidth_order, minimum_degree_order, dissection_order
 
-   !> least number of blocks for which nested dissection saves more time than it costs
+   !> smallest number of blocks for which nested dissection saves more time than it costs
    integer, parameter :: dissection_from = 20000
 
    interface

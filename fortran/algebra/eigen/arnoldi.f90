@@ -121,8 +121,8 @@ contains
       if (info == 1) then
          call fail(error, error_solver, 'ARPACK has converged '//to_text(iteration%iparam(5))// &
             ' of '//to_text(iteration%count)//' eigenvalues to '//to_text(iteration%tolerance)// &
-            ' after '//to_text(iteration%iparam(3))//' restarts: the eigenvalues are too close '// &
-            'together, or too far below the largest one')
+            ' after '//to_text(iteration%iparam(3))//' restarts, because the eigenvalues are '// &
+            'too close together, or too far below the largest one')
       else if (info /= 0) then
          call fail(error, error_solver, 'ARPACK dsaupd failed with info = '//to_text(info))
       end if

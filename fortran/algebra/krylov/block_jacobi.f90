@@ -10,7 +10,7 @@ module dda_block_jacobi
    private
    public :: block_jacobi_type, invert_diagonal, most_iterations, max_condition
 
-   integer, parameter :: parallel_from = 500  !< least number of blocks to use threads
+   integer, parameter :: parallel_from = 500  !< smallest number of blocks to use threads
 
    !> Inverses of the diagonal blocks.
    type, extends(preconditioner_type) :: block_jacobi_type

@@ -35,7 +35,7 @@ def check_readable(file) -> int:
     except (OSError, ValueError) as trouble:
         raise _unreadable_error(file, trouble) from trouble
     if not stat.S_ISREG(status.st_mode):
-        raise OutputError(f"{file} cannot be read: it is not a regular file")
+        raise OutputError(f"{file} cannot be read, because it is not a regular file")
     return status.st_size
 
 

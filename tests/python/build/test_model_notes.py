@@ -71,7 +71,7 @@ ODD = {
         r"duration = 7\S* s of stage 'run' is not a multiple of time_step = .* rounded to 0.001 s"),
     "no support": (
         without(pile(), "fixed_point"),
-        r"nothing supports the blocks against gravity: no &fixed_point and no &boundary"),
+        r"nothing supports the blocks against gravity, because no &fixed_point and no &boundary"),
     "support across gravity": (pile(supports="x"), r"nothing supports the blocks against gravity"),
     "beside the floor": (
         pile(("brick", rectangle(5.0, 0.0, 1.0, 1.0)), ("tile", rectangle(7.0, 3.0, 1.0, 1.0))),
@@ -96,7 +96,7 @@ ODD = {
     ),
     "lengths in mm": (
         pile(("stone", rectangle(6000.0, 0.0, 1.0, 1.0)), gravity=[0.0, 0.0]),
-        r"the model is 6003 m wide or high: lengths are in m, not in mm",
+        r"the model is 6003 m wide or high; lengths must be in m, not in mm",
     ),
     "cohesion in kPa": (
         changed(pile(), "joint", cohesion=50.0),
@@ -127,7 +127,7 @@ ODD = {
     "level of another unit": ([*pile(), group("traction", side="top", level=600.0)],
                               r"&traction reaches up to 599 m above the model"),
     "water below all": ([*pile(), group("water", surface=[-2.0, -3.0, 2.0, -3.0])],
-                        r"&water has no effect: the water is below the model"),
+                        r"&water has no effect, because the water is below the model"),
     "soft bed": (
         [
             *without(pile(), "fixed_point"),
@@ -136,9 +136,9 @@ ODD = {
         r"the weight presses the model about 0.6131 m into its bed of springs",
     ),
     "speed": (changed(pile(), "material", initial_velocity=[50.0, 0.0, 0.0]),
-              r"initial_velocity of &material 'rock' is 50 m/s: faster than falling rock"),
+              r"initial_velocity of &material 'rock' is 50 m/s, faster than falling rock"),
     "turn": (changed(pile(), "material", initial_velocity=[0.0, 0.0, 300.0]),
-             r"turns its blocks by 0.3 rad per step: the third value is in rad/s"),
+             r"turns its blocks by 0.3 rad per step; the third value is in rad/s"),
     "point on two blocks": (
         [*pile(), group("measured_point", name="joint", x=0.5, y=0.0)],
         r"measured point 'joint' lies on block 'floor' and block 'brick' and follows the first",

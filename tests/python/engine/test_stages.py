@@ -379,7 +379,7 @@ def test_motions_begin_with_their_stage(write_input):
         ([{"name": "a"}], {}, "give either `duration` or `steps`"),
         ([{"name": "a", "steps": 3}], {"steps": 3}, "with &stage groups, duration, steps"),
         ([{"name": "a", "steps": 3, "remove": "arch_*"}], {}, "nothing is named 'arch_*'"),
-        ([{"name": "a", "steps": 3, "remove": "pier_*, beam_*"}], {}, "no block would remain"),
+        ([{"name": "a", "steps": 3, "remove": "pier_*, beam_*"}], {}, "would leave no block"),
         ([{"name": n, "steps": 3, "remove": "beam_m"} for n in "ab"], {},
          "block 'beam_m' has been removed in stage 'a'"),
         ([{"name": "a", "steps": 3}] * 2, {}, "name = 'a' is used twice"),

@@ -36,7 +36,7 @@ def said(process) -> list[str]:
 @pytest.mark.parametrize("command", ["run", "check"])
 def test_an_input_is_a_regular_file(program, pipe, command, file):
     (line,) = said(program(command, file, folder=pipe.parent))
-    assert "cannot be read: it is not a regular file" in line
+    assert "cannot be read, because it is not a regular file" in line
 
 
 @pytest.mark.parametrize(
