@@ -58,7 +58,7 @@ FALLING = [(name, rectangle(*place, 1.0, 1.0)) for name, place in HEAP.items()]
 PILLAR = [(f"drum {i}", rectangle(0.0, float(i), 1.0, 1.0)) for i in range(4)]
 ODD = {
     "strain": (changed(pile(*PILLAR), "material", young_modulus=1e6),
-               r"the weight strains block 'drum 0' by about 8.584 %, limit 2 %: 85838 Pa over"),
+               r"the weight strains block 'drum 0' by about 8.584 %, limit 2 %: 85838 Pa / young"),
     "depth": (changed(pile(), "contact", normal_stiffness=1e4),
               r"the weight presses block 'brick' about 1.226 m into its support, 122\.6 %"),
     "no stiffness": (changed(pile(), "contact", normal_stiffness=1e-3),

@@ -207,7 +207,7 @@ def test_contacts_may_penetrate_by_a_hundredth_of_a_block(write_input, percent, 
 def test_the_check_reports_cost_and_benefit_of_a_stiffer_penalty(write_input):
     """Each side of a layer has two contacts; softer joints add to 1/f² in proportion to 1/k_n."""
     model = write_input(tower())
-    mass, pattern = 15.0 * ROCK["density"], r"iteration is ([\d.e+]+); .* = (\S+) N/m, with \D+ (\S+),"
+    mass, pattern = 15.0 * ROCK["density"], r"is ([\d.e+]+); .* = (\S+) N/m, with \D+ (\S+),"
     line = finding(sitedda.check(model).text, "penalty ").replace(" [", ", [")
     cost, advised, its_cost = (float(number) for number in re.search(pattern, line).groups())
     assert cost == pytest.approx(1 + 4 * 1.5e12 * 1e-3**2 / (2 * mass), rel=1e-3)
