@@ -116,22 +116,25 @@ REMEDIES = {
 }  # fmt: skip
 
 
-def cases(quick: bool) -> dict[str, tuple]:
+def cases(is_quick: bool) -> dict[str, tuple]:
     """Return the function that writes the input of each case, and the number of steps."""
     table = {}
     for ms, steps in ((1, 120), (5, 60)):
-        for blocks in (200, 400, 800) if quick else (200, 300, 400, 600, 800, 1000):
+        for blocks in (200, 400, 800) if is_quick else (200, 300, 400, 600, 800, 1000):
             name = f"{blocks} at {ms} ms"
             table[f"shaken {name}"] = (partial(shaken, blocks, ms * 1e-3), steps)
-            if quick and blocks == 800:
+            if is_quick and blocks == 800:
                 continue
-            less = steps // 4
-            table[f"settling {name}"] = (partial(settling, touching_wall, blocks, ms * 1e-3), less)
-            table[f"packing {name}"] = (partial(settling, packing, blocks, ms * 1e-3), less)
-    for blocks in (1000,) if quick else (1000, 3000, 10_000):
+            fewer_steps = steps // 4
+            table[f"settling {name}"] = (
+                partial(settling, touching_wall, blocks, ms * 1e-3),
+                fewer_steps,
+            )
+            table[f"packing {name}"] = (partial(settling, packing, blocks, ms * 1e-3), fewer_steps)
+    for blocks in (1000,) if is_quick else (1000, 3000, 10_000):
         table[f"sudden {blocks}"] = (partial(settling, touching_wall, blocks, 1e-3), 5)
         table[f"rest {blocks}"] = (partial(resting, blocks), 1)
-    if not quick:
+    if not is_quick:
         table["quiet 3000"] = (partial(settling, wall, 3000, 1e-3), 60)
         table["shaken 10000"] = (partial(shaken, 10_000, 1e-3), 160)
     return table
@@ -180,11 +183,11 @@ class Engine:
         subprocess.run(
             [*arguments, f"-I{folder_of_modules}"], cwd=self.build, check=True, capture_output=True
         )
-        listed = subprocess.run(
+        files = subprocess.run(
             ["ninja", "-t", "commands", "sitedda-native"], cwd=self.build, check=True,
             capture_output=True, text=True,
         ).stdout.splitlines()  # fmt: skip
-        arguments = shlex.split(listed[-1])
+        arguments = shlex.split(files[-1])
         program = self.folder / "native"
         arguments[arguments.index("-o") + 1] = str(program)
         arguments.insert(
@@ -206,21 +209,21 @@ def run(program: Path, file: Path, before: dict | str = "") -> dict | str:
         limit = 1 + int(5 * before["seconds"])
         resource.prlimit(process.pid, resource.RLIMIT_CPU, (limit, limit))
     text = process.stderr.read().strip()
-    _, status, used = os.wait4(process.pid, 0)
+    _, status, resources = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if os.WIFSIGNALED(status):
         return "takes too long"
     if status:
         return text.splitlines()[-1][:70] if text else f"status {process.returncode}"
     with READING, xr.open_dataset(output) as data:
-        work = list(map(int, re.findall(r"\d+", data.attrs["solver"])))
+        solver_counts = list(map(int, re.findall(r"\d+", data.attrs["solver"])))
         iterations = int(data.iterations.sum())
     output.unlink()
     return {
         "iterations": iterations,
-        "factors": work[1],
-        "applications": work[2],
-        "seconds": used.ru_utime + used.ru_stime,
+        "factors": solver_counts[1],
+        "applications": solver_counts[2],
+        "seconds": resources.ru_utime + resources.ru_stime,
     }
 
 
@@ -264,12 +267,20 @@ def variants(prefixes: list[str]) -> dict[str, tuple[Path, str]]:
 
 def row(name: str, results: dict, before: dict) -> str:
     """Return a table row: ratios over the cases that both engines complete, and the others."""
-    common = [c for c in before if isinstance(before[c], dict) and isinstance(results[c], dict)]
+    common_cases = [
+        c for c in before if isinstance(before[c], dict) and isinstance(results[c], dict)
+    ]
     ratios = []
     for key in ("iterations", "factors", "applications", "seconds"):
-        total = sum(before[c][key] for c in common)
-        ratios.append(sum(results[c][key] for c in common) / total if total else float("nan"))
-    changes = [f"{c}: {results[c]}" for c in before if c not in common and results[c] != before[c]]
+        sum_of_cases = sum(before[c][key] for c in common_cases)
+        ratios.append(
+            sum(results[c][key] for c in common_cases) / sum_of_cases
+            if sum_of_cases
+            else float("nan")
+        )
+    changes = [
+        f"{c}: {results[c]}" for c in before if c not in common_cases and results[c] != before[c]
+    ]
     numbers = " | ".join(f"{ratio:.3f}" for ratio in ratios)
     return f"| {name} | {numbers} | {'; '.join(changes)} |"
 
@@ -283,10 +294,10 @@ def main() -> None:
         texts = {name: changed(text(), steps, 1) for name, (text, steps) in selection.items()}
         files = written(texts, folder)
         engine = Engine(options.build.resolve(), folder)
-        own = folder / "own"
-        own.mkdir()
-        (own / "native").symlink_to(options.build.resolve() / "sitedda-native")
-        before = measured(own / "native", files, options.jobs, {})
+        build_folder = folder / "own"
+        build_folder.mkdir()
+        (build_folder / "native").symlink_to(options.build.resolve() / "sitedda-native")
+        before = measured(build_folder / "native", files, options.jobs, {})
         for name, result in before.items():
             print(f"{name:30s} {result}", flush=True)
         print("\n| variant | iterations | factors | applications | time | ends differently |")

@@ -46,10 +46,10 @@ def layered(layers: int) -> str:
     """Return the input of the main job, or of its deposit with fewer layers."""
     text = INPUT.read_text()
     for number in ("count = {} ", "y = {}.0", "'layer_{}'"):
-        old, new = number.format(15), number.format(layers)
-        if old not in text:
-            raise SystemExit(f"{INPUT}: expected {old!r}")
-        text = text.replace(old, new)
+        old_count, new_count = number.format(15), number.format(layers)
+        if old_count not in text:
+            raise SystemExit(f"{INPUT}: expected {old_count!r}")
+        text = text.replace(old_count, new_count)
     return text
 
 
@@ -69,11 +69,11 @@ def resting(blocks: int) -> str:
 def shaken(blocks: int, time_step: float) -> str:
     """Return the input of a wall under twice the base motion of the main job."""
     record = sitedda.read_record(RECORD, format="smc").acceleration
-    strong = record.sel(time=slice(STRONG, STRONG + SHAKING))
+    strong_motion = record.sel(time=slice(STRONG, STRONG + SHAKING))
     motion = (
         "&motion name = 'shaking', quantity = 'acceleration', drift_order = 0"
         f", time_step = {float(record.time[1])!r}\n   values = "
-        + ", ".join(f"{2 * value:.3f}" for value in strong.values)
+        + ", ".join(f"{2 * value:.3f}" for value in strong_motion.values)
     )
     return re.sub(r"(?ms)^&motion.*? /$", f"{motion} /", settling(wall, blocks, time_step))
 
@@ -117,25 +117,25 @@ def main() -> None:
             print(f"{name:22} fails with {failure.cmd[0]}", flush=True)
 
 
-def measured(engines, case: Case, pairs: int, wet: bool) -> list[tuple[float, float]]:
+def measured(engines, case: Case, pairs: int, with_water: bool) -> list[tuple[float, float]]:
     """Return seconds of both engines in each pair; the first may have water in its joints."""
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         (folder / RECORD.parent.name).symlink_to(RECORD.parent)
         text = case.text()
         files = []
-        for water in (WATER if wet else "", ""):
-            own = [folder / f"{len(water)}_{steps}.nml" for steps in (case.steps, case.less)]
-            for file, steps in zip(own, (case.steps, case.less), strict=True):
-                file.write_text(changed(text, steps, steps if wet else 1) + water)
-            files.append(own)
+        for water in (WATER if with_water else "", ""):
+            inputs = [folder / f"{len(water)}_{steps}.nml" for steps in (case.steps, case.less)]
+            for file, steps in zip(inputs, (case.steps, case.less), strict=True):
+                file.write_text(changed(text, steps, steps if with_water else 1) + water)
+            files.append(inputs)
         runs = list(zip(engines, files, strict=True))
         times = []
         for pair in range(pairs):
             seconds = {}
             for i in (1, 0) if pair % 2 else (0, 1):
-                engine, (long, short) = runs[i]
-                seconds[i] = taken_by(engine, long)
+                engine, (long_run, short) = runs[i]
+                seconds[i] = taken_by(engine, long_run)
                 if case.less:
                     seconds[i] -= taken_by(engine, short)
             times.append((seconds[0], seconds[1]))

@@ -143,12 +143,14 @@ def measured(folder: Path, texts: dict[str, str], jobs: int) -> dict:
 
 def row(law: str, fixed: dict, adaptive: dict | None) -> str:
     """A row of the table."""
-    ended = [r for r in fixed.values() if isinstance(r, dict)]
-    sums = [sum(r[k] for r in ended) for k in ("iterations", "factors", "applications")]
-    cells = f"| {law} | {len(ended)} of {len(fixed)} |"
+    complete_runs = [r for r in fixed.values() if isinstance(r, dict)]
+    sums = [sum(r[k] for r in complete_runs) for k in ("iterations", "factors", "applications")]
+    cells = f"| {law} | {len(complete_runs)} of {len(fixed)} |"
     if adaptive is not None:
         cells += f" {sum(isinstance(r, dict) for r in adaptive.values())} of {len(adaptive)} |"
-    return cells + " {} / {} / {} | {:.1f} |".format(*sums, sum(r["seconds"] for r in ended))
+    return cells + " {} / {} / {} | {:.1f} |".format(
+        *sums, sum(r["seconds"] for r in complete_runs)
+    )
 
 
 def main() -> None:

@@ -68,12 +68,12 @@ def measured(options, folder: Path, steps: int, interval: int) -> list[tuple[flo
     file = folder / "benchmark.nml"
     file.write_text(changed(INPUT.read_text(), steps, interval))
     command = [options.native, "run", str(file), "--quiet", "-o", str(folder / "benchmark.nc")]
-    single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+    one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     times = []
     for _ in range(options.repeat):
-        begun, worked = time.perf_counter(), processor_time()
-        subprocess.run(command, check=True, capture_output=True, env=os.environ | single)
-        times.append((time.perf_counter() - begun, processor_time() - worked))
+        begun, used_before = time.perf_counter(), processor_time()
+        subprocess.run(command, check=True, capture_output=True, env=os.environ | one_thread)
+        times.append((time.perf_counter() - begun, processor_time() - used_before))
     return times
 
 
@@ -96,8 +96,8 @@ def changed(text: str, steps: int, interval: int) -> str:
 def report(name: str, times: list, start: list) -> None:
     """Print wall time and processor time per step, without those of the start."""
     lines = []
-    for kind, which in (("wall", 0), ("processor", 1)):
-        micro = [1e6 * (run[which] - min(start)[which]) / STEPS for run in times]
+    for kind, index in (("wall", 0), ("processor", 1)):
+        micro = [1e6 * (run[index] - min(start)[index]) / STEPS for run in times]
         lines.append(f"{kind} {min(micro):.2f} (median {statistics.median(micro):.2f})")
     print(f"{name}: {', '.join(lines)} µs per step")
 

@@ -113,9 +113,9 @@ def spent(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-async def losses(server, turns: int) -> list[tuple[float, float, float]]:
+async def losses(server, repetitions: int) -> list[tuple[float, float, float]]:
     """Return processor times per step without and with a client, s, and its frames per second."""
-    found = []
+    steps = []
 
     async def now() -> tuple[float, int]:
         async with Client(server) as page:
@@ -125,11 +125,11 @@ async def losses(server, turns: int) -> list[tuple[float, float, float]]:
     async with Client(server) as page:
         await page.ask("run")
         await page.status("running")
-    for _ in range(turns):
+    for _ in range(repetitions):
         before = await now()
         await asyncio.sleep(WATCHED)
         after = await now()
-        quiet = (after[0] - before[0]) / (after[1] - before[1])
+        idle_time = (after[0] - before[0]) / (after[1] - before[1])
         async with Client(server) as page:
             first = await page.status("running")
             before, begun, frames = spent(server.process.pid), time.perf_counter(), 0
@@ -137,23 +137,23 @@ async def losses(server, turns: int) -> list[tuple[float, float, float]]:
                 frames += (await page.hear())["kind"] == "frame"
             seconds = time.perf_counter() - begun
             last = await page.status("running")
-            watched = (spent(server.process.pid) - before) / (last["step"] - first["step"])
-        found.append((quiet, watched, frames / seconds))
-    return found
+            drawing_time = (spent(server.process.pid) - before) / (last["step"] - first["step"])
+        steps.append((idle_time, drawing_time, frames / seconds))
+    return steps
 
 
-def loss(folder: Path, turns: int) -> None:
+def loss(folder: Path, repetitions: int) -> None:
     """Print the loss of engine speed by a client."""
     file = folder / "wall.nml"
     file.write_text(WALL)
     with live(folder, folder / "state", file.name) as server:
-        pairs = talk(losses(server, turns))
-    for quiet, watched, frames in pairs:
-        print(f"  {quiet * 1e3:.2f} and {watched * 1e3:.2f} ms of processor time per step, "
+        pairs = talk(losses(server, repetitions))
+    for idle, drawing, frames in pairs:
+        print(f"  {idle * 1e3:.2f} and {drawing * 1e3:.2f} ms of processor time per step, "
               f"{frames:.1f} frames per second")  # fmt: skip
-    percentage = 100 * (1 - statistics.median(quiet / watched for quiet, watched, _ in pairs))
+    percentage = 100 * (1 - statistics.median(idle / drawing for idle, drawing, _ in pairs))
     print(f"5000 bricks: a client slows down the engine by {percentage:.1f} % (target 5 %), "
-          f"{turns} turns of {WATCHED:g} s")  # fmt: skip
+          f"{repetitions} turns of {WATCHED:g} s")  # fmt: skip
 
 
 def main() -> None:

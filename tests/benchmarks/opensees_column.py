@@ -96,8 +96,8 @@ def main() -> None:
                          branches=80, highest_frequency=50.0, compare=False)  # fmt: skip
         surface = result.acceleration()
         low = HEIGHT - 0.5 * HEIGHT / CELLS
-        theirs = spectral_acceleration(top, step, PERIODS)
-        ratio = 100 * (result.spectrum(PERIODS) / theirs - 1)
+        reference_result = spectral_acceleration(top, step, PERIODS)
+        ratio = 100 * (result.spectrum(PERIODS) / reference_result - 1)
         print(
             f"{scale:5g}{100 * abs(strain).max():9.4f}{100 * abs(result.strain(low)).max():9.4f}"
             f"{abs(top).max():9.3f}{abs(surface).max():9.3f} "

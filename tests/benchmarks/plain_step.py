@@ -66,9 +66,9 @@ class PlainStep:
             "vij,vj->vi", gradient[self.owner], self.reference
         )
         i, j, end = self.owner[vertex], self.owner[edge], self.next[edge]
-        along = positions[end] - positions[edge]
-        length = np.linalg.norm(along, axis=1, keepdims=True)
-        tangent = along / length
+        edge_vector = positions[end] - positions[edge]
+        length = np.linalg.norm(edge_vector, axis=1, keepdims=True)
+        tangent = edge_vector / length
         normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])
         tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
         gap = np.einsum("ci,ci->c", positions[vertex] - positions[edge], normal)
@@ -76,15 +76,15 @@ class PlainStep:
         fraction = (
             np.einsum("ci,ci->c", positions[vertex] - positions[edge], tangent)[:, None] / length
         )
-        foot = self.reference[edge] + fraction * (self.reference[end] - self.reference[edge])
+        foot_point = self.reference[edge] + fraction * (self.reference[end] - self.reference[edge])
         reference = self.reference[vertex]
         gap_rows = np.stack(
             [self.rows(rotation[i], reach_v, reference, normal),
-             -self.rows(rotation[j], reach_e - gap[:, None] * normal, foot, normal)], axis=1
+             -self.rows(rotation[j], reach_e - gap[:, None] * normal, foot_point, normal)], axis=1
         )  # fmt: skip
         slip_rows = np.stack(
             [self.rows(rotation[i], reach_v, reference, tangent),
-             -self.rows(rotation[j], reach_e, foot, tangent)], axis=1
+             -self.rows(rotation[j], reach_e, foot_point, tangent)], axis=1
         )  # fmt: skip
         return gap, gap_rows, slip_rows, np.column_stack([i, j])
 
@@ -124,23 +124,25 @@ class PlainStep:
         for count in range(1, MOST + 1):  # noqa: B007
             if factor is None:
                 factor = self.factor(blocks, gap_rows, slip_rows, pair, state)
-            closed, stuck = state != OPEN, state == STICK
-            drag = np.where(stuck, self.shear * stretch, np.where(closed, slide, 0.0))
+            is_closed, sticks = state != OPEN, state == STICK
+            shear_force = np.where(sticks, self.shear * stretch, np.where(is_closed, slide, 0.0))
             force = load.copy()
-            np.add.at(force, pair, gap_rows * (-self.normal * gap * closed)[:, None, None])
-            np.add.at(force, pair, slip_rows * -drag[:, None, None])
+            np.add.at(force, pair, gap_rows * (-self.normal * gap * is_closed)[:, None, None])
+            np.add.at(force, pair, slip_rows * -shear_force[:, None, None])
             d = factor.solve(force.ravel()).reshape(-1, 6)
-            opening = np.einsum("cki,cki->c", gap_rows, d[pair])
-            slip = np.einsum("cki,cki->c", slip_rows, d[pair])
-            pressed = np.where(closed, -self.normal * (gap + opening), 0.0)
-            dragged = np.where(stuck, self.shear * (stretch + slip), drag)
-            pressure = -self.normal * np.minimum(gap + opening, 0.0)
-            trial = self.shear * (stretch + slip)
+            normal_change = np.einsum("cki,cki->c", gap_rows, d[pair])
+            shear_change = np.einsum("cki,cki->c", slip_rows, d[pair])
+            normal_force = np.where(is_closed, -self.normal * (gap + normal_change), 0.0)
+            new_shear_force = np.where(sticks, self.shear * (stretch + shear_change), shear_force)
+            pressure = -self.normal * np.minimum(gap + normal_change, 0.0)
+            trial = self.shear * (stretch + shear_change)
             bound = self.friction * pressure
             new_state = np.where(pressure > 0, np.where(np.abs(trial) <= bound, STICK, SLIDE), OPEN)
-            slipping = np.where(new_state == SLIDE, np.sign(trial) * bound, 0.0)
-            shear = np.where(new_state == STICK, trial, slipping)
-            error = max(np.abs(pressure - pressed).max(), np.abs(shear - dragged).max())
+            sliding_force = np.where(new_state == SLIDE, np.sign(trial) * bound, 0.0)
+            shear = np.where(new_state == STICK, trial, sliding_force)
+            error = max(
+                np.abs(pressure - normal_force).max(), np.abs(shear - new_shear_force).max()
+            )
             tolerance = 1e-9 * max(self.weight, pressure.max(), np.abs(shear).max())
             if error <= tolerance:
                 break
@@ -158,9 +160,9 @@ class PlainStep:
         normal, shear = gap_rows[state != OPEN], slip_rows[state == STICK]
         springs = np.einsum("cki,clj->cklij", self.normal * normal, normal)
         shear_terms = np.einsum("cki,clj->cklij", self.shear * shear, shear)
-        own = np.arange(n)
-        row = np.concatenate([own, closed.repeat(2, 1).ravel(), stuck.repeat(2, 1).ravel()])
-        column = np.concatenate([own, np.tile(closed, 2).ravel(), np.tile(stuck, 2).ravel()])
+        diagonal = np.arange(n)
+        row = np.concatenate([diagonal, closed.repeat(2, 1).ravel(), stuck.repeat(2, 1).ravel()])
+        column = np.concatenate([diagonal, np.tile(closed, 2).ravel(), np.tile(stuck, 2).ravel()])
         values = np.concatenate([blocks, springs.reshape(-1, 6, 6), shear_terms.reshape(-1, 6, 6)])
         rows = 6 * row[:, None, None] + np.arange(6)[:, None] + np.zeros(6, dtype=int)
         columns = 6 * column[:, None, None] + np.arange(6) + np.zeros((6, 1), dtype=int)
@@ -205,28 +207,28 @@ def mass_matrices(mass, moments):
     return matrices
 
 
-def compare(run, plain: PlainStep, acceleration) -> dict:
+def compare(run, reference_step: PlainStep, acceleration) -> dict:
     """Run steps with both programs; return median times and iterations, and the largest difference.
 
     Differences of places are relative to the largest displacement (or a free fall), in steps whose
     plain iteration converged.  `acceleration(steps)` is that of the base after `steps` steps.
     """
-    own, times, iterations, differences = [], [], [], []
+    own_times, times, iterations, differences = [], [], [], []
     for _ in range(STEPS):
         q, v, before = run.coordinates, run.rates, run.contacts
         begun = time.perf_counter()
         run.advance()
-        own.append(time.perf_counter() - begun)
+        own_times.append(time.perf_counter() - begun)
         contacts = start_of_step(run, before, run.contacts)
         begun = time.perf_counter()
-        new, converged, count = plain.take(q, v, contacts, acceleration(run.steps))
+        new, converged, count = reference_step.take(q, v, contacts, acceleration(run.steps))
         times.append(time.perf_counter() - begun)
         iterations.append(count)
-        move = max(given.GRAVITY * plain.step**2, np.abs(run.coordinates - q)[:, :2].max())
+        move = max(given.GRAVITY * reference_step.step**2, np.abs(run.coordinates - q)[:, :2].max())
         if converged:
             differences.append(np.abs(new - run.coordinates)[:, :2].max() / move)
     return {
-        "own": statistics.median(own),
+        "own": statistics.median(own_times),
         "plain": statistics.median(times),
         "plain_iterations": statistics.median(iterations),
         "difference": max(differences, default=None),
@@ -241,20 +243,20 @@ def start_of_step(run, before: dict, after: dict):
     """
     owner = np.repeat(np.arange(len(run.polygons)), [len(polygon) for polygon in run.polygons])
     positions = np.concatenate(run.polygons)
-    exact, near = {}, {}
+    exact, near_contacts = {}, {}
     for i, (v, e) in enumerate(zip(before["vertex"], before["edge"], strict=True)):
         exact[v, e] = i
-        near.setdefault(frozenset((owner[v], owner[e])), []).append((i, positions[v]))
-    old = []
+        near_contacts.setdefault(frozenset((owner[v], owner[e])), []).append((i, positions[v]))
+    old_contacts = []
     for v, e in zip(after["vertex"], after["edge"], strict=True):
         i = exact.get((v, e), -1)
-        others = near.get(frozenset((owner[v], owner[e])), [])
-        if i < 0 and others:
-            i, _ = min(others, key=lambda other: np.hypot(*(other[1] - positions[v])))
-        old.append(i)
-    old = np.array(old)
-    is_old = old >= 0
-    state = np.where(is_old, before["state"][old], OPEN).astype(int)
-    stretch = np.where(is_old, before["stretch"][old], 0.0)
-    slide = np.where(is_old, before["shear_force"][old], 0.0)
+        candidates = near_contacts.get(frozenset((owner[v], owner[e])), [])
+        if i < 0 and candidates:
+            i, _ = min(candidates, key=lambda candidate: np.hypot(*(candidate[1] - positions[v])))
+        old_contacts.append(i)
+    old_contacts = np.array(old_contacts)
+    is_old = old_contacts >= 0
+    state = np.where(is_old, before["state"][old_contacts], OPEN).astype(int)
+    stretch = np.where(is_old, before["stretch"][old_contacts], 0.0)
+    slide = np.where(is_old, before["shear_force"][old_contacts], 0.0)
     return after["vertex"].astype(int), after["edge"].astype(int), state, stretch, slide

@@ -65,8 +65,8 @@ class Site:
 
     def values(self, sample: int) -> np.ndarray:
         """Return the S-wave velocities of soil and rock (m/s) and the damping ratio of soil."""
-        deviates = np.random.default_rng([7, sample]).standard_normal(3)
-        return np.array([250.0, 760.0, 0.04]) * np.exp(np.array([0.15, 0.1, 0.3]) * deviates)
+        normal_numbers = np.random.default_rng([7, sample]).standard_normal(3)
+        return np.array([250.0, 760.0, 0.04]) * np.exp(np.array([0.15, 0.1, 0.3]) * normal_numbers)
 
 
 class Plane(Site):
@@ -90,10 +90,11 @@ class Columns(Site):
         soil, rock, damping = self.values(sample)
         below = HalfSpace(density=2200.0, shear_velocity=760.0)
         return np.array([
-            smoothed(Column([Layer(up, density=1900.0, shear_velocity=soil, damping=damping),
-                             Layer(down, density=2200.0, shear_velocity=rock, damping=0.01)], below)
+            smoothed(Column([Layer(upper, density=1900.0, shear_velocity=soil, damping=damping),
+                             Layer(lower, density=2200.0, shear_velocity=rock, damping=0.01)],
+                       below)
                      .transfer(FREQUENCIES, kind="outcrop"))
-            for _, _, up, down in SHAPES[self.name][2].values()
+            for _, _, upper, lower in SHAPES[self.name][2].values()
         ])  # fmt: skip
 
 
@@ -133,21 +134,21 @@ def compare(name: str, folder: Path, options) -> None:
     mean = plane.mean(axis=0)
     error = 1.96 * plane.std(axis=0, ddof=1) / np.sqrt(len(plane))
     generator, tables = np.random.default_rng(1), []
-    known = np.tile(columns, (COPIES, 1, 1))
+    medians = np.tile(columns, (COPIES, 1, 1))
     for _ in range(options.repeats):
-        drawn = draw_samples(known, options.runs, generator)
-        found = plane[drawn % options.large]
-        tables.append(term_of(found, known, drawn, points, PERIODS).table)
-    off = np.abs([np.log(one["median"].values) - mean for one in tables])
-    half = np.array([one.sampling.values for one in tables])
-    saving = np.median([one.saving.values for one in tables], axis=0)
-    right = (off <= half).sum(axis=0)
+        rows = draw_samples(medians, options.runs, generator)
+        values = plane[rows % options.large]
+        tables.append(term_of(values, medians, rows, points, PERIODS).table)
+    deviation = np.abs([np.log(table["median"].values) - mean for table in tables])
+    half = np.array([table.sampling.values for table in tables])
+    saving = np.median([table.saving.values for table in tables], axis=0)
+    right = (deviation <= half).sum(axis=0)
     for (i, j), count in np.ndenumerate(right):
-        print(f"{name} {points[i]}, {PERIODS[j]:g} s: {count} of {len(off)} "
+        print(f"{name} {points[i]}, {PERIODS[j]:g} s: {count} of {len(deviation)} "
               f"intervals contain {np.exp(mean[i, j]):.4f} (for all profiles "
               f"± {100 * error[i, j]:.1f} %); median interval "
               f"± {100 * np.median(half[:, i, j]):.2f} %, saving {saving[i, j]:.1f}")  # fmt: skip
-    print(f"{name}: {right.sum()} of {off.size} intervals contain the mean")
+    print(f"{name}: {right.sum()} of {deviation.size} intervals contain the mean")
 
 
 if __name__ == "__main__":

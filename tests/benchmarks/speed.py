@@ -58,12 +58,12 @@ DEFAULT_BUDGET = 4.0
 SUDDEN_BUDGET = 10  # factor of these times for sudden and settling steps, which are few and slow
 
 
-def cases(models: list[str], threads: list[int], full: bool) -> list[Case]:
-    """Return all cases; large models and the small penalty only once unless `full`."""
+def cases(models: list[str], threads: list[int], all_sizes: bool) -> list[Case]:
+    """Return all cases; large models and the small penalty only once unless `all_sizes`."""
     selection = []
     for model in models:
-        settings = SETTINGS if full or model == "wall 1000" else SETTINGS[:2]
-        if model in ("wall 821", "wall 100000") and not full:
+        settings = SETTINGS if all_sizes or model == "wall 1000" else SETTINGS[:2]
+        if model in ("wall 821", "wall 100000") and not all_sizes:
             settings = SETTINGS[:1]
         for penalty, step in settings:
             for count in threads:
@@ -104,11 +104,13 @@ def machine() -> str:
     import sitedda
 
     name = processor("model name") or platform.processor() or platform.machine()
-    square, long = np.ones((512, 512)), np.ones(30_000_000, np.float32)
+    square, vector = np.ones((512, 512)), np.ones(30_000_000, np.float32)
     products = 2e-9 * 512**3 / best_time(lambda: square @ square)
-    reads = 1e-9 * long.nbytes / best_time(lambda: long @ long)
-    able = f"dgemm {products:.0f} GFlop/s, reads {reads:.0f} GB/s, load {os.getloadavg()[0]:.1f}"
-    return f"{name}, {os.cpu_count()} cores, {able}, sitedda {sitedda.__version__}"
+    read_rate = 1e-9 * vector.nbytes / best_time(lambda: vector @ vector)
+    speeds = (
+        f"dgemm {products:.0f} GFlop/s, reads {read_rate:.0f} GB/s, load {os.getloadavg()[0]:.1f}"
+    )
+    return f"{name}, {os.cpu_count()} cores, {speeds}, sitedda {sitedda.__version__}"
 
 
 def best_time(action) -> float:
@@ -148,24 +150,26 @@ def measure(case: Case) -> dict:
 
     budget = BUDGET.get(case.model, DEFAULT_BUDGET)
     steps = steps_within(case, budget)
-    settling = 10 * -(-(SETTLING * REST + steps + 10) // 10)
+    settling_steps = 10 * -(-(SETTLING * REST + steps + 10) // 10)
     model = MODELS[case.model]()
     result = {"blocks": len(model.polygons)}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "model.nml"
-        shaken = LEAD + min(steps, LONGEST) + 10
+        shaking_steps = LEAD + min(steps, LONGEST) + 10
         penalty = case.penalty * YOUNG_MODULUS
-        file.write_text(model.text(penalty, case.time_step, settling, shaken, case.solver_asked))
+        file.write_text(
+            model.text(penalty, case.time_step, settling_steps, shaking_steps, case.solver_asked)
+        )
         with sitedda.Simulation(file) as run:
             if case.solver_asked == "auto":
                 settle(run)
             result["quiet"] = watch(run, steps, budget)
-            result["quiet"] |= beside(run, model, case, settling)
+            result["quiet"] |= beside(run, model, case, settling_steps)
             result["solver"] = run.solver
             if case.solver_asked == "auto" and len(model.polygons) < QUIET_FROM:
-                run.advance(settling - run.steps + LEAD)
+                run.advance(settling_steps - run.steps + LEAD)
                 result["shaken"] = watch(run, min(steps, LONGEST), budget)
-                result["shaken"] |= beside(run, model, case, settling)
+                result["shaken"] |= beside(run, model, case, settling_steps)
             notes = [run.thread_notes]
         if (case.penalty, case.time_step) == SETTINGS[0] and case.solver_asked == "auto":
             result |= let_settle(case, file, budget, notes)
@@ -183,10 +187,10 @@ def let_settle(case: Case, file: Path, budget: float, notes: list[str]) -> dict:
     penalty = case.penalty * YOUNG_MODULUS
     file.write_text(TOUCHING[case.model]().text(penalty, case.time_step, 10, 10, "auto"))
     with sitedda.Simulation(file) as run:
-        sudden = watch(run, SUDDEN, SUDDEN_BUDGET * budget, single=True)
-        settling = watch(run, SETTLED - SUDDEN, SUDDEN_BUDGET * budget, single=True)
+        first_phase = watch(run, SUDDEN, SUDDEN_BUDGET * budget, one_by_one=True)
+        second_phase = watch(run, SETTLED - SUDDEN, SUDDEN_BUDGET * budget, one_by_one=True)
         notes.append(run.thread_notes)
-    return {"sudden": sudden, "settling": settling}
+    return {"sudden": first_phase, "settling": second_phase}
 
 
 def most_memory() -> float:
@@ -194,14 +198,16 @@ def most_memory() -> float:
     return int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1024
 
 
-def beside(run, model, case: Case, settling: int) -> dict:
+def beside(run, model, case: Case, settling_steps: int) -> dict:
     """Compare with the plain step if the case requires it."""
     if not case.compared:
         return {}
     import plain_step
 
-    plain = plain_step.PlainStep(model, case.penalty * YOUNG_MODULUS, case.time_step)
-    return plain_step.compare(run, plain, lambda step: model.shaking_at(max(0, step - settling)))
+    reference = plain_step.PlainStep(model, case.penalty * YOUNG_MODULUS, case.time_step)
+    return plain_step.compare(
+        run, reference, lambda step: model.shaking_at(max(0, step - settling_steps))
+    )
 
 
 def steps_within(case: Case, budget: float) -> int:
@@ -218,35 +224,35 @@ def settle(run) -> None:
         run.rates = 0.0 * run.rates
 
 
-def watch(run, most: int, budget: float, single: bool = False) -> dict:
+def watch(run, most_steps: int, budget: float, one_by_one: bool = False) -> dict:
     """Return times of a step, mean times of its phases and mean counts, within a time budget.
 
-    Two steps precede, and short steps are timed in groups, unless `single`.
+    Two steps precede, and short steps are timed in groups, unless `one_by_one`.
     """
-    stretch = 1
-    if not single:
+    group = 1
+    if not one_by_one:
         begun = time.perf_counter()
         run.advance(2)
         if (time.perf_counter() - begun) / 2 < SHORT:
-            stretch = max(1, most // 40)
-        most -= 3
+            group = max(1, most_steps // 40)
+        most_steps -= 3
     times, counts, phases = [], run.counts, run.phase_times()
     begun = time.perf_counter()
     while not times or (
-        (len(times) + 1) * stretch <= most and time.perf_counter() - begun < budget
+        (len(times) + 1) * group <= most_steps and time.perf_counter() - begun < budget
     ):
         start = time.perf_counter()
-        run.advance(stretch)
-        times.append((time.perf_counter() - start) / stretch)
-    steps = len(times) * stretch
-    later, end_counts = run.phase_times(), run.counts
+        run.advance(group)
+        times.append((time.perf_counter() - start) / group)
+    steps = len(times) * group
+    end_times, end_counts = run.phase_times(), run.counts
     return {
         "step": statistics.median(times),
         "mean": statistics.fmean(times),
         "late": sorted(times)[int(LATE * (len(times) - 1))],
         "worst": max(times),
         "steps": steps,
-        "phases": {name: (later[name] - phases[name]) / steps for name in PHASES},
+        "phases": {name: (end_times[name] - phases[name]) / steps for name in PHASES},
         "counts": {name: (end_counts[name] - counts[name]) / steps for name in counts},
     }
 
@@ -262,14 +268,14 @@ def line(result: dict) -> str:
     for phase in speed_report.STATES:
         if phase not in result:
             continue
-        it = result[phase]
-        name += f" | {phase} {1e3 * it['step']:9.4f} ms, 99 % {1e3 * it['late']:9.4f}"
-        name += f" oc {it['counts']['iterations']:.1f} cg {it['counts']['solver_iterations']:.0f}"
-        if "plain" in it:
-            name += f" plain {1e3 * it['plain']:.1f} ms ({it['plain_iterations']:.0f} its)"
-            name += f" for {1e3 * it['own']:.3f}"
-            if it["difference"] is not None:
-                name += f", differs by {it['difference']:.0e}"
+        row = result[phase]
+        name += f" | {phase} {1e3 * row['step']:9.4f} ms, 99 % {1e3 * row['late']:9.4f}"
+        name += f" oc {row['counts']['iterations']:.1f} cg {row['counts']['solver_iterations']:.0f}"
+        if "plain" in row:
+            name += f" plain {1e3 * row['plain']:.1f} ms ({row['plain_iterations']:.0f} its)"
+            name += f" for {1e3 * row['own']:.3f}"
+            if row["difference"] is not None:
+                name += f", differs by {row['difference']:.0e}"
     return f"{name} | {result['memory']:.0f} MB"
 
 

@@ -38,8 +38,8 @@ class Model:
         heights = np.array([polygon[:, 1].mean() for polygon in self.polygons])
         self.stress = np.round(-DENSITY * GRAVITY * (self.top - heights), -3)
 
-    def text(self, penalty: float, step: float, quiet: int, active: int, solver: str) -> str:
-        """Return the input: `quiet` steps, a multiple of SAMPLE, then `active` steps of shaking."""
+    def text(self, penalty: float, step: float, rest_steps: int, active: int, solver: str) -> str:
+        """Return the input: `rest_steps` (multiple of SAMPLE), then `active` steps of shaking."""
         samples = self.shaking_at(np.arange(0, active + 2 * SAMPLE, SAMPLE))
         names = {stress: f"m{i}" for i, stress in enumerate(np.unique(self.stress))}
         lines = [
@@ -49,7 +49,7 @@ class Model:
             f"&joint friction_angle = {FRICTION_ANGLE} /",
             "&motion name = 'shaking', quantity = 'acceleration'",
             f"   time_step = {SAMPLE * step!r}, drift_order = 0",
-            f"   values = {quiet // SAMPLE}*0.0, {', '.join(f'{a:.6f}' for a in samples)} /",
+            f"   values = {rest_steps // SAMPLE}*0.0, {', '.join(f'{a:.6f}' for a in samples)} /",
         ]
         for stress, name in names.items():
             lines.append(
@@ -127,8 +127,8 @@ def packing(blocks: int) -> Model:
 def cells_of(seeds: np.ndarray, width: float, height: float) -> list[np.ndarray]:
     """Return Voronoi cells in a rectangle, by mirror images of the seeds."""
     images = [seeds]
-    for axis, far in ((0, width), (1, height)):
-        for wall_at in (0.0, far):
+    for axis, end in ((0, width), (1, height)):
+        for wall_at in (0.0, end):
             image = seeds.copy()
             image[:, axis] = 2 * wall_at - image[:, axis]
             images.append(image)

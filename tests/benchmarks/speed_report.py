@@ -49,21 +49,21 @@ PHASES = ("search", "detect", "assemble", "factorise", "solve", "iterate", "upda
 
 def text(machine: str, results: list[dict]) -> str:
     """Return the short page in Markdown."""
-    good = [result for result in results if "error" not in result]
-    engine = [result for result in good if result["solver_asked"] == "auto"]
+    measured_results = [result for result in results if "error" not in result]
+    engine = [result for result in measured_results if result["solver_asked"] == "auto"]
     parts = [HEAD, f"Machine: {machine}.", SUMMARY, summary_table(engine), MEANING]
-    parts += [growth_line(engine), rivals_table(engine), disturbances(good)]
-    failed = [f"- {name(result)}: {result['error']}" for result in results if "error" in result]
-    if failed:
-        parts.append("Not measured:\n\n" + "\n".join(failed))
+    parts += [growth_line(engine), rivals_table(engine), disturbances(measured_results)]
+    failures = [f"- {name(result)}: {result['error']}" for result in results if "error" in result]
+    if failures:
+        parts.append("Not measured:\n\n" + "\n".join(failures))
     return "\n\n".join(part for part in [*parts, NOTES] if part)
 
 
 def disturbances(results: list[dict]) -> str:
     """Return cases whose threads shared the processors with other programs, as Markdown."""
     lines = [f"- {name(result)}: {note}" for result in results for note in result["disturbed"]]
-    head = "These cases shared the processors with other programs:\n\n"
-    return head + "\n".join(lines) if lines else ""
+    introduction = "These cases shared the processors with other programs:\n\n"
+    return introduction + "\n".join(lines) if lines else ""
 
 
 def name(result: dict) -> str:
@@ -103,12 +103,12 @@ def all_rows(results: list[dict]) -> str:
     lines = [heads]
     for result in results:
         for state in measured(result):
-            it = result[state]
+            row = result[state]
             case = [result[each] for each in ("model", "penalty", "time_step", "blocks", "threads")]
             lines.append([
-                *case, state, it["steps"], *(f"{1e3 * it[each]:.3g}" for each in times),
-                *(f"{it['counts'][each]:.3g}" for each in counts), result["solver"],
-                f"{result['memory']:.0f}", *(f"{1e3 * it['phases'][each]:.3g}" for each in PHASES),
+                *case, state, row["steps"], *(f"{1e3 * row[each]:.3g}" for each in times),
+                *(f"{row['counts'][each]:.3g}" for each in counts), result["solver"],
+                f"{result['memory']:.0f}", *(f"{1e3 * row['phases'][each]:.3g}" for each in PHASES),
             ])  # fmt: skip
     return "".join(",".join(map(str, line)) + "\n" for line in lines)
 
@@ -118,12 +118,12 @@ def rivals_table(results: list[dict]) -> str:
     rows = []
     for result in results:
         for phase in measured(result):
-            it = result[phase]
-            if "plain" in it:
+            x = result[phase]
+            if "plain" in x:
                 rows.append(
-                    row(name(result), phase, f"{1e3 * it['own']:.3g}", f"{1e3 * it['plain']:.3g}",
-                        f"{it['plain_iterations']:.0f}", f"{it['plain'] / it['own']:.0f}",
-                        "–" if it["difference"] is None else f"{it['difference']:.0e}")
+                    row(name(result), phase, f"{1e3 * x['own']:.3g}", f"{1e3 * x['plain']:.3g}",
+                        f"{x['plain_iterations']:.0f}", f"{x['plain'] / x['own']:.0f}",
+                        "–" if x["difference"] is None else f"{x['difference']:.0e}")
                 )  # fmt: skip
     if not rows:
         return ""
@@ -146,8 +146,8 @@ def growth_line(results: list[dict]) -> str:
         )  # fmt: skip
         if len(times) < 2:
             continue
-        (n, few), (m, many) = times[0], times[-1]
-        power = log(many / few) / log(m / n)
+        (n, small_time), (m, large_time) = times[0], times[-1]
+        power = log(large_time / small_time) / log(m / n)
         powers.setdefault((state, f"{n:,} to {m:,}"), {})[threads] = f"{power:.2f}"
     if not powers:
         return ""
@@ -179,7 +179,9 @@ def summary_table(results: list[dict]) -> str:
 
 def write(folder: Path, machine: str, results: list[dict]) -> None:
     """Write docs/benchmarks.md, docs/benchmarks.csv and docs/benchmarks.png."""
-    engine = [it for it in results if "error" not in it and it["solver_asked"] == "auto"]
+    engine = [
+        result for result in results if "error" not in result and result["solver_asked"] == "auto"
+    ]
     (folder / "benchmarks.md").write_text(text(machine, results))
     (folder / "benchmarks.csv").write_text(all_rows(engine))
     draw(results, folder / "benchmarks.png")
@@ -195,7 +197,7 @@ def draw(results: list[dict], file: Path) -> None:
 
     figure, panels = plt.subplots(1, 3, figsize=(12.0, 4.2), sharey=True, layout="constrained")
     for panel, phase in zip(panels, ("settling", "shaken", "quiet"), strict=True):
-        for (step, threads), look in LOOKS.items():
+        for (step, threads), style in LOOKS.items():
             curve = sorted(
                 (result["blocks"], 1e3 * result[phase]["mean"])
                 for result in results
@@ -207,11 +209,11 @@ def draw(results: list[dict], file: Path) -> None:
             )
             label = f"Δt {step:g} s, {threads} thread{'s' if threads > 1 else ''}"
             if curve:
-                panel.loglog(*np.transpose(curve), look, label=label)
-        for other, look, label in RIVALS:
-            curve = rivals(results, other, phase)
+                panel.loglog(*np.transpose(curve), style, label=label)
+        for rival, style, label in RIVALS:
+            curve = rivals(results, rival, phase)
             if curve:
-                panel.loglog(*np.transpose(curve), look, label=f"{label}, Δt 0.001 s, 1 thread")
+                panel.loglog(*np.transpose(curve), style, label=f"{label}, Δt 0.001 s, 1 thread")
         panel.set(title=f"{phase} step of a wall, 100 E", xlabel="blocks")
         panel.grid(which="both", alpha=0.25)
     panels[0].set_ylabel("mean of a step, ms")
@@ -220,10 +222,10 @@ def draw(results: list[dict], file: Path) -> None:
     figure.savefig(file, dpi=110)
 
 
-def rivals(results: list[dict], which: str, phase: str) -> list[tuple[int, float]]:
+def rivals(results: list[dict], rival: str, phase: str) -> list[tuple[int, float]]:
     """Return blocks and milliseconds of SOR, or of the plain step."""
     walls = [result for result in results if "error" not in result and "wall" in result["model"]]
-    if which == "sor":
+    if rival == "sor":
         selection = [
             result for result in walls if result["solver_asked"] == "sor" and phase in result
         ]

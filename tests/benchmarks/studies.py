@@ -69,11 +69,13 @@ def as_study(file: Path, count: int, folder: Path, workers: int) -> None:
 
 def measured(*programs: list[str]) -> tuple[float, float]:
     """Return wall and processor time, s, of this program with several arguments simultaneously."""
-    begun, worked = time.perf_counter(), processor_time()
-    started = [subprocess.Popen([sys.executable, __file__, *arguments]) for arguments in programs]
-    if any([program.wait() for program in started]):
+    begun, used_before = time.perf_counter(), processor_time()
+    job_process = [
+        subprocess.Popen([sys.executable, __file__, *arguments]) for arguments in programs
+    ]
+    if any([program.wait() for program in job_process]):
         sys.exit("a program has failed")
-    return time.perf_counter() - begun, processor_time() - worked
+    return time.perf_counter() - begun, processor_time() - used_before
 
 
 def compare(count: int, workers: int, folder: Path) -> None:
@@ -98,11 +100,11 @@ def compare(count: int, workers: int, folder: Path) -> None:
         print(f"{label:18s} {elapsed[0]:7.1f} s wall time, {elapsed[1]:7.1f} s processor time; "
               f"each case beyond the first {workers} {1e3 * rows[label][0]:6.1f} and "
               f"{1e3 * rows[label][1]:6.1f} ms", flush=True)  # fmt: skip
-    alone, together, one, more = rows.values()
+    alone, together, one, several = rows.values()
     print(f"overhead of a case: {100 * (one[1] / alone[1] - 1):.1f} % of the processor time of its "
           "bare run")  # fmt: skip
     print(f"ratio of wall times, one to {workers}: bare runs {alone[0] / together[0]:.2f}, "
-          f"workers {one[0] / more[0]:.2f}")  # fmt: skip
+          f"workers {one[0] / several[0]:.2f}")  # fmt: skip
 
 
 def many(count: int, folder: Path) -> None:
@@ -151,8 +153,8 @@ def _fill(study: Path) -> None:
         numbers = {f"number_{i}": float(number + i) for i in range(14)}
         shape = {"dims": ["time"], "shape": [2401], "units": "m"}
         arrays = {"top": history, "top|time": time_axis}
-        about = {"numbers": numbers, "warning": "", "seconds": 1.0, "shapes": {"top": shape}}
-        write_result(case_folder(study, key), "complete", arrays=arrays, **about)
+        description = {"numbers": numbers, "warning": "", "seconds": 1.0, "shapes": {"top": shape}}
+        write_result(case_folder(study, key), "complete", arrays=arrays, **description)
 
 
 def main() -> None:

@@ -136,11 +136,11 @@ class Case:
 
 def good_files(folder: Path) -> dict[str, bytes]:
     """Return small valid files of each kind that a command reads."""
-    shaken = changed(tower(layers=2, steps=12), "output", file="o.nc", block_interval=4)
-    shaken.append(
+    shaken_input = changed(tower(layers=2, steps=12), "output", file="o.nc", block_interval=4)
+    shaken_input.append(
         ("amplification", {"surface": "surface", "base": "base", "lowest": 1.0, "highest": 20.0})
     )
-    (folder / "m.nml").write_text(namelist(shaken))
+    (folder / "m.nml").write_text(namelist(shaken_input))
     sitedda.run(folder / "m.nml", folder / "good.nc")
     with sitedda.Simulation(folder / "m.nml", folder / "stopped.nc") as run:
         run.advance(5)
@@ -205,7 +205,7 @@ def hostile_input(case: Case, chance: random.Random, good: dict) -> None:
 
 def hostile_name(case: Case, chance: random.Random, good: dict) -> None:
     """Let an input name another place of its output, or set a trap at a file to be written."""
-    trap = chance.choice(["link", "dangling", "pipe", "device", "folder", "mine", "hard link"])
+    trap_kind = chance.choice(["link", "dangling", "pipe", "device", "folder", "mine", "hard link"])
     if chance.random() < 0.3:
         name = chance.choice(
             [*HOSTILE_TEXTS, "../victim", "{above}/victim", "{above}/new.nc", "m.nml"]
@@ -235,7 +235,7 @@ def hostile_name(case: Case, chance: random.Random, good: dict) -> None:
         name = case.words[1]  # the input file itself
         case.words[3] = name
         return
-    case.traps.append((name, trap))
+    case.traps.append((name, trap_kind))
 
 
 def hostile_record(case: Case, chance: random.Random, good: dict) -> None:
@@ -247,8 +247,8 @@ def hostile_record(case: Case, chance: random.Random, good: dict) -> None:
 def hostile_lines(case: Case, chance: random.Random, good: dict) -> None:
     """Give damaged files of lines and polygons."""
     kind = chance.choice(["csv", "wkt", "geojson", "dxf"])
-    make = chance.choice([mutated_file, moved_corners])
-    case.files[f"part.{kind}"] = make(kind, chance.randrange(2**31))
+    mutation = chance.choice([mutated_file, moved_corners])
+    case.files[f"part.{kind}"] = mutation(kind, chance.randrange(2**31))
     option = chance.choice(["", "", "", "", ", layer = 'a'", ", layer = '0'", ", scale = 1e-3"])
     group = chance.choice(FROM_FILES).format(f"file = 'part.{kind}'{option}")
     case.files["imported.nml"] = re.sub(r"&region.*", lambda _: group, JOINTED).encode()
@@ -264,10 +264,10 @@ def hostile_blocks(case: Case, chance: random.Random, good: dict) -> None:
 def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
     """Give a damaged or inconsistent output to each command that shows one."""
     with tempfile.TemporaryDirectory() as folder:
-        file, new = Path(folder) / "o.nc", Path(folder) / "n.nc"
+        file, damaged_file = Path(folder) / "o.nc", Path(folder) / "n.nc"
         file.write_bytes(good[chance.choice([name for name in good if name.startswith(OUTPUTS)])])
-        damaged(chance, file, new)
-        case.files["good.nc"] = new.read_bytes()
+        damaged(chance, file, damaged_file)
+        case.files["good.nc"] = damaged_file.read_bytes()
     case.words = chance.choices(
         [
             ["draw", "good.nc", "-o", "x.png"],
@@ -299,18 +299,18 @@ def hostile_study(case: Case, chance: random.Random, good: dict) -> None:
     for _ in range(chance.choice([1, 1, 2])):
         lines = text.splitlines()
         at = chance.randrange(len(lines))
-        name, equals, _ = lines[at].partition(" = ")
+        name, separator, _ = lines[at].partition(" = ")
         literals = [
             *(json.dumps(value) for value in HOSTILE_TEXTS),
             *("nan", "inf", "-1", "0", "true", "[]", "{}", "[[1]]", "1e400", "9" * 30, "[1, 'a']"),
             *("{from = 1, to = 2, count = 1e9}", "1979-05-27", '["--x=a\\nb"]', '{x = "\\n"}'),
         ]
-        new = chance.choice(literals)
+        literal = chance.choice(literals)
         match chance.randrange(5):
-            case 0 | 1 | 2 if equals:
-                lines[at] = f"{name} = {new}"
-            case 3 if equals:
-                lines[at] = f"{json.dumps(chance.choice(HOSTILE_TEXTS))} = {new}"
+            case 0 | 1 | 2 if separator:
+                lines[at] = f"{name} = {literal}"
+            case 3 if separator:
+                lines[at] = f"{json.dumps(chance.choice(HOSTILE_TEXTS))} = {literal}"
             case _:
                 lines.pop(at)
         text = "\n".join(lines)
@@ -440,10 +440,10 @@ class Yard:
         (self.above / "victim").write_bytes(PRECIOUS)
         (self.above / "folder").mkdir()
         (self.above / "folder" / "inside").write_bytes(PRECIOUS)
-        good = {n: data for n, data in self.good.items() if not n.startswith(OUTPUTS)}
-        for name, data in (good | case.files).items():
-            above = str(self.above).encode()
-            data = data.replace(b"{above}", above) if name == "m.nml" else data
+        inputs = {n: data for n, data in self.good.items() if not n.startswith(OUTPUTS)}
+        for name, data in (inputs | case.files).items():
+            outside = str(self.above).encode()
+            data = data.replace(b"{above}", outside) if name == "m.nml" else data
             (self.here / name).parent.mkdir(parents=True, exist_ok=True)
             (self.here / name).write_bytes(data)
         for name, kind in case.traps:
@@ -474,11 +474,15 @@ class Yard:
         for folder, folders, files in os.walk(self.above):
             for name in [*folders, *files]:
                 path = Path(folder) / name
-                about = os.lstat(path)
-                content = os.readlink(path) if stat.S_ISLNK(about.st_mode) else b""
-                if stat.S_ISREG(about.st_mode):
+                status = os.lstat(path)
+                content = os.readlink(path) if stat.S_ISLNK(status.st_mode) else b""
+                if stat.S_ISREG(status.st_mode):
                     content = hashlib.sha256(path.read_bytes()).digest()
-                states[str(path.relative_to(self.above))] = (about.st_mode, about.st_rdev, content)
+                states[str(path.relative_to(self.above))] = (
+                    status.st_mode,
+                    status.st_rdev,
+                    content,
+                )
         return states
 
 
@@ -492,10 +496,14 @@ def own_names(case: Case) -> tuple[str, ...]:
 
 def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
     """Return a forbidden change of the disk in words; empty if there is none."""
-    requested = case.target and os.path.normpath(os.path.join(yard.here, case.target))
-    free = own_names(case)
+    target = case.target and os.path.normpath(os.path.join(yard.here, case.target))
+    replaceable = own_names(case)
     for name, state in before.items():
-        if after.get(name) != state and not name.startswith(free) and not stat.S_ISDIR(state[0]):
+        if (
+            after.get(name) != state
+            and not name.startswith(replaceable)
+            and not stat.S_ISDIR(state[0])
+        ):
             return f"{name} has been {'changed' if name in after else 'removed'}"
         if stat.S_ISDIR(state[0]) and name not in after:
             return f"the folder {name} has been removed"
@@ -505,9 +513,9 @@ def harm(case: Case, yard: Yard, before: dict, after: dict) -> str:
             return "a command was executed"
         if os.path.basename(name).startswith(".new-") or name.endswith((".writing", ".coming")):
             return f"{name} is left over"
-        if not name.startswith("here/") and not (requested and path.startswith(requested)):
+        if not name.startswith("here/") and not (target and path.startswith(target)):
             return f"{name} was made outside of the folder"
-        if not name.startswith(free) and (complaint := half_written(yard.above / name)):
+        if not name.startswith(replaceable) and (complaint := half_written(yard.above / name)):
             return f"{name} {complaint}"
     return ""
 
@@ -540,8 +548,8 @@ def not_finite(file: Path) -> str:
                 values = variable[...]
                 if "maximum" in variable.dimensions:  # NaN marks a maximum without data
                     axis = variable.dimensions.index("maximum")
-                    present = ~np.isnan(data["largest"][...])
-                    values = np.compress(present, values, axis)
+                    is_given = ~np.isnan(data["largest"][...])
+                    values = np.compress(is_given, values, axis)
                 if not np.all(np.isfinite(values)):
                     return f"contains values that are not finite in {name}"
     except OSError as trouble:
@@ -616,18 +624,20 @@ def judge(answer: str) -> tuple[str, str]:
     """Return the outcome of a command, and what is wrong with its end."""
     if not answer.startswith("["):
         return "failed", answer
-    status, out, err = json.loads(answer)
+    status, printed, errors = json.loads(answer)
     if status in (-signal.SIGXCPU, -signal.SIGKILL):
-        return "failed", f"hang: {err[-300:]}"
+        return "failed", f"hang: {errors[-300:]}"
     if status < 0:
-        return "failed", f"{signal.Signals(-status).name}: {err[-300:]}"
-    if "Traceback" in err:
-        lines = [line for line in err.strip().splitlines() if line.strip()]
-        location = next((x.strip() for x in reversed(lines) if x.strip().startswith("File ")), "")
-        return "failed", f"traceback: {lines[-1][:300]} {location}"
+        return "failed", f"{signal.Signals(-status).name}: {errors[-300:]}"
+    if "Traceback" in errors:
+        lines = [line for line in errors.strip().splitlines() if line.strip()]
+        source_line = next(
+            (x.strip() for x in reversed(lines) if x.strip().startswith("File ")), ""
+        )
+        return "failed", f"traceback: {lines[-1][:300]} {source_line}"
     if status not in STATUSES:
         return "failed", f"status {status}"
-    if status and not err.strip():
+    if status and not errors.strip():
         return "failed", f"status {status} without a message"
     return ("done" if status == 0 else f"status {status}"), ""
 
@@ -663,17 +673,17 @@ def keep_case(case: Case, wrong: str, folder: Path) -> None:
     for name, data in case.files.items():
         (target / name).parent.mkdir(parents=True, exist_ok=True)
         (target / name).write_bytes(data)
-    about = {"kind": case.kind, "words": case.words, "traps": case.traps, "asked": case.target,
+    facts = {"kind": case.kind, "words": case.words, "traps": case.traps, "asked": case.target,
              "files": sorted(case.files), "wrong": wrong}  # fmt: skip
-    (target / "case.json").write_text(json.dumps(about, indent=1) + "\n")
+    (target / "case.json").write_text(json.dumps(facts, indent=1) + "\n")
 
 
 def kept_case(folder: Path) -> Case:
     """Read a case that was kept."""
-    about = json.loads((folder / "case.json").read_text())
-    files = {name: (folder / name).read_bytes() for name in about["files"]}
-    return Case(about["kind"], folder.name, about["words"], files,
-                [tuple(trap) for trap in about["traps"]], about["asked"])  # fmt: skip
+    facts = json.loads((folder / "case.json").read_text())
+    files = {name: (folder / name).read_bytes() for name in facts["files"]}
+    return Case(facts["kind"], folder.name, facts["words"], files,
+                [tuple(trap_values) for trap_values in facts["traps"]], facts["asked"])  # fmt: skip
 
 
 def attack(cases: Callable, keep: Path | None = None, say: bool = False):
@@ -681,11 +691,11 @@ def attack(cases: Callable, keep: Path | None = None, say: bool = False):
     counts: dict[str, Counter] = {}
     failures = []
     command = [sys.executable, str(Path(__file__).resolve()), "--serve"]
-    with tempfile.TemporaryDirectory() as good, tempfile.TemporaryDirectory() as above:
-        goods = good_files(Path(good))
-        yard = Yard(Path(above).resolve(), goods)
+    with tempfile.TemporaryDirectory() as good, tempfile.TemporaryDirectory() as outside:
+        files = good_files(Path(good))
+        yard = Yard(Path(outside).resolve(), files)
         with Probe(command) as probe:
-            for case in cases(goods):
+            for case in cases(files):
                 outcome, wrong = carry_out(case, yard, probe)
                 counts.setdefault(case.kind, Counter())[outcome] += 1
                 total = sum(map(Counter.total, counts.values()))

@@ -64,31 +64,31 @@ def disc(sides, cells, size, zone, seed=0) -> sitedda.Model:
                     material="steel", joint="platen")  # fmt: skip
         for x in (-0.02, 0.02):
             model.fixed_point(x=x, y=sign * (TOP + 0.02), block=name, **motions)
-    near = [shapely.LineString([(0, -TOP), (0, TOP)])] if len(sides) == 2 else []
+    fine_lines = [shapely.LineString([(0, -TOP), (0, TOP)])] if len(sides) == 2 else []
     outlines = [outline(side) for side in sides]
     parts = [Part(one, ["platen"] * len(one), size) for one in outlines]
-    cut = mesh_body(parts, cells, near, size / 3 if near else None, seed)
+    cut = mesh_body(parts, cells, fine_lines, size / 3 if fine_lines else None, seed)
     for polygon, part in zip(cut.polygons, cut.parts, strict=True):
         model.block(vertices=np.ravel(polygon).tolist(), body="disc", material=sides[part],
                     joint="platen")  # fmt: skip
     return model
 
 
-def largest_force(model, every=10, most=1400) -> float:
+def largest_force(model, every=10, most_steps=1400) -> float:
     """Return the largest force of a platen, N/m, before a drop to 0.9 of it or until the dissipated
     energy is 0.9 of the fracture energy of a diameter."""
     largest, energy_limit = 0.0, 0.9 * model["joint"][1].fracture_energy * DIAMETER
     with sitedda.Simulation(model) as run:
-        for _ in range(most // every):
+        for _ in range(most_steps // every):
             run.advance(every)
             contacts = run.contacts
             on_top = (contacts["edge"] // 4 == 1) | (contacts["vertex"] // 4 == 1)
             force = contacts["normal_force"][on_top].sum()
             largest = max(largest, force)
-            broken = largest > 0.8 * UNIT and force < 0.9 * largest
-            if broken or run.energies["fracture"] > energy_limit:
+            has_failed = largest > 0.8 * UNIT and force < 0.9 * largest
+            if has_failed or run.energies["fracture"] > energy_limit:
                 return float(largest)
-    raise RuntimeError(f"{most} steps are too few to split the disc")
+    raise RuntimeError(f"{most_steps} steps are too few to split the disc")
 
 
 def straight(size, zone) -> float:

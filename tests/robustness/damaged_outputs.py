@@ -12,19 +12,19 @@ REALS = (float("nan"), float("inf"), -1.0, 0.0, 1e300, 1e36, -1e12)
 
 def rewrite(source: Path, target: Path, change) -> None:
     """Copy an output; `change` edits its variables and attributes."""
-    with netCDF4.Dataset(source) as old, netCDF4.Dataset(target, "w") as new:
-        old.set_auto_maskandscale(False)
-        old.set_auto_chartostring(False)
+    with netCDF4.Dataset(source) as source_data, netCDF4.Dataset(target, "w") as target_data:
+        source_data.set_auto_maskandscale(False)
+        source_data.set_auto_chartostring(False)
         variables = {name: [v.dtype, v.dimensions, v[...], v.__dict__] for name, v in
-                     old.variables.items()}  # fmt: skip
-        attributes = dict(old.__dict__)
+                     source_data.variables.items()}  # fmt: skip
+        attributes = dict(source_data.__dict__)
         change(variables, attributes)
-        new.setncatts(attributes)
+        target_data.setncatts(attributes)
         for name, (kind, dimensions, values, its) in variables.items():
             for dimension, length in zip(dimensions, np.shape(values), strict=True):
-                if dimension not in new.dimensions:
-                    new.createDimension(dimension, length)
-            variable = new.createVariable(name, kind, dimensions)
+                if dimension not in target_data.dimensions:
+                    target_data.createDimension(dimension, length)
+            variable = target_data.createVariable(name, kind, dimensions)
             its = {k: v for k, v in its.items() if kind == "S1" or k != "_Encoding"}
             variable.setncatts({k: v for k, v in its.items() if k != "_FillValue"})
             variable.set_auto_maskandscale(False)
@@ -40,19 +40,21 @@ def drop(chance, variables, attributes) -> str:
 
 def rename(chance, variables, attributes) -> str:
     """Exchange the names of two variables."""
-    one, two = chance.sample(sorted(variables), 2)
-    variables[one], variables[two] = variables[two], variables[one]
-    return f"{one} as {two}"
+    first, second = chance.sample(sorted(variables), 2)
+    variables[first], variables[second] = variables[second], variables[first]
+    return f"{first} as {second}"
 
 
 def retype(chance, variables, attributes) -> str:
     """Give a variable another type of numbers, or letters."""
     name = chance.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
-    new = chance.choice(["i1", "i4", "f4", "f8", "S1"])
-    new_values = np.full(values.shape, b"x") if new == "S1" else np.zeros(values.shape, new)
-    variables[name] = [new, dimensions, new_values, its]
-    return f"{name} of {new}"
+    new_type = chance.choice(["i1", "i4", "f4", "f8", "S1"])
+    new_values = (
+        np.full(values.shape, b"x") if new_type == "S1" else np.zeros(values.shape, new_type)
+    )
+    variables[name] = [new_type, dimensions, new_values, its]
+    return f"{name} of {new_type}"
 
 
 def reshape(chance, variables, attributes) -> str:
@@ -79,15 +81,15 @@ def replace(chance, variables, attributes) -> str:
     if not values.size:
         return "nothing"
     values = values.copy()
-    new = chance.choice(REALS if np.issubdtype(values.dtype, np.floating) else NUMBERS)
+    number = chance.choice(REALS if np.issubdtype(values.dtype, np.floating) else NUMBERS)
     for _ in range(chance.choice([1, 1, 5])):
         at = chance.randrange(values.size)
         if values.dtype.kind == "S":
             values.flat[at] = bytes([chance.randrange(256)])
         else:
-            values.flat[at] = new
+            values.flat[at] = number
     variables[name] = [kind, dimensions, values, its]
-    return f"{name} has {new}"
+    return f"{name} has {number}"
 
 
 def shorten(chance, variables, attributes) -> str:

@@ -41,7 +41,7 @@ def judge(kind, status, err, program, folder, reference) -> bool:
         print(f"{kind}: status {status}: {err}")
         return False
     if status:
-        status, out, err = finish(program, "resume", folder)
+        status, printed, err = finish(program, "resume", folder)
         if status:
             print(f"{kind}: resume ends with status {status}: {err}")
             return False

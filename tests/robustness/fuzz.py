@@ -71,10 +71,15 @@ class Probe:
             if self.limit_memory:
                 resource.setrlimit(resource.RLIMIT_AS, (MEMORY_LIMIT, MEMORY_LIMIT))
 
-        quiet = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(
-            self.command, stdin=pipe, stdout=pipe, stderr=self.errors, preexec_fn=limit, env=quiet
+            self.command,
+            stdin=pipe,
+            stdout=pipe,
+            stderr=self.errors,
+            preexec_fn=limit,
+            env=environment,
         )
 
     def stop(self) -> None:
@@ -205,17 +210,19 @@ def main() -> int:
     options = parse_options(__doc__, inputs=10_000, records=2_000, files=1_000, seed=0, probe=str,
                    keep=Path("fuzz_failures"), time_limit=TIME_LIMIT, any_memory=False)  # fmt: skip
     command = [options.probe] if options.probe else PYTHON_PROBE
-    failed = 0
+    failures = 0
     kinds = {"input": options.inputs, "record": options.records} | dict.fromkeys(
         FILES, options.files
     )
     for kind, count in kinds.items():
         seeds = range(options.seed, options.seed + count)
-        own = PYTHON_PROBE if kind in FILES else command
-        tally = fuzz(own, kind, seeds, options.keep, options.time_limit, not options.any_memory)
+        probe_command = PYTHON_PROBE if kind in FILES else command
+        tally = fuzz(
+            probe_command, kind, seeds, options.keep, options.time_limit, not options.any_memory
+        )
         print(f"{count} {kind}s: {tally}", flush=True)
-        failed += len(tally.failures)
-    return min(failed, 1)
+        failures += len(tally.failures)
+    return min(failures, 1)
 
 
 if __name__ == "__main__":

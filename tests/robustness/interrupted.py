@@ -77,8 +77,8 @@ def wet_wall(steps: int = 100, interval: int = 5, bricks: int = 20) -> str:
 
 def native_program(name: str | None = None) -> str:
     """Return a named executable, or that of this environment, or that in PATH."""
-    beside = Path(sys.executable).parent / "sitedda-native"
-    path = name or (beside if beside.exists() else shutil.which("sitedda-native"))
+    native = Path(sys.executable).parent / "sitedda-native"
+    path = name or (native if native.exists() else shutil.which("sitedda-native"))
     if not path:
         raise SystemExit("sitedda-native is not installed; name it with --program")
     return str(Path(path).resolve())
@@ -129,8 +129,8 @@ def difference(file: Path, other: Path) -> str:
         for name in left.variables:
             for dataset in (left, right):
                 dataset[name].set_auto_maskandscale(False)
-            one, two = np.asarray(left[name][...]), np.asarray(right[name][...])
-            if one.shape != two.shape or one.tobytes() != two.tobytes():
+            values, other_values = np.asarray(left[name][...]), np.asarray(right[name][...])
+            if values.shape != other_values.shape or values.tobytes() != other_values.tobytes():
                 return name
         for name in ("complete", "step_control"):
             if left.getncattr(name) != right.getncattr(name):

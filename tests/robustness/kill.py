@@ -34,9 +34,9 @@ ROW = (
 COUNTS = ("spared", "kills", "resumes", "anew", "identical", "cases")
 
 
-def models(quick: bool) -> dict[str, str]:
+def models(is_quick: bool) -> dict[str, str]:
     """Return inputs by name."""
-    if quick:
+    if is_quick:
         return {
             "layered site": runs.layered_site(6000, 100),
             "column": runs.column(0.5, 5),
@@ -53,19 +53,19 @@ def models(quick: bool) -> dict[str, str]:
     }
 
 
-def attempt(program, command, folder, chance, run_time, signals, kill) -> tuple[int | None, str]:
+def attempt(program, command, folder, chance, run_time, signals, by_kill) -> tuple[int | None, str]:
     """Start the program once; return its status (None: killed) and its output."""
     running = runs.start(program, command, folder)
-    if not kill:
-        out, err = running.communicate()
-        return running.returncode, out + err
+    if not by_kill:
+        printed, errors = running.communicate()
+        return running.returncode, printed + errors
     try:
-        out, err = running.communicate(timeout=chance.uniform(0.0, run_time))
+        printed, errors = running.communicate(timeout=chance.uniform(0.0, run_time))
     except subprocess.TimeoutExpired:
         running.send_signal(chance.choice(signals))
-        out, err = running.communicate()
-    died = running.returncode < 0 or running.returncode == INTERRUPTED
-    return None if died else running.returncode, out + err
+        printed, errors = running.communicate()
+    was_killed = running.returncode < 0 or running.returncode == INTERRUPTED
+    return None if was_killed else running.returncode, printed + errors
 
 
 def case(program, folder, chance, run_time, tally, signals, reference) -> None:

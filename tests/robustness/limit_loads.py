@@ -183,27 +183,27 @@ def _joints(limit: Limit):
     while i < len(limit.points):
         pair = i + 1 < len(limit.points) and (limit.blocks[i] == limit.blocks[i + 1]).all()
         pair = pair and np.allclose(limit.normals[i], limit.normals[i + 1])
-        here = [i, i + 1] if pair else [i]
-        yield here, float(np.linalg.norm(limit.points[here[-1]] - limit.points[i]))
-        i += len(here)
+        ends = [i, i + 1] if pair else [i]
+        yield ends, float(np.linalg.norm(limit.points[ends[-1]] - limit.points[i]))
+        i += len(ends)
 
 
 def unbalanced(loaded: Loaded, limit: Limit) -> float:
     """Return the largest unbalanced or excessive force over the largest force of a joint."""
     dead, live = loaded.wrenches()
-    total = dead + limit.factor * live
+    forces = dead + limit.factor * live
     centres = [_mass(polygon)[1] for polygon in loaded.bare.polygons]
     tangents = np.column_stack([-limit.normals[:, 1], limit.normals[:, 0]])
     force = limit.normal_force[:, None] * limit.normals + limit.shear_force[:, None] * tangents
     for (a, b), position, force_pair in zip(limit.blocks, limit.points, force, strict=True):
-        total[a] -= _wrench(position - centres[a], force_pair)
-        total[b] += _wrench(position - centres[b], force_pair)
+        forces[a] -= _wrench(position - centres[a], force_pair)
+        forces[b] += _wrench(position - centres[b], force_pair)
     excess = [0.0]
     for i, (a, b, yield_force) in enumerate(loaded.bolts):
         bolt_force = limit.bolt_force[f"bolt_{i}"]
-        along = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
-        total[a, :2] += bolt_force * along
-        total[b, :2] -= bolt_force * along
+        direction = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
+        forces[a, :2] += bolt_force * direction
+        forces[b, :2] -= bolt_force * direction
         excess += [bolt_force - yield_force, -bolt_force]
     cohesion, tension = (_strength(loaded, n) for n in ("cohesion", "tensile_strength"))
     crushing = _strength(loaded, "crushing_strength")
@@ -212,11 +212,13 @@ def unbalanced(loaded: Loaded, limit: Limit) -> float:
         excess += [*(-normal - tension * length / 2),
                    *(shear - cohesion * length / 2 - loaded.bare.friction * normal)]  # fmt: skip
         if np.isfinite(crushing) and length:
-            pressed = normal.sum()
-            over = abs(normal[0] - normal[1]) - pressed * (1 - pressed / crushing / length)
-            excess.append(over * EXACT / CRUSHED)
+            compression = normal.sum()
+            eccentricity = abs(normal[0] - normal[1]) - compression * (
+                1 - compression / crushing / length
+            )
+            excess.append(eccentricity * EXACT / CRUSHED)
     free = [i for i in range(len(centres)) if i not in loaded.bare.held]
-    return max(abs(total[free]).max(), max(excess)) / abs(limit.normal_force).max()
+    return max(abs(forces[free]).max(), max(excess)) / abs(limit.normal_force).max()
 
 
 def bound(loaded: Loaded, limit: Limit, dilates: bool = True) -> tuple[float, float]:
@@ -226,41 +228,47 @@ def bound(loaded: Loaded, limit: Limit, dilates: bool = True) -> tuple[float, fl
     dilation, over those with the given normal forces.  The variable load has the rest of this power
     after the permanent loads.
     """
-    ways, centres = limit.displacement, [_mass(p)[1] for p in loaded.bare.polygons]
+    displacements, centres = limit.displacement, [_mass(p)[1] for p in loaded.bare.polygons]
     dead, live = loaded.wrenches()
 
-    def way(i: int, position: np.ndarray) -> np.ndarray:
+    def displacement_at(i: int, position: np.ndarray) -> np.ndarray:
         arm = position - centres[i]
-        return ways[i, :2] + ways[i, 2] * np.array([-arm[1], arm[0]])
+        return displacements[i, :2] + displacements[i, 2] * np.array([-arm[1], arm[0]])
 
-    dissipation, lacks = 0.0, 0.0
+    dissipation, lack = 0.0, 0.0
     cohesion, tension = (_strength(loaded, n) for n in ("cohesion", "tensile_strength"))
     crushing, friction = _strength(loaded, "crushing_strength"), loaded.bare.friction
     for ends, length in _joints(limit):
         (a, b), normal = limit.blocks[ends[0]], limit.normals[ends[0]]
-        openings = [way(b, limit.points[k]) - way(a, limit.points[k]) for k in ends]
+        openings = [
+            displacement_at(b, limit.points[k]) - displacement_at(a, limit.points[k]) for k in ends
+        ]
         opening = np.array([vector @ normal for vector in openings])
         slip = abs(openings[0] @ [-normal[1], normal[0]])
         if np.isfinite(crushing) and length:
             # N (μ s − o) + |M| |θ| with |M| = N (L − N/σ_c)/2, largest at N = N*.
             rotation = abs(opening[0] - opening[1]) / length
-            gain = friction * slip - opening.min()
-            yield_force = crushing * min(max(gain, 0.0) / max(rotation, 1e-300), length)
+            power_factor = friction * slip - opening.min()
+            yield_force = crushing * min(max(power_factor, 0.0) / max(rotation, 1e-300), length)
             yield_force = yield_force if dilates else limit.normal_force[ends].sum()
-            dissipation += yield_force * gain - rotation * yield_force**2 / (2 * crushing)
+            dissipation += yield_force * power_factor - rotation * yield_force**2 / (2 * crushing)
             continue
         if not dilates:
-            lacks = max(lacks, float(-opening.min()))
+            lack = max(lack, float(-opening.min()))
             dissipation += len(ends) * cohesion * length / 2 * slip
             dissipation += limit.normal_force[ends] @ (friction * slip - opening)
             continue
-        lacks = max(lacks, float((friction * slip - opening).max()))
-        pulled = min(tension, cohesion / friction) * length / 2
-        dissipation += sum((cohesion * length / 2 - friction * pulled) * slip + pulled * opening)
+        lack = max(lack, float((friction * slip - opening).max()))
+        tensile_force = min(tension, cohesion / friction) * length / 2
+        dissipation += sum(
+            (cohesion * length / 2 - friction * tensile_force) * slip + tensile_force * opening
+        )
     for a, b, yield_force in loaded.bolts:
-        along = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
-        dissipation += yield_force * max(0.0, along @ (ways[b, :2] - ways[a, :2]))
-    return (dissipation - np.sum(dead * ways)) / np.sum(live * ways), lacks
+        direction = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
+        dissipation += yield_force * max(
+            0.0, direction @ (displacements[b, :2] - displacements[a, :2])
+        )
+    return (dissipation - np.sum(dead * displacements)) / np.sum(live * displacements), lack
 
 
 def rests(loaded: Loaded, factor: float) -> bool:
@@ -282,9 +290,9 @@ def wrong(loaded: Loaded, limits: Limits, below: float = BELOW, above: float = A
             replace(loaded, joint={}))  # fmt: skip
         if (excess := unbalanced(model, limit)) > EXACT:
             faults.append(f"forces of {name} are unbalanced by {excess:.2g}")
-        factor, lacks = bound(model, limit, name == "U")
-        if abs(factor / limit.factor - 1) > BOUND or lacks > CLOSED:
-            faults.append(f"the mechanism has {name} {factor:.6g} and lacks dilation {lacks:.2g}")
+        factor, lack = bound(model, limit, name == "U")
+        if abs(factor / limit.factor - 1) > BOUND or lack > CLOSED:
+            faults.append(f"the mechanism has {name} {factor:.6g} and lacks dilation {lack:.2g}")
     if not rests(loaded, below * limits.lower.factor):
         faults.append(f"falls at {below:g} L")
     if rests(loaded, above * limits.upper.factor):

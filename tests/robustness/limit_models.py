@@ -49,14 +49,14 @@ class Assembly:
 def arch(rng: np.random.Generator, name: str) -> Assembly:
     """Voussoirs with straight sides and unequal angles, and joints inclined to the radius."""
     count, radius = int(rng.integers(7, 32)), 5.0
-    half, thickness = math.radians(rng.uniform(40, 90)), radius * rng.uniform(0.1, 0.35)
+    half_angle, thickness = math.radians(rng.uniform(40, 90)), radius * rng.uniform(0.1, 0.35)
     fractions = rng.uniform(0.6, 1.4, count)
-    angle = half - 2 * half * np.append(0.0, np.cumsum(fractions)) / fractions.sum()
+    angle = half_angle - 2 * half_angle * np.append(0.0, np.cumsum(fractions)) / fractions.sum()
     smallest = (
         np.minimum(np.append(np.inf, fractions), np.append(fractions, np.inf)) / fractions.sum()
     )
     # Joints must not intersect within the ring.
-    lean = rng.uniform(-1, 1, count + 1) * np.minimum(0.2, 0.4 * smallest * 2 * half * radius
+    lean = rng.uniform(-1, 1, count + 1) * np.minimum(0.2, 0.4 * smallest * 2 * half_angle * radius
         / (0.5 * thickness))  # fmt: skip
     ray = np.column_stack([np.sin(angle), np.cos(angle)])
     direction = np.column_stack([np.sin(angle + lean), np.cos(angle + lean)])
@@ -66,14 +66,16 @@ def arch(rng: np.random.Generator, name: str) -> Assembly:
     return Assembly(name, polygons, (count, count + 1), float(friction), sense)
 
 
-def _voussoirs(inner: np.ndarray, outer: np.ndarray) -> list[np.ndarray]:
+def _voussoirs(intrados: np.ndarray, extrados: np.ndarray) -> list[np.ndarray]:
     """Return the stones between joints from the right springing on, and two abutments."""
-    count = len(inner) - 1
-    polygons = [np.array([inner[i], outer[i], outer[i + 1], inner[i + 1]]) for i in range(count)]
+    count = len(intrados) - 1
+    polygons = [
+        np.array([intrados[i], extrados[i], extrados[i + 1], intrados[i + 1]]) for i in range(count)
+    ]
     for i, sign in ((0, 1.0), (count, -1.0)):
-        along = outer[i] - inner[i]
-        normal = np.array([along[1], -along[0]]) * sign
-        low, high = inner[i] - 0.25 * along, outer[i] + 0.25 * along
+        joint_vector = extrados[i] - intrados[i]
+        normal = np.array([joint_vector[1], -joint_vector[0]]) * sign
+        low, high = intrados[i] - 0.25 * joint_vector, extrados[i] + 0.25 * joint_vector
         corners = [low, low + normal, high + normal, high]
         polygons.append(np.array(corners if sign > 0 else corners[::-1]))
     return polygons
@@ -82,8 +84,8 @@ def _voussoirs(inner: np.ndarray, outer: np.ndarray) -> list[np.ndarray]:
 def bridge(rng: np.random.Generator, name: str) -> Assembly:
     """Voussoirs with radial joints below a level road."""
     count, radius = int(rng.integers(7, 22)), 5.0
-    half, crown = math.radians(rng.uniform(40, 60)), radius * rng.uniform(0.03, 0.12)
-    angle = np.linspace(half, -half, count + 1)
+    half_angle, crown = math.radians(rng.uniform(40, 60)), radius * rng.uniform(0.03, 0.12)
+    angle = np.linspace(half_angle, -half_angle, count + 1)
     ray = np.column_stack([np.sin(angle), np.cos(angle)])
     polygons = _voussoirs(radius * ray, (radius + crown) * ray / ray[:, 1:])
     return Assembly(name, polygons, (count, count + 1), float(rng.uniform(0.4, 0.9)), 1)
@@ -134,10 +136,10 @@ def _box(left: float, right: float, bottom: float, top: float) -> np.ndarray:
     return np.array([(left, bottom), (right, bottom), (right, top), (left, top)])
 
 
-def _fits(assembly: Assembly, fewest: int, largest: int):
+def _fits(assembly: Assembly, least_blocks: int, most_blocks: int):
     """Return the limits, or None if the model falls under its weight or has too few blocks."""
-    free = len(assembly.polygons) - len(assembly.held)
-    if not fewest <= free <= largest:
+    free_blocks = len(assembly.polygons) - len(assembly.held)
+    if not least_blocks <= free_blocks <= most_blocks:
         return None
     try:
         limits = assembly.limits()

@@ -70,9 +70,9 @@ def doubts(assembly: Assembly, factor: float, scene: Scene) -> list[str]:
     positions, normals = scene.contact_points(frame, contacts)
     normal, shear = contacts["normal_force"], contacts["shear_force"]
     faults = []
-    excess = float((abs(shear) - assembly.friction * normal).max())
-    if normal.min() < 0 or excess > 1e-6 * normal.max():
-        faults.append(f"a shear force is beyond friction by {excess:.3g} N/m")
+    excess_shear = float((abs(shear) - assembly.friction * normal).max())
+    if normal.min() < 0 or excess_shear > 1e-6 * normal.max():
+        faults.append(f"a shear force is beyond friction by {excess_shear:.3g} N/m")
     faults += _unbalanced(assembly, factor, scene, contacts)
     for v, e, n in zip(positions, contacts["edge"], normal, strict=True):
         distance = shapely.LinearRing(polygons[scene.owner[e]]).distance(shapely.Point(v))
@@ -87,8 +87,10 @@ def _unbalanced(assembly: Assembly, factor: float, scene: Scene, contacts: dict)
     # Forces on the block of the vertex; shear resists its slip along the edge.  Shear acts on both
     # blocks at the vertex; the normal force acts on the other block at the foot of the vertex.
     normal_forces = contacts["normal_force"][:, None] * normals
-    drag = contacts["shear_force"][:, None] * np.column_stack([normals[:, 1], -normals[:, 0]])
-    feet = positions - contacts["gap"][:, None] * normals
+    friction_forces = contacts["shear_force"][:, None] * np.column_stack(
+        [normals[:, 1], -normals[:, 0]]
+    )
+    contact_points = positions - contacts["gap"][:, None] * normals
     edge = scene.owner[contacts["edge"]]
     vertex = scene.owner[contacts["vertex"]]
     residuals = []
@@ -97,16 +99,19 @@ def _unbalanced(assembly: Assembly, factor: float, scene: Scene, contacts: dict)
             continue
         mass, centre = _mass(assembly.polygons[i])[0], _mass(polygon)[1]
         weight = mass * GRAVITY
-        total = np.array([assembly.sense * factor * weight, -weight, 0.0])
-        for selected, sign, at in ((vertex == i, 1.0, positions), (edge == i, -1.0, feet)):
-            for force, positions_of in ((normal_forces, at), (drag, positions)):
-                arm, own = (positions_of - centre)[selected], sign * force[selected]
-                moment = arm[:, 0] * own[:, 1] - arm[:, 1] * own[:, 0]
-                total += np.append(own.sum(axis=0), moment.sum())
-        total[2] /= np.linalg.norm(polygon - centre, axis=1).max()
-        if abs(total).max() > UNBALANCED * weight:
+        external_force = np.array([assembly.sense * factor * weight, -weight, 0.0])
+        for selected, sign, at in (
+            (vertex == i, 1.0, positions),
+            (edge == i, -1.0, contact_points),
+        ):
+            for force, positions_of in ((normal_forces, at), (friction_forces, positions)):
+                arm, own_forces = (positions_of - centre)[selected], sign * force[selected]
+                moment = arm[:, 0] * own_forces[:, 1] - arm[:, 1] * own_forces[:, 0]
+                external_force += np.append(own_forces.sum(axis=0), moment.sum())
+        external_force[2] /= np.linalg.norm(polygon - centre, axis=1).max()
+        if abs(external_force).max() > UNBALANCED * weight:
             residuals.append(
-                f"block {i}: unbalanced force of {abs(total).max() / weight:.2g} weights"
+                f"block {i}: unbalanced force of {abs(external_force).max() / weight:.2g} weights"
             )
     return residuals
 
@@ -124,8 +129,8 @@ def slow_outcome(assembly: Assembly, factor: float) -> Outcome:
     model.stage(name="push", duration=RAMP + HOLD, time_step=2e-3)
     # In the frame of an accelerated base, a body force acts in the opposite direction.
     times = np.linspace(0.0, 1.0, 51)
-    smooth = times**2 * (3 - 2 * times)
-    values = -assembly.sense * factor * GRAVITY * np.append(smooth, np.ones(51))
+    ramp = times**2 * (3 - 2 * times)
+    values = -assembly.sense * factor * GRAVITY * np.append(ramp, np.ones(51))
     model.motion("push", quantity="acceleration", time_step=RAMP / 50, values=values,
         drift_order=0)  # fmt: skip
     model.control(base_motion_x="push")
@@ -148,22 +153,22 @@ class Tally:
     between: int = 0
     wrong: int = 0
 
-    def judge(self, label: str, outcome: Outcome, rests: bool | None) -> None:
-        """Print an outcome, and count it if it differs from `rests` (None: not judged)."""
+    def judge(self, label: str, outcome: Outcome, expects_rest: bool | None) -> None:
+        """Print an outcome, and count it if it differs from `expects_rest` (None: not judged)."""
         verdict = "rests" if outcome.at_rest else "falls"
-        bad = rests is not None and outcome.at_rest != rests
+        is_wrong = expects_rest is not None and outcome.at_rest != expects_rest
         description = outcome.remarks if outcome.at_rest else ""
         if (
             outcome.at_rest
             and description
-            and rests is not False
+            and expects_rest is not False
             and not description.startswith("moved")
         ):
-            bad = True
-        self.wrong += bad
-        mark = "WRONG" if bad else "not judged" if rests is None else ""
+            is_wrong = True
+        self.wrong += is_wrong
+        remark = "WRONG" if is_wrong else "not judged" if expects_rest is None else ""
         print(
-            f"    {label:24} {verdict} {outcome.seconds:6.2f} s  {mark} {description}", flush=True
+            f"    {label:24} {verdict} {outcome.seconds:6.2f} s  {remark} {description}", flush=True
         )
 
 
@@ -189,12 +194,12 @@ def study(models: int, monotone: int, slow: int, seed: int) -> Tally:
             tally.judge("slowly, 0.98", slow_outcome(assembly, BELOW * low), True)
             tally.judge("slowly, 1.02", slow_outcome(assembly, ABOVE * high), False)
         if tally.models <= monotone:
-            rests = True
+            expects_rest = True
             for fraction in np.arange(0.90, 1.101, 0.02):
                 outcome = static_outcome(assembly, fraction * (low if fraction < 1.0 else high))
-                expected = False if not rests else True if fraction < 0.99 else None
+                expected = False if not expects_rest else True if fraction < 0.99 else None
                 tally.judge(f"{fraction:.2f}", outcome, expected)
-                rests = outcome.at_rest
+                expects_rest = outcome.at_rest
     return tally
 
 

@@ -38,8 +38,8 @@ def build(folder: Path) -> None:
 
 def run_tests(folder: Path) -> None:
     """Run all suites, then the Python tests; print failures, and continue."""
-    for old in folder.rglob("*.gcda"):
-        old.unlink()
+    for data_file in folder.rglob("*.gcda"):
+        data_file.unlink()
     quiet = {"OMP_NUM_THREADS": "2", "OPENBLAS_NUM_THREADS": "1", "OMP_WAIT_POLICY": "passive"}
     quiet["FUZZ_TIME_LIMIT"] = "60"  # slower without optimisation and with counters
     quiet["GCOV_ERROR_FILE"] = os.devnull  # counters cannot be written in tests of a full disk
@@ -99,7 +99,7 @@ def procedures_of(file: Path) -> list[str]:
 def report(counts: dict[Path, dict[int, int]]) -> int:
     """Print a row for each folder, and each line without a reason; return the exit status."""
     floors: dict[str, list[int]] = defaultdict(lambda: [0, 0])
-    explanations, unexplained, used = reasons(), [], set()
+    explanations, unexplained, used_reasons = reasons(), [], set()
     for file, lines in sorted(counts.items()):
         names, texts = procedures_of(file), (ROOT / file).read_text().splitlines()
         floor = floors[file.parts[1]]
@@ -110,20 +110,22 @@ def report(counts: dict[Path, dict[int, int]]) -> int:
             floor[1] += 1
             location = (str(Path(*file.parts[1:])), names[number])
             if count == 0 and location in explanations:
-                used.add(location)
+                used_reasons.add(location)
             elif count == 0:
                 unexplained.append(
                     f"{file}:{number} ({names[number]}): {texts[number - 1].strip()}"
                 )
-    for name, (reached, lines) in floors.items():
-        print(f"{name:10} {reached:6} of {lines:6} lines {100 * reached / lines:6.1f} %")
-    reached, lines = (sum(floor[i] for floor in floors.values()) for i in (0, 1))
-    percentage = 100 * reached / lines
-    print(f"{'all':10} {reached:6} of {lines:6} lines {percentage:6.2f} %, at least {LEAST} wanted")
-    explained = lines - reached - len(unexplained)
-    print(f"{explained} lines not reached are explained, {len(unexplained)} are not")
+    for name, (reached_lines, lines) in floors.items():
+        print(
+            f"{name:10} {reached_lines:6} of {lines:6} lines {100 * reached_lines / lines:6.1f} %"
+        )
+    reached_lines, lines = (sum(floor[i] for floor in floors.values()) for i in (0, 1))
+    percentage = 100 * reached_lines / lines
+    print(f"{'all':10} {reached_lines:6} of {lines:6} lines {percentage:6.2f} %, least {LEAST}")
+    explained_count = lines - reached_lines - len(unexplained)
+    print(f"{explained_count} lines not reached are explained, {len(unexplained)} are not")
     print(*unexplained, sep="\n")
-    for location in sorted(set(explanations) - used):
+    for location in sorted(set(explanations) - used_reasons):
         print(f"unreached_lines.md explains {location[0]}, {location[1]}, which is reached")
     return int(percentage < LEAST or bool(unexplained))
 

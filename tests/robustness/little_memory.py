@@ -37,7 +37,7 @@ def outcome(arguments: list[str], megabytes: int, folder: Path) -> str:
 
 def failures(limits, commands=COMMANDS) -> list[str]:
     """Return commands and limits (MiB) with a wrong end."""
-    failed, counts = [], Counter()
+    failed_runs, counts = [], Counter()
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(INPUTS / "column.nml", folder)
         for megabytes in limits:
@@ -45,10 +45,10 @@ def failures(limits, commands=COMMANDS) -> list[str]:
                 wrong = outcome(arguments, int(megabytes), Path(folder))
                 counts[name] += 1
                 if wrong:
-                    failed.append(f"{name} at {megabytes} MiB: {wrong}")
-                    print(failed[-1], flush=True)
+                    failed_runs.append(f"{name} at {megabytes} MiB: {wrong}")
+                    print(failed_runs[-1], flush=True)
     print(", ".join(f"{name} {count}" for name, count in counts.items()))
-    return failed
+    return failed_runs
 
 
 def main() -> int:

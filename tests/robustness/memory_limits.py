@@ -103,7 +103,7 @@ def main() -> int:
                     cores=["Haswell", "SkylakeX"], blocks=2500, program=str)  # fmt: skip
     program = Path(options.program or executable("sitedda-native")).resolve()
     limits = [mib * MEBI for mib in range(options.least, options.most + 1, options.step)]
-    failed = False
+    has_failed = False
     with tempfile.TemporaryDirectory() as folder:
         for core in options.cores:
             for solver in options.solvers:
@@ -111,11 +111,11 @@ def main() -> int:
                 counts = collections.Counter(outcome.partition(":")[0] for outcome in outcomes)
                 summary = ", ".join(f"{count} {kind}" for kind, count in counts.items())
                 print(f"{core:10s} {solver:7s} {len(outcomes)} limits: {summary}", flush=True)
-                failed = failed or not is_sound(outcomes)
+                has_failed = has_failed or not is_sound(outcomes)
                 for limit, outcome in zip(limits, outcomes, strict=True):
                     if outcome not in (DONE, REFUSED, NOT_STARTED):
                         print(f"  {limit // MEBI} MiB: {outcome}", flush=True)
-    return int(failed)
+    return int(has_failed)
 
 
 if __name__ == "__main__":

@@ -102,9 +102,9 @@ class Mutant:
     def text(self) -> str:
         """Return the changed text of the file."""
         lines = (ROOT / "fortran" / self.file).read_text().splitlines(keepends=True)
-        one = lines[self.line - 1]
-        assert one[self.start :].startswith(self.old)
-        lines[self.line - 1] = one[: self.start] + self.new + one[self.start + len(self.old) :]
+        line = lines[self.line - 1]
+        assert line[self.start :].startswith(self.old)
+        lines[self.line - 1] = line[: self.start] + self.new + line[self.start + len(self.old) :]
         return "".join(lines)
 
 
@@ -144,15 +144,15 @@ def draw(seed: int, count: int) -> tuple[list[Mutant], Counter]:
     kinds: dict[str, list[tuple[str, Mutant]]] = {}
     left_out: Counter = Counter()
     for file, line, match, group, kind, name in places():
-        if why := reason(f"{file}:{name}:{kind} {match[group]}"):
-            left_out[why] += 1
+        if exclusion := reason(f"{file}:{name}:{kind} {match[group]}"):
+            left_out[exclusion] += 1
             continue
         chance = sha256(f"{seed} {file} {match.string} {match.start(group)}".encode()).hexdigest()
-        old, factor = match[group], 2.0 if chance[-1] in "02468ace" else 0.5
-        new = TURNED[old] if kind == "operator" else times(old, factor)
-        if new == old:  # zero
+        old_text, factor = match[group], 2.0 if chance[-1] in "02468ace" else 0.5
+        new_text = TURNED[old_text] if kind == "operator" else times(old_text, factor)
+        if new_text == old_text:  # zero
             continue
-        mutant = Mutant(file, line, match.start(group), old, new, kind, name)
+        mutant = Mutant(file, line, match.start(group), old_text, new_text, kind, name)
         kinds.setdefault(kind, []).append((chance, mutant))
     ordered = [sorted(kinds[kind], key=lambda pair: pair[0]) for kind in sorted(kinds)]
     return [ordered[i % len(ordered)].pop(0)[1] for i in range(count)], left_out
@@ -174,8 +174,10 @@ class Engine:
     def __post_init__(self) -> None:
         self.build = self.folder / "build"
         if not self.build.exists():
-            listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True)
-            for name in listed.stdout.splitlines():
+            file_list = subprocess.run(
+                ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True
+            )
+            for name in file_list.stdout.splitlines():
                 (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, self.folder / name)
             command = ["meson", "setup", self.build, "-Dtester=true", "-Dnative_arch=true"]
@@ -186,10 +188,10 @@ class Engine:
 
     def make_environment(self) -> None:
         """Make a virtual environment like the present one, with the executable of the copy."""
-        own, programs = Path(sys.prefix), Path(sys.executable).parent
+        python_folder, programs = Path(sys.prefix), Path(sys.executable).parent
         self.python.parent.mkdir(parents=True)
-        (self.folder / "venv" / "lib").symlink_to(own / "lib")
-        shutil.copy(own / "pyvenv.cfg", self.folder / "venv")
+        (self.folder / "venv" / "lib").symlink_to(python_folder / "lib")
+        shutil.copy(python_folder / "pyvenv.cfg", self.folder / "venv")
         for program in programs.iterdir():
             (self.python.parent / program.name).symlink_to(program)
         native = self.python.parent / "sitedda-native"
@@ -200,14 +202,14 @@ class Engine:
         """Build the targets, or all, and install; return whether the source compiles."""
         process = self.run("ninja", "-C", self.build, *targets)
         if process.returncode == 0 and not targets:
-            into = f"--destdir={self.folder / 'installed'}"
-            self.run("meson", "install", "-C", self.build, "--no-rebuild", "--quiet", into)
+            destination = f"--destdir={self.folder / 'installed'}"
+            self.run("meson", "install", "-C", self.build, "--no-rebuild", "--quiet", destination)
         return process.returncode == 0
 
     def run(self, *command, limit: float | None = None) -> subprocess.CompletedProcess:
         """Run a command in the copy, with its package and programs before others."""
         package = next(self.folder.glob("installed/**/sitedda/__init__.py"), self.folder).parents[1]
-        own = {
+        extra = {
             "PYTHONPATH": str(package),
             "PATH": f"{self.python.parent}{os.pathsep}{os.environ['PATH']}",
             "SITEDDA_TEST_DATA": str(self.folder / "tests" / "data"),
@@ -215,7 +217,7 @@ class Engine:
             "OMP_WAIT_POLICY": "passive",
         }
         return subprocess.run(
-            [str(argument) for argument in command], cwd=self.folder, env=os.environ | own,
+            [str(argument) for argument in command], cwd=self.folder, env=os.environ | extra,
             timeout=limit, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False,
         )  # fmt: skip
 
@@ -223,18 +225,20 @@ class Engine:
 def tests_of(file: str) -> list[Path]:
     """Return all Python test files, most similar to the words of a file and its comments first."""
     source = (ROOT / "fortran" / file).read_text()
-    about = words_of(f"{Path(file).stem} " * 9 + " ".join(re.findall(r"!.*", source)))
+    mutated_words = words_of(f"{Path(file).stem} " * 9 + " ".join(re.findall(r"!.*", source)))
     paths = [path for path in (ROOT / "tests").glob("**/test_*.py") if path.stem not in UNUSED]
     texts = {path: words_of(f"{path.stem} " * 9 + path.read_text()) for path in paths}
     in_tests = Counter(term for counts in texts.values() for term in counts)
 
-    def likeness(path: Path) -> float:
+    def common_words(path: Path) -> float:
         counts = texts[path]
         rare = {w: math.log(1 + counts[w]) * math.log(len(texts) / in_tests[w]) for w in counts}
         size = math.sqrt(sum(value**2 for value in rare.values()))
-        return sum(math.log(1 + about[w]) * rare[w] for w in about if w in rare) / size
+        return (
+            sum(math.log(1 + mutated_words[w]) * rare[w] for w in mutated_words if w in rare) / size
+        )
 
-    return [path.relative_to(ROOT) for path in sorted(texts, key=likeness, reverse=True)]
+    return [path.relative_to(ROOT) for path in sorted(texts, key=common_words, reverse=True)]
 
 
 def words_of(text: str) -> Counter:
@@ -271,8 +275,10 @@ def killer(engine: Engine, mutant: Mutant, limit: float) -> str:
 
 def unchanged_fails(engine: Engine, killers: set[str]) -> set[str]:
     """Return those of the tests that fail without a mutant."""
-    own = [name for name in killers if name.startswith("tests/") and "::" in name]
-    return {n for n in own if engine.run(engine.python, "-m", "pytest", "-q", n).returncode}
+    pytest_names = [name for name in killers if name.startswith("tests/") and "::" in name]
+    return {
+        n for n in pytest_names if engine.run(engine.python, "-m", "pytest", "-q", n).returncode
+    }
 
 
 def main() -> int:

@@ -34,20 +34,23 @@ def mutated_file(kind: str, seed: int) -> bytes:
 def moved_corners(kind: str, seed: int) -> bytes:
     """Return one valid polygon with some changed coordinates."""
     chance = random.Random(f"corners {kind} {seed}")
-    new = [0.0, 1.0, 3.0, 4.0, 4.0000001, -4.0, 2.5, 1e3, 1e-9, 1e300]
+    coordinates = [0.0, 1.0, 3.0, 4.0, 4.0000001, -4.0, 2.5, 1e3, 1e-9, 1e300]
     fraction = chance.choice([0.0, 0.1, 0.3, 1.0])
     ring = [
-        [chance.choice(new) if chance.random() < fraction else old for old in corner]
+        [
+            chance.choice(coordinates) if chance.random() < fraction else coordinate
+            for coordinate in corner
+        ]
         for corner in ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
     ]
-    closed = [*ring, ring[0]]
+    closed_ring = [*ring, ring[0]]
     match kind:
         case "csv":
             text = "name, x, y\n" + "".join(f"a, {x}, {y}\n" for x, y in ring)
         case "wkt":
-            text = f"POLYGON (({', '.join(f'{x} {y}' for x, y in closed)}))\n"
+            text = f"POLYGON (({', '.join(f'{x} {y}' for x, y in closed_ring)}))\n"
         case "geojson":
-            text = json.dumps({"type": "Polygon", "coordinates": [closed]})
+            text = json.dumps({"type": "Polygon", "coordinates": [closed_ring]})
         case "dxf":
             corners = (f"0\nVERTEX\n8\na\n10\n{x}\n20\n{y}\n" for x, y in ring)
             text = (
@@ -106,12 +109,14 @@ def good_geojson(chance) -> bytes:
 def nested_geojson(chance) -> bytes:
     """Return very many brackets, nested collections, or wrong types."""
     depth = chance.choice(DEPTHS)
-    wrong = chance.choice(["null", "1e999", "{}", "[[[]]]", '"x"', "[[NaN, 0], [1, 1]]", "[[1]]"])
+    invalid_value = chance.choice(
+        ["null", "1e999", "{}", "[[[]]]", '"x"', "[[NaN, 0], [1, 1]]", "[[1]]"]
+    )
     return chance.choice([
         "[" * depth + "]" * depth,
         '{"type": "GeometryCollection", "geometries": [' * depth + "]}" * depth,
-        '{"type": "LineString", "coordinates": ' + wrong + "}",
-        '{"features": ' + wrong + "}",
+        '{"type": "LineString", "coordinates": ' + invalid_value + "}",
+        '{"features": ' + invalid_value + "}",
         '{"a":' * depth + "1" + "}" * depth,
     ]).encode()  # fmt: skip
 
@@ -154,8 +159,8 @@ def good_blocks() -> bytes:
     from sitedda.block_file import write_block_file
 
     with tempfile.TemporaryDirectory() as folder:
-        blocks = [{"name": f"b{i}", "material": "rock", "joint": "bed", "vertices": half}
-                  for i, half in enumerate(np.split(SQUARES, 2))]  # fmt: skip
+        blocks = [{"name": f"b{i}", "material": "rock", "joint": "bed", "vertices": corners}
+                  for i, corners in enumerate(np.split(SQUARES, 2))]  # fmt: skip
         return write_block_file(Path(folder) / "good.nc", blocks).read_bytes()
 
 
@@ -163,7 +168,7 @@ def lying_blocks(chance) -> bytes:
     """Return variables with wrong types, dimensions and values."""
     import netCDF4
 
-    good = {
+    valid_values = {
         "vertices": ("f8", SQUARES),
         "corners": ("i4", np.array([4, 4])),
         "material": ("i4", np.array([1, 0])),
@@ -176,7 +181,7 @@ def lying_blocks(chance) -> bytes:
         file = Path(folder) / "lies.nc"
         form = chance.choice(["NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"])
         with netCDF4.Dataset(file, "w", format=form) as data:
-            for name, (kind, values) in good.items():
+            for name, (kind, values) in valid_values.items():
                 if chance.random() < 0.05:
                     continue
                 if chance.random() < 0.15:

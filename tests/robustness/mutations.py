@@ -39,7 +39,7 @@ def models() -> list[list]:
         ("amplification", {"surface": "surface", "base": "base", "lowest": 1.0, "highest": 20.0}),
     ]
     start = flying_block(steps=5)[:4]
-    resting = [
+    resting_groups = [
         *changed(start, "control", gravity=[0.0, -9.81], time_step_control="adaptive"),
         ("wall", {"brick_length": 1.0, "brick_height": 0.5, "bricks": 2, "courses": 3}),
         ("block", {"name": "floor", "vertices": rectangle(-1.0, -1.0, 5.0, 1.0)}),
@@ -52,17 +52,28 @@ def models() -> list[list]:
         ("drums", {"width": 1.0, "top_width": 0.8, "height": 0.7, "count": 3}),
         ("fixed_point", {"x": 0.0, "y": 0.1, "direction": "xy"}),
     ]
-    original = changed(resting, "contact", contact_rules="original", penetration_tolerance=0.0)
-    tight = changed(resting, "contact", penetration_tolerance=1e-6, max_iterations=50)
+    original = changed(
+        resting_groups, "contact", contact_rules="original", penetration_tolerance=0.0
+    )
+    tight_groups = changed(resting_groups, "contact", penetration_tolerance=1e-6, max_iterations=50)
     based = [*changed(column, "control", base_motion_x="m"), tower()[7]]
     based[-1][1]["name"] = "m"
-    wet = [
-        *resting,
+    wet_groups = [
+        *resting_groups,
         ("flow", {"aperture": 1e-3, "state": "transient", "saturation": 0.9}),
         ("flow_boundary", {"along": [0, 0, 0, 1.6], "head": [2.0, 3.0], "time": [0.0, 1e-3]}),
         ("traction", {"side": "right", "level": 1.0, "added_mass": True}),
     ]
-    return [shaken, resting, column, original, tight, based, wet, flying_block(steps=5)]
+    return [
+        shaken,
+        resting_groups,
+        column,
+        original,
+        tight_groups,
+        based,
+        wet_groups,
+        flying_block(steps=5),
+    ]
 
 
 def mutated_input(seed: int) -> bytes:
@@ -140,14 +151,16 @@ def other_size(chance, groups):
     """Increase or decrease a number many times, or change its sign."""
     values, variable = _variable(chance, groups)
     factor = chance.choice([-1.0, 10 ** chance.uniform(-14, 14), 10 ** chance.uniform(-1, 1)])
-    old = values[variable]
-    if isinstance(old, list):
-        which = chance.randrange(len(old))
-        values[variable] = [x * factor if i == which else x for i, x in enumerate(old)]
-    elif isinstance(old, float):
-        values[variable] = old * factor
-    elif isinstance(old, int):
-        values[variable] = chance.choice([0, -1, 3 * old, 200 * old, int(old * factor)])
+    old_values = values[variable]
+    if isinstance(old_values, list):
+        index = chance.randrange(len(old_values))
+        values[variable] = [x * factor if i == index else x for i, x in enumerate(old_values)]
+    elif isinstance(old_values, float):
+        values[variable] = old_values * factor
+    elif isinstance(old_values, int):
+        values[variable] = chance.choice(
+            [0, -1, 3 * old_values, 200 * old_values, int(old_values * factor)]
+        )
 
 
 def take_out(chance, groups):
@@ -169,13 +182,15 @@ def say_twice(chance, groups):
 def other_name(chance, groups):
     """Rename a variable or a group, or add a subscript."""
     if chance.random() < 0.3:
-        which = chance.randrange(len(groups))
-        groups[which] = (chance.choice(GROUPS), groups[which][1])
+        index = chance.randrange(len(groups))
+        groups[index] = (chance.choice(GROUPS), groups[index][1])
         return
     values, variable = _variable(chance, groups)
     _, other = _variable(chance, groups)
-    new = chance.choice([variable + chance.choice(SUBSCRIPTS), other, variable[:-1], variable * 50])
-    values[new] = values.pop(variable)
+    new_name = chance.choice(
+        [variable + chance.choice(SUBSCRIPTS), other, variable[:-1], variable * 50]
+    )
+    values[new_name] = values.pop(variable)
 
 
 def another_variable(chance, groups):
@@ -255,7 +270,7 @@ def mutated_lines(chance, data: bytes) -> bytes:
 def mutated_number(chance, data: bytes) -> bytes:
     """Replace a number by a hostile one, mostly in the header."""
     tokens = data[: 3000 if chance.random() < 0.6 else len(data)].split()
-    old = chance.choice([token for token in tokens if re.search(rb"\d", token)] or [b"1"])
-    new = chance.choice([*NUMBERS, *VALUES[:26]]).encode()
-    at = data.find(old)
-    return data[:at] + new + data[at + len(old) :]
+    old_token = chance.choice([token for token in tokens if re.search(rb"\d", token)] or [b"1"])
+    new_token = chance.choice([*NUMBERS, *VALUES[:26]]).encode()
+    at = data.find(old_token)
+    return data[:at] + new_token + data[at + len(old_token) :]

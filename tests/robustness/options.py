@@ -16,12 +16,12 @@ def parse_options(doc: str, *paths: str, **defaults) -> argparse.Namespace:
     for name in paths:
         parser.add_argument(name, type=Path)
     for name, default in defaults.items():
-        one = default[0] if isinstance(default, list) else default
-        kind = one if isinstance(one, type) else type(one)
-        options = {"action": "store_true"} if one is False else {"type": kind}
+        element = default[0] if isinstance(default, list) else default
+        kind = element if isinstance(element, type) else type(element)
+        options = {"action": "store_true"} if element is False else {"type": kind}
         options |= {"nargs": "+"} if isinstance(default, list) else {}
         option = "--" + name.replace("_", "-")
-        parser.add_argument(option, default=None if kind is one else default, **options)
+        parser.add_argument(option, default=None if kind is element else default, **options)
     return parser.parse_args()
 
 

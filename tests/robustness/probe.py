@@ -31,8 +31,8 @@ def state(run: sitedda.Simulation) -> list[np.ndarray]:
 
 def judge(values) -> str:
     """Return ``ok``, or which of the arrays is not finite."""
-    strange = [i for i, value in enumerate(values) if not np.all(np.isfinite(value))]
-    return f"not finite: array {strange[0]}" if strange else "ok"
+    infinite = [i for i, value in enumerate(values) if not np.all(np.isfinite(value))]
+    return f"not finite: array {infinite[0]}" if infinite else "ok"
 
 
 def answer_input(model: str | sitedda.Model) -> str:

@@ -32,7 +32,7 @@ AREA = 0.01  # relative tolerance of areas
 def random_slope(rng: np.random.Generator) -> tuple[sitedda.Model, float, float]:
     """Return a slope, the dip of the set that it slides on (°), and its factor of safety."""
     height, face = rng.uniform(12, 20), math.radians(rng.uniform(50, 75))
-    dip, steep = rng.uniform(22, 36), rng.uniform(-80, -60)
+    dip, steep_dip = rng.uniform(22, 36), rng.uniform(-80, -60)
     friction = rng.uniform(25, 45)
     model = sitedda.Model("Slope of two joint sets", time_step=1e-3, gravity=(0, -9.81))
     model.contact(normal_stiffness=1e10, shear_ratio=1.0)
@@ -45,7 +45,7 @@ def random_slope(rng: np.random.Generator) -> tuple[sitedda.Model, float, float]
     model.region("rock", [0, 0, LENGTH, 0, LENGTH, DEPTH, toe, DEPTH, crest, top, 0, top])
     origin = rng.uniform(0, 5, 2)
     model.joint_set("bedding", angle=-dip, spacing=rng.uniform(2, 4), origin=origin)
-    model.joint_set("cross", angle=-steep, spacing=rng.uniform(3, 6), origin=origin + 0.5)
+    model.joint_set("cross", angle=-steep_dip, spacing=rng.uniform(3, 6), origin=origin + 0.5)
     for side in ("left", "right", "bottom"):
         model.boundary(kind="fixed", side=side)
     return model.build(), dip, math.tan(math.radians(friction)) / math.tan(math.radians(dip))
@@ -54,7 +54,7 @@ def random_slope(rng: np.random.Generator) -> tuple[sitedda.Model, float, float]
 def removable(polygons: list[np.ndarray], dip: float) -> np.ndarray:
     """Return whether each block can move down the dip without pushing a fixed block."""
     direction = np.array([math.cos(math.radians(dip)), -math.sin(math.radians(dip))])
-    ahead = [[j for j, other in enumerate(polygons)
+    blocks_ahead = [[j for j, other in enumerate(polygons)
               if j != i and _runs_into(polygon, other, direction)]
              for i, polygon in enumerate(polygons)]  # fmt: skip
     supported = {i for i, p in enumerate(polygons)
@@ -62,11 +62,11 @@ def removable(polygons: list[np.ndarray], dip: float) -> np.ndarray:
             (p[:, 1] < TOUCH).any()}  # fmt: skip
     blocks = []
     for i in range(len(polygons)):
-        along, new = {i}, [i]
-        while new:
-            new = [j for j in ahead[new.pop()] if j not in along] + new
-            along.update(new)
-        blocks.append(not along & supported)
+        moving, added = {i}, [i]
+        while added:
+            added = [j for j in blocks_ahead[added.pop()] if j not in moving] + added
+            moving.update(added)
+        blocks.append(not moving & supported)
     return np.array(blocks)
 
 
@@ -74,13 +74,13 @@ def _runs_into(block: np.ndarray, other: np.ndarray, direction: np.ndarray) -> b
     """Return whether a moving block pushes another at a shared edge."""
     for a, b in zip(block, np.roll(block, -1, axis=0), strict=True):
         length = np.linalg.norm(b - a)
-        along = (b - a) / length
-        normal = np.array([along[1], -along[0]])  # outward normal
+        edge_direction = (b - a) / length
+        normal = np.array([edge_direction[1], -edge_direction[0]])  # outward normal
         if direction @ normal < 1e-6:
             continue
         for c, d in zip(other, np.roll(other, -1, axis=0), strict=True):
             if max(abs((c - a) @ normal), abs((d - a) @ normal)) < TOUCH:
-                low, high = sorted(((c - a) @ along, (d - a) @ along))
+                low, high = sorted(((c - a) @ edge_direction, (d - a) @ edge_direction))
                 if min(high, length) - max(low, 0.0) > TOUCH:
                     return True
     return False
@@ -93,22 +93,24 @@ def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
         model, dip, factor = random_slope(rng)
         groups = model.of_kind("block")
         polygons = [np.reshape(group.vertices, (-1, 2)).astype(float) for group in groups]
-        free = removable(polygons, dip)
-        if 0 < free.sum() < len(free):
+        is_removable = removable(polygons, dip)
+        if 0 < is_removable.sum() < len(is_removable):
             break
     areas = np.array([shapely.Polygon(polygon).area for polygon in polygons])
-    expected = float(areas[free].sum())
-    below, above = (sitedda.mechanism(model, fraction * factor) for fraction in (BELOW, ABOVE))
-    names = {group.name for group, moves in zip(groups, free, strict=True) if moves}
-    odd = names ^ set(above.moving)
-    agree = not below.moves and abs(above.areas[0] / expected - 1) < AREA
-    state = "moves" if below.moves else "stands"
+    expected = float(areas[is_removable].sum())
+    state_below, state_above = (
+        sitedda.mechanism(model, fraction * factor) for fraction in (BELOW, ABOVE)
+    )
+    names = {group.name for group, moves in zip(groups, is_removable, strict=True) if moves}
+    differences = names ^ set(state_above.moving)
+    are_equal = not state_below.moves and abs(state_above.areas[0] / expected - 1) < AREA
+    state = "moves" if state_below.moves else "stands"
     return (
         f"slope {number + 1}: {len(polygons)} blocks, F = tan φ / tan α = {factor:.4f}; "
-        f"{state} at {BELOW} F; at {ABOVE} F {len(above.moving)} blocks of "
-        f"{above.areas[0]:.2f} m² move on {above.joint!r}; search: {len(names)} of "
-        f"{expected:.2f} m², {len(odd)} differ"
-    ), agree and above.joint == "bedding"
+        f"{state} at {BELOW} F; at {ABOVE} F {len(state_above.moving)} blocks of "
+        f"{state_above.areas[0]:.2f} m² move on {state_above.joint!r}; search: {len(names)} of "
+        f"{expected:.2f} m², {len(differences)} differ"
+    ), are_equal and state_above.joint == "bedding"
 
 
 def main() -> int:

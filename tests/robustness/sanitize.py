@@ -92,8 +92,8 @@ def judge(kind: str, status: int, output: str) -> list[str]:
     """Print and return the errors that a command reports."""
     lines = output.strip().splitlines()
     print(f"{kind}: status {status}, {lines[-1] if lines else ''}")
-    bad = status != 0 or COMPLAINT.search(output)
-    return [f"{kind}: status {status}\n{output[-3000:]}"] if bad else []
+    has_failed = status != 0 or COMPLAINT.search(output)
+    return [f"{kind}: status {status}\n{output[-3000:]}"] if has_failed else []
 
 
 def main() -> int:

@@ -87,10 +87,10 @@ class Trial:
             if processes:
                 os.kill(self.chance.choice(processes), signal.SIGKILL)
         elif self.victim == "dask worker":
-            which = self.chance.randrange(len(self.cluster.workers))
-            self.cluster.workers[which].kill()
-            self.cluster.workers[which].wait()
-            self.cluster.workers[which] = self.cluster.new_worker()
+            index = self.chance.randrange(len(self.cluster.workers))
+            self.cluster.workers[index].kill()
+            self.cluster.workers[index].wait()
+            self.cluster.workers[index] = self.cluster.new_worker()
         else:
             self.cluster.stop()
             client.kill()  # without its scheduler it would wait for its time-out
@@ -104,13 +104,13 @@ class Trial:
             time.sleep(0.01)
         return False
 
-    def carry_out(self, patience: float) -> int:
+    def carry_out(self, time_limit: float) -> int:
         """Kill and restart until the study ends; return how often it was killed."""
         kills, is_running = 0, True
         while True:
             client = self.start()
             if is_running and self.begun(client):
-                time.sleep(self.chance.uniform(0.0, patience))
+                time.sleep(self.chance.uniform(0.0, time_limit))
                 if client.poll() is None:
                     self.kill(client)
                     kills += 1

@@ -15,34 +15,34 @@ FACE, BASE, HEIGHT = 4.0, 8.0, 20.0  # m; the face leans by FACE over HEIGHT
 BED = 4e9  # Pa/m, stiffness of the foundation
 
 
-def dam(level: float = 18.0, lean: float = 0.0, load=(), **control) -> sitedda.Model:
-    """A stiff block on springs whose left face, inclined by `lean`, is wet up to a level."""
+def dam(level: float = 18.0, inclination: float = 0.0, load=(), **control) -> sitedda.Model:
+    """A stiff block on springs whose left face, inclined by `inclination`, is wet up to a level."""
     model = sitedda.Model("dam", **({"time_step": 1e-4, "steps": 400} | control))
     model.material("concrete", density=CONCRETE, young_modulus=1e15, poisson_ratio=0.0)
     model.joint("base", friction_angle=30.0)
-    model.block([0, 0, BASE, 0, BASE, HEIGHT, lean, HEIGHT], name="dam")
+    model.block([0, 0, BASE, 0, BASE, HEIGHT, inclination, HEIGHT], name="dam")
     model.boundary("bed", "springs", blocks="dam", edges=1, stiffness_per_area=BED)
-    wet = {"level": level, "unit_weight": 9.81 * WATER, "added_mass": True, "edges": 4}
-    model.traction("reservoir", blocks="dam", **(wet | dict(load)))
+    water = {"level": level, "unit_weight": 9.81 * WATER, "added_mass": True, "edges": 4}
+    model.traction("reservoir", blocks="dam", **(water | dict(load)))
     return model
 
 
-def added(level: float, lean: float, depth: float | None = None) -> np.ndarray:
+def added(level: float, inclination: float, depth: float | None = None) -> np.ndarray:
     """∫ (7/8) ρ √(Hz) rᵀr ds of a rigid block by quadrature; r is the motion normal to the face."""
-    slope = np.hypot(lean, HEIGHT) / HEIGHT
-    normal = np.array([-HEIGHT, lean]) / np.hypot(lean, HEIGHT)
-    block = Polygon([(0, 0), (BASE, 0), (BASE, HEIGHT), (lean, HEIGHT)])
+    slope = np.hypot(inclination, HEIGHT) / HEIGHT
+    normal = np.array([-HEIGHT, inclination]) / np.hypot(inclination, HEIGHT)
+    block = Polygon([(0, 0), (BASE, 0), (BASE, HEIGHT), (inclination, HEIGHT)])
     centre = np.array([block.centroid.x, block.centroid.y])
 
     def entry(height: float, i: int, j: int) -> float:
-        arm = np.array([lean * height / HEIGHT, height]) - centre
+        arm = np.array([inclination * height / HEIGHT, height]) - centre
         row = [*normal, normal[1] * arm[0] - normal[0] * arm[1]]
         mass = 7 / 8 * WATER * np.sqrt((depth or level) * (level - height)) * slope
         return mass * row[i] * row[j]
 
-    top = min(level, HEIGHT)
+    water_depth = min(level, HEIGHT)
     return np.array(
-        [[quad(entry, 0, top, (i, j), epsrel=1e-12)[0] for j in range(3)] for i in range(3)]
+        [[quad(entry, 0, water_depth, (i, j), epsrel=1e-12)[0] for j in range(3)] for i in range(3)]
     )
 
 
@@ -51,21 +51,23 @@ def mass_of(model) -> np.ndarray:
     return matrices(model)[1].toarray()[:3, :3]
 
 
-@pytest.mark.parametrize(("level", "lean"), [(18.0, 0.0), (20.0, FACE), (26.0, FACE), (3.0, -2.0)])
-def test_mass_is_the_integral_over_the_face(level, lean):
+@pytest.mark.parametrize(
+    ("level", "inclination"), [(18.0, 0.0), (20.0, FACE), (26.0, FACE), (3.0, -2.0)]
+)
+def test_mass_is_the_integral_over_the_face(level, inclination):
     """The face is vertical, inclined, completely under water, or barely wet."""
-    without = mass_of(dam(level, lean, load={"added_mass": False}))
-    exact = added(level, lean)
-    added_mass = mass_of(dam(level, lean)) - without
+    dry_mass = mass_of(dam(level, inclination, load={"added_mass": False}))
+    exact = added(level, inclination)
+    added_mass = mass_of(dam(level, inclination)) - dry_mass
     np.testing.assert_allclose(added_mass, exact, atol=1e-8 * exact.max())
-    if lean == 0.0 and level <= HEIGHT:
+    if inclination == 0.0 and level <= HEIGHT:
         assert added_mass[0, 0] == pytest.approx(7 / 12 * WATER * level**2, rel=1e-8)
 
 
 def test_the_reservoir_may_be_deeper_than_the_face():
     """The reservoir may be deeper than the foot of the face, but not shallower."""
-    without = mass_of(dam(load={"added_mass": False}))
-    added_mass = mass_of(dam(load={"reservoir_depth": 32.0})) - without
+    dry_mass = mass_of(dam(load={"added_mass": False}))
+    added_mass = mass_of(dam(load={"reservoir_depth": 32.0})) - dry_mass
     np.testing.assert_allclose(added_mass, added(18.0, 0.0, 32.0), atol=1e-8 * added_mass.max())
     with pytest.raises(InputError, match=r"reservoir_depth = 12 m is less than the depth of water"):
         sitedda.check(dam(load={"reservoir_depth": 12.0}))
@@ -91,14 +93,14 @@ def test_added_mass_lowers_the_frequencies():
     model = dam()
     stiffness, mass = (m.toarray()[:3, :3] for m in matrices(model)[:2])
     block = CONCRETE * BASE * HEIGHT
-    alone = np.diag([block, block, block * (BASE**2 + HEIGHT**2) / 12])
-    np.testing.assert_allclose(mass, alone + added(18.0, 0.0), atol=1e-7 * mass.max())
-    wet, dry = (
+    mass_of_block = np.diag([block, block, block * (BASE**2 + HEIGHT**2) / 12])
+    np.testing.assert_allclose(mass, mass_of_block + added(18.0, 0.0), atol=1e-7 * mass.max())
+    wet_frequencies, dry_frequencies = (
         np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(m, stiffness)).real)) / (2 * np.pi)
-        for m in (mass, alone)
+        for m in (mass, mass_of_block)
     )
-    np.testing.assert_allclose(sitedda.modes(model, 3).frequency, wet, rtol=2e-5)
-    assert wet[0] < 0.95 * dry[0]
+    np.testing.assert_allclose(sitedda.modes(model, 3).frequency, wet_frequencies, rtol=2e-5)
+    assert wet_frequencies[0] < 0.95 * dry_frequencies[0]
 
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta", "backward_euler"])

@@ -25,8 +25,8 @@ def test_bounds_are_close_at_the_time_step_of_check(length, energy, softening, t
     file = tmp_path / "bar.nml"
 
     def text(steps: int) -> str:
-        pulled = bar(steps, 2.2e-4 * length, length, softening=softening, fracture_energy=energy)
-        return pulled.replace("block_interval = 1 ", f"block_interval = {steps} ")
+        model = bar(steps, 2.2e-4 * length, length, softening=softening, fracture_energy=energy)
+        return model.replace("block_interval = 1 ", f"block_interval = {steps} ")
 
     file.write_text(text(10))
     report = " ".join(str(sitedda.check(file)).split())
@@ -36,8 +36,8 @@ def test_bounds_are_close_at_the_time_step_of_check(length, energy, softening, t
     assert upper - lower < 0.1 * energy * HEIGHT
 
 
-@pytest.mark.parametrize(("strength", "holds"), [(56e3, False), (62e3, True)])
-def test_flexural_strength(strength, holds, tmp_path):
+@pytest.mark.parametrize(("strength", "is_intact"), [(56e3, False), (62e3, True)])
+def test_flexural_strength(strength, is_intact, tmp_path):
     """Self-weight stresses a glued block by 6M/L² = 58.86 kPa, with three contact points."""
     stiffness = 1e12
     model = bracket(steps=200, law="cohesive", tensile_strength=strength,
@@ -45,9 +45,9 @@ def test_flexural_strength(strength, holds, tmp_path):
                     normal_stiffness_per_area=stiffness)  # fmt: skip
     model.output(block_interval=200)
     data = model.run(output=tmp_path / "out.nc").history
-    glued = (data.contact_joint.values == 0) & (data.contact_frame.values == 1)
-    assert glued.sum() >= 3
-    assert (data.contact_damage.values[glued].max() < 1e-6) == holds
+    is_bonded = (data.contact_joint.values == 0) & (data.contact_frame.values == 1)
+    assert is_bonded.sum() >= 3
+    assert (data.contact_damage.values[is_bonded].max() < 1e-6) == is_intact
 
 
 def test_unconverged_damage_is_reported(tmp_path):
@@ -73,8 +73,8 @@ def test_studies_and_options_change_the_fracture_energy(tmp_path):
         file, {"joint.j.fracture_energy": energies}, ["energy_fracture.last"], folder=tmp_path / "c"
     )["energy_fracture.last"].values
     np.testing.assert_allclose(dissipated, np.multiply(energies, HEIGHT), rtol=1e-2)
-    half = sitedda.run(file, joint={"fracture_energy": 30.0}).history
-    assert float(half.energy_fracture[-1]) == dissipated[0]
+    history = sitedda.run(file, joint={"fracture_energy": 30.0}).history
+    assert float(history.energy_fracture[-1]) == dissipated[0]
 
 
 def test_the_law_unloads_to_the_origin_and_closes_completely():
@@ -88,9 +88,9 @@ def test_the_law_unloads_to_the_origin_and_closes_completely():
     damage = data.contact_damage.values
     frame = data.contact_frame.values
     assert (np.diff(damage[::3]) >= 0).all() and 0.0 < damage[-1] < 1.0
-    last = frame == frame.max()
-    pressed = data.contact_normal_force.values[last] / data.contact_length.values[last]
-    assert pressed == pytest.approx(-2e12 * data.contact_gap.values[last], rel=1e-2)
+    is_last = frame == frame.max()
+    pressure = data.contact_normal_force.values[is_last] / data.contact_length.values[is_last]
+    assert pressure == pytest.approx(-2e12 * data.contact_gap.values[is_last], rel=1e-2)
     assert nml.energy_residual(data) < 1e-6
 
 

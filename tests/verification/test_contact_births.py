@@ -32,7 +32,7 @@ def test_block_slides_across_joints(friction):
         + "".join(nml.fixed_block(f"floor_{i}", floor + [0.7 * i, 0.0], "stone") for i in range(8))
         + block("slider", 0.1, 0.0, 1.0, 0.5, "moving")
     )
-    settled = DENSITY * 0.5 * nml.GRAVITY / 2 / PENALTY  # m; the weight on two contacts
+    settlement = DENSITY * 0.5 * nml.GRAVITY / 2 / PENALTY  # m; the weight on two contacts
     with nml.simulation(text) as run:
         start, lowest, highest = run.coordinates[-1, :2].copy(), 0.0, -1.0
         while not run.done:
@@ -48,8 +48,8 @@ def test_block_slides_across_joints(friction):
     kinetic = 0.5 * DENSITY * 0.5 * 9.0
     assert -1e-5 * kinetic < energies["geometric"] < 1e-9 * kinetic
     assert abs(energies["balance"]) < 1e-8 * kinetic
-    assert lowest > -6 * settled  # initial drop: twice the static settlement, and tilt
-    assert highest < settled
+    assert lowest > -6 * settlement  # initial drop: twice the static settlement, and tilt
+    assert highest < settlement
     assert rotation < 1e-4
 
 
@@ -64,17 +64,17 @@ def test_corner_impacts_create_no_energy():
         text += block(f"right_{i}", 0.6, 3.0 * i + 1.0 - overlap, 1.0, 1.0, "right")
     data = nml.history(text)
     kinetic = float(data.energy_initial[-1])
-    total = sum(data[f"energy_{term}"] for term in ("kinetic", "strain", "contact"))
-    assert float(total.max()) <= kinetic * (1 + 1e-6)
+    energy = sum(data[f"energy_{term}"] for term in ("kinetic", "strain", "contact"))
+    assert float(energy.max()) <= kinetic * (1 + 1e-6)
     assert float(abs(data.energy_balance).max()) < 1e-9 * kinetic
 
 
 def test_a_block_on_a_stair_rests_on_its_tread():
     """A block at the foot of a stair rests only on its tread; the next tread does not lift it."""
-    stair = [[0, 0], [3, 0], [3, 1], [2, 1], [2, 2], [1, 2], [1, 3], [0, 3]]
+    outline = [[0, 0], [3, 0], [3, 1], [2, 1], [2, 2], [1, 2], [1, 3], [0, 3]]
     text = nml.control(1e-3, 500) + nml.contact(PENALTY) + STONE
     text += nml.joint("dry", 30.0)
-    text += nml.fixed_block("stair", stair, "stone", points=[(0.3, 0.3), (2.7, 0.3), (0.3, 2.7)])
+    text += nml.fixed_block("stair", outline, "stone", points=[(0.3, 0.3), (2.7, 0.3), (0.3, 2.7)])
     text += block("upper", 1.0, 2.0, 0.8, 0.8) + block("lower", 2.0, 1.0, 0.8, 0.8)
     with nml.simulation(text) as run:
         run.advance(500)

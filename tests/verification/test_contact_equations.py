@@ -26,8 +26,8 @@ AREA_NORMAL, AREA_SHEAR = 1e11, 4e10
 
 def hyperbola(closure, length, _):
     """Return the normal force of the law of Barton and Bandis, N/m."""
-    closed = np.maximum(closure, 0.0)
-    return AREA_NORMAL * length * closed / (1.0 - closed / 5e-4)
+    compression = np.maximum(closure, 0.0)
+    return AREA_NORMAL * length * compression / (1.0 - compression / 5e-4)
 
 
 def rough(force, length):
@@ -103,12 +103,12 @@ def test_forces_and_states_obey_the_law(run):
         length = contacts.contact_length.values if "contact_length" in contacts else 1.0
         normal, shear = contacts.contact_normal_force.values, contacts.contact_shear_force.values
         state, bound = contacts.contact_state.values, strength(normal, length)
-        allowed = tolerance(data)
+        tolerance_of_case = tolerance(data)
         path = contacts.contact_slip_path.values if "contact_slip_path" in contacts else 0.0
         expected = normal_law(-contacts.contact_gap.values, length, path)
-        assert np.all(np.abs(normal - expected) <= allowed)
-        assert np.all(np.abs(shear) <= bound + allowed)
-        assert np.all(np.abs(np.abs(shear) - bound)[state == SLIDE] <= allowed)
+        assert np.all(np.abs(normal - expected) <= tolerance_of_case)
+        assert np.all(np.abs(shear) <= bound + tolerance_of_case)
+        assert np.all(np.abs(np.abs(shear) - bound)[state == SLIDE] <= tolerance_of_case)
         assert np.all(normal[state == OPEN] == 0.0)
         assert np.all(normal[state != OPEN] > 0.0)
         states |= set(state)
@@ -127,16 +127,16 @@ def test_forces_balance_each_block(run, step):
     vertices, block_of = data.vertices.values, data.vertex_block.values
     mass, rates = masses(data)[:, None], data.block_rates.values[:, :, :2]
     after = np.arange(len(block_of)) + 1
-    turns = np.flatnonzero(np.diff(block_of, append=-1))
-    after[turns] = [0, *turns[:-1] + 1]
+    first_rows = np.flatnonzero(np.diff(block_of, append=-1))
+    after[first_rows] = [0, *first_rows[:-1] + 1]
     for frame in range(1, data.sizes["frame"]):
         contacts, position = contacts_of(data, frame), vertices[frame - 1]
         edge = contacts.contact_edge.values
-        along = position[after[edge]] - position[edge]
-        along /= np.linalg.norm(along, axis=1)[:, None]
-        outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        edge_vectors = position[after[edge]] - position[edge]
+        edge_vectors /= np.linalg.norm(edge_vectors, axis=1)[:, None]
+        normals = np.stack([edge_vectors[:, 1], -edge_vectors[:, 0]], axis=1)
         normal, shear = contacts.contact_normal_force.values, contacts.contact_shear_force.values
-        force = normal[:, None] * outward - shear[:, None] * along
+        force = normal[:, None] * normals - shear[:, None] * edge_vectors
         left = mass * (GRAVITY - (rates[frame] - rates[frame - 1]) / step[0])
         np.add.at(left, block_of[contacts.contact_vertex.values], force)
         np.add.at(left, block_of[edge], -force)

@@ -46,18 +46,18 @@ def test_penetrations_are_within_the_tolerance(penalty):
         run.advance(400)
         contacts = run.contacts
         supports = run.energies["support"]
-    closed = contacts["state"] > 0
-    assert np.abs(contacts["gap"][closed]).max() <= TOLERANCE
+    is_closed = contacts["state"] > 0
+    assert np.abs(contacts["gap"][is_closed]).max() <= TOLERANCE
     assert supports > 0
     weight = DENSITY * nml.GRAVITY
-    assert contacts["normal_force"][closed].sum() == pytest.approx(6 * weight, rel=1e-6)
+    assert contacts["normal_force"][is_closed].sum() == pytest.approx(6 * weight, rel=1e-6)
 
 
 def test_the_multiplier_equals_a_stiff_penalty():
     """A block slides off with the multiplier as with a stiff spring."""
     for penalty, options in ((1e14, {}), (1e10, {"penetration_tolerance": 1e-9})):
-        travelled = slid(nml.contact(penalty, **options), 20.0, 1e13)
-        assert travelled == pytest.approx(exact_slide(20.0), rel=1e-4)
+        distance = slid(nml.contact(penalty, **options), 20.0, 1e13)
+        assert distance == pytest.approx(exact_slide(20.0), rel=1e-4)
 
 
 @pytest.mark.parametrize(("friction", "slides"), [(40.0, False), (20.0, True)])

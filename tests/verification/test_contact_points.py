@@ -27,9 +27,11 @@ def moment(points: int, angle: float) -> float:
 FLOOR = nml.rectangle(-5.0, -1.0, 10.0, 1.0)
 
 
-def pressed(points: int, couple: float, stiffness: dict, slide: float = 0.0, floor=FLOOR) -> str:
+def pressed(
+    points: int, moment_load: float, stiffness: dict, displacement: float = 0.0, floor=FLOOR
+) -> str:
     """A rigid block on a rigid floor under a force and a couple in units of N L/2."""
-    force = PRESS * couple / 2  # at both corners
+    force = PRESS * moment_load / 2  # at both corners
     text = [
         nml.control(1e-2, 60, gravity=(0.0, 0.0), dynamic_factor=0.0),
         nml.contact(STIFFNESS * WIDTH / 2, shear_ratio=1.0),
@@ -41,9 +43,9 @@ def pressed(points: int, couple: float, stiffness: dict, slide: float = 0.0, flo
         nml.measured_point("right", (WIDTH / 2, 0.0), "block"),
         nml.measured_point("below", (0.0, 0.0), "floor"),
     ]
-    loads = ((0.0, slide, -PRESS), (-WIDTH / 2, 0.0, force), (WIDTH / 2, 0.0, -force))
-    for x, along, down in loads:
-        values = {"force_x": (along, along), "force_y": (down, down)}
+    loads = ((0.0, displacement, -PRESS), (-WIDTH / 2, 0.0, force), (WIDTH / 2, 0.0, -force))
+    for x, shear_load, normal_load in loads:
+        values = {"force_x": (shear_load, shear_load), "force_y": (normal_load, normal_load)}
         text.append(nml.group("load", x=x, y=0.0, block="block", time=(0, 10), **values))
     return "".join(text)
 
@@ -52,7 +54,7 @@ def pressed(points: int, couple: float, stiffness: dict, slide: float = 0.0, flo
 @pytest.mark.parametrize("points", POINTS)
 def test_points_do_not_change_axial_and_shear_stiffness(points, stiffness):
     """The displacements are N/(k L) and T/(k_s L) for each number of points."""
-    data = nml.history(pressed(points, 0.0, stiffness, slide=0.1 * PRESS))
+    data = nml.history(pressed(points, 0.0, stiffness, displacement=0.1 * PRESS))
     for axis, force in (("x", 0.1 * PRESS), ("y", -PRESS)):
         left, right, below = data.displacement.sel(axis=axis)[-1].values
         assert (left + right) / 2 - below == pytest.approx(force / (STIFFNESS * WIDTH), rel=2e-4)
@@ -69,8 +71,8 @@ SPENT = {"law": "cohesive", "tensile_strength": 1e-2, "cohesion": 1e9, "fracture
 )
 def test_a_dry_joint_opens_by_the_moment_of_its_points(points, angle, stiffness):
     """The moment of the points at θ turns the block by θ; two points are three times as stiff."""
-    couple = moment(points, angle)
-    data = nml.history(pressed(points, couple, stiffness))
+    moment_load = moment(points, angle)
+    data = nml.history(pressed(points, moment_load, stiffness))
     left, right, _ = data.displacement.sel(axis="y")[-1].values
     unit = 2 * PRESS / (STIFFNESS * WIDTH**2)
     assert (left - right) / WIDTH / unit == pytest.approx(angle, rel=2e-3)
@@ -100,8 +102,10 @@ def glued(tensile_strength: float, points: int, timing: str, **options) -> str:
 def test_flexural_strength(points, fraction, options):
     """A bonded joint cracks at M = T L²/6; with two corners at three times that moment."""
     timing = nml.control(1e-2, 5, (0.0, -GRAVITY), dynamic_factor=0.0)
-    for over, intact in ((1.01, True), (0.99, False)):
-        with nml.simulation(glued(over * fraction * FLEXURE, points, timing, **options)) as run:
+    for load_factor, intact in ((1.01, True), (0.99, False)):
+        with nml.simulation(
+            glued(load_factor * fraction * FLEXURE, points, timing, **options)
+        ) as run:
             run.advance(5)
             assert run.contacts["bonded"].all() == intact
 
@@ -149,8 +153,8 @@ def test_a_glued_block_at_rest(points, fraction, law):
     """Without oscillation, the rest of a brittle joint resists 2 TL²/6 on 3 points, 1.19 on 5."""
     assert ultimate(points) == pytest.approx(fraction, rel=1e-4)
     timing = nml.control(1e-2, 120, (0.0, -GRAVITY), dynamic_factor=0.0)
-    for over, is_stable in ((1.02, True), (0.98, False)):
-        strength = over * FLEXURE / fraction
+    for load_factor, is_stable in ((1.02, True), (0.98, False)):
+        strength = load_factor * FLEXURE / fraction
         options = dict(law)
         if law:
             options["fracture_energy"] = 0.505 * strength**2 / 1e10
@@ -163,16 +167,18 @@ def test_a_vertex_within_a_straight_edge_changes_nothing():
     """An overlap that ends at such a vertex has a point there: the joint turns equally."""
     floor = [(-5, -1), (5, -1), (5, 0), (0.3, 0), (-5, 0)]  # a vertex in the edge
     area = {"normal_stiffness_per_area": STIFFNESS}
-    straight, cut = (nml.history(pressed(5, 0.25, area, floor=shape)) for shape in (FLOOR, floor))
-    displacement, expected = (data.displacement.sel(axis="y")[-1] for data in (cut, straight))
+    one_edge, two_edges = (
+        nml.history(pressed(5, 0.25, area, floor=shape)) for shape in (FLOOR, floor)
+    )
+    displacement, expected = (data.displacement.sel(axis="y")[-1] for data in (two_edges, one_edge))
     np.testing.assert_allclose(displacement, expected, atol=1e-3 * float(abs(expected).max()))
-    assert len(straight.contact_vertex) // straight.sizes["frame"] == 5
-    assert len(cut.contact_vertex) // cut.sizes["frame"] == 10
+    assert len(one_edge.contact_vertex) // one_edge.sizes["frame"] == 5
+    assert len(two_edges.contact_vertex) // two_edges.sizes["frame"] == 10
 
 
-def across(points: int, cuts: int, load: float, **stiffness) -> str:
+def across(points: int, block_count: int, load: float, **stiffness) -> str:
     """A block that is pushed across the joints of a base, or off the base."""
-    edges = np.linspace(-2.0, 7.0, cuts + 1)
+    edges = np.linspace(-2.0, 7.0, block_count + 1)
     return nml.text(
         nml.control(2e-3, 500, gravity=(0.0, -10.0), settle=True),
         nml.contact(1e10),

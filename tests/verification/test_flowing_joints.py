@@ -35,8 +35,10 @@ def yielding_stress(slips, stiffness=1e10, pressure=1e6) -> np.ndarray:
     stress, worn, ratio, path = 0.0, 0.0, 0.0, 0.0
     stresses = [0.0]
 
-    def rates(stress, worn, path, ratio):
-        bound = pressure * np.tan(np.pi / 6 + np.pi / 12 * np.exp(-worn / YIELDING["roughness"]))
+    def rates(stress, roughness, path, ratio):
+        bound = pressure * np.tan(
+            np.pi / 6 + np.pi / 12 * np.exp(-roughness / YIELDING["roughness"])
+        )
         factor = (1 - path * stress / bound) / (1 - ratio)
         return np.array([factor * stiffness * path, 1 - factor]), bound
 
@@ -45,11 +47,11 @@ def yielding_stress(slips, stiffness=1e10, pressure=1e6) -> np.ndarray:
         if sign * path < 0:
             ratio = min(0.75, sign * stress / rates(stress, worn, sign, 0.0)[1])
         path = sign
-        along = solve_ivp(
+        solution = solve_ivp(
             lambda _, y, *state: rates(*y, *state)[0], (0.0, abs(change)), (stress, worn),
             args=(path, ratio), rtol=1e-6, atol=(1.0, 1e-12),
         )  # fmt: skip
-        stress, worn = along.y[:, -1]
+        stress, worn = solution.y[:, -1]
         stresses.append(stress)
     return np.array(stresses)
 
@@ -68,10 +70,10 @@ def test_a_yielding_joint_passes_its_peak():
 
 def test_a_yielding_joint_is_elastic_at_a_reversal():
     """Slip to 2 mm, back to 1 mm, and to 4 mm; in small cycles r is at most 0.75."""
-    turns = np.array([0.0, 2e-3, 1e-3, 1.02e-3, 0.98e-3, 4e-3])
+    reversals = np.array([0.0, 2e-3, 1e-3, 1.02e-3, 0.98e-3, 4e-3])
     step = 2e-6
     parts = [np.arange(1, round(abs(b - a) / step) + 1) * step * np.sign(b - a) + a
-              for a, b in zip(turns[:-1], turns[1:], strict=True)]  # fmt: skip
+              for a, b in zip(reversals[:-1], reversals[1:], strict=True)]  # fmt: skip
     data = driven(np.concatenate([np.zeros(20), *parts]), 2e-3, every=5, **YIELDING)
     force, _ = shear_and_slip(data)
     every_step = data.displacement.sel(point="top", axis="x").values
@@ -109,8 +111,8 @@ def test_friction_follows_a_step_of_the_velocity(b):
     changes = each * step + time[0]
     assert force[time < changes][-1] == pytest.approx(steady(slow, b) * LOAD, rel=1e-3)
     is_after = time > changes + 10 * step  # the elastic spring has followed
-    since = time[is_after] - changes
-    age = SLIP / fast + (SLIP / slow - SLIP / fast) * np.exp(-fast * since / SLIP)
+    time_since_change = time[is_after] - changes
+    age = SLIP / fast + (SLIP / slow - SLIP / fast) * np.exp(-fast * time_since_change / SLIP)
     expected = np.tan(np.pi / 6) + A * np.log((fast + THRESHOLD) / REFERENCE)
     expected = expected + b * np.log(age * REFERENCE / SLIP)
     assert force[is_after] == pytest.approx(expected * LOAD, rel=1e-3)
@@ -168,9 +170,9 @@ def test_a_spring_slider_has_stick_slip_below_its_critical_stiffness(fraction, s
     )  # fmt: skip
     data = nml.history(text)
     speed = data.velocity.sel(point="top", axis="x").values
-    last = speed[len(speed) * 3 // 4 :]
+    final_speeds = speed[len(speed) * 3 // 4 :]
     if stable:
-        assert last == pytest.approx(velocity, rel=0.02)
+        assert final_speeds == pytest.approx(velocity, rel=0.02)
     else:
-        assert last.min() < 0.1 * velocity
-        assert last.max() > 5 * velocity
+        assert final_speeds.min() < 0.1 * velocity
+        assert final_speeds.max() > 5 * velocity

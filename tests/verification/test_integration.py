@@ -29,9 +29,9 @@ def test_supports_of_any_stiffness_do_not_change_the_base_motion(tmp_path):
 # --- Resumed runs --------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stop", [1, 35, 137])  # 35: within the pulse
-def test_a_resumed_run_equals_an_uninterrupted_one(write_input, in_parts, same_bits, stop):
+@pytest.mark.parametrize("stop_step", [1, 35, 137])  # 35: within the pulse
+def test_a_resumed_run_equals_an_uninterrupted_one(write_input, in_parts, same_bits, stop_step):
     """For χ > 1/2, the velocity of the supports' motion is part of the state."""
     bedding = {"name": "bedding", "friction_angle": 5.0}
     file = write_input(tower(4, 300, bedding, gravity=[0.0, -9.81], integration="theta"))
-    same_bits(sitedda.run(file).history, in_parts(file, stop))
+    same_bits(sitedda.run(file).history, in_parts(file, stop_step))

@@ -101,22 +101,22 @@ class Pile:
             spin=-self.spin if mirror else self.spin,
         )
 
-    def moved(self, by) -> "Pile":
+    def moved(self, shift) -> "Pile":
         """Translate by a vector."""
         return replace(
             self,
-            blocks=[outline + by for outline in self.blocks],
-            held=self.held + by,
-            loaded=self.loaded + by,
+            blocks=[outline + shift for outline in self.blocks],
+            held=self.held + shift,
+            loaded=self.loaded + shift,
         )
 
-    def renumbered(self, order, starts) -> "Pile":
+    def renumbered(self, order, first_corners) -> "Pile":
         """Reorder the blocks, and start each at another vertex."""
         return replace(
             self,
-            blocks=[np.roll(self.blocks[i], -starts[i], axis=0) for i in order],
+            blocks=[np.roll(self.blocks[i], -first_corners[i], axis=0) for i in order],
             numbers=tuple(order),
-            starts=tuple(starts),
+            starts=tuple(first_corners),
         )
 
     def units(self, length: float, mass: float, time: float = 1.0) -> "Pile":
@@ -154,12 +154,14 @@ def answer(pile: Pile) -> tuple[np.ndarray, np.ndarray]:
         history = sitedda.run(file).history
     assert int(history.iterations.max()) > 1  # contacts open, close or slide
     vertices, owner = history.vertices.values, history.vertex_block.values
-    moves = vertices - vertices[0]
+    displacements = vertices - vertices[0]
     parts, tensors = [None] * 4, [None] * 4
     for b, number in enumerate(pile.numbers):
-        own = moves[:, owner == b]
-        own = own[:, ::-1] if pile.flipped else own
-        parts[number] = np.roll(own, pile.starts[number], axis=1)
+        displacements_of_block = displacements[:, owner == b]
+        displacements_of_block = (
+            displacements_of_block[:, ::-1] if pile.flipped else displacements_of_block
+        )
+        parts[number] = np.roll(displacements_of_block, pile.starts[number], axis=1)
         sx, sy, txy = np.moveaxis(history.block_stress.values[:, b], -1, 0)
         tensors[number] = np.stack([np.stack([sx, txy], -1), np.stack([txy, sy], -1)], -2)
     return np.concatenate(parts, axis=1), np.stack(tensors, axis=1)
@@ -181,9 +183,9 @@ piles = st.builds(
 
 
 def test_the_pile_slides_and_hits_the_base():
-    moves, stresses = answer(Pile())
-    assert np.abs(moves[-1]).max() > 0.01
-    assert np.ptp(moves[-1, 4:10, 0]) > 0 and np.abs(stresses).max() > 0
+    displacements, stresses = answer(Pile())
+    assert np.abs(displacements[-1]).max() > 0.01
+    assert np.ptp(displacements[-1, 4:10, 0]) > 0 and np.abs(stresses).max() > 0
 
 
 @few
@@ -208,20 +210,20 @@ TURNS = {
 @settings(few, max_examples=3)
 @given(pile=piles)
 def test_a_mirrored_or_turned_pile_has_the_same_results(matrix, pile):
-    moves, stresses = answer(pile.turned(matrix))
-    back = moves @ matrix, matrix.T @ stresses @ matrix
-    assert_same(back, answer(pile))
+    displacements, stresses = answer(pile.turned(matrix))
+    original_axes = displacements @ matrix, matrix.T @ stresses @ matrix
+    assert_same(original_axes, answer(pile))
 
 
 @few
-@example(pile=Pile(), by=(1_000_000, -1_000_000))
-@given(pile=piles, by=st.tuples(*[st.integers(-1_000_000, 1_000_000)] * 2))
-def test_a_distant_pile_has_the_same_results(pile, by):
+@example(pile=Pile(), shift=(1_000_000, -1_000_000))
+@given(pile=piles, shift=st.tuples(*[st.integers(-1_000_000, 1_000_000)] * 2))
+def test_a_distant_pile_has_the_same_results(pile, shift):
     # places of 1e6 m in the output have an accuracy of 1e-10 m
-    moves, stresses = answer(pile.moved(np.array(by, dtype=float)))
+    displacements, stresses = answer(pile.moved(np.array(shift, dtype=float)))
     expected = answer(pile)
     scale = np.max(np.abs(expected[0]))
-    assert np.max(np.abs(moves - expected[0])) <= AMPLIFIED * scale + 1e-9
+    assert np.max(np.abs(displacements - expected[0])) <= AMPLIFIED * scale + 1e-9
     assert_same((expected[0], stresses), expected)
 
 
@@ -229,10 +231,12 @@ def test_a_distant_pile_has_the_same_results(pile, by):
 @given(
     pile=piles,
     order=st.permutations(range(4)),
-    starts=st.tuples(st.integers(0, 3), st.integers(0, 5), st.integers(0, 3), st.integers(0, 2)),
+    first_corners=st.tuples(
+        st.integers(0, 3), st.integers(0, 5), st.integers(0, 3), st.integers(0, 2)
+    ),
 )
-def test_a_renumbered_pile_has_the_same_results(pile, order, starts):
-    assert_same(answer(pile.renumbered(order, starts)), answer(pile))
+def test_a_renumbered_pile_has_the_same_results(pile, order, first_corners):
+    assert_same(answer(pile.renumbered(order, first_corners)), answer(pile))
 
 
 UNITS = {
@@ -248,5 +252,5 @@ UNITS = {
 @given(pile=piles)
 def test_a_pile_in_other_units_has_the_same_results(unit, pile):
     length, mass, time = unit
-    moves, stresses = answer(pile.units(*unit))
-    assert_same((moves / length, stresses * length * time**2 / mass), answer(pile))
+    displacements, stresses = answer(pile.units(*unit))
+    assert_same((displacements / length, stresses * length * time**2 / mass), answer(pile))

@@ -28,10 +28,10 @@ def started(time_step: float, **control) -> sitedda.Model:
     return model
 
 
-def box(model, name: str, left, low, right, high, held=True, **options):
-    """Add a rectangle; two of its points are fixed if `held`."""
+def box(model, name: str, left, low, right, high, is_fixed=True, **options):
+    """Add a rectangle; two of its points are fixed if `is_fixed`."""
     model.block([left, low, right, low, right, high, left, high], name=name, **options)
-    for x in (left + 0.1, right - 0.1) if held else ():
+    for x in (left + 0.1, right - 0.1) if is_fixed else ():
         model.fixed_point(x, (low + high) / 2, name)
 
 
@@ -85,9 +85,9 @@ def test_apertures_in_series():
     model.flow_boundary(along=[0, -0.1, 0, 0.1], head=15.0)
     model.flow_boundary(along=[5, -0.1, 5, 0.1], head=10.0)
     data = data_of(model)
-    equal = (data.flow_inflow.values[-1].max() * 12 * VISCOSITY / 9810) ** (1 / 3)
-    assert equal == pytest.approx((5 / (2 / 1e-12 + 3 / 8e-12)) ** (1 / 3), rel=1e-6)
-    assert equal == pytest.approx(1.28165e-4, rel=1e-5)
+    hydraulic_aperture = (data.flow_inflow.values[-1].max() * 12 * VISCOSITY / 9810) ** (1 / 3)
+    assert hydraulic_aperture == pytest.approx((5 / (2 / 1e-12 + 3 / 8e-12)) ** (1 / 3), rel=1e-6)
+    assert hydraulic_aperture == pytest.approx(1.28165e-4, rel=1e-5)
 
 
 @pytest.mark.parametrize("layers", [1, 4])
@@ -95,7 +95,7 @@ def test_undrained_share_of_a_load(layers):
     """The ratio is that of Skempton, also in each joint of a column."""
     model = started(1e-3)
     for i in range(layers + 1):
-        box(model, f"b{i}", 0, i, 2, i + 1, held=i == 0)
+        box(model, f"b{i}", 0, i, 2, i + 1, is_fixed=i == 0)
     model.traction(side="top", normal=1e5)
     model.flow(aperture=APERTURE, state_at_rest="undrained")
     model.stage("loaded", kind="static")
@@ -104,14 +104,14 @@ def test_undrained_share_of_a_load(layers):
     assert data.flow_pressure.values[-1] == pytest.approx(1e5 * SHARE, rel=1e-6)
 
 
-def pressed(falls: bool) -> sitedda.Model:
+def pressed(moves: bool) -> sitedda.Model:
     """Three blocks meet at a wet node; a distant stone may fall in the static stage."""
     model = started(1e-3, gravity=(0, -10))
     box(model, "base", -1, -1, 12, 0)
     for left in (0, 2):
-        box(model, f"b{left}", left, 0, left + 2, 1, held=False)
-    if falls:
-        box(model, "stone", 8, 0.2, 9, 1.2, held=False)
+        box(model, f"b{left}", left, 0, left + 2, 1, is_fixed=False)
+    if moves:
+        box(model, "stone", 8, 0.2, 9, 1.2, is_fixed=False)
     model.load(1.5, 0.5, "b0", name="push", time=[0, 1], force_x=[0, 0], force_y=[-1e5] * 2)
     model.flow(aperture=APERTURE)
     model.stage("rest", kind="static")
@@ -120,11 +120,11 @@ def pressed(falls: bool) -> sitedda.Model:
 
 
 def test_water_couples_blocks_after_contacts_were_searched_at_rest():
-    still, fallen = (data_of(pressed(falls)) for falls in (False, True))
-    assert fallen.flow_pressure.values[-1] == pytest.approx(
-        still.flow_pressure.values[-1], rel=1e-3
+    resting_data, moved_data = (data_of(pressed(moves)) for moves in (False, True))
+    assert moved_data.flow_pressure.values[-1] == pytest.approx(
+        resting_data.flow_pressure.values[-1], rel=1e-3
     )
-    assert abs(still.flow_pressure.values).max() > 1e4
+    assert abs(resting_data.flow_pressure.values).max() > 1e4
 
 
 def columns(count: int, length: float, **control) -> sitedda.Model:
@@ -134,20 +134,22 @@ def columns(count: int, length: float, **control) -> sitedda.Model:
     box(model, "slab", 0, -1, length, 0)
     width = length / count
     for i in range(count):
-        box(model, f"c{i}", i * width, 0, (i + 1) * width, 1, held=False, joint="smooth")
+        box(model, f"c{i}", i * width, 0, (i + 1) * width, 1, is_fixed=False, joint="smooth")
     return model
 
 
 def series(time: float, position: float) -> float:
     """Terzaghi's isochrone: pressure over the initial one at a time factor; no flow at 1."""
-    odd = (2 * np.arange(400) + 1) * np.pi / 2
-    return float(np.sum(2 / odd * np.sin(odd * position) * np.exp(-(odd**2) * time)))
+    eigenvalues = (2 * np.arange(400) + 1) * np.pi / 2
+    return float(
+        np.sum(2 / eigenvalues * np.sin(eigenvalues * position) * np.exp(-(eigenvalues**2) * time))
+    )
 
 
 def test_consolidation_of_a_joint():
     length, count, steps, factor = 10.0, 40, 160, 0.2
-    span = factor * length**2 / DIFFUSIVITY
-    model = columns(count, length, time_step=span / steps, steps=steps)
+    duration = factor * length**2 / DIFFUSIVITY
+    model = columns(count, length, time_step=duration / steps, steps=steps)
     model.traction(side="top", normal=1e5)
     model.flow(joints="joint", state="transient", pressure=1e5, **CONSTANT)
     model.flow_boundary(along=[0, -0.1, 0, 0.1], pressure=0.0)
@@ -196,8 +198,8 @@ def test_filling_front():
     model.flow(state="transient", channel_length=0.02, saturation=0.0, **CONSTANT)
     model.flow_boundary(side="left", pressure=1e5)
     data = data_of(model)
-    inner = abs(data.flow_node_place.values[:, 0] - 1.0) < 0.999
-    filled = data.flow_saturation.values @ np.where(inner, 0.02, 0.01)
+    is_inner = abs(data.flow_node_place.values[:, 0] - 1.0) < 0.999
+    filled = data.flow_saturation.values @ np.where(is_inner, 0.02, 0.01)
     for time, exact in ((1.0, 0.8165), (4.0, 1.6330)):
         i = np.argmin(abs(data.time.values - time))
         assert filled[i] == pytest.approx(exact, abs=1e-4)
@@ -207,19 +209,19 @@ def test_filling_front():
 
 
 def rocking(
-    time_step: float, duration: float = 0.25, push: float = 1.5e5, sampled=False, **flow
+    time_step: float, duration: float = 0.25, force: float = 1.5e5, all_samples=False, **flow
 ) -> sitedda.Model:
     """A heavy block on a wet joint that is pushed at its top."""
     model = sitedda.Model("rocking", time_step=time_step, gravity=(0, -9.81))
     model.material("rock", density=2500.0, young_modulus=1e10, poisson_ratio=0.2)
     model.joint("joint", friction_angle=35.0, **STIFF)
     box(model, "base", -2, -1, 6, 0)
-    box(model, "dam", 0, 0, 4, 6, held=False)
+    box(model, "dam", 0, 0, 4, 6, is_fixed=False)
     time = np.linspace(0, duration, 201)
-    model.load(2, 5, "dam", time=time, force_x=push * np.sin(2 * np.pi * time / duration))
+    model.load(2, 5, "dam", time=time, force_x=force * np.sin(2 * np.pi * time / duration))
     model.measured_point("top", x=2, y=5.9, block="dam")
     model.measured_point("toe", x=3.9, y=0.1, block="dam")
-    if sampled:
+    if all_samples:
         model.output(history_seconds=1e-3)
     model.flow(**({"aperture": 1e-3, "channel_length": 1.0} | flow))
     model.flow_boundary(along=[0, -0.1, 0, 0.1], head=3.0)
@@ -232,7 +234,7 @@ def rocking(
 @pytest.mark.parametrize("state", ["steady", "transient"])
 def test_a_rocking_dam_converges_with_the_time_step(state):
     """Motion and pressure are equal with a tenth of the step, which has an error below 0.1 %."""
-    coarse, fine = (data_of(rocking(step, state=state, sampled=True)) for step in (2e-5, 2e-6))
+    coarse, fine = (data_of(rocking(step, state=state, all_samples=True)) for step in (2e-5, 2e-6))
     for name in ("displacement", "flow_pressure"):
         error = abs(fine[name].values - coarse[name].values).max() / abs(fine[name].values).max()
         assert error < 0.01, name
@@ -254,7 +256,7 @@ def test_vapour_forms_and_collapses():
     """A block on springs is pulled up quasi-statically and released; vapour keeps p_v."""
     model = started(1e-3, steps=400, dynamic_factor=0.0)
     box(model, "base", 0, -1, 2, 0)
-    box(model, "top", 0, 0, 2, 1, held=False)
+    box(model, "top", 0, 0, 2, 1, is_fixed=False)
     model.boundary(kind="springs", side="top", stiffness_per_area=1e9)
     time = np.linspace(0, 0.4, 81)
     tension = 6e5 * np.sin(np.pi * time / 0.4) ** 2 - 1e5
@@ -264,9 +266,11 @@ def test_vapour_forms_and_collapses():
     data = data_of(model)
     pressure, saturation = data.flow_pressure.values, data.flow_saturation.values
     assert pressure.min() == pytest.approx(-1e5, rel=1e-12)
-    lifted = (5e5 - 2e5) / 2e9  # pull less the suction of vapour, over the springs
-    full = 2e5 / 2 / BULK * APERTURE  # elongation of the water
-    assert saturation.min() == pytest.approx(APERTURE / (APERTURE + lifted), rel=5e-3), full
+    uplift = (5e5 - 2e5) / 2e9  # pull less the suction of vapour, over the springs
+    water_elongation = 2e5 / 2 / BULK * APERTURE  # elongation of the water
+    assert saturation.min() == pytest.approx(APERTURE / (APERTURE + uplift), rel=5e-3), (
+        water_elongation
+    )
     assert (saturation[-1] == 1).all() and (saturation[pressure > -1e5 + 1] == 1).all()
     assert pressure.max() < 1.2e5  # at most push plus initial pressure
 
@@ -277,7 +281,7 @@ def test_the_coupled_step_is_stable_where_staggered_steps_diverge():
     spring = 2 * (BULK / APERTURE + STIFFNESS)  # of water and joint over 2 m
     model = started(step, steps=200, integration="midpoint")
     box(model, "base", 0, -1, 2, 0)
-    box(model, "top", 0, 0, 2, 1, held=False)
+    box(model, "top", 0, 0, 2, 1, is_fixed=False)
     for x in (0.2, 1.8):
         model.load(x, 0.5, "top", time=[0, 1], force_x=[0, 0], force_y=[-load / 2] * 2)
     model.flow(aperture=APERTURE)
@@ -292,7 +296,7 @@ def test_the_coupled_step_is_stable_where_staggered_steps_diverge():
 
 
 @pytest.mark.parametrize(
-    ("extra", "message"),
+    ("changes", "message"),
     [
         ("&flow_boundary side = 'top', head = 1 /", "no node of a joint with water"),
         ("&flow_boundary side = 'left' /", "head"),
@@ -301,29 +305,29 @@ def test_the_coupled_step_is_stable_where_staggered_steps_diverge():
         ("&water surface = 0, 0, 4, 0 /", "acts_on = 'faces'"),
     ],
 )
-def test_invalid_input_of_flow_is_refused(extra, message):
+def test_invalid_input_of_flow_is_refused(changes, message):
     model = rigid(4.0)
     model.flow(aperture=1e-4)
     with pytest.raises(InputError, match=message):
-        sitedda.Simulation(sitedda.Model.from_namelist(model.to_namelist() + extra + "\n"))
+        sitedda.Simulation(sitedda.Model.from_namelist(model.to_namelist() + changes + "\n"))
 
 
 def test_a_resumed_run_is_bit_identical(tmp_path):
     """The run is resumed during flow, with vapour."""
-    model = rocking(1e-3, push=3e5, state="transient")
+    model = rocking(1e-3, force=3e5, state="transient")
     reference = data_of(model)
     with sitedda.Simulation(model, tmp_path / "half.nc") as run:
         run.advance(120)
-    resumed = sitedda.resume(model, tmp_path / "half.nc").history
+    resumed_run = sitedda.resume(model, tmp_path / "half.nc").history
     for name in ("displacement", "flow_pressure", "flow_saturation", "flow_flux", "energy_flow"):
-        assert (resumed[name].values == reference[name].values).all(), name
+        assert (resumed_run[name].values == reference[name].values).all(), name
 
 
 def test_joints_of_removed_blocks_carry_no_water():
     """Excavated joints do not carry water; the other joints do."""
     model = started(1e-3, gravity=(0, -9.81))
     for i in range(3):
-        box(model, f"b{i}", 0, i, 2, i + 1, held=i == 0)
+        box(model, f"b{i}", 0, i, 2, i + 1, is_fixed=i == 0)
     model.flow(aperture=APERTURE, state_at_rest="undrained")
     model.stage("all", kind="static")
     model.stage("dug", kind="static", remove="b2")
@@ -357,10 +361,10 @@ def test_a_water_level_ends_with_its_traction():
     model.flow(state="steady", **CONSTANT)
     model.traction(side="left", level=3.0, time=[0.0, 0.025])
     data = data_of(model)
-    wet = data.time.values < 0.025
+    is_loaded = data.time.values < 0.025
     pressure = at(data, 0.0)
-    assert pressure[wet][1:] == pytest.approx(3 * 9810, rel=1e-12)
-    assert len(pressure[~wet]) and (pressure[~wet] == 0.0).all()
+    assert pressure[is_loaded][1:] == pytest.approx(3 * 9810, rel=1e-12)
+    assert len(pressure[~is_loaded]) and (pressure[~is_loaded] == 0.0).all()
 
 
 def test_water_flows_down_an_open_joint_with_unit_gradient():
@@ -408,9 +412,9 @@ def test_steady_water_is_hydrostatic_below_its_table():
     data = data_of(model)
     head = np.maximum(0.0, 1.5 - data.flow_node_place.values[:, 1])
     assert data.flow_pressure.values[-1] == pytest.approx(9810 * head, abs=1e-6)
-    full = 3e-4**3 / (12 * VISCOSITY) * 9810  # at unit gradient
-    assert abs(data.flow_flux.values[-1]).max() < 1e-9 * full
-    assert abs(data.flow_inflow.values[-1]).max() < 1e-9 * full
+    unit_flux = 3e-4**3 / (12 * VISCOSITY) * 9810  # at unit gradient
+    assert abs(data.flow_flux.values[-1]).max() < 1e-9 * unit_flux
+    assert abs(data.flow_inflow.values[-1]).max() < 1e-9 * unit_flux
 
 
 def test_steady_flow_fills_joints_only_below_the_water_table():
@@ -442,7 +446,7 @@ LAWS = {
 @pytest.mark.parametrize("law", LAWS)
 def test_water_with_each_joint_law_under_strong_shaking(law):
     """A block rocks and slides: each step converges, and the energy balance is closed."""
-    model = rocking(2e-4, push=6e5, state="transient")
+    model = rocking(2e-4, force=6e5, state="transient")
     model.traction(along=[0, 0, 0, 6], level=3.0, added_mass=True)
     joint = model["joint"][0]
     law_variables = {"law": law, "friction_angle": 35.0} | LAWS[law]

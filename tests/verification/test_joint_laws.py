@@ -12,8 +12,8 @@ WEIGHT = DENSITY * WIDTH * GRAVITY  # weight of a block of 2 m x 1 m, N/m
 ROUGH = {"law": "barton_bandis", "jrc": 10.0, "jcs": 1e8}
 
 
-def pressed(stress: float, *groups: str, cuts: int = 1, width: float = WIDTH, **law) -> str:
-    """A block presses on a joint with a stress (Pa); the base consists of `cuts` blocks."""
+def pressed(stress: float, *groups: str, block_count: int = 1, width: float = WIDTH, **law) -> str:
+    """A block presses on a joint with a stress (Pa); the base consists of `block_count` blocks."""
     text = [
         nml.control(1e-3, 1, gravity=(0.0, -GRAVITY), settle=True),
         nml.contact(1e12),
@@ -23,7 +23,7 @@ def pressed(stress: float, *groups: str, cuts: int = 1, width: float = WIDTH, **
         nml.block("top", nml.rectangle(0.0, 0.0, width, 1.0), "load", "j"),
         nml.measured_point("top", (width / 2, 0.5), "top"),
     ]
-    edges = np.linspace(0.0, width, cuts + 1)
+    edges = np.linspace(0.0, width, block_count + 1)
     text += [
         nml.fixed_block(f"base{i}", nml.rectangle(a, -1.0, b - a, 1.0), "rock", "j")
         for i, (a, b) in enumerate(zip(edges[:-1], edges[1:], strict=True))
@@ -31,13 +31,13 @@ def pressed(stress: float, *groups: str, cuts: int = 1, width: float = WIDTH, **
     return "".join((*text, *groups))
 
 
-def sheared(slip: float, density: float = DENSITY, back: bool = False, **law) -> str:
+def sheared(slip: float, density: float = DENSITY, returns: bool = False, **law) -> str:
     """A block is driven along its joint by `slip` (m) in 1 s, and may be driven back in 1 s."""
     fraction = np.linspace(0.0, 1.0, 201)
     displacement = slip * fraction**3 * (10 - 15 * fraction + 6 * fraction**2)
-    if back:
+    if returns:
         displacement = np.concatenate([displacement, displacement[-2::-1]])
-    steps, stress = 1100 if back else 600, density * GRAVITY
+    steps, stress = 1100 if returns else 600, density * GRAVITY
     return nml.driven_block(2e-3, steps, law, displacement, 5e-3, 100, stress=stress, width=WIDTH)
 
 
@@ -55,21 +55,23 @@ def test_hyperbolic_closure(stress):
         contacts = run.contacts
     stiffness = (-7.15 + 1.75 * 10 + 0.02 * 100 / 0.2) * 1e9
     closure = (-0.296 - 0.0056 * 10 + 2.241 * (100 / 0.2) ** -0.245) * 1e-3
-    closed = contacts["state"] > 0
+    is_closed = contacts["state"] > 0
     expected = stress / (stiffness + stress / closure)
-    assert -contacts["gap"][closed] == pytest.approx(expected, rel=1e-6)
+    assert -contacts["gap"][is_closed] == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize("cuts", [1, 2, 5])
-def test_stiffness_of_the_joint(cuts):
+@pytest.mark.parametrize("block_count", [1, 2, 5])
+def test_stiffness_of_the_joint(block_count):
     """The closure is σ/k for each number of corners; contact lengths add up to the joint length."""
-    with nml.simulation(pressed(1e6, cuts=cuts, normal_stiffness_per_area=1e9)) as run:
+    with nml.simulation(
+        pressed(1e6, block_count=block_count, normal_stiffness_per_area=1e9)
+    ) as run:
         run.advance(1)
         contacts = run.contacts
-    closed = contacts["normal_force"] > 1.0
-    assert closed.sum() == 2 * cuts
-    assert contacts["length"][closed].sum() == pytest.approx(WIDTH, rel=1e-9)
-    assert -contacts["gap"][closed] == pytest.approx(1e-3, rel=1e-6)
+    is_closed = contacts["normal_force"] > 1.0
+    assert is_closed.sum() == 2 * block_count
+    assert contacts["length"][is_closed].sum() == pytest.approx(WIDTH, rel=1e-9)
+    assert -contacts["gap"][is_closed] == pytest.approx(1e-3, rel=1e-6)
 
 
 @pytest.mark.parametrize("stress", [1e6, 5e6, 10e6])
@@ -136,12 +138,12 @@ def test_a_brittle_joint_drops_to_its_residual_strength():
 @pytest.mark.parametrize("law", ["coulomb", "mohr_coulomb"])
 def test_equivalent_laws_have_equal_results(law):
     """Coulomb contacts, a law without special variables, and a stiffness per area."""
-    plain = nml.history(sheared(0.02))
+    coulomb = nml.history(sheared(0.02))
     joint = {"law": law, "normal_stiffness_per_area": 1e10, "shear_stiffness_per_area": 4e9}
-    other = nml.history(sheared(0.02, **joint))
+    equivalent = nml.history(sheared(0.02, **joint))
     for name in ("displacement", "energy_friction", "energy_contact"):
-        scale = float(np.abs(plain[name]).max())
-        assert np.abs(plain[name] - other[name]).max() < 1e-9 * scale
+        scale = float(np.abs(coulomb[name]).max())
+        assert np.abs(coulomb[name] - equivalent[name]).max() < 1e-9 * scale
 
 
 SHAKEN = {
@@ -192,8 +194,8 @@ def test_modes_use_the_tangent_stiffness_at_the_weight(tmp_path):
     law = {**ROUGH, "normal_stiffness_per_area": stiffness, "max_closure": closure}
     file = tmp_path / "model.nml"
     file.write_text(pressed(stress, **law))
-    settled = stress / (stiffness + stress / closure)
-    tangent = stiffness / (1 - settled / closure) ** 2
+    settlement = stress / (stiffness + stress / closure)
+    tangent = stiffness / (1 - settlement / closure) ** 2
     expected = np.sqrt(tangent / (stress / GRAVITY)) / (2 * np.pi)
     frequencies = sitedda.modes(file, 3).frequency
     assert np.abs(np.array(frequencies) / expected - 1).min() < 1e-3

@@ -39,8 +39,8 @@ def wall(folder, bricks, courses, solver="auto", **changes) -> Path:
     """A wall under a horizontal body force; without bond, contacts open and slide immediately."""
     file = folder / f"wall_{solver}.nml"
     size = {"bricks": bricks, "courses": courses, "width": bricks + 1, "solver": solver}
-    plain = {"penalty": 1e12, "step": 1e-3, "bond": 0.0, "integration": "dda"}
-    file.write_text(WALL.format(**size, **(plain | changes)))
+    defaults = {"penalty": 1e12, "step": 1e-3, "bond": 0.0, "integration": "dda"}
+    file.write_text(WALL.format(**size, **(defaults | changes)))
     return file
 
 
@@ -55,12 +55,12 @@ def test_solvers_agree_on_every_input(file, solver):
     other = moved(file, solver, mesh)[1]
     # residual of 1e-11 in directions with inertia only, and rounding of places
     tolerance = ALLOWED.get(file.name, 1e-8)
-    allowed = tolerance * np.abs(direct - start).max() + 2e-15 * np.abs(direct).max()
+    tolerance_of_case = tolerance * np.abs(direct - start).max() + 2e-15 * np.abs(direct).max()
     if active:
         # Contacts open and slide: forces have a tolerance.  An acceleration error of 5e-6 g causes
         # 5e-6 of the free fall of an unsupported block.
-        allowed += 5e-6 * 9.81 * time**2 / 2
-    assert np.abs(other - direct).max() <= allowed
+        tolerance_of_case += 5e-6 * 9.81 * time**2 / 2
+    assert np.abs(other - direct).max() <= tolerance_of_case
 
 
 @pytest.mark.parametrize("solver", ["lagged", "jacobi", "sor"])

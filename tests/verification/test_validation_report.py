@@ -66,26 +66,33 @@ def test_the_least_pulse_solves_the_rocking_equation(width, height, ratio):
     slender, rate = np.arctan2(width, height), np.sqrt(1.5 * 9.81 / np.hypot(width, height))
     ratio_of_gravity = ratio * np.tan(slender)
 
-    def falls(lasts):
+    def falls(duration):
         def rates(time, state, acceleration):
             angle = slender - state[0]
             return [state[1], -(rate**2) * (np.sin(angle) - acceleration * np.cos(angle))]
 
-        def past(_, state, acceleration):
+        def overturns(_, state, acceleration):
             return state[0] - 1.5 * slender
 
-        def back(_, state, acceleration):
+        def returns_upright(_, state, acceleration):
             return state[1]
 
-        past.terminal = back.terminal = True
+        overturns.terminal = returns_upright.terminal = True
         exact = {"rtol": 1e-10, "atol": 1e-13}
-        pushed = solve_ivp(rates, (0, lasts), [0.0, 0.0], args=(ratio_of_gravity,), **exact).y[
-            :, -1
-        ]
-        if pushed[0] > slender:
+        end_of_pulse = solve_ivp(
+            rates, (0, duration), [0.0, 0.0], args=(ratio_of_gravity,), **exact
+        ).y[:, -1]
+        if end_of_pulse[0] > slender:
             return True
-        free = solve_ivp(rates, (0, 20 / rate), pushed, args=(0.0,), events=(past, back), **exact)
-        return len(free.t_events[0]) > 0
+        free_rocking = solve_ivp(
+            rates,
+            (0, 20 / rate),
+            end_of_pulse,
+            args=(0.0,),
+            events=(overturns, returns_upright),
+            **exact,
+        )
+        return len(free_rocking.t_events[0]) > 0
 
     low, high = 0.01 / rate, 5 / rate
     while high - low > 1e-6 * high:

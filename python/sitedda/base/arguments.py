@@ -59,7 +59,7 @@ class Range:
 
 
 LARGEST = 1e9
-ANY = Range(-LARGEST, LARGEST)
+ANY_NUMBER = Range(-LARGEST, LARGEST)
 FINITE = Range(-1e30, 1e30)
 POSITIVE = Range(0.0, LARGEST, above=True)
 NOT_NEGATIVE = Range(0.0, LARGEST)
@@ -122,8 +122,8 @@ def floats(name: str, value: ArrayLike) -> NDArray:
         raise InputError(f"{name} must contain real numbers, got {str(value)[:60]!r}") from None
 
 
-def first_of(values: NDArray, chosen: NDArray) -> float:
-    """Return the first value for which `chosen` is true, for a message."""
+def first_of(values: NDArray, mask: NDArray) -> float:
+    """Return the first value for which `mask` is true, for a message."""
     import numpy as np
 
-    return np.atleast_1d(values)[np.atleast_1d(chosen)][0]
+    return np.atleast_1d(values)[np.atleast_1d(mask)][0]

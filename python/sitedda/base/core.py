@@ -60,18 +60,18 @@ def commit() -> str:
 
 
 @cache
-def engine_names(what: str) -> tuple[str, ...]:
-    """Return the tuple of names of a kind that the engine defines, such as its energy terms.
+def engine_names(kind: str) -> tuple[str, ...]:
+    """Return the names of a kind that the engine defines, such as its energy terms.
 
     Parameters
     ----------
-    what : str
+    kind : str
         ``'energies'``, ``'phases'``, ``'counts'``; ``'maxima'`` with ``'maxima units'`` and
         ``'maxima numbers'``, the words after ``largest_`` and ``residual_`` in verdicts;
         ``'boundary kinds'`` with ``'boundary kinds at rest'``, which replace them in static models,
         and ``'boundary directions'`` of the latter (or 'none').
     """
-    return tuple(api.engine_names(what).decode().split())
+    return tuple(api.engine_names(kind).decode().split())
 
 
 @cache
@@ -86,31 +86,31 @@ def printing_rules() -> tuple[float, int, str, str]:
     return float(fraction), int(width), more_text, bars
 
 
-def wrapped(words: str, indent: int = 0, width: int = 0) -> str:
+def wrapped(text: str, indent: int = 0, width: int = 0) -> str:
     """Wrap a text to the width of the screen, as the native executable does.
 
     Parameters
     ----------
-    words : str
+    text : str
     indent : int
         Characters before the text on its first line, and blanks before the other lines.
     width : int
         Characters per line, including the indent; 0: the width of a screen.
     """
-    data = " ".join(words.split()).encode()
+    data = " ".join(text.split()).encode()
     size = len(data) + data.count(b" ") * indent + 1
     codes = api.wrapped_text(data, indent, width or printing_rules()[1], size)
     return bytes(codes.astype("u1")).rstrip(b"\0").decode().removesuffix("\n")
 
 
-def folded(words: str) -> str:
+def folded(text: str) -> str:
     """Wrap each line of a text to the width of the screen, as the native executable does."""
-    return "\n".join(wrapped(line, 6) for line in words.splitlines() if line)
+    return "\n".join(wrapped(line, 6) for line in text.splitlines() if line)
 
 
-def tell(words: str) -> None:
+def tell(text: str) -> None:
     """Print notes, one per line of a text."""
-    for line in filter(None, words.splitlines()):
+    for line in filter(None, text.splitlines()):
         print(folded(f"note: {line}"))
 
 

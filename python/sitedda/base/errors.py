@@ -127,12 +127,12 @@ class MissingLibrary(SiteddaError, ImportError):
     kind = 1
 
 
-def lacks_memory(trouble: BaseException | None) -> bool:
+def lacks_memory(error: BaseException | None) -> bool:
     """Return whether lack of memory caused an exception."""
-    while trouble is not None:
-        if isinstance(trouble, MemoryError) or getattr(trouble, "errno", None) == errno.ENOMEM:
+    while error is not None:
+        if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
             return True
-        if isinstance(trouble, ImportError) and any(w in str(trouble).lower() for w in _NO_ROOM):
+        if isinstance(error, ImportError) and any(w in str(error).lower() for w in _NO_ROOM):
             return True
-        trouble = trouble.__cause__ or trouble.__context__
+        error = error.__cause__ or error.__context__
     return False

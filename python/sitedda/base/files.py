@@ -21,7 +21,7 @@ from .reading import file_path
 
 _HEAD = 1 << 24  # number of first bytes that identify the kind of a file
 _XML = rb"\s*+(?><\?xml[^>]*>\s*)?+(?><!--.*?-->\s*)*+"
-ANY = ""  # kind of a file in a folder that the package writes
+UNCHECKED = ""  # kind of a file in a folder that the package writes
 OWN_INPUT, OWN_RECORD = "an input that sitedda wrote", "a record that sitedda wrote"
 OWN_SCRIPT = "a script that sitedda wrote"
 OWN_TABLE = "a table that sitedda wrote"
@@ -32,7 +32,7 @@ _KINDS = {
     "a page": rb"\s*<!doctype html",
     "a movie": rb"GIF8|....ftyp",
     "a netCDF file": rb"CDF[\x01\x02\x05]|\x89HDF\r\n\x1a\n",
-    "a file of ParaView": _XML + rb"<VTKFile",
+    "a ParaView file": _XML + rb"<VTKFile",
     "Markdown": rb"# ",
     OWN_INPUT: rb"! written by sitedda|.*\n! \d+ blocks, made from the groups",
     OWN_RECORD: rb"# written by sitedda",
@@ -43,15 +43,15 @@ _KINDS = {
 }  # fmt: skip
 
 
-def check_target(file, kind: str, reads: Iterable = ()) -> Path:
+def check_target(file, kind: str, inputs: Iterable = ()) -> Path:
     """Check that a file can be written: it does not exist yet, or it may be replaced.
 
     Parameters
     ----------
     file : path
     kind : str
-        ``'a picture'``, ``'a page'``, …, or `ANY`.
-    reads : iterable of path
+        ``'a picture'``, ``'a page'``, …, or `UNCHECKED`.
+    inputs : iterable of path
         Files that the same command reads, which must not be replaced.
 
     Raises
@@ -72,13 +72,13 @@ def check_target(file, kind: str, reads: Iterable = ()) -> Path:
     if stat.S_ISDIR(status.st_mode):
         raise OutputError(f"{file} is a folder, not a file name")
     if stat.S_ISLNK(status.st_mode):
-        raise OutputError(f"{file} is a link and is not followed; name another file")
+        raise OutputError(f"{file} is a symbolic link, which is not followed; name another file")
     if not stat.S_ISREG(status.st_mode):
-        raise OutputError(f"{file} is not a regular file and is not replaced; name another")
+        raise OutputError(f"{file} is not a regular file and is not replaced; name another file")
     if not status.st_mode & stat.S_IWUSR:
         raise OutputError(f"{file} is write-protected and is not replaced; make it writable, or "
                           "name another file")  # fmt: skip
-    for source in reads:
+    for source in inputs:
         if is_same(file, source):
             raise OutputError(f"{file} would replace {source}, which this command reads; "
                               "name another file")  # fmt: skip
@@ -100,19 +100,19 @@ def _may_replace(file: Path, kind: str) -> bool:
     """Return whether a file begins with the first bytes of files of a kind."""
     try:
         with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as stream:
-            head = stream.read(min(_HEAD, os.fstat(stream.fileno()).st_size))
+            first_bytes = stream.read(min(_HEAD, os.fstat(stream.fileno()).st_size))
     except OSError as trouble:
         raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
-    return bool(re.match(_KINDS[kind], head, re.DOTALL | re.IGNORECASE))
+    return bool(re.match(_KINDS[kind], first_bytes, re.DOTALL | re.IGNORECASE))
 
 
 @contextmanager
-def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterator[Path]:
+def written(file, kind: str, inputs: Iterable = (), sync: bool = True) -> Iterator[Path]:
     """Yield a temporary path to write, which is renamed to the file after it has been written.
 
     Parameters
     ----------
-    file, kind, reads
+    file, kind, inputs
         As for `check_target`.
     sync : bool
         Flush the file to the disk before it is renamed.
@@ -122,7 +122,7 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
     OutputError
         If the file cannot be written; the temporary file is then removed, also after a signal.
     """
-    file = check_target(file, kind, reads)
+    file = check_target(file, kind, inputs)
     draft = None
     try:
         with _signals_as_exceptions(file):
@@ -135,7 +135,7 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
                 if sync:
                     with draft.open("rb") as stream:
                         os.fsync(stream.fileno())
-                check_target(file, kind, reads)
+                check_target(file, kind, inputs)
                 draft.replace(file)
                 draft = None
             finally:
@@ -148,12 +148,12 @@ def written(file, kind: str, reads: Iterable = (), sync: bool = True) -> Iterato
         raise OutputError(f"{file} cannot be written: {reason}") from trouble
 
 
-def write(file, data: bytes | str, kind: str, reads: Iterable = (), sync: bool = True) -> Path:
+def write(file, data: bytes | str, kind: str, inputs: Iterable = (), sync: bool = True) -> Path:
     """Write a whole file unless its content is unchanged, see `written`; return its path."""
     data = data.encode("utf-8", "surrogateescape") if isinstance(data, str) else data
     if kind and _contains_exactly(Path(file), data):
         return Path(file)
-    with written(file, kind, reads, sync) as draft, draft.open("wb") as stream:
+    with written(file, kind, inputs, sync) as draft, draft.open("wb") as stream:
         stream.write(data)
     return Path(file)
 
@@ -189,18 +189,18 @@ def is_below(folder: Path, name) -> bool:
     return Path(name).is_relative_to(parent) or Path(name).is_relative_to(parent.resolve())
 
 
-def plain_text(what: str, text: str) -> str:
+def plain_text(name: str, text: str) -> str:
     """Return a text; reject control characters, such as line ends.
 
     Raises
     ------
     InputError
-        If it contains a control character; ``what`` names the text in the message.
+        If it contains a control character; ``name`` names the text in the message.
     """
     from .errors import InputError
 
-    if not text.isprintable() and (bad := re.search(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]", text)):
-        raise InputError(f"{what} = {text!r} contains the control character {bad[0]!r}")
+    if not text.isprintable() and (control := re.search(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]", text)):
+        raise InputError(f"{name} = {text!r} contains the control character {control[0]!r}")
     return text
 
 

@@ -60,14 +60,14 @@ def titled(name: str) -> tuple[str, str]:
     name : str
         As in verdicts and studies, with the point or joint in brackets.
     """
-    text, _, label = name.partition("[")
+    text, _, bracketed = name.partition("[")
     axis = next((axis_name for axis_name in "xy" if text.endswith(f"_{axis_name}")), "")
     text = text.removesuffix(f"_{axis}") if axis else text
     end = next((axis_name for axis_name in _ENDINGS if text.endswith(axis_name)), "")
     text = text.removesuffix(end).replace("_", " ")
-    head, blank, tail = text.partition(" ")
-    text = _SHORT.get(head, head) + blank + tail
-    return ", ".join(filter(None, (text, label.removesuffix("]"), axis))), _ENDINGS.get(end, "")
+    first_word, space, remainder = text.partition(" ")
+    text = _SHORT.get(first_word, first_word) + space + remainder
+    return ", ".join(filter(None, (text, bracketed.removesuffix("]"), axis))), _ENDINGS.get(end, "")
 
 
 def labelled(name: str, unit: str = "") -> str:
@@ -85,9 +85,9 @@ def labelled(name: str, unit: str = "") -> str:
     return f"{title} ({unit})" if unit not in ("", "1") else title
 
 
-def counted(count: int, one: str, many: str) -> str:
+def counted(count: int, singular: str, plural: str) -> str:
     """Format a count with its noun and verb: 1 block is, 1,000 blocks are."""
-    return f"{count:,} {one if count == 1 else many}"
+    return f"{count:,} {singular if count == 1 else plural}"
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -124,12 +124,12 @@ def with_bar(value: float, bar: float) -> str:
         return f"{number(value)} (no error bar)"
     if bar == 0:
         return f"{number(value, 6)} ± 0"
-    place = math.floor(math.log10(bar)) - 1
+    decimal = math.floor(math.log10(bar)) - 1
     power = math.floor(math.log10(max(abs(value), bar)))
     if -4 <= power < 6:
-        digits = max(-place, 0)
-        return f"{round(value, -place):.{digits}f} ± {round(bar, -place):.{digits}f}"
-    scale, digits = 10.0**power, max(power - place, 0)
+        digits = max(-decimal, 0)
+        return f"{round(value, -decimal):.{digits}f} ± {round(bar, -decimal):.{digits}f}"
+    scale, digits = 10.0**power, max(power - decimal, 0)
     return f"({value / scale:.{digits}f} ± {bar / scale:.{digits}f})e{power}"
 
 
@@ -141,6 +141,6 @@ def length(value: float) -> str:
     value : float
         m
     """
-    fits = (unit for unit in ("m", "mm", "µm") if abs(value) * SHOWN[unit] >= 1.0)
-    unit = "m" if value == 0 else next(fits, "nm")
+    units = (unit for unit in ("m", "mm", "µm") if abs(value) * SHOWN[unit] >= 1.0)
+    unit = "m" if value == 0 else next(units, "nm")
     return f"{number(value * SHOWN[unit])} {unit}"

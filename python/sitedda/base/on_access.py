@@ -41,32 +41,34 @@ class on_access:  # noqa: N801
         """Register names and their module; imports of other threads are executed."""
         if members is not self._members:
             return self._import(module, members, local, names, level)
-        places = {name: "." * level + module for name in names}
-        self._places |= places
-        return _Names(places)
+        modules = {name: "." * level + module for name in names}
+        self._places |= modules
+        return _Names(modules)
 
     def _get(self, name: str) -> object:
         """Import a name; see `object.__getattr__`."""
         package = self._members["__name__"]
         if name not in self._places:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        place = self._places[name]
-        home = import_module(place, package) if place.strip(".") else None
-        if home is None or (hasattr(home, "__path__") and not hasattr(home, name)):
-            value = import_module(f"{place.rstrip('.')}.{name}", package)
+        target = self._places[name]
+        defining_module = import_module(target, package) if target.strip(".") else None
+        if defining_module is None or (
+            hasattr(defining_module, "__path__") and not hasattr(defining_module, name)
+        ):
+            value = import_module(f"{target.rstrip('.')}.{name}", package)
         else:
-            value = getattr(home, name)
+            value = getattr(defining_module, name)
         self._members[name] = value
         return value
 
     def _names(self) -> list[str]:
         """Return the public names, registered modules and special names."""
-        special = [name for name in self._members if name.startswith("__")]
-        return sorted({*self._members["__all__"], *self._places, *special})
+        dunder_names = [name for name in self._members if name.startswith("__")]
+        return sorted({*self._members["__all__"], *self._places, *dunder_names})
 
 
 class _Names:
-    """Stands for a module of which an import statement takes names."""
+    """Placeholder of a module; an import statement takes names from it."""
 
     def __init__(self, names: dict):
         vars(self).update(names)

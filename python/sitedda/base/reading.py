@@ -54,14 +54,14 @@ def read_bounded(file, limit: int) -> bytes:
 
 
 def read_numbers(file, limit: int) -> tuple[list[str], list[tuple[int, list[float]]]]:
-    """Return the column names of a CSV file, and line number and values (or NaN) of each row.
+    """Return the column names of a CSV file, and the line number and the values of each row.
 
     Lines that begin with # are comments.
 
     Raises
     ------
     InputError
-        If there are no rows, a heading is repeated, or a row does not have a number for each.
+        If there are no rows, a heading is repeated, or a row has fewer or more numbers.
     """
     lines = read_bounded(file, limit).decode("utf-8-sig", "replace").splitlines()
     rows = [(i, [cell.strip(' \t"') for cell in line.split(",")])
@@ -69,14 +69,14 @@ def read_numbers(file, limit: int) -> tuple[list[str], list[tuple[int, list[floa
     if len(rows) < 2 or not all(rows[0][1]):
         raise InputError(f"{file}: give a heading with the name of each column, and rows of "
                          "numbers")  # fmt: skip
-    (start, names), *others = rows
+    (start, names), *data_rows = rows
     if "\0" in lines[0] or (len(names) == 1 and re.search(r"[;\t]", names[0])):
         raise InputError(f"{file}, line {start}: {lines[start - 1]!r} has no commas: write a table "
                          "in UTF-8, with commas between columns and decimal points")  # fmt: skip
     if repeated := [name for name in names if names.count(name) > 1]:
         raise InputError(f"{file}, line {start}: heading {repeated[0]!r} is repeated")
     table = []
-    for line, cells in others:
+    for line, cells in data_rows:
         if len(cells) != len(names):
             raise InputError(f"{file}, line {line}: {len(cells)} values under {len(names)} "
                              "headings; give one value per heading")  # fmt: skip
@@ -93,6 +93,6 @@ def _number_in(label: str, cell: str) -> float:
         raise InputError(f"{label} = {cell!r} is not a number") from None
 
 
-def _unreadable_error(file, trouble: Exception) -> OutputError:
+def _unreadable_error(file, error: Exception) -> OutputError:
     """Return the error that states why a file cannot be read."""
-    return OutputError(f"{file} cannot be read: {getattr(trouble, 'strerror', None) or trouble}")
+    return OutputError(f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")

@@ -8,7 +8,7 @@ import time
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
 _RETRY = 0.02  # s between checks whether an import has ended
 _PAUSE = 1.0  # s during which a second signal does not interrupt the cleanup after the first signal
-_AGAIN = 1.0  # s of processor time after which KeyboardInterrupt is raised again
+_REPEAT_DELAY = 1.0  # s of processor time after which KeyboardInterrupt is raised again
 
 
 class Interruption:
@@ -63,19 +63,19 @@ class Interruption:
             signal.setitimer(signal.ITIMER_REAL, _RETRY)
         elif number == signal.SIGPROF or time.monotonic() - self._last >= _PAUSE:
             self._last = time.monotonic()
-            signal.setitimer(signal.ITIMER_PROF, _AGAIN)
+            signal.setitimer(signal.ITIMER_PROF, _REPEAT_DELAY)
             raise KeyboardInterrupt
 
-    def _raise_suppressed(self, trouble) -> None:
+    def _raise_suppressed(self, error) -> None:
         """Raise KeyboardInterrupt again if it was suppressed, for example in a finaliser.
 
         After a signal, finalisers of incomplete objects fail; their messages are suppressed.
         """
-        if isinstance(trouble.exc_value, KeyboardInterrupt):
+        if isinstance(error.exc_value, KeyboardInterrupt):
             self._last = -_PAUSE
             signal.raise_signal(signal.SIGINT)
         elif not self.heard:
-            self._report(trouble)
+            self._report(error)
 
 
 class Stop:
@@ -126,7 +126,7 @@ def _is_importing(frame) -> bool:
 
 def _install_handler(signals, handler, program: bool = True) -> dict:
     """Replace default and program handlers of signals; return the replaced handlers by signal."""
-    previous = {}
+    old_handlers = {}
     for number in signals:
         current = signal.getsignal(number)
         if (program and _is_program_handler(current)) or current in (
@@ -134,14 +134,14 @@ def _install_handler(signals, handler, program: bool = True) -> dict:
             signal.default_int_handler,
         ):
             try:
-                previous[number] = signal.signal(number, handler)
+                old_handlers[number] = signal.signal(number, handler)
             except ValueError:  # only the main thread receives signals
                 break
-    return previous
+    return old_handlers
 
 
-def _restore_signal_handlers(previous: dict) -> None:
-    for number, handler in previous.items():
+def _restore_signal_handlers(old_handlers: dict) -> None:
+    for number, handler in old_handlers.items():
         signal.signal(number, handler)
 
 

@@ -201,16 +201,16 @@ def _read_objects(name: str, values: dict, folder) -> list:
     if not points or "file" not in values:
         for option in ("layer", "scale"):
             if points and option in values:
-                raise InputError(f"{option} needs a file")
+                raise InputError(f"`{option}` requires `file`")
         return [_make_object(name, values)]
     if points in values:
-        raise InputError(f"give either {points} or file")
+        raise InputError(f"give either `{points}` or `file`")
     from .importing import read_outlines
 
     source = Path(folder) / values.pop("file")
     outlines = read_outlines(source, values.pop("layer", None), values.pop("scale", None))
     if name != "joint_line" and len(outlines) != 1:
-        raise InputError(f"the file contains {len(outlines)} lines instead of one; give the layer")
+        raise InputError(f"the file contains {len(outlines)} lines instead of one; set `layer`")
     vertices = [outline.closed_points(name) for outline in outlines]
     return [_make_object(name, values | {points: corners}) for corners in vertices]
 
@@ -221,7 +221,7 @@ def _import_blocks(values: dict, folder) -> list[dict]:
     from .importing import read_outlines
 
     if "file" not in values:
-        raise InputError("file is missing")
+        raise InputError("`file` is missing")
     stem = values.get("name", "block")
     options = {key: values[key] for key in ("material", "joint") if key in values}
     source = Path(folder) / values["file"]

@@ -26,7 +26,7 @@ class Ground(schema.GroundValues):
             raise InputError(f"right = {self.right:g} must be above left = {self.left:g}")
         self.outline = self._core_outline()
         if self.outline is None and not len(self.surface):
-            raise InputError("give core, or give surface for ground without a core")
+            raise InputError("give `core`, or `surface` for ground without a core")
         if len(self.surface) and (np.diff(self.surface[:, 0]) <= 0).any():
             raise InputError("surface: x must increase from point to point")
 
@@ -111,7 +111,7 @@ class Ground(schema.GroundValues):
             [(self.left, self.bottom), (self.right, self.bottom), *upper[::-1]]
         )
         if not ground.is_valid:
-            raise InputError("the ground surface crosses the upper side of core; give surface")
+            raise InputError("the ground surface crosses the upper side of `core`; give `surface`")
         return ground if self.outline is None else shapely.difference(ground, self.outline)
 
     def _ground_block(self, name: str, polygon) -> dict:
@@ -135,7 +135,7 @@ def base_and_sides(ground, **base) -> list[tuple[str, dict]]:
         values = {"name": f"{ground.name}_base", "kind": ground.base, "side": "bottom"}
         result.append(("boundary", values | base | motion))
     elif any(motion.values()):
-        raise InputError("base = 'none' has no motion: omit motion_x and motion_y, or give a base")
+        raise InputError("base = 'none' has no motion: omit motion_x and motion_y, or set base")
     if ground.sides == "tied":
         result.append(("boundary", {"kind": "tied"}))
     elif ground.sides != "none":

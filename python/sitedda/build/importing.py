@@ -92,7 +92,7 @@ def read_outlines(
         outlines = [outline for outline in outlines if outline.layer == layer]
         if not outlines:
             names = ", ".join(map(repr, filter(None, layers[:12]))) or "none"
-            raise InputError(f"{file}: nothing lies on layer {layer!r}; its layers: {names}")
+            raise InputError(f"{file}: layer {layer!r} is empty or missing; the layers: {names}")
     if closed is not None:
         outlines = [outline for outline in outlines if outline.closed == closed]
     if not outlines:

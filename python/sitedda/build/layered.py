@@ -179,7 +179,7 @@ def _hysteretic_law(layer: Ground, stress: float, file: Path) -> dict:
         return {"law": "hysteretic", "curve": "table"} | table
     minimum, variables = _CURVES[name]
     if not minimum <= len(numbers) <= len(variables):
-        required = f"; required: the first {minimum}" if minimum else ""
+        required = f"(at least the first {minimum})" if minimum else ""
         raise InputError(f"{source}: curve = {layer.curve!r}: give after {name}: "
                          f"{', '.join(variables)}{required}")  # fmt: skip
     stress_values = {"mean_stress": stress} if name == "darendeli" else {}

@@ -69,7 +69,7 @@ class Group:
     def __call__(self, **values) -> "Group":
         """Set several variables; return the group."""
         if self._name == "control" and None not in map(values.get, ("duration", "steps")):
-            raise InputError("give either duration or steps")
+            raise InputError("give either `duration` or `steps`")
         changes = {
             name: None if value is None else checked(self._name, name, value)
             for name, value in values.items()

@@ -22,11 +22,12 @@ from .posterior import Posterior
 SAMPLERS = ("laplace", "ensemble")
 _DISCREPANCY = (0.02, 1.0)  # prior of an unknown discrepancy: median, deviation of its logarithm
 _EXACT = 1e-5  # relative error of frequencies by the reduction at which its basis is complete
-_SAME = 1e-3  # relative difference of frequencies between a family and its model that is ignored
+_LINEAR_TOLERANCE = 1e-3  # relative difference of frequencies of family and model
 _TRIALS = 12  # largest number of values at which the contacts that gravity closes are found
 _REFERENCE = {"control.settle": False}  # change after which all touching contacts are closed
 _ROUNDS = 6  # largest number of bases
-_FAR, _WIDE, _ALIKE, _FEW = 2.0, 0.8, 0.9, 0.2  # limits of warnings, see `_find_warnings`
+# Limits of warnings: misfit and range over their deviation, correlation, effective fraction.
+_LARGE_MISFIT, _WIDE, _CORRELATED, _FEW = 2.0, 0.8, 0.9, 0.2
 SILENT = ("small vibrations do not determine friction, cohesion, tensile strength and joint "
           "opening: their uncertainty is unchanged")  # fmt: skip
 
@@ -39,14 +40,14 @@ class Calibration:
     ----------
     unknowns : DataFrame
         By name: ``best`` (most probable), ``median``, ``low`` and ``high`` (middle 90 %),
-        ``prior_low`` and ``prior_high`` (the same before), and ``deviation`` of the logarithm.
+        ``prior_low`` and ``prior_high`` (of the prior), and ``deviation`` of the logarithm.
     measured : DataFrame
         See `sitedda.calibration.measured_modes`.
     fit : DataFrame
         By measured mode: ``number`` of the model's mode, from 1; ``frequency`` of the best model,
-        and ``low`` and ``high`` (middle 90 % of the samples), Hz; ``misfit``, the difference of
-        ln f, measured over best, in deviations (error and discrepancy); ``mac``, the modal
-        assurance criterion of the shape (NaN without).
+        and ``low`` and ``high`` (middle 90 % of the samples), Hz; ``misfit``, ln(measured f /
+        best f) divided by the deviation due to error and discrepancy; ``mac``, the modal assurance
+        criterion of the shape (NaN if no shape was measured).
     modes : Modes
         Modes of the best model.
     samples : DataFrame
@@ -82,7 +83,7 @@ class Calibration:
         lines += self.mode_words()
         lines.append(f"ln evidence = {self.evidence:.2f} ± {self.evidence_error:.2f}, with a "
                      f"discrepancy of {100 * self.discrepancy:.2g} %")  # fmt: skip
-        return "\n".join([*lines, *(f"note: {note}" for note in self.doubts)])
+        return "\n".join([*lines, *(f"note: {warning}" for warning in self.doubts)])
 
     def mode_words(self) -> list[str]:
         """Compare each measured mode with that of the model, one line each."""
@@ -90,12 +91,12 @@ class Calibration:
         pairs = zip(self.measured.itertuples(), self.fit.itertuples(), strict=True)
         for row, fit in pairs:
             text = (f"mode {fit.number}: {number(row.frequency)} ± {row.deviation:.2g} Hz "
-                     f"measured, {number(fit.frequency)} Hz by the model")  # fmt: skip
+                     f"measured, {number(fit.frequency)} Hz computed")  # fmt: skip
             if np.isfinite(fit.mac):
                 text += f", MAC {fit.mac:.2f}"
             if np.isfinite(row.damping):
                 computed = self.modes.damping[fit.number - 1]
-                text += f", damping {100 * row.damping:.2g} % (model {100 * computed:.2g} %)"
+                text += f", damping {100 * row.damping:.2g} % (computed {100 * computed:.2g} %)"
             lines.append(text)
         return lines
 
@@ -121,7 +122,7 @@ def calibrate(
     seed: int = 0,
     contacts: str = "auto",
     changes: Mapping | None = None,
-    **more,
+    **variables,
 ) -> Calibration:
     """Find unknown stiffnesses of a model from measured modes.
 
@@ -143,7 +144,7 @@ def calibrate(
         Number of samples.
     seed : int
         Seed of the samples.
-    contacts, changes, **more
+    contacts, changes, **variables
         See `sitedda.modes`.
 
     Returns
@@ -162,7 +163,7 @@ def calibrate(
     samples = int(COUNT.check("samples", samples))
     prior = _check_priors(unknowns)
     data = measured_modes(measured)
-    changes = merged(changes, more)
+    changes = merged(changes, variables)
     mean, deviation = np.log(prior).mean(1), np.ptp(np.log(prior), axis=1) / (2 * BAND)
     centre = dict(zip(unknowns, np.exp(mean).tolist(), strict=True))
     *_, points = matrices(model, contacts, changes | centre)
@@ -174,15 +175,15 @@ def calibrate(
         NOT_NEGATIVE.check("discrepancy", discrepancy)
     count = len(prior)
     terms = observations, mean, deviation, discrepancy
-    posterior, peaks, error, best, note = _fit_contacts(model, tuple(unknowns), terms, seed,
+    posterior, peaks, error, best, closing = _fit_contacts(model, tuple(unknowns), terms, seed,
                                                          contacts, changes)  # fmt: skip
     peak = peaks[0][0]
-    draws, weights, evidence, sigma, counting = posterior.draw_weighted(peaks, seed)
-    picked = draws[np.random.default_rng(seed).choice(len(draws), samples, p=weights)]
+    draws, weights, evidence, sigma, effective_fraction = posterior.draw_weighted(peaks, seed)
+    chosen = draws[np.random.default_rng(seed).choice(len(draws), samples, p=weights)]
     if sampler == "ensemble":
-        draws = picked = posterior.draw_samples(picked, samples, seed)
+        draws = chosen = posterior.draw_samples(chosen, samples, seed)
         weights = None
-    values = pd.DataFrame(posterior.values(picked)[:, :count], columns=list(unknowns))
+    values = pd.DataFrame(posterior.values(chosen)[:, :count], columns=list(unknowns))
     low, median, high = np.quantile(posterior.values(draws)[:, :count], (0.05, 0.5, 0.95), axis=0,
                                     method="inverted_cdf", weights=weights)  # fmt: skip
     table = pd.DataFrame(
@@ -190,19 +191,19 @@ def calibrate(
          "prior_low": prior[:, 0], "prior_high": prior[:, 1],
          "deviation": np.log(values).std(ddof=0)}, list(unknowns),
     )  # fmt: skip
-    level = float(np.median(posterior.discrepancies(picked)))
-    fit = _compare_modes(posterior, peak, picked, level)
+    level = float(np.median(posterior.discrepancies(chosen)))
+    fit = _compare_modes(posterior, peak, chosen, level)
     result = Calibration(table, data, fit, best, values, level, evidence, sigma, error)
-    doubts = _find_warnings(result, peak, deviation)
-    if counting < _FEW and sampler == "laplace":
-        doubts.append("the posterior is not Gaussian, and ranges may be too narrow: use the "
+    warnings = _find_warnings(result, peak, deviation)
+    if effective_fraction < _FEW and sampler == "laplace":
+        warnings.append("the posterior is not Gaussian, and ranges may be too narrow: use the "
                       "sampler 'ensemble', or fewer unknowns")  # fmt: skip
-    return replace(result, doubts=(*note, *doubts, SILENT))
+    return replace(result, doubts=(*closing, *warnings, SILENT))
 
 
-def _compare_modes(posterior: Posterior, peak, picked, level: float) -> pd.DataFrame:
+def _compare_modes(posterior: Posterior, peak, chosen, level: float) -> pd.DataFrame:
     """Compare measured modes with those of the best model and of the samples."""
-    squares, y, numbers = posterior.solve_modes(np.vstack([peak, picked]), shapes=False)
+    squares, y, numbers = posterior.solve_modes(np.vstack([peak, chosen]), shapes=False)
     frequencies = np.sqrt(np.take_along_axis(squares, numbers, 1)) / (2 * np.pi)
     low, high = np.percentile(frequencies[1:], (5, 95), axis=0)
     observed = posterior.seen
@@ -214,7 +215,7 @@ def _compare_modes(posterior: Posterior, peak, picked, level: float) -> pd.DataF
 
 
 def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
-    """Move the centre of the family until gravity closes the contacts of its best model.
+    """Move the centre of the family until its contacts are those that close in its best model.
 
     Steps are at most one prior deviation; a step is halved where the family is not linear. If it
     is not linear at the centre of the priors, all touching contacts are assumed closed.
@@ -225,14 +226,14 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
         See `_find_peaks`.
     result : Modes
         Of the best model.
-    note : tuple of str
+    warnings : tuple of str
         Warning if frequencies of the family and of the best model differ.
     """
     _, mean, deviation, _ = terms
-    z, step, closed = 0 * mean, 0 * mean, ""
+    z, step, assumption = 0 * mean, 0 * mean, ""
     for trial in range(_TRIALS):
-        middle = np.exp(mean + (z + step) * deviation)
-        values = dict(zip(unknowns, middle.tolist(), strict=False))
+        centre = np.exp(mean + (z + step) * deviation)
+        values = dict(zip(unknowns, centre.tolist(), strict=False))
         try:
             family = family_of(model, values, contacts, changes)
         except InputError:  # for example, any change opens or closes a contact without force
@@ -242,7 +243,7 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
                 step /= 2
                 continue
             family = family_of(model, values, "closed", changes | _REFERENCE)
-            closed = ": all touching contacts are assumed closed"
+            assumption = ": all touching contacts are assumed closed"
         z = z + step
         posterior, peaks, error = _find_peaks(Posterior(family, *terms), seed)
         peak = peaks[0][0]
@@ -251,14 +252,14 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
         frequency = np.sqrt(squares[0, numbers]) / (2 * np.pi)
         result = modes(model, int(numbers.max()) + 1, contacts, changes | best_values)
         change = float(abs(result.frequency[numbers] / frequency - 1).max())
-        if change < _SAME and not closed:
+        if change < _LINEAR_TOLERANCE and not assumption:
             return posterior, peaks, error, result, ()
-        if closed:
+        if assumption:
             break
         step = np.clip(peak - z, -1, 1)
-    note = (f"gravity closes contacts that depend on the unknowns{closed}. This changes "
+    warning = (f"gravity closes contacts that depend on the unknowns{assumption}. This changes "
             f"frequencies of the best model by up to {100 * change:.2g} %")  # fmt: skip
-    return posterior, peaks, error, result, (note,)
+    return posterior, peaks, error, result, (warning,)
 
 
 def odds(calibrations: Mapping[str, Calibration]) -> dict[str, float]:
@@ -286,9 +287,9 @@ def _find_peaks(posterior: Posterior, seed: int) -> tuple[Posterior, list[tuple]
         theta = posterior.values(steps)[:, : len(family.parts)]
         return [(step, *family.modes(t, count + 2)) for step, t in zip(steps, theta, strict=True)]
 
-    start, peaks = solve(np.zeros(size), BAND * np.eye(size)), []
-    posterior.seen.check_count(min(len(squares) for _, squares, _ in start))
-    vectors = [y for *_, y in start]
+    initial, peaks = solve(np.zeros(size), BAND * np.eye(size)), []
+    posterior.seen.check_count(min(len(squares) for _, squares, _ in initial))
+    vectors = [y for *_, y in initial]
     for _ in range(_ROUNDS):
         posterior = replace(posterior, family=family.reduced(np.hstack(vectors)))
         peaks, error = posterior.peaks([z for z, _ in peaks] or posterior.starts(seed)), 0.0
@@ -320,20 +321,20 @@ def _check_priors(unknowns: Mapping) -> np.ndarray:
 def _find_warnings(result: Calibration, peak, deviation) -> list[str]:
     """Return warnings on modes that do not fit and unknowns that are not determined."""
     texts = [
-        f"mode {fit.number} cannot be fitted: its measured {number(item.frequency)} Hz is "
+        f"mode {fit.number} cannot be fitted: its measured {number(mode.frequency)} Hz is "
         f"{abs(fit.misfit):.1f} standard deviations from {number(fit.frequency)} Hz of the model"
-        for item, fit in zip(result.measured.itertuples(), result.fit.itertuples(), strict=True)
-        if abs(fit.misfit) > _FAR
+        for mode, fit in zip(result.measured.itertuples(), result.fit.itertuples(), strict=True)
+        if abs(fit.misfit) > _LARGE_MISFIT
     ]
     correlation = np.log(result.samples).corr()
     for i, (name, row) in enumerate(result.unknowns.iterrows()):
         if row.deviation > _WIDE * deviation[i]:
             texts.append(f"the modes do not determine {name}: its range equals its prior range")
-        if abs(peak[i]) > _FAR:
+        if abs(peak[i]) > _LARGE_MISFIT:
             texts.append(f"the modes are fitted best with {name} outside its prior range")
         texts += [f"only a combination of {name} and {second} is determined (correlation "
                   f"{value:.2f})" for second, value in correlation[name].iloc[:i].items()
-                  if abs(value) > _ALIKE]  # fmt: skip
+                  if abs(value) > _CORRELATED]  # fmt: skip
     if any(shapes_of(result.measured).count(axis=1) == 1):
         texts.append("shapes of one component are not compared, because they fit any mode")
     if result.reduction_error > 100 * _EXACT:

@@ -34,16 +34,16 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
 
 def _parse_unknown(text: str) -> tuple[str, tuple[float, float]]:
     """Return name and range of an unknown, NAME=LOW:HIGH."""
-    name, _, ends = text.rpartition("=")
-    return name.strip(), _parse_range(ends, text, "NAME=LOW:HIGH")
+    name, _, limits = text.rpartition("=")
+    return name.strip(), _parse_range(limits, text, "NAME=LOW:HIGH")
 
 
-def _parse_range(ends: str, text: str = "", form: str = "LOW:HIGH") -> tuple[float, float]:
+def _parse_range(limits: str, text: str = "", form: str = "LOW:HIGH") -> tuple[float, float]:
     """Return both ends of a range LOW:HIGH; an error shows the whole text and the right form."""
     try:
-        low, high = map(float, ends.split(":"))
+        low, high = map(float, limits.split(":"))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text or ends!r} is not {form}") from None
+        raise argparse.ArgumentTypeError(f"{text or limits!r} is not {form}") from None
     return low, high
 
 
@@ -59,22 +59,24 @@ def _run_calibrate(options: argparse.Namespace) -> int:
     from .picture import draw_calibration
 
     picture = options.output or options.file.with_name(f"{options.file.stem}_calibration.png")
-    reads = [options.file, options.modes]
-    check_target(picture, "a picture", reads)
-    sample = check_target(picture.with_suffix(".csv"), OWN_TABLE, reads)
+    inputs = [options.file, options.modes]
+    check_target(picture, "a picture", inputs)
+    sample = check_target(picture.with_suffix(".csv"), OWN_TABLE, inputs)
     changes, modes, unknowns = dict(options.set), options.modes, dict(options.unknown)
     if len(unknowns) < len(options.unknown):
         raise InputError(f"--unknown: a name is repeated; the names are {', '.join(unknowns)}")
     if options.record:
         modes = picture.with_name(f"{options.modes.stem}_modes.csv")
-        seen = identify(options.modes, options.record).to_csv(index=False, float_format="%.6g")
-        seen = f"# written by sitedda\n{seen}"
-        print(f"modes: {write(modes, seen, OWN_TABLE, reads)}")
-    found = calibrate(options.file, modes, unknowns, discrepancy=options.discrepancy,
+        identified_modes = identify(options.modes, options.record).to_csv(
+            index=False, float_format="%.6g"
+        )
+        identified_modes = f"# written by sitedda\n{identified_modes}"
+        print(f"modes: {write(modes, identified_modes, OWN_TABLE, inputs)}")
+    result = calibrate(options.file, modes, unknowns, discrepancy=options.discrepancy,
                       sampler=options.sampler, samples=options.samples,
                       changes=changes)  # fmt: skip
-    print(folded(str(found)))
-    figure = draw_calibration(options.file, found, changes)
-    print(f"picture: {save_picture(figure, picture, reads, dpi=130)}")
-    print(f"samples: {write(sample, found.to_csv(), OWN_TABLE, reads)}")
+    print(folded(str(result)))
+    figure = draw_calibration(options.file, result, changes)
+    print(f"picture: {save_picture(figure, picture, inputs, dpi=130)}")
+    print(f"samples: {write(sample, result.to_csv(), OWN_TABLE, inputs)}")
     return 0

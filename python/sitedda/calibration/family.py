@@ -38,7 +38,7 @@ class Family:
 
     def stiffness(self, theta):
         """Return K at unknowns of shape (unknowns,)."""
-        return sum((t * part for t, part in zip(theta, self.parts, strict=True)), self.fixed)
+        return sum((t * term for t, term in zip(theta, self.parts, strict=True)), self.fixed)
 
     def modes(self, theta, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the lowest ω² (rad²/s²) that have stiffness, ascending, and modes y as columns."""
@@ -72,13 +72,13 @@ class Family:
         At a repeated ω², its derivatives are one-sided, for increasing unknowns, in ascending
         order.  The sum of eq. 2 is over the given modes and omits those of equal ω².
         """
-        gaps = squares - squares[:, None]
-        equal = abs(gaps) <= _EQUAL * squares
-        inverse = np.divide(1.0, gaps, out=np.zeros_like(gaps), where=~equal)
-        groups = np.split(np.arange(squares.size), np.flatnonzero(~equal.diagonal(1)) + 1)
+        differences = squares - squares[:, None]
+        is_equal = abs(differences) <= _EQUAL * squares
+        inverse = np.divide(1.0, differences, out=np.zeros_like(differences), where=~is_equal)
+        groups = np.split(np.arange(squares.size), np.flatnonzero(~is_equal.diagonal(1)) + 1)
         derivatives, mode_slopes = [], []
-        for part in self.parts:
-            products = y.T @ (part @ y)
+        for term in self.parts:
+            products = y.T @ (term @ y)
             derivatives.append(products.diagonal().copy())
             for group in groups:
                 if group.size > 1:
@@ -90,8 +90,10 @@ class Family:
         """Return the dense family projected on vectors, shape (n, any)."""
         u, sizes, _ = np.linalg.svd(y, full_matrices=False)
         basis = u[:, sizes > 1e-5 * sizes[0]]
-        fixed, *parts = (basis.T @ (k @ basis) for k in (self.fixed, *self.parts))
-        return Family((fixed + fixed.T) / 2, [(k + k.T) / 2 for k in parts], self.points @ basis)
+        fixed, *reduced_terms = (basis.T @ (k @ basis) for k in (self.fixed, *self.parts))
+        return Family(
+            (fixed + fixed.T) / 2, [(k + k.T) / 2 for k in reduced_terms], self.points @ basis
+        )
 
 
 def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family:
@@ -121,8 +123,8 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
             raise InputError(f"{name} changes no stiffness of the model")
         steps.append(step)
     # Steps of other sizes also show whether the first steps changed contacts.
-    mixed = {n: v * (1 + (i + 2) * _STEP) for i, (n, v) in enumerate(unknowns.items())}
-    stiffness, *_ = matrices(model, contacts, values | mixed)
+    mixed_values = {n: v * (1 + (i + 2) * _STEP) for i, (n, v) in enumerate(unknowns.items())}
+    stiffness, *_ = matrices(model, contacts, values | mixed_values)
     linear = base + sum((i + 2) * step for i, step in enumerate(steps))
     if abs(stiffness - linear).max() > _LINEAR * _STEP * max(abs(step).max() for step in steps):
         raise InputError(
@@ -131,11 +133,11 @@ def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family
         )
     w = _unit_mass(mass)
     theta = list(unknowns.values())
-    parts = [w.T @ (step / (_STEP * t)) @ w for step, t in zip(steps, theta, strict=True)]
-    fixed = w.T @ base @ w - sum(t * part for t, part in zip(theta, parts, strict=True))
+    terms = [w.T @ (step / (_STEP * t)) @ w for step, t in zip(steps, theta, strict=True)]
+    fixed = w.T @ base @ w - sum(t * term for t, term in zip(theta, terms, strict=True))
     if fixed.shape[0] <= _DENSE:
-        fixed, parts = fixed.toarray(), [part.toarray() for part in parts]
-    return Family(fixed, parts, (points @ w).toarray())
+        fixed, terms = fixed.toarray(), [term.toarray() for term in terms]
+    return Family(fixed, terms, (points @ w).toarray())
 
 
 def _unit_mass(mass: sparse.csr_array) -> sparse.csr_array:

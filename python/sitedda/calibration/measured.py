@@ -16,7 +16,7 @@ from ..base.reading import read_numbers
 BAND = 1.6449  # number of standard deviations on either side of the median that contain 90 %
 _LARGEST = 2**22  # largest size of a table of modes, bytes
 _SHAPE_DEVIATION = 0.05  # standard deviation of each component of a shape of unit length
-_APART = 4.0  # standard deviations by which measured frequencies of modes may be in wrong order
+_ORDER_TOLERANCE = 4.0  # allowed wrong order of frequencies, standard deviations
 _NUMBER = Range(1, 1000, whole=True)
 _COLUMNS = {
     "frequency": POSITIVE, "deviation": POSITIVE, "low": POSITIVE, "high": POSITIVE,
@@ -70,7 +70,7 @@ def measured_modes(source) -> pd.DataFrame:
     if table.empty:
         raise InputError(f"{prefix}there is no measured mode")
     columns = [name for name in _COLUMNS if name not in ("low", "high")]
-    rows = [_complete_row(place, row.dropna()) for place, row in table.iterrows()]
+    rows = [_complete_row(label_of_row, row.dropna()) for label_of_row, row in table.iterrows()]
     result = pd.DataFrame(rows, table.index).reindex(columns=columns + shapes)
     return result.fillna({"shape_deviation": _SHAPE_DEVIATION})
 
@@ -86,13 +86,13 @@ def _complete_row(line: str, row: pd.Series) -> dict[str, float]:
         if not low < high:
             raise InputError(f"{line}: low = {low:g} must be below high = {high:g}")
         if "frequency" in values or "deviation" in values:
-            raise InputError(f"{line}: low = {low:g} and high = {high:g} are given, and frequency "
-                             "or deviation: give one pair only")  # fmt: skip
+            raise InputError(f"{line}: `low` and `high` are given, and also `frequency` or "
+                             "`deviation`; give one pair only")  # fmt: skip
         values |= {"frequency": (low + high) / 2, "deviation": (high - low) / (2 * BAND)}
     for name in ("frequency", "deviation"):
         if name not in values:
-            raise InputError(f"{line}: {name} is missing: give frequency and deviation, or low "
-                             "and high")  # fmt: skip
+            raise InputError(f"{line}: {name} is missing: give `frequency` and `deviation`, "
+                             "or `low` and `high`")  # fmt: skip
     return values
 
 
@@ -146,15 +146,15 @@ class Observations:
         """Raise InputError if a number is repeated, or frequencies contradict the numbers."""
         order = [i for i in np.argsort(self.number, kind="stable") if self.number[i] >= 0]
         for i, j in pairwise(order):
-            low, two = self.table.iloc[i], self.table.iloc[j]
+            a, b = self.table.iloc[i], self.table.iloc[j]
             if self.number[i] == self.number[j]:
-                raise InputError(f"{two.name}: two measured modes match mode {self.number[i] + 1} "
+                raise InputError(f"{b.name}: two measured modes match mode {self.number[i] + 1} "
                                  "of the model: number both")  # fmt: skip
-            gap = (low.frequency - two.frequency) / np.hypot(low.deviation, two.deviation)
-            if gap > _APART and self.table["mode"].iloc[[i, j]].isna().any():
+            gap = (a.frequency - b.frequency) / np.hypot(a.deviation, b.deviation)
+            if gap > _ORDER_TOLERANCE and self.table["mode"].iloc[[i, j]].isna().any():
                 raise InputError(
-                    f"{two.name}: frequency = {two.frequency:g} of mode {self.number[j] + 1} is "
-                    f"below the {low.frequency:g} Hz of mode {self.number[i] + 1}: sort the modes, "
+                    f"{b.name}: frequency = {b.frequency:g} of mode {self.number[j] + 1} is "
+                    f"below the {a.frequency:g} Hz of mode {self.number[i] + 1}: sort the modes, "
                     "or number them"
                 )
 

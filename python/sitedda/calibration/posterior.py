@@ -27,16 +27,16 @@ from .measured import Observations
 
 _STEP = 1e-6  # step of finite differences / prior deviation
 _LEAST_SQUARE = 1e-30  # smallest ω², rad²/s²: soft joints under weight are unstable
-_STILL = 1e-10  # fraction of the largest square of a shape at its points that counts as 0
+_ROUND_OFF = 1e-10  # fraction of the largest square of a shape at its points that counts as 0
 _PRIOR, _STARTS = 200, 5  # draws of the prior, and starts of the search of peaks
-_MOST, _LOWEST = 8, 7.0  # kept peaks: largest number, and largest difference to the highest in ln p
-_FARTHEST = 8.0  # search range in standard deviations of the prior
+_MOST_PEAKS, _LOWEST = 8, 7.0  # of used peaks: number, difference to the highest in ln p
+_RANGE = 8.0  # search range in standard deviations of the prior
 _LARGEST = 200.0  # bound on ln θ, so that the stiffnesses of extreme draws are finite
 _DRAWS = 3000  # samples per round of importance sampling of the evidence
-_BROAD = 0.3  # fraction of samples from the proposal with the width of the prior
+_PRIOR_FRACTION = 0.3  # fraction of samples from the proposal with the width of the prior
 _FREEDOM = 6  # degrees of freedom of Student's t of the proposals
-_ROUNDS, _LEAST = 6, 1e-12  # rounds that fit proposals; least weight of a sample in a fit
-_ENOUGH = 0.5  # effective sample size / samples at which the adaptation ends
+_ROUNDS, _LEAST_WEIGHT = 6, 1e-12  # rounds that fit proposals; least weight of a sample in a fit
+_SUFFICIENT = 0.5  # effective sample size / samples at which the adaptation ends
 _WALKERS, _STEPS, _LENGTHS = 32, 500, 50  # walkers, steps, least number of autocorrelation times
 _MOST_STEPS = 20000
 
@@ -82,37 +82,39 @@ class Posterior:
     def _match_modes(self, numbers, squares, y, delta) -> None:
         """Assign to each measured shape the mode that fits shape and frequency best."""
         unnumbered = np.flatnonzero(self.seen.number < 0)
-        rest = np.setdiff1d(np.arange(min(self.seen.count, len(squares))), self.seen.number)
-        cost = np.empty((unnumbered.size, rest.size))
+        unassigned = np.setdiff1d(np.arange(min(self.seen.count, len(squares))), self.seen.number)
+        cost = np.empty((unnumbered.size, unassigned.size))
         for row, j in zip(cost, unnumbered, strict=True):
-            misfit = self.seen.log_omega[j] - np.log(squares[rest]) / 2
-            row[:] = (1 - self.macs(y[:, rest], j)) / (self.seen.shape_error[j] ** 2 + delta**2)
+            misfit = self.seen.log_omega[j] - np.log(squares[unassigned]) / 2
+            row[:] = (1 - self.macs(y[:, unassigned], j)) / (
+                self.seen.shape_error[j] ** 2 + delta**2
+            )
             row += misfit**2 / (self.seen.error[j] ** 2 + delta**2)
         rows, columns = linear_sum_assignment(cost)
-        numbers[unnumbered[rows]] = rest[columns]
+        numbers[unnumbered[rows]] = unassigned[columns]
 
-    def _along(self, y: np.ndarray, j: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return modes, as columns, at the points of a measured shape, and their parts along it.
+    def _shapes_at_points(self, y: np.ndarray, j: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return modes (columns) at the points of a measured shape, and scalar products with it.
 
-        They have unit length and its direction; their last component is round-off, so that none
-        vanishes.
+        The modes are scaled to unit length and positive scalar products. An added last component
+        of the size of round-off prevents zero length.
         """
         points = self.family.points[self.seen.rows[j]]
         shapes = points @ y
         shapes *= np.copysign(1.0, self.seen.shapes[j] @ shapes)
-        rest = np.full((1, y.shape[1]), math.sqrt(_STILL) * np.linalg.norm(points))
-        shapes = np.vstack([shapes, rest])
+        round_off = np.full((1, y.shape[1]), math.sqrt(_ROUND_OFF) * np.linalg.norm(points))
+        shapes = np.vstack([shapes, round_off])
         shapes /= np.linalg.norm(shapes, axis=0)
         return shapes, self.seen.shapes[j] @ shapes[:-1]
 
     def macs(self, y: np.ndarray, j: int) -> np.ndarray:
         """Return the modal assurance criterion of modes: 1 if one is proportional to a shape."""
-        return self._along(y, j)[1] ** 2
+        return self._shapes_at_points(y, j)[1] ** 2
 
     def residuals(self, z: np.ndarray) -> np.ndarray:
-        """Return errors / deviations at rows of z, whose squares sum to −2 ln p + c.
+        """Return errors / deviations at rows of z; their squares sum to −2 ln p + constant.
 
-        If δ adds to the variance of an error, the change of c is the square of one more.
+        δ also changes the norming factor of p, so each error has a second residual for its change.
         """
         return self._weigh_errors(z, *self.solve_modes(z, shapes=False))
 
@@ -123,8 +125,8 @@ class Posterior:
             misfit = self.seen.log_omega[j] - np.log(squares[rows, numbers[:, j]]) / 2
             errors = [(misfit[None], self.seen.error[j], 1)]
             if shape.size:
-                shapes, along = self._along(y[rows, :, numbers[:, j]].T, j)
-                shapes[:-1] -= np.outer(shape, along)
+                shapes, components = self._shapes_at_points(y[rows, :, numbers[:, j]].T, j)
+                shapes[:-1] -= np.outer(shape, components)
                 errors.append((shapes, self.seen.shape_error[j], shape.size - 1))
             for error, deviation, count in errors:
                 rows_of_errors += [error / np.hypot(deviation, delta),
@@ -134,8 +136,8 @@ class Posterior:
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         """Return the derivatives of the residuals at z, shape (residuals, unknowns).
 
-        Those of the modes are exact (`Family.slopes`); only the residuals that follow from the
-        modes in closed form are differentiated by differences.
+        The derivatives of the modes are exact (`Family.slopes`); the residuals as functions of the
+        modes are differentiated by central differences.
         """
         squares, y, numbers = self.solve_modes(z[None])
         count = len(self.family.parts)
@@ -163,19 +165,19 @@ class Posterior:
         """Return the most probable of random draws of the prior, from which to search peaks."""
         draws = np.random.default_rng(seed).standard_normal((_PRIOR, self.mean.size))
         draws = np.vstack([0 * self.mean, draws[np.argsort(-self.log(draws))]])
-        return [draws[i] for i in _apart(draws, 1.0)[:_STARTS]]
+        return [draws[i] for i in _select_distant(draws, 1.0)[:_STARTS]]
 
     def peaks(self, starts: list[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return local maxima of p, the largest first, with covariances (Laplace).
 
         Several sets of stiffnesses may have the same frequencies.
         """
-        ends = [least_squares(lambda z: self.residuals(z[None])[0], start, self.jacobian,
-                              bounds=(-_FARTHEST, _FARTHEST)) for start in starts]  # fmt: skip
-        ends.sort(key=lambda fit: fit.cost)
-        distinct = [ends[i] for i in _apart([fit.x for fit in ends], 0.05)]
-        return [(fit.x, np.linalg.inv(fit.jac.T @ fit.jac)) for fit in distinct
-                if fit.cost <= ends[0].cost + _LOWEST]  # fmt: skip
+        fits = [least_squares(lambda z: self.residuals(z[None])[0], start, self.jacobian,
+                              bounds=(-_RANGE, _RANGE)) for start in starts]  # fmt: skip
+        fits.sort(key=lambda fit: fit.cost)
+        distinct_fits = [fits[i] for i in _select_distant([fit.x for fit in fits], 0.05)]
+        return [(fit.x, np.linalg.inv(fit.jac.T @ fit.jac)) for fit in distinct_fits
+                if fit.cost <= fits[0].cost + _LOWEST]  # fmt: skip
 
     def draw_weighted(self, peaks: list[tuple], seed: int) -> tuple:
         """Return draws, weights, ln of the integral of p, its error, and effective fraction.
@@ -191,16 +193,16 @@ class Posterior:
             If p is not finite, or far narrower along some unknowns than along others.
         """
         generator = np.random.default_rng(seed)
-        parts = [*peaks, (0 * self.mean, np.eye(self.mean.size))]
-        ratios = np.append(np.full(len(peaks), (1 - _BROAD) / len(peaks)), _BROAD)
-        best = (0.0,)
-        trouble = ConvergenceError("the probability of the measured modes cannot be integrated: "
+        proposals = [*peaks, (0 * self.mean, np.eye(self.mean.size))]
+        ratios = np.append(np.full(len(peaks), (1 - _PRIOR_FRACTION) / len(peaks)), _PRIOR_FRACTION)
+        best_round = (0.0,)
+        failure = ConvergenceError("the probability of the measured modes cannot be integrated: "
                                    "check their deviations, and narrow the ranges")  # fmt: skip
         for _ in range(_ROUNDS):
             try:
-                mixture = [multivariate_t(z, shape, _FREEDOM) for z, shape in parts]
+                mixture = [multivariate_t(z, shape, _FREEDOM) for z, shape in proposals]
             except np.linalg.LinAlgError:
-                raise trouble from None
+                raise failure from None
             counts = generator.multinomial(_DRAWS, ratios)
             draws = np.vstack([term.rvs(n, generator).reshape(n, self.mean.size)
                                for n, term in zip(counts, mixture, strict=True)])  # fmt: skip
@@ -208,22 +210,22 @@ class Posterior:
             density = logsumexp(terms, axis=1)
             logs = self.log(draws) - density
             if not np.all(np.isfinite(logs)):
-                raise trouble
+                raise failure
             weights = softmax(logs)
-            counting = 1 / np.sum(weights**2) / _DRAWS
-            if counting > best[0]:
-                error = math.sqrt(max(1 / counting - 1, 0.0) / _DRAWS)
+            effective = 1 / np.sum(weights**2) / _DRAWS
+            if effective > best_round[0]:
+                error = math.sqrt(max(1 / effective - 1, 0.0) / _DRAWS)
                 integral = float(logsumexp(logs)) - math.log(_DRAWS)
-                best = (float(counting), draws, weights, integral, error)
-            if counting > _ENOUGH:
+                best_round = (float(effective), draws, weights, integral, error)
+            if effective > _SUFFICIENT:
                 break
-            owned = weights[:, None] * np.exp(terms - density[:, None]) + _LEAST
-            ratios = owned.sum(0) / owned.sum()
-            parts = [(w @ draws / w.sum(), np.atleast_2d(np.cov(draws.T, aweights=w)))
-                     for w in owned.T]  # fmt: skip
-        return *best[1:], best[0]
+            responsibilities = weights[:, None] * np.exp(terms - density[:, None]) + _LEAST_WEIGHT
+            ratios = responsibilities.sum(0) / responsibilities.sum()
+            proposals = [(w @ draws / w.sum(), np.atleast_2d(np.cov(draws.T, aweights=w)))
+                     for w in responsibilities.T]  # fmt: skip
+        return *best_round[1:], best_round[0]
 
-    def draw_samples(self, pool: np.ndarray, count: int, seed: int) -> np.ndarray:
+    def draw_samples(self, draws: np.ndarray, count: int, seed: int) -> np.ndarray:
         """Sample z by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
 
         Raises
@@ -239,7 +241,7 @@ class Posterior:
             raise MissingLibrary("sampler = 'ensemble' needs emcee: pip install emcee") from None
         generator = np.random.default_rng(seed)
         walkers = max(_WALKERS, 4 * self.mean.size)
-        walkers_at = pool[generator.choice(len(pool), walkers, replace=len(pool) < walkers)]
+        walkers_at = draws[generator.choice(len(draws), walkers, replace=len(draws) < walkers)]
         chain = emcee.EnsembleSampler(walkers, self.mean.size, self.log, vectorize=True)
         chain.random_state = np.random.RandomState(seed).get_state()
         while chain.iteration < _MOST_STEPS:
@@ -252,10 +254,12 @@ class Posterior:
                                "narrow the priors, or drop unknowns")  # fmt: skip
 
 
-def _apart(points, distance: float) -> list[int]:
+def _select_distant(points, distance: float) -> list[int]:
     """Return indices of points that are farther than a distance from all selected before."""
-    picks: list[int] = []
+    selected: list[int] = []
     for i, point in enumerate(points):
-        if len(picks) < _MOST and all(np.linalg.norm(point - points[k]) > distance for k in picks):
-            picks.append(i)
-    return picks
+        if len(selected) < _MOST_PEAKS and all(
+            np.linalg.norm(point - points[k]) > distance for k in selected
+        ):
+            selected.append(i)
+    return selected

@@ -20,11 +20,11 @@ from ..base.reading import read_numbers
 from ..engine.signals import smooth_konno_ohmachi
 
 _LARGEST = 2**30  # largest size of a record, bytes
-_BEYOND = 3.0  # sampling frequency of the analysis / highest frequency
+_RATE_RATIO = 3.0  # sampling frequency of the analysis / highest frequency
 _PERIODS = 2.0  # periods of the lowest frequency in the correlations
 _WIDEST = 160  # largest number of rows of the block Hankel matrix, whose cost grows as their square
 _FEWEST = 100  # smallest number of periods of the lowest frequency in a record
-_LEAST = 0.01  # smallest deviation of a component of a shape of unit length
+_SMALLEST = 0.01  # smallest deviation of a component of a shape of unit length
 _AXES = {"X": "x", "E": "x", "N": "x", "1": "x", "2": "x", "Y": "y", "Z": "y"}
 
 
@@ -44,8 +44,8 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
     if isinstance(source, pd.DataFrame):
         table = source
     elif hasattr(source, "acceleration"):
-        part = source.acceleration.transpose("time", "point", "axis")[1:]
-        table = part.stack(channel=("point", "axis")).to_pandas()
+        motion = source.acceleration.transpose("time", "point", "axis")[1:]
+        table = motion.stack(channel=("point", "axis")).to_pandas()
         table.columns = [".".join(names) for names in table.columns]
     elif Path(source).suffix.lower() in (".csv", ".txt", ""):
         names, rows = read_numbers(source, _LARGEST)
@@ -55,8 +55,8 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
     else:
         table, channels = _read_obspy(source, channels or {}), None
     if channels:
-        if lacking := sorted(set(channels) - set(table)):
-            raise InputError(f"{label} has no channel {lacking[0]!r}: it has {list(table)}")
+        if missing := sorted(set(channels) - set(table)):
+            raise InputError(f"{label} has no channel {missing[0]!r}: it has {list(table)}")
         table = table[list(channels)].rename(columns=channels)
     try:
         table = table.set_axis(table.index.astype(float)).astype(float)
@@ -76,7 +76,7 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
 
 
 def _read_obspy(file, channels: Mapping[str, str]) -> pd.DataFrame:
-    """Read the traces of a file by obspy over the time that they share."""
+    """Read the traces of a file by obspy, over their common time."""
     try:
         import obspy
     except ImportError:
@@ -150,7 +150,7 @@ def identify(
                          f"{low:g} Hz: give a longer record")  # fmt: skip
     order = int(COUNT.check("order", order))
     values = (table - table.mean()).to_numpy()
-    if (factor := int(rate / (_BEYOND * high))) > 1:
+    if (factor := int(rate / (_RATE_RATIO * high))) > 1:
         values, rate = decimate(values, factor, ftype="fir", axis=0), rate / factor
     depth = int(np.clip(_PERIODS * rate / low, -(-order // count) + 1, max(_WIDEST // count, 4)))
     poles = _stable_poles(values, rate, depth, min(order, depth * count), (low, high))
@@ -163,7 +163,7 @@ def identify(
         deviation = np.sqrt(np.mean(np.abs(scatter[:, i]) ** 2)) / length
         rows.append({
             "frequency": poles.Fn[i], "deviation": poles.Fn_std[i], "damping": poles.Xi[i],
-            "damping_deviation": poles.Xi_std[i], "shape_deviation": max(deviation, _LEAST),
+            "damping_deviation": poles.Xi_std[i], "shape_deviation": max(deviation, _SMALLEST),
         } | dict(zip(table, real_shape / length, strict=True)))  # fmt: skip
     return pd.DataFrame(rows)
 
@@ -223,15 +223,17 @@ def horizontal_over_vertical(
     if not 10 / window <= at_hz.min() <= at_hz.max() <= 0.5 / step or 3 * size > 2 * len(table):
         raise InputError(f"window = {window:g} s: each window needs 10 periods of the lowest "
                          "frequency, and the record needs two windows")  # fmt: skip
-    if lacking := [n for n in (f"{point}.x", f"{point}.y") if n not in table]:
-        raise InputError(f"the record has no channel {lacking[0]}: it has {list(table)}")
-    cut = ShortTimeFFT(get_window("hann", size), size // 2, 1 / step)
+    if missing := [n for n in (f"{point}.x", f"{point}.y") if n not in table]:
+        raise InputError(f"the record has no channel {missing[0]}: it has {list(table)}")
+    transform = ShortTimeFFT(get_window("hann", size), size // 2, 1 / step)
     parts = []
     for axis in "xy":
         values = table[f"{point}.{axis}"].to_numpy()
-        spectra = cut.spectrogram(values - values.mean(), p0=1, p1=len(values) // (size // 2) - 1)
+        spectra = transform.spectrogram(
+            values - values.mean(), p0=1, p1=len(values) // (size // 2) - 1
+        )
         parts.append(
-            [smooth_konno_ohmachi(cut.f, np.sqrt(row), bandwidth, at_hz) for row in spectra.T]
+            [smooth_konno_ohmachi(transform.f, np.sqrt(row), bandwidth, at_hz) for row in spectra.T]
         )
     logs = np.log(np.array(parts[0]) / parts[1])
     return np.exp(np.median(logs, axis=0)), logs.std(axis=0)
@@ -242,8 +244,8 @@ def _time_step(record: pd.DataFrame, label="the record") -> float:
     time = record.index.to_numpy()
     steps = np.diff(time)
     step = float(np.median(steps))
-    if not step > 0 or np.any(unequal := abs(steps - step) > 1e-3 * step):
-        k = int(np.argmax(unequal)) + 1 if step > 0 else 0
+    if not step > 0 or np.any(differs_from_step := abs(steps - step) > 1e-3 * step):
+        k = int(np.argmax(differs_from_step)) + 1 if step > 0 else 0
         raise InputError(f"{label}: samples are not at equal time steps: see sample {k + 1}, time "
                          f"= {time[k]:g} s")  # fmt: skip
     return float((time[-1] - time[0]) / len(steps))

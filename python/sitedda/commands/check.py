@@ -24,13 +24,13 @@ def check_input(options: argparse.Namespace) -> int:
     """Print the check of an input; raise CheckError if its verdict is 'fail'."""
     with Simulation(options.file, changes=dict(options.set)) as simulation:
         notes, description = simulation.block_notes(), simulation.description
-        found = check(simulation)
+        report = check(simulation)
     if getattr(options, "json", False):
-        print(json.dumps(found.to_dict(), indent=1))
+        print(json.dumps(report.to_dict(), indent=1))
     else:
         print(folded(description))
         tell(notes)
-        print(f"{found}\n\n{found.conclusion}")
-    if found.verdict == "fail":
+        print(f"{report}\n\n{report.conclusion}")
+    if report.verdict == "fail":
         raise CheckError(f"{options.file}: the check fails")
     return 0

@@ -59,13 +59,13 @@ def main(arguments: list[str] | None = None) -> int:
     0: done; error of 1: input, 2: check, 3: convergence, 4: linear solver, 5: file, 7: memory; 6:
     interrupted; 141: the reader of the printed text has closed the pipe.
     """
-    words = sys.argv[1:] if arguments is None else list(arguments)
-    if words[:1] == ["study"]:
+    command_line = sys.argv[1:] if arguments is None else list(arguments)
+    if command_line[:1] == ["study"]:
         from ..study.command import completed
 
-        words[1:] = completed(words[1:])
+        command_line[1:] = completed(command_line[1:])
     try:
-        options = _make_parser(*words[:1]).parse_args(words)
+        options = _make_parser(*command_line[:1]).parse_args(command_line)
         if not sys.stderr.isatty():
             options.quiet = True  # progress bars would fill a log
         status = options.act(options)
@@ -88,8 +88,10 @@ def whole_parser() -> argparse.ArgumentParser:
     """Return the parser with the arguments of all installed commands."""
     from importlib.metadata import entry_points
 
-    others = entry_points(group="sitedda.commands").names
-    return _make_parser(*(name for name, (_, place) in COMMANDS.items() if place or name in others))
+    installed = entry_points(group="sitedda.commands").names
+    return _make_parser(
+        *(name for name, (_, module) in COMMANDS.items() if module or name in installed)
+    )
 
 
 def _make_parser(*requested: str) -> argparse.ArgumentParser:
@@ -97,22 +99,22 @@ def _make_parser(*requested: str) -> argparse.ArgumentParser:
     parser = Parser(prog="sitedda", description=__doc__)
     parser.add_argument("--version", action="version", version=f"sitedda {version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, (words, place) in COMMANDS.items():
+    for name, (description, module) in COMMANDS.items():
         command = commands.add_parser(
-            name, help=words, description=f"{words[0].upper()}{words[1:]}."
+            name, help=description, description=f"{description[0].upper()}{description[1:]}."
         )
         if name in requested:
-            _argument_function(name, place)(command)
+            _argument_function(name, module)(command)
     return parser
 
 
-def _argument_function(name: str, place: str) -> Callable[[argparse.ArgumentParser], None]:
+def _argument_function(name: str, module: str) -> Callable[[argparse.ArgumentParser], None]:
     """Return the function that adds the arguments of a command."""
-    if place:
-        return getattr(import_module(f"..{place}", __package__), f"add_{name}")
+    if module:
+        return getattr(import_module(f"..{module}", __package__), f"add_{name}")
     from importlib.metadata import entry_points  # 0.04 s
 
-    for found in entry_points(group="sitedda.commands", name=name):
-        return found.load()
+    for entry_point in entry_points(group="sitedda.commands", name=name):
+        return entry_point.load()
     raise MissingLibrary(f"sitedda {name} needs the distribution sitedda-evidence: in a clone, "
                          "pip install ./python/evidence")  # fmt: skip

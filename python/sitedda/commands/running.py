@@ -21,8 +21,8 @@ from ..output.response import amplifications
 from ..output.verdict_lines import NO_BARS
 from .check import check_input
 
-_LOOK = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
-_SHOWN = 2500  # number of computed frequencies, three per pixel of a picture
+_BAR_FORMAT = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
+_DRAWN_FREQUENCIES = 2500  # number of computed frequencies, three per pixel of a picture
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:
@@ -85,8 +85,8 @@ def _run_to_end(options: argparse.Namespace) -> int:
     if options.accuracy or options.ensemble:
         _store_accuracy(result, not options.quiet, options.ensemble)
     print(f"{result.verdict}\n")
-    for one in amplifications(result.history):
-        print(folded(str(one)))
+    for amplification in amplifications(result.history):
+        print(folded(str(amplification)))
     print(f"output: {result.output}")
     if not options.no_plot:
         print(f"picture: {_write_picture(result, options.file, changes)}")
@@ -103,7 +103,7 @@ def _progress_callback(stack: ExitStack, duration: float, quiet: bool) -> Callab
         return lambda time: None
     from tqdm import tqdm
 
-    bar = stack.enter_context(tqdm(total=duration, bar_format=_LOOK))
+    bar = stack.enter_context(tqdm(total=duration, bar_format=_BAR_FORMAT))
     return lambda time: bar.update(time - bar.n)
 
 
@@ -112,9 +112,9 @@ def _store_accuracy(result: Run, progress: bool, ensemble: int) -> None:
     from ..study.error_bars import keep_accuracy
 
     assert result.output is not None  # commands always write an output
-    more = {"ensemble": ensemble} if ensemble else {}
-    found = result.accuracy(progress=progress, output=result.output, **more)
-    keep_accuracy(found, result.output, result.history.attrs)
+    options = {"ensemble": ensemble} if ensemble else {}
+    accuracy = result.accuracy(progress=progress, output=result.output, **options)
+    keep_accuracy(accuracy, result.output, result.history.attrs)
 
 
 def _resume_command(options: argparse.Namespace) -> str:
@@ -127,17 +127,23 @@ def _resume_command(options: argparse.Namespace) -> str:
     return shlex.join(command)
 
 
-def _discrete_transfer(source: Path, changes: dict, found):
+def _discrete_transfer(source: Path, changes: dict, amplification):
     """Return the exact transfer function for an amplification; None if it cannot be computed.
 
-    It is computed at `_SHOWN` frequencies or more, and interpolated between them.
+    It is computed at `_DRAWN_FREQUENCIES` frequencies or more, and interpolated between them.
     """
-    bins = found.frequency
-    some = np.union1d(bins[:: 1 + bins.size // _SHOWN], bins[-1:])
+    bins = amplification.frequency
+    frequencies = np.union1d(bins[:: 1 + bins.size // _DRAWN_FREQUENCIES], bins[-1:])
     try:
         with Simulation(source, changes=changes) as model:
-            values = transfer(model, some, found.surface, found.base, found.direction)
-            return np.interp(bins, some, values)
+            values = transfer(
+                model,
+                frequencies,
+                amplification.surface,
+                amplification.base,
+                amplification.direction,
+            )
+            return np.interp(bins, frequencies, values)
     except SiteddaError:
         return None
 
@@ -147,8 +153,8 @@ def _write_picture(result: Run, source: Path, changes: dict) -> Path:
     from ..facade.plot import run_picture, shown
     from ..report.style import save_picture
 
-    what = shown(result.history)
-    found = what.of if what.kind == "site" else None
-    discrete = _discrete_transfer(source, changes, found) if found else None
+    subject = shown(result.history)
+    amplification = subject.of if subject.kind == "site" else None
+    discrete = _discrete_transfer(source, changes, amplification) if amplification else None
     picture = result.output.with_suffix(".png")
-    return save_picture(run_picture(what, discrete), picture, [source], dpi=130)
+    return save_picture(run_picture(subject, discrete), picture, [source], dpi=130)

@@ -5,7 +5,7 @@ import argparse
 from pathlib import Path
 
 from ..base.arguments import (
-    ANY,
+    ANY_NUMBER,
     COUNT,
     DOTS_PER_INCH,
     PICTURES_A_SECOND,
@@ -20,7 +20,7 @@ def add_draw(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda draw`."""
     add_files(parser, _draw_picture, "PICTURE", picture_name)
     parser.add_argument(
-        "-t", "--time", type=ANY, metavar="S", help="time of the frame, s (the last)"
+        "-t", "--time", type=ANY_NUMBER, metavar="S", help="time of the frame, s (the last)"
     )
     parser.add_argument("--stage", metavar="NAME", help="use the last frame of this stage")
     parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
@@ -73,7 +73,7 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--contacts", choices=CONTACTS,
         help="draw contact forces (arrows), chains of forces, slip, or opening")  # fmt: skip
     parser.add_argument("--arrows", choices=ARROWS, help="draw arrows at the centroids of blocks")
-    parser.add_argument("--deformation", type=ANY, default=1.0, metavar="FACTOR",
+    parser.add_argument("--deformation", type=ANY_NUMBER, default=1.0, metavar="FACTOR",
         help="factor on the displacements in the picture (1: to scale)")  # fmt: skip
     parser.add_argument("--since", metavar="STAGE",
         help="show displacements and rotations since the end of this stage")  # fmt: skip

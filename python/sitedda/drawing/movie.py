@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from PIL import Image
 from tqdm import tqdm
 
-from ..base.arguments import ANY, PICTURES_A_SECOND, SECONDS
+from ..base.arguments import ANY_NUMBER, PICTURES_A_SECOND, SECONDS
 from ..base.errors import InputError, MissingLibrary
 from ..base.files import check_target, written
 from ..output.scene import Scene
@@ -67,7 +67,7 @@ def write_movie(
         If ffmpeg is missing or fails.
     """
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
-    ANY.check("deformation", look.get("deformation", 1.0))
+    ANY_NUMBER.check("deformation", look.get("deformation", 1.0))
     scene = Scene.of(source, absolute)
     file = Path(file)
     if scene.frames < 2:

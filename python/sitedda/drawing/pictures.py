@@ -14,9 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, MaxNLocator
 
-from ..base.arguments import ANY
+from ..base.arguments import ANY_NUMBER
 from ..base.errors import InputError
-from ..base.numbers import in_unit, number, shown
+from ..base.numbers import counted, in_unit, number, shown
 from ..output.scene import Scene
 from ..report.layout import Head, Keys, folded, plain
 from ..report.style import (
@@ -166,7 +166,7 @@ class BlockPicture:
     ):  # fmt: skip
         self.scene, self.legend = scene, legend
         self.title = title or scene.title or "Untitled"
-        self.deformation = ANY.check("deformation", deformation)
+        self.deformation = ANY_NUMBER.check("deformation", deformation)
         self.color = color or ("material" if scene.before else "displacement")
         self.contacts, self.arrows = contacts, arrows
         for name, value, choices in (("color", self.color, COLORINGS),
@@ -236,7 +236,7 @@ class BlockPicture:
             self._stack_keys(handles)
         if self.alone:
             width, height = axes.figure.get_size_inches()
-            axes.figure.set_size_inches(width, max(height, self.keys.down + _AROUND))
+            axes.figure.set_size_inches(width, max(height, self.keys.height + _AROUND))
         dress(axes.figure)
 
     def _stack_keys(self, handles: list) -> None:
@@ -351,7 +351,7 @@ class BlockPicture:
 
 def _shorten_name(name: str) -> str:
     """Cut a name to the width `_NAME`, to leave space for other texts."""
-    return folded(name, _NAME, 9.5, most=1)
+    return folded(name, _NAME, 9.5, most_lines=1)
 
 
 def _scale_norm(span: Limits) -> Normalize:
@@ -564,10 +564,11 @@ def _picture_text(scene: Scene, frame: int, deformation: float) -> str:
         parts.append(f"displacements × {deformation:g}")
     removed = int(scene.removed(frame).sum())
     if removed:
-        parts.append(f"{removed} removed")
+        parts.append(f"{counted(removed, 'block', 'blocks')} removed")
     lost = scene.lost(frame)
     if len(lost):
-        parts.append(f"{len(lost)} out of view: {_shorten_list([scene.names[b] for b in lost], 3)}")
+        names = _shorten_list([scene.names[b] for b in lost], 3)
+        parts.append(f"{counted(len(lost), 'block', 'blocks')} out of view: {names}")
     return ", ".join(parts)
 
 

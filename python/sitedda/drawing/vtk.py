@@ -50,7 +50,7 @@ class PolyData:
             f'compressor="vtkZLibDataCompressor">\n<PolyData>\n{body}</PolyData>\n'
             '<AppendedData encoding="raw">\n_'
         )
-        with written(file, "a file of ParaView", sync=False) as draft, draft.open("wb") as stream:
+        with written(file, "a ParaView file", sync=False) as draft, draft.open("wb") as stream:
             stream.write(head.encode("utf-8"))
             stream.writelines(appended)
             stream.write(b"\n</AppendedData>\n</VTKFile>\n")
@@ -237,7 +237,7 @@ def write_vtk(source, folder) -> Path:
             entries.append(f'<DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>\n')
         _write_collection(folder / f"{name}.pvd", scene.title, entries)
     if "point" in scene.data.coords:
-        write(folder / "points.csv", _history_table(scene), "a file of ParaView")
+        write(folder / "points.csv", _history_table(scene), "a ParaView file")
     return folder / "blocks.pvd"
 
 
@@ -263,4 +263,4 @@ def _write_collection(file: Path, title: str, entries: list[str]) -> None:
         f'<?xml version="1.0"?>\n<!-- {comment} -->\n<VTKFile type="Collection" version="0.1" '
         f'byte_order="LittleEndian">\n<Collection>\n{"".join(entries)}</Collection>\n</VTKFile>\n'
     )
-    write(file, text, "a file of ParaView")
+    write(file, text, "a ParaView file")

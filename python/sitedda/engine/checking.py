@@ -22,7 +22,7 @@ from .simulation import Simulation
 if TYPE_CHECKING:
     from ..report import Table
 
-_SHORT = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:[eE]([-+]?\d+))?(?![\w.]*')")
+_NUMBER_PATTERN = re.compile(r"(?<![\w.'])([-+]?\d+\.?\d*)(?:[eE]([-+]?\d+))?(?![\w.]*')")
 _HEAD = re.compile(r"^(ok  |warn|fail)  (.{18})(.*)$", re.IGNORECASE)
 
 
@@ -85,9 +85,9 @@ class Report:
         """Return the findings, with numbers of four digits."""
         rows: list[list[str]] = []
         for row in self.text.splitlines():
-            head = _HEAD.match(row)
-            if head:
-                rows.append([head[1].strip().lower(), head[2].strip(), head[3], ""])
+            match = _HEAD.match(row)
+            if match:
+                rows.append([match[1].strip().lower(), match[2].strip(), match[3], ""])
             elif rows:
                 column = 3 if row.strip().startswith("->") or rows[-1][3] else 2
                 rows[-1][column] += " " + row.strip().removeprefix("->").strip()
@@ -196,13 +196,13 @@ def _round_numbers(text: str) -> str:
             return match[0]
         return number(float(match[0]))
 
-    return _SHORT.sub(shortened, text)
+    return _NUMBER_PATTERN.sub(shortened, text)
 
 
 @contextmanager
-def _open_model(model, changes: Mapping | None, more: dict) -> Iterator[Simulation]:
+def _open_model(model, changes: Mapping | None, variables: dict) -> Iterator[Simulation]:
     """Yield an open simulation, or one that is opened with changes and closed afterwards."""
-    changes = merged(changes, more)
+    changes = merged(changes, variables)
     if not isinstance(model, Simulation):
         with Simulation(model, changes=changes) as simulation:
             yield simulation
@@ -213,26 +213,26 @@ def _open_model(model, changes: Mapping | None, more: dict) -> Iterator[Simulati
         yield model
 
 
-def check(model, changes: Mapping | None = None, **more) -> Report:
+def check(model, changes: Mapping | None = None, **variables) -> Report:
     """Check an input file or an open simulation before a long run.
 
     Parameters
     ----------
     model : path or Simulation
-    changes, **more
+    changes, **variables
         Variables to change in the input, see `Simulation`.
     """
-    with _open_model(model, changes, more) as simulation:
+    with _open_model(model, changes, variables) as simulation:
         text, grade, numbers = simulation._call_engine("check_run")
     report, verdict = text.decode("utf-8", "replace").rstrip(), ("ok", "ok", "warn", "fail")[grade]
-    highest, low, high, residual, shift, begin, end, ringing, *cost = map(float, numbers)
-    ringing = float(finite_or_inf(ringing))
+    highest, low, high, residual, shift, begin, end, ringing_period, *cost = map(float, numbers)
+    ringing_period = float(finite_or_inf(ringing_period))
     bounds, band = (low, high), (begin, end)
-    return Report(report, verdict, highest, bounds, residual, shift, band, ringing, *cost)
+    return Report(report, verdict, highest, bounds, residual, shift, band, ringing_period, *cost)
 
 
 def modes(
-    model, count: int = 5, contacts: str = "auto", changes: Mapping | None = None, **more
+    model, count: int = 5, contacts: str = "auto", changes: Mapping | None = None, **variables
 ) -> Modes:
     """Compute the lowest modes with stiffness.
 
@@ -243,11 +243,11 @@ def modes(
     contacts : {'auto', 'closed', 'present', 'settled'}
         Contacts with stiffness. 'closed': all that touch; 'present': those closed at present;
         'settled': those closed by gravity; 'auto': 'settled' with gravity, otherwise 'closed'.
-    changes, **more
+    changes, **variables
         Variables to change in the input, see `Simulation`.
     """
     count = COUNT.check("count", count)
-    with _open_model(model, changes, more) as simulation:
+    with _open_model(model, changes, variables) as simulation:
         blocks = len(simulation.coordinates)
         size, values, shapes, note = simulation._call_engine("mode_shapes", contacts, blocks, count)
     values, shapes = values[:, :size].T, shapes[:, :, :size]
@@ -262,12 +262,12 @@ def modes(
     )
 
 
-def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **more) -> tuple:
+def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **variables) -> tuple:
     """Return the stiffness and mass matrices of the linearised model.
 
     Parameters
     ----------
-    model, contacts, changes, **more
+    model, contacts, changes, **variables
         See `modes`.  Damped materials have the modulus of the input.
 
     Returns
@@ -281,7 +281,7 @@ def matrices(model, contacts: str = "auto", changes: Mapping | None = None, **mo
     """
     from scipy import sparse
 
-    with _open_model(model, changes, more) as simulation:
+    with _open_model(model, changes, variables) as simulation:
         sizes = simulation._call_engine("make_matrices", contacts)
         matrix, row, column, value = api.read_table(simulation._handle, *sizes)
         names = simulation.point_names
@@ -302,7 +302,7 @@ def transfer(
     damped: bool = True,
     contacts: str = "auto",
     changes: Mapping | None = None,
-    **more,
+    **variables,
 ) -> np.ndarray:
     """Compute the exact transfer function of the time integration between two measured points.
 
@@ -323,7 +323,7 @@ def transfer(
         in time and undamped.
     contacts : str
         See `modes`.
-    changes, **more
+    changes, **variables
         Variables to change in the input, see `Simulation`.
 
     Returns
@@ -334,7 +334,7 @@ def transfer(
     if direction not in ("x", "y"):
         raise InputError(f"direction = {direction!r} must be 'x' or 'y'")
     axis = ("x", "y").index(direction) + 1
-    with _open_model(model, changes, more) as simulation:
+    with _open_model(model, changes, variables) as simulation:
         names = simulation.point_names
         for name in (surface, base):
             if name is not None and name not in names:
@@ -346,17 +346,21 @@ def transfer(
 
 
 def penalty_for_frequency(
-    model, frequency: float, contacts: str = "auto", changes: Mapping | None = None, **more
+    model, frequency: float, contacts: str = "auto", changes: Mapping | None = None, **variables
 ) -> Penalty:
     """Find the normal stiffness with which the first mode has a measured frequency (Hz)."""
-    with _open_model(model, changes, more) as simulation:
+    with _open_model(model, changes, variables) as simulation:
         return Penalty(
             *map(float, simulation._call_engine("penalty_for", contacts, "frequency", frequency))
         )
 
 
 def penalty_for(
-    model, accuracy: float = 0.01, contacts: str = "auto", changes: Mapping | None = None, **more
+    model,
+    accuracy: float = 0.01,
+    contacts: str = "auto",
+    changes: Mapping | None = None,
+    **variables,
 ) -> Penalty:
     """Find the normal stiffness whose joints lower the first frequency by a given fraction.
 
@@ -369,7 +373,7 @@ def penalty_for(
         Reduction as a fraction of the first frequency with rigid joints, above 0 and below 1.
     contacts : str
         See `modes`.
-    changes, **more
+    changes, **variables
         Variables to change in the input, see `Simulation`.
 
     Returns
@@ -381,14 +385,14 @@ def penalty_for(
     SiteddaError
         If the fraction is out of range, or no penalty changes the first frequency.
     """
-    with _open_model(model, changes, more) as simulation:
+    with _open_model(model, changes, variables) as simulation:
         return Penalty(
             *map(float, simulation._call_engine("penalty_for", contacts, "shift", 100 * accuracy))
         )
 
 
 def penalty_for_shift(
-    model, percent: float, contacts: str = "auto", changes: Mapping | None = None, **more
+    model, percent: float, contacts: str = "auto", changes: Mapping | None = None, **variables
 ) -> Penalty:
     """Call `penalty_for` with an accuracy in per cent."""
-    return penalty_for(model, percent / 100, contacts, changes, **more)
+    return penalty_for(model, percent / 100, contacts, changes, **variables)

@@ -49,7 +49,7 @@ class MaterialDamping:
     """Base class of the damping of a layer of a :class:`sitedda.Column`."""
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
-        """Return complex modulus and density / those of the input, at frequencies in Hz."""
+        """Return the ratios of complex modulus and density to those of the input; Hz."""
         raise NotImplementedError
 
     def scheme_factors(

@@ -39,8 +39,8 @@ class Maximum:
 
     def __str__(self) -> str:
         """Return value, position, time and residual as text."""
-        place = " on ".join(self.blocks) or " over ".join(self.points)
-        return f"{self.value:.4g} {self.unit}, {place} at {self.time:.6g} s; residual " + (
+        position = " on ".join(self.blocks) or " over ".join(self.points)
+        return f"{self.value:.4g} {self.unit}, {position} at {self.time:.6g} s; residual " + (
             f"{self.residual:.4g} {self.unit}"
         )
 

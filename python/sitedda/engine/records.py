@@ -75,8 +75,8 @@ def read_record(
         channel,
     )
     samples, *_ = checked(api.read_ground_motion, *request, 0)
-    _, step, motion, about = checked(api.read_ground_motion, *request, samples)
-    lines = about.decode("utf-8", "replace").rstrip().split("\n")
+    _, step, motion, metadata = checked(api.read_ground_motion, *request, samples)
+    lines = metadata.decode("utf-8", "replace").rstrip().split("\n")
     return _as_dataset(motion, step, file, lines)
 
 
@@ -104,7 +104,9 @@ def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> 
         raise MissingLibrary("format 'obspy' needs this library: pip install obspy") from trouble
     check_readable(file)
     if not quantity or not unit:
-        raise InputError("format 'obspy' needs quantity and unit, because the file states neither")
+        raise InputError(
+            "format 'obspy' needs `quantity` and `unit`, because the file states neither"
+        )
     trace = obspy.read(str(file))[channel - 1]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "trace.txt"

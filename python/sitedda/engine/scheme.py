@@ -228,7 +228,7 @@ def time_step_for_damping(
     Parameters
     ----------
     damping : array_like, shape (...)
-        Wanted damping ratio ζ > 0.
+        Required damping ratio ζ > 0.
     frequency : array_like, shape (...)
         Frequency of that damping ratio, Hz, > 0.
     integration : {'dda', 'theta', 'backward_euler'}
@@ -262,7 +262,7 @@ def theta_for_damping(
     Parameters
     ----------
     damping : array_like, shape (...)
-        Wanted damping ratio ζ >= 0.
+        Required damping ratio ζ >= 0.
     frequency : array_like, shape (...)
         Frequency of that damping ratio, Hz, > 0 and below the Nyquist frequency 1/(2Δt).
     time_step : float

@@ -114,10 +114,10 @@ def log_decrement(
         raise InputError(f"floor must be in 0 ... 1, got {floor!r}")
     if cycles is not None and (cycles != int(cycles) or cycles < 1):
         raise InputError(f"cycles must be a whole number >= 1, got {cycles!r}")
-    swing = np.ptp(values)
-    crest_at, crest = _find_crests(values, floor * swing)
+    peak_to_peak = np.ptp(values)
+    crest_at, crest = _find_crests(values, floor * peak_to_peak)
     if offset is None:
-        trough_at, trough = _find_crests(-values, floor * swing)
+        trough_at, trough = _find_crests(-values, floor * peak_to_peak)
         offset = _fit_offset(crest_at, crest, trough_at, -trough)
     elif not np.isfinite(offset):
         raise InputError(f"offset must be finite, got {offset!r}")
@@ -134,11 +134,11 @@ def _find_crests(
     from scipy.signal import find_peaks
 
     peak, _ = find_peaks(values, prominence=prominence)
-    left, middle, right = values[peak - 1], values[peak], values[peak + 1]
-    bend = left - 2 * middle + right
+    left, centre, right = values[peak - 1], values[peak], values[peak + 1]
+    bend = left - 2 * centre + right
     bend[bend == 0] = -np.inf  # a plateau: its position is not shifted
     shift = 0.5 * (left - right) / bend
-    return peak + shift, middle - 0.25 * (left - right) * shift
+    return peak + shift, centre - 0.25 * (left - right) * shift
 
 
 def _fit_offset(
@@ -151,18 +151,20 @@ def _fit_offset(
     order = np.argsort(np.concatenate([crest_at, trough_at]))
     extrema = np.concatenate([crest, trough])[order]
     is_crest = (np.arange(order.size) < crest.size)[order]
-    opposite = is_crest[1:] != is_crest[:-1]
-    e, following = extrema[:-1][opposite], extrema[1:][opposite]
+    alternates = is_crest[1:] != is_crest[:-1]
+    e, next_extrema = extrema[:-1][alternates], extrema[1:][alternates]
     if e.size < 2 or np.ptp(e) == 0:
         raise InputError(
             f"x has {extrema.size} extrema, but at least three are needed to compute its offset;"
             " give offset, a longer record or a lower floor"
         )
-    middle = e.mean()
-    slope = np.sum((e - middle) * (following - following.mean())) / np.sum((e - middle) ** 2)
+    mean_extremum = e.mean()
+    slope = np.sum((e - mean_extremum) * (next_extrema - next_extrema.mean())) / np.sum(
+        (e - mean_extremum) ** 2
+    )
     if not slope < 0:
         raise InputError("x does not oscillate about a constant; give offset or a higher floor")
-    return float((following.mean() - slope * middle) / (1 - slope))
+    return float((next_extrema.mean() - slope * mean_extremum) / (1 - slope))
 
 
 def _select_crests(
@@ -259,20 +261,20 @@ def smooth_konno_ohmachi(
     targets = frequencies if centres is None else _check_vector("centres", centres)
     if np.any(targets < 0):
         raise InputError(f"centres must not be negative, got {targets.min():g} Hz")
-    usable = frequencies > 0
-    log_f, amplitude = np.log10(frequencies[usable]), amplitudes[usable]
+    is_positive = frequencies > 0
+    log_f, amplitude = np.log10(frequencies[is_positive]), amplitudes[is_positive]
     smoothed = np.full(targets.size, amplitudes[0])
     indices = np.flatnonzero(targets > 0)
-    for some in np.array_split(indices, indices.size * log_f.size // _MOST_WEIGHTS + 1):
-        weight = np.sinc(width / np.pi * (log_f - np.log10(targets[some])[:, None])) ** 2
+    for chunk in np.array_split(indices, indices.size * log_f.size // _MOST_WEIGHTS + 1):
+        weight = np.sinc(width / np.pi * (log_f - np.log10(targets[chunk])[:, None])) ** 2
         weight *= weight
         total = weight.sum(axis=1)
         if np.any(void := total <= _LEAST_WINDOW):
             raise InputError(
-                f"the window at the centre {targets[some][void][0]:g} Hz with bandwidth {width:g} "
+                f"the window at the centre {targets[chunk][void][0]:g} Hz with bandwidth {width:g} "
                 "contains no sample; use other centres or a smaller bandwidth"
             )
-        smoothed[some] = weight @ amplitude / total
+        smoothed[chunk] = weight @ amplitude / total
     return smoothed
 
 
@@ -372,7 +374,7 @@ def response_spectrum(
 def _natural_hz(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDArray[np.float64]:
     """Return natural frequencies (Hz) from either periods (s) or frequencies (Hz)."""
     if (periods is None) == (frequencies is None):
-        raise InputError("give either periods or frequencies, not both")
+        raise InputError("give either `periods` or `frequencies`, not both")
     name, unit, argument = (
         ("periods", "s", periods) if frequencies is None else ("frequencies", "Hz", frequencies)
     )
@@ -438,18 +440,20 @@ def low_passed(motion: ArrayLike, time_step: float, frequency: float) -> NDArray
     return np.fft.irfft(spectrum, length)[: len(values)]
 
 
-def fast_length(least: int) -> int:
-    """Return the smallest length >= `least` without prime factors above 5, for fast FFTs."""
-    power = 1 << (least - 1).bit_length()
-    odd = [3**i * 5**j for i in range(40) for j in range(28)]
-    return min([power, *(n << max(0, -(-least // n) - 1).bit_length() for n in odd if n < power)])
+def fast_length(minimum: int) -> int:
+    """Return the smallest length >= `minimum` without prime factors above 5, for fast FFTs."""
+    power = 1 << (minimum - 1).bit_length()
+    odd_factors = [3**i * 5**j for i in range(40) for j in range(28)]
+    return min(
+        [power, *(n << max(0, -(-minimum // n) - 1).bit_length() for n in odd_factors if n < power)]
+    )
 
 
 def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:
     """Integrate along the last axis by trapezoids, with 0 at the start; the shape is unchanged."""
     values = np.asarray(series, dtype=float)
-    inner = np.cumsum((values[..., 1:] + values[..., :-1]) * time_step / 2, axis=-1)
-    return np.concatenate([np.zeros_like(values[..., :1]), inner], axis=-1)
+    sums = np.cumsum((values[..., 1:] + values[..., :-1]) * time_step / 2, axis=-1)
+    return np.concatenate([np.zeros_like(values[..., :1]), sums], axis=-1)
 
 
 def arias_intensity(acceleration: ArrayLike, time_step: float) -> float:
@@ -510,8 +514,8 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     if summit.size == 0 or size[summit].max() <= floor:
         raise InputError(f"the spectrum of x has no peak in the band {low:g} ... {high:g} Hz")
     peak = summit[np.argmax(size[summit])]
-    left, middle, right = np.log(np.maximum(size[peak - 1 : peak + 2], np.finfo(float).tiny))
-    shift = 0.5 * (left - right) / (left - 2 * middle + right)
+    left, centre, right = np.log(np.maximum(size[peak - 1 : peak + 2], np.finfo(float).tiny))
+    shift = 0.5 * (left - right) / (left - 2 * centre + right)
     return float((peak + shift) / (length * step))
 
 

@@ -49,7 +49,7 @@ class Simulation:
     drawn : bool
         Leave the blocks in their initial position.  The first stage, which may compute a static
         equilibrium, begins with the first call of `advance`, even with 0 steps.
-    **more
+    **variables
         Changes as keywords: ``time_step=5e-4``, ``contact={"normal_stiffness": 1e12}``; see
         `sitedda.changes.changed_input`.
 
@@ -78,11 +78,11 @@ class Simulation:
         resume: bool = False,
         changes: Mapping | None = None,
         drawn: bool = False,
-        **more,
+        **variables,
     ):
         if resume and output is None:
             raise InputError("only a run with an output file can be resumed")
-        changes = merged(changes, more)
+        changes = merged(changes, variables)
         path = dict(flat_changes(changes)).get("output.file")
         if output is True and isinstance(path, str | os.PathLike):
             output = path  # callers may name any path; inputs may not
@@ -156,7 +156,7 @@ class Simulation:
         self.done = bool(ended)
         return self.done
 
-    def change(self, changes: Mapping | None = None, **more) -> None:
+    def change(self, changes: Mapping | None = None, **variables) -> None:
         """Change variables of the input from the present time on.
 
         Variables that can change: ``time_step`` and ``gravity`` of &control; the strengths of a
@@ -165,7 +165,7 @@ class Simulation:
 
         Parameters
         ----------
-        changes, **more
+        changes, **variables
             As for `Simulation`: ``change({"joint[bed].friction_angle": 30.0})``,
             ``change(gravity=(0.0, -5.0))``.
 
@@ -182,10 +182,12 @@ class Simulation:
         The same changes at the same steps give bit-identical results.  Checkpoints contain the
         changes, and the output lists them in its attribute ``changes``.
         """
-        changes = merged(changes, more)
+        changes = merged(changes, variables)
         with self._lock:
             text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
-            self._change_input(text, words := in_words(changes), f"change({words})")
+            self._change_input(
+                text, text_of_changes := in_words(changes), f"change({text_of_changes})"
+            )
 
     def add(self, kind: str, **values) -> None:
         """Add a load or a fixed point from the present time on.
@@ -266,11 +268,11 @@ class Simulation:
                     "change_input", text.encode("utf-8", "surrogateescape"), label.encode()
                 )
         except InputError as error:
-            short = call if len(call) <= _LONGEST_CALL else f"{call[:_LONGEST_CALL]}…"
+            short_call = call if len(call) <= _LONGEST_CALL else f"{call[:_LONGEST_CALL]}…"
             groups = find_groups(self.present_input, self.file, ("block",))
             calls = {group.line: group.called() for group in groups}
             message = cited(str(error), self.file, lambda kind, n: calls.get(n, f"&{kind}"))
-            raise InputError(f"Simulation.{short}: {message}") from None
+            raise InputError(f"Simulation.{short_call}: {message}") from None
 
     def checkpoint(self) -> None:
         """Write a checkpoint now, in addition to those of the input.
@@ -603,9 +605,9 @@ class Simulation:
         names, units = engine_names("maxima"), engine_names("maxima units")
         table = self._read_table("maxima")
         values, (blocks, points) = table[:3], np.split(table[3:].astype(int), 2)
-        named = [name or f"block {i + 1}" for i, name in enumerate(self.block_names)]
+        block_names = [name or f"block {i + 1}" for i, name in enumerate(self.block_names)]
         rows = zip(names, units, *values, blocks.T, points.T, strict=True)
-        return as_maxima(rows, named, self.point_names)
+        return as_maxima(rows, block_names, self.point_names)
 
     @property
     def counts(self) -> dict[str, int]:

@@ -104,7 +104,7 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         type=NOT_NEGATIVE,
         default=0.0,
         metavar="S",
-        help="time step of a file with one column",
+        help="time step of a file with one column, s",
     )
     parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE",
         help="picture to write (RECORD.png)")  # fmt: skip
@@ -138,7 +138,7 @@ def _read_record_file(options: argparse.Namespace):
             options.file, options.format, options.quantity, options.unit, options.time_step
         )
     except InputError as trouble:
-        hints = [option for words, option in _OPTIONS.items() if words in str(trouble)]
+        hints = [option for cause, option in _OPTIONS.items() if cause in str(trouble)]
         raise InputError("; ".join([str(trouble), *(f"try {hint}" for hint in hints)])) from trouble
 
 

@@ -34,10 +34,10 @@ def model_fragment(model) -> str:
         with Simulation(model) as simulation:
             blocks = len(simulation.block_names)
             facts.append(("blocks", f"{blocks:,}"))
-            shown = _draw_picture(simulation, blocks)
+            picture = _draw_picture(simulation, blocks)
     except SiteddaError as trouble:
         return fragment(Facts([*facts, ("cannot run yet", str(trouble))]))
-    return fragment(Facts(facts), *shown)
+    return fragment(Facts(facts), *picture)
 
 
 def _draw_picture(simulation, blocks: int) -> list[Part]:

@@ -23,7 +23,7 @@ from .plot import CAPTIONS, run_picture, shown
 
 _TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
            ("motion", "Motions"))  # fmt: skip
-_PICTURES = 1_500_000  # bytes that the pictures of a page need; the view has the rest
+_PICTURES = 1_500_000  # bytes of the page budget for pictures; the view may use the remainder
 
 
 def report_page(source, report: Report | None = None, discrete=None) -> Page:
@@ -48,16 +48,16 @@ def _page_of_run(scene: Scene, report: Report | str, discrete) -> Page:
     page = Page(scene.title or "Untitled run", _first_paragraph(scene))
     page.add("Verdict", _findings_part(report), *_verdict_parts(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
-    what = shown(scene)
-    page.add("Pictures", Picture(run_picture(what, discrete), CAPTIONS[what.kind], "run"))
+    subject = shown(scene)
+    page.add("Pictures", Picture(run_picture(subject, discrete), CAPTIONS[subject.kind], "run"))
     _add_model_section(page, scene)
     _add_check_section(page, report)
     _add_energy_section(page, data)
     _add_input_section(page, scene)
-    maker, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
+    program, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
     page.provenance = provenance(
         input=str(data.attrs.get("input_file", "")),
-        computed_by=f"{maker}, commit {commit}" if commit else maker,
+        computed_by=f"{program}, commit {commit}" if commit else program,
         step_control=str(data.attrs.get("step_control", "")),
         solver=str(data.attrs.get("solver", "")),
     )
@@ -78,10 +78,10 @@ def _page_of_model(scene: Scene, report: Report | str) -> Page:
 def _first_paragraph(scene: Scene) -> str:
     """Return the sizes of a run, and whether it failed or is incomplete, in one sentence."""
     complete = scene.data.attrs.get("complete", "yes") == "yes"
-    words = f"{scene.size_words}, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
+    text = f"{scene.size_words}, {scene.time[-1]:.4g} s, {scene.frames:,} frames of blocks"
     doubts = Doubt.lines(str(scene.data.attrs.get("doubts", "")))
-    state = "failed" if any(one.topic == "failed" for one in doubts) else "is not complete"
-    return words + ("." if complete else f"; the run {state}.")
+    state = "failed" if any(doubt.topic == "failed" for doubt in doubts) else "is not complete"
+    return text + ("." if complete else f"; the run {state}.")
 
 
 def _check_input(scene: Scene, source) -> Report | str:
@@ -105,14 +105,14 @@ def _findings_part(report: Report | str) -> Part:
 def _verdict_parts(scene: Scene) -> list[Part]:
     """Return the verdict, the results with error bars, the warnings and the counts."""
     bars = kept_accuracy(scene.data.attrs)
-    found = verdict(scene, bars)
-    heads, *rows = found.rows()
-    parts: list[Part] = [Paragraph(found.happened)]
+    result = verdict(scene, bars)
+    heads, *rows = result.rows()
+    parts: list[Part] = [Paragraph(result.happened)]
     if rows:
         parts.append(Table(heads, rows))
-    if found.all_doubts:
-        parts.append(Bullets(list(map(str, found.all_doubts)), "Doubts"))
-    parts.append(Facts([("steps", found.steps)]))
+    if result.all_doubts:
+        parts.append(Bullets(list(map(str, result.all_doubts)), "Doubts"))
+    parts.append(Facts([("steps", result.steps)]))
     if bars is None:
         return [*parts, Paragraph(f"{NO_BARS[:1].upper()}{NO_BARS[1:]}.")]
     return [*parts, *bars_of(scene)]
@@ -126,8 +126,8 @@ def bars_of(scene: Scene) -> list[Part]:
     heads, *rows = bars.rows()
     parts: list[Part] = [Table(heads, rows, "How accurate are the results?")]
     if bars.bands:
-        words = "Results of the twins over time; each twin displaces one block by 1e-9 of its size."
-        parts.append(Picture(bars.draw(), words, "bands"))
+        caption = "Results of twins over time; a twin has one block displaced by 1e-9 of its size."
+        parts.append(Picture(bars.draw(), caption, "bands"))
     return parts
 
 
@@ -143,7 +143,7 @@ def _add_model_section(page: Page, scene: Scene) -> None:
     """Add the section on the model to a page: picture, counts, groups, slivers."""
     areas = scene.areas()
     vertices = np.diff(scene.first)
-    kinds = [one["kind"] for one in scene.boundaries(0)]
+    kinds = [boundary["kind"] for boundary in scene.boundaries(0)]
     counts = [
         ("blocks", f"{scene.size_words} with {_range_words(vertices)} vertices"),
         ("areas", f"{_range_words(areas)} m², {number(areas.sum(), 6)} m² in total"),
@@ -163,9 +163,9 @@ def _add_model_section(page: Page, scene: Scene) -> None:
     for name, title in _TABLES:
         table = _group_table(scene, name, title)
         parts += [table] if table else []
-    thin = scene.slivers()
-    if len(thin):
-        lines = [f"{scene.names[b]}: {areas[b]:.3g} m²" for b in thin[:50]]
+    slivers = scene.slivers()
+    if len(slivers):
+        lines = [f"{scene.names[b]}: {areas[b]:.3g} m²" for b in slivers[:50]]
         parts.append(Bullets(lines, "Slivers"))
     page.add("Model", *parts)
 
@@ -179,16 +179,21 @@ def _range_words(values) -> str:
 def _group_table(scene: Scene, name: str, title: str) -> Table | None:
     """Tabulate the groups of a kind, with the variables that differ from their default."""
     groups = scene.groups.get(name, [])
-    usual = {one.name: one.default.partition(":")[0].strip("'") for one in GROUPS[name].variables}
-    given = [k for group in groups for k, v in group.items() if _shorten_value(v) != usual.get(k)]
-    heads = list(dict.fromkeys(given))
+    defaults = {
+        variable.name: variable.default.partition(":")[0].strip("'")
+        for variable in GROUPS[name].variables
+    }
+    changed_names = [
+        k for group in groups for k, v in group.items() if _shorten_value(v) != defaults.get(k)
+    ]
+    heads = list(dict.fromkeys(changed_names))
     if not heads:
         return None
-    known = {one.name: one for one in GROUPS[name].variables}
-    space = {key: " " if known[key].kind == "word" else "_" for key in heads}
+    variables = {variable.name: variable for variable in GROUPS[name].variables}
+    space = {key: " " if variables[key].kind == "word" else "_" for key in heads}
     rows = [[_shorten_value(group.get(key, "")).replace("_", space[key]) for key in heads]
             for group in groups]  # fmt: skip
-    units = {key: f" ({known[key].unit})" if known[key].unit else "" for key in heads}
+    units = {key: f" ({variables[key].unit})" if variables[key].unit else "" for key in heads}
     return Table([key.replace("_", " ") + units[key] for key in heads], rows, title)
 
 
@@ -218,9 +223,9 @@ def _add_energy_section(page: Page, data) -> None:
 def _add_input_section(page: Page, scene: Scene) -> None:
     """Add the section on the input to a page: text, records, compiler."""
     text = str(scene.data.attrs.get("input_text", ""))
-    most = 400_000
-    if len(text) > most:
-        text = text[:most] + f"\n… {len(text) - most:,} more characters"
+    limit = 400_000
+    if len(text) > limit:
+        text = text[:limit] + f"\n… {len(text) - limit:,} more characters"
     parts = [Listing(text, "The input with its changes", folded=True)]
     motions = str(scene.data.attrs.get("motions", "")).strip()
     if motions:

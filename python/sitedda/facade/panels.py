@@ -34,11 +34,11 @@ if TYPE_CHECKING:
 _MOST_POINTS = 6
 _INCOMING = "incoming: "
 _PERIOD_TICKS = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)  # s
-_SAME = 1e-3  # motions with a smaller relative difference are drawn as one curve
+_MOTION_TOLERANCE = 1e-3  # motions with a smaller relative difference are drawn as one curve
 _RESIDUAL = 0.16  # height of the panel of the audit residual over that of the energy panel
 _LETTER = 0.02  # width of a letter of the name of a stage over the width of a panel
-_SHORT = 0.04  # smallest width of a named stage over the width of a panel
-_TALL = 1.8  # inches, largest length of a vertical text in a panel
+_LEAST_WIDTH = 0.04  # smallest width of a named stage over the width of a panel
+_TEXT_HEIGHT = 1.8  # inches, largest length of a vertical text in a panel
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz; damping is reported here if there is no amplification peak
 _SAMPLES = 1500  # largest number of drawn samples of energies
 
@@ -75,28 +75,28 @@ def draw_site(axes: dict, scene: Scene, result: Amplification, discrete) -> None
 
 def _draw_accelerations(panels, history, series: dict) -> None:
     """Draw accelerations (m/s²) in one panel per point, with a common scale."""
-    most = max(float(abs(values).max()) for values in series.values()) or 1.0
+    largest = max(float(abs(values).max()) for values in series.values()) or 1.0
     for axes, (name, values), color in zip(panels, series.items(), (BLUE, GREY), strict=False):
         axes.plot(history.time, values, color=color, lw=0.6)
-        axes.set(xlim=(0, float(history.time[-1])), ylim=(-1.08 * most, 1.08 * most))
-        words = f"acceleration of {plain(name)} (m/s²), largest {abs(values).max():.3g}"
-        axes.set_title(words, loc="left", fontsize=9)
+        axes.set(xlim=(0, float(history.time[-1])), ylim=(-1.08 * largest, 1.08 * largest))
+        label = f"acceleration of {plain(name)} (m/s²), largest {abs(values).max():.3g}"
+        axes.set_title(label, loc="left", fontsize=9)
     panels[0].tick_params(labelbottom=False)
     panels[-1].set_xlabel("time (s)")
 
 
-def draw_spectra(axes: Axes, history, series: dict, looks=None, resolved: float = 0.0) -> None:
+def draw_spectra(axes: Axes, history, series: dict, styles=None, resolved: float = 0.0) -> None:
     """Draw response spectra of named accelerations (m/s²), low-passed at `resolved` (Hz) if not 0.
 
     The low-pass removes impacts of contacts, as in the results of the run.
     """
-    looks = looks or [{"color": color} for color in (BLUE, GREY)]
-    for i, ((name, values), look) in enumerate(zip(series.items(), looks, strict=False)):
+    styles = styles or [{"color": color} for color in (BLUE, GREY)]
+    for i, ((name, values), style) in enumerate(zip(series.items(), styles, strict=False)):
         step = mean_step(history)
         if resolved:
             values = low_passed(values, step, resolved)
         curve = acceleration_spectrum(values, step)
-        axes.plot(PERIODS, curve, label=plain(name), **({"lw": 1.6, "zorder": 4 - i} | look))
+        axes.plot(PERIODS, curve, label=plain(name), **({"lw": 1.6, "zorder": 4 - i} | style))
     spectrum_axes(axes)
     if resolved:
         limit = f"{float(f'{resolved:.3g}'):g} Hz"  # 2500 Hz, not 2.5e+03 Hz
@@ -115,67 +115,69 @@ def spectrum_axes(axes: Axes) -> None:
 
 def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
     """Draw the displacements of `curves_of` over time; incoming motions are absolute."""
-    shown = [one for one in curves if not one[0].startswith(_INCOMING)]
-    if not shown or scene.origin == "absolute":
-        shown = curves
+    drawn_curves = [curve for curve in curves if not curve[0].startswith(_INCOMING)]
+    if not drawn_curves or scene.origin == "absolute":
+        drawn_curves = curves
     history = scene.data
-    size, unit = in_unit(max(float(abs(moved).max()) for _, moved, _, _ in shown), "m")
-    for label, moved, _, look in shown:
-        axes.plot(history.time, moved / size, lw=1.1, label=plain(label), **look)
+    size, unit = in_unit(
+        max(float(abs(displacement).max()) for _, displacement, _, _ in drawn_curves), "m"
+    )
+    for label, displacement, _, style in drawn_curves:
+        axes.plot(history.time, displacement / size, lw=1.1, label=plain(label), **style)
     end = float(history.time[-1])
     kind = "absolute displacement" if scene.origin == "absolute" else "displacement"
     axes.set(xlabel="time (s)", ylabel=f"{kind} ({unit})", xlim=(0, end or 1.0))
     legend_above(axes, 3)
 
 
-def draw_profile(axes: Axes, found) -> None:
+def draw_profile(axes: Axes, result) -> None:
     """Draw peak accelerations of run and column, and the shear-wave velocity, over depth.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes
-    found : Beside
+    result : Beside
     """
-    column = found.response.column
+    column = result.response.column
     ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
-    theory = abs(found.response.acceleration(ends)).max(axis=1)
-    depth, peak = found.points
+    theory = abs(result.response.acceleration(ends)).max(axis=1)
+    depth, peak = result.points
     axes.plot(theory, ends, color=ORANGE, ls="--", label="1-D column")
     axes.plot(peak, depth, "o", color=BLUE, ms=5, clip_on=False, label="this run", zorder=4)
-    most = 1.1 * max(float(theory.max()), float(peak.max()))
-    axes.set(xlabel="peak acceleration (m/s²)", ylabel="depth (m)", xlim=(0, most),
+    largest = 1.1 * max(float(theory.max()), float(peak.max()))
+    axes.set(xlabel="peak acceleration (m/s²)", ylabel="depth (m)", xlim=(0, largest),
              ylim=(column.depth, 0))  # fmt: skip
-    waves = axes.twiny()
+    velocity_axes = axes.twiny()
     speeds = [layer.shear_velocity for layer in column.layers]
-    waves.stairs(speeds, ends, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
-    waves.set_xlabel("shear-wave velocity (m/s), grey", color=GREY, fontsize=9)
-    waves.set_xlim(0, 1.25 * max(speeds))
-    waves.tick_params(labelcolor=GREY, labelsize=8)
+    velocity_axes.stairs(speeds, ends, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
+    velocity_axes.set_xlabel("shear-wave velocity (m/s), grey", color=GREY, fontsize=9)
+    velocity_axes.set_xlim(0, 1.25 * max(speeds))
+    velocity_axes.tick_params(labelcolor=GREY, labelsize=8)
     axes.legend(frameon=False, fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, -0.2), ncols=2)
 
 
-def draw_budget(axes: Axes, found: Budget) -> None:
+def draw_budget(axes: Axes, budget: Budget) -> None:
     """Draw energies as stacked areas, and the residual of the budget separately."""
-    at = np.unique(np.linspace(0, len(found.time) - 1, _SAMPLES).astype(int))
-    time = found.time[at]
-    size, unit = in_unit(float(found.given.max(initial=0.0)), "J/m")
-    parts = [values[at] / size for values in found.parts.values()]
-    axes.stackplot(time, parts, labels=list(found.parts), colors=COLORS, alpha=0.75, lw=0)
-    axes.plot(time, found.given[at] / size, color=INK, lw=1.0, label="supplied")
+    samples = np.unique(np.linspace(0, len(budget.time) - 1, _SAMPLES).astype(int))
+    time = budget.time[samples]
+    size, unit = in_unit(float(budget.given.max(initial=0.0)), "J/m")
+    parts = [values[samples] / size for values in budget.parts.values()]
+    axes.stackplot(time, parts, labels=list(budget.parts), colors=COLORS, alpha=0.75, lw=0)
+    axes.plot(time, budget.given[samples] / size, color=INK, lw=1.0, label="supplied energy")
     end = float(time[-1]) or 1.0
     axes.set(ylabel=f"energy ({unit})", xlim=(0, end), ylim=(0, None))
     axes.tick_params(labelbottom=False)
     legend_above(axes, 3)
-    rest = axes.inset_axes((0.0, -_RESIDUAL - 0.06, 1.0, _RESIDUAL))
-    most = float(abs(found.residual).max(initial=0.0))
-    size, unit = in_unit(most, "J/m")
-    rest.plot(time, found.residual[at] / size, color=INK, lw=0.8)
-    bound = most / size or 1.0
-    rest.set(xlim=(0, end), xlabel="time (s)", ylim=(-1.1 * bound, 1.1 * bound))
+    below = axes.inset_axes((0.0, -_RESIDUAL - 0.06, 1.0, _RESIDUAL))
+    largest = float(abs(budget.residual).max(initial=0.0))
+    size, unit = in_unit(largest, "J/m")
+    below.plot(time, budget.residual[samples] / size, color=INK, lw=0.8)
+    bound = largest / size or 1.0
+    below.set(xlim=(0, end), xlabel="time (s)", ylim=(-1.1 * bound, 1.1 * bound))
     values = (-bound, 0, bound)
     labels = [f"{value:.2g}".replace("-", "−") for value in values]
-    rest.set_yticks(values, labels=labels, fontsize=7)
-    rest.annotate(f"residual of the energy budget ({unit})", (0.01, 1.0), xycoords="axes fraction",
+    below.set_yticks(values, labels=labels, fontsize=7)
+    below.annotate(f"residual of the energy budget ({unit})", (0.01, 1.0), xycoords="axes fraction",
                   va="top", fontsize=7.5, color=FAINT)  # fmt: skip
 
 
@@ -193,7 +195,7 @@ def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
     curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
     axes.plot(centres, curve, color=GREY, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
     if discrete is not None:
-        label = "exact discrete theory of the model"
+        label = "transfer function of the discrete model"
         axes.plot(result.frequency, abs(discrete), color=INK, lw=1.1, ls=":", label=label)
     _draw_theory(axes, history, result)
     peak = result.peak
@@ -210,7 +212,7 @@ def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
     )
     axes.set(
         xlabel="frequency (Hz)",
-        ylabel=plain(folded(f"{result.surface} / {result.base}", _TALL, 10)),
+        ylabel=plain(folded(f"{result.surface} / {result.base}", _TEXT_HEIGHT, 10)),
         xlim=(result.frequency[0], result.frequency[-1]),
         ylim=(0, None),
     )
@@ -222,30 +224,33 @@ def curves_of(scene: Scene) -> list[tuple]:
 
     The curves are measured points and incoming motions; equal incoming motions are one curve.
     """
-    found: list[tuple] = []
+    curves: list[tuple] = []
     history = scene.data
-    moved = np.ptp(history.displacement.values, axis=0).max(axis=-1)
-    most_moving = np.sort(np.argsort(-moved, kind="stable")[:_MOST_POINTS])
+    displacement = np.ptp(history.displacement.values, axis=0).max(axis=-1)
+    most_moving = np.sort(np.argsort(-displacement, kind="stable")[:_MOST_POINTS])
     for name, color in zip(history.point.values[most_moving], COLORS, strict=False):
         point = history.sel(point=name)
-        moved = point["displacement"].values - scene.base_history
-        axis = main_axis(moved)
+        displacement = point["displacement"].values - scene.base_history
+        axis = main_axis(displacement)
         acceleration = point["acceleration"].values[:, axis]
         label = f"{name}, {'xy'[axis]}"
-        found.append((label, moved[:, axis], acceleration, {"color": color}))
-    seen = []
+        curves.append((label, displacement[:, axis], acceleration, {"color": color}))
+    drawn_motions = []
     for i, name in enumerate(history.boundary.values if "boundary" in history.coords else ()):
         boundary = history.isel(boundary=i)
         axis = main_axis(boundary["incoming_displacement"].values)
-        moved, acceleration = (
+        displacement, acceleration = (
             boundary[f"incoming_{n}"].values[:, axis] for n in ("displacement", "acceleration")
         )
-        if any(np.allclose(moved, other, atol=_SAME * np.ptp(moved)) for other in seen):
+        if any(
+            np.allclose(displacement, drawn, atol=_MOTION_TOLERANCE * np.ptp(displacement))
+            for drawn in drawn_motions
+        ):
             continue
-        look = {"color": GREY, "ls": ("-", "--", ":")[len(seen) % 3], "zorder": 1.5}
-        found.append((f"{_INCOMING}{name}, {'xy'[axis]}", moved, acceleration, look))
-        seen.append(moved)
-    return found
+        style = {"color": GREY, "ls": ("-", "--", ":")[len(drawn_motions) % 3], "zorder": 1.5}
+        curves.append((f"{_INCOMING}{name}, {'xy'[axis]}", displacement, acceleration, style))
+        drawn_motions.append(displacement)
+    return curves
 
 
 def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
@@ -257,13 +262,13 @@ def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
     for i, ((name, begin), end) in enumerate(zip(starts, ends, strict=True)):
         if i % 2:
             axes.axvspan(begin, end, color=FAINT, alpha=0.12, lw=0, zorder=0)
-        share = (end - begin) / (ends[-1] - starts[0][1] or 1.0)
-        if named and share > _SHORT:
-            words, place = plain(folded(name, _TALL, 8, most=1)), (begin, 1.0)
-            look = {"fontsize": 8, "color": FAINT, "va": "top", "ha": "left"}
-            look["rotation"] = 0 if share > _LETTER * len(name) else 90
-            axes.annotate(words, place, xytext=(2, -2), xycoords=("data", "axes fraction"),
-                          textcoords="offset points", zorder=1, **look)  # fmt: skip
+        fraction = (end - begin) / (ends[-1] - starts[0][1] or 1.0)
+        if named and fraction > _LEAST_WIDTH:
+            label, position = plain(folded(name, _TEXT_HEIGHT, 8, most_lines=1)), (begin, 1.0)
+            style = {"fontsize": 8, "color": FAINT, "va": "top", "ha": "left"}
+            style["rotation"] = 0 if fraction > _LETTER * len(name) else 90
+            axes.annotate(label, position, xytext=(2, -2), xycoords=("data", "axes fraction"),
+                          textcoords="offset points", zorder=1, **style)  # fmt: skip
 
 
 def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
@@ -275,12 +280,12 @@ def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None
     time_step = float(history.time_step[-1])
     scheme = run_scheme(history)
     speed = column.depth / column.travel_time
-    damped = any(layer.damping for layer in column.layers)
+    has_damping = any(layer.damping for layer in column.layers)
     uniform = len({(layer.shear_velocity, layer.density) for layer in column.layers}) == 1
-    if uniform and not damped:
+    if uniform and not has_damping:
         damping = scheme_damping(result.frequency, time_step, scheme)
         theory = damped_amplification(result.frequency, column.depth, speed, damping)
     else:
         theory = abs(column.scheme_transfer(result.frequency, time_step, integration=scheme))
-    label = "1-D theory, damping of the scheme" + " and the materials" * damped
+    label = "1-D theory with damping of the scheme" + " and the materials" * has_damping
     axes.plot(result.frequency, np.asarray(theory), color=ORANGE, lw=1.2, ls="--", label=label)

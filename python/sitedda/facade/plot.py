@@ -37,14 +37,14 @@ from .panels import (
     spectrum_axes,
     title_words,
 )
-from .purpose import WORTH, Shown, shown
+from .purpose import LEAST_DRAWN, Shown, shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 3.5  # inches, width of the blocks in a picture with two columns
-_PANEL, _AROUND = 3.4, 0.9  # inches: height of a row; of titles and labels of blocks
+_PANEL, _TITLES = 3.4, 0.9  # inches: height of a row; of titles and labels of blocks
 
 CAPTIONS = {
     "site": "Profile of the site, motions, response spectra, and amplification with theory.",
@@ -64,13 +64,13 @@ def run_picture(source: xr.Dataset | Scene | Shown, discrete=None) -> Figure:
     discrete : ndarray, optional
         Exact transfer function of the model at the frequencies of its amplification.
     """
-    what = source if isinstance(source, Shown) else shown(source)
-    history = what.scene.data
-    if isinstance(what.of, Amplification):
-        return _site_picture(what.scene, history, what.of, discrete)
-    if what.of is not None:
-        return what.of.plot()
-    return _draw_general_picture(what.scene, history, what.kind == "shake")
+    subject = source if isinstance(source, Shown) else shown(source)
+    history = subject.scene.data
+    if isinstance(subject.of, Amplification):
+        return _site_picture(subject.scene, history, subject.of, discrete)
+    if subject.of is not None:
+        return subject.of.plot()
+    return _draw_general_picture(subject.scene, history, subject.kind == "shake")
 
 
 def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Figure:
@@ -94,7 +94,7 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
 def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
     """Draw the model and its forces or displacements, and below them two panels of curves."""
     last, floor = [scene.frames - 1], rounding(scene)
-    least = max(floor["m"], WORTH * scene.size * (not shaken))
+    least = max(floor["m"], LEAST_DRAWN * scene.size * (not shaken))
     moved = limits_of(scene, "displacement", last).most > least
     samples = history.sizes.get("time", 0) > 2
     points = samples and "point_place" in history and len(scene.points()) > 0
@@ -145,8 +145,8 @@ def _draw_panel(axes, name: str, scene: Scene, history, curves) -> None:
 
 def _drop_fallen(scene: Scene, curves) -> list[tuple]:
     """Return the curves of points whose block has not fallen."""
-    gone = fallen(scene, scene.frames - 1)
-    if not gone.any():
+    is_fallen = fallen(scene, scene.frames - 1)
+    if not is_fallen.any():
         return curves
     from shapely import Point, Polygon, distance
 
@@ -154,7 +154,7 @@ def _drop_fallen(scene: Scene, curves) -> list[tuple]:
     landed = set()
     for point in scene.points():
         block = int(np.argmin(distance(outlines, Point(point["x"], point["y"]))))
-        if gone[scene.names.index(point["block"]) if point["block"] else block]:
+        if is_fallen[scene.names.index(point["block"]) if point["block"] else block]:
             landed.add(point["name"])
     return [one for one in curves if one[0].rpartition(",")[0] not in landed]
 
@@ -186,7 +186,7 @@ def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:
     """Return the height (inches) of a row of pictures of blocks with their keys."""
     width, height = np.subtract(*view_box(scene)[::-1])
     tall = float(np.clip(_BLOCKS_WIDTH * height / width, 1.2, 4.0))
-    return max(tall, *(one.keys.down for one in pictures)) + _AROUND + 0.18 * max(
+    return max(tall, *(one.keys.height for one in pictures)) + _TITLES + 0.18 * max(
         one.head.lines for one in pictures)  # fmt: skip
 
 
@@ -227,4 +227,6 @@ def _draw_series(axes: Axes, motion: xr.Dataset, name: str, unit: str) -> None:
     axes.plot(motion.time, series, color=BLUE, lw=0.7)
     axes.plot(motion.time[peak], series[peak], "o", color=ORANGE, ms=4)
     axes.set(ylabel=f"{name} ({unit})", xlim=(0, float(motion.time[-1])))
-    axes.set_title(f"largest {abs(float(series[peak])):.4g} {unit}", loc="right", fontsize=9)
+    axes.set_title(
+        f"largest {name}: {abs(float(series[peak])):.4g} {unit}", loc="right", fontsize=9
+    )

@@ -13,7 +13,7 @@ from ..site.surface import Surface, surface
 if TYPE_CHECKING:
     import xarray as xr
 
-WORTH = 1e-6  # smallest drawn displacement over the size of the model, in runs without motions
+LEAST_DRAWN = 1e-6  # smallest drawn displacement / size of the model, in runs without motions
 _SURFACE = 4  # smallest number of points for a picture of the amplification along the surface
 
 
@@ -45,14 +45,14 @@ def shown(source: xr.Dataset | Scene) -> Shown:
 
 def _surface_of_run(scene: Scene) -> Surface | None:
     """Return the amplification along the surface; None if points are few or joints slip."""
-    if movement_limits(scene, "slip", [scene.frames - 1]).high > WORTH * scene.size:
+    if movement_limits(scene, "slip", [scene.frames - 1]).high > LEAST_DRAWN * scene.size:
         return None
     time = scene.data.time.values
     if len(time) < 3 or time[1] == time[0]:  # two static stages end at one time
         return None
     band = max(0.5, 2 / float(time[-1] - time[0])), min(15.0, 0.25 / float(time[1] - time[0]))
     try:
-        found = surface(scene.data, lowest=band[0], highest=band[1])
+        result = surface(scene.data, lowest=band[0], highest=band[1])
     except ValueError:
         return None
-    return found if len(found.names) >= _SURFACE else None
+    return result if len(result.names) >= _SURFACE else None

@@ -51,9 +51,9 @@ class Run(EndedRun):  # noqa: D101
 
         text = self.history.attrs
         model = InputOfRun(Path(text["input_file"]), text["input_text"])
-        plain = not options.keys() - {"progress", "workers", "folder", "executor", "output"}
-        found = of_linear_run(model, self.history) if plain and self.complete else None
-        return found or accuracy(model, **options)
+        is_plain = not options.keys() - {"progress", "workers", "folder", "executor", "output"}
+        accuracies = of_linear_run(model, self.history) if is_plain and self.complete else None
+        return accuracies or accuracy(model, **options)
 
     def view(self, file=None, **options):
         """Write the interactive view to a page, with stored error bars; return its path."""
@@ -75,8 +75,8 @@ class Run(EndedRun):  # noqa: D101
         from ..report import write_html
         from .page import report_page
 
-        beside = self.output.with_suffix(".html") if self.output else Path("run.html")
-        return write_html(report_page(self), file or beside)
+        default_file = self.output.with_suffix(".html") if self.output else Path("run.html")
+        return write_html(report_page(self), file or default_file)
 
 
 class _OfDataset(Run):
@@ -123,7 +123,7 @@ def run(
     output=None,
     progress: Callable[[Simulation], None] | None = None,
     changes: Mapping | None = None,
-    **more,
+    **variables,
 ) -> Run:
     """Run an input to its end.
 
@@ -136,7 +136,7 @@ def run(
         unless the input or changes name an ``output.file``.
     progress : callable, optional
         Called at intervals with the `Simulation`.
-    changes, **more
+    changes, **variables
         Variables to change in the input, see `Simulation`.
 
     Returns
@@ -145,7 +145,7 @@ def run(
         The run; it is incomplete if it was stopped with Ctrl-C.  Its output file is then
         FILE.partial, and `resume` continues it.
     """
-    changes = merged(changes, more)
+    changes = merged(changes, variables)
     if output is None and (
         "output.file" in dict(flat_changes(changes)) or _input_names_output(file)
     ):
@@ -163,7 +163,7 @@ def _input_names_output(source) -> bool:
             if "&output" in text.lower()
             else ()
         )
-    return any(one.name == "output" and "file" in one.values for one in groups)
+    return any(group.name == "output" and "file" in group.values for group in groups)
 
 
 def resume(
@@ -171,7 +171,7 @@ def resume(
     output=True,
     progress: Callable[[Simulation], None] | None = None,
     changes: Mapping | None = None,
-    **more,
+    **variables,
 ) -> Run:
     """Continue a run that ended early, from the last checkpoint of its output.
 
@@ -186,7 +186,7 @@ def resume(
         Output file of the run; True: as in the input.
     progress : callable, optional
         Called at intervals with the `Simulation`.
-    changes, **more
+    changes, **variables
         Changed variables of the input, the same as in the run.
 
     Raises
@@ -194,7 +194,7 @@ def resume(
     CheckpointError
         If no checkpoint is usable: each is damaged, or from another input, version or build.
     """
-    return _run_or_resume(file, output, progress, merged(changes, more), resume=True)
+    return _run_or_resume(file, output, progress, merged(changes, variables), resume=True)
 
 
 def _run_or_resume(
@@ -208,15 +208,15 @@ def _run_or_resume(
             Stop(SIGNALS if program else (signal.SIGINT,), program) as stop,
         ):
             complete = run_to_end(simulation, progress, stop)
-            where = simulation.finish()
+            file_written = simulation.finish()
             if simulation.warning:
                 warnings.warn(simulation.warning, AuditWarning, stacklevel=3)
-            for words in simulation.peak_warnings:
-                warnings.warn(words, PeakWarning, stacklevel=3)
+            for warning in simulation.peak_warnings:
+                warnings.warn(warning, PeakWarning, stacklevel=3)
         if not complete:
-            where = where.with_name(where.name + ".partial")
-        history = output_file.read_output(where) if light else output_file.load(where)
+            file_written = file_written.with_name(file_written.name + ".partial")
+        history = output_file.read_output(file_written) if light else output_file.load(file_written)
     if not light:
         _register_accessor()
     summary = history.attrs["step_control"]
-    return Run(history, complete, None if output is None else where, summary)
+    return Run(history, complete, None if output is None else file_written, summary)

@@ -61,12 +61,16 @@ def with_stage(
     InputError
         If a variable is not permitted in an added stage.
     """
-    for item in values:
-        if item not in ADDED:
-            raise InputError(f"an added stage cannot have {item}; use only {', '.join(ADDED)}")
+    for name_of_value in values:
+        if name_of_value not in ADDED:
+            raise InputError(
+                f"an added stage cannot have {name_of_value}; use only {', '.join(ADDED)}"
+            )
     groups = find_groups(text, file, ("block",))
-    control = next((item.values for item in groups if item.name == "control"), {})
-    stages = [item for item in groups if item.name == "stage"]
+    control = next(
+        (name_of_value.values for name_of_value in groups if name_of_value.name == "control"), {}
+    )
+    stages = [name_of_value for name_of_value in groups if name_of_value.name == "stage"]
     end = present.last(control.get("time_step_control") == "adaptive")
     remainder = present.planned - end
     if stages:
@@ -82,9 +86,9 @@ def with_stage(
         values = dict(values) | {"steps": max(remainder, 1)}
     text = f"{text.rstrip()}\n{''.join(groups_text)}"
     path = f"stage[{max(len(stages), 1 + bool(control.get('settle'))) + 1}]"
-    typed = {f"{path}.{k}": v if isinstance(v, Typed) else checked("stage", k, v)
+    typed_values = {f"{path}.{k}": v if isinstance(v, Typed) else checked("stage", k, v)
              for k, v in values.items()}  # fmt: skip
-    return changed_input(text, typed, file=file)
+    return changed_input(text, typed_values, file=file)
 
 
 def _with_stages_of_control(text: str, control: Mapping, end: int, file) -> str:

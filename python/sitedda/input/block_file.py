@@ -23,7 +23,7 @@ LONGEST_NAME = 64  # longest name in bytes, as in the engine
 LARGE = 10_000  # smallest number of blocks that are written to a separate file
 
 
-def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path:
+def write_block_file(file, blocks: Sequence[dict], inputs: Sequence = ()) -> Path:
     """Write blocks to a file that ``&blocks file = …`` reads.
 
     Parameters
@@ -32,7 +32,7 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
     blocks : sequence of dict
         Variables of &block groups: vertices, and optionally name, material, joint, edge_joints,
         body.
-    reads : sequence of path
+    inputs : sequence of path
         Files from which the blocks are read, which must not be replaced.
 
     Raises
@@ -71,7 +71,7 @@ def write_block_file(file, blocks: Sequence[dict], reads: Sequence = ()) -> Path
         numbers["body"] = (("block",), "i4", body)
     characters = {name: _names_to_characters(list_of) for name, list_of in texts.items()}
     with (
-        written(file, "a netCDF file", reads) as writing,
+        written(file, "a netCDF file", inputs) as writing,
         FILES,
         netCDF4.Dataset(writing, "w", format="NETCDF3_64BIT_OFFSET") as data,
     ):
@@ -98,9 +98,9 @@ def _write_variable(data, name: str, kind: str, dimensions, values) -> None:
 
 def _edge_joints(block: dict, edges: int) -> list[str]:
     """Return the joint name of each edge of a block; blank: the first joint of the input."""
-    usual = block.get("joint", "")
-    names = [name or usual for name in block.get("edge_joints", ())]
-    return names + [usual] * (edges - len(names))
+    default_joint = block.get("joint", "")
+    names = [name or default_joint for name in block.get("edge_joints", ())]
+    return names + [default_joint] * (edges - len(names))
 
 
 def _number_names(names: Iterable[str]) -> tuple[list[str], list[int]]:

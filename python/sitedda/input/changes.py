@@ -24,13 +24,13 @@ class Typed(str):
     """A value typed on a command line; the kind of its variable determines how it is read."""
 
 
-def merged(changes: Mapping | None, more: Mapping) -> dict:
+def merged(changes: Mapping | None, variables: Mapping) -> dict:
     """Return changes and keyword arguments together; raise InputError if `changes` has no names."""
     if changes is not None and not isinstance(changes, Mapping):
         raise InputError(
             f"changes = {changes!r} must be a mapping, as {{'material.clay.density': 1900.0}}"
         )
-    return dict(changes or {}) | dict(more)
+    return dict(changes or {}) | dict(variables)
 
 
 def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, file="input") -> str:

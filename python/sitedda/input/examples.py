@@ -97,8 +97,10 @@ def _read_shipped(path: str) -> bytes:
 def _with_named_files(path: str) -> dict[str, bytes]:
     """Return the contents of an example and of all files that it needs, by relative path."""
     contents = {path: _read_shipped(path)}
-    for single, double in _QUOTED.findall(contents[path].decode("utf-8", "ignore")):
-        target = posixpath.normpath(posixpath.join(posixpath.dirname(path), single or double))
+    for single_quoted, double_quoted in _QUOTED.findall(contents[path].decode("utf-8", "ignore")):
+        target = posixpath.normpath(
+            posixpath.join(posixpath.dirname(path), single_quoted or double_quoted)
+        )
         if posixpath.splitext(target)[1] and (inputs() / target).is_file():
             contents |= (
                 _with_named_files(target)
@@ -111,5 +113,5 @@ def _with_named_files(path: str) -> dict[str, bytes]:
 def _first_sentence(text: str) -> str:
     """Return the first sentence of the comment at the top of a file."""
     comment = re.match(r"(?:[!#].*\n)*", text)[0]
-    words = " ".join(line.lstrip("!# ") for line in comment.splitlines())
-    return re.split(r"(?<=[a-zA-Z)])(?<! al)[.:] ", words)[0].rstrip(".")
+    sentences = " ".join(line.lstrip("!# ") for line in comment.splitlines())
+    return re.split(r"(?<=[a-zA-Z)])(?<! al)[.:] ", sentences)[0].rstrip(".")

@@ -52,10 +52,10 @@ def is_made(name: str) -> bool:
     return name in GROUPS and GROUPS[name].built
 
 
-def nearest(word: str, words) -> str:
+def nearest(name: str, names) -> str:
     """Return a hint that names the most similar known word, or an empty text."""
-    close = get_close_matches(word, list(words), 1)
-    return f"; did you mean {close[0]!r}?" if close else ""
+    matches = get_close_matches(name, list(names), 1)
+    return f"; did you mean {matches[0]!r}?" if matches else ""
 
 
 def known_group(name: str) -> str:
@@ -85,7 +85,7 @@ def checked(group: str, name: str, value):
     except InputError as error:
         raise InputError(f"&{group}: {name}: {error}") from None
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"&{group}: {name} = {value!r} is not a {_WORDS[kind]}") from None
+        raise InputError(f"&{group}: {name} = {value!r} is not a {_KIND_NAMES[kind]}") from None
 
 
 def _check_length(values: np.ndarray, limit: int) -> None:
@@ -159,8 +159,13 @@ def _as_logical(value) -> bool:
 
 _CONVERT = {"text": _as_text, "texts": _as_texts, "number": _as_number, "numbers": _as_numbers}
 _CONVERT |= {"points": _as_points, "whole": _as_integer, "logical": _as_logical}
-_WORDS = {"text": "text", "texts": "list of texts", "number": "number", "whole": "whole number"}
-_WORDS |= {
+_KIND_NAMES = {
+    "text": "text",
+    "texts": "list of texts",
+    "number": "number",
+    "whole": "whole number",
+}
+_KIND_NAMES |= {
     "logical": "logical value",
     "numbers": "list of numbers",
     "points": "list of points x, y",

@@ -16,7 +16,7 @@ from .schema import GROUPS, Variable
 _VARIABLES = [variable for group in GROUPS.values() for variable in group.variables]
 _NAME = re.compile(rb"\w*")
 UNSET = -np.finfo(float).max  # mark of a missing value, as in the engine
-_ONE = threading.Lock()  # the engine stores only one parsed text
+_PARSER_LOCK = threading.Lock()  # the engine stores only one parsed text
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Found:
         return f"{file}, group &{self.name} (line {self.line})"
 
 
-def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Found]:
+def find_groups(text: str, file="input", skipped_variables: Sequence[str] = ()) -> list[Found]:
     """Return the groups of a text.
 
     Parameters
@@ -59,7 +59,7 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
     text : str
     file : path
         For messages.
-    skipped : sequence of str
+    skipped_variables : sequence of str
         Groups whose values are skipped.
 
     Raises
@@ -69,8 +69,10 @@ def find_groups(text: str, file="input", skipped: Sequence[str] = ()) -> list[Fo
         the message names the line.
     """
     data = _encode_for_engine(text)
-    with _ONE:
-        sizes = checked(api.parse_input, _encode_for_engine(file), data or b" ", " ".join(skipped))
+    with _PARSER_LOCK:
+        sizes = checked(
+            api.parse_input, _encode_for_engine(file), data or b" ", " ".join(skipped_variables)
+        )
         groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
     result, values = (
         [],
@@ -119,7 +121,7 @@ def with_changes(
     ]
     lengths = [[-1 if item is None else len(item) for item in change] for change in encoded]
     buffer = b"".join(item for change in encoded for item in change if item)
-    with _ONE:
+    with _PARSER_LOCK:
         variables, size = checked(
             api.make_changes,
             _encode_for_engine(file),

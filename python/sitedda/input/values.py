@@ -14,10 +14,10 @@ from ..base.errors import InputError
 if TYPE_CHECKING:
     from .schema import Variable
 
-FARTHEST = 1e9  # largest coordinate, m
+LARGEST_COORDINATE = 1e9  # largest coordinate, m
 
 
-def points_of(name: str, values, least: int) -> np.ndarray:
+def points_of(name: str, values, minimum: int) -> np.ndarray:
     """Return points, shape (n, 2), of a list x, y, x, y …, an array or a shapely polygon."""
     if hasattr(values, "exterior"):
         if len(values.interiors):
@@ -32,14 +32,14 @@ def points_of(name: str, values, least: int) -> np.ndarray:
     if points.size % 2 or (points.ndim == 2 and points.shape[1] != 2) or points.ndim > 2:
         raise InputError(f"{name} must contain pairs x, y; there are {points.size} numbers")
     points = points.reshape(-1, 2)
-    if not (abs(points) <= FARTHEST).all():
-        index = int(np.flatnonzero(~(abs(points) <= FARTHEST).all(axis=1))[0])
+    if not (abs(points) <= LARGEST_COORDINATE).all():
+        index = int(np.flatnonzero(~(abs(points) <= LARGEST_COORDINATE).all(axis=1))[0])
         raise InputError(
             f"{name}: point {index + 1} ({points[index, 0]:g}, {points[index, 1]:g}) lies beyond "
-            f"{FARTHEST:g} m or is not a number"
+            f"{LARGEST_COORDINATE:g} m or is not a number"
         )
-    if len(points) < least:
-        raise InputError(f"{name}: {len(points)} points given, at least {least} are needed")
+    if len(points) < minimum:
+        raise InputError(f"{name}: {len(points)} points given, at least {minimum} are needed")
     return points
 
 
@@ -58,14 +58,18 @@ class Values:
             cls.__doc__ = "\n\n".join([attributes[0], *attributes[1].split("\n\n")[1:]])
 
     def __init__(self, **given):
-        present = [item for item in self.variables if hasattr(type(self), item.name)]
+        variables_used = [
+            variable for variable in self.variables if hasattr(type(self), variable.name)
+        ]
         given_names = {name for name, value in given.items() if is_given(value)}
-        for item in present:
-            setattr(self, item.name, given.pop(item.name, getattr(type(self), item.name)))
+        for variable in variables_used:
+            setattr(
+                self, variable.name, given.pop(variable.name, getattr(type(self), variable.name))
+            )
         if given:
             raise TypeError(f"{type(self).__name__} has no {', '.join(given)}")
-        for item in present:
-            self._check_value(item, getattr(self, item.name))
+        for variable in variables_used:
+            self._check_value(variable, getattr(self, variable.name))
         self._check_relations(given_names)
         self._check_values()
 
@@ -128,7 +132,7 @@ def is_given(value) -> bool:
 
 def _check_number(name: str, value: float, limits: str) -> None:
     """Raise InputError if a number violates limits, which are given in words of the schema."""
-    low, high = -FARTHEST, FARTHEST
+    low, high = -LARGEST_COORDINATE, LARGEST_COORDINATE
     failure = "is not a usable number"
     if limits == "above 0":
         low, failure = np.nextafter(0, 1), "must be a positive number"

@@ -22,17 +22,17 @@ class Checker:
 
     Parameters
     ----------
-    tell : callable
+    publish : callable
         Called with the findings as a dict, from a thread of the checker.
     """
 
-    def __init__(self, tell: Callable[[dict], None]):
-        self._tell = tell
+    def __init__(self, publish: Callable[[dict], None]):
+        self._publish = publish
         self._process: subprocess.Popen | None = None
         self._lock = threading.Lock()
 
     def start(self, text: str, file: Path, version: int) -> None:
-        """Start to check an input; `tell` receives the findings and the version of the input."""
+        """Start a check of an input; its findings are published with the version of the input."""
         with self._lock:
             self._kill_check()
             self._process = subprocess.Popen(
@@ -43,7 +43,7 @@ class Checker:
                 start_new_session=True,  # only the server handles Ctrl-C
             )
             process = self._process
-        self._tell({"kind": "check", "version": version, "state": "running"})
+        self._publish({"kind": "check", "version": version, "state": "running"})
         threading.Thread(
             target=self._report_findings, args=(process, text, version), daemon=True
         ).start()
@@ -58,7 +58,7 @@ class Checker:
             findings = json.loads(reply)
         except ValueError:
             findings = {"error": f"the check ended with status {process.returncode}"}
-        self._tell({"kind": "check", "version": version, "state": "done"} | findings)
+        self._publish({"kind": "check", "version": version, "state": "done"} | findings)
 
     def stop(self) -> None:
         """End the running check."""

@@ -13,10 +13,10 @@ from ..input.schema import GROUPS
 
 MOST_TEXT = 8_000_000  # largest number of characters of an input
 _VERSIONS = 400  # largest number of edits that can be undone
-_SHOWN = 60  # largest number of groups of one kind that the forms show
+_MOST_GROUPS = 60  # largest number of groups of one kind that the forms show
 _VALUES = 200  # number of values of the longest list that the forms show
-_REFERS = re.compile(r"the name of a &(\w+)$")
-_TURN = 60  # angle between joint sets that the user adds, degrees
+_REFERENCE = re.compile(r"the name of a &(\w+)$")
+_SET_ANGLE = 60  # angle between joint sets that the user adds, degrees
 # Examples that replace those of the schema if these refer to parts of another model.
 EXAMPLES = {
     "motion": "&motion name = 'shaking', quantity = 'acceleration', time_step = 0.1, "
@@ -24,7 +24,7 @@ EXAMPLES = {
     "stage": "&stage name = 'shaking', duration = 2 /",
     "fixed_point": "&fixed_point x = 1, y = 1 /",
 }
-_PLACE = re.compile(r"group &(\w+) \(line (\d+)\)")
+_GROUP_AT_LINE = re.compile(r"group &(\w+) \(line (\d+)\)")
 
 
 class Document:
@@ -75,7 +75,7 @@ class Document:
         if kind is None:
             raise InputError(f"there is no group &{group}")
         groups = self.found()
-        peers = [item for item in groups if item.name == group]
+        peers = [peer for peer in groups if peer.name == group]
         if peers and not kind.repeats:
             raise InputError(f"&{group} exists already")
         line = _refer_to_existing(
@@ -88,19 +88,25 @@ class Document:
     def _insertion_point(self, kind, groups: list[Found]) -> int:
         """Return the position after the last group that precedes this kind in the schema."""
         order = list(GROUPS)
-        predecessors = [item for item in groups if item.name in order[: order.index(kind.name)]]
-        return max((item.end for item in predecessors), default=len(self.text.rstrip()))
+        predecessors = [
+            existing_group
+            for existing_group in groups
+            if existing_group.name in order[: order.index(kind.name)]
+        ]
+        return max(
+            (existing_group.end for existing_group in predecessors), default=len(self.text.rstrip())
+        )
 
     def take_out(self, group: str, number: int) -> None:
         """Remove a group, and its lines if they contain nothing else."""
-        peers = [item for item in self.found() if item.name == group]
+        peers = [peer for peer in self.found() if peer.name == group]
         if not 0 < number <= len(peers):
             raise InputError(f"there is no &{group} number {number}")
         start, end = peers[number - 1].start, peers[number - 1].end
         line = self.text.rfind("\n", 0, start) + 1
-        blank = re.compile(r"[ \t]*\n").match(self.text, end)
-        if not self.text[line:start].strip() and blank:
-            start, end = line, blank.end()
+        line_end = re.compile(r"[ \t]*\n").match(self.text, end)
+        if not self.text[line:start].strip() and line_end:
+            start, end = line, line_end.end()
         self._replace_text(self.text[:start] + self.text[end:], "")
 
     def undo(self) -> None:
@@ -160,19 +166,19 @@ class Document:
 
 
 def _groups_as_values(groups: list[Found]) -> list[dict]:
-    """Return at most `_SHOWN` groups of each kind, and the number of further groups, for JSON."""
+    """Return at most `_MOST_GROUPS` groups of each kind, and the number of others, as JSON."""
     counts: dict[str, int] = {}
     result = []
-    for item in groups:
-        number = counts[item.name] = counts.get(item.name, 0) + 1
-        if number <= _SHOWN:
-            values = {name: _format_value(value) for name, value in item.values.items()}
+    for group in groups:
+        number = counts[group.name] = counts.get(group.name, 0) + 1
+        if number <= _MOST_GROUPS:
+            values = {name: _format_value(value) for name, value in group.values.items()}
             result.append(
-                {"name": item.name, "number": number, "line": item.line, "values": values}
+                {"name": group.name, "number": number, "line": group.line, "values": values}
             )
     for name, count in counts.items():
-        if count > _SHOWN:
-            result.append({"name": name, "number": 0, "more": count - _SHOWN, "values": {}})
+        if count > _MOST_GROUPS:
+            result.append({"name": name, "number": 0, "more": count - _MOST_GROUPS, "values": {}})
     return result
 
 
@@ -196,15 +202,15 @@ def _format_value(value) -> str | None:
 def _refer_to_existing(example: str, kind, groups: list[Found]) -> str:
     """Make an example refer to existing groups; return its line."""
     for variable in kind.variables:
-        match = _REFERS.match(variable.values)
+        match = _REFERENCE.match(variable.values)
         if match is None:
             continue
         names = [g.values.get("name") for g in groups if g.name == match[1]]
-        earlier = re.search(rf",? {variable.name} = '([^']*)'", example)
-        if earlier is None or earlier[1] in names:
+        placeholder = re.search(rf",? {variable.name} = '([^']*)'", example)
+        if placeholder is None or placeholder[1] in names:
             continue
-        text = earlier[0].replace(earlier[1], names[0]) if names and names[0] else ""
-        example = example.replace(earlier[0], text).replace(f"&{kind.name},", f"&{kind.name}")
+        text = placeholder[0].replace(placeholder[1], names[0]) if names and names[0] else ""
+        example = example.replace(placeholder[0], text).replace(f"&{kind.name},", f"&{kind.name}")
     return example
 
 
@@ -224,24 +230,24 @@ def _make_angle_unique(example: str, peers: list[Found]) -> str:
     if match is None:
         return example
     angles = [float(group.values["angle"]) % 180 for group in peers if "angle" in group.values]
-    candidates = (float(match[1]) + rotation for rotation in range(0, 180, _TURN))
+    candidates = (float(match[1]) + rotation for rotation in range(0, 180, _SET_ANGLE))
     angle = next((a for a in candidates if a % 180 not in angles), float(match[1]))
     return example.replace(match[0], f"angle = {angle:g}", 1)
 
 
-def place_of_trouble(message: str, text: str, file) -> dict:
+def locate_error(message: str, text: str, file) -> dict:
     """Return the group, line, number and variable that a message of the engine names, if any."""
-    match = _PLACE.search(message)
+    match = _GROUP_AT_LINE.search(message)
     if match is None:
         return {}
     name, line = match[1], int(match[2])
     location = {"group": name, "line": line}
     try:
-        peers = [item for item in find_groups(text, file) if item.name == name]
+        peers = [peer for peer in find_groups(text, file) if peer.name == name]
     except InputError:
         return location
-    number = next((i for i, item in enumerate(peers, 1) if item.line == line), 0)
-    variables = [item.name for item in GROUPS[name].variables] if name in GROUPS else []
+    number = next((i for i, peer in enumerate(peers, 1) if peer.line == line), 0)
+    variables = [peer.name for peer in GROUPS[name].variables] if name in GROUPS else []
     terms = re.findall(r"\w+", message[match.end() :])
     variable = next((term for term in terms if term in variables), "")
     return location | {"number": number, "variable": variable}

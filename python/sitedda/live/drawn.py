@@ -20,7 +20,7 @@ from ..input.groups import group_text
 from ..input.source import InputOfRun, blocks_text
 from ..output.scene import Scene
 
-_MANY = 1_000  # number of blocks from which the engine reads them faster from a file
+_FILE_BLOCKS = 1_000  # number of blocks from which the engine reads them faster from a file
 _ALIGNED = 8  # bytes; an array in the browser must start at a multiple of the size of its numbers
 
 
@@ -43,10 +43,10 @@ class Drawing:
     start: np.ndarray
 
 
-def draw_model(text: str, file: Path, **extra) -> Drawing:
+def draw_model(text: str, file: Path, **header_values) -> Drawing:
     """Draw the model of an input.
 
-    `file`: file of the input; `**extra`: additional values for the head of the message.
+    `file`: file of the input; `**header_values`: additional values for the head of the message.
 
     Raises
     ------
@@ -56,35 +56,35 @@ def draw_model(text: str, file: Path, **extra) -> Drawing:
     with TemporaryDirectory(prefix="sitedda") as folder:
         write_blocks = partial(_blocks_text, Path(folder) / "blocks.nc")
         with Simulation(InputOfRun(file, text, write_blocks), drawn=True) as simulation:
-            return draw_simulation(simulation, **extra)
+            return draw_simulation(simulation, **header_values)
 
 
 def _blocks_text(file: Path, blocks: Sequence[dict]) -> str:
-    """Return the groups of the blocks; write `_MANY` or more blocks to a file instead."""
-    if len(blocks) >= _MANY:
+    """Return the groups of the blocks; write `_FILE_BLOCKS` or more blocks to a file instead."""
+    if len(blocks) >= _FILE_BLOCKS:
         with suppress(OutputError):  # a full disk
             return group_text("blocks", {"file": str(write_block_file(file, blocks))})
     return blocks_text(blocks)
 
 
-def draw_simulation(simulation: Simulation, **extra) -> Drawing:
-    """Draw the present state of a simulation, and add `extra` values to the head of the message."""
+def draw_simulation(simulation: Simulation, **header_values) -> Drawing:
+    """Draw the present state of a simulation, with `header_values` in the header."""
     scene = Scene.of(simulation)
     notes = f"{simulation.notes}\n{simulation.block_notes()}".split("\n")
     notes = [note for note in notes if note.strip()]
     page = view(scene, color="material")
     streams = {name: base64.b64decode(data) for name, data in page.streams.items()}
-    head = {
+    header = {
         "kind": "drawn",
         "meta": page.meta,
         "marks": marks(scene),
         "points": simulation.point_names,
         "notes": notes,
     }
-    return Drawing(pack_message(head | extra, streams), notes, simulation.coordinates)
+    return Drawing(pack_message(header | header_values, streams), notes, simulation.coordinates)
 
 
-def pack_message(head: dict, streams: dict[str, bytes]) -> bytes:
+def pack_message(header: dict, streams: dict[str, bytes]) -> bytes:
     """Pack a message: length of the head (4 bytes), head as JSON, streams of bytes.
 
     The head contains the offset of each stream from the end of the head, and its length, in bytes.
@@ -93,12 +93,12 @@ def pack_message(head: dict, streams: dict[str, bytes]) -> bytes:
     for name, data in streams.items():
         ranges[name] = [offset, len(data)]
         offset += -(-len(data) // _ALIGNED) * _ALIGNED
-    text = json.dumps(head | {"streams": ranges}, allow_nan=False).encode()
+    text = json.dumps(header | {"streams": ranges}, allow_nan=False).encode()
     text += b" " * (-(4 + len(text)) % _ALIGNED)
-    parts = [len(text).to_bytes(4, "little"), text]
+    chunks = [len(text).to_bytes(4, "little"), text]
     for data in streams.values():
-        parts += [data, b"\0" * (-len(data) % _ALIGNED)]
-    return b"".join(parts)
+        chunks += [data, b"\0" * (-len(data) % _ALIGNED)]
+    return b"".join(chunks)
 
 
 def marks(scene: Scene) -> dict:
@@ -109,8 +109,8 @@ def marks(scene: Scene) -> dict:
     low, high = scene.box
     x0, y0 = 0.5 * (low + high)
 
-    def relative_to_centre(item: dict) -> dict:
-        return item | {"x": item["x"] - x0, "y": item["y"] - y0}
+    def relative_to_centre(mark: dict) -> dict:
+        return mark | {"x": mark["x"] - x0, "y": mark["y"] - y0}
 
     lines = [np.reshape(g["surface"], (-1, 2)) for g in scene.groups.get("water", [])
              if np.size(g.get("surface", ()))]  # fmt: skip

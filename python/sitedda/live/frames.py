@@ -39,7 +39,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     state = np.where(water["saturation"].min(1) >= 1, 1, NOT_FULL)
     streams["water"] = np.column_stack([pressure, state]).astype("<f4").tobytes()
     energies = simulation.energies
-    head = {
+    header = {
         "kind": "frame",
         "time": simulation.time,
         "step": simulation.steps,
@@ -48,7 +48,7 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
         "moved": simulation.point_motions[0].round(12).ravel().tolist(),
         "energies": {name: energies[name] for name in _ENERGIES},
     }
-    return pack_message(head, streams)
+    return pack_message(header, streams)
 
 
 def _contact_streams(simulation: Simulation) -> dict[str, bytes]:

@@ -12,10 +12,10 @@ import os
 from pathlib import Path
 
 from ..base.errors import OutputError
-from ..base.files import ANY, write
+from ..base.files import UNCHECKED, write
 from .guard import private_folder
 
-_OTHERS = 20  # largest number of servers of a working folder at a time
+_MOST_SERVERS = 20  # largest number of servers of a working folder at a time
 
 
 class Journal:
@@ -34,7 +34,7 @@ class Journal:
 
     def __init__(self, folder: Path):
         key = hashlib.sha256(os.fsencode(folder.resolve())).hexdigest()[:16]
-        for number in range(_OTHERS):
+        for number in range(_MOST_SERVERS):
             self.folder = private_folder(state_folder() / f"{key}-{number}")
             self._lock = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
             try:
@@ -42,7 +42,7 @@ class Journal:
                 return
             except OSError:
                 os.close(self._lock)
-        raise OutputError(f"{_OTHERS} servers already use {folder}; end one of them")
+        raise OutputError(f"{_MOST_SERVERS} servers already use {folder}; end one of them")
 
     def close(self) -> None:
         """Release the folder for another server."""
@@ -55,7 +55,7 @@ class Journal:
             file.unlink(missing_ok=True)
         else:
             # Written data survive the end of the process, so synchronisation is not needed.
-            write(file, json.dumps(value), ANY, sync=False)
+            write(file, json.dumps(value), UNCHECKED, sync=False)
 
     def kept(self, name: str) -> dict | None:
         """Return the stored value of a name; None if it is missing or damaged."""

@@ -8,13 +8,13 @@ import json
 
 from ..base.errors import InputError
 
-MOST = 9_000_000  # largest size of a message, bytes; sufficient for the longest input
-_FEW = 20  # largest number of members of an object
-_LONG = 4096  # largest number of characters of a short text
+LONGEST_MESSAGE = 9_000_000  # largest size of a message, bytes; sufficient for the longest input
+_MOST_MEMBERS = 20  # largest number of members of an object
+_SHORT_TEXT = 4096  # largest number of characters of a short text
 
 
 def _is_short_text(value) -> bool:
-    return isinstance(value, str) and len(value) <= _LONG and value.isprintable()
+    return isinstance(value, str) and len(value) <= _SHORT_TEXT and value.isprintable()
 
 
 def _is_positive_integer(value) -> bool:
@@ -22,11 +22,11 @@ def _is_positive_integer(value) -> bool:
 
 
 def _is_text_or_none(value) -> bool:
-    return value is None or (isinstance(value, str) and len(value) <= 20 * _LONG)
+    return value is None or (isinstance(value, str) and len(value) <= 20 * _SHORT_TEXT)
 
 
 def _is_dict_of_texts(value) -> bool:
-    return isinstance(value, dict) and 0 < len(value) <= _FEW and all(
+    return isinstance(value, dict) and 0 < len(value) <= _MOST_MEMBERS and all(
         _is_short_text(name) and _is_short_text(text) for name, text in value.items()
     )  # fmt: skip
 
@@ -75,8 +75,8 @@ def read_message(data: str | bytes) -> tuple[str, dict]:
     """
     if not isinstance(data, str):
         raise InputError("a message must be a text")
-    if len(data) > MOST:
-        raise InputError(f"a message can have at most {MOST:,} characters")
+    if len(data) > LONGEST_MESSAGE:
+        raise InputError(f"a message can have at most {LONGEST_MESSAGE:,} characters")
     try:
         fields_given = json.loads(data)
     except (ValueError, RecursionError):

@@ -27,14 +27,14 @@ from ..input.source import InputOfRun
 from .drawn import draw_simulation
 from .frames import Frames, frame_message
 
-_PIECE = 0.03  # s for which the engine runs between checks for commands
-_FRAME = 0.04  # s between frames, or more if frames use more than `_SHARE` of the processor time
-_SHARE = 0.04
-_UNWATCHED = 1.0  # s between frames while no page is open
+_CHUNK_TIME = 0.03  # s for which the engine runs between checks for commands
+_FRAME = 0.04  # s between frames, or more if they need more than `_FRAME_FRACTION`
+_FRAME_FRACTION = 0.04  # of the processor time
+_IDLE_FRAME = 1.0  # s between frames while no page is open
 _STATUS = 0.2  # s between reports of progress
 _CHECKPOINT = 5.0  # s between checkpoints, or more if checkpoints need more than 1 % of the time
 _TO_THE_END = 2**31 - 1  # largest number of steps in a call of the engine
-OVER = ("done", "stopped", "failed")
+END_STATUSES = ("done", "stopped", "failed")
 ENDED = "the run has ended and cannot be changed; edit the model to run it with other values"
 
 
@@ -49,11 +49,11 @@ class LiveRun:
         File of the input.
     output : path
         Output of the run, in a private folder.
-    tell : callable
+    publish : callable
         Called with messages for the page, from the thread of the run.
-    watched : callable
+    is_page_open : callable
         Returns whether a page is open.
-    keep : callable
+    store_actions : callable
         Called with all actions of the run before a checkpoint is written.
     actions : list of dict, optional
         Actions, as in `script.py`, of an earlier run that is continued.
@@ -64,9 +64,9 @@ class LiveRun:
         text: str,
         file: Path,
         output: Path,
-        tell: Callable,
-        watched: Callable[[], bool],
-        keep: Callable[[list[dict]], None],
+        publish: Callable,
+        is_page_open: Callable[[], bool],
+        store_actions: Callable[[list[dict]], None],
         actions: list[dict] | None = None,
     ):
         self.text, self.file, self.output = text, file, output
@@ -78,14 +78,14 @@ class LiveRun:
         self.words: dict = {}
         self.result: Path | None = None
         self.drawn = b""
-        self._tell, self._watched, self._keep = tell, watched, keep
+        self._publish, self._watched, self._keep = publish, is_page_open, store_actions
         self._tasks: queue.Queue = queue.Queue()
         self._simulation: Simulation | None = None
         self._chunk = 1
-        self._shown = self._last_report = self._saved = 0.0
-        self._used = self._cost = 0.0  # processor time at the last frame, and of this frame, s
-        self._pace: list[tuple[float, float]] = []
-        self._begun = self._closing = self._interrupted = False
+        self._last_frame = self._last_report = self._saved = 0.0
+        self._time_used = self._frame_cost = 0.0  # processor time up to, and of, the last frame, s
+        self._speeds: list[tuple[float, float]] = []
+        self._has_begun = self._closing = self._interrupted = False
         self._thread = threading.Thread(target=self._run_thread, name="run", daemon=True)
         self._thread.start()
 
@@ -161,15 +161,15 @@ class LiveRun:
             wait = False
             if task is None:
                 continue
-            if self.status in OVER:
-                self._tell({"kind": "refused", "message": ENDED})
+            if self.status in END_STATUSES:
+                self._publish({"kind": "refused", "message": ENDED})
                 continue
             try:
                 task()
             except SiteddaError as error:
                 if self.status == "failed" or self._simulation is None:
                     raise
-                self._tell({"kind": "refused", "message": str(error)})
+                self._publish({"kind": "refused", "message": str(error)})
             wait = self.status != "running"
 
     def _open_simulation(self) -> None:
@@ -178,7 +178,7 @@ class LiveRun:
         with Simulation(source, drawn=True) as model:
             drawing = draw_simulation(model, run=True)
         self.drawn, self._start = drawing.message, drawing.start.copy()
-        self._tell(self.drawn)
+        self._publish(self.drawn)
         if not self.resumes:
             self._simulation = Simulation(source, output=self.output, drawn=True)
             self._set_status("ready")
@@ -194,7 +194,7 @@ class LiveRun:
 
         As in the output, displacements count from the end of an initial static stage.
         """
-        if not self._begun:
+        if not self._has_begun:
             self._simulation.advance(0)
             self._set_reference(self._simulation.coordinates[:, :3])
         return self._simulation.advance(steps)
@@ -202,13 +202,17 @@ class LiveRun:
     def _set_reference(self, positions: np.ndarray) -> None:
         """Set the reference of displacements: positions (m) and rotations, shape (blocks, 3)."""
         self._start[:, :3] = positions
-        self._begun = True
+        self._has_begun = True
 
     def _repeat_actions(self) -> None:
         """Repeat the actions that followed the checkpoint from which the run continues."""
         simulation = self._simulation
         current_key = _input_key(simulation)
-        matches = [i for i, old in enumerate(self.actions, 1) if old["mark"] == current_key]
+        matches = [
+            i
+            for i, stored_action in enumerate(self.actions, 1)
+            if stored_action["mark"] == current_key
+        ]
         for action in self.actions[max(matches, default=0) :]:
             if simulation.steps < action["step"]:
                 simulation.advance(action["step"] - simulation.steps)
@@ -235,35 +239,38 @@ class LiveRun:
             self._set_status("paused")
 
     def _stop_run(self) -> None:
-        if self.status in OVER:
+        if self.status in END_STATUSES:
             return
         self._send_frame()
         self._close_output("stopped")
 
     def _advance_run(self) -> None:
-        """Compute steps for about `_PIECE` seconds; then report and store if this is due."""
+        """Compute steps for about `_CHUNK_TIME` seconds; then report and store if this is due."""
         start = time.perf_counter()
         self._report_if_failed(lambda: self._close_if_ended(self._advance_steps(self._chunk)))
-        took = time.perf_counter() - start
-        if took < 0.5 * _PIECE:
+        elapsed = time.perf_counter() - start
+        if elapsed < 0.5 * _CHUNK_TIME:
             self._chunk = min(2 * self._chunk, _TO_THE_END)
-        elif took > _PIECE:
+        elif elapsed > _CHUNK_TIME:
             self._chunk = max(1, self._chunk // 2)
         time_now = time.perf_counter()
         if self.status != "running":
             return
-        wait = _FRAME if self._watched() else _UNWATCHED
-        if time_now - self._shown > wait and time.thread_time() - self._used > self._cost / _SHARE:
+        interval = _FRAME if self._watched() else _IDLE_FRAME
+        if (
+            time_now - self._last_frame > interval
+            and time.thread_time() - self._time_used > self._frame_cost / _FRAME_FRACTION
+        ):
             self._send_frame()
         if time_now - self._last_report > _STATUS:
             self._send_progress()
         if time_now - self._saved > _CHECKPOINT:
             self._write_checkpoint()
 
-    def _report_if_failed(self, work: Callable) -> None:
+    def _report_if_failed(self, function: Callable) -> None:
         """Execute some work; if it fails, report this and keep the earlier results."""
         try:
-            work()
+            function()
         except InterruptedRun as error:
             if not self._interrupted:
                 self._report_failure(error)
@@ -318,7 +325,7 @@ class LiveRun:
     def _set_status(self, status: str) -> None:
         """Set the status, restart the measurement of speed and report to the page."""
         self.status = status
-        self._pace.clear()
+        self._speeds.clear()
         self._send_progress()
 
     def described(self) -> dict:
@@ -330,8 +337,8 @@ class LiveRun:
         simulation, clock = self._simulation, time.perf_counter()
         self._last_report = clock
         if simulation is not None and simulation.is_open:
-            self._pace = [*self._pace[-40:], (clock, simulation.time)]
-            (t0, s0), (t1, s1) = self._pace[0], self._pace[-1]
+            self._speeds = [*self._speeds[-40:], (clock, simulation.time)]
+            (t0, s0), (t1, s1) = self._speeds[0], self._speeds[-1]
             remaining = (simulation.duration - s1) * (t1 - t0) / (s1 - s0) if s1 > s0 else None
             self.words |= {
                 "time": simulation.time,
@@ -342,29 +349,29 @@ class LiveRun:
                 "left": remaining,
                 "summary": simulation.summary,
             }
-        self._tell(self.described())
+        self._publish(self.described())
 
     def _send_frame(self) -> None:
-        self._shown, self._used = time.perf_counter(), time.thread_time()
+        self._last_frame, self._time_used = time.perf_counter(), time.thread_time()
         message = frame_message(self._simulation, self._start)
         self.frames.add(message)
-        self._tell(message)
-        self._cost = time.thread_time() - self._used
+        self._publish(message)
+        self._frame_cost = time.thread_time() - self._time_used
 
     def _write_checkpoint(self) -> None:
         """Write a checkpoint; wait at least 100 times its duration until the next one."""
         start = time.perf_counter()
         self._simulation.checkpoint()
-        took = time.perf_counter() - start
-        self._saved = start + max(0.0, 100.0 * took - _CHECKPOINT)
+        elapsed = time.perf_counter() - start
+        self._saved = start + max(0.0, 100.0 * elapsed - _CHECKPOINT)
 
     # --- ends ---------------------------------------------------------------------------------
 
-    def _close_output(self, status: str, **extra) -> None:
-        """Close the output; report its verdict, `extra` values and the status."""
+    def _close_output(self, status: str, **attributes) -> None:
+        """Close the output; report its verdict, `attributes` values and the status."""
         simulation = self._simulation
         self._send_progress()
-        message = {"doubts": [], "lines": [], "audit": simulation.warning} | extra
+        message = {"doubts": [], "lines": [], "audit": simulation.warning} | attributes
         output = simulation.finish()
         self.result = output if output.exists() else output.with_name(f"{output.name}.partial")
         try:

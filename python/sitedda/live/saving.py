@@ -11,7 +11,7 @@ from ..input.input_text import find_groups
 from .script import changes_outside_stages, written_script
 
 ENDINGS = {"namelist": ".nml", "script": ".py", "report": ".html", "movie": ".mp4", "output": ".nc"}
-_MARK = "! written by sitedda\n"
+_FIRST_LINE = "! written by sitedda\n"
 
 
 def place(folder: Path, name: str, kind: str) -> Path:
@@ -50,8 +50,8 @@ def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) ->
     """
     changes = changes_outside_stages(actions)
     comments = "".join(f"! only in the script: {change}\n" for change in changes)
-    text = text if text.startswith(_MARK) else _MARK + text
-    text = text.replace(_MARK, _MARK + comments, 1)
+    text = text if text.startswith(_FIRST_LINE) else _FIRST_LINE + text
+    text = text.replace(_FIRST_LINE, _FIRST_LINE + comments, 1)
     copies = [] if source.parent.resolve() == target.parent.resolve() else _named_files(
         text, source, target.parent
     )  # fmt: skip

@@ -37,11 +37,11 @@ from ..input.schema import GROUPS
 from ..report.html import VIEW_MODULES, page_style
 from .guard import LOOPBACK, SECONDS_TO_ENTER, Guard
 from .journal import Journal
-from .protocol import MOST, read_message
+from .protocol import LONGEST_MESSAGE, read_message
 from .session import Session
 from .starts import Shipped
 
-_WAITING = 40_000_000  # bytes not yet sent to a page above which it receives no frames
+_LARGEST_BACKLOG = 40_000_000  # bytes not yet sent to a page above which it receives no frames
 _PAGES = 16  # largest number of open pages
 _COLLECT = (50_000, 20, 100)  # thresholds of the garbage collector (gc.set_threshold)
 _PAGE_FILES = ("main", "socket", "start", "forms", "text", "live_view", "run", "save", "parts")
@@ -160,7 +160,7 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
         if self.ws_connection is None:
             return
         binary = isinstance(message, bytes)
-        if binary and self.waiting > _WAITING and b'"kind": "frame"' in message[:40]:
+        if binary and self.waiting > _LARGEST_BACKLOG and b'"kind": "frame"' in message[:40]:
             return
         data = message if binary else json.dumps(message)
         try:
@@ -168,7 +168,7 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
         except WebSocketClosedError:
             return
         self.waiting += len(data)
-        future.add_done_callback(lambda ended: self._subtract_sent(len(data), ended))
+        future.add_done_callback(lambda sent: self._subtract_sent(len(data), sent))
 
     def _subtract_sent(self, size: int, future: asyncio.Future) -> None:
         self.waiting -= size
@@ -230,33 +230,33 @@ class LiveServer:
     def welcome(self, page: _PageSocket) -> None:
         """Send the state of the session to a new page, which then receives all messages."""
 
-        def greet() -> None:
+        def make_messages() -> None:
             schema_message = {"kind": "schema", "groups": schema(), "changeable": BETWEEN_STEPS}
             messages = [schema_message, *self.session.welcome()]
-            self._loop.call_soon_threadsafe(enter, messages)
+            self._loop.call_soon_threadsafe(send_messages, messages)
 
-        def enter(messages: list) -> None:
+        def send_messages(messages: list) -> None:
             for message in messages:
                 page.send(message)
             self.sockets.add(page)
 
-        self._worker.submit(greet)
+        self._worker.submit(make_messages)
 
     def carry_out(self, command: str, fields: dict, answer: Callable) -> None:
         """Execute a command of a page after all earlier ones; call `answer` with an error."""
 
-        def work() -> None:
+        def execute() -> None:
             try:
                 self.session.carry_out(command, fields)
             except (SiteddaError, OSError) as error:
-                refused = {"kind": "refused", "message": str(error), "command": command}
-                self._loop.call_soon_threadsafe(answer, refused)
+                refusal = {"kind": "refused", "message": str(error), "command": command}
+                self._loop.call_soon_threadsafe(answer, refusal)
             except Exception as error:  # the server reports the error and continues
                 logging.getLogger("sitedda").exception("the command %s fails", command)
-                refused = {"kind": "refused", "message": f"an error in sitedda: {error}"}
-                self._loop.call_soon_threadsafe(answer, refused)
+                refusal = {"kind": "refused", "message": f"an error in sitedda: {error}"}
+                self._loop.call_soon_threadsafe(answer, refusal)
 
-        self._worker.submit(work)
+        self._worker.submit(execute)
 
     async def serve(self, on_ready: Callable[[LiveServer], None] = lambda _: None) -> None:
         """Serve pages until SIGINT or SIGTERM; call `on_ready` once the server accepts requests."""
@@ -264,17 +264,17 @@ class LiveServer:
         application = Application(
             [("/socket", _PageSocket, {"server": self}), (".*", _FileHandler, {"server": self})],
             guard=self.guard,
-            websocket_max_message_size=MOST,
+            websocket_max_message_size=LONGEST_MESSAGE,
             log_function=lambda _: None,  # requests are not logged, for privacy
         )
         server = HTTPServer(application, max_body_size=1000, max_header_size=16_384)
         server.add_sockets(self._listening)
-        stopped = asyncio.Event()
+        stop_requested = asyncio.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
-            self._loop.add_signal_handler(number, stopped.set)
+            self._loop.add_signal_handler(number, stop_requested.set)
         try:
             on_ready(self)
-            await stopped.wait()
+            await stop_requested.wait()
         finally:
             server.stop()
             for page in list(self.sockets):
@@ -353,13 +353,13 @@ def run_server(
         server.close()
         raise
 
-    def ready(_) -> None:
+    def announce(_) -> None:
         _print_address(server, entrance)
         if show:
             webbrowser.open(entrance.as_uri())
 
     try:
-        asyncio.run(server.serve(ready))
+        asyncio.run(server.serve(announce))
     finally:
         entrance.unlink(missing_ok=True)
 

@@ -14,17 +14,17 @@ from pathlib import Path
 from ..base.errors import InputError, SiteddaError
 from ..base.files import is_below, make_folder, write
 from .checker import Checker
-from .document import Document, place_of_trouble
+from .document import Document, locate_error
 from .drawn import card, draw_model
 from .journal import Journal
-from .running import ENDED, OVER, LiveRun
+from .running import END_STATUSES, ENDED, LiveRun
 from .saving import ENDINGS, place, save_movie, save_namelist, save_output, save_report, save_script
 from .starts import EMPTY, Shipped
 
 _MOST_FILES = 500  # largest number of inputs on the start page
 # Commands that are methods of Document, methods of LiveRun that start a run, and other methods:
 _EDITS = ("write", "add", "take_out", "undo", "redo")
-_STARTS = ("rest", "run", "step")
+_START_COMMANDS = ("rest", "run", "step")
 _CONTROLS = ("pause", "stop", "change", "stage")
 
 
@@ -37,17 +37,22 @@ class Session:
         The working folder, in which inputs are opened and saved.
     journal : Journal
     shipped : Shipped
-    tell : callable
+    publish : callable
         Called with a message for all pages, a dict or bytes, from any thread.
-    watched : callable
+    is_page_open : callable
         Returns whether a page is open.
     """
 
     def __init__(
-        self, folder: Path, journal: Journal, shipped: Shipped, tell: Callable, watched: Callable
+        self,
+        folder: Path,
+        journal: Journal,
+        shipped: Shipped,
+        publish: Callable,
+        is_page_open: Callable,
     ):
         self.folder, self.journal, self.shipped = folder, journal, shipped
-        self.tell, self._watched = tell, watched
+        self.publish, self._watched = publish, is_page_open
         self.document: Document | None = None
         self.run: LiveRun | None = None
         self._drawn: bytes | None = None
@@ -57,7 +62,7 @@ class Session:
         self._cards: dict[str, dict] = {}
         self._cards_requested = False
         self._work = threading.Condition()
-        self._wanted = 0  # number of requested drawings
+        self._requested_version = 0  # number of requested drawings
         self._closing = False
         self._checker = Checker(self._publish)
         self._saver = threading.Lock()
@@ -97,8 +102,8 @@ class Session:
 
     def _model_message(self) -> dict:
         """Return the message with the edited input."""
-        state = {"kind": "model", "running": self.run is not None, "opened": self._opened}
-        return state | self.document.described()
+        message = {"kind": "model", "running": self.run is not None, "opened": self._opened}
+        return message | self.document.described()
 
     def _send_thumbnails(self) -> None:
         """Send small pictures of the examples to all pages."""
@@ -108,7 +113,7 @@ class Session:
             except SiteddaError:
                 continue
             self._cards[name] = {"kind": "card", "name": name} | outlines
-            self.tell(self._cards[name])
+            self.publish(self._cards[name])
             if self._closing:
                 return
 
@@ -125,7 +130,7 @@ class Session:
         if command in _EDITS:
             getattr(self._editable_document(), command)(**fields)
             self._save_edit()
-        elif command in _STARTS:
+        elif command in _START_COMMANDS:
             getattr(self._run_or_start(), command)(**fields)
         elif command in _CONTROLS:
             getattr(self._active_run(), command)(**fields)
@@ -163,7 +168,7 @@ class Session:
         self.document = document
         self._opened += 1
         self._save_edit()
-        self.tell(self._start_message())
+        self.publish(self._start_message())
 
     def _do_leave(self) -> None:
         """Close the model and show the start page."""
@@ -173,7 +178,7 @@ class Session:
         self._last_messages.clear()
         self.journal.keep("model", None)
         for message in self.welcome():
-            self.tell(message)
+            self.publish(message)
 
     def _editable_document(self) -> Document:
         """Return the document; raise an error if there is none or a run exists."""
@@ -223,9 +228,9 @@ class Session:
         self._checker.stop()
         self._last_messages.pop("check", None)
         self._last_messages.pop("trouble", None)
-        self.tell(self._model_message())
+        self.publish(self._model_message())
         with self._work:
-            self._wanted += 1
+            self._requested_version += 1
             self._work.notify()
 
     # --- drawing --------------------------------------------------------------------------------
@@ -235,9 +240,9 @@ class Session:
         drawn_version = 0
         while not self._closing:
             with self._work:
-                while not self._closing and self._wanted == drawn_version:
+                while not self._closing and self._requested_version == drawn_version:
                     self._work.wait()
-                document, drawn_version = self.document, self._wanted
+                document, drawn_version = self.document, self._requested_version
             if document is not None and self.run is None and not self._closing:
                 self._draw_version(document, document.version, document.text)
 
@@ -247,8 +252,8 @@ class Session:
         try:
             drawing = draw_model(text, document.file, version=version)
         except SiteddaError as error:
-            trouble = {"kind": "trouble", "message": str(error), "version": version}
-            self._publish(trouble | place_of_trouble(str(error), text, document.file))
+            failure = {"kind": "trouble", "message": str(error), "version": version}
+            self._publish(failure | locate_error(str(error), text, document.file))
             return
         except Exception as error:
             traceback.print_exc()
@@ -258,14 +263,14 @@ class Session:
             return
         self._last_messages.pop("trouble", None)
         self._drawn = drawing.message
-        self.tell(drawing.message)
-        took = time.perf_counter() - start
-        self._publish({"kind": "good", "version": version, "seconds": took})
+        self.publish(drawing.message)
+        elapsed = time.perf_counter() - start
+        self._publish({"kind": "good", "version": version, "seconds": elapsed})
 
     def _publish(self, message: dict) -> None:
         """Send a message to all pages, and store it for pages that open later."""
         self._last_messages[message["kind"]] = message
-        self.tell(message)
+        self.publish(message)
 
     # --- run ------------------------------------------------------------------------------------
 
@@ -282,13 +287,15 @@ class Session:
         """Start a run; if actions are given, continue the stored run that had them."""
         text, file = document.text, document.file
 
-        def keep(actions: list[dict]) -> None:
+        def store_actions(actions: list[dict]) -> None:
             state = {"file": str(file), "text": text, "actions": actions}
             self.journal.keep("run", state)
 
-        keep(actions or [])
-        self.run = LiveRun(text, file, self.journal.output, self.tell, self._watched, keep, actions)
-        self.tell(self._model_message())
+        store_actions(actions or [])
+        self.run = LiveRun(
+            text, file, self.journal.output, self.publish, self._watched, store_actions, actions
+        )
+        self.publish(self._model_message())
 
     def _end_run(self) -> None:
         if self.run is not None:
@@ -300,7 +307,7 @@ class Session:
         """Return the run; raise an error if there is none or it has ended."""
         if self.run is None:
             raise InputError("there is no run; start one first")
-        if self.run.status in OVER:
+        if self.run.status in END_STATUSES:
             raise InputError(ENDED)
         return self.run
 
@@ -338,7 +345,7 @@ class Session:
         if what in ("report", "movie", "output"):
             if self.run is None or self.run.result is None:
                 raise InputError(f"a run must end before its {what} is saved; stop or wait")
-            self.tell({"kind": "saving", "what": what})
+            self.publish({"kind": "saving", "what": what})
         threading.Thread(
             target=self._save_and_report, args=(what, target), name="save", daemon=True
         ).start()
@@ -350,10 +357,10 @@ class Session:
                 files = self._write_files(kind, target)
             except Exception as error:  # the page must receive a response to any failure
                 message = str(error) or type(error).__name__
-                self.tell({"kind": "refused", "message": message, "what": kind})
+                self.publish({"kind": "refused", "message": message, "what": kind})
                 return
         names = [str(file.relative_to(self.folder)) for file in files]
-        self.tell({"kind": "saved", "what": kind, "files": names, "folder": str(self.folder)})
+        self.publish({"kind": "saved", "what": kind, "files": names, "folder": str(self.folder)})
 
     def _write_files(self, kind: str, target: Path) -> list[Path]:
         """Write a file of a kind, and the files that it needs; return their paths."""

@@ -40,14 +40,16 @@ class LiveWidget(anywidget.AnyWidget):
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
         )  # fmt: skip
         self._end = weakref.finalize(self, server.terminate)
-        printed = ""
-        while "to enter, open " not in printed:
+        output_text = ""
+        while "to enter, open " not in output_text:
             line = server.stdout.readline()
             if not line:
-                raise SiteddaError(printed.strip())
-            printed += line
+                raise SiteddaError(output_text.strip())
+            output_text += line
         threading.Thread(target=server.stdout.read, daemon=True).start()  # keeps the pipe empty
-        entrance = Path(printed.partition("to enter, open ")[2].strip()).read_text(encoding="utf-8")
+        entrance = Path(output_text.partition("to enter, open ")[2].strip()).read_text(
+            encoding="utf-8"
+        )
         address = unescape(re.search(r"href='(.+?)'", entrance)[1])
         # The address contains the token; unlike traits, messages are not stored in the notebook.
         self.on_msg(lambda widget, *_: widget.send({"address": address}))

@@ -15,21 +15,21 @@ if TYPE_CHECKING:
 STORED = {
     "kinetic": ("kinetic",),
     "elastic": ("strain", "welded", "contact", "support", "law"),
-    "raised against gravity": ("gravity",),
+    "work against gravity": ("gravity",),
 }
-LOST = {
-    "lost by slip": ("friction",),
-    "by the time integration": ("algorithmic", "kinetic_damping", "static"),
-    "by damping": ("damping", "material_damping"),
-    "by impacts, fracture, yield": ("impact", "fracture", "yield", "plastic"),
-    "with removed blocks": ("removed",),
+LOSSES = {
+    "loss by slip": ("friction",),
+    "loss by time integration": ("algorithmic", "kinetic_damping", "static"),
+    "loss by damping": ("damping", "material_damping"),
+    "loss by impacts, fracture, yield": ("impact", "fracture", "yield", "plastic"),
+    "energy of removed blocks": ("removed",),
 }
 GAINED = (
     "initial", "input", "geometric", "changed", "zeroed", "dilation", "length", "breaking",
 )  # fmt: skip
 TERMS = (*(n for names in STORED.values() for n in names), *GAINED,
-         *(n for names in LOST.values() for n in names), "balance")  # fmt: skip
-_LEAST = 1e-3  # terms below this fraction of the supplied energy are shown together
+         *(n for names in LOSSES.values() for n in names), "balance")  # fmt: skip
+_SMALL = 1e-3  # terms below this fraction of the supplied energy are shown together
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def budget(history: xr.Dataset) -> Budget:
         return np.sum(terms, axis=0) if terms else zero
 
     parts, supplied = {}, zero.copy()
-    for name, terms in (STORED | LOST).items():
+    for name, terms in (STORED | LOSSES).items():
         values = sum_of(terms)
         supplied += np.maximum(-values, 0.0)
         parts[name] = np.maximum(values, 0.0)
@@ -72,9 +72,9 @@ def budget(history: xr.Dataset) -> Budget:
         values = sum_of([name])
         supplied += np.maximum(values, 0.0)
         remainder += np.maximum(-values, 0.0)
-    threshold = _LEAST * float(supplied.max(initial=0.0))
-    small = [name for name, values in parts.items() if values.max(initial=0.0) <= threshold]
-    remainder += np.sum([parts.pop(name) for name in small], axis=0) if small else 0.0
+    threshold = _SMALL * float(supplied.max(initial=0.0))
+    small_terms = [name for name, values in parts.items() if values.max(initial=0.0) <= threshold]
+    remainder += np.sum([parts.pop(name) for name in small_terms], axis=0) if small_terms else 0.0
     if remainder.max(initial=0.0) > 0:
-        parts["others"] = remainder
+        parts["other terms"] = remainder
     return Budget(history["time"].values, supplied, parts, sum_of(["balance"]))

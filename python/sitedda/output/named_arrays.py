@@ -90,8 +90,8 @@ class NamedArrays:
 
     def isel(self, **indices: int) -> NamedArrays:
         """Select all variables by the index along each given dimension."""
-        parts = {name: array.isel(**indices) for name, array in self.variables.items()}
-        pairs = {name: (array.dims, array.values) for name, array in parts.items()}
+        arrays = {name: array.isel(**indices) for name, array in self.variables.items()}
+        pairs = {name: (array.dims, array.values) for name, array in arrays.items()}
         return NamedArrays(pairs, self.attrs, self.encoding["source"])
 
     def sel(self, **labels: str) -> NamedArrays:

@@ -23,7 +23,7 @@ from .variables import FAMILIES, LENGTHS, VARIABLES
 if TYPE_CHECKING:
     import xarray as xr
 
-_MOST = 1e37  # largest number: larger ones overflow in single precision or when squared
+_LARGEST = 1e37  # largest number: larger ones overflow in single precision or when squared
 _ROUNDING = 1e-9  # tolerance of fractions of edge lengths
 _READ_AT_ONCE = 2**24  # bytes; larger variables are checked when they are read
 _NOT_EMPTY = ("time", "frame", "vertex", "block")  # dimensions that must not be empty
@@ -97,7 +97,7 @@ def read(data: xr.Dataset, name: str, rows=...) -> np.ndarray:
         raise damaged(data, name, "it does not contain numbers")
     kind = entry.kind.removesuffix(" or none")
     if kind == "real":
-        valid = np.abs(values) <= _MOST
+        valid = np.abs(values) <= _LARGEST
         if kind != entry.kind:
             valid |= np.isnan(values)
     elif kind == "fraction":

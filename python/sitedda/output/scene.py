@@ -28,8 +28,8 @@ PARALLEL = np.cos(np.radians(2.0))  # edges within 2° of antiparallel can form 
 # Quantities that only some outputs contain: error of the stress of cells (Pa), largest plastic
 # strain of yielding blocks, largest damage of the faces of a cell.
 OWN_QUANTITIES = ("stress_error", "plastic_strain", "damage")
-_LOST = 1.0  # smallest distance of a lost block from the first view, relative to the view's size
-_SLACK = 0.01  # tolerance of a requested time outside the frames, relative to the duration
+_LOST_DISTANCE = 1.0  # smallest distance of a lost block from the first view / size of the view
+_TIME_TOLERANCE = 0.01  # largest distance of a requested time from the frames / duration
 
 
 @dataclass(frozen=True)
@@ -159,17 +159,17 @@ class Scene:
             If the stage has no frame, or the time lies outside the run.
         """
         begin, end = float(self.time[0]), float(self.time[-1])
-        slack = _SLACK * (end - begin)
-        if time is not None and not begin - slack <= time <= end + slack:
+        tolerance = _TIME_TOLERANCE * (end - begin)
+        if time is not None and not begin - tolerance <= time <= end + tolerance:
             raise InputError(f"there is no frame at t = {time:g} s: choose {begin:g} to {end:g} s")
-        among = np.arange(self.frames)
+        frames = np.arange(self.frames)
         if stage is not None:
             names = str(self.data.attrs.get("stages", "")).split("\n")
-            number = self.data["frame_stage"].values if "frame_stage" in self.data else among * 0
-            among = np.flatnonzero(number == (names.index(stage) + 1 if stage in names else -1))
-            if len(among) == 0:
+            number = self.data["frame_stage"].values if "frame_stage" in self.data else frames * 0
+            frames = np.flatnonzero(number == (names.index(stage) + 1 if stage in names else -1))
+            if len(frames) == 0:
                 raise InputError(f"stage {stage!r} has no frame; the stages are {', '.join(names)}")
-        return int(among[-1] if time is None else among[np.argmin(abs(self.time[among] - time))])
+        return int(frames[-1] if time is None else frames[np.argmin(abs(self.time[frames] - time))])
 
     def vertices(self, frame: int) -> np.ndarray:
         """Return the positions of all vertices, shape (vertices, 2), m."""
@@ -221,9 +221,9 @@ class Scene:
             damage = np.zeros(len(self.owner))
         if "contact_damage" in self.data:
             start, current = self._cohesive_contacts(0), self._cohesive_contacts(frame)
-            glued = np.unique(start["edge"][start["bonded"] > 0])
-            open_edges = np.setdiff1d(glued, current["edge"])
-            is_glued = np.isin(current["edge"], glued)
+            bonded_edges = np.unique(start["edge"][start["bonded"] > 0])
+            open_edges = np.setdiff1d(bonded_edges, current["edge"])
+            is_glued = np.isin(current["edge"], bonded_edges)
             np.maximum.at(damage, current["edge"][is_glued], current["damage"][is_glued])
             damage[open_edges] = 1.0
         return damage
@@ -287,9 +287,9 @@ class Scene:
     @cached_property
     def next_vertex(self) -> np.ndarray:
         """Return the vertex that follows each vertex of a block, counter-clockwise."""
-        following = np.arange(len(self.owner)) + 1
-        following[self.first[1:] - 1] = self.first[:-1]
-        return following
+        next_vertices = np.arange(len(self.owner)) + 1
+        next_vertices[self.first[1:] - 1] = self.first[:-1]
+        return next_vertices
 
     @cached_property
     def box(self) -> tuple[np.ndarray, np.ndarray]:
@@ -317,21 +317,23 @@ class Scene:
         side = np.linalg.norm(vertices[self.next_vertex] - vertices, axis=1)
         outline = np.add.reduceat(side, self.first[:-1])
         area = self.areas()
-        thin = area < 0.001 * outline**2  # as for a rectangle with sides 1 : 250
-        return np.flatnonzero(thin | (area < 1e-3 * np.median(area)))
+        is_sliver = area < 0.001 * outline**2  # as for a rectangle with sides 1 : 250
+        return np.flatnonzero(is_sliver | (area < 1e-3 * np.median(area)))
 
     def lost(self, frame: int) -> np.ndarray:
         """Return the blocks whose distance from the first view exceeds the size of the view."""
         low, high = self.box
-        centre, reach = 0.5 * (low + high), (0.5 + _LOST) * self.size
-        return np.flatnonzero(np.any(abs(self.coordinates(frame)[:, :2] - centre) > reach, axis=1))
+        centre, half_width = 0.5 * (low + high), (0.5 + _LOST_DISTANCE) * self.size
+        return np.flatnonzero(
+            np.any(abs(self.coordinates(frame)[:, :2] - centre) > half_width, axis=1)
+        )
 
     def contact_points(self, frame: int, contacts: dict) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and unit normals (outward from the edge) of contacts, each (k, 2)."""
         vertices = self.vertices(frame)
         begin, end = vertices[contacts["edge"]], vertices[self.next_vertex[contacts["edge"]]]
-        along = (end - begin) / np.linalg.norm(end - begin, axis=1, keepdims=True)
-        return self.touching(vertices, contacts), np.column_stack([along[:, 1], -along[:, 0]])
+        tangents = (end - begin) / np.linalg.norm(end - begin, axis=1, keepdims=True)
+        return self.touching(vertices, contacts), np.column_stack([tangents[:, 1], -tangents[:, 0]])
 
     def touching(self, vertices: np.ndarray, contacts: dict) -> np.ndarray:
         """Return the contact points, (k, 2), at given positions of all vertices."""
@@ -345,23 +347,25 @@ class Scene:
     def interfaces(self) -> Interfaces:
         """Return the shared segments of edges in contact in the first frame."""
         contacts, vertices = self.contacts(0), self.vertices(0)
-        mine = np.concatenate([contacts["vertex"], self.previous_vertex[contacts["vertex"]]])
+        own_edges = np.concatenate([contacts["vertex"], self.previous_vertex[contacts["vertex"]]])
         edges = np.concatenate([contacts["edge"]] * 2)
         count = np.int64(len(vertices))
-        pairs = np.unique(np.minimum(mine, edges) * count + np.maximum(mine, edges))
+        pairs = np.unique(np.minimum(own_edges, edges) * count + np.maximum(own_edges, edges))
         a, b = np.divmod(pairs, count)
-        begin, along = vertices[a], vertices[self.next_vertex[a]] - vertices[a]
-        length = np.linalg.norm(along, axis=1)
-        opposite = vertices[self.next_vertex[b]] - vertices[b]
-        unit = along / length[:, None]
-        cosine = np.sum(unit * opposite, axis=1) / np.linalg.norm(opposite, axis=1)
+        begin, directions = vertices[a], vertices[self.next_vertex[a]] - vertices[a]
+        length = np.linalg.norm(directions, axis=1)
+        opposite_directions = vertices[self.next_vertex[b]] - vertices[b]
+        unit = directions / length[:, None]
+        cosine = np.sum(unit * opposite_directions, axis=1) / np.linalg.norm(
+            opposite_directions, axis=1
+        )
         s = np.column_stack(
             [np.sum((vertices[c] - begin) * unit, axis=1) for c in (self.next_vertex[b], b)]
         )
         low, high = np.maximum(s[:, 0], 0), np.minimum(s[:, 1], length)
         gap = vertices[b] - begin
-        close = abs(unit[:, 0] * gap[:, 1] - unit[:, 1] * gap[:, 0]) < 1e-3 * length
-        valid = (cosine < -PARALLEL) & close & (high - low > 1e-6 * length)
+        is_close = abs(unit[:, 0] * gap[:, 1] - unit[:, 1] * gap[:, 0]) < 1e-3 * length
+        valid = (cosine < -PARALLEL) & is_close & (high - low > 1e-6 * length)
         a, b, low, high, unit, begin = (v[valid] for v in (a, b, low, high, unit, begin))
         return Interfaces(
             self.owner[a],
@@ -430,16 +434,18 @@ class Scene:
 
     def _relative_displacement(self, frame: int) -> tuple[np.ndarray, np.ndarray]:
         """Return tangential and normal displacement between two blocks, each (2, k), m."""
-        faces, along, normals = self.interfaces, [], []
+        faces, tangential, normals = self.interfaces, [], []
         angle = self.coordinates(frame)[faces.first, 2] - self.coordinates(0)[faces.first, 2]
         cos, sin = np.cos(angle), np.sin(angle)
         x, y = faces.normal.T
         normal = np.column_stack([cos * x - sin * y, sin * x + cos * y])
         for ends in (faces.start, faces.end):
-            jump = self.carried(faces.second, ends, frame) - self.carried(faces.first, ends, frame)
-            normals.append(np.sum(jump * normal, axis=1))
-            along.append(normal[:, 0] * jump[:, 1] - normal[:, 1] * jump[:, 0])
-        return np.array(along), np.array(normals)
+            relative = self.carried(faces.second, ends, frame) - self.carried(
+                faces.first, ends, frame
+            )
+            normals.append(np.sum(relative * normal, axis=1))
+            tangential.append(normal[:, 0] * relative[:, 1] - normal[:, 1] * relative[:, 0])
+        return np.array(tangential), np.array(normals)
 
     @cached_property
     def _removal_stage(self) -> np.ndarray:
@@ -487,9 +493,9 @@ class Scene:
             return []
         vertices = self.vertices(frame)
         edge, group = (self.data[n].values for n in ("boundary_edge", "boundary_edge_group"))
-        begin, along = vertices[edge], vertices[self.next_vertex[edge]] - vertices[edge]
+        begin, edge_vectors = vertices[edge], vertices[self.next_vertex[edge]] - vertices[edge]
         start, end = (
-            begin + self.data[f"boundary_edge_{name}"].values[:, None] * along
+            begin + self.data[f"boundary_edge_{name}"].values[:, None] * edge_vectors
             for name in ("from", "to")
         )
         return [
@@ -523,8 +529,10 @@ class Scene:
         routes = []
         for group in self.groups.get("bolt", []):
             name = str(group.get("name", ""))
-            inner = np.ravel(group.get("through", []))
-            points = np.reshape([*group["from"], *inner, *group["to"]], (-1, 2)).astype(float)
+            inner_points = np.ravel(group.get("through", []))
+            points = np.reshape([*group["from"], *inner_points, *group["to"]], (-1, 2)).astype(
+                float
+            )
             blocks = np.zeros(len(points), dtype=int)
             if "bolt_force" in self.data:
                 blocks, points = self._initial_bolt_points(name, points)
@@ -534,15 +542,15 @@ class Scene:
     def _initial_bolt_points(self, name: str, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return blocks and initial positions of the points of a bolt, as in the output."""
         with FILES:
-            mine = np.flatnonzero(self._bolt_names == name)
-            if len(mine) == 0:
+            points_of_bolt = np.flatnonzero(self._bolt_names == name)
+            if len(points_of_bolt) == 0:
                 raise damaged(self.data, "bolt", f"the bolt {name!r} of the input is missing")
-            blocks = self.data["bolt_block"].values.astype(int)[mine]
-            ends_at = self.data["bolt_place"].values.reshape(-1, 2, 2)[mine]
+            blocks = self.data["bolt_block"].values.astype(int)[points_of_bolt]
+            ends_at = self.data["bolt_place"].values.reshape(-1, 2, 2)[points_of_bolt]
             if len(points) > 2:
-                mask = self.data["bolt_through"].values == mine[0]
-                inner = self.data["bolt_through_block"].values.astype(int)[mask]
-                return np.array([blocks[0, 0], *inner, blocks[0, 1]]), points
+                mask = self.data["bolt_through"].values == points_of_bolt[0]
+                inner_blocks = self.data["bolt_through_block"].values.astype(int)[mask]
+                return np.array([blocks[0, 0], *inner_blocks, blocks[0, 1]]), points
         blocks, ends_at = blocks.ravel(), ends_at.reshape(-1, 2)
         if np.allclose(ends_at[0], ends_at[1]):  # a grouted bolt, whose springs are at joints
             blocks = np.array([blocks[0], *blocks, blocks[-1]])
@@ -569,8 +577,8 @@ class Scene:
         for name, blocks, points in self.bolt_routes():
             peak, state = np.nan, 1
             if has_force:
-                mine = self._bolt_names == name
-                peak, state = force[mine].max(), states[mine].max()
+                is_of_bolt = self._bolt_names == name
+                peak, state = force[is_of_bolt].max(), states[is_of_bolt].max()
             if state:
                 bolt = {"name": name, "places": self.carried(blocks, points, frame)}
                 result.append(bolt | {"force": float(peak), "state": int(state)})
@@ -604,8 +612,8 @@ class Scene:
     def sample_of(self, frame: int) -> int:
         """Return the sample of a frame; static stages have several samples at the same time."""
         time = self.data["time"].values
-        earlier = int(np.sum(self.time[:frame] == self.time[frame]))
-        sample = int(np.searchsorted(time, self.time[frame])) + earlier
+        earlier_frames = int(np.sum(self.time[:frame] == self.time[frame]))
+        sample = int(np.searchsorted(time, self.time[frame])) + earlier_frames
         return min(sample, int(np.searchsorted(time, self.time[frame], "right")) - 1)
 
     def points(self) -> list[dict]:
@@ -632,8 +640,8 @@ def is_netcdf(file: Path) -> bool:
     """Return whether a file begins like a netCDF file."""
     check_readable(file)
     with file.open("rb") as stream:
-        head = stream.read(8)
-    return head.startswith((b"\x89HDF\r\n\x1a\n", b"CDF"))
+        first_bytes = stream.read(8)
+    return first_bytes.startswith((b"\x89HDF\r\n\x1a\n", b"CDF"))
 
 
 def _deformation_gradient(coordinates: np.ndarray) -> np.ndarray:
@@ -667,8 +675,13 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "block_body": ("block", simulation.block_bodies),
         "edge_welded": ("vertex", simulation.welded_edges),
     }
-    extra = {"stress_error": simulation.stress_errors, "plastic_strain": simulation.plastic_strains}
-    frame |= {f"block_{k}": (("frame", "block"), v[None]) for k, v in extra.items() if v.any()}
+    block_values = {
+        "stress_error": simulation.stress_errors,
+        "plastic_strain": simulation.plastic_strains,
+    }
+    frame |= {
+        f"block_{k}": (("frame", "block"), v[None]) for k, v in block_values.items() if v.any()
+    }
     if (damages := simulation.edge_damages).any():
         frame["edge_damage"] = (("frame", "vertex"), damages[None])
     edges = simulation.boundary_edges

@@ -91,9 +91,10 @@ def damping_words(history: xr.Dataset, *frequencies: float) -> str:
     text = ", ".join(
         f"{100 * float(r):.2g} % at {f:.3g} Hz" for r, f in zip(ratios, frequencies, strict=True)
     )
-    damped = any(map(damping_of, input_values(history.attrs).get("material", [])))
-    material = "as in the input" if damped else "none"
-    return f"damping of the scheme {text} (Δt = {1e3 * step:.3g} ms); of the material: {material}"
+    has_damping = any(map(damping_of, input_values(history.attrs).get("material", [])))
+    material = "as in the input" if has_damping else "none"
+    return (f"damping ratio of the scheme {text} (Δt = {1e3 * step:.3g} ms); damping of the "
+            f"materials: {material}")  # fmt: skip
 
 
 def _add_engine_results(result: Verdict, data: xr.Dataset) -> None:
@@ -109,20 +110,21 @@ def _add_engine_results(result: Verdict, data: xr.Dataset) -> None:
 
 
 def add_drift(result: Verdict, scene: Scene) -> None:
-    """Add the drift: horizontal movement of the highest block against the lowest, over height."""
+    """Add the drift: relative horizontal displacement of top and bottom block / their distance."""
     start = scene.coordinates(0)
     low, high = int(np.argmin(start[:, 1])), int(np.argmax(start[:, 1]))
     height = start[high, 1] - start[low, 1]
     if height <= 0:
         return
-    shift = scene.displacement(scene.frames - 1)[:, 0]
-    drift = (shift[high] - shift[low]) / height
+    displacement = scene.displacement(scene.frames - 1)[:, 0]
+    drift = (displacement[high] - displacement[low]) / height
     result.values["residual_drift"] = float(drift)
-    pair = f"{scene.names[high]} against {scene.names[low]}"
+    pair = f"{scene.names[high]} relative to {scene.names[low]}"
     if scene.body[low] == scene.body[high] > 0:
-        pair = f"the top of {scene.names[high]} against its bottom"
+        pair = f"top of {scene.names[high]} relative to its bottom"
     if abs(drift) >= _LEAST_DRIFT:
-        label = f"{pair}, {length(shift[high] - shift[low])} over {number(height)} m"
+        shift = length(displacement[high] - displacement[low])
+        label = f"{pair}: {shift} in a height of {number(height)} m"
         result.add_result("drift of blocks", "residual_drift", drift, "%", label, end=True)
 
 
@@ -152,9 +154,14 @@ def fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
     The movement is relative to the lowest body.  The shape is (blocks,).
     """
     _, body, sizes = bodies or _group_bodies(scene)
-    areas, low = scene.areas(), body[int(np.argmin(scene.coordinates(0)[:, 1]))]
-    shift = [np.bincount(body, areas * axis) / sizes for axis in scene.displacement(frame)[:, :2].T]
-    distance = np.hypot(shift[0] - shift[0][low], shift[1] - shift[1][low])
+    areas, lowest_body = scene.areas(), body[int(np.argmin(scene.coordinates(0)[:, 1]))]
+    displacements = [
+        np.bincount(body, areas * axis) / sizes for axis in scene.displacement(frame)[:, :2].T
+    ]
+    distance = np.hypot(
+        displacements[0] - displacements[0][lowest_body],
+        displacements[1] - displacements[1][lowest_body],
+    )
     return (distance > np.sqrt(sizes))[body]
 
 
@@ -194,17 +201,17 @@ def add_sides(result: Verdict, data: xr.Dataset) -> None:
             continue
         name = str(side.boundary.values)
         departure = np.linalg.norm(difference, axis=1).max() / peak
-        label = f"{name}, relative to its peak velocity"
-        result.add_result("departure of a side", f"side_departure[{name}]", departure, "%", label)
+        label = f"{name}, divided by its peak velocity"
+        result.add_result("side velocity error", f"side_departure[{name}]", departure, "%", label)
 
 
-def add_damping(found: Verdict, data: xr.Dataset) -> None:
+def add_damping(summary: Verdict, data: xr.Dataset) -> None:
     """Add the peak of each requested amplification, and the damping at its frequency."""
     try:
         peaks = [result.peak for result in amplifications(data)]
     except (KeyError, ValueError):
         return
     for peak in peaks:
-        found.values["amplification_frequency_hz"] = peak.frequency
+        summary.values["amplification_frequency_hz"] = peak.frequency
         label = f"at {number(peak.frequency)} Hz; {damping_words(data, peak.frequency)}"
-        found.add_result("peak ratio", "amplification", peak.amplitude, "", label)
+        summary.add_result("peak amplification", "amplification", peak.amplitude, "", label)

@@ -143,8 +143,8 @@ class Verdict:
         if check:
             check += f"\n{CHECK_SAYS_MORE}"
         table = _align_columns(self.rows()) if self.figures else ""
-        parts = (wrapped(self.happened), check, table, rest, wrapped(self.steps))
-        return "\n\n".join(filter(None, parts))
+        paragraphs = (wrapped(self.happened), check, table, rest, wrapped(self.steps))
+        return "\n\n".join(filter(None, paragraphs))
 
     def add_clause(self, clause: str, **values: float) -> None:
         """Add a clause to the first sentence, and its values."""
@@ -159,9 +159,11 @@ class Verdict:
 
 def _align_columns(rows: list[tuple[str, ...]]) -> str:
     """Return rows as text with aligned columns, which have usual widths if possible."""
-    widths = [max(usual, 2 + max(len(row[i]) for row in rows)) for i, usual in enumerate(_COLUMNS)]
+    widths = [max(width, 2 + max(len(row[i]) for row in rows)) for i, width in enumerate(_COLUMNS)]
     lines = []
     for row in rows:
-        head = "".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=False))
-        lines += (head + wrapped(row[3], len(head), max(WIDTH, len(head) + 20))).splitlines()
+        heading = "".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=False))
+        lines += (
+            heading + wrapped(row[3], len(heading), max(WIDTH, len(heading) + 20))
+        ).splitlines()
     return "\n".join(line.rstrip() for line in lines)

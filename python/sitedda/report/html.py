@@ -24,10 +24,10 @@ _NUMBER = re.compile(
 # Modules of the view, in order of their dependencies.
 VIEW_MODULES = ("words", "streams", "model", "painters", "marks", "legend", "chart", "save",
                 "controls", "view", "page")  # fmt: skip
-_LONG = 40  # largest number of rows of a table that does not scroll
+_MOST_ROWS = 40  # largest number of rows of a table that does not scroll
 GOOD = ("ok", "reached")  # words that are coloured in a column of verdicts
 BAD = ("fail", "FAILS", "not reached")
-MIDDLE = ("warn",)
+WARNED = ("warn",)
 
 
 def write_html(page: Page, file) -> Path:
@@ -43,8 +43,8 @@ def to_html(page: Page) -> str:
     if body.views:
         style += _read_page_file("view.css", "drawing/view")
         modules = "\n".join(_read_page_file(f"{name}.js", "drawing/view") for name in VIEW_MODULES)
-        plain = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
-        script = f'"use strict";\n(() => {{\n{plain}}})();\n'
+        scripts_text = re.sub(r"^(import [^;]*;\n|export )", "", modules, flags=re.MULTILINE)
+        script = f'"use strict";\n(() => {{\n{scripts_text}}})();\n'
     facts = _facts_html(page.provenance)
     return "\n".join(
         [
@@ -212,36 +212,36 @@ def _picture_html(part: Picture) -> str:
 
 def _table_html(table: Table) -> str:
     """Return a table as HTML; columns of numbers are aligned at the right."""
-    right = [_are_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
+    numeric = [_are_numeric([row[k] for row in table.rows]) for k in range(len(table.heads))]
     head = "".join(
-        f"<th scope='col'{_classes(['n'] if right[k] else [])}>{inline(text, table.markup)}</th>"
+        f"<th scope='col'{_classes(['n'] if numeric[k] else [])}>{inline(text, table.markup)}</th>"
         if text
         else "<td></td>"
         for k, text in enumerate(table.heads)
     )
-    judged = [head in ("", "verdict") for head in table.heads]
-    markup = [table.markup] * len(judged)
+    is_verdict = [head in ("", "verdict") for head in table.heads]
+    markup = [table.markup] * len(is_verdict)
     body = "".join(
-        f"<tr>{''.join(map(_cell_html, row, table.heads, right, judged, markup))}</tr>"
+        f"<tr>{''.join(map(_cell_html, row, table.heads, numeric, is_verdict, markup))}</tr>"
         for row in table.rows
     )
     stacked = " class='stacked'" if len(table.heads) > 2 else ""  # used on narrow pages
-    scrolls = " long" if len(table.rows) > _LONG else ""
+    scrolls = " long" if len(table.rows) > _MOST_ROWS else ""
     return (
         f"{_subtitle_html(table.title)}<div class='wide{scrolls}' tabindex='0'><table{stacked}>"
         f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
     )
 
 
-def _cell_html(text: str, head: str, right: bool, judged: bool, markup: bool) -> str:
-    """Return a cell of a table as HTML; verdicts are coloured if `judged`."""
-    names = ["n"] if right else []
-    text = re.sub(r"(?<![\w.])-(?=\d)|(?<=e)-(?=\d)", "\u2212", text) if right else text
-    for name, words in (("good", GOOD), ("bad", BAD), ("middle", MIDDLE)):
-        if judged and text in words:
+def _cell_html(text: str, heading: str, numeric: bool, is_verdict: bool, markup: bool) -> str:
+    """Return a cell of a table as HTML; verdicts are coloured if `is_verdict`."""
+    names = ["n"] if numeric else []
+    text = re.sub(r"(?<![\w.])-(?=\d)|(?<=e)-(?=\d)", "\u2212", text) if numeric else text
+    for name, words in (("good", GOOD), ("bad", BAD), ("middle", WARNED)):
+        if is_verdict and text in words:
             names.append(name)
-    named = f" data-head='{escape(str(head))}'" if head else ""
-    return f"<td{_classes(names)}{named}>{inline(text, markup)}</td>"
+    data_attribute = f" data-head='{escape(str(heading))}'" if heading else ""
+    return f"<td{_classes(names)}{data_attribute}>{inline(text, markup)}</td>"
 
 
 def _classes(names: list[str]) -> str:

@@ -17,39 +17,41 @@ from .words import folded, plain
 _MARGIN = 0.9  # inches between the left end of a panel and its axes
 _SMALL = 8.5  # font size of keys (parts of a legend), points
 _LINE = 1.25 / 72  # line height in inches per point of font size
-_BESIDE, _GAP = 0.12, 0.16  # inches between axes and keys, and between two keys
+_KEY_DISTANCE, _GAP = 0.12, 0.16  # inches between axes and keys, and between two keys
 _BAR = (0.15, 1.0)  # width and height of a colour bar, inches
-_ROOM = 1.55  # inches, width of the text of a key
+_KEY_WIDTH = 1.55  # inches, width of the text of a key
 _HANDLE = 0.4  # inches, width of the symbol beside the text of a legend
 
 
-def room_of(axes: Axes) -> float:
+def panel_width(axes: Axes) -> float:
     """Return the width of a panel to the right of the left side of its axes, inches."""
-    wide = axes.figure.bbox.width / axes.figure.dpi
-    place = axes.get_subplotspec()
-    if place is None:
-        return axes.get_position(original=True).width * wide
-    share = 1.0
-    for spec in {place, place.get_topmost_subplotspec()}:
-        shares = np.array(spec.get_gridspec().get_width_ratios(), dtype=float)
-        share *= shares[spec.colspan.start : spec.colspan.stop].sum() / shares.sum()
-    return wide * share - _MARGIN
+    figure_width = axes.figure.bbox.width / axes.figure.dpi
+    subplot = axes.get_subplotspec()
+    if subplot is None:
+        return axes.get_position(original=True).width * figure_width
+    fraction = 1.0
+    for spec in {subplot, subplot.get_topmost_subplotspec()}:
+        ratios = np.array(spec.get_gridspec().get_width_ratios(), dtype=float)
+        fraction *= ratios[spec.colspan.start : spec.colspan.stop].sum() / ratios.sum()
+    return figure_width * fraction - _MARGIN
 
 
-def headline(figure: Figure, title: str, words: str = "") -> None:
+def headline(figure: Figure, title: str, subtitle: str = "") -> None:
     """Draw a title above all panels, at the left, with a fainter text below.
 
-    `title`, `words`: texts in the notation of matplotlib, see `plain`.
+    `title`, `subtitle`: texts in the notation of matplotlib, see `plain`.
     """
-    room = figure.bbox.width / figure.dpi - 0.4
-    title = folded(title, room, 13, True, 2)
-    words = folded(words, room, 9.5)
-    down = (title.count("\n") + 1) * 13 * _LINE + 0.08
+    width = figure.bbox.width / figure.dpi - 0.4
+    title = folded(title, width, 13, True, 2)
+    subtitle = folded(subtitle, width, 9.5)
+    title_height = (title.count("\n") + 1) * 13 * _LINE + 0.08
     # Blank lines of the title reserve space for the text in the layout.
-    blank = "\n" * (words.count("\n") + 1) if words else ""
-    figure.suptitle(title + blank, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK)
-    under = figure.transFigure + ScaledTranslation(0, -down, figure.dpi_scale_trans)
-    figure.text(0.01, 1.0, words, transform=under, va="top", fontsize=9.5, color=FAINT)
+    blank_lines = "\n" * (subtitle.count("\n") + 1) if subtitle else ""
+    figure.suptitle(
+        title + blank_lines, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK
+    )
+    below_title = figure.transFigure + ScaledTranslation(0, -title_height, figure.dpi_scale_trans)
+    figure.text(0.01, 1.0, subtitle, transform=below_title, va="top", fontsize=9.5, color=FAINT)
 
 
 class Head:
@@ -59,38 +61,38 @@ class Head:
     ----------
     axes : matplotlib.axes.Axes
     title : str
-    words : sequence of str
+    texts : sequence of str
         Texts, one of which is shown at a time; space is reserved for the longest one.
     """
 
-    def __init__(self, axes: Axes, title: str, words=("",)):
-        self.room = room_of(axes)
+    def __init__(self, axes: Axes, title: str, texts=("",)):
+        self.width = panel_width(axes)
         self.lines = (
-            max(self._wrap_words(one).count("\n") + 1 for one in words) if any(words) else 0
+            max(self._wrap_words(text).count("\n") + 1 for text in texts) if any(texts) else 0
         )
-        axes.set_title(plain(folded(title, self.room, 12, True, 2)), loc="left", fontsize=12,
+        axes.set_title(plain(folded(title, self.width, 12, True, 2)), loc="left", fontsize=12,
                        color=INK, fontweight="bold", pad=11 + 13 * self.lines)  # fmt: skip
         self.note = axes.annotate("", (0, 1), xytext=(0, 8), xycoords="axes fraction",
                                   textcoords="offset points", fontsize=9.5,
                                   color=FAINT)  # fmt: skip
         self.note.set_in_layout(False)
-        self.show(words[0])
+        self.show(texts[0])
 
-    def _wrap_words(self, words: str, most: int = 6) -> str:
+    def _wrap_words(self, text: str, most_lines: int = 6) -> str:
         """Wrap a text below the title to the width of the panel."""
-        return folded(words, self.room, 9.5, most=most)
+        return folded(text, self.width, 9.5, most_lines=most_lines)
 
-    def show(self, words: str) -> None:
+    def show(self, text: str) -> None:
         """Show a text; lines that do not fit end with …."""
-        words = self._wrap_words(words, self.lines) if self.lines else ""
-        self.note.set_text(plain(words) + "\n" * (self.lines - 1 - words.count("\n")))
+        text = self._wrap_words(text, self.lines) if self.lines else ""
+        self.note.set_text(plain(text) + "\n" * (self.lines - 1 - text.count("\n")))
 
 
 def legend_above(axes: Axes, columns: int = 3) -> None:
     """Draw the legend above the panel, outside the data, in as many columns as fit."""
-    room = room_of(axes)
+    room = panel_width(axes)
     handles, labels = axes.get_legend_handles_labels()
-    labels = [folded(label, room - _HANDLE, _SMALL, most=2) for label in labels]
+    labels = [folded(label, room - _HANDLE, _SMALL, most_lines=2) for label in labels]
     for count in range(columns, 0, -1):
         legend = axes.legend(handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0),
                              ncols=count, frameon=False, fontsize=_SMALL, borderaxespad=0.2,
@@ -109,54 +111,56 @@ class Keys:
 
     Attributes
     ----------
-    down : float
+    height : float
         Height of the column, inches.
     """
 
     def __init__(self, axes: Axes):
-        self.axes, self.down = axes, 0.0
-        self.place = axes.figure.dpi_scale_trans + ScaledTranslation(1.0, 1.0, axes.transAxes)
+        self.axes, self.height = axes, 0.0
+        self.origin = axes.figure.dpi_scale_trans + ScaledTranslation(1.0, 1.0, axes.transAxes)
 
-    def bar(self, drawn, label: str, locator) -> None:
+    def bar(self, artist, label: str, locator) -> None:
         """Add the colour bar of a mappable artist, with the ticks of a locator."""
-        words = folded(label, _ROOM + 0.3, _SMALL)
-        wide, tall = _BAR
-        self.down += (words.count("\n") + 1) * _SMALL * _LINE + 7 / 72 + tall
-        cax = self.axes.inset_axes((_BESIDE, -self.down, wide, tall), transform=self.place)
-        bar = self.axes.figure.colorbar(drawn, cax=cax)
+        title = folded(label, _KEY_WIDTH + 0.3, _SMALL)
+        width, height = _BAR
+        self.height += (title.count("\n") + 1) * _SMALL * _LINE + 7 / 72 + height
+        cax = self.axes.inset_axes(
+            (_KEY_DISTANCE, -self.height, width, height), transform=self.origin
+        )
+        bar = self.axes.figure.colorbar(artist, cax=cax)
         bar.outline.set_visible(False)
-        cax.set_title(words, loc="left", fontsize=_SMALL, pad=7)
+        cax.set_title(title, loc="left", fontsize=_SMALL, pad=7)
         cax.tick_params(length=2.5, color=FAINT, labelcolor=INK, labelsize=_SMALL)
         cax.yaxis.set_major_locator(locator)
         cax.yaxis.set_major_formatter(lambda value, _: number(value, 3).replace("-", "−"))
         cax.minorticks_off()
-        self.down += _GAP
+        self.height += _GAP
 
     def length(self, size: float, label: str) -> None:
         """Add a length of the picture (m) and the value that it represents."""
         from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar  # 0.01 s
 
-        look = {"frameon": False, "borderpad": 0.0, "sep": 4, "color": INK, "label_top": False}
-        look["fontproperties"] = FontProperties(size=_SMALL)
-        words = folded(label, _ROOM + 0.3, _SMALL)
+        style = {"frameon": False, "borderpad": 0.0, "sep": 4, "color": INK, "label_top": False}
+        style["fontproperties"] = FontProperties(size=_SMALL)
+        text = folded(label, _KEY_WIDTH + 0.3, _SMALL)
         bar = AnchoredSizeBar(
             self.axes.transData,
             size,
-            words,
+            text,
             "upper left",
-            **look,
-            bbox_to_anchor=(_BESIDE, -self.down),
-            bbox_transform=self.place,
+            **style,
+            bbox_to_anchor=(_KEY_DISTANCE, -self.height),
+            bbox_transform=self.origin,
         )
         bar.size_bar.get_children()[0].set_linewidth(1.6)
         self.axes.add_artist(bar)
-        self.down += 6 / 72 + (words.count("\n") + 1) * _SMALL * _LINE + _GAP
+        self.height += 6 / 72 + (text.count("\n") + 1) * _SMALL * _LINE + _GAP
 
     def legend(self, handles: list) -> None:
         """Add symbols, each with its label."""
-        labels = [plain(folded(one.get_label(), _ROOM, _SMALL)) for one in handles]
+        labels = [plain(folded(handle.get_label(), _KEY_WIDTH, _SMALL)) for handle in handles]
         legend = self.axes.legend(handles, labels, loc="upper left", frameon=False,
-                                  fontsize=_SMALL, bbox_to_anchor=(_BESIDE, -self.down),
-                                  bbox_transform=self.place, borderaxespad=0.0, borderpad=0.0,
+                                  fontsize=_SMALL, bbox_to_anchor=(_KEY_DISTANCE, -self.height),
+                                  bbox_transform=self.origin, borderaxespad=0.0, borderpad=0.0,
                                   handlelength=1.8)  # fmt: skip
-        self.down += legend.get_window_extent().height / self.axes.figure.dpi
+        self.height += legend.get_window_extent().height / self.axes.figure.dpi

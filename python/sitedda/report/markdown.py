@@ -8,7 +8,7 @@ from pathlib import Path
 from ..base.files import make_folder, write
 from .page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table, View
 
-_HUES = 64  # number of colours of a picture
+_COLORS = 64  # number of colours of a picture
 
 
 def write_markdown(page: Page, file, folder: str = "", dpi: float = 110) -> Path:
@@ -42,20 +42,20 @@ def _part_markdown(part: Part, pictures: Path, folder: str, dpi: float) -> str:
             return _with_title(part.title, f"```\n{part.text}\n```")
         case Picture():
             _write_picture(part, pictures / f"{part.name}.png", dpi)
-            place = (Path(folder) / f"{part.name}.png").as_posix()
-            return f"![{part.caption}]({place})\n\n*{part.caption}*"
+            file = (Path(folder) / f"{part.name}.png").as_posix()
+            return f"![{part.caption}]({file})\n\n*{part.caption}*"
         case View():
             return ""
     raise TypeError(f"not a part of a page: {type(part).__name__}")
 
 
 def _write_picture(part: Picture, file: Path, dpi: float) -> None:
-    """Write a picture as a small PNG file with a palette of `_HUES` colours."""
+    """Write a picture as a small PNG file with a palette of `_COLORS` colours."""
     from PIL import Image
 
     with Image.open(io.BytesIO(part.png(dpi))) as picture:
         small = io.BytesIO()
-        picture.convert("RGB").quantize(_HUES).save(small, "png", optimize=True)
+        picture.convert("RGB").quantize(_COLORS).save(small, "png", optimize=True)
     write(file, small.getvalue(), "a picture")
 
 

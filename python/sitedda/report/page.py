@@ -33,7 +33,7 @@ class Facts:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; verdicts are coloured in columns with the head "verdict" or without one."""
+    """A table of texts; verdicts are coloured in columns with the head "verdict" or ""."""
 
     heads: Sequence[str]
     rows: Sequence[Sequence[str]]

@@ -11,16 +11,16 @@ from pathlib import Path
 from ..base.core import commit, version
 
 
-def provenance(**more: str) -> list[tuple[str, str]]:
-    """Return names and values of the provenance; `more` come first: ``input="slope.nml"``."""
-    lines = [(name.replace("_", " "), value) for name, value in more.items() if value]
-    program, made_of = f"sitedda {version()}", commit()
-    whole = f"{program}, commit {made_of}" if made_of else program
-    computed_by = more.get("computed_by")  # the program is not listed twice
-    if computed_by not in (whole, program):
+def provenance(**facts: str) -> list[tuple[str, str]]:
+    """Return names and values of the provenance; `facts` come first: ``input="slope.nml"``."""
+    lines = [(name.replace("_", " "), value) for name, value in facts.items() if value]
+    program, source_commit = f"sitedda {version()}", commit()
+    full_name = f"{program}, commit {source_commit}" if source_commit else program
+    computed_by = facts.get("computed_by")  # the program is not listed twice
+    if computed_by not in (full_name, program):
         lines.append(("program", program))
-    if made_of and computed_by != whole:
-        lines.append(("commit", made_of))
+    if source_commit and computed_by != full_name:
+        lines.append(("commit", source_commit))
     return [
         *lines,
         ("date", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")),
@@ -31,8 +31,8 @@ def provenance(**more: str) -> list[tuple[str, str]]:
 
 def command() -> str:
     """Return the command line of this process without the folder of the program."""
-    words = [Path(sys.argv[0]).name or "python", *sys.argv[1:]] if sys.argv else ["python"]
-    return shlex.join(words)
+    arguments = [Path(sys.argv[0]).name or "python", *sys.argv[1:]] if sys.argv else ["python"]
+    return shlex.join(arguments)
 
 
 def machine() -> str:

@@ -25,7 +25,7 @@ from ..base.files import written
 from . import colors
 from .colors import EDGE, PAPER, RULE, SCHEMES, STONE
 
-_LAYOUTS, _STAYS = 20, 5e-4  # largest number of layout passes, tolerance of axes positions
+_LAYOUTS, _TOLERANCE = 20, 5e-4  # largest number of layout passes, tolerance of axes positions
 # Colours from light to strong: lighter than block outlines, with other hues than `MAGNITUDE`.
 JOINT_MAP = LinearSegmentedColormap.from_list(
     "joints", ["#ffd9a8", "#ff8c42", "#e5352b", "#a3003f"]
@@ -58,13 +58,15 @@ class _RepeatedLayout(ConstrainedLayoutEngine):
 
     def execute(self, fig) -> None:
         """Compute the layout of a figure."""
-        before, to_scale = None, any(axes.get_aspect() != "auto" for axes in fig.axes)
+        last_bounds, to_scale = None, any(axes.get_aspect() != "auto" for axes in fig.axes)
         for _ in range(_LAYOUTS if to_scale else 1):
             super().execute(fig)
-            now = np.array([axes.get_position(original=True).bounds for axes in fig.axes])
-            if before is not None and np.allclose(now, before, rtol=0.0, atol=_STAYS):
+            bounds = np.array([axes.get_position(original=True).bounds for axes in fig.axes])
+            if last_bounds is not None and np.allclose(
+                bounds, last_bounds, rtol=0.0, atol=_TOLERANCE
+            ):
                 return
-            before = now
+            last_bounds = bounds
 
 
 @contextmanager
@@ -73,18 +75,18 @@ def small_axes(figure: Figure, rows: int = 1, columns: int = 1, size=(6.6, 3.7),
 
     `rows`, `columns`, `size`, `**options`: see `new_figure`.
     """
-    small = {"font.size": 9.5, "axes.grid": True, "grid.color": RULE, "grid.linewidth": 0.7,
+    style = {"font.size": 9.5, "axes.grid": True, "grid.color": RULE, "grid.linewidth": 0.7,
              "axes.axisbelow": True, "legend.fontsize": 8.5, "lines.linewidth": 1.4,
              "axes.titlesize": 10, "axes.titlelocation": "left"}  # fmt: skip
-    with matplotlib.rc_context(small):
+    with matplotlib.rc_context(style):
         figure.set_size_inches(size)
         figure.set_layout_engine("constrained")
         yield figure.subplots(rows, columns, **options)
 
 
-def canvas(columns: int = 2, rows: int = 1, size=(10.0, 4.2), **more):
+def canvas(columns: int = 2, rows: int = 1, size=(10.0, 4.2), **options):
     """Create a figure and its axes, shape (rows × columns,)."""
-    figure, axes = new_figure(rows, columns, size, squeeze=False, **more)
+    figure, axes = new_figure(rows, columns, size, squeeze=False, **options)
     return figure, axes.ravel()
 
 
@@ -98,21 +100,21 @@ def dressed(figure: Figure, scheme: str):
         dress(figure, "light", scheme)
 
 
-def dress(figure: Figure, scheme: str = "light", was: str = "light") -> Figure:
+def dress(figure: Figure, scheme: str = "light", present: str = "light") -> Figure:
     """Apply the common style and a scheme to all axes of a figure; return the figure.
 
-    `was`: present scheme of the figure.
+    `present`: present scheme of the figure.
     """
     artists = figure.findobj()
     for axes in artists:
         if hasattr(axes, "spines"):
-            _dress_axes(axes, SCHEMES[was]["faint"])
-    figure.set_facecolor(SCHEMES[was]["paper"])
-    new = {SCHEMES[was][name]: color for name, color in SCHEMES[scheme].items()}
-    new |= {"#000000": SCHEMES[scheme]["ink"]}
+            _dress_axes(axes, SCHEMES[present]["faint"])
+    figure.set_facecolor(SCHEMES[present]["paper"])
+    color_of = {SCHEMES[present][name]: color for name, color in SCHEMES[scheme].items()}
+    color_of |= {"#000000": SCHEMES[scheme]["ink"]}
     for artist in artists:
         if isinstance(artist, Text | Line2D | Patch | Collection):
-            _recolor(artist, new)
+            _recolor(artist, color_of)
     return figure
 
 
@@ -125,9 +127,9 @@ def _dress_axes(axes, faint: str) -> None:
         axes.spines["left" if right else "right"].set_visible(False)
         axes.spines[["left", "bottom", "right"]].set_color(faint)
         axes.tick_params(which="both", color=faint)
-    middle = axes.get_title("center")
-    if middle and not axes.get_title("left"):
-        axes.set_title(middle, loc="left", fontsize=10)
+    title = axes.get_title("center")
+    if title and not axes.get_title("left"):
+        axes.set_title(title, loc="left", fontsize=10)
         axes.set_title("", loc="center")
     if legend := axes.get_legend():
         legend.set_frame_on(False)
@@ -139,54 +141,57 @@ def _to_hex(color) -> str:
     return to_hex(color) if to_rgba(color)[3] else ""
 
 
-def _recolor(artist, new: dict[str, str]) -> None:
-    """Replace the colours of an artist by the colours to which `new` maps them."""
+def _recolor(artist, color_of: dict[str, str]) -> None:
+    """Replace the colours of an artist by the colours to which `color_of` maps them."""
 
-    def other(color):
+    def replaced(color):
         try:
-            return new.get(_to_hex(color if isinstance(color, str) else tuple(color)), color)
+            return color_of.get(_to_hex(color if isinstance(color, str) else tuple(color)), color)
         except (TypeError, ValueError):
             return color
 
     if isinstance(artist, Text):
-        artist.set_color(other(artist.get_color()))
+        artist.set_color(replaced(artist.get_color()))
         for effect in artist.get_path_effects():
-            more = getattr(effect, "_gc", {})
-            more["foreground"] = other(more.get("foreground", PAPER))
+            stroke = getattr(effect, "_gc", {})
+            stroke["foreground"] = replaced(stroke.get("foreground", PAPER))
     elif isinstance(artist, Line2D):
-        artist.set_color(other(artist.get_color()))
-        artist.set_markerfacecolor(other(artist.get_markerfacecolor()))
-        artist.set_markeredgecolor(other(artist.get_markeredgecolor()))
+        artist.set_color(replaced(artist.get_color()))
+        artist.set_markerfacecolor(replaced(artist.get_markerfacecolor()))
+        artist.set_markeredgecolor(replaced(artist.get_markeredgecolor()))
     elif isinstance(artist, Patch):
         if artist.get_alpha() is None:
-            artist.set_edgecolor(other(artist.get_edgecolor()))
-            artist.set_facecolor(other(artist.get_facecolor()))
+            artist.set_edgecolor(replaced(artist.get_edgecolor()))
+            artist.set_facecolor(replaced(artist.get_facecolor()))
     else:
         edges = artist.get_edgecolor()
         if artist.get_array() is None or isinstance(artist, PolyCollection):
-            artist.set_edgecolor([other(color) for color in edges] or "none")
+            artist.set_edgecolor([replaced(color) for color in edges] or "none")
 
 
-def save_picture(figure, file, reads: Iterable = (), scheme: str = "light", **options) -> Path:
+def save_picture(figure, file, inputs: Iterable = (), scheme: str = "light", **options) -> Path:
     """Save a figure in the format of the file's ending (PNG if it has none); return the file.
 
-    `reads`: files that the same command reads; `**options`: options of ``savefig``.
+    `inputs`: files that the same command reads; `**options`: options of ``savefig``.
     """
     file = Path(file)
     file = file if file.suffix else file.with_name(f"{file.name}.png")
-    with written(file, "a picture", reads) as beside, _fix_layout(dress(figure, scheme), **options):
+    with (
+        written(file, "a picture", inputs) as temporary,
+        _fix_layout(dress(figure, scheme), **options),
+    ):
         if file.suffix == ".png":  # level 6 takes 3 times as long for 10 % smaller files
             options |= {"pil_kwargs": {"compress_level": 2}}
-        figure.savefig(beside, **options)
+        figure.savefig(temporary, **options)
     return file
 
 
 @contextmanager
-def _fix_layout(figure: Figure, dpi: float | None = None, **_others):
+def _fix_layout(figure: Figure, dpi: float | None = None, **_options):
     """Compute the layout of a figure before `savefig`, which would compute it twice."""
-    engine, usual = figure.get_layout_engine(), figure.dpi
+    engine, initial_dpi = figure.get_layout_engine(), figure.dpi
     if engine is not None:
-        figure.dpi = dpi or usual
+        figure.dpi = dpi or initial_dpi
         engine.execute(figure)
         with matplotlib.rc_context({"figure.constrained_layout.use": False}):
             figure.set_layout_engine(None)  # with 'none', `savefig` would draw twice
@@ -195,10 +200,10 @@ def _fix_layout(figure: Figure, dpi: float | None = None, **_others):
     finally:
         if engine is not None:
             figure.set_layout_engine(engine)
-            figure.dpi = usual
+            figure.dpi = initial_dpi
 
 
-def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **more) -> None:
+def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **options) -> None:
     """Draw blocks to scale.
 
     Parameters
@@ -213,7 +218,7 @@ def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **mor
         Opacity, 0 … 1.
     lw : float
         Width of the edges, points.
-    **more
+    **options
         For `matplotlib.collections.PolyCollection`.
     """
     axes.add_collection(
@@ -223,7 +228,7 @@ def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **mor
             edgecolors=edge,
             linewidths=lw,
             alpha=alpha,
-            **more,
+            **options,
         )
     )
     axes.set_aspect("equal")

@@ -21,29 +21,31 @@ def _line_width(text: str, size: float, bold: bool) -> float:
     return text_to_path.get_text_width_height_descent(text, font, False)[0] / 72.0
 
 
-def folded(text: str, room: float, size: float, bold: bool = False, most: int = 3) -> str:
+def folded(text: str, width: float, size: float, bold: bool = False, most_lines: int = 3) -> str:
     """Wrap a text to lines that fit; the last line ends with … if the text is cut.
 
     Parameters
     ----------
     text : str
         The text; its line breaks are kept.
-    room : float
+    width : float
         Largest width of a line, inches.
     size : float
         Font size, points.
-    most : int
+    most_lines : int
         Largest number of lines.
     """
     lines: list[str] = []
     for line in text.split("\n"):
         columns = len(line) + 1
-        parts = [line]
-        while columns > 1 and max(_line_width(part, size, bold) for part in parts) > room:
-            widest = max(_line_width(part, size, bold) for part in parts)
-            columns = max(1, min(columns - 1, int(columns * max(room / widest, 0.5))))
-            parts = wrap(line, columns) or [line]
-        lines += parts
-    if len(lines) > most:
-        lines = [*lines[: most - 1], lines[most - 1][:-1].rstrip() + "…"]
+        pieces_of_line = [line]
+        while (
+            columns > 1 and max(_line_width(piece, size, bold) for piece in pieces_of_line) > width
+        ):
+            widest = max(_line_width(piece, size, bold) for piece in pieces_of_line)
+            columns = max(1, min(columns - 1, int(columns * max(width / widest, 0.5))))
+            pieces_of_line = wrap(line, columns) or [line]
+        lines += pieces_of_line
+    if len(lines) > most_lines:
+        lines = [*lines[: most_lines - 1], lines[most_lines - 1][:-1].rstrip() + "…"]
     return "\n".join(lines)

@@ -76,7 +76,7 @@ class Beside:
         low, high = self.frequency[0], self.frequency[-1]
         ratios = [self.ratio, *self.column_ratios.values()]
         peaks = [find_peak(self.frequency, abs(r), low, high) for r in ratios]
-        before = [("amplification, largest", [p.amplitude for p in peaks], ""),
+        before = [("largest amplification", [p.amplitude for p in peaks], ""),
                   ("  at", [p.frequency for p in peaks], "Hz")]  # fmt: skip
         after, nonlinear = [], []
         if self.yields:

@@ -81,7 +81,8 @@ class EquivalentLinear:
         rows = zip(interfaces[1:], self.strain, self.reduction, self.damping, strict=True)
         lines += [f"{depth:13.4g} m {100 * strain:15.4g} % {reduction:8.4f} {100 * damping:7.3f} %"
                   for depth, strain, reduction, damping in rows]  # fmt: skip
-        lines.append(f"{self.iterations} iterations, last change {100 * self.change:.2g} %")
+        lines.append(f"{self.iterations} iterations, last change of moduli and damping ratios "
+                     f"{100 * self.change:.2g} %")  # fmt: skip
         lines.append(convention_words(self.response.column.convention))
         return "\n".join(filter(None, [*lines, self.doubt]))
 

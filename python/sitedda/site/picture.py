@@ -199,7 +199,7 @@ def surface_figure(surface) -> Figure:
     for values, color, label in (
         (surface.peak_acceleration, BLOCKS, "peak acceleration"),
         (surface.peak_velocity, COLUMN, "peak velocity"),
-        (surface.aggravation_factor, GREEN, "2-D over 1-D amplification, mean"),
+        (surface.aggravation_factor, GREEN, "2-D / 1-D amplification, mean"),
     ):
         peaks.plot(surface.place[:, 0], values, "o-", color=color, ms=4, lw=1.2, label=label)
     peaks.axhline(1.0, color=REFERENCE, lw=0.8)

@@ -21,7 +21,7 @@ _TERMS = 12  # largest number of controls
 _MISSED = 0.1  # least σ of ln AF of a column, over its whole, that adds a control of its own
 _PRODUCT = 0.5  # size of a product of components, over the product of their sizes
 _WORTH = 1.2  # least saving of runs by columns
-_HEADS = {"point": "point", "period": "period (s)", "median": "median AF", "sampling": "± %",
+_HEADS = {"point": "point", "period": "period (s)", "median": "median ratio", "sampling": "± %",
           "total": "total ± %", "sigma_ln": "σ_ln", "sigma_error": "±", "aggravation": "2-D/1-D",
           "aggravation_sampling": "± %", "saving": "saving"}  # fmt: skip
 _RICHARDSON = 4 / 3  # error of second order over the change by half the cells or steps

@@ -103,7 +103,7 @@ def _parse_periods(given) -> np.ndarray:
         return np.asarray(given, dtype=float)
     _check_names(given, "periods")
     if len(given) < 3:
-        raise InputError("periods: give a list, or from, to and count")
+        raise InputError("periods: give a list, or `from`, `to` and `count`")
     return np.geomspace(given["from"], given["to"], int(given["count"]))
 
 

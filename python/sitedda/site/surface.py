@@ -56,7 +56,7 @@ class Surface:
 
     def __str__(self) -> str:
         lines = [
-            f"over the {self.reference}",
+            f"amplification relative to the {self.reference}",
             f"{'point':16s}{'x (m)':>9s}{'PGA':>8s}{'PGV':>8s}{'largest':>9s} {'at (Hz)':8s}"
             f"{'2-D/1-D':>8s}{'largest':>9s}",
         ]

@@ -273,7 +273,9 @@ def travelling_axle(
     result = programme.limit(solve(worst_position))
     loads = np.where(factors >= _UNLIMITED, np.inf, factors * programme.weight)
     load = result.factor * programme.weight
-    result = replace(result, title=f"Axles of {load:.4g} N/m at {worst_position:.4g} m")
+    result = replace(
+        result, title=f"Axles of {load:.4g} N/m at the worst position, x = {worst_position:.4g} m"
+    )
     return Travel(stations, loads, float(worst_position), load, result)
 
 

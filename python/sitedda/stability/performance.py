@@ -85,12 +85,12 @@ class Performance:
         return performance_figure(self)
 
 
-def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Performance:
+def performance_point(pushover: Pushover, spectrum, *, method: str = "n2") -> Performance:
     """Find the performance point of a capacity curve under a spectrum.
 
     Parameters
     ----------
-    found : Pushover
+    pushover : Pushover
     spectrum : callable or (array_like, array_like)
         Elastic acceleration S_Ae (m/s²) as a function of periods (s); or periods and values, which
         are interpolated linearly.
@@ -103,13 +103,13 @@ def performance_point(found: Pushover, spectrum, *, method: str = "n2") -> Perfo
 
     Examples
     --------
-    >>> found = sitedda.pushover("wall.nml", "top")              # doctest: +SKIP
-    >>> performance_point(found, eurocode8(2.0, "B"))            # doctest: +SKIP
+    >>> curve = sitedda.pushover("wall.nml", "top")              # doctest: +SKIP
+    >>> performance_point(curve, eurocode8(2.0, "B"))            # doctest: +SKIP
     """
     if method not in METHODS:
         raise InputError(f"method = {method!r}: use one of {', '.join(METHODS)}")
     acceleration = _spectrum_function(spectrum)
-    participation, displacement, resistance = _equivalent_oscillator(found)
+    participation, displacement, resistance = _equivalent_oscillator(pushover)
     equivalent = _plastic_oscillator if method == "n2" else _rocking_oscillator
     period, capacity, line, strength = equivalent(displacement, resistance)
     demand = (period / (2 * math.pi)) ** 2 * float(acceleration(np.array([period]))[0])

@@ -108,7 +108,7 @@ def pushover_figure(result, limits=None):
               ylabel=labels.get(result.load, "horizontal load / weight"))  # fmt: skip
     right = curve.twinx()
     right.plot(distance, result.friction, color=RED, lw=0.8)
-    right.set_ylabel("dissipated by slip (J/m)", color=RED)
+    right.set_ylabel("energy dissipated by slip (J/m)", color=RED)
     _draw_blocks(blocks, result.polygons, result.block_verdicts, 0.6)
     blocks.autoscale()
     blocks.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")

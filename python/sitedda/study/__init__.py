@@ -49,9 +49,9 @@ __all__ = ["Bands", "Fragility", "FragilityBounds", "Ida", "Map", "Points", "Rec
 class _Study(ModuleType):
     """Module type of this package, which makes the package callable as `study`."""
 
-    def __call__(self, *arguments, **more):
+    def __call__(self, *arguments, **options):
         """Run a study; see `sitedda.study.study`."""
-        return self.study(*arguments, **more)
+        return self.study(*arguments, **options)
 
 
 sys.modules[__name__].__class__ = _Study

@@ -171,8 +171,8 @@ def shown(progress, count: int) -> Iterator[Callable | None]:
 
     with tqdm(total=count, unit=" cases") as bar:
 
-        def show(done: int, failed: int) -> None:
-            bar.update(done - bar.n)
+        def show(ended: int, failed: int) -> None:
+            bar.update(ended - bar.n)
             if failed:
                 bar.set_postfix_str(f"{failed} failed")
 

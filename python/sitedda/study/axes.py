@@ -102,18 +102,18 @@ def short_names(paths) -> dict[str, str]:
 
     Example: ``{"material.clay.density": "density"}``.
     """
-    for take in (1, 2, None):
-        names = {path: _short_name(path, take) for path in paths}
+    for length in (1, 2, None):
+        names = {path: _short_name(path, length) for path in paths}
         if max(Counter(names.values()).values(), default=1) == 1:
             break
     return names
 
 
-def _short_name(path: str, take: int | None) -> str:
-    """Return the last `take` words of the path of a variable as a name; None: all words."""
-    parts = re.findall(r"\w+", path.replace("*", "all"))
-    parts = parts if take is None else parts[-take:]
-    name = "_".join(parts) or "parameter"
+def _short_name(path: str, length: int | None) -> str:
+    """Return the last `length` words of the path of a variable as a name; None: all words."""
+    words = re.findall(r"\w+", path.replace("*", "all"))
+    words = words if length is None else words[-length:]
+    name = "_".join(words) or "parameter"
     return f"p_{name}" if not name[0].isalpha() or name in RESERVED else name
 
 
@@ -158,10 +158,10 @@ def _check_distinct(axes: list[Axis]) -> list[Axis]:
     """Return the axes; raise an error if two dimensions or coordinates have the same name."""
     for kind in ("dims", "coordinates"):
         names = Counter(name for axis in axes for name in getattr(axis, kind))
-        repeated = [name for name, count in names.items() if count > 1]
-        if repeated:
-            raise InputError(f"two parameters are called {repeated[0]!r}; rename one, as in "
-                             f"{{'{repeated[0]}_2': ('group.variable', [...])}}")  # fmt: skip
+        repeated_names = [name for name, count in names.items() if count > 1]
+        if repeated_names:
+            raise InputError(f"two parameters are called {repeated_names[0]!r}; rename one, as in "
+                             f"{{'{repeated_names[0]}_2': ('group.variable', [...])}}")  # fmt: skip
     return axes
 
 

@@ -19,7 +19,7 @@ from .store import (
     FAILED,
     INPUT,
     OUTPUT,
-    WORDS,
+    WARNINGS,
     case_folder,
     locked,
     read_result,
@@ -31,7 +31,7 @@ from .store import (
 _STATE = ("", ".partial", ".journal", ".checkpoint", ".checkpoint.previous", ".checkpoint.coming",
           ".writing")  # fmt: skip
 _LIMITED = ("time", "memory", "process")  # kinds of failure that larger limits may prevent
-_TRIED = 3  # largest number of cases with which the check of names is attempted
+_CHECKED_CASES = 3  # largest number of cases with which the check of names is attempted
 KINDS = {1: "input", 2: "check", 3: "convergence", 4: "solver", 6: "time", 7: "memory"}
 
 
@@ -66,7 +66,9 @@ class Work:
     def fail(self, folder: Path, message: str, kind: str) -> dict:
         """Write the failure of a case, and the settings on which it depends."""
         settings: dict = {"limits": self.limits} if kind in _LIMITED else {}
-        if (folder / WORDS).exists():  # the run is complete, but the extraction of a result failed
+        if (
+            folder / WARNINGS
+        ).exists():  # the run is complete, but the extraction of a result failed
             settings["asked"] = self.requested
         return write_result(folder, "failed", message, kind=kind, **settings)
 
@@ -84,7 +86,7 @@ def check_first(work: Work, keys: Sequence[str]) -> None:
     check = getattr(work.task, "check", None) if callable(work.task) else work.check
     if work.model is not None or not work.start or not check:
         return
-    for key in keys[:_TRIED]:
+    for key in keys[:_CHECKED_CASES]:
         with suppress(NotBegun):
             return check(case_folder(work.study, key) / INPUT)
 
@@ -104,8 +106,8 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
     if not folder.is_dir():
         raise OutputError(f"{folder} is missing: workers must see the folder of the study "
                           "under the same path")  # fmt: skip
-    with locked(folder, wait) as mine:
-        if not mine:
+    with locked(folder, wait) as acquired:
+        if not acquired:
             return {"status": "busy", "message": ""}
         result = valid_result(work, folder)
         if result is None:
@@ -118,18 +120,18 @@ def valid_result(work: Work, folder: Path) -> dict | None:
     result = read_result(folder)
     if result is None:
         return None
-    fails = result["status"] == "failed"
-    if fails and (work.again or (work.start and result.get("limits", work.limits) != work.limits)):
+    failed = result["status"] == "failed"
+    if failed and (work.again or (work.start and result.get("limits", work.limits) != work.limits)):
         return None
-    is_same = result.get("asked", work.requested if fails else None) == work.requested
+    is_same = result.get("asked", work.requested if failed else None) == work.requested
     return result if is_same else None
 
 
 def take_output(folder: Path, output: Path) -> None:
     """Use the complete output of a run of this build for a case with the same input."""
-    if not (folder / WORDS).exists():
+    if not (folder / WARNINGS).exists():
         shutil.copyfile(output, folder / OUTPUT)
-        write_whole(folder / WORDS, "")  # the output contains the warnings
+        write_whole(folder / WARNINGS, "")  # the output contains the warnings
 
 
 def _obtain_result(work: Work, folder: Path) -> dict:
@@ -176,7 +178,7 @@ def _compute_results(work: Work, folder: Path) -> tuple[dict[str, float], dict[s
         warning = value.pop("warning", "") if isinstance(value, dict) else ""
         return *_numbers_and_arrays(split_value("value", value)), {"warning": str(warning)}
     _raise_stored_failure(folder, work.again)
-    if not work.start and not (folder / WORDS).exists():
+    if not work.start and not (folder / WARNINGS).exists():
         raise Missing
     warning = run_input(folder, work.time_limit)
     notes: list[str] = []
@@ -218,7 +220,7 @@ def _run_to_end(folder: Path, time_limit: float) -> str:
 
     start = time.monotonic()
 
-    def look(simulation) -> None:
+    def check_time(simulation) -> None:
         if time.monotonic() - start > time_limit:
             raise TimeLimit(f"stopped at t = {simulation.time:g} s of {simulation.duration:g} s: "
                             f"the time limit of {time_limit:g} s is exceeded")  # fmt: skip
@@ -227,12 +229,12 @@ def _run_to_end(folder: Path, time_limit: float) -> str:
         Stop(SIGNALS, program=True) as stop,
         Simulation(folder / INPUT, folder / OUTPUT, resume=True) as simulation,
     ):
-        complete = run_to_end(simulation, look, stop)
+        complete = run_to_end(simulation, check_time, stop)
         simulation.finish()
         if not complete:
             raise InterruptedRun("interrupted")
         texts = filter(None, [simulation.warning, *simulation.peak_warnings])
-        write_whole(folder / WORDS, "\n".join(texts))
+        write_whole(folder / WARNINGS, "\n".join(texts))
     return warnings_of(folder)
 
 
@@ -240,10 +242,10 @@ class Missing(SiteddaError):
     """The case has not been run yet."""
 
 
-def _raise_stored_failure(folder: Path, again: bool) -> None:
+def _raise_stored_failure(folder: Path, repeat: bool) -> None:
     """Raise the error with which a Slurm task has failed, unless the case is repeated."""
     file = folder / FAILED
-    if again:
+    if repeat:
         file.unlink(missing_ok=True)
     elif file.exists():
         text = refuse_links(folder, file).read_text("utf-8", "replace").strip()
@@ -259,7 +261,7 @@ class TimeLimit(SiteddaError):
 def warnings_of(folder: Path) -> str | None:
     """Return the warnings of a complete run, one per line; None if the run is incomplete."""
     try:
-        text = (folder / WORDS).read_text("utf-8", "replace")
+        text = (folder / WARNINGS).read_text("utf-8", "replace")
     except OSError:
         return None
     return "\n".join(line.removeprefix("warning: ") for line in text.splitlines() if line.strip())
@@ -269,4 +271,4 @@ def remove_output(folder: Path) -> None:
     """Delete the output of a case, complete or not, with its checkpoints and warnings."""
     for end in _STATE:
         (folder / f"{OUTPUT}{end}").unlink(missing_ok=True)
-    (folder / WORDS).unlink(missing_ok=True)
+    (folder / WARNINGS).unlink(missing_ok=True)

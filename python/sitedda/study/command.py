@@ -23,7 +23,7 @@ from .store import MANIFEST
 from .table import check_table, collect, counts
 
 _FIRST = ("run", "plan", "collect", "status", "-h", "--help")
-_MOST = 5  # largest number of different messages of cases that are printed
+_MOST_PRINTED = 5  # largest number of different messages of cases that are printed
 
 TLS = {"ca": "authority", "cert": "certificate", "key": "key"}
 
@@ -31,19 +31,19 @@ TLS = {"ca": "authority", "cert": "certificate", "key": "key"}
 def add_study(parser: argparse.ArgumentParser) -> None:
     """Add the commands of a study and their arguments."""
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for name, act, words in (
+    for name, action, description in (
         ("run", _run_study, "run the missing cases, then collect (same: sitedda study FILE.toml)"),
         ("plan", _plan_study, "write the inputs of the cases and a script for sbatch"),
         ("collect", _collect_results, "collect the results of finished cases in one table"),
         ("status", _print_status, "print the number of finished cases; run none"),
     ):
-        command = commands.add_parser(name, help=words)
-        what = "the study" + ", or its folder" * (name in ("collect", "status"))
-        command.add_argument("file", type=Path, metavar="FILE.toml", help=what)
+        command = commands.add_parser(name, help=description)
+        meaning = "the study" + ", or its folder" * (name in ("collect", "status"))
+        command.add_argument("file", type=Path, metavar="FILE.toml", help=meaning)
         command.add_argument(
             "--folder", type=Path, help="folder of the study, instead of the one in the file"
         )
-        command.set_defaults(act=_run_command, part=act, slurm=False, dask="")
+        command.set_defaults(act=_run_command, part=action, slurm=False, dask="")
         if name == "status":
             continue
         command.add_argument("-o", "--output", type=Path, metavar="TABLE", help=".nc or .zarr file")
@@ -62,9 +62,9 @@ def add_study(parser: argparse.ArgumentParser) -> None:
             command.add_argument("--program", default="", help="sitedda-native on compute nodes")
 
 
-def completed(words: list[str]) -> list[str]:
+def completed(arguments: list[str]) -> list[str]:
     """Insert the word ``run``, which may be omitted, into the words of the command line."""
-    return words if not words or words[0] in _FIRST else ["run", *words]
+    return arguments if not arguments or arguments[0] in _FIRST else ["run", *arguments]
 
 
 def _run_command(options: argparse.Namespace) -> int:
@@ -90,8 +90,8 @@ def _run_study(options: argparse.Namespace) -> int:
     plan = _write_plan(settings, options.file)
     print(f"{counted(plan.count, 'case', 'cases')} in {plan.folder}", flush=True)
     with _dask_executor(options) as executor, shown(not options.quiet, plan.count) as show:
-        more = settings.limits | {"retry": options.retry, "show": show}
-        run(plan, executor, options.workers, **more)
+        limits = settings.limits | {"retry": options.retry, "show": show}
+        run(plan, executor, options.workers, **limits)
     return _report_study(settings, options)
 
 
@@ -202,11 +202,11 @@ def _print_status(options: argparse.Namespace) -> int:
 
 def _print_counts(table) -> int:
     """Print counts of cases by status, and messages of failures; return the number of failures."""
-    found = counts(table)
-    words = ", ".join(f"{number} {status}" for status, number in sorted(found.items()))
-    print(f"{counted(table.status.size, 'case', 'cases')}: {words}")
+    numbers = counts(table)
+    text = ", ".join(f"{number} {status}" for status, number in sorted(numbers.items()))
+    print(f"{counted(table.status.size, 'case', 'cases')}: {text}")
     _print_messages(table, "failed", "message")
-    failed = found.get("failed", 0)
+    failed = numbers.get("failed", 0)
     if failed:
         print("to repeat the failed cases, correct the file, or use --retry")
     return failed
@@ -215,16 +215,16 @@ def _print_counts(table) -> int:
 def _print_messages(table, status: str | None, name: str) -> None:
     """Print the first messages, each with the parameters of the first case that has it."""
     texts = table[name].values
-    chosen = texts != "" if status is None else table.status.values == status
-    same: dict[str, list[tuple]] = {}
-    for place in _chosen_indices(chosen):
-        same.setdefault(texts[place].splitlines()[0], []).append(place)
-    for words, places in list(same.items())[:_MOST]:
-        more = f" and {len(places) - 1} more" if len(places) > 1 else ""
-        where = _format_parameters(table, places[0]) + more
-        print(": ".join(filter(None, [status or name, where, words])))
-    if (rest := len(same) - _MOST) > 0:
-        print(f"… and {rest} other messages")
+    mask = texts != "" if status is None else table.status.values == status
+    cases_of_message: dict[str, list[tuple]] = {}
+    for case in _chosen_indices(mask):
+        cases_of_message.setdefault(texts[case].splitlines()[0], []).append(case)
+    for message, cases in list(cases_of_message.items())[:_MOST_PRINTED]:
+        remainder = f" and {len(cases) - 1} more" if len(cases) > 1 else ""
+        parameters = _format_parameters(table, cases[0]) + remainder
+        print(": ".join(filter(None, [status or name, parameters, message])))
+    if (unprinted := len(cases_of_message) - _MOST_PRINTED) > 0:
+        print(f"… and {unprinted} other messages")
 
 
 def _print_roots(table, task: SolveFor) -> None:
@@ -233,23 +233,23 @@ def _print_roots(table, task: SolveFor) -> None:
 
     if "root" not in table:
         return
-    root, bar = table.root.values, table.root_bar.values
-    places = _chosen_indices(np.isfinite(root))
-    for place in places[:_MOST]:
-        words = f"{task.parameter} = {with_bar(float(root[place]), float(bar[place]))}"
-        print(": ".join(filter(None, ["root", _format_parameters(table, place), words])))
-    if (rest := len(places) - _MOST) > 0:
-        print(f"… and {rest} more")
+    roots, bars = table.root.values, table.root_bar.values
+    cases = _chosen_indices(np.isfinite(roots))
+    for case in cases[:_MOST_PRINTED]:
+        text = f"{task.parameter} = {with_bar(float(roots[case]), float(bars[case]))}"
+        print(": ".join(filter(None, ["root", _format_parameters(table, case), text])))
+    if (unprinted := len(cases) - _MOST_PRINTED) > 0:
+        print(f"… and {unprinted} more")
 
 
-def _chosen_indices(chosen: np.ndarray) -> list[tuple]:
-    """Return the index tuples of the cases for which `chosen` is true."""
-    return [place for place in np.ndindex(chosen.shape) if chosen[place]]
+def _chosen_indices(mask: np.ndarray) -> list[tuple]:
+    """Return the index tuples of the cases for which `mask` is true."""
+    return [index for index in np.ndindex(mask.shape) if mask[index]]
 
 
-def _format_parameters(table, place: tuple) -> str:
+def _format_parameters(table, index: tuple) -> str:
     """Return names and values of the parameters of a case as text."""
     return ", ".join(
         f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
-        for dim, i in zip(table.status.dims, place, strict=True)
+        for dim, i in zip(table.status.dims, index, strict=True)
     )

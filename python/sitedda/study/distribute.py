@@ -32,11 +32,11 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
     OutputError
         If the executor has stopped, or a case cannot be written.
     """
-    distinct = list(dict.fromkeys(keys))
-    todo = [key for key in distinct if valid_result(work, case_folder(work.study, key)) is None]
+    unique_keys = list(dict.fromkeys(keys))
+    todo = [key for key in unique_keys if valid_result(work, case_folder(work.study, key)) is None]
     check_first(work, todo)
     loop = _CaseLoop(executor, work, todo)
-    complete, failures = len(distinct) - len(todo), 0
+    complete, failures = len(unique_keys) - len(todo), 0
     if progress:
         progress(complete, failures)
     for status in loop.results():
@@ -107,11 +107,11 @@ class _CaseLoop:
             raise OutputError(f"case {key}: {result['message']}")
         return result["status"]
 
-    def _resubmit_or_fail(self, key: str, trouble: Exception) -> str | None:
+    def _resubmit_or_fail(self, key: str, error: Exception) -> str | None:
         """Resubmit a case whose worker has died; after `_DEATHS` deaths return 'failed'."""
         self.deaths[key] += 1
         if self.deaths[key] >= _DEATHS:
-            return self._record_failure(key, str(trouble), "process")
+            return self._record_failure(key, str(error), "process")
         self.fresh.append(key)
         return None
 
@@ -123,7 +123,7 @@ class _CaseLoop:
         return "failed"
 
 
-def _lost_executor_error(trouble: BaseException) -> OutputError:
-    name = type(trouble).__name__
-    return OutputError(f"the executor has stopped ({name}: {trouble}); results are kept: start "
+def _lost_executor_error(error: BaseException) -> OutputError:
+    name = type(error).__name__
+    return OutputError(f"the executor has stopped ({name}: {error}); results are kept: start "
                        "another executor and call again to continue")  # fmt: skip

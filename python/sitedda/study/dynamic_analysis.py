@@ -55,7 +55,7 @@ class Ida:
         figure, (axes,) = canvas(1, size=(7.0, 5.0))
         for i, row in enumerate(self.response):
             axes.plot(row, self.intensity, "-", color=GREY, lw=0.9, alpha=0.7, marker=".", ms=3,
-                      label="records" if i == 0 else None)  # fmt: skip
+                      label="one record" if i == 0 else None)  # fmt: skip
         for level, row, style in zip(FRACTILES, self.fractiles, ("--", "-", "--"), strict=True):
             label = {0.5: "median", 0.16: "16 and 84 %"}.get(level)
             axes.plot(row, self.intensity, style, color=BLUE, lw=2.2, label=label)
@@ -104,9 +104,11 @@ def _capacity_intensity(row: np.ndarray, level: np.ndarray, threshold: float | N
     failures = np.flatnonzero(row > threshold)
     if not failures.size:
         return np.nan if np.any(np.isnan(row)) else np.inf
-    first = failures[0]
-    if np.any(np.isnan(row[:first])):
+    first_failure = failures[0]
+    if np.any(np.isnan(row[:first_failure])):
         return np.nan
-    low, high = (row[first - 1], row[first]) if first else (0.0, row[first])
-    lower = level[first - 1] if first else 0.0
-    return float(lower + (level[first] - lower) * (threshold - low) / (high - low))
+    low, high = (
+        (row[first_failure - 1], row[first_failure]) if first_failure else (0.0, row[first_failure])
+    )
+    lower = level[first_failure - 1] if first_failure else 0.0
+    return float(lower + (level[first_failure] - lower) * (threshold - low) / (high - low))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run a study of a function without files, with many cases per task of the executor."""
+"""Run a study of a function in memory; each task of the executor has many cases."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
@@ -29,21 +29,21 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
     cases = [{name: plain(value) for name, value in values.items()} for values in plan.changes()]
     workers = workers_of(executor) or _WORKERS
     size = max(1, -(-len(cases) // (workers * _TASKS_EACH)))
-    starts = range(0, len(cases), size)
-    futures = {executor.submit(call_each, plan.model, cases[i : i + size]): i for i in starts}
+    first_cases = range(0, len(cases), size)
+    futures = {executor.submit(call_each, plan.model, cases[i : i + size]): i for i in first_cases}
     rows: list = [None] * len(cases)
-    count, fails, pending = 0, 0, set(futures)
+    count, failures, pending = 0, 0, set(futures)
     while pending:
         finished, pending = wait(pending, return_when=FIRST_COMPLETED)
         for future in finished:
             results = future.result()
             rows[futures[future] : futures[future] + len(results)] = results
-            count, fails = (
+            count, failures = (
                 count + len(results),
-                fails + sum(bool(message) for _, message in results),
+                failures + sum(bool(message) for _, message in results),
             )
         if progress:
-            progress(count, fails)
+            progress(count, failures)
     return _make_table(plan, rows)
 
 
@@ -76,11 +76,11 @@ def _make_table(plan: Plan, rows: list):
     }
     for name in dict.fromkeys(name for values, _ in rows for name in values):
         sample = next(values[name] for values, _ in rows if name in values)
-        inner = sample if isinstance(sample, Array) else Array(np.asarray(sample), (), {})
-        column = np.full((len(rows), *inner.values.shape), np.nan)
+        results = sample if isinstance(sample, Array) else Array(np.asarray(sample), (), {})
+        column = np.full((len(rows), *results.values.shape), np.nan)
         for i, (values, _) in enumerate(rows):
             if name in values:
                 column[i] = getattr(values[name], "values", values[name])
-        variables[name] = ((*dims, *inner.dims), column.reshape(*shape, *inner.values.shape))
-        coordinates |= {d: ((d,), c, {}) for d, c in inner.coordinates.items()}
+        variables[name] = ((*dims, *results.dims), column.reshape(*shape, *results.values.shape))
+        coordinates |= {d: ((d,), c, {}) for d, c in results.coordinates.items()}
     return xr.Dataset(variables, coordinates, {"model": str(getattr(plan.model, "__name__", ""))})

@@ -102,13 +102,13 @@ def _check_argument(name: str, value, select: Mapping, plan) -> None:
         return
     names, stem = _known_results(plan), value.partition("[")[0].partition(".")[0]
     if names and not names & {value, stem}:
-        raise InputError(f"{name} = {value!r} is none of the results{nearest(value, names)}")
+        raise InputError(f"{name} = {value!r} is not a result of the study{nearest(value, names)}")
 
 
 def _check_dimension(key: str, name: str, plan) -> None:
     """Check that a dimension exists in the study or in an array result."""
-    inner = key in ("x", "y", "select") and (name in RESERVED or _uses_functions(plan))
-    if name not in plan.dims and not inner:
+    is_of_results = key in ("x", "y", "select") and (name in RESERVED or _uses_functions(plan))
+    if name not in plan.dims and not is_of_results:
         raise InputError(f"{key}: there is no dimension {name!r}{nearest(name, plan.dims)}; the "
                          f"study has {', '.join(plan.dims)}")  # fmt: skip
 
@@ -118,14 +118,17 @@ def _check_selection(name: str, value, plan) -> None:
     _check_dimension("select", name, plan)
     if name not in plan.dims:
         return
-    existing = np.arange(plan.dims[name])
+    coordinates = np.arange(plan.dims[name])
     for axis in plan.axes:
         dims, values, _ = axis.coordinates.get(name, ((), (), {}))
         if tuple(dims) == (name,):
-            existing = np.asarray(values)
+            coordinates = np.asarray(values)
     for choice in value if isinstance(value, list) else [value]:
-        if not any(choice == item and not isinstance(choice, bool) for item in existing.tolist()):
-            listing = ", ".join(map(str, existing[:8])) + (" …" if len(existing) > 8 else "")
+        if not any(
+            choice == coordinate and not isinstance(choice, bool)
+            for coordinate in coordinates.tolist()
+        ):
+            listing = ", ".join(map(str, coordinates[:8])) + (" …" if len(coordinates) > 8 else "")
             raise InputError(f"select: {name} has no value {choice!r}; it has {listing}")
 
 
@@ -140,11 +143,13 @@ def _known_results(plan) -> set[str]:
 
     The attribute ``results`` of a function contains the names of its results.
     """
-    of_task = {name for item in (plan.task, plan.model) for name in getattr(item, "results", ())}
-    if of_task or _uses_functions(plan):
-        return of_task
-    groups = {item.name for item in plan.quantities} & {"verdict", "figures", "histories"}
-    names = {item.label for item in plan.quantities}
+    task_results = {
+        name for function in (plan.task, plan.model) for name in getattr(function, "results", ())
+    }
+    if task_results or _uses_functions(plan):
+        return task_results
+    groups = {function.name for function in plan.quantities} & {"verdict", "figures", "histories"}
+    names = {function.label for function in plan.quantities}
     if groups:
         names |= NAMES | {f"history_{name}" for name in NAMES | {"energy_kinetic"}}
     return names

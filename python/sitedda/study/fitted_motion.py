@@ -72,19 +72,19 @@ def _fit_record(seed, grid, target, duration, step, damping) -> Record:
     ground = 1.0 / grid[np.argmax(target)]
     motion = _filtered_noise(seed, count, step, ground) * _envelope(count)
     frequency = np.fft.rfftfreq(2 * count, step)
-    best, least_misfit = motion, np.inf
+    best_motion, least_misfit = motion, np.inf
     for _ in range(_ROUNDS):
         ratio = target / _motion_spectrum(motion, step, grid, damping)
         misfit = float(np.sqrt(np.mean((1 / ratio - 1) ** 2)))
         if misfit < least_misfit:
-            best, least_misfit = motion, misfit
+            best_motion, least_misfit = motion, misfit
         if least_misfit < _GOOD:
             break
         factor = np.interp(frequency, 1 / grid[::-1], ratio[::-1])
         spectrum = np.fft.rfft(motion, 2 * count) * factor
         spectrum[frequency < 0.5 / grid[-1]] *= 0.5  # periods above twice the longest fitted one
         motion = _remove_drift(np.fft.irfft(spectrum)[:count] * _end_taper(count), step)
-    return Record(f"synthetic {seed}", best, step, least_misfit)
+    return Record(f"synthetic {seed}", best_motion, step, least_misfit)
 
 
 def _motion_spectrum(motion, step, periods, damping) -> np.ndarray:
@@ -96,10 +96,12 @@ def _motion_spectrum(motion, step, periods, damping) -> np.ndarray:
 
 def _filtered_noise(seed: int, count: int, step: float, ground: float) -> np.ndarray:
     """Return white noise after the filter of Kanai and Tajimi with frequency `ground`, Hz."""
-    white = np.random.Generator(np.random.Philox(seed)).standard_normal(count)
+    white_noise = np.random.Generator(np.random.Philox(seed)).standard_normal(count)
     r = np.fft.rfftfreq(2 * count, step) / ground
-    two = 2j * _GROUND_DAMPING * r
-    return np.fft.irfft(np.fft.rfft(white, 2 * count) * (1 + two) / (1 - r**2 + two))[:count]
+    damping_term = 2j * _GROUND_DAMPING * r
+    return np.fft.irfft(
+        np.fft.rfft(white_noise, 2 * count) * (1 + damping_term) / (1 - r**2 + damping_term)
+    )[:count]
 
 
 def _envelope(count: int) -> np.ndarray:

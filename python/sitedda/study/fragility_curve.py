@@ -10,8 +10,8 @@ from ..base.errors import InputError
 from ..base.numbers import labelled, titled
 from .table import DECIDED
 
-_LEAST, _MOST = 1e-3, 20.0  # smallest and largest dispersion
-ALIKE = 0.1  # largest scatter of ln Sa of spectrally matched records; natural ones have 0.3 to 0.8
+_LEAST_DISPERSION, _LARGEST_DISPERSION = 1e-3, 20.0  # smallest and largest dispersion
+MATCHED_SCATTER = 0.1  # largest scatter of ln Sa of matched records; natural ones: 0.3 to 0.8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +52,8 @@ class FragilityBounds:
 
         k, n, tail = self.failures, self.trials, (1 - self.confidence) / 2
         low, high = np.zeros(len(k)), np.ones(len(k))
-        some, below_n = k > 0, k < n
-        low[some] = betaincinv(k[some], n[some] - k[some] + 1, tail)
+        has_failures, below_n = k > 0, k < n
+        low[has_failures] = betaincinv(k[has_failures], n[has_failures] - k[has_failures] + 1, tail)
         high[below_n] = betaincinv(k[below_n] + 1, n[below_n] - k[below_n], 1 - tail)
         return low, high
 
@@ -84,9 +84,10 @@ class FragilityBounds:
         label = f"{self.confidence:.0%} confidence"
         axes.fill_between(x, *self.band(x), color=BLUE, alpha=0.18, lw=0, label=label)
         self._draw_curve(axes, x)
-        use = self.trials > 0
-        axes.plot(self.intensity[use], self.failures[use] / self.trials[use], "o", color=INK, ms=5,
-                  label="fraction of the cases")  # fmt: skip
+        drawn = self.trials > 0
+        fractions = self.failures[drawn] / self.trials[drawn]
+        axes.plot(self.intensity[drawn], fractions, "o", color=INK, ms=5,
+                  label="failed cases / cases of the level")  # fmt: skip
         if self.design is not None:
             axes.axvline(self.design, color=INK, ls=":", lw=1, label="design level")
         axes.set(xlabel=labelled(self.name, self.unit), ylabel="probability of failure",
@@ -147,10 +148,10 @@ class Fragility(FragilityBounds):
                     f"({self.confidence:.0%}: {low:.3g} … {high:.3g})")  # fmt: skip
         verdict = "Stands" if self.median > self.design else "Fails"
         low, high = self.band(self.design)
-        return (f"{verdict} at {self._format_level(self.design)} with a margin of "
-                f"{self.median / self.design:.3g}: half of the cases fail at "
-                f"{self._format_level(self.median)}, and a fraction of "
-                f"{self.probability(self.design):.2g} ({low:.2g} … {high:.2g}) at the design level"
+        return (f"{verdict} at {self._format_level(self.design)}: half of the cases fail at "
+                f"{self._format_level(self.median)}, {self.median / self.design:.3g} times the "
+                "design level. The probability of failure at the design level is "
+                f"{self.probability(self.design):.2g} ({low:.2g} … {high:.2g})"
                )  # fmt: skip
 
     def _draw_curve(self, axes, x) -> None:
@@ -160,7 +161,7 @@ class Fragility(FragilityBounds):
                   label=f"median {self.median:.4g}, β = {self.dispersion:.3g}")  # fmt: skip
 
 
-def fragility(intensity, failures, trials, confidence: float = 0.95, **about) -> Fragility:
+def fragility(intensity, failures, trials, confidence: float = 0.95, **metadata) -> Fragility:
     """Fit a lognormal fragility curve by maximum likelihood.
 
     The number of failures at a level is binomial (Baker 2015, Earthquake Spectra 31(1), 579).
@@ -171,7 +172,7 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     failures, trials : array_like of int, shape (levels,)
     confidence : float
         Confidence level of the intervals.
-    **about
+    **metadata
         ``name``, ``unit``, ``design`` and ``doubt`` of `FragilityBounds`.
 
     Raises
@@ -186,20 +187,22 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **about) ->
     x, k, n = (np.atleast_1d(np.asarray(v, dtype=float)) for v in (intensity, failures, trials))
     _check_counts(x, k, n, confidence)
     _check_maximum_exists(x, k, n)
-    use = n > 0
-    start = np.array([np.log(np.average(x[use], weights=n[use])), np.log(0.4)])
+    tested = n > 0
+    start = np.array([np.log(np.average(x[tested], weights=n[tested])), np.log(0.4)])
     fit = minimize(_negative_log_likelihood, start, (x, k, n), method="Nelder-Mead",
                      options={"xatol": 1e-10, "fatol": 1e-12, "maxiter": 4000})  # fmt: skip
     optimum = fit.x
-    if not fit.success or not _LEAST < np.exp(optimum[1]) < _MOST:
+    if not fit.success or not _LEAST_DISPERSION < np.exp(optimum[1]) < _LARGEST_DISPERSION:
         raise InputError("the likelihood has no maximum: the dispersion is not determined")
     covariance = np.linalg.inv(_information_matrix(optimum, x, k, n))
     limit = 0.5 * float(chi2.ppf(confidence, 1))
-    first, second = (_profile_interval(i, optimum, covariance, limit, x, k, n) for i in range(2))
+    medians, dispersions = (
+        _profile_interval(i, optimum, covariance, limit, x, k, n) for i in range(2)
+    )
     median, dispersion = map(float, np.exp(optimum))
-    return Fragility(median=median, dispersion=dispersion, median_interval=first,
-                     dispersion_interval=second, confidence=confidence, covariance=covariance,
-                     intensity=x, failures=k, trials=n, **about)  # fmt: skip
+    return Fragility(median=median, dispersion=dispersion, median_interval=medians,
+                     dispersion_interval=dispersions, confidence=confidence, covariance=covariance,
+                     intensity=x, failures=k, trials=n, **metadata)  # fmt: skip
 
 
 def fragility_of(
@@ -225,21 +228,21 @@ def fragility_of(
     trials = values.notnull().sum(dims).values.astype(float)
     failures = (values > threshold).sum(dims).values.astype(float)
     level = table[intensity]
-    doubts = (_horizon_warning(table, quantity), _scatter_warning(table))
-    about = {"name": intensity, "unit": str(level.attrs.get("units", "")), "design": design,
-             "doubt": "; ".join(filter(None, doubts))}  # fmt: skip
+    warning_texts = (_horizon_warning(table, quantity), _scatter_warning(table))
+    metadata = {"name": intensity, "unit": str(level.attrs.get("units", "")), "design": design,
+             "doubt": "; ".join(filter(None, warning_texts))}  # fmt: skip
     _check_counts(level.values, failures, trials, confidence)
     try:
-        return fragility(level.values, failures, trials, confidence, **about)
+        return fragility(level.values, failures, trials, confidence, **metadata)
     except InputError as error:
         return FragilityBounds(intensity=level.values, failures=failures, trials=trials,
-                               confidence=confidence, why=str(error), **about)  # fmt: skip
+                               confidence=confidence, why=str(error), **metadata)  # fmt: skip
 
 
 def _scatter_warning(table) -> str:
     """Return a warning if the records were matched to one spectrum; otherwise blank."""
     scatter = table["record"].attrs.get("spectral_scatter") if "record" in table.coords else None
-    if scatter is None or scatter >= ALIKE:
+    if scatter is None or scatter >= MATCHED_SCATTER:
         return ""
     return (f"the records were matched to one spectrum (scatter {scatter:.0%}): the "
             "dispersion does not include the variability of motions")  # fmt: skip
@@ -247,12 +250,12 @@ def _scatter_warning(table) -> str:
 
 def _horizon_warning(table, quantity: str) -> str:
     """Return a warning if cases end after the horizon of a quantity, or the horizon is unknown."""
-    decided = table.get(f"{quantity}{DECIDED}")
+    horizon = table.get(f"{quantity}{DECIDED}")
     name = titled(quantity)[0]
-    if decided is None:
+    if horizon is None:
         return (f"the horizon of {name}, after which values are random samples, is unknown; "
                 "a study with task = 'accuracy' computes this horizon")  # fmt: skip
-    late, cases = int((decided < table["end_s"]).sum()), int(decided.notnull().sum())
+    late, cases = int((horizon < table["end_s"]).sum()), int(horizon.notnull().sum())
     if late == 0:
         return ""
     return (f"{late} of {cases} cases end after the horizon of {name}: each of these values is "
@@ -273,18 +276,18 @@ def _check_counts(x, k, n, confidence) -> None:
 
 def _check_maximum_exists(x, k, n) -> None:
     """Raise InputError if the likelihood of intensities, failures and trials has no maximum."""
-    failing, survived = x[k > 0], x[k < n]
-    if not failing.size or not survived.size:
+    failing, surviving = x[k > 0], x[k < n]
+    if not failing.size or not surviving.size:
         reason = "no case failed" if not failing.size else "all cases failed"
         raise InputError(f"{reason}: a fragility curve requires failures and survivals")
-    if failing.min() >= survived.max():
+    if failing.min() >= surviving.max():
         raise InputError(
-            f"no case fails below {failing.min():g}, and none survives above {survived.max():g}: "
+            f"no case fails below {failing.min():g}, and none survives above {surviving.max():g}: "
             "the dispersion is not determined; add levels between these, or cases"
         )
-    mixed = np.sum((k > 0) & (k < n))
+    mixed_levels = np.sum((k > 0) & (k < n))
     slope = np.polyfit(np.log(x), k / np.maximum(n, 1), 1)[0]
-    if slope <= 0 and mixed:
+    if slope <= 0 and mixed_levels:
         raise InputError("the fraction of failures does not increase with the intensity")
 
 
@@ -310,29 +313,30 @@ def _information_matrix(p, x, k, n) -> np.ndarray:
     return matrix
 
 
-def _profile_interval(i, best, covariance, limit, x, k, n) -> tuple[float, float]:
+def _profile_interval(i, optimum, covariance, limit, x, k, n) -> tuple[float, float]:
     """Return the interval of exp(p_i) within which the profile log-likelihood drops by `limit`."""
     from scipy.optimize import brentq, minimize_scalar
 
-    lowest, step = _negative_log_likelihood(best, x, k, n), np.sqrt(covariance[i, i])
-    middle = best[1 - i]
+    least, step = _negative_log_likelihood(optimum, x, k, n), np.sqrt(covariance[i, i])
+    start = optimum[1 - i]
 
     def excess(value: float) -> float:
-        def other(q: float) -> float:
+        def likelihood_at(q: float) -> float:
             return _negative_log_likelihood((value, q) if i == 0 else (q, value), x, k, n)
 
-        reach = 3.0 + abs(value - best[i])
-        fit = minimize_scalar(other, bounds=(middle - reach, middle + reach), method="bounded",
-                                options={"xatol": 1e-10})  # fmt: skip
-        return fit.fun - lowest - limit
+        reach = 3.0 + abs(value - optimum[i])
+        bounds = start - reach, start + reach
+        fit = minimize_scalar(likelihood_at, bounds=bounds, method="bounded",
+                              options={"xatol": 1e-10})  # fmt: skip
+        return fit.fun - least - limit
 
-    ends = []
-    for side, limit_value in ((-1, 0.0), (1, np.inf)):
-        arm = next((d for d in 2.0 ** np.arange(1, 7) if excess(best[i] + side * d * step) > 0),
-                   None)  # fmt: skip
-        if arm is None:
-            ends.append(limit_value)
+    limits = []
+    for sign, unbounded in ((-1, 0.0), (1, np.inf)):
+        distance = next((d for d in 2.0 ** np.arange(1, 7)
+                         if excess(optimum[i] + sign * d * step) > 0), None)  # fmt: skip
+        if distance is None:
+            limits.append(unbounded)
             continue
-        root = brentq(lambda d, s=side: excess(best[i] + s * d * step), 0.0, arm, xtol=1e-8)
-        ends.append(float(np.exp(best[i] + side * root * step)))
-    return ends[0], ends[1]
+        root = brentq(lambda d, s=sign: excess(optimum[i] + s * d * step), 0.0, distance, xtol=1e-8)
+        limits.append(float(np.exp(optimum[i] + sign * root * step)))
+    return limits[0], limits[1]

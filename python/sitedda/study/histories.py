@@ -14,11 +14,11 @@ if TYPE_CHECKING:
     from .quantities import Output
 
 _GRAVITY = 9.80665  # m/s², of the Arias intensity
-LOOKS = 1000  # number of equal intervals of the duration, at whose ends results are evaluated
+INTERVALS = 1000  # number of equal intervals of the duration, at whose ends results are evaluated
 
 
 def histories(output: Output) -> dict[str, Array]:
-    """Return results as functions of time, at `LOOKS` + 1 equally spaced times of a run.
+    """Return results as functions of time, at `INTERVALS` + 1 equally spaced times of a run.
 
     Returns
     -------
@@ -28,8 +28,8 @@ def histories(output: Output) -> dict[str, Array]:
         with the largest value; present kinetic energy.
     """
     time = output["time"]
-    look = np.linspace(time[0], time[-1], LOOKS + 1)
-    rows = np.searchsorted(time, look + 1e-9 * (look[1] - look[0]), side="right") - 1
+    times = np.linspace(time[0], time[-1], INTERVALS + 1)
+    rows = np.searchsorted(time, times + 1e-9 * (times[1] - times[0]), side="right") - 1
     results = {"energy_kinetic": output["energy_kinetic"][rows]}  # present values, not largest ones
     numbers = engine_names("maxima numbers")
     for name, so_far in zip(numbers, output["largest_so_far"][rows].T, strict=True):
@@ -39,10 +39,10 @@ def histories(output: Output) -> dict[str, Array]:
         if f"pga_m_s2[{point}]" not in output.attributes:
             continue
         velocity, acceleration = (abs(output[n][:, i]) for n in ("velocity", "acceleration"))
-        work = np.cumsum(acceleration[1:] ** 2 * np.diff(time)[:, None], axis=0)
-        work = np.append(0.0, work[:, np.argmax(work[-1])])
+        squares = np.cumsum(acceleration[1:] ** 2 * np.diff(time)[:, None], axis=0)
+        squares = np.append(0.0, squares[:, np.argmax(squares[-1])])
         for name, values in (("pga_m_s2", acceleration), ("pgv_m_s", velocity)):
             results[f"{name}[{point}]"] = np.maximum.accumulate(values.max(axis=1))[rows]
-        results[f"arias_m_s[{point}]"] = np.pi / (2 * _GRAVITY) * work[rows]
-    return {f"history_{name}": Array(values, ("look",), {"look": look})
+        results[f"arias_m_s[{point}]"] = np.pi / (2 * _GRAVITY) * squares[rows]
+    return {f"history_{name}": Array(values, ("look",), {"look": times})
             for name, values in results.items()}  # fmt: skip

@@ -83,11 +83,11 @@ class Bands:
         figure, (axes,) = canvas(1, size=(7.5, 4.8))
         for row in self.samples[:200]:
             axes.plot(self.coordinate, row, color=GREY, lw=0.4, alpha=0.25)
-        low, middle, high = self.fractiles
+        low, median, high = self.fractiles
         axes.fill_between(self.coordinate, low, high, color=BLUE, alpha=0.25, lw=0,
-                          label="16 to 84 %")  # fmt: skip
-        axes.plot(self.coordinate, middle, color=BLUE, lw=2,
-                  label=f"median of {len(self.samples)}")  # fmt: skip
+                          label="16 to 84 % fractile")  # fmt: skip
+        axes.plot(self.coordinate, median, color=BLUE, lw=2,
+                  label=f"median of {len(self.samples)} cases")  # fmt: skip
         axes.set(xlabel=self.names[0], ylabel=self.names[1])
         axes.set_xlim(self.coordinate[0], self.coordinate[-1])
         if np.all(self.samples >= 0):

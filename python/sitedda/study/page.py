@@ -12,9 +12,9 @@ from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_h
 from .figures import KINDS, arguments_of, known_kind
 from .table import BAR, counts
 
-_MOST = 60  # largest number of rows of a table
+_MOST_ROWS = 60  # largest number of rows of a table
 _ROUNDING = 1e-12  # results below this value (SI units) are shown as 0
-_HEADS = {"ida": "Incremental dynamic analysis", "map": "Two parameters"}  # default: the kind
+_HEADS = {"ida": "Incremental dynamic analysis", "map": "Result over two parameters"}  # or kind
 
 
 def write_report(table, file, figures: Sequence[Mapping] = ()) -> Path:
@@ -37,8 +37,8 @@ def report_page(table, figures: Sequence[Mapping] = ()) -> Page:
     """Return the page of a study, see `write_report`."""
     sizes = " × ".join(f"{table.sizes[d]} {d}" for d in table.status.dims)
     summary = ", ".join(f"{number} {status}" for status, number in sorted(counts(table).items()))
-    lead = f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {summary}."
-    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), lead)
+    introduction = f"{counted(table.status.size, 'case', 'cases')} ({sizes}): {summary}."
+    page = Page(f"Study of {table.attrs.get('model', '')}".strip(), introduction)
     page.add("Parameters", _parameter_table(table))
     sentences = [_add_figure(page, table, dict(values)) for values in figures]
     page.lead = " ".join([*(f"{sentence}." for sentence in sentences if sentence), page.lead])
@@ -96,7 +96,7 @@ def _number_table(table) -> Table:
 def _text_table(table, cases: np.ndarray, column: str) -> Table:
     """Tabulate a text, such as the message, of the cases that `cases` selects."""
     rows = []
-    for index in list(zip(*np.nonzero(cases), strict=True))[:_MOST]:
+    for index in list(zip(*np.nonzero(cases), strict=True))[:_MOST_ROWS]:
         settings = [_format_value(table[d].values[i]) if d in table.coords else str(i)
                  for d, i in zip(table.status.dims, index, strict=True)]  # fmt: skip
         rows.append([*settings, str(table[column].values[index])])
@@ -140,17 +140,19 @@ def _describe_figure(figure) -> list[tuple[str, str]]:
     if hasattr(figure, "failures"):
         low, high = figure.bounds
         rows = zip(figure.intensity, figure.failures, figure.trials, low, high, strict=True)
-        levels = [(f"{figure.name} {x:.4g}", f"{k:g} of {n:g} fail: probability {a:.2g} … {b:.2g}")
+        levels = [(f"{figure.name} {x:.4g}",
+                   f"{k:g} of {n:g} fail; probability of failure {a:.2g} … {b:.2g}")
                   for x, k, n, a, b in rows]  # fmt: skip
         return [*levels, ("no curve", figure.why), ("warning", figure.doubt)]
     if hasattr(figure, "capacity"):
         text = ", ".join(_format_value(v) for v in figure.capacity_fractiles)
-        return [("capacity 16, 50, 84 %", text if figure.threshold is not None else "")]
+        return [("capacity, fractiles 16, 50, 84 %", text if figure.threshold is not None else "")]
     if hasattr(figure, "total"):
-        return [(name, f"first {first:.4f}, total {total:.4f}") for name, first, total in
+        text = "index of first order {:.4f}, total index {:.4f}"
+        return [(name, text.format(first, total)) for name, first, total in
                 zip(figure.names, figure.first, figure.total, strict=True)]  # fmt: skip
     if hasattr(figure, "swing"):
-        return [(name, f"{swing:.4g}") for name, swing in
+        return [(name, f"{change:.4g}") for name, change in
                 zip(figure.names, figure.swing, strict=True)]  # fmt: skip
     return []
 

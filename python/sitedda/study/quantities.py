@@ -33,7 +33,7 @@ _LABELS = {
     "component": ("xx", "yy", "xy"),
     "coordinate": ("x", "y", "rotation", "strain_x", "strain_y", "shear_strain"),
 }
-_WRITTEN = "attributes"  # key of the results that the engine writes as attributes of the output
+_ATTRIBUTES = "attributes"  # key of the results that the engine writes as attributes of the output
 _MAXIMA = engine_names("maxima numbers")
 _LARGEST = tuple(f"largest_{name}" for name in _MAXIMA)
 _OF_JOINTS = [one for one in VARIABLES.values()
@@ -43,7 +43,7 @@ _JOINTS = (*(one.number for one in _OF_JOINTS),
            *(f"largest_{one.number}" for one in _OF_JOINTS if one.unit == "m"))  # fmt: skip
 _OF_POINTS = ("pgv_m_s", "pga_resolved_m_s2", "arias_resolved_m_s", "sa_resolved_m_s2")
 _TOPICS = {
-    _WRITTEN: (*_LARGEST, *(f"residual_{name}" for name in _MAXIMA), "contacts_slipped",
+    _ATTRIBUTES: (*_LARGEST, *(f"residual_{name}" for name in _MAXIMA), "contacts_slipped",
                "contacts_opened", "bonds_broken", "energy_balance_j_m", "end_s", "pga_m_s2",
                "arias_m_s", "sa_m_s2", "sa_period_s", "pga_below_50_hz_m_s2",
                "resolved_frequency_hz", *_JOINTS, *_OF_POINTS,
@@ -54,14 +54,14 @@ _TOPICS = {
     "add_damping": ("amplification", "amplification_frequency_hz"),
 }  # fmt: skip
 NAMES = {name for names in _TOPICS.values() for name in names}
-_AT_POINTS = {name for name in _TOPICS[_WRITTEN]
+_AT_POINTS = {name for name in _TOPICS[_ATTRIBUTES]
               if name.startswith(("pga_", "pgv_", "arias_", "sa_", "resolved_"))}  # fmt: skip
 _OF_PYTHON = ("residual_drift", "amplification")  # results that the engine does not write
 _BLOCKS = ("frame_time", "vertex_block", "vertices", "block_coordinates", "frame_base")
 _HISTORY = ("time", "acceleration", "velocity", "point_place", "time_step", "energy_balance")
-_NEEDS = {"add_damping": _HISTORY}
+_VARIABLES_OF = {"add_damping": _HISTORY}
 _WRITTEN_AS = {"absolute_displacement": "displacement"}
-_WHOLE = ("verdict", "figures", "histories")  # quantities that all outputs contain
+_COMMON = ("verdict", "figures", "histories")  # quantities that all outputs contain
 _NO_AMPLIFICATION = "amplification_ratio requires a group &amplification in the input"
 _LARGE = 5e7  # size of the block coordinates (bytes) above which only required frames are read
 _ZERO = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
@@ -200,7 +200,7 @@ def measure(
     arrays: dict[str, Array] = {}
     with Output(file) as output:
         for quantity in quantities:
-            for label, value in _measure_one(output, quantity).items():
+            for label, value in _measure_quantity(output, quantity).items():
                 if isinstance(value, Array):
                     arrays[label] = value
                 else:
@@ -210,7 +210,7 @@ def measure(
     return numbers, arrays
 
 
-def _measure_one(output: Output, quantity: Quantity) -> dict:
+def _measure_quantity(output: Output, quantity: Quantity) -> dict:
     """Return the numbers and arrays of one quantity by their labels."""
     if quantity.function:
         return split_value(quantity.label, quantity.function(_ended_run(output.file)))
@@ -221,9 +221,9 @@ def _measure_one(output: Output, quantity: Quantity) -> dict:
         rows = str(output.attributes.get("figures", "")).splitlines()
         keys = {key for row in rows for key in row.split("\t")[1:3]} | {*_ZERO, *_OF_PYTHON}
         return {n: v for n, v in _verdict_numbers(output, list(_TOPICS)).items() if n in keys}
-    for part, names in _TOPICS.items():
+    for topic, names in _TOPICS.items():
         if name in names:
-            return {quantity.label: _verdict_number(output, part, name, label)}
+            return {quantity.label: _verdict_number(output, topic, name, label)}
     if name == "histories":
         return histories(output)
     if name == "spectrum":
@@ -248,40 +248,41 @@ def _ended_run(file: Path):
     return EndedRun(history, True, file, str(history.attrs.get("step_control", "")))
 
 
-def _verdict_numbers(output: Output, parts: Iterable[str]) -> dict[str, float]:
+def _verdict_numbers(output: Output, topics: Iterable[str]) -> dict[str, float]:
     """Return the numbers of parts (keys of `_TOPICS`) of the verdict by name."""
     if "amplification" not in input_values(output.attributes):
-        parts = [part for part in parts if part != "add_damping"]
-    numbers = {name: 0.0 for part in parts for name in _TOPICS[part] if name in _ZERO}
-    if _WRITTEN in parts:
+        topics = [topic for topic in topics if topic != "add_damping"]
+    numbers = {name: 0.0 for topic in topics for name in _TOPICS[topic] if name in _ZERO}
+    if _ATTRIBUTES in topics:
         attributes = output.attributes.items()
-        numbers |= {n: v for n, v in attributes if n.partition("[")[0] in _TOPICS[_WRITTEN]}
-    computed = [part for part in parts if part != _WRITTEN]
+        numbers |= {n: v for n, v in attributes if n.partition("[")[0] in _TOPICS[_ATTRIBUTES]}
+    computed = [topic for topic in topics if topic != _ATTRIBUTES]
     return numbers | _compute_verdict(output, computed) if computed else numbers
 
 
-def _compute_verdict(output: Output, parts: Iterable[str]) -> dict[str, float]:
+def _compute_verdict(output: Output, topics: Iterable[str]) -> dict[str, float]:
     """Return the values of those parts of the verdict that the engine does not write."""
     from ..output import verdict as words
     from ..output.scene import Scene
 
-    names = [*_BLOCKS, *(name for part in parts for name in _NEEDS.get(part, ()))]
+    names = [*_BLOCKS, *(name for topic in topics for name in _VARIABLES_OF.get(topic, ()))]
     data = output.dataset(dict.fromkeys(names))
     scene, result = Scene.of(data), words.Verdict()
-    for part in parts:
-        getattr(words, part)(result, data if _NEEDS.get(part) is _HISTORY else scene)
+    for topic in topics:
+        getattr(words, topic)(result, data if _VARIABLES_OF.get(topic) is _HISTORY else scene)
     return result.values
 
 
-def _verdict_number(output: Output, part: str, name: str, label: str | None) -> float:
+def _verdict_number(output: Output, topic: str, name: str, label: str | None) -> float:
     """Return a number of the verdict; `label` is the name of its point or joint, if any."""
-    values = _verdict_numbers(output, [part])
+    values = _verdict_numbers(output, [topic])
     key = name if label is None else f"{name}[{label}]"
     if key in values:
         return values[key]
     if name.startswith("first_"):
         return np.nan
-    hint = f"; there are {', '.join(n for n in values if n.startswith(name))}" if values else ""
+    listing = ", ".join(n for n in values if n.startswith(name))
+    hint = f"; similar results are {listing}" if listing else ""
     raise InputError(f"the run has no result {key}{hint}")
 
 
@@ -339,7 +340,7 @@ def check_names(source, quantities: Iterable[Quantity]) -> None:
     """
     from ..engine.simulation import Simulation
 
-    names = [item.name for item in quantities if not item.function and item.name not in _WHOLE]
+    names = [item.name for item in quantities if not item.function and item.name not in _COMMON]
     if not names:
         return
     with tempfile.TemporaryDirectory(prefix="sitedda-study-") as folder:

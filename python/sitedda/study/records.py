@@ -88,12 +88,12 @@ class Records:
         names = [_record_name(record) for record in self.records]
         names = [f"{n} ({i})" if names.count(n) > 1 else n for i, n in enumerate(names, 1)]
         self.dims = {"record": len(names), self.measure: levels.size}
-        about: dict = {"units": _UNITS[self.measure]}
+        attributes: dict = {"units": _UNITS[self.measure]}
         if self.measure == "sa":
-            about |= {"period": float(self.period), "damping": self.damping}
+            attributes |= {"period": float(self.period), "damping": self.damping}
         self.coordinates = {
             "record": (("record",), coordinate(names), _ln_sa_scatter(motions)),
-            self.measure: ((self.measure,), levels, about),
+            self.measure: ((self.measure,), levels, attributes),
             "factor": (("record", self.measure), self.factors, {"units": "1"}),
         }
 

@@ -105,8 +105,8 @@ def saltelli(count: int, distributions: Mapping, seed: int = 0, name="sample") -
     width = len(distributions)
     unit = _sobol_points(count, 2 * width, seed)
     a, b = unit[:, :width], unit[:, width:]
-    mixed = [np.where(np.arange(width) == i, b, a) for i in range(width)]
-    return Points(name, _values_at_points(distributions, np.concatenate([a, b, *mixed])))
+    mixed_points = [np.where(np.arange(width) == i, b, a) for i in range(width)]
+    return Points(name, _values_at_points(distributions, np.concatenate([a, b, *mixed_points])))
 
 
 def one_at_a_time(ranges: Mapping, name: str = "variation") -> Points:
@@ -122,7 +122,7 @@ def one_at_a_time(ranges: Mapping, name: str = "variation") -> Points:
     for path, values in ranges.items():
         if not isinstance(values, Sequence) or len(values) != 3:
             raise InputError(f"parameter {path!r}: give low, base and high, not {values!r}")
-    base = {path: middle for path, (_, middle, _) in ranges.items()}
+    base = {path: base_value for path, (_, base_value, _) in ranges.items()}
     rows = [base] + [base | {path: v} for path, (low, _, high) in ranges.items()
                      for v in (low, high)]  # fmt: skip
     return Points(name, {path: [row[path] for row in rows] for path in ranges})
@@ -149,8 +149,8 @@ def read_points(file, count: int | None = None, name: str = "sample") -> Points:
     if len(rows) < (count or 1):
         raise InputError(f"{file} has {len(rows)} rows of values; {count or 1} are required")
     columns = zip(*(values for _, values in rows[:count]), strict=True)
-    return Points(name, {head: [FINITE.check(f"{file}: {head}", value) for value in column]
-                         for head, column in zip(names, columns, strict=True)})  # fmt: skip
+    return Points(name, {heading: [FINITE.check(f"{file}: {heading}", value) for value in column]
+                         for heading, column in zip(names, columns, strict=True)})  # fmt: skip
 
 
 def _sobol_points(count: int, width: int, seed: int) -> np.ndarray:

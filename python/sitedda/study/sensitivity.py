@@ -52,7 +52,7 @@ class Tornado:
             (self.high, self.high_values, ORANGE),
         ):
             axes.barh(y, values - self.base, left=self.base, color=color, height=0.6,
-                      label="low" if color == BLUE else "high")  # fmt: skip
+                      label="low value" if color == BLUE else "high value")  # fmt: skip
             for height, value, end in zip(y, values, ends, strict=True):
                 is_left = value < self.base
                 axes.annotate(f"{end:.4g}", (value, height), xytext=(-4 if is_left else 4, 0),
@@ -77,7 +77,7 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
     names = _parameter_names(table, dim)
     values = table[quantity].values
     if values.ndim != 1 or values.size != 2 * len(names) + 1:
-        raise InputError(f"{dim!r} is not a design of one_at_a_time")
+        raise InputError(f"dimension {dim!r} is not a design of one_at_a_time")
     _require_complete(table, quantity, dim)
     low, high = values[1::2], values[2::2]
     ends = np.array([[table[n].values[1 + 2 * i], table[n].values[2 + 2 * i]]
@@ -163,31 +163,33 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
     values = np.asarray(table[quantity].values, dtype=float)
     width = len(names)
     if values.ndim != 1 or values.size % (width + 2):
-        raise InputError(f"{dim!r} is not a design of saltelli")
+        raise InputError(f"dimension {dim!r} is not a design of saltelli")
     _require_complete(table, quantity, dim)
     if np.ptp(values) == 0:
         raise InputError(f"{quantity} is the same in all cases: its variance is 0")
     rows = values.reshape(width + 2, -1)
-    parts = {"f_A": rows[:1], "f_B": rows[1:2], "f_AB": rows[2:, None, :]}
-    indices = stats.sobol_indices(func=parts, n=rows.shape[1])
+    blocks = {"f_A": rows[:1], "f_B": rows[1:2], "f_AB": rows[2:, None, :]}
+    indices = stats.sobol_indices(func=blocks, n=rows.shape[1])
     rng = np.random.Generator(np.random.PCG64(seed))
     intervals = _bootstrap_intervals(rows, rng, confidence)
     return SobolIndices(names, indices.first_order, indices.total_order, intervals[0], intervals[1],
                         confidence, quantity)  # fmt: skip
 
 
-def _bootstrap_intervals(rows: np.ndarray, rng, confidence: float, times: int = 200) -> np.ndarray:
+def _bootstrap_intervals(
+    rows: np.ndarray, rng, confidence: float, repetitions: int = 200
+) -> np.ndarray:
     """Return bootstrap intervals of first and total indices, shape (2, parameters, 2)."""
-    indices = np.empty((times, 2, len(rows) - 2))
-    for i in range(times):
-        a, b, *mixed = rows[:, rng.integers(rows.shape[1], size=rows.shape[1])]
-        middle = np.mean([a, b])
+    indices = np.empty((repetitions, 2, len(rows) - 2))
+    for i in range(repetitions):
+        a, b, *f_ab = rows[:, rng.integers(rows.shape[1], size=rows.shape[1])]
+        centre = np.mean([a, b])
         variance = np.var([a, b])
-        a, b, mixed = a - middle, b - middle, np.array(mixed) - middle
-        indices[i, 0] = np.mean(b * (mixed - a), axis=1) / variance
-        indices[i, 1] = 0.5 * np.mean((a - mixed) ** 2, axis=1) / variance
-    ends = np.quantile(indices, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
-    return np.moveaxis(ends, 0, -1)
+        a, b, f_ab = a - centre, b - centre, np.array(f_ab) - centre
+        indices[i, 0] = np.mean(b * (f_ab - a), axis=1) / variance
+        indices[i, 1] = 0.5 * np.mean((a - f_ab) ** 2, axis=1) / variance
+    intervals = np.quantile(indices, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
+    return np.moveaxis(intervals, 0, -1)
 
 
 def _parameter_names(table, dim: str) -> list[str]:
@@ -199,7 +201,7 @@ def _parameter_names(table, dim: str) -> list[str]:
 
 def _require_complete(table, quantity: str, dim: str) -> None:
     """Raise InputError if a case has no value of a quantity."""
-    lacking = int(np.sum(~np.isfinite(table[quantity].values)))
-    if lacking:
-        raise InputError(f"{lacking} of {table.sizes[dim]} cases have no {quantity}; sensitivity "
+    missing = int(np.sum(~np.isfinite(table[quantity].values)))
+    if missing:
+        raise InputError(f"{missing} of {table.sizes[dim]} cases have no {quantity}; sensitivity "
                          "analysis requires all cases")  # fmt: skip

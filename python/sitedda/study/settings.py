@@ -27,7 +27,7 @@ _TASKS: dict[str, type] = {"solve": SolveFor, "pushover": PushTo}  # tables that
 _CASES, _SEED = Range(1, 1e6, whole=True), Range(0, 2**53, whole=True)
 _NUMBERS = [float]
 _NAMES = str | list | dict
-_WORDS: dict = {
+_TYPE_NAMES: dict = {
     str: "a text",
     dict: "a table",
     list: "a list",
@@ -36,7 +36,7 @@ _WORDS: dict = {
 }
 _OF_TYPE: dict = {str: str, bool: bool, int: FINITE, float: FINITE}
 # The names in each table and the types or ranges of their values; None: checked elsewhere.
-_KNOWN: dict[str, dict] = {
+_KEYS: dict[str, dict] = {
     "": {"model": str, "folder": str, "table": str, "task": str, "results": _NAMES,
          "time_limit": None, "memory": None, "fixed": dict, "parameters": dict, "sample": dict,
          "records": dict, "solve": dict, "pushover": dict, "slurm": dict, "figures": list},
@@ -144,8 +144,8 @@ def _parse_task(values: dict):
     for entry in fields(_TASKS[table]):
         if entry.default is MISSING and entry.name not in options:
             raise InputError(f"[{table}] {entry.name} is missing")
-    if isinstance(options.get("between"), list):
-        options["between"] = tuple(options["between"])
+    if isinstance(options.get("bracket"), list):
+        options["bracket"] = tuple(options["bracket"])
     return _TASKS[table](**options).checked()
 
 
@@ -235,10 +235,10 @@ def _parse_sample(values: dict, parent: Path):
         points = read_points(parent / values["file"], values.get("count"))
         if not parameters:
             return points
-        extra = latin_hypercube(points.dims[points.name], parameters, values.get("seed", 0))
-        return Points(points.name, {**points.values, **extra.values})
+        sample = latin_hypercube(points.dims[points.name], parameters, values.get("seed", 0))
+        return Points(points.name, {**points.values, **sample.values})
     if "count" not in values:
-        raise InputError("[sample] count is missing")
+        raise InputError("[sample] `count` is missing")
     return _SAMPLES[method](values["count"], parameters, values.get("seed", 0))
 
 
@@ -246,7 +246,7 @@ def _parse_records(values: dict, parent: Path) -> Records:
     _check_names(values, "records")
     values = dict(values)
     if "levels" not in values:
-        raise InputError("[records] levels are missing")
+        raise InputError("[records] `levels` is missing")
     records = [parent / name for name in values.pop("files", [])]
     if "synthetic" in values:
         records += _parse_synthetic(values.pop("synthetic"))
@@ -274,21 +274,21 @@ def _parse_synthetic(values: dict) -> list:
         raise InputError(
             "[records.synthetic] spectrum: give `eurocode8`, or `periods` and `values`"
         )
-    first, count = values.pop("first_seed", 1), values.pop("count", 1)
+    first_seed, count = values.pop("first_seed", 1), values.pop("count", 1)
     if "periods" in values:
         if len(values["periods"]) != 2:
             raise InputError("[records.synthetic] periods: give shortest and longest period, s")
         values["periods"] = tuple(values["periods"])
-    return synthetic(range(first, first + count), target, **values)
+    return synthetic(range(first_seed, first_seed + count), target, **values)
 
 
 def _check_names(values: Mapping, table: str, path: str | None = None) -> None:
-    """Check the names in a table, and the types or ranges of their values; see `_KNOWN`."""
+    """Check the names in a table, and the types or ranges of their values; see `_KEYS`."""
     path = (f"[{table}] " if table else "") if path is None else path
     for name, value in values.items():
-        if name not in _KNOWN[table]:
-            raise InputError(f"{path}there is no name {name!r}{nearest(name, _KNOWN[table])}")
-        kind = _KNOWN[table][name]
+        if name not in _KEYS[table]:
+            raise InputError(f"{path}there is no name {name!r}{nearest(name, _KEYS[table])}")
+        kind = _KEYS[table][name]
         if isinstance(kind, Range):
             _check_number(path + name, kind, value)
         elif kind == _NUMBERS:
@@ -297,7 +297,7 @@ def _check_names(values: Mapping, table: str, path: str | None = None) -> None:
             for item in value:
                 _check_number(path + name, FINITE, item)
         elif kind and not isinstance(value, kind):
-            raise InputError(f"{path}{name} = {value!r} is not {_WORDS[kind]}")
+            raise InputError(f"{path}{name} = {value!r} is not {_TYPE_NAMES[kind]}")
 
 
 def _check_number(name: str, kind: Range, value) -> None:

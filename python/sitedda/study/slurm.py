@@ -219,8 +219,8 @@ def build_inputs(plan: Plan) -> None:
     for key in dict.fromkeys(plan.keys):
         file = case_folder(plan.folder, key) / INPUT
         text = file.read_text("utf-8", "surrogateescape")
-        if needs_building(text) and (built := built_text(text, file)[0]) != text:
-            write_whole(file, built)
+        if needs_building(text) and (built_input := built_text(text, file)[0]) != text:
+            write_whole(file, built_input)
 
 
 def estimate_of(file: Path) -> Mapping[str, float]:

@@ -78,9 +78,9 @@ class Root:
 
         text = f"{self.parameter} = {with_bar(self.value, self.bar)}"
         if self.jumps:
-            text += f": {self.result} jumps past {self.target:g} there"
+            text += f": at this value, {self.result} jumps past {self.target:g}"
         else:
-            text += f" for {self.result} = {self.target:g} ({len(self.trials)} runs)"
+            text += f", at which {self.result} = {self.target:g} ({len(self.trials)} runs)"
         if self.crossings > 1:
             text += f"; this is the lowest of {self.crossings} roots"
         return text + (f"; {self.doubt}" if self.doubt else "")
@@ -101,13 +101,13 @@ def solve_for(
     result,
     target: float | Sequence[float],
     *,
-    between: Sequence,
+    bracket: Sequence,
     tolerance: float = 1e-3,
     task: str | Callable = "run",
     accuracy: bool = True,
     jumps: bool = False,
     changes: Mapping | None = None,
-    **more,
+    **variables,
 ):
     """Find the value of a parameter at which a result has a target value; or several at once.
 
@@ -117,14 +117,14 @@ def solve_for(
         Model to run, or a function of the parameter that returns a number.
     parameter : str
         Variable to change, such as ``joint[plane].friction_angle``.  For a sequence of variables,
-        `result`, `target` and `between` must be sequences of the same length, and a function must
+        `result`, `target` and `bracket` must be sequences of the same length, and a function must
         return this number of values.
     result : str or callable
         Result of the run (see `sitedda.study.measure`) or of the task, or a function of a
         `sitedda.Run`.
     target : float
         Target value of the result, in its unit.
-    between : (float, float)
+    bracket : (float, float)
         Bracket of the root.  If the result is on the same side of the target at both ends, the
         bracket is divided into eight intervals, and the lowest root is returned.
     tolerance : float
@@ -136,7 +136,7 @@ def solve_for(
         further runs at the root (`sitedda.accuracy`); not available with a task or function.
     jumps : bool
         Whether a jump of the result past the target counts as a root (one parameter only).
-    changes, **more
+    changes, **variables
         Changes of the input for all runs, see `Simulation`.
 
     Returns
@@ -155,13 +155,13 @@ def solve_for(
         If an argument is invalid.
     """
     TOLERANCE.check("tolerance", tolerance)
-    changes = merged(changes, more)
+    changes = merged(changes, variables)
     if not isinstance(parameter, str):
         from .solving_systems import solve_system
 
-        return solve_system(model, parameter, result, target, between, tolerance, task, accuracy,
+        return solve_system(model, parameter, result, target, bracket, tolerance, task, accuracy,
                             changes)  # fmt: skip
-    low, high = bracket_of(between)
+    low, high = bracket_of(bracket)
     target = FINITE.check("target", target)
     trials = Trials(model, [parameter], [result], task, changes)
     trials.target = target
@@ -169,9 +169,9 @@ def solve_for(
     crossings = search.find(low, high)
     search.shrink_to_tolerance(tolerance)
     value, jump = search.locate_root(jumps)
-    half = max(value - search.low, search.high - value)
+    half_width = max(value - search.low, search.high - value)
     error, doubt = ([0.0], "") if jump else trials.errors_at((value,), accuracy)
-    bar, history = half + abs(error[0] / search.slope), trials.tried()
+    bar, history = half_width + abs(error[0] / search.slope), trials.tried()
     return Root(
         parameter, trials.name, target, value, bar, search.low, search.high, trials(value) + target,
         search.slope, crossings, jump, history, doubt,
@@ -185,7 +185,7 @@ class SolveFor:
     parameter: str
     result: str
     target: float
-    between: tuple[float, float]
+    bracket: tuple[float, float]
     tolerance: float = 1e-3
     task: str | Callable = "run"
     accuracy: bool = False
@@ -195,7 +195,7 @@ class SolveFor:
 
     def checked(self) -> "SolveFor":
         """Return the settings; raise InputError if one is invalid."""
-        bracket_of(self.between)
+        bracket_of(self.bracket)
         TOLERANCE.check("tolerance", self.tolerance)
         FINITE.check("target", self.target)
         if not isinstance(self.parameter, str) or not isinstance(self.result, str):
@@ -207,9 +207,9 @@ class SolveFor:
     def check(self, file) -> None:
         """Check before the search that parameter and result exist in an input."""
         trials = Trials(file, [self.parameter], [self.result], self.task, {})
-        text = changed_input(trials.text, {self.parameter: self.between[0]}, file=file)
+        text = changed_input(trials.text, {self.parameter: self.bracket[0]}, file=file)
         if self.task == "run":
-            check_names(InputOfRun(trials.file, text), trials.wanted)
+            check_names(InputOfRun(trials.file, text), trials.requested)
 
     def __call__(self, file) -> dict:
         """Solve for the parameter of an input; return the numbers of `Root.to_dict`."""
@@ -231,13 +231,13 @@ class _Bracket:
             points = np.linspace(low, high, INTERVALS + 1).tolist()
         differences = [self.trials(point) for point in points]
         signs = np.sign(differences)
-        crossed = np.flatnonzero(signs[:-1] * signs[1:] <= 0)
-        if len(crossed) == 0:
+        crossings = np.flatnonzero(signs[:-1] * signs[1:] <= 0)
+        if len(crossings) == 0:
             raise self._no_root_error(low, high)
-        index = int(crossed[0])
+        index = int(crossings[0])
         self.low, self.high = points[index], points[index + 1]
         self.below, self.above = differences[index], differences[index + 1]
-        return len(crossed) - int(np.sum(signs[1:-1] == 0))
+        return len(crossings) - int(np.sum(signs[1:-1] == 0))
 
     def _no_root_error(self, low: float, high: float) -> NoRootError:
         """Return the error that the result does not cross the target in a range."""
@@ -265,19 +265,19 @@ class _Bracket:
 
     def shrink_to_tolerance(self, tolerance: float) -> None:
         """Shrink the bracket by the method ITP to a relative tolerance."""
-        half = 0.5 * tolerance * (max(abs(self.low), abs(self.high)) or self.scale)
+        half_width = 0.5 * tolerance * (max(abs(self.low), abs(self.high)) or self.scale)
         initial = self.high - self.low
-        steps = max(0, math.ceil(math.log2(max(initial / (2 * half), 1.0)))) + 1
+        steps = max(0, math.ceil(math.log2(max(initial / (2 * half_width), 1.0)))) + 1
         for step in range(steps + 1):
             width = self.high - self.low
-            if width <= 2 * half or 0.0 in (self.below, self.above):
+            if width <= 2 * half_width or 0.0 in (self.below, self.above):
                 return
-            middle, secant = 0.5 * (self.low + self.high), self.secant_value()
-            toward = math.copysign(1.0, middle - secant)
-            shift = _SHRINKING / initial * width**_POWER
-            trial = secant + toward * shift if shift <= abs(middle - secant) else middle
-            radius = max(0.0, half * 2.0 ** (steps - step) - 0.5 * width)
-            self.take_value(trial if abs(trial - middle) <= radius else middle - toward * radius)
+            centre, secant = 0.5 * (self.low + self.high), self.secant_value()
+            sign = math.copysign(1.0, centre - secant)
+            correction = _SHRINKING / initial * width**_POWER
+            trial = secant + sign * correction if correction <= abs(centre - secant) else centre
+            radius = max(0.0, half_width * 2.0 ** (steps - step) - 0.5 * width)
+            self.take_value(trial if abs(trial - centre) <= radius else centre - sign * radius)
 
     def secant_value(self) -> float:
         """Return the value at which a straight line between the ends reaches the target."""

@@ -16,7 +16,7 @@ from ..base.arguments import FINITE
 from ..base.errors import InputError
 from .trials import Trials, bracket_of
 
-_STARTS = 9  # largest number of starting points
+_MOST_STARTS = 9  # largest number of starting points
 _STEP = 5e-3  # relative step of the differences of the variables u, which are from 1 to 2
 _SOLUTIONS = 40  # largest number of evaluations of a search, differences excluded
 _DEPENDENT = 1e-4  # smallest ratio of singular values of the slopes of independent results
@@ -63,46 +63,51 @@ class Roots:
 
 
 def solve_system(
-    model, parameters, results, target, between, tolerance: float, task, accuracy: bool, changes
+    model, parameters, results, target, brackets, tolerance: float, task, accuracy: bool, changes
 ) -> Roots:
     """Solve for several parameters; the arguments are those of `solve_for`."""
     lengths = []
     for name, values in (("parameter", parameters), ("result", results), ("target", target),
-                         ("between", between)):  # fmt: skip
+                         ("bracket", brackets)):  # fmt: skip
         if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
             raise InputError(f"{name} = {values!r}: give a list, with one value per parameter")
         lengths.append(len(values))
     if len(set(lengths)) > 1 or not lengths[0]:
-        raise InputError("parameter, result, target and between must have the same length, not {}, "
+        raise InputError("parameter, result, target and bracket must have the same length, not {}, "
                          "{}, {} and {}".format(*lengths))  # fmt: skip
     for name, names in (("parameter", parameters), ("result", results)):
         if len(set(names)) < len(names):
             raise InputError(f"{name} = {list(names)}: a name is repeated")
-    aims = np.array([FINITE.check("target", value) for value in target])
-    ends = np.array([bracket_of(pair) for pair in between])
+    targets = np.array([FINITE.check("target", value) for value in target])
+    limits = np.array([bracket_of(pair) for pair in brackets])
     trials = Trials(model, parameters, results, task, changes)
     if len(set(trials.names)) < len(trials.names):
         raise InputError(f"two results have the name {trials.names[0]!r}: rename the functions")
-    search = _Search(trials, aims, ends, tolerance)
+    search = _Search(trials, targets, limits, tolerance)
     value, results_at, slope, step = search.run()
-    errors, doubt = trials.errors_at(tuple(value.tolist()), accuracy)
+    errors, warning = trials.errors_at(tuple(value.tolist()), accuracy)
     bar = step + abs(np.linalg.inv(slope)) @ errors
-    return Roots(tuple(parameters), tuple(trials.names), aims, value, bar, results_at, slope,
-                 tuple(trials.done.items()), doubt)  # fmt: skip
+    return Roots(tuple(parameters), tuple(trials.names), targets, value, bar, results_at, slope,
+                 tuple(trials.done.items()), warning)  # fmt: skip
 
 
 class _Search:
     """The search of a root, in variables u from 1 (lower end of a range) to 2 (upper end)."""
 
-    def __init__(self, trials: Trials, aims: np.ndarray, ends: np.ndarray, tolerance: float):
-        self.trials, self.aims, self.low, self.width = trials, aims, ends[:, 0], np.ptp(ends, 1)
-        self.close = tolerance * abs(ends).max(1) / self.width
+    def __init__(self, trials: Trials, targets: np.ndarray, limits: np.ndarray, tolerance: float):
+        self.trials, self.aims, self.low, self.width = (
+            trials,
+            targets,
+            limits[:, 0],
+            np.ptp(limits, 1),
+        )
+        self.close = tolerance * abs(limits).max(1) / self.width
 
     def run(self) -> tuple:
         """Return parameters, results, slopes and last step; raise NoRootError if none is found."""
         size, first_slopes, nearest = len(self.aims), None, None
-        starts = [np.full(size, 1.5), *map(np.array, product((1.2, 1.8), repeat=size))]
-        for start in islice(starts, _STARTS):
+        start_points = [np.full(size, 1.5), *map(np.array, product((1.2, 1.8), repeat=size))]
+        for start in islice(start_points, _MOST_STARTS):
             slopes = self._fit_parameters(start, 1.0, 1).jac
             first_slopes = slopes if first_slopes is None else first_slopes
             if not _are_independent(slopes):
@@ -136,12 +141,12 @@ class _Search:
 
     def _dependence_error(self, slopes: np.ndarray):
         """Return the error for results that do not depend independently on the parameters."""
-        sides = ((self.trials.parameters, "changes none of the results"),
+        causes = ((self.trials.parameters, "changes none of the results"),
                  (self.trials.names, "depends on none of the parameters"))  # fmt: skip
-        for axis, (names, text) in enumerate(sides):
-            moves = slopes.any(axis)
-            if not moves.all():
-                return self.trials.failure("flat", f"{names[int(np.argmin(moves))]} {text}")
+        for axis, (names, text) in enumerate(causes):
+            has_effect = slopes.any(axis)
+            if not has_effect.all():
+                return self.trials.failure("flat", f"{names[int(np.argmin(has_effect))]} {text}")
         names = " and ".join(self.trials.names)
         return self.trials.failure("dependent", f"{names} do not change independently with "
                                    f"{' and '.join(self.trials.parameters)}")  # fmt: skip
@@ -152,7 +157,7 @@ class _Search:
         point = ", ".join(f"{name} = {value:.6g}" for name, value in values)
         results = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)
         listing = ", ".join(
-            f"{name} = {value:.6g} (target {aim:g})" for name, value, aim in results
+            f"{name} = {value:.6g} (target {target:g})" for name, value, target in results
         )
         count = len(self.trials.done)
         return self.trials.failure("outside", f"none found within the ranges ({count} runs); "

@@ -31,14 +31,14 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError, OutputError, lacks_memory
-from ..base.files import ANY, make_folder, write
+from ..base.files import UNCHECKED, make_folder, write
 
 MANIFEST = "study.json"
 PART = "part of a study"  # kind of files in the folder of a study
-INPUT, OUTPUT, WORDS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
+INPUT, OUTPUT, WARNINGS, FAILED = "model.nml", "out.nc", "words.txt", "failed.txt"
 _KEY = re.compile(r"[0-9a-f]{32}")
 _ENDING = re.compile(r"\.[A-Za-z0-9]{1,8}")
-_MOST = 1 << 30  # largest size of a JSON file, bytes
+_LARGEST_FILE = 1 << 30  # largest size of a JSON file, bytes
 _LONGEST = 250  # largest length of the name of a result, limited by netCDF
 _READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK  # fails at links and does not wait for pipes
 
@@ -53,11 +53,11 @@ def function_name(function: Callable) -> str:
     return f"{name} {checksum(source)}"
 
 
-def checksum(*parts: bytes | str) -> str:
+def checksum(*texts: bytes | str) -> str:
     """Return 32 hexadecimal digits of SHA-256 over parts and their lengths."""
     digest = hashlib.sha256()
-    for part in parts:
-        data = part.encode("utf-8", "surrogateescape") if isinstance(part, str) else part
+    for text in texts:
+        data = text.encode("utf-8", "surrogateescape") if isinstance(text, str) else text
         digest.update(len(data).to_bytes(8, "little") + data)
     return digest.hexdigest()[:32]
 
@@ -86,7 +86,7 @@ def keep_file(study: Path, data: bytes, ending: str) -> str:
     return f"../../../files/{name}"
 
 
-def write_whole(file: Path, data: bytes | str, kind: str = ANY) -> None:
+def write_whole(file: Path, data: bytes | str, kind: str = UNCHECKED) -> None:
     """Write a file of a case atomically, without synchronisation of the disk."""
     write(file, data, kind, sync=False)
 
@@ -95,7 +95,7 @@ def read_json(file: Path):
     """Read a JSON file that is not a link; return None if it is missing or damaged."""
     try:
         with os.fdopen(os.open(file, _READ), "rb") as stream:
-            return json.loads(stream.read(_MOST))
+            return json.loads(stream.read(_LARGEST_FILE))
     except (OSError, ValueError, RecursionError):
         return None
 
@@ -103,10 +103,12 @@ def read_json(file: Path):
 def refuse_links(study: Path, file: Path) -> Path:
     """Return a path below the study; raise OutputError if it contains a link."""
     path = Path(study)
-    for part in file.relative_to(study).parts:
-        path = path / part
-        if part == ".." or path.is_symlink():
-            raise OutputError(f"{path} is a link; a study reads only below its own folder")
+    for name in file.relative_to(study).parts:
+        path = path / name
+        if name == ".." or path.is_symlink():
+            raise OutputError(
+                f"{path} is a symbolic link; a study reads only files of its own folder"
+            )
     return file
 
 
@@ -170,7 +172,7 @@ def _is_shape(about) -> bool:
     dims, shape = about.get("dims"), about.get("shape")
     if not _are_texts(dims) or not isinstance(shape, list) or len(dims) != len(shape):
         return False
-    return all(type(length) is int and 0 <= length < _MOST for length in shape)
+    return all(type(length) is int and 0 <= length < _LARGEST_FILE for length in shape)
 
 
 def _is_number(value) -> bool:

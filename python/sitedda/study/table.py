@@ -127,13 +127,13 @@ class _Results:
             if name not in self.numbers:
                 self.numbers[name] = np.full(len(self.keys), np.nan)
             self.numbers[name][number] = value
-        for name, about in result.get("shapes", {}).items():
-            reference = self.arrays.setdefault(name, {**about, "shape": list(about["shape"])})
-            if reference["dims"] != about["dims"]:
+        for name, shape in result.get("shapes", {}).items():
+            reference = self.arrays.setdefault(name, {**shape, "shape": list(shape["shape"])})
+            if reference["dims"] != shape["dims"]:
                 raise OutputError(f"{name} has dimensions {reference['dims']} in one case and "
-                                  f"{about['dims']} in case {number}")  # fmt: skip
+                                  f"{shape['dims']} in case {number}")  # fmt: skip
             reference["shape"] = [
-                max(p) for p in zip(reference["shape"], about["shape"], strict=True)
+                max(p) for p in zip(reference["shape"], shape["shape"], strict=True)
             ]
         if result.get("shapes"):
             self.with_arrays.append(number)
@@ -141,8 +141,8 @@ class _Results:
     @property
     def size(self) -> float:
         """Return the size of the arrays of all cases, bytes."""
-        each = sum(np.prod(about["shape"]) for about in self.arrays.values())
-        return 8.0 * float(each) * len(self.keys)
+        size_of_case = sum(np.prod(shape["shape"]) for shape in self.arrays.values())
+        return 8.0 * float(size_of_case) * len(self.keys)
 
     def each_array(self) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
         """Yield number and arrays of every case that has arrays."""
@@ -169,49 +169,53 @@ class _Results:
         If the coordinates of cases differ (adaptive steps), the dimension is added to `uneven`, and
         the coordinate has equal steps: the largest mean step, from the first start to the last end.
         """
-        names = {d: n for n, about in self.arrays.items() for d in about["dims"]}
-        common: dict[str, np.ndarray] = {}
-        ends: dict[str, list] = {}
+        names = {d: n for n, shape in self.arrays.items() for d in shape["dims"]}
+        coordinates: dict[str, np.ndarray] = {}
+        ranges: dict[str, list] = {}
         self.uneven: set[str] = set()
         for _, arrays in self.each_array() if names else ():
             for dim, name in names.items():
                 values = arrays.get(f"{name}|{dim}")
                 if values is None:
                     continue
-                reference = common.setdefault(dim, values)
+                reference = coordinates.setdefault(dim, values)
                 overlap = min(len(reference), len(values))
                 if not np.array_equal(values[:overlap], reference[:overlap]):
                     self.uneven.add(dim)
                 if len(values) > len(reference):  # the case of `reference` ended earlier
-                    common[dim] = values
+                    coordinates[dim] = values
                 step = (values[-1] - values[0]) / max(len(values) - 1, 1)
-                ends.setdefault(dim, []).append((values[0], values[-1], step))
+                ranges.setdefault(dim, []).append((values[0], values[-1], step))
         for dim in self.uneven:
-            low, high, step = np.array(ends[dim], dtype=float).T
+            low, high, step = np.array(ranges[dim], dtype=float).T
             count = round((high.max() - low.min()) / (step.max() or 1.0)) + 1
-            common[dim] = np.linspace(low.min(), high.max(), count)
-        return common
+            coordinates[dim] = np.linspace(low.min(), high.max(), count)
+        return coordinates
 
     def layout(self, name: str) -> tuple[tuple[str, ...], tuple[int, ...], tuple[int, ...]]:
         """Return dimensions, shape and chunks of an array over all cases; each case is a chunk."""
-        inner = tuple(self.arrays[name]["dims"])
-        sizes = tuple(len(self.coordinates[d]) for d in inner)
-        return (*self.dims, *inner), (*self.shape, *sizes), (*(1 for _ in self.dims), *sizes)
+        dims_of_result = tuple(self.arrays[name]["dims"])
+        sizes = tuple(len(self.coordinates[d]) for d in dims_of_result)
+        return (
+            (*self.dims, *dims_of_result),
+            (*self.shape, *sizes),
+            (*(1 for _ in self.dims), *sizes),
+        )
 
     def at_common_coordinates(self, name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
         """Return an array of a case at the common coordinates; NaN outside of its own range."""
         values = arrays[name]
         for axis, dim in enumerate(self.arrays[name]["dims"]):
-            common, own_values = self.coordinates[dim], arrays[f"{name}|{dim}"]
+            target, own_values = self.coordinates[dim], arrays[f"{name}|{dim}"]
             if dim in self.uneven:
 
-                def interpolated(v, x=own_values, points=common):
+                def interpolated(v, x=own_values, points=target):
                     return np.interp(points, x, v, left=np.nan, right=np.nan)
 
                 values = np.apply_along_axis(interpolated, axis, values)
-            elif len(own_values) < len(common):
+            elif len(own_values) < len(target):
                 padding = [(0, 0)] * values.ndim
-                padding[axis] = (0, len(common) - len(own_values))
+                padding[axis] = (0, len(target) - len(own_values))
                 values = np.pad(values, padding, constant_values=np.nan)
         return values
 

@@ -15,16 +15,16 @@ from .quantities import Quantity, measure, quantities_of, split_value
 from .tasks import task_of
 
 
-def bracket_of(between) -> tuple[float, float]:
+def bracket_of(bracket) -> tuple[float, float]:
     """Return two different numbers in increasing order."""
     try:
-        low, high = sorted(FINITE.check("between", value) for value in between)
+        low, high = sorted(FINITE.check("bracket", value) for value in bracket)
     except (TypeError, ValueError) as trouble:
         if isinstance(trouble, InputError):
             raise
-        raise InputError(f"between = {between!r} must be two numbers") from None
+        raise InputError(f"bracket = {bracket!r} must be two numbers") from None
     if low == high:
-        raise InputError(f"between = {between!r}: the two numbers must differ")
+        raise InputError(f"bracket = {bracket!r}: the two numbers must differ")
     return low, high
 
 
@@ -36,12 +36,12 @@ class Trials:
     def __init__(self, model, parameters: Sequence, results: Sequence, task, changes: Mapping):
         self.model, self.parameters, self.parameter = model, list(parameters), parameters[0]
         self.task = task_of(task)
-        self.wanted: list[Quantity] = []
+        self.requested: list[Quantity] = []
         for result in results:
-            self.wanted += (quantities := quantities_of(result))
+            self.requested += (quantities := quantities_of(result))
             if len(quantities) != 1:
                 raise InputError(f"result = {result!r} must be one quantity")
-        self.names = [item.label for item in self.wanted]
+        self.names = [item.label for item in self.requested]
         self.name = self.names[0]
         self.done: dict[tuple, tuple] = {}
         if not callable(model):
@@ -101,7 +101,7 @@ class Trials:
                 return self._pick_numbers(split_value(self.name, self.task(file)))
             output = Path(folder) / "out.nc"
             _run_case(InputOfRun(self.file, text), output)
-            numbers, _ = measure(output, self.wanted, [])
+            numbers, _ = measure(output, self.requested, [])
         return self._pick_numbers(numbers)
 
     def _name_numbers(self, value) -> dict:
@@ -125,29 +125,31 @@ class Trials:
         hint = f"; there are {', '.join(numbers)}" if numbers else "; append .last or .largest"
         raise InputError(f"result {name!r} is not a number{hint}")
 
-    def errors_at(self, values: tuple, wanted: bool) -> tuple[list[float], str]:
+    def errors_at(self, values: tuple, with_accuracy: bool) -> tuple[list[float], str]:
         """Return the errors of the results due to time step and penalty, and a warning."""
         from .error_bars import accuracy
 
         errors = [0.0] * len(self.names)
-        basis = "the error bar includes only the width of the bracket"
+        basis = "the error bar includes only the width of the last bracket"
         if self.task != "run" or callable(self.model):
             return errors, basis
-        if not wanted:
+        if not with_accuracy:
             return errors, f"{basis}; accuracy = true includes errors due to time step and penalty"
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
-        requested = {one.label: one.function or one.name for one in self.wanted}
-        figures, doubts = accuracy(InputOfRun(self.file, text), requested, workers=1).figures, []
+        functions = {
+            quantity.label: quantity.function or quantity.name for quantity in self.requested
+        }
+        figures, warnings = accuracy(InputOfRun(self.file, text), functions, workers=1).figures, []
         for i, name in enumerate(self.names):
             if name not in figures:
-                doubts.append(f"{basis}: the result has no error bar")
+                warnings.append(f"{basis}: the result has no error bar")
             elif not math.isfinite(figures[name].bar):
-                doubts.append(f"{basis}: {name} {figures[name].doubt}")
+                warnings.append(f"{basis}: {name} {figures[name].doubt}")
             else:
                 errors[i] = abs(figures[name].run - figures[name].finest) + figures[name].bar
-                doubts.append(figures[name].doubt)
-        return errors, "; ".join(filter(None, doubts))
+                warnings.append(figures[name].doubt)
+        return errors, "; ".join(filter(None, warnings))
 
 
 def _absolute_name(group, file: Path) -> str:

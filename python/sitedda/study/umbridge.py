@@ -55,8 +55,8 @@ def serve_umbridge(
         table = study(model, cases, results, fixed=fixed, task=task, executor=pool, keep=False)
         if table.status.item() != "complete":
             raise SiteddaError(table.message.item())
-        if gaps := [name for name in results if not np.isfinite(table[name])]:
-            raise SiteddaError(f"the run has no number {', '.join(gaps)}")  # NaN is not JSON
+        if missing := [name for name in results if not np.isfinite(table[name])]:
+            raise SiteddaError(f"the run has no number {', '.join(missing)}")  # NaN is not JSON
         return [table[name].item() for name in results]
 
     class Forward(umbridge.Model):

@@ -23,9 +23,9 @@ from ..base.errors import InputError
 
 _GRACE = 5.0  # s after the time limit until a process is killed
 _POLL = 0.5  # s between checks of the parent process
-_MOST = 1e15  # largest limit of memory (bytes) or time (s)
+_LARGEST_LIMIT = 1e15  # largest limit of memory (bytes) or time (s)
 _UNLIMITED = 2.0**62  # limits of memory from this size (bytes) on are ignored
-_FOREVER = 1e6  # time limits from this value (s) on are ignored
+_LONGEST_LIMIT = 1e6  # time limits from this value (s) on are ignored
 
 
 class WorkerDied(Exception):
@@ -48,9 +48,11 @@ def check_limits(memory: float | None, time_limit: float) -> None:
     """
     for name, value in (("memory", memory), ("time_limit", time_limit)):
         number = isinstance(value, Real) and not isinstance(value, bool)
-        none = value == float("inf") or (name == "memory" and value is None)
-        if not none and not (number and 0 < value <= _MOST):
-            raise InputError(f"{name} = {value!r}: give a number above 0, at most {_MOST:g}")
+        is_unlimited = value == float("inf") or (name == "memory" and value is None)
+        if not is_unlimited and not (number and 0 < value <= _LARGEST_LIMIT):
+            raise InputError(
+                f"{name} = {value!r}: give a number above 0, at most {_LARGEST_LIMIT:g}"
+            )
 
 
 class Workers(Executor):
@@ -77,10 +79,10 @@ class Workers(Executor):
         for thread in self._threads:
             thread.start()
 
-    def submit(self, function, /, *arguments, **more) -> Future:
+    def submit(self, function, /, *arguments, **options) -> Future:
         """Submit a function to be called in one of the processes."""
         future: Future = Future()
-        self._tasks.put((future, _serialise_task(function, arguments, more)))
+        self._tasks.put((future, _serialise_task(function, arguments, options)))
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
@@ -139,19 +141,19 @@ class _Process:
     """A worker process and the connection to it."""
 
     def __init__(self, memory: float, processes: set):
-        ours, theirs = socket.socketpair()
+        own_end, child_end = socket.socketpair()
         threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-        with theirs:
+        with child_end:
             self.process = subprocess.Popen(
                 [sys.executable, "-c", "from sitedda.study.workers import main; main()",
-                 str(theirs.fileno())],
-                pass_fds=[theirs.fileno()],
+                 str(child_end.fileno())],
+                pass_fds=[child_end.fileno()],
                 env=os.environ | threads | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
                 stdin=subprocess.DEVNULL,
             )  # fmt: skip
         self.processes = processes
         processes.add(self.process)
-        self.connection = Connection(ours.detach())
+        self.connection = Connection(own_end.detach())
         self.connection.send(memory)
 
     def call(self, data: bytes, time_limit: float):
@@ -163,8 +165,8 @@ class _Process:
         """
         try:
             self.connection.send_bytes(data)
-            patience = None if time_limit > _FOREVER else time_limit
-            if not wait([self.connection], patience):
+            timeout = None if time_limit > _LONGEST_LIMIT else time_limit
+            if not wait([self.connection], timeout):
                 self._end_process(signal.SIGKILL)
                 raise TaskTooLong("the task exceeded its time limit")
             succeeded, value = self.connection.recv()

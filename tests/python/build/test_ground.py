@@ -127,7 +127,7 @@ def test_a_written_model_runs_as_the_model_in_memory(tmp_path, native, same_bits
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({}, "give core, or give surface"),
+        ({}, "give `core`, or `surface`"),
         ({"core": CORE, "frequency": 10.0}, "either size or frequency"),
         ({"core": CORE, "size": None}, "give size or frequency"),
         ({"core": CORE, "right": -50.0}, "right = -50 must be above left = -40"),

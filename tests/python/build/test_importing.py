@@ -175,10 +175,10 @@ def test_size_and_kind_of_a_file_are_checked_first(tmp_path):
     ):
         with pytest.raises(SiteddaError, match=message):
             read_outlines(tmp_path / f"{name}.csv")
-    with pytest.raises(SiteddaError, match="nothing lies on layer 'x'"):
+    with pytest.raises(SiteddaError, match="layer 'x' is empty or missing"):
         read_outlines(drawing(tmp_path), layer="x")
     (tmp_path / "plain.wkt").write_text("LINESTRING (0 0, 1 1)\n")
-    with pytest.raises(SiteddaError, match=r"nothing lies on layer 'x'; its layers: none$"):
+    with pytest.raises(SiteddaError, match=r"layer 'x' is empty or missing; the layers: none$"):
         read_outlines(tmp_path / "plain.wkt", layer="x")
 
 

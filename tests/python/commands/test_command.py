@@ -209,9 +209,9 @@ def test_probable_mistakes_are_reported(program, command, write_input, tmp_path)
     begin = "warn  input" if command == "check" else "note: "
     good = program(command, write_input(tower(steps=3)), *options, folder=tmp_path)
     assert begin not in good.stdout
-    odd = changed(tower(steps=3, gravity=[0.0, -9.81]), "material", density=2.5)
-    odd = without(odd, "fixed_point")
-    output = program(command, write_input(odd), *options, folder=tmp_path).stdout
+    unusual_input = changed(tower(steps=3, gravity=[0.0, -9.81]), "material", density=2.5)
+    unusual_input = without(unusual_input, "fixed_point")
+    output = program(command, write_input(unusual_input), *options, folder=tmp_path).stdout
     output = re.sub(r"\n( {24}| {6})", " ", output)  # lines are wrapped
     notes = [line for line in output.splitlines() if line.startswith(begin)]
     assert len(notes) == 3, output
@@ -235,8 +235,8 @@ def test_a_step_that_does_not_converge_is_status_3_and_located(program, write_in
     assert re.search(location + r".*, error of its force [\d.]\S* N/m", process.stderr)
     assert "try" in process.stderr
     assert not (tmp_path / "out.nc").exists()
-    partial = dataset(tmp_path / "out.nc.partial")
-    assert partial.attrs["complete"] == "no" and partial.sizes["time"] > 1
+    partial_output = dataset(tmp_path / "out.nc.partial")
+    assert partial_output.attrs["complete"] == "no" and partial_output.sizes["time"] > 1
 
 
 def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_path):
@@ -257,10 +257,10 @@ def test_an_output_never_replaces_the_input(program, write_input, tmp_path):
 def test_an_output_never_replaces_the_record(program, write_input, tmp_path):
     record = tmp_path / "record.txt"
     record.write_text("".join(f"{0.01 * i} {(-1) ** i}\n" for i in range(20)))
-    shaken = changed(tower(steps=3), "motion", values=None, time_step=None, file="record.txt",
+    shaken_input = changed(tower(steps=3), "motion", values=None, time_step=None, file="record.txt",
                      format="text", unit="m/s2")  # fmt: skip
     text = record.read_bytes()
-    process = program("run", write_input(shaken), "-q", "-o", tmp_path / "record.txt")
+    process = program("run", write_input(shaken_input), "-q", "-o", tmp_path / "record.txt")
     assert record.read_bytes() == text
     assert process.returncode in (1, 5) and "record.txt" in process.stderr
 
@@ -295,8 +295,8 @@ def test_an_option_without_its_value_fails_with_a_message(program, write_input):
 
 def start(program, file, folder) -> subprocess.Popen:
     """Start a run in the background and wait until it has written something."""
-    running, partial = program.start("run", file, folder=folder), folder / "tower.nc.partial"
-    wait_for(lambda: partial.exists() and partial.stat().st_size > 100_000, running)
+    running, partial_output = program.start("run", file, folder=folder), folder / "tower.nc.partial"
+    wait_for(lambda: partial_output.exists() and partial_output.stat().st_size > 100_000, running)
     return running
 
 
@@ -309,11 +309,11 @@ def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
     assert running.returncode == 6, err
     assert "Traceback" not in err
     assert "interrupted" in err and "tower.nc.partial" in out
-    partial = dataset(tmp_path / "tower.nc.partial")
-    assert partial.attrs["complete"] == "no"
-    assert partial.sizes["time"] > 100
-    assert (partial.time.diff("time") > 0).all()
-    assert bool(partial.displacement.notnull().all())
+    partial_output = dataset(tmp_path / "tower.nc.partial")
+    assert partial_output.attrs["complete"] == "no"
+    assert partial_output.sizes["time"] > 100
+    assert (partial_output.time.diff("time") > 0).all()
+    assert bool(partial_output.displacement.notnull().all())
     assert final.read_bytes() == OLDER
 
 
@@ -323,13 +323,13 @@ def test_the_partial_output_equals_the_start_of_a_complete_one(
     running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.send_signal(signal.SIGINT)
     running.communicate(timeout=DEADLINE)
-    partial = dataset(tmp_path / "tower.nc.partial")
-    steps = partial.sizes["time"] - 1
+    partial_output = dataset(tmp_path / "tower.nc.partial")
+    steps = partial_output.sizes["time"] - 1
     full_input = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
     python_program.ok("run", write_input(full_input, "whole.nml"), folder=tmp_path)
     history = dataset(tmp_path / "whole.nc")
     for name in ("time", "displacement", "velocity", "acceleration", "energy_balance"):
-        assert partial[name].values.tobytes() == history[name].values.tobytes(), name
+        assert partial_output[name].values.tobytes() == history[name].values.tobytes(), name
 
 
 def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, write_input, tmp_path):
@@ -340,8 +340,8 @@ def test_a_second_run_on_the_same_output_does_not_disturb_the_first(program, wri
     assert running.poll() is None
     running.send_signal(signal.SIGINT)
     running.communicate(timeout=DEADLINE)
-    partial = dataset(tmp_path / "tower.nc.partial")
-    assert partial.attrs["complete"] == "no" and partial.sizes["time"] > 100
+    partial_output = dataset(tmp_path / "tower.nc.partial")
+    assert partial_output.attrs["complete"] == "no" and partial_output.sizes["time"] > 100
 
 
 def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_path):

@@ -106,7 +106,7 @@ def test_commands_that_show_outputs_end_in_one_sentence(tmp_path, outputs, comma
 
 
 def test_a_suppressed_interrupt_is_repeated(monkeypatch):
-    monkeypatch.setattr(stop, "_AGAIN", 0.1)
+    monkeypatch.setattr(stop, "_REPEAT_DELAY", 0.1)
     with stop.Interruption() as interruption:
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGTERM)
@@ -128,17 +128,17 @@ class Incomplete:
 
 
 def test_finalisers_that_fail_after_a_signal_are_not_reported(monkeypatch):
-    reported = []
-    monkeypatch.setattr(sys, "unraisablehook", lambda event: reported.append(event.exc_type))
+    reports = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda event: reports.append(event.exc_type))
     with stop.Interruption():
         Incomplete()
-        assert reported == [AttributeError]
+        assert reports == [AttributeError]
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGTERM)
         Incomplete()
-        assert reported == [AttributeError]
+        assert reports == [AttributeError]
     Incomplete()  # handlers of the host are restored
-    assert reported == 2 * [AttributeError]
+    assert reports == 2 * [AttributeError]
 
 
 @pytest.fixture
@@ -196,8 +196,8 @@ def test_a_host_gets_its_own_exception_and_keeps_its_handlers(tmp_path):
 
 
 def test_a_handler_without_exception_does_not_stop_a_run(write_input):
-    heard = []
-    before = signal.signal(signal.SIGINT, lambda *_: heard.append(1))
+    signals = []
+    before = signal.signal(signal.SIGINT, lambda *_: signals.append(1))
     try:
         with sitedda.Simulation(write_input(tower())) as simulation:
             os.kill(os.getpid(), signal.SIGINT)
@@ -205,7 +205,7 @@ def test_a_handler_without_exception_does_not_stop_a_run(write_input):
             assert simulation.steps == 20
     finally:
         signal.signal(signal.SIGINT, before)
-    assert heard
+    assert signals
 
 
 def test_the_paper_ends_its_workers(tmp_path):

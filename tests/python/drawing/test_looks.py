@@ -82,7 +82,7 @@ def test_rotations_have_a_sense_and_edges_of_many_blocks_are_faint():
     data.block_coordinates.values[1, :, 2] = np.linspace(-0.1, 0.1, 6400)
     axes = draw(Scene(data), color="rotation")
     (bar,) = bars_of(axes)
-    assert "anticlockwise +" in bar.get_title(loc="left")
+    assert "anticlockwise positive" in bar.get_title(loc="left")
     blocks = next(c for c in axes.collections if len(c.get_facecolor()) > 0)
     assert max(blocks.get_linewidth()) <= 0.2  # points; wider edges would merge
 
@@ -261,7 +261,7 @@ def test_the_energy_budget_is_closed(run):
         energies.given + energies.residual, rel=1e-9
     )
     assert all((values >= 0).all() for values in energies.parts.values())
-    assert {"kinetic", "lost by slip"} <= set(energies.parts)
+    assert {"kinetic", "loss by slip"} <= set(energies.parts)
 
 
 def test_an_output_without_positions_has_a_rounding_limit(sliver):

@@ -170,7 +170,7 @@ def test_a_site_picture_states_the_damping_of_the_model(write_input):
     history = sitedda.run(file).history
     figure = run_picture(history)
     texts = [text.get_text() for text in figure.texts]
-    assert any("damping of the scheme" in t and "of the material: none" in t for t in texts)
+    assert any("damping ratio of the scheme" in t and "of the materials: none" in t for t in texts)
     figure.canvas.draw()
     for legend in filter(None, (axes.get_legend() for axes in figure.axes)):
         box, axes = legend.get_window_extent(), legend.axes.get_window_extent()
@@ -312,7 +312,7 @@ def test_pictures_show_bolts_with_their_force(bolted):
 
 def test_static_steps_do_not_count_as_damping(bolted):
     description = damping_words(bolted.history, 1.0)
-    assert description.startswith("damping of the scheme 0.16 % at 1 Hz (Δt = 1 ms)")
+    assert description.startswith("damping ratio of the scheme 0.16 % at 1 Hz (Δt = 1 ms)")
 
 
 def polygon_area(cell) -> float:
@@ -477,7 +477,7 @@ def test_blocks_that_leave_are_counted_and_named(write_input):
     assert run.verdict.values["first_block_fallen_s"] < run.verdict.values["first_block_lost_s"]
     assert 0 < run.verdict.values["first_block_lost_s"] < 2
     axes = run.draw()
-    assert "1 out of view: falls" in axes.texts[-1].get_text()
+    assert "1 block out of view: falls" in axes.texts[-1].get_text()
     low, high = axes.get_ylim()
     assert low > -2 and high < 2
 
@@ -651,14 +651,14 @@ def test_stages_are_marked_and_removed_blocks_are_gone(write_input):
     paths = axes.collections[-1].get_paths()
     is_drawn = [np.isfinite(path.vertices).all() and len(path.vertices) > 0 for path in paths]
     assert is_drawn[:2] == [True, True] and (len(is_drawn) == 2 or not is_drawn[2])
-    assert "1 removed" in axes.texts[-1].get_text()
+    assert "1 block removed" in axes.texts[-1].get_text()
     from sitedda.vtk import blocks_of
 
     assert blocks_of(scene, scene.frames - 1).cells["removed"].tolist() == [0, 0, 1]
     figure = run_picture(run.history)
     texts = [t.get_text() for a in figure.axes[2:] for t in a.texts]
     assert {"shake, low", "after <b>"} <= set(texts)
-    assert "damping of the scheme" in figure.texts[-1].get_text()
+    assert "damping ratio of the scheme" in figure.texts[-1].get_text()
 
 
 def test_check_prints_four_digits(write_input, main):

@@ -72,8 +72,8 @@ def test_steps_too_long_for_the_geometry_cause_a_warning(write_input):
     path = write_input(wheel(), "wheel.nml")
     with pytest.warns(sitedda.AuditWarning, match="try a smaller time_step") as warning_list:
         result = sitedda.run(path)
-    gained = float(re.search(r"gained (-?[\d.]+) of", str(warning_list[0].message))[1])
-    assert gained == pytest.approx(float(result.history.energy_geometric[-1]), abs=1e-6)
+    energy_gain = float(re.search(r"gained (-?[\d.]+) of", str(warning_list[0].message))[1])
+    assert energy_gain == pytest.approx(float(result.history.energy_geometric[-1]), abs=1e-6)
 
 
 @pytest.mark.parametrize(

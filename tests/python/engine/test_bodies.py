@@ -83,16 +83,16 @@ def test_two_layers_of_contrast_1000_have_the_frequency_of_the_closed_form():
     model.contact(normal_stiffness=1e6 * YOUNG)
     for number, cell in enumerate(low + high, 1):
         for x, y in cell:
-            free = {} if y < 1e-9 else {"direction": "y"}
-            model.fixed_point(x=x, y=y, block=str(number), **free)
+            direction_of_point = {} if y < 1e-9 else {"direction": "y"}
+            model.fixed_point(x=x, y=y, block=str(number), **direction_of_point)
     speeds = np.sqrt([YOUNG / 2 / DENSITY, soft / 2 / DENSITY])
 
-    def closed(omega):
+    def closed_form(omega):
         return np.tan(omega * height / speeds[0]) * np.tan(omega * height / speeds[1]) - (
             speeds[0] / speeds[1]
         )
 
-    exact = brentq(closed, 1e-3, (np.pi / 2 - 1e-9) * speeds[1] / height) / (2 * np.pi)
+    exact = brentq(closed_form, 1e-3, (np.pi / 2 - 1e-9) * speeds[1] / height) / (2 * np.pi)
     assert sitedda.modes(model, count=1).frequency[0] == pytest.approx(exact, rel=3e-3)
 
 
@@ -144,10 +144,10 @@ def test_the_shipped_tunnel_is_that_of_kirsch(root):
     assert side == pytest.approx(factor * (mean - half), rel=0.025)
     centre = history.block_coordinates.values[-1, :, :2]
     r, angle = np.hypot(*centre.T), np.arctan2(*abs(centre.T[::-1]))
-    beside = (r < 2.12) & (angle < np.radians(10))
-    inward = (radius / r[beside].mean()) ** 2
+    at_wall = (r < 2.12) & (angle < np.radians(10))
+    inward = (radius / r[at_wall].mean()) ** 2
     hoop = mean * (1 + inward) + (1 - ratio) / 2 * pressure * (1 + 3 * inward**2)
-    stress = -history.block_stress.values[-1, beside, 1].mean()
+    stress = -history.block_stress.values[-1, at_wall, 1].mean()
     assert stress == pytest.approx(hoop, rel=0.03)
 
 
@@ -166,17 +166,17 @@ def spinning(step, rate=3.0):
 
 
 def test_a_spinning_body_keeps_its_energy_and_balances():
-    gained = []
+    energy_gain = []
     for step in (2e-3, 1e-3):
         history = spinning(step).run().history
         kinetic = float(history.energy_kinetic[0])
         assert abs(history.energy_balance.values).max() < 1e-9 * kinetic
-        gained.append(abs(float(history.energy_geometric[-1])) / kinetic)
+        energy_gain.append(abs(float(history.energy_geometric[-1])) / kinetic)
         assert float(history.energy_welded.max()) < 1e-3 * kinetic
         rotation = history.block_coordinates.values[-1, :, 2]
         np.testing.assert_allclose(rotation, 1.0, atol=3e-3)
-    assert gained[0] < 1e-5
-    assert gained[1] < 1e-6
+    assert energy_gain[0] < 1e-5
+    assert energy_gain[1] < 1e-6
 
 
 RAYLEIGH = {"rayleigh_alpha": 3.0, "rayleigh_beta": 1e-4}
@@ -302,10 +302,10 @@ def test_a_meshed_input_built_into_a_block_file_runs_without_python(root, tmp_pa
     reference = sitedda.run(root / "inputs" / "roof_beam.nml").history
     file, _ = build_file(root / "inputs" / "roof_beam.nml", tmp_path / "beam.nml", True)
     native.ok("run", file, "-q", "-o", tmp_path / "beam.nc")
-    built = load(tmp_path / "beam.nc")
-    assert built.body.values.tolist() == ["beam"]
+    built_output = load(tmp_path / "beam.nc")
+    assert built_output.body.values.tolist() == ["beam"]
     for name in ("displacement", "block_coordinates", "block_stress"):
-        np.testing.assert_array_equal(built[name], reference[name])
+        np.testing.assert_array_equal(built_output[name], reference[name])
 
 
 def test_check_bounds_the_ringing_of_a_body_by_beta():
@@ -474,8 +474,8 @@ def test_crosses_show_the_principal_stresses_of_cells(tmp_path):
     assert largest_stress(scene, [scene.frames - 1]) == pytest.approx(1e5, rel=1e-4)
     axes = sitedda.draw(scene, color="compression")
     arms = draw_crosses(axes, scene, scene.frames - 1, 1.0, 1e5)[0]
-    ways = np.array([line[1] - line[0] for line in arms.get_segments()])
-    np.testing.assert_allclose(abs(ways), np.tile([0.425, 0.0], (16, 1)), atol=1e-4)
+    directions = np.array([line[1] - line[0] for line in arms.get_segments()])
+    np.testing.assert_allclose(abs(directions), np.tile([0.425, 0.0], (16, 1)), atol=1e-4)
     assert {tuple(np.round(c, 3)) for c in arms.get_colors()} == {
         tuple(np.round(to_rgba(TENSION), 3))
     }

@@ -16,8 +16,8 @@ def second_moments(polygon):
     """Second moments of a polygon about its centroid, shape (2, 2)."""
     after = np.roll(polygon, -1, axis=0)
     double = polygon[:, 0] * after[:, 1] - polygon[:, 1] * after[:, 0]
-    middles = (0.5 * polygon, 0.5 * after, 0.5 * (polygon + after))
-    return sum(np.einsum("k,ki,kj->ij", double / 6, at, at) for at in middles)
+    midpoints = (0.5 * polygon, 0.5 * after, 0.5 * (polygon + after))
+    return sum(np.einsum("k,ki,kj->ij", double / 6, at, at) for at in midpoints)
 
 
 def angular_momentum(run, areas, moments):
@@ -26,8 +26,10 @@ def angular_momentum(run, areas, moments):
     x, y = position[:, :2].T
     orbit = areas * (x * rate[:, 1] - y * rate[:, 0])
     a, b, c = moments[:, 0, 0], moments[:, 1, 1], moments[:, 0, 1]
-    own = (a + b) * rate[:, 2] + c * (rate[:, 4] - rate[:, 3]) + 0.5 * (a - b) * rate[:, 5]
-    return (orbit + own).sum()
+    moment_of_rates = (
+        (a + b) * rate[:, 2] + c * (rate[:, 4] - rate[:, 3]) + 0.5 * (a - b) * rate[:, 5]
+    )
+    return (orbit + moment_of_rates).sum()
 
 
 def test_a_spinning_disc():
@@ -44,7 +46,7 @@ def test_a_spinning_disc():
     stress = np.stack([mean + half * np.cos(2 * angle), mean - half * np.cos(2 * angle),
                        half * np.sin(2 * angle)], axis=1)  # fmt: skip
     moments = np.array([second_moments(c - m) for c, m in zip(cells, body.centres, strict=True)])
-    gained = []
+    energy_gain = []
     for step in (1e-3, 5e-4):
         steps = round(0.2 / step)
         model = model_of([], time_step=step, steps=steps, integration="midpoint")
@@ -62,12 +64,12 @@ def test_a_spinning_disc():
             change = angular_momentum(run, body.areas, moments) / start - 1
             assert abs(change) < (1e-12 if step == 1e-3 else 1e-10)  # tolerance of the solver
             assert abs(run.energies["balance"]) < 1e-9 * kinetic
-            gained.append(abs(run.energies["geometric"]) / kinetic)
+            energy_gain.append(abs(run.energies["geometric"]) / kinetic)
             middle = run.stresses[np.argmin(r), :2]
             np.testing.assert_allclose(middle, unit * (3 + poisson) * radius**2, rtol=0.03)
             assert np.mean(run.coordinates[:, 2]) == pytest.approx(rate * step * steps, rel=1e-3)
-    assert gained[0] < 1e-6
-    assert gained[1] < gained[0] / 4
+    assert energy_gain[0] < 1e-6
+    assert energy_gain[1] < energy_gain[0] / 4
 
 
 def test_hertz():
@@ -83,8 +85,8 @@ def test_hertz():
         side = min(0.12, 1.25 * side)
     angle = np.concatenate([angle, -angle[:0:-1]])
     outline = radius * np.column_stack([np.sin(angle), 1 - np.cos(angle)])
-    near = [shapely.LineString([(-1.6 * width, 0), (1.6 * width, 0)])]
-    cells = mesh_body([part(outline.ravel(), 0.125)], "quadrilateral", near, fine).polygons
+    fine_lines = [shapely.LineString([(-1.6 * width, 0), (1.6 * width, 0)])]
+    cells = mesh_body([part(outline.ravel(), 0.125)], "quadrilateral", fine_lines, fine).polygons
     model = model_of([], steps=None, analysis="plane_strain")
     model.material(name="hard", density=DENSITY, young_modulus=1e6 * YOUNG, poisson_ratio=0.0)
     model.contact(normal_stiffness=1e11)
@@ -102,14 +104,14 @@ def test_hertz():
     history = model.run().history
     corners = np.concatenate([np.reshape(model["block"][0].vertices, (-1, 2)), *cells])
     owner = np.repeat(np.arange(len(cells) + 1), [4, *map(len, cells)])
-    last = history.contact_frame.values == history.contact_frame.values.max()
-    vertex = history.contact_vertex.values[last]
-    x, normal_force = corners[vertex, 0], history.contact_normal_force.values[last]
+    is_last = history.contact_frame.values == history.contact_frame.values.max()
+    vertex = history.contact_vertex.values[is_last]
+    x, normal_force = corners[vertex, 0], history.contact_normal_force.values[is_last]
     assert normal_force.sum() == pytest.approx(force, rel=1e-6)
     assert 2 * np.sqrt(normal_force @ x**2 / force) == pytest.approx(width, rel=0.03)
-    length = np.bincount(owner[vertex], history.contact_length.values[last])
-    total = np.bincount(owner[vertex], normal_force)
-    pressure = (total / np.maximum(length, 1e-9)).max()
+    length = np.bincount(owner[vertex], history.contact_length.values[is_last])
+    forces = np.bincount(owner[vertex], normal_force)
+    pressure = (forces / np.maximum(length, 1e-9)).max()
     assert pressure == pytest.approx(2 * force / (np.pi * width), rel=0.05)
 
 
@@ -168,5 +170,5 @@ def test_pressure_is_uniform_to_twelve_digits(name):
     pressure, poisson = 0.01 * YOUNG, 0.25
     stress = stress_under(pressure, APART[name], poisson, friction=0.0, contact_points=3,
                           normal_stiffness_per_area=10 * YOUNG)  # fmt: skip
-    longer = 1 / (1 - poisson * pressure / YOUNG)
-    np.testing.assert_allclose(stress, len(stress) * [[0.0, -longer, 0.0]], rtol=0, atol=1e-12)
+    stretch = 1 / (1 - poisson * pressure / YOUNG)
+    np.testing.assert_allclose(stress, len(stress) * [[0.0, -stretch, 0.0]], rtol=0, atol=1e-12)

@@ -176,8 +176,8 @@ def test_a_grouted_bolt_turns_with_its_blocks():
         run.rates = rates
         run.advance(200)
         assert run.coordinates[0, 2] == pytest.approx(0.2, rel=1e-3)
-        stored = run.energies["support"]
-    assert stored < 1e-6 * 0.5 * 2 * 2000.0
+        spring_energy = run.energies["support"]
+    assert spring_energy < 1e-6 * 0.5 * 2 * 2000.0
 
 
 @pytest.mark.parametrize("limit", ["shear_yield_force", "rupture_slip"])
@@ -205,8 +205,8 @@ def test_stages_add_and_drop_bolts():
     assert history.bolt_state[:, 0].values[[0, 1, 3, -1]].tolist() == [0, 1, 1, 0]
     assert history.bolt_force[1, 0] == pytest.approx(20e3, rel=1e-3)
     assert history.bolt_force[-1, 0] == 0.0
-    moving = 0.5 * MASS * (10.0 * 0.1) ** 2
-    assert float(history.energy_kinetic[-1]) == pytest.approx(moving, rel=2e-2)
+    kinetic_energy = 0.5 * MASS * (10.0 * 0.1) ** 2
+    assert float(history.energy_kinetic[-1]) == pytest.approx(kinetic_energy, rel=2e-2)
     assert energy_residual(history) < 1e-6
 
 
@@ -230,9 +230,9 @@ def test_both_programs_and_resumed_runs_are_bit_identical(tmp_path, same_everywh
 def test_bad_bolts_are_refused(changes, message):
     model = hanging()
     model["bolt"][0](**changes)
-    with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as caught:
+    with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as error_info:
         sitedda.Simulation(model)
-    assert message in str(caught.value)
+    assert message in str(error_info.value)
 
 
 def test_a_stage_with_unknown_bolts_is_refused():

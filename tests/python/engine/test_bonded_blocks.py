@@ -22,9 +22,9 @@ def disc_stress(x, y):
     """Stresses across and along an elastic disc under forces of 1 N/m at (0, ±R), Pa."""
     first, second = R - y, R + y
     a, b = np.hypot(x, first) ** 4, np.hypot(x, second) ** 4
-    across = -2 / np.pi * (first * x**2 / a + second * x**2 / b - 1 / (2 * R))
-    along = -2 / np.pi * (first**3 / a + second**3 / b - 1 / (2 * R))
-    return across, along
+    horizontal = -2 / np.pi * (first * x**2 / a + second * x**2 / b - 1 / (2 * R))
+    vertical = -2 / np.pi * (first**3 / a + second**3 / b - 1 / (2 * R))
+    return horizontal, vertical
 
 
 def test_intact_bonds_carry_the_stresses_of_an_elastic_disc(disc):
@@ -38,10 +38,10 @@ def test_intact_bonds_carry_the_stresses_of_an_elastic_disc(disc):
     assert middle.sum() >= 20
     areas = np.array([Polygon(polygon).area for polygon in polygons])[middle]
     weight_fraction = areas / areas.sum()
-    across, along, _ = weight_fraction @ history.block_stress.values[-1][middle] / force
+    horizontal, vertical, _ = weight_fraction @ history.block_stress.values[-1][middle] / force
     expected = [weight_fraction @ stress for stress in disc_stress(*positions[middle].T)]
-    assert across == pytest.approx(expected[0], rel=0.2)
-    assert along == pytest.approx(expected[1], rel=0.1)
+    assert horizontal == pytest.approx(expected[0], rel=0.2)
+    assert vertical == pytest.approx(expected[1], rel=0.1)
 
 
 def test_the_disc_splits_in_the_middle_and_loses_its_strength(disc):

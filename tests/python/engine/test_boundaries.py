@@ -25,16 +25,16 @@ def soil(title: str = "soil", penalty: float = 40.0, **control) -> sitedda.Model
 
 
 def stack(
-    layers: int, height: float = 20.0, motion=(0.0, 1.0), along: str = "x", penalty=2e4, **control
+    layers: int, height: float = 20.0, motion=(0.0, 1.0), axis: str = "x", penalty=2e4, **control
 ):
     """Layers on a compliant base, on rollers that permit only shear or only compression."""
     model = soil(penalty=penalty, **control)
     model.layers("layer", width=1.0, thickness=height / layers, count=layers)
     model.motion("rock", list(motion), model.control.time_step, "acceleration", drift_order=0)
-    model.boundary("base", "compliant", side="bottom", **{f"motion_{along}": "rock"}, **ROCK)
-    across = "y" if along == "x" else "x"
+    model.boundary("base", "compliant", side="bottom", **{f"motion_{axis}": "rock"}, **ROCK)
+    normal_axis = "y" if axis == "x" else "x"
     for side in ("left", "right"):
-        model.boundary(side=side, kind="roller", direction=across)
+        model.boundary(side=side, kind="roller", direction=normal_axis)
     model.measured_point("surface", 0.5, height)
     model.measured_point("base", 0.5, 0.0)
     return model
@@ -80,17 +80,17 @@ def test_a_layer_on_a_half_space_amplifies_in_time():
     assert max(abs(history.energy_balance.values)) < 1e-6 * work
 
 
-@pytest.mark.parametrize("along", ["x", "y"])
-def test_a_pulse_leaves_through_a_half_space_of_the_same_rock(along):
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_a_pulse_leaves_through_a_half_space_of_the_same_rock(axis):
     """The base moves once with the upgoing and once with the downgoing pulse, then rests."""
     step, height = 5e-4, 20.0
     time = np.arange(0.0, 0.12, step)
     motion = np.sin(np.pi * time / 0.12) ** 2 * np.sin(4 * np.pi * time / 0.12)
-    model = stack(40, height, motion, along, time_step=step, duration=0.6, integration="midpoint")
+    model = stack(40, height, motion, axis, time_step=step, duration=0.6, integration="midpoint")
     base = model["boundary"][0]
     base(density=DENSITY, shear_velocity=SPEED, pressure_velocity=None)
     history = model.run().history
-    velocity = history.velocity.sel(axis=along).values
+    velocity = history.velocity.sel(axis=axis).values
     surface, bottom = (
         velocity[:, history.point.values == name].ravel() for name in ("surface", "base")
     )
@@ -159,9 +159,9 @@ def test_bad_boundaries_are_refused_with_a_reason(values, message):
         base._values.pop(name, None)
         if value is not None:
             base._values[name] = value
-    with pytest.raises(sitedda.InputError, match=message) as refusal:
+    with pytest.raises(sitedda.InputError, match=message) as error_info:
         model.check()
-    assert str(refusal.value).startswith("Model.boundary(…), ")
+    assert str(error_info.value).startswith("Model.boundary(…), ")
 
 
 def test_weight_on_dashpots_needs_a_static_stage():
@@ -172,15 +172,15 @@ def test_weight_on_dashpots_needs_a_static_stage():
 
 
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
-@pytest.mark.parametrize("along", ["x", "y"])
-def test_tied_sides_make_level_ground_of_any_width(integration, along):
+@pytest.mark.parametrize("direction", ["x", "y"])
+def test_tied_sides_make_level_ground_of_any_width(integration, direction):
     """All columns move alike, to 1e-8 of the peak; with free sides they do not."""
-    tied = moved(lattice("tied", along, integration=integration))
-    peak = abs(tied).max()
-    assert abs(tied - tied[:, :, :1]).max() < 1e-8 * peak
+    tied_motion = moved(lattice("tied", direction, integration=integration))
+    peak = abs(tied_motion).max()
+    assert abs(tied_motion - tied_motion[:, :, :1]).max() < 1e-8 * peak
     if integration == "dda":
-        free = moved(lattice("free", along))
-        assert abs(free - free[:, :, :1]).max() > 0.01 * peak
+        free_motion = moved(lattice("free", direction))
+        assert abs(free_motion - free_motion[:, :, :1]).max() > 0.01 * peak
 
 
 def test_a_mirrored_model_has_the_mirrored_motion():
@@ -209,9 +209,9 @@ def test_ties_of_a_removed_block_are_removed():
     model.stage(name="rest", kind="static")
     model.stage(name="fall", remove="right", steps=300)
     history = model.run().history
-    fallen = history.displacement[-1, 0] - history.displacement[0, 0]
-    assert float(fallen[1]) == pytest.approx(-9.81 * 0.3**2 / 2, rel=1e-3)
-    assert abs(float(fallen[0])) < 1e-4
+    fall = history.displacement[-1, 0] - history.displacement[0, 0]
+    assert float(fall[1]) == pytest.approx(-9.81 * 0.3**2 / 2, rel=1e-3)
+    assert abs(float(fall[0])) < 1e-4
     assert abs(history.energy_balance.values[-1]) < 1e-6 * history.energy_kinetic.values[-1]
 
 
@@ -235,10 +235,10 @@ def test_the_transfer_function_of_an_inclined_base_is_that_of_its_axes():
         model = base_of_a_block(angle, **motions)
         return sitedda.transfer(model, frequencies, "centre", None, axis)
 
-    along, across = centre("x", 0.0, motion_x="rock"), centre("y", 0.0, motion_y="rock")
+    along_x, along_y = centre("x", 0.0, motion_x="rock"), centre("y", 0.0, motion_y="rock")
     for angle, motions in ((30.0, {"motion_y": "rock"}), (70.0, {"motion_y": "rock"})):
         cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-        expected = cos**2 * across + sin**2 * along
+        expected = cos**2 * along_y + sin**2 * along_x
         np.testing.assert_allclose(centre("y", angle, **motions), expected, rtol=1e-9)
 
 
@@ -296,17 +296,17 @@ def test_a_layer_between_two_half_spaces_transmits_as_in_the_closed_form():
     model.layers("layer", width=1.0, thickness=height / layers, count=layers)
     model.motion("rock", [0.0, 1.0, 0.0], 0.01, "acceleration")
     model.boundary("base", "compliant", side="bottom", motion_x="rock", **ROCK)
-    above = {"density": 900.0, "shear_velocity": 150.0, "pressure_velocity": 300.0}
-    model.boundary("top", "viscous", side="top", **above)
+    upper_rock = {"density": 900.0, "shear_velocity": 150.0, "pressure_velocity": 300.0}
+    model.boundary("top", "viscous", side="top", **upper_rock)
     model.boundary(kind="tied")
     model.measured_point("surface", 0.5, height)
     frequencies = np.linspace(0.5, 5.0, 10)
     phase = 2 * np.pi * frequencies * height / SPEED
     soil_impedance, below = DENSITY * SPEED, ROCK["density"] * ROCK["shear_velocity"]
-    over = above["density"] * above["shear_velocity"]
+    impedance = upper_rock["density"] * upper_rock["shear_velocity"]
     exact = 1 / (
-        (1 + over / below) * np.cos(phase)
-        + 1j * (soil_impedance / below + over / soil_impedance) * np.sin(phase)
+        (1 + impedance / below) * np.cos(phase)
+        + 1j * (soil_impedance / below + impedance / soil_impedance) * np.sin(phase)
     )
     response = sitedda.transfer(model, frequencies, "surface", None)
     assert max(abs(response - exact)) < 1e-3 * max(abs(exact))

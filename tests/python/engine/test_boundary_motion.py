@@ -20,25 +20,25 @@ MOTIONS = [f"{who}_{what}" for who in ("incoming", "boundary")
 
 
 @pytest.mark.parametrize(("motion_is", "fraction"), [("outcrop", 0.5), ("incoming", 1.0)])
-@pytest.mark.parametrize("along", ["x", "y"])
-def test_the_incoming_wave_is_that_of_the_record(motion_is, fraction, along):
-    model = stack(4, motion=PULSE, along=along, duration=0.1)
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_the_incoming_wave_is_that_of_the_record(motion_is, fraction, axis):
+    model = stack(4, motion=PULSE, axis=axis, duration=0.1)
     model["boundary"][0](motion_is=motion_is)
     history = model.run().history.sel(boundary="base")
     record = np.interp(history.time, STEP * np.arange(PULSE.size), PULSE, right=0.0)
-    acceleration = history.incoming_acceleration.sel(axis=along).values
+    acceleration = history.incoming_acceleration.sel(axis=axis).values
     np.testing.assert_allclose(acceleration, fraction * record, atol=1e-12)
-    assert not np.any(history.incoming_acceleration.sel(axis="xy".strip(along)))
+    assert not np.any(history.incoming_acceleration.sel(axis="xy".strip(axis)))
     velocity = np.cumsum(acceleration[1:] + acceleration[:-1]) * STEP / 2
-    np.testing.assert_allclose(history.incoming_velocity.sel(axis=along)[1:], velocity, atol=1e-12)
+    np.testing.assert_allclose(history.incoming_velocity.sel(axis=axis)[1:], velocity, atol=1e-12)
 
 
 def test_the_motion_of_a_base_is_the_mean_of_its_edges():
     history = stack(4, motion=PULSE, duration=0.05).run().history
     for name in ("displacement", "velocity", "acceleration"):
-        own = history[f"boundary_{name}"].sel(boundary="base").values
+        motion_of_base = history[f"boundary_{name}"].sel(boundary="base").values
         middle = history[name].sel(point="base").values
-        np.testing.assert_allclose(own, middle, atol=1e-8 * abs(middle).max())
+        np.testing.assert_allclose(motion_of_base, middle, atol=1e-8 * abs(middle).max())
 
 
 def test_a_matched_base_moves_as_the_incoming_plus_the_reflected_wave():
@@ -50,8 +50,10 @@ def test_a_matched_base_moves_as_the_incoming_plus_the_reflected_wave():
     )
     history = model.run().history.sel(boundary="base", axis="x")
     time, wave = history.time.values, history.incoming_velocity.values
-    back = np.interp(time - 2 * height / SPEED, time, wave, left=0.0)
-    assert abs(history.boundary_velocity.values - wave - back).max() < 0.01 * abs(wave).max()
+    reflected_wave = np.interp(time - 2 * height / SPEED, time, wave, left=0.0)
+    assert (
+        abs(history.boundary_velocity.values - wave - reflected_wave).max() < 0.01 * abs(wave).max()
+    )
 
 
 def test_level_ground_moves_as_the_incoming_free_field():
@@ -71,15 +73,19 @@ def test_level_ground_moves_as_the_incoming_free_field():
 
 
 def test_displacements_count_from_the_stage_that_sets_them_to_zero():
-    sunk = {}
+    settlements = {}
     for zero in (False, True):
         model = lattice("free_field", duration=None, gravity=(0.0, -9.81))
         model.stage("rest", kind="static")
         model.stage("shaken", duration=0.02, zero_displacements=zero)
         end = model.run().history.isel(time=-1).sel(boundary="free field left", axis="y")
-        sunk[zero] = [float(end[f"{who}_displacement"]) for who in ("boundary", "incoming")]
-    np.testing.assert_allclose(sunk[False], -0.5 * DENSITY * 9.81 * 3.0**2 / MODULUS, rtol=0.5)
-    np.testing.assert_allclose(sunk[True], 0.0, atol=1e-3 * abs(sunk[False][0]))
+        settlements[zero] = [
+            float(end[f"{kind}_displacement"]) for kind in ("boundary", "incoming")
+        ]
+    np.testing.assert_allclose(
+        settlements[False], -0.5 * DENSITY * 9.81 * 3.0**2 / MODULUS, rtol=0.5
+    )
+    np.testing.assert_allclose(settlements[True], 0.0, atol=1e-3 * abs(settlements[False][0]))
 
 
 def test_the_same_bits_from_both_programs_and_after_a_resume(tmp_path, same_everywhere):
@@ -91,11 +97,11 @@ def test_the_same_bits_from_both_programs_and_after_a_resume(tmp_path, same_ever
 def test_models_without_boundaries_have_no_such_variables():
     history = lattice("free", columns=2).run().history
     assert "boundary_edge" in history
-    bare = sitedda.Model("bare", time_step=STEP, steps=2)
-    bare.material("rock", density=DENSITY, young_modulus=MODULUS, poisson_ratio=POISSON)
-    bare.joint("dry", friction_angle=30.0)
-    bare.block([0, 0, 1, 0, 1, 1, 0, 1])
-    history = bare.run().history
+    model = sitedda.Model("bare", time_step=STEP, steps=2)
+    model.material("rock", density=DENSITY, young_modulus=MODULUS, poisson_ratio=POISSON)
+    model.joint("dry", friction_angle=30.0)
+    model.block([0, 0, 1, 0, 1, 1, 0, 1])
+    history = model.run().history
     assert not [name for name in history.variables if "boundary" in name or "incoming" in name]
 
 
@@ -163,9 +169,9 @@ def twice(first: dict, second: dict) -> sitedda.Model:
     ],
 )  # fmt: skip
 def test_an_edge_with_two_boundaries_is_refused(first, second):
-    with pytest.raises(sitedda.InputError) as refusal:
+    with pytest.raises(sitedda.InputError) as error_info:
         twice(first, second).check()
-    message = str(refusal.value)
+    message = str(error_info.value)
     assert "edge " in message and "of block 'b_0_" in message or "of block 'b_2_" in message
     assert message.count("Model.boundary(…), ") == 2 and "line" not in message
 

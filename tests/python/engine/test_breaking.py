@@ -42,8 +42,10 @@ def pulled_bar(count):
     """A bar of 2 m with one fixed end; the other end is pulled to 1.1 times the strength."""
     size = 2.0 / count
     model = cells(count, 1, size, 4000, 5e-5)
-    pulled = 2.2e-4 * np.arange(4002) / 4000
-    model.motion(name="pull", values=pulled.tolist(), quantity="displacement", time_step=5e-5)
+    displacements = 2.2e-4 * np.arange(4002) / 4000
+    model.motion(
+        name="pull", values=displacements.tolist(), quantity="displacement", time_step=5e-5
+    )
     for y in (0.0, size):
         model.fixed_point(x=0.0, y=y, block="c0_0")
         model.fixed_point(x=2.0, y=y, block=f"c{count - 1}_0", motion_x="pull")
@@ -62,12 +64,12 @@ def test_a_bar_breaks_at_its_strength_and_keeps_the_remaining_energy(count):
     assert damage[0].max() == 0 and damage.max() == 1
     if count == 2:
         assert history.energy_fracture[-1] == pytest.approx(ENERGY * depth, rel=1e-3)
-        moving = float(history.energy_kinetic[-1] + history.energy_strain[-1])
-        assert moving == pytest.approx(140.0 * depth, rel=0.025)
+        kinetic_energy = float(history.energy_kinetic[-1] + history.energy_strain[-1])
+        assert kinetic_energy == pytest.approx(140.0 * depth, rel=0.025)
     assert np.abs(history.energy_balance).max() < 1e-9 * history.energy_input.max()
     assert np.all(np.diff(history.energy_fracture) >= 0)
-    booked = float(np.abs(history.energy_breaking).max())
-    assert booked < 5e-3 * history.energy_input.max()
+    breaking_energy = float(np.abs(history.energy_breaking).max())
+    assert breaking_energy < 5e-3 * history.energy_input.max()
 
 
 def momenta(history, size):
@@ -145,8 +147,8 @@ def test_a_run_that_breaks_has_the_same_bits_everywhere(
     model.output(block_interval=20)
     file = model.write(tmp_path / "body.nml")
     reference = same_everywhere(file, 200)
-    broken = np.flatnonzero(reference.energy_fracture.values > 0)[0]
-    same_bits(reference, in_parts(file, int(broken) + 1))
+    first_crack = np.flatnonzero(reference.energy_fracture.values > 0)[0]
+    same_bits(reference, in_parts(file, int(first_crack) + 1))
 
 
 def test_a_study_runs_over_strengths_of_faces(tmp_path):
@@ -155,8 +157,8 @@ def test_a_study_runs_over_strengths_of_faces(tmp_path):
     file = cells(4, 2, 0.5, 200, 2e-5, 0.2, velocities).write(tmp_path / "body.nml")
     values = {"joint.crack.tensile_strength": [5e5, 3e6]}
     table = sitedda.study(file, values, ["energy_fracture.last"], folder=tmp_path / "cases")
-    weak, strong = table["energy_fracture.last"].values
-    assert weak == pytest.approx(ENERGY * 1.0, rel=0.02) and strong == 0
+    weak_energy, strong_energy = table["energy_fracture.last"].values
+    assert weak_energy == pytest.approx(ENERGY * 1.0, rel=0.02) and strong_energy == 0
 
 
 def between(first, *others):

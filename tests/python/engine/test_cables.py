@@ -155,9 +155,9 @@ def test_pictures_show_the_points_of_a_cable():
 def test_bad_cables_are_refused(changes, message):
     model = atwood()
     model["bolt"][0](**changes)
-    with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as caught:
+    with pytest.raises(sitedda.InputError, match=r"^Model\.bolt\(…\), ") as error_info:
         sitedda.Simulation(model)
-    assert message in str(caught.value)
+    assert message in str(error_info.value)
 
 
 def test_a_point_with_one_coordinate_is_refused(tmp_path):

@@ -15,8 +15,8 @@ from sitedda.scheme import Scheme
 
 def finding(text: str, topic: str) -> str:
     """One finding of a report in one line, with its verdict."""
-    joined = re.sub(r"\n {24}", " ", text)
-    return next(line for line in joined.splitlines() if line[6:].startswith(topic))
+    joined_text = re.sub(r"\n {24}", " ", text)
+    return next(line for line in joined_text.splitlines() if line[6:].startswith(topic))
 
 
 def numbers_of(report) -> np.ndarray:
@@ -52,8 +52,8 @@ def test_a_band_that_reaches_beyond_the_steps_has_damping_at_one_end(write_input
     match = re.search(r"([\d.]+) % at 14.29 Hz; the band of the record reaches 28.57 Hz", line)
     expected = 50 * math.tan(math.pi * report.band[0] * 0.02)
     assert float(match[1]) == pytest.approx(expected, rel=5e-4)
-    advised = float(re.search(r"time_step below ([\d.]+) s", line)[1])
-    assert advised == pytest.approx(1 / (2 * report.band[1]), rel=5e-4)
+    advised_step = float(re.search(r"time_step below ([\d.]+) s", line)[1])
+    assert advised_step == pytest.approx(1 / (2 * report.band[1]), rel=5e-4)
 
 
 @pytest.mark.parametrize("time_step", [0.05, 1e3])
@@ -165,8 +165,8 @@ def test_a_run_is_refused_by_a_check_that_fails(program, write_input, tmp_path):
     refused = write_input(tower(time_step=0.05, steps=3), "refused.nml")
     process = program("run", "--check", refused, "-o", tmp_path / "refused.nc")
     assert process.returncode == 2 and not list(tmp_path.glob("refused.nc*"))
-    started = write_input(tower(steps=3))
-    process = program("run", "--check", started, "-o", tmp_path / "started.nc", "-q")
+    started_input = write_input(tower(steps=3))
+    process = program("run", "--check", started_input, "-o", tmp_path / "started.nc", "-q")
     assert process.returncode == 0 and (tmp_path / "started.nc").exists()
     assert "damping" in process.stdout
 
@@ -209,12 +209,12 @@ def test_the_check_reports_cost_and_benefit_of_a_stiffer_penalty(write_input):
     model = write_input(tower())
     mass, pattern = 15.0 * ROCK["density"], r"is ([\d.e+]+); .* = (\S+) N/m, with \D+ (\S+),"
     line = finding(sitedda.check(model).text, "penalty ").replace(" [", ", [")
-    cost, advised, its_cost = (float(number) for number in re.search(pattern, line).groups())
+    cost, advised_step, its_cost = (float(number) for number in re.search(pattern, line).groups())
     assert cost == pytest.approx(1 + 4 * 1.5e12 * 1e-3**2 / (2 * mass), rel=1e-3)
-    assert (its_cost - 1) / (cost - 1) == pytest.approx(advised / 1.5e12, rel=2e-3)
+    assert (its_cost - 1) / (cost - 1) == pytest.approx(advised_step / 1.5e12, rel=2e-3)
     exact = sitedda.penalty_for(model, accuracy=0.01)
     assert exact.frequency == pytest.approx(0.99 * exact.limit, rel=1e-6)
-    assert advised == pytest.approx(exact.normal_stiffness, rel=0.02)
+    assert advised_step == pytest.approx(exact.normal_stiffness, rel=0.02)
     softer = changed(tower(), "contact", normal_stiffness=exact.normal_stiffness)
     assert sitedda.check(write_input(softer)).shift == pytest.approx(0.01, rel=1e-3)
 

@@ -12,7 +12,9 @@ import sitedda
 
 def line(model, topic: str):
     """The finding of a check on a topic, or None."""
-    return next((one for one in sitedda.check(model).lines if one.topic == topic), None)
+    return next(
+        (candidate for candidate in sitedda.check(model).lines if candidate.topic == topic), None
+    )
 
 
 def percent(text: str, before: str) -> float:
@@ -77,23 +79,25 @@ def departure_of_a_step(omega, depths, distances) -> float:
     """
     density, plate, base, side = 2400.0, 2.16e9 / (1.0 - 0.25**2), 2400 * 600.0, 2400 * 1039.23
     depths, ends = np.array(depths), np.array([-1.0, 1.0]) * distances
-    free = 2.0 / (1.0 + 1j * omega * density * depths / base)
+    free_field = 2.0 / (1.0 + 1j * omega * density * depths / base)
     wave = np.sqrt((1j * omega * base / depths - density * omega**2) / plate)
     slope = plate * depths * wave
     equations = np.zeros((4, 4), dtype=complex)  # unknowns: A, B on the left, A, B on the right
     equations[0] = [1.0, 1.0, -1.0, -1.0]
     equations[1] = [slope[0], -slope[0], -slope[1], slope[1]]
-    rise = np.exp(wave * ends)
-    for part, out in ((0, -1.0), (1, 1.0)):
+    growth = np.exp(wave * ends)
+    for part, direction in ((0, -1.0), (1, 1.0)):
         dashpot = 1j * omega * side * depths[part]
         reflection = (
-            (out * slope[part] + dashpot) * rise[part],
-            (dashpot - out * slope[part]) / rise[part],
+            (direction * slope[part] + dashpot) * growth[part],
+            (dashpot - direction * slope[part]) / growth[part],
         )
         equations[2 + part, 2 * part : 2 * part + 2] = reflection
-    amplitudes = np.linalg.solve(equations, [free[1] - free[0], 0.0, 0.0, 0.0]).reshape(2, 2)
-    added = amplitudes[:, 0] * rise + amplitudes[:, 1] / rise
-    return float(abs(added / free).max())
+    amplitudes = np.linalg.solve(equations, [free_field[1] - free_field[0], 0.0, 0.0, 0.0]).reshape(
+        2, 2
+    )
+    added = amplitudes[:, 0] * growth + amplitudes[:, 1] / growth
+    return float(abs(added / free_field).max())
 
 
 @pytest.mark.parametrize(

@@ -78,9 +78,9 @@ def test_a_resumed_run_equals_an_uninterrupted_one(write_input, tmp_path, same_b
     file = write_input(shaken_tower())
     reference = sitedda.run(file, **control)
     stopped(file, tmp_path / "out.nc", 211, **control)
-    resumed = sitedda.resume(file, tmp_path / "out.nc", **control)
-    assert resumed.complete
-    same_bits(reference.history, resumed.history)
+    resumed_run = sitedda.resume(file, tmp_path / "out.nc", **control)
+    assert resumed_run.complete
+    same_bits(reference.history, resumed_run.history)
     assert files_beside(tmp_path / "out.nc") == {""}
 
 
@@ -181,9 +181,9 @@ def test_a_signal_ends_a_run_that_can_be_resumed(
     assert process.returncode == 6, process.stderr
     assert f"to continue: {program.name} resume {file}" in process.stderr
     assert len(process.stderr.strip().splitlines()[-1:]) == 1 and "Traceback" not in process.stderr
-    with xr.open_dataset(tmp_path / "tower.nc.partial", engine="netcdf4") as partial:
-        assert partial.attrs["complete"] == "no"
-        steps = partial.sizes["time"] - 1
+    with xr.open_dataset(tmp_path / "tower.nc.partial", engine="netcdf4") as partial_output:
+        assert partial_output.attrs["complete"] == "no"
+        steps = partial_output.sizes["time"] - 1
     assert steps >= 50
     with sitedda.Simulation(file, tmp_path / "tower.nc", resume=True) as simulation:
         assert simulation.steps == steps
@@ -209,14 +209,14 @@ def test_a_killed_run_continues(program, write_input, tmp_path, same_bits):
 
 
 def test_a_growing_output_can_be_read_at_every_moment(native, write_input, tmp_path):
-    seldom = changed(shaken_tower(10 * LONG, 500), "output", history_interval=50, block_interval=0)
-    file = write_input(seldom)
+    groups = changed(shaken_tower(10 * LONG, 500), "output", history_interval=50, block_interval=0)
+    file = write_input(groups)
     running = subprocess.Popen([native.path, "run", file, "-q"], cwd=tmp_path)
-    partial = tmp_path / "tower.nc.partial"
+    partial_output = tmp_path / "tower.nc.partial"
     sizes, deadline = [0], time.monotonic() + DEADLINE
     while len(set(sizes)) < 3 and time.monotonic() < deadline:
-        if partial.exists():
-            with xr.open_dataset(partial, engine="netcdf4") as dataset:
+        if partial_output.exists():
+            with xr.open_dataset(partial_output, engine="netcdf4") as dataset:
                 sizes.append(dataset.sizes["time"])
                 assert bool(dataset.displacement[-1].notnull().all())
         time.sleep(0.01)
@@ -249,9 +249,9 @@ def beside(output, suffix):
     return output.with_name(output.name + suffix)
 
 
-def spoil(path, where=-100):
+def spoil(path, position=-100):
     data = bytearray(path.read_bytes())
-    data[where] ^= 1
+    data[position] ^= 1
     path.write_bytes(data)
 
 
@@ -324,9 +324,9 @@ def test_a_checkpoint_with_other_records_is_refused(write_input, tmp_path):
     record = tmp_path / "record.txt"
     lines = [f"{0.01 * i} {(-1) ** i}\n" for i in range(20)]
     record.write_text("".join(lines))
-    shaken = changed(shaken_tower(50), "motion", values=None, time_step=None, file="record.txt",
+    shaken_input = changed(shaken_tower(50), "motion", values=None, time_step=None, file="record.txt",
                      format="text", unit="m/s2")  # fmt: skip
-    file = write_input(shaken)
+    file = write_input(shaken_input)
     stopped(file, tmp_path / "out.nc", 10)
     record.write_text("".join([*lines[:7], "0.07 2\n", *lines[8:]]))
     with pytest.raises(sitedda.OutputError, match="other records"):
@@ -386,9 +386,9 @@ def test_a_complete_output_is_not_run_again(program, write_input, tmp_path):
 def test_a_complete_output_is_returned_by_resume(write_input, tmp_path, same_bits):
     file = write_input(tower(steps=20))
     first = sitedda.run(file, tmp_path / "out.nc")
-    resumed = sitedda.resume(file, tmp_path / "out.nc")
-    assert resumed.complete and resumed.summary == first.summary
-    same_bits(first.history, resumed.history)
+    resumed_run = sitedda.resume(file, tmp_path / "out.nc")
+    assert resumed_run.complete and resumed_run.summary == first.summary
+    same_bits(first.history, resumed_run.history)
     with sitedda.Simulation(file, tmp_path / "out.nc", resume=True) as simulation:
         assert simulation.notice.endswith("out.nc is complete")
         assert simulation.advance(5) and simulation.time == simulation.duration

@@ -10,10 +10,10 @@ STRENGTH, STIFFNESS, WIDTH = 1e6, 1e11, 1.0  # Pa, Pa/m, m
 WEIGHT = 200.0 * 9.81 * WIDTH * 0.5  # weight of the block, N/m
 
 
-def pressed(press: float, fraction: float, law: str = "crushing", **joint) -> sitedda.Model:
-    """A block under N = `press` σ_c t at a fraction of the limit eccentricity."""
-    force = press * STRENGTH * WIDTH
-    abscissa = fraction * (WIDTH - press * WIDTH) / 2
+def pressed(ratio: float, fraction: float, law: str = "crushing", **joint) -> sitedda.Model:
+    """A block under N = `ratio` σ_c t at a fraction of the limit eccentricity."""
+    force = ratio * STRENGTH * WIDTH
+    abscissa = fraction * (WIDTH - ratio * WIDTH) / 2
     model = sitedda.Model("Pressed", time_step=1e-3, gravity=(0.0, -9.81))
     model.material("stone", density=200.0, young_modulus=1e13, poisson_ratio=0.2)
     law_variables = {"crushing_strength": STRENGTH} if law == "crushing" else {"contact_points": 17}

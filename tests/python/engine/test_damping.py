@@ -44,12 +44,12 @@ REFUSED = [
 ]
 
 
-@pytest.mark.parametrize(("values", "words"), REFUSED, ids=[words for _, words in REFUSED])
-def test_bad_values_are_refused_with_a_reason(write_input, values, words):
-    with pytest.raises(sitedda.InputError) as caught:
+@pytest.mark.parametrize(("values", "phrase"), REFUSED, ids=[words for _, words in REFUSED])
+def test_bad_values_are_refused_with_a_reason(write_input, values, phrase):
+    with pytest.raises(sitedda.InputError) as error_info:
         sitedda.Simulation(write_input(damped(**values)))
-    message = str(caught.value)
-    assert "group &material (line " in message and words in message
+    message = str(error_info.value)
+    assert "group &material (line " in message and phrase in message
     assert "\n" not in message
 
 

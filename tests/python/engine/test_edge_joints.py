@@ -72,8 +72,8 @@ def followed(file, interval: int = 5, push: float = 0.0):
             polygons, contacts = run.polygons, run.contacts
             block = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
             top = np.argmax(run.coordinates[:, 1])
-            its = (block[contacts["vertex"]] == top) | (block[contacts["edge"]] == top)
-            contacts = {name: values[its] for name, values in contacts.items()}
+            is_of_slider = (block[contacts["vertex"]] == top) | (block[contacts["edge"]] == top)
+            contacts = {name: values[is_of_slider] for name, values in contacts.items()}
             contacts["x"] = np.concatenate(polygons)[contacts["vertex"], 0]
             yield contacts, polygons[top][:, 0].min()
 
@@ -83,12 +83,12 @@ def test_friction_follows_the_edge_below(write_input, floor):
     tan = {joint: np.tan(np.deg2rad(angle)) for joint, angle in ANGLES.items()}
     before, after = [], []
     for contacts, left in followed(write_input(slider(floor, 0.0, steps=1300)), push=6.0):
-        pressed = contacts["normal_force"] > 1e-3 * WEIGHT
-        joint, x = contacts["joint"][pressed], contacts["x"][pressed]
+        is_pressed = contacts["normal_force"] > 1e-3 * WEIGHT
+        joint, x = contacts["joint"][is_pressed], contacts["x"][is_pressed]
         assert set(joint) <= {ROUGH, SMOOTH}
         assert (joint[x < -0.01] == ROUGH).all()
         assert (joint[x > 0.01] == SMOOTH).all()
-        sliding = pressed & (contacts["state"] == SLIDE)
+        sliding = is_pressed & (contacts["state"] == SLIDE)
         bound = contacts["normal_force"] * [tan[j] for j in contacts["joint"]]
         np.testing.assert_allclose(
             np.abs(contacts["shear_force"][sliding]), bound[sliding], atol=1e-8 * WEIGHT
@@ -113,9 +113,9 @@ def test_the_order_of_the_blocks_does_not_matter(write_input, floor):
     def forces(reverse):
         file = write_input(slider(floor, 0.0, steps=1300, reverse=reverse), f"{reverse}.nml")
         for contacts, left in followed(file, 50, push=6.0):
-            closed = contacts["normal_force"] > 0.0
+            is_closed = contacts["normal_force"] > 0.0
             columns = ("normal_force", "shear_force", "joint")
-            rows = sorted(zip(*(contacts[name][closed] for name in columns), strict=True))
+            rows = sorted(zip(*(contacts[name][is_closed] for name in columns), strict=True))
             yield left, np.array(rows)
 
     for (left, one), (other_left, other) in zip(forces(False), forces(True), strict=True):
@@ -136,9 +136,9 @@ def test_a_corner_at_the_end_of_an_edge_does_not_change_its_joint(write_input, o
     xs, joints = [], set()
     for contacts, _ in followed(write_input(groups), 1):
         corner = np.abs(contacts["x"]) < 0.1
-        pressed = corner & (contacts["normal_force"] > 0.01 * WEIGHT)
-        xs += list(contacts["x"][pressed])
-        joints |= set(contacts["joint"][pressed])
+        is_pressed = corner & (contacts["normal_force"] > 0.01 * WEIGHT)
+        xs += list(contacts["x"][is_pressed])
+        joints |= set(contacts["joint"][is_pressed])
     assert min(xs) < -1e-6 < 1e-6 < max(xs)
     assert joints == {joint}
 

@@ -18,16 +18,16 @@ RAYLEIGH = {"rayleigh_alpha": 3.0, "rayleigh_beta": 1e-4}
 
 @BODIES
 @pytest.mark.parametrize("integration", ["dda", "midpoint", "theta"])
-@pytest.mark.parametrize("along", ["x", "y"])
-def test_level_ground_moves_as_its_column(integration, along, body):
+@pytest.mark.parametrize("direction", ["x", "y"])
+def test_level_ground_moves_as_its_column(integration, direction, body):
     """Ground ten times as wide as deep: each block within 1e-8 of the peak; not with free sides."""
-    column = moved(lattice("tied", along, 1, integration=integration, body=body), 1)
-    ground = moved(lattice("free_field", along, 30, integration=integration, body=body), 30)
+    column = moved(lattice("tied", direction, 1, integration=integration, body=body), 1)
+    ground = moved(lattice("free_field", direction, 30, integration=integration, body=body), 30)
     peak = abs(column).max()
     assert abs(ground - column).max() < 1e-8 * peak
     if integration == "dda":
-        free = moved(lattice("free", along, 30, body=body), 30)
-        assert abs(free - column).max() > 0.01 * peak
+        motion = moved(lattice("free", direction, 30, body=body), 30)
+        assert abs(motion - column).max() > 0.01 * peak
 
 
 @BODIES
@@ -158,9 +158,9 @@ ORIGINAL = {"contact_rules": "original", "force_tolerance": None}
 def test_unsupported_combinations_with_a_free_field_are_refused(sides, values, change, message):
     model = lattice(sides, columns=3, **values)
     change(model)
-    with pytest.raises(sitedda.InputError, match=message) as refusal:
+    with pytest.raises(sitedda.InputError, match=message) as error_info:
         model.check()
-    assert str(refusal.value).startswith("Model.boundary(…), ")
+    assert str(error_info.value).startswith("Model.boundary(…), ")
 
 
 def test_a_transfer_function_does_not_support_the_free_field():

@@ -58,13 +58,13 @@ def test_the_initial_stress_is_that_of_the_weight(tmp_path):
 
 def test_the_wall_is_at_rest_from_the_first_step(tmp_path):
     with started(tmp_path, wall(AT_REST, UNDER_WALL)) as run:
-        calm = largest_energy(run, 40)
+        calm_run = largest_energy(run, 40)
         assert run.counts["iterations"] == run.steps
         assert abs(run.energies["balance"]) < 1e-9 * abs(run.energies["gravity"])
     with started(tmp_path, wall("")) as run:
-        sudden = largest_energy(run, 10)
+        sudden_run = largest_energy(run, 10)
         assert run.counts["iterations"] > 3 * run.steps
-    assert calm < 0.05 * sudden
+    assert calm_run < 0.05 * sudden_run
 
 
 @pytest.mark.parametrize(
@@ -79,9 +79,9 @@ def test_the_wall_is_at_rest_from_the_first_step(tmp_path):
     ],
 )
 def test_invalid_geostatic_input_is_refused(tmp_path, changed, message):
-    with pytest.raises(InputError, match=r"&(wall|layers)") as refused:
+    with pytest.raises(InputError, match=r"&(wall|layers)") as error_info:
         started(tmp_path, changed)
-    assert message in str(refused.value)
+    assert message in str(error_info.value)
 
 
 @pytest.mark.parametrize(("start", "warned"), [("", True), (AT_REST, False)])

@@ -82,9 +82,9 @@ def test_compared_columns_have_the_small_strain_damping():
     ground = 1e-4 * np.concatenate([sine(2.0, 1.0, 1000), np.zeros(1000)])
     soil = DARENDELI | {"mean_stress": 2.5e4, "plasticity_index": 100.0}
     comparison = beside(shaken_column(ground, 10, soil).run().history, "top", "base")
-    fitted = Branches.of(darendeli(2.5e4, 100.0), 30)
+    branches = Branches.of(darendeli(2.5e4, 100.0), 30)
     assert comparison.columns["nonlinear"].branches[0].misfit == pytest.approx(
-        fitted.misfit, rel=1e-4
+        branches.misfit, rel=1e-4
     )
     assert list(comparison.columns) == ["nonlinear", "equivalent-linear", "linear"]
     peaks = [np.abs(column.acceleration()[:2001]).max() for column in comparison.columns.values()]
@@ -128,9 +128,9 @@ def test_the_engine_has_the_curves_of_the_package(name):
     assert list(map(float, points)) == pytest.approx(curve.reduction_at([1e-3, 1e-2]), rel=0.02)
     pattern = r"within (\S+) %(?:, damping ratios within (\S+) percentage points)?"
     points = re.search(pattern, report).groups()
-    fitted = Branches.of(curve, 60, soil.get("damping_curve", "target")).misfit
+    branches = Branches.of(curve, 60, soil.get("damping_curve", "target")).misfit
     assert [float(number or 0) for number in points] == pytest.approx(
-        100 * np.array(fitted), rel=2e-3
+        100 * np.array(branches), rel=2e-3
     )
 
 

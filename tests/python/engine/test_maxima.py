@@ -64,25 +64,25 @@ def shaken(time: float) -> tuple[float, float]:
 class Observer:
     """Maxima computed from a `Simulation` between steps, relative to a given base."""
 
-    def __init__(self, run, chi: float, moves: bool):
-        self.run, self.chi, self.moves = run, chi, moves
+    def __init__(self, run, chi: float, is_shaken: bool):
+        self.run, self.chi, self.moves = run, chi, is_shaken
         self.found = {}
         self.time, self.u, self.v = 0.0, np.zeros(2), np.zeros(2)
         self.first, self.rates = run.coordinates, run.rates
         polygons = run.polygons
         self.owner = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
-        starts = np.cumsum([0, *(len(p) for p in polygons)])
+        firsts = np.cumsum([0, *(len(p) for p in polygons)])
         self.next = np.concatenate([np.roll(np.arange(a, b), -1) for a, b in
-                                    zip(starts, starts[1:], strict=False)])  # fmt: skip
+                                    zip(firsts, firsts[1:], strict=False)])  # fmt: skip
         corners = np.concatenate(polygons)
         size = np.ptp(corners, axis=0).max()
         self.area = AREAS
         contacts = run.contacts
-        touch = contacts["gap"] <= 1e-5 * size
-        self.pairs = np.stack([contacts["vertex"], contacts["edge"]], 1)[touch].astype(int)
-        along, normal_legs = self.legs(corners)
-        self.share = (normal_legs * along).sum(1) / (along * along).sum(1)
-        self.gap = np.maximum(0.0, cross(normal_legs, along) / np.linalg.norm(along, axis=1))
+        is_touching = contacts["gap"] <= 1e-5 * size
+        self.pairs = np.stack([contacts["vertex"], contacts["edge"]], 1)[is_touching].astype(int)
+        edges, normal_legs = self.legs(corners)
+        self.share = (normal_legs * edges).sum(1) / (edges * edges).sum(1)
+        self.gap = np.maximum(0.0, cross(normal_legs, edges) / np.linalg.norm(edges, axis=1))
         self.points = run.point_motions
         self.see(first=True)
 
@@ -90,11 +90,11 @@ class Observer:
         v, e = self.pairs.T
         return corners[self.next[e]] - corners[e], corners[v] - corners[e]
 
-    def take(self, name, values, who) -> None:
+    def take(self, name, values, owners) -> None:
         values = np.asarray(values, dtype=float)
         if len(values) and values.max() > self.found.get(name, (-1.0,))[0]:
-            best = int(values.argmax())
-            self.found[name] = (values[best], self.run.time, tuple(np.atleast_1d(who[best])))
+            peak = int(values.argmax())
+            self.found[name] = (values[peak], self.run.time, tuple(np.atleast_1d(owners[peak])))
 
     def step(self) -> None:
         """Advance by one step and update the maxima."""
@@ -136,46 +136,46 @@ class Observer:
     def see_contacts(self) -> None:
         contacts, corners = self.run.contacts, np.concatenate(self.run.polygons)
         v, e = contacts["vertex"].astype(int), contacts["edge"].astype(int)
-        who = np.stack([self.owner[v], self.owner[e]], 1)
+        blocks = np.stack([self.owner[v], self.owner[e]], 1)
         depth = np.maximum(0.0, -contacts["gap"])
-        self.take("penetration", depth, who)
-        self.take("penetration_ratio", depth / np.sqrt(self.area[who].min(1)), who)
+        self.take("penetration", depth, blocks)
+        self.take("penetration_ratio", depth / np.sqrt(self.area[blocks].min(1)), blocks)
         forces = np.hypot(contacts["normal_force"], contacts["shear_force"])
-        self.take("contact_force", forces, who)
-        pressed = dict(zip(v[contacts["normal_force"] > 0], e[contacts["normal_force"] > 0],
+        self.take("contact_force", forces, blocks)
+        is_pressed = dict(zip(v[contacts["normal_force"] > 0], e[contacts["normal_force"] > 0],
                            strict=True))  # fmt: skip
-        along, normal_legs = self.legs(corners)
-        along, normal_legs = (
-            along / np.linalg.norm(along, axis=1)[:, None],
-            normal_legs - (self.share[:, None] * along),
+        edge_vectors, normal_legs = self.legs(corners)
+        edge_vectors, normal_legs = (
+            edge_vectors / np.linalg.norm(edge_vectors, axis=1)[:, None],
+            normal_legs - (self.share[:, None] * edge_vectors),
         )
-        opening = np.maximum(0.0, cross(normal_legs, along) - self.gap)
-        opening[[pressed.get(a) == b for a, b in self.pairs]] = 0.0
+        opening = np.maximum(0.0, cross(normal_legs, edge_vectors) - self.gap)
+        opening[[is_pressed.get(a) == b for a, b in self.pairs]] = 0.0
         owners = self.owner[self.pairs]
-        self.take("slip", abs((normal_legs * along).sum(1)), owners)
+        self.take("slip", abs((normal_legs * edge_vectors).sum(1)), owners)
         self.take("opening", opening, owners)
 
     def agree(self, maxima) -> None:
         """Check values, times and names against those of the engine."""
         names = self.run.block_names
-        for name, one in maxima.items():
+        for name, maximum in maxima.items():
             if name not in self.found:
-                assert math.isnan(one.value), name
+                assert math.isnan(maximum.value), name
                 continue
-            value, time, who = self.found[name]
+            value, time, owners = self.found[name]
             if name in ("slip", "opening") and value < 1e-7 * SIZE:
-                assert value - 1e-7 * SIZE <= one.value <= value * (1 + 1e-9), name
+                assert value - 1e-7 * SIZE <= maximum.value <= value * (1 + 1e-9), name
                 continue
-            assert one.value == pytest.approx(value, **EQUAL), name
+            assert maximum.value == pytest.approx(value, **EQUAL), name
             if value > 1e-9:  # else it is rounding
-                assert one.time == pytest.approx(time, abs=1e-12), name
+                assert maximum.time == pytest.approx(time, abs=1e-12), name
                 positions = self.run.point_names if name.startswith("point") else names
-                assert one.blocks + one.points == tuple(positions[i] for i in who), name
+                assert maximum.blocks + maximum.points == tuple(positions[i] for i in owners), name
 
 
-def cross(normals, along):
+def cross(normals, directions):
     """Distance of points to the right of a direction, times the length of the direction."""
-    return along[:, 1] * normals[:, 0] - along[:, 0] * normals[:, 1]
+    return directions[:, 1] * normals[:, 0] - directions[:, 0] * normals[:, 1]
 
 
 @pytest.mark.parametrize(
@@ -211,7 +211,7 @@ def test_an_output_contains_maxima_history_and_residuals(write_input, tmp_path):
     groups = [*pile(200), group("output", file="pile.nc", history_interval=37)]
     run = sitedda.run(write_input(groups), tmp_path / "pile.nc")
     dense = sitedda.run(write_input(changed(groups, "output", history_interval=1)))
-    maxima = {n: one for n, one in run.maxima.items() if not math.isnan(one.value)}
+    maxima = {n: maximum for n, maximum in run.maxima.items() if not math.isnan(maximum.value)}
     assert list(set(run.maxima) - set(maxima)) == ["plastic_strain"]  # nothing yields
     assert maxima == {name: dense.maxima[name] for name in maxima}
     history = run.history.largest_so_far
@@ -220,10 +220,10 @@ def test_an_output_contains_maxima_history_and_residuals(write_input, tmp_path):
     np.testing.assert_array_equal(history, dense.history.largest_so_far[at])
     assert np.all(np.diff(history.sel(maximum=list(maxima)), axis=0) >= 0)
     np.testing.assert_array_equal(history[-1], run.history.largest)
-    for name, one in maxima.items():
-        assert one.residual <= one.value
-        assert one.time <= run.history.time[-1]
-        assert one.unit == str(run.history.maximum_unit.sel(maximum=name).values)
+    for name, maximum in maxima.items():
+        assert maximum.residual <= maximum.value
+        assert maximum.time <= run.history.time[-1]
+        assert maximum.unit == str(run.history.maximum_unit.sel(maximum=name).values)
     values = run.verdict.values
     assert values["largest_tilt_rad"] == run.maxima["tilt"].value
     assert values["residual_tilt_rad"] == run.maxima["tilt"].residual
@@ -237,9 +237,9 @@ def test_negligible_final_values_are_shown_as_zero(write_input):
     verdict = sitedda.run(write_input(pile())).verdict
     line = verdict.figures[0]
     assert line.largest == "largest_displacement_m"
-    printed = verdict.rows()[1][2]
+    printed_text = verdict.rows()[1][2]
     verdict.values[line.end] = 0.9e-5 * verdict.values[line.largest]
-    assert not printed.startswith("0 ") and verdict.rows()[1][2] == f"0 {line.unit}"
+    assert not printed_text.startswith("0 ") and verdict.rows()[1][2] == f"0 {line.unit}"
     verdict.values[line.end] = 1.1e-5 * verdict.values[line.largest]
     assert verdict.rows()[1][2] != f"0 {line.unit}"
 
@@ -313,18 +313,20 @@ def test_pictures_and_table_show_the_same_displacements(name, root, tmp_path):
     displacement = np.linalg.norm(scene.displacement(scene.frames - 1), axis=1).max()
     residual = run.verdict.values["residual_displacement_m"]
     assert displacement == pytest.approx(residual, rel=1e-9)
-    still = Scene.of(run, absolute=True)
-    absolute = still.displacement(scene.frames - 1)
+    absolute_scene = Scene.of(run, absolute=True)
+    absolute = absolute_scene.displacement(scene.frames - 1)
     assert np.linalg.norm(absolute, axis=1).max() > 2.0 * residual
-    assert scene.origin.startswith("relative to the ") and still.origin == "absolute"
+    assert scene.origin.startswith("relative to the ") and absolute_scene.origin == "absolute"
     assert f"displacements {scene.origin}" in run.draw().texts[-1].get_text().replace("\n", " ")
     assert "displacements absolute" in run.draw(absolute=True).texts[-1].get_text()
-    assert _charted(still) == pytest.approx(abs(run.history.displacement.values).max(), rel=0.02)
+    assert _charted(absolute_scene) == pytest.approx(
+        abs(run.history.displacement.values).max(), rel=0.02
+    )
     displacement = run.history.displacement.values - scene.base_history[:, None]
     assert np.linalg.norm(displacement, axis=2).max() == pytest.approx(
         run.verdict.values["largest_point_displacement_m"], rel=1e-9)  # fmt: skip
     assert 0.0 < _charted(scene) <= abs(displacement).max() * (1 + 1e-6)  # of the first eight
-    assert abs(displacement).max() < 0.5 * _charted(still)
+    assert abs(displacement).max() < 0.5 * _charted(absolute_scene)
 
 
 def _charted(scene: Scene) -> float:
@@ -440,19 +442,19 @@ def excavated(**second) -> list:
 
 def test_only_the_equilibrium_of_a_static_stage_counts(write_input):
     """The cap is removed: the blocks below rise; velocities of static steps do not count."""
-    calm = sitedda.run(write_input(excavated(kind="static")))
-    dug = sitedda.run(write_input(excavated(kind="static", remove="cap")))
-    last = dug.history.isel(frame=-1).block_coordinates
-    first = dug.history.isel(frame=0).block_coordinates
+    calm_run = sitedda.run(write_input(excavated(kind="static")))
+    excavated_run = sitedda.run(write_input(excavated(kind="static", remove="cap")))
+    last = excavated_run.history.isel(frame=-1).block_coordinates
+    first = excavated_run.history.isel(frame=0).block_coordinates
     displacement = np.linalg.norm((last - first).values[:, :2], axis=1)
-    names = list(dug.history.block.values)
+    names = list(excavated_run.history.block.values)
     displacement[names.index("cap")] = 0.0  # removed
-    assert dug.maxima["displacement"].value == pytest.approx(displacement.max(), rel=1e-9)
-    assert dug.maxima["displacement"].blocks == (names[int(displacement.argmax())],)
-    assert dug.maxima["displacement"].value > 10 * calm.maxima["displacement"].value
-    assert dug.maxima["velocity"] == calm.maxima["velocity"]
-    assert dug.maxima["contact_force"].value == pytest.approx(
-        calm.maxima["contact_force"].value, rel=1e-6
+    assert excavated_run.maxima["displacement"].value == pytest.approx(displacement.max(), rel=1e-9)
+    assert excavated_run.maxima["displacement"].blocks == (names[int(displacement.argmax())],)
+    assert excavated_run.maxima["displacement"].value > 10 * calm_run.maxima["displacement"].value
+    assert excavated_run.maxima["velocity"] == calm_run.maxima["velocity"]
+    assert excavated_run.maxima["contact_force"].value == pytest.approx(
+        calm_run.maxima["contact_force"].value, rel=1e-6
     )
 
 
@@ -487,9 +489,11 @@ def test_a_resumed_run_has_the_same_maxima(write_input, tmp_path, same_bits):
         with sitedda.Simulation(file, tmp_path / f"{steps}.nc") as run:
             run.advance(steps)
             run.maxima  # noqa: B018  looking changes nothing
-        resumed = sitedda.resume(file, tmp_path / f"{steps}.nc")
-        same_bits(reference.history, resumed.history)
-        assert repr(resumed.maxima) == repr(reference.maxima)  # texts, because NaN differs from NaN
+        resumed_run = sitedda.resume(file, tmp_path / f"{steps}.nc")
+        same_bits(reference.history, resumed_run.history)
+        assert repr(resumed_run.maxima) == repr(
+            reference.maxima
+        )  # texts, because NaN differs from NaN
 
 
 def wide_wall(count: int) -> list:

@@ -58,8 +58,8 @@ def test_a_floor_stops_with_after_end_hold(write_input):
     history = sitedda.run(write_input(sled({"after_end": "hold"}))).history
     assert end_of(history)[0] == pytest.approx(ENDS, rel=1e-3)
     assert end_of(history)[1] == pytest.approx(0.0, abs=1e-3)
-    stop = history.sel(point="floor").isel(axis=0).acceleration
-    assert float(abs(stop).max()) > 0.1 * LEFT / STEP  # an impact, as described
+    acceleration = history.sel(point="floor").isel(axis=0).acceleration
+    assert float(abs(acceleration).max()) > 0.1 * LEFT / STEP  # an impact, as described
 
 
 UNCORRECTED = {"drift_order": None, "quantity": "displacement"}
@@ -142,21 +142,21 @@ def test_rest_on_a_moving_floor_ends_a_run(write_input):
     groups = [*sled(duration=3.0), group("stop", rest_time=0.2, rest_movement=1e-3)]
     run = sitedda.run(write_input(groups))
     assert LASTS + 0.2 <= float(run.history.time[-1]) < 1.0
-    slides = changed(groups, "joint", friction_angle=5.0)  # the stone slides for a while
-    later = sitedda.run(write_input(slides))
-    assert float(later.history.time[-1]) > float(run.history.time[-1]) + 0.05
+    sliding_groups = changed(groups, "joint", friction_angle=5.0)  # the stone slides for a while
+    later_run = sitedda.run(write_input(sliding_groups))
+    assert float(later_run.history.time[-1]) > float(run.history.time[-1]) + 0.05
 
 
 def test_body_force_has_the_impulse_of_a_record_that_ends_within_a_step(write_input):
     """A free block in the frame of the base has −a T, also if T is not a multiple of the step."""
-    for lasts in (0.02, 0.0203, 0.0206, 0.0209):
+    for duration in (0.02, 0.0203, 0.0206, 0.0209):
         groups = changed(sled(duration=0.04), "control", base_motion_x="pulse", gravity=None)
         groups = without(without(groups, "fixed_point"), "measured_point")
-        groups = changed(groups, "motion", values=[PUSH, PUSH], time_step=lasts)
+        groups = changed(groups, "motion", values=[PUSH, PUSH], time_step=duration)
         with sitedda.Simulation(write_input(groups)) as simulation:
             while not simulation.advance(10):
                 pass
-            assert simulation.rates[:, 0] == pytest.approx(-PUSH * lasts, rel=1e-9)
+            assert simulation.rates[:, 0] == pytest.approx(-PUSH * duration, rel=1e-9)
 
 
 @pytest.mark.parametrize(

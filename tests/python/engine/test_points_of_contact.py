@@ -40,10 +40,10 @@ def bracket(steps: int = 40, **joint) -> Model:
 def test_closed_contacts_are_a_subset_of_contacts():
     with sitedda.Simulation(bracket(contact_points=3)) as run:
         run.advance(40)
-        contacts, press = run.contacts, run.contacts["normal_force"] > 0.0
+        contacts, is_pressed = run.contacts, run.contacts["normal_force"] > 0.0
         names = ("vertex", "edge", "place", "normal_force", "shear_force")
-        expected = np.column_stack([contacts[name][press] for name in names])
-        assert 0 < press.sum() < len(press) and expected[:, 2].any()
+        expected = np.column_stack([contacts[name][is_pressed] for name in names])
+        assert 0 < is_pressed.sum() < len(is_pressed) and expected[:, 2].any()
         np.testing.assert_array_equal(run.closed_contacts, expected)
 
 
@@ -61,13 +61,13 @@ def test_points_have_positions(bracketed):
     contacts = scene.contacts(frame)
     positions, _ = scene.contact_points(frame, contacts)
     between = contacts["place"] > 0.0
-    glued = between & (contacts["bonded"] == 1)
-    np.testing.assert_allclose(positions[glued], [[0.0, 0.5]], atol=1e-3)
+    is_bonded = between & (contacts["bonded"] == 1)
+    np.testing.assert_allclose(positions[is_bonded], [[0.0, 0.5]], atol=1e-3)
     slide = scene.coordinates(frame)[2, 0] - 0.4
     assert slide > 1e-3
-    half = 0.2 * np.array([-1, 0, 1]) * np.sqrt(3 / 7)
+    offsets = 0.2 * np.array([-1, 0, 1]) * np.sqrt(3 / 7)
     np.testing.assert_allclose(
-        np.sort(positions[between & ~glued, 0]), 0.4 + slide + half, atol=1e-2 * slide
+        np.sort(positions[between & ~is_bonded, 0]), 0.4 + slide + offsets, atol=1e-2 * slide
     )
     assert len(contacts_of(scene, frame).points) == 2 * len(contacts["normal_force"])
 
@@ -84,9 +84,9 @@ def test_resultants_pass_through_the_points(bracketed):
 
 def test_simulation_has_the_positions(tmp_path):
     with sitedda.Simulation(bracket(contact_points=5).write(tmp_path / "model.nml")) as run:
-        inner = run.contacts["place"][run.contacts["bonded"] == 1]
+        fractions = run.contacts["place"][run.contacts["bonded"] == 1]
         np.testing.assert_allclose(
-            np.sort(inner)[2:], 0.5 + 0.5 * np.sqrt(3 / 7) * np.array([-1, 0, 1])
+            np.sort(fractions)[2:], 0.5 + 0.5 * np.sqrt(3 / 7) * np.array([-1, 0, 1])
         )
 
 
@@ -110,9 +110,9 @@ def test_a_bending_bond_causes_one_line(native, tmp_path, main):
         assert tension == pytest.approx(3 * WEIGHT, rel=2e-2)
         assert "'mortar'" in line and "contact_points = 5" in line  # it has a static stage
     assert said(bracket(contact_points=3), native, tmp_path, main) == []
-    hung = bracket(contact_points=2)
-    hung.control(gravity=(9.81, 0.0))
-    assert said(hung, native, tmp_path, main) == []
+    hanging_model = bracket(contact_points=2)
+    hanging_model.control(gravity=(9.81, 0.0))
+    assert said(hanging_model, native, tmp_path, main) == []
 
 
 def test_points_of_a_study(tmp_path):

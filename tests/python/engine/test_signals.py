@@ -151,8 +151,8 @@ def test_harmonic_ground_motion_in_steady_state(ratio):
     damping, frequency, step = 0.2, 2.0, 5e-4
     time = np.arange(0.0, 30.0, step)
     # a motion that grows smoothly, so that the transient never exceeds the steady state
-    grown = np.sin(np.pi / 2 * np.minimum(time / 20.0, 1.0)) ** 2
-    ground = grown * np.sin(2 * np.pi * ratio * frequency * time)
+    envelope = np.sin(np.pi / 2 * np.minimum(time / 20.0, 1.0)) ** 2
+    ground = envelope * np.sin(2 * np.pi * ratio * frequency * time)
     spectrum = response_spectrum(ground, step, [1 / frequency], damping)
     denominator = np.hypot(1 - ratio**2, 2 * damping * ratio)
     assert_allclose(spectrum.pseudo_acceleration, 1 / denominator, rtol=5e-4)
@@ -167,8 +167,10 @@ def test_harmonic_ground_motion_from_rest():
     steady = -1 / (omega**2 - driving**2 + 2j * damping * omega * driving)
     eigenvalue = omega * complex(-damping, np.sqrt(1 - damping**2))
     u0, v0 = -np.imag(steady), -np.imag(1j * driving * steady)
-    free = (v0 - eigenvalue.conjugate() * u0) / eigenvalue.imag
-    expected = np.imag(steady * np.exp(1j * driving * time) + free * np.exp(eigenvalue * time))
+    free_vibration = (v0 - eigenvalue.conjugate() * u0) / eigenvalue.imag
+    expected = np.imag(
+        steady * np.exp(1j * driving * time) + free_vibration * np.exp(eigenvalue * time)
+    )
     spectrum = response_spectrum(np.sin(driving * time), step, frequencies=[1.5])
     assert_allclose(spectrum.displacement, np.max(np.abs(expected)), rtol=1e-6)
 
@@ -176,11 +178,11 @@ def test_harmonic_ground_motion_from_rest():
 def test_limits_of_stiff_and_soft_oscillators():
     time = np.arange(0.0, 10.0, 0.01)
     ground = np.sin(2 * np.pi * time) * np.exp(-0.5 * (time - 5.0) ** 2)
-    stiff = response_spectrum(ground, 0.01, [2e-3])
-    assert_allclose(stiff.acceleration, np.abs(ground).max(), rtol=1e-3)
-    soft = response_spectrum(ground, 0.01, [1e4], 0.0)
+    stiff_spectrum = response_spectrum(ground, 0.01, [2e-3])
+    assert_allclose(stiff_spectrum.acceleration, np.abs(ground).max(), rtol=1e-3)
+    soft_spectrum = response_spectrum(ground, 0.01, [1e4], 0.0)
     displacement = np.abs(np.cumsum(np.cumsum(ground)) * 1e-4).max()
-    assert_allclose(soft.displacement, displacement, rtol=0.02)
+    assert_allclose(soft_spectrum.displacement, displacement, rtol=0.02)
 
 
 def test_fast_oscillators_have_maxima_between_the_samples():
@@ -248,7 +250,7 @@ ERRORS = {
         (([1.0, 1.0], 0.0, [1.0]), "time_step .* got 0"),
         (([1.0, 1.0], 0.1, [1.0, 0.0]), "periods must be positive, got 0"),
         (([1.0, 1.0], 0.1, [1.0, 5e-6]), "periods must be at least 1e-05 s, got 5e-06 s"),
-        (([1.0, 1.0], 0.1), "either periods or frequencies"),
+        (([1.0, 1.0], 0.1), "either `periods` or `frequencies`"),
         (([1.0, 1.0], 0.1, [1.0], 1.0), "damping .* got 1"),
         (([1.0, 1.0], 0.1, [1.0], np.nan), "damping .* got nan"),
         (([[1.0, 1.0]], 0.1, [1.0]), "one-dimensional"),

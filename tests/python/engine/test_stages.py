@@ -45,11 +45,11 @@ def column(drums: int = 10, **control) -> list:
 
 
 def wall(bricks: int, courses: int, **control) -> list:
-    laid = {"brick_length": 1.0, "brick_height": 0.5, "bricks": bricks, "courses": courses}
+    pattern = {"brick_length": 1.0, "brick_height": 0.5, "bricks": bricks, "courses": courses}
     groups = model({}, points=[("crest", "brick_1", 0.4, 0.25)], **control)
     groups[3:3] = [
         group("layers", name="base", left=-0.5, bottom=-0.5, width=bricks + 1.0, thickness=0.5),
-        ("wall", laid | {"name": "brick"}),
+        ("wall", pattern | {"name": "brick"}),
         *(group("fixed_point", x=x, y=-0.25, block="base_1") for x in (0.0, float(bricks))),
         group("fixed_point", x=bricks / 2, y=-0.4, block="base_1"),
     ]
@@ -69,11 +69,13 @@ def arch() -> list:
 def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -> list:
     """Slabs of 4 m x 2 m in `rows` layers on an inclined plane, in running bond."""
     t = math.radians(dip)
-    along, up = np.array([math.cos(t), math.sin(t)]), np.array([-math.sin(t), math.cos(t)])
+    tangent, normal = np.array([math.cos(t), math.sin(t)]), np.array([-math.sin(t), math.cos(t)])
 
     def slab(a, b, h0, h1):
         return [
-            float(c) for p, h in ((a, h0), (b, h0), (b, h1), (a, h1)) for c in p * along + h * up
+            float(c)
+            for p, h in ((a, h0), (b, h0), (b, h1), (a, h1))
+            for c in p * tangent + h * normal
         ]
 
     blocks = {"ground": slab(-10.0, 40.0, -5.0, 0.0)}
@@ -81,7 +83,9 @@ def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -
         for i in range(5):
             a = 4.0 * i + 2.0 * (row % 2)
             blocks[f"b{row}_{i}"] = slab(a, a + 4.0, 2.0 * row, 2.0 * row + 2.0)
-    supports = [("ground", *(a * along + h * up)) for a, h in ((-9.0, -4.0), (39.0, -4.0), (0, -1))]
+    supports = [
+        ("ground", *(a * tangent + h * normal)) for a, h in ((-9.0, -4.0), (39.0, -4.0), (0, -1))
+    ]
     supports = [(block, float(x), float(y)) for block, x, y in supports]
     x, y = blocks[f"b{rows - 1}_4"][4:6]
     return model(blocks, friction, supports, [("crest", f"b{rows - 1}_4", x, y)], **control)
@@ -123,10 +127,10 @@ def test_two_thousand_touching_bricks_come_to_rest(write_input):
         stress, height = run.stresses[bricks_only, 1], run.coordinates[bricks_only, 1]
         width = np.array([np.ptp(corners[:, 0]) for corners in run.polygons])[bricks_only]
     course = (height / 0.5).astype(int)
-    carried = np.bincount(course, -stress * width)
+    forces = np.bincount(course, -stress * width)
     weight = np.bincount(course, width) * 0.5 * STONE["density"] * GRAVITY
     # measured 4e-6: bricks have strains up to 5e-5
-    assert carried == pytest.approx(np.cumsum(weight[::-1])[::-1] - 0.5 * weight, rel=1e-5)
+    assert forces == pytest.approx(np.cumsum(weight[::-1])[::-1] - 0.5 * weight, rel=1e-5)
 
 
 @pytest.mark.parametrize("step", [0.25e-3, 0.5e-3, 1e-3, 2e-3])
@@ -151,8 +155,8 @@ def test_loads_of_time_zero_act_and_motions_do_not(write_input):
     groups = tower(2, 10, {"name": "bedding", "friction_angle": 35.0}, gravity=[0.0, -GRAVITY])
     groups = changed(groups, "control", settle=True)
     load = {"x": 7.5, "y": 1.5, "time": [0.0, 1.0], "force_y": [-1.0e6, -1.0e6]}
-    with sitedda.Simulation(write_input(groups)) as bare:
-        first = bare.stresses.copy()
+    with sitedda.Simulation(write_input(groups)) as simulation:
+        first = simulation.stresses.copy()
     with sitedda.Simulation(write_input([*groups, ("load", load)])) as loaded:
         assert loaded.energies["kinetic"] == 0.0
         change = (loaded.stresses - first)[1:, 1]
@@ -227,9 +231,9 @@ def test_sudden_gravity_is_reported(write_input, native, tmp_path):
 def test_unsupported_static_stages_are_refused(write_input):
     with pytest.raises(sitedda.InputError, match="'original' of &contact has no static stage"):
         sitedda.Simulation(write_input(column(2)), contact_rules="original")
-    moving = changed(column(2), "material", initial_velocity=[1.0, 0.0, 0.0])
+    moving_groups = changed(column(2), "material", initial_velocity=[1.0, 0.0, 0.0])
     with pytest.raises(sitedda.InputError, match="material 'stone' has an initial_velocity"):
-        sitedda.Simulation(write_input(moving))
+        sitedda.Simulation(write_input(moving_groups))
 
 
 def test_check_starts_from_the_same_equilibrium(write_input):
@@ -259,22 +263,22 @@ def test_a_block_that_falls_and_rests_is_reported(write_input, native, tmp_path)
     stages = [{"name": "rest"}, {"name": "dig", "remove": "gone"}]
     groups[-1:-1] = [("stage", stage | {"kind": "static"}) for stage in stages]
     run = sitedda.run(write_input(groups), output=tmp_path / "fall.nc")
-    stood, fell = run.summary.split("stage 'dig'")
-    assert "block 3 'stone' moved farthest, by " in stood
+    summary_before, fell = run.summary.split("stage 'dig'")
+    assert "block 3 'stone' moved farthest, by " in summary_before
     message = "block 3 'stone' moved farthest, by 0.3 m; block 3 'stone' is "
     assert message in fell
     assert run.verdict.values["displacement_from_drawn_m"] == pytest.approx(0.3, abs=1e-3)
-    printed = "300 mm at the end; stone, including settlement"
-    assert dict(run.verdict.lines)["distance from input"] == printed
+    printed_text = "300 mm at the end; stone, including settlement"
+    assert dict(run.verdict.lines)["distance from input"] == printed_text
     process = native("run", write_input(groups), folder=tmp_path)
     assert message in " ".join(process.stdout.split())
-    head = next(line for line in process.stdout.splitlines() if "where, when" in line)
+    header_line = next(line for line in process.stdout.splitlines() if "where, when" in line)
     line = next(
         row for row in process.stdout.splitlines() if row.startswith("distance from input ")
     )
     columns = (
-        (head.index("at the end"), "300 mm"),
-        (head.index("where"), "stone, including settlement"),
+        (header_line.index("at the end"), "300 mm"),
+        (header_line.index("where"), "stone, including settlement"),
     )
     assert all(line[at:].startswith(message) for at, message in columns)
 
@@ -361,12 +365,12 @@ def test_motions_begin_with_their_stage(write_input):
     """The same shaking in the first or in a later stage causes the same motion."""
     tower_ = tower(2, 60)
     at_once = sitedda.run(write_input(tower_, "once.nml")).history.displacement.values
-    staged = changed(tower_, "control", steps=None)
+    staged_groups = changed(tower_, "control", steps=None)
     stages = [{"name": "wait", "steps": 30}, {"name": "shake", "steps": 60, "motions": "pulse"}]
-    staged[-1:-1] = [("stage", stage) for stage in stages]
-    later = sitedda.run(write_input(staged, "late.nml")).history.displacement.values
-    assert np.abs(later[:31]).max() == 0.0
-    assert later[30:] == pytest.approx(at_once, abs=1e-9 * np.abs(at_once).max())
+    staged_groups[-1:-1] = [("stage", stage) for stage in stages]
+    later_run = sitedda.run(write_input(staged_groups, "late.nml")).history.displacement.values
+    assert np.abs(later_run[:31]).max() == 0.0
+    assert later_run[30:] == pytest.approx(at_once, abs=1e-9 * np.abs(at_once).max())
 
 
 @pytest.mark.parametrize(
@@ -392,9 +396,9 @@ def test_contradictory_stages_are_refused(stages, control, message, write_input)
     groups = beam(stages)
     if control:
         groups = changed(groups, "control", **control)
-    with pytest.raises(sitedda.InputError) as refusal:
+    with pytest.raises(sitedda.InputError) as error_info:
         sitedda.Simulation(write_input(groups))
-    assert message in str(refusal.value)
+    assert message in str(error_info.value)
 
 
 def test_the_original_rules_do_not_support_stages(write_input):
@@ -448,8 +452,10 @@ def stopped(speed: float) -> float:
     positions = [(x, y) for x in (-2 * gauss, 2 * gauss) for y in (-gauss, gauss)]
     inertia = sum(2643.0 * 0.5 * shape(*position).T @ shape(*position) for position in positions)
     t = np.concatenate([shape(-0.8, -0.3), shape(0.8, -0.3)])
-    jump = t @ (0.0, speed, 0.0, 0.0, 0.0, 0.0)
-    return -0.5 * jump @ np.linalg.solve(t @ np.linalg.solve(inertia, t.T), jump)
+    velocity_change = t @ (0.0, speed, 0.0, 0.0, 0.0, 0.0)
+    return (
+        -0.5 * velocity_change @ np.linalg.solve(t @ np.linalg.solve(inertia, t.T), velocity_change)
+    )
 
 
 def test_a_stage_fixes_points_at_their_present_position(write_input, tmp_path, native, same_bits):
@@ -461,7 +467,7 @@ def test_a_stage_fixes_points_at_their_present_position(write_input, tmp_path, n
     file = write_input([*groups, *points, *(("stage", stage) for stage in stages)])
     with sitedda.Simulation(file, tmp_path / "hold.nc") as run:
         run.advance(40)
-        fallen = run.point_motions[0, 0]
+        fall = run.point_motions[0, 0]
         speed, mass = run.rates[0, 1], 2643.0 * 2.0
         assert speed == pytest.approx(-GRAVITY * 0.04, rel=1e-12)
         run.advance(20)  # the checkpoint is within the second stage
@@ -469,7 +475,7 @@ def test_a_stage_fixes_points_at_their_present_position(write_input, tmp_path, n
     assert sitedda.resume(file, tmp_path / "hold.nc").complete
     with xr.open_dataset(tmp_path / "hold.nc") as data:
         assert data.displacement.values[41:, 0] == pytest.approx(
-            np.broadcast_to(fallen, (60, 2)), abs=1e-4
+            np.broadcast_to(fall, (60, 2)), abs=1e-4
         )
         assert abs(float(data.energy_balance[-1])) < 1e-9 * mass
     sitedda.run(file, output=tmp_path / "whole.nc")

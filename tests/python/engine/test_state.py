@@ -37,14 +37,14 @@ def components(text: str, name: str) -> set[str]:
 def serialised(root):
     """The code that writes and reads the state."""
     journal = (root / "fortran" / "output" / "journal.f90").read_text()
-    mark = re.search(r"subroutine serialise_mark.*?end subroutine", journal, re.S)[0]
+    text_of_mark = re.search(r"subroutine serialise_mark.*?end subroutine", journal, re.S)[0]
     contact = (root / "fortran" / "contact" / "contact.f90").read_text()
-    listed = "".join(re.findall(r"subroutine for_each_\w+.*?end subroutine", contact, re.S))
+    texts_of_lists = "".join(re.findall(r"subroutine for_each_\w+.*?end subroutine", contact, re.S))
     folders = ("state", "algebra/solvers", "elements")
     parts = [
         path.read_text() for name in folders for path in (root / "fortran" / name).glob("*.f90")
     ]
-    return re.sub(r"!.*", "", "\n".join([mark, listed, *parts]))
+    return re.sub(r"!.*", "", "\n".join([text_of_mark, texts_of_lists, *parts]))
 
 
 def source_of(folder, name: str) -> str:
@@ -62,8 +62,10 @@ def test_every_component_is_saved_or_declared_unsaved(root, serialised, folder, 
     text = source_of(root / "fortran" / folder, name)
     component_names = components(text, name)
     declaration = re.search(rf":: {name}\n(.*?)^ *end type", text, re.M | re.S)[1]
-    excused = set(", ".join(re.findall(r"! unsaved, .*: (.*)", declaration)).split(", ")) - {""}
-    written = {part for part in component_names if re.search(rf"%{part}\b", serialised)}
-    missing = component_names - written - excused
-    assert not missing, f"{name}: {missing} are neither saved nor declared unsaved"
-    assert excused <= component_names, "an unsaved component no longer exists"
+    unsaved_names = set(", ".join(re.findall(r"! unsaved, .*: (.*)", declaration)).split(", ")) - {
+        ""
+    }
+    saved_names = {part for part in component_names if re.search(rf"%{part}\b", serialised)}
+    missing_names = component_names - saved_names - unsaved_names
+    assert not missing_names, f"{name}: {missing_names} are neither saved nor declared unsaved"
+    assert unsaved_names <= component_names, "an unsaved component no longer exists"

@@ -139,11 +139,11 @@ def test_a_heap_on_soft_contacts_rests_with_penetrations_that_match_forces(seed,
         last = scene.frames - 1
         contacts = scene.contacts(last)
     positions, normals = scene.contact_points(last, contacts)
-    pressed = contacts["normal_force"] > 0
-    assert pressed.sum() > 10
-    depth = -contacts["gap"][pressed]
-    explained = contacts["normal_force"][pressed] / stiffness
-    assert (depth - explained).max() <= UNEXPLAINED
+    is_pressed = contacts["normal_force"] > 0
+    assert is_pressed.sum() > 10
+    depth = -contacts["gap"][is_pressed]
+    implied_penetration = contacts["normal_force"][is_pressed] / stiffness
+    assert (depth - implied_penetration).max() <= UNEXPLAINED
 
 
 def test_sliding_blocks_are_reported_with_their_joint(write_input):
@@ -234,9 +234,9 @@ def test_dilation_ends_within_steps_of_a_shaken_wall(cohesion, time_step, steps)
             dilation = np.tan(np.radians(15.0)) * np.minimum(contacts["slip_path"], 2e-3)
             normal = 2e10 * contacts["length"] * np.maximum(dilation - contacts["gap"], 0.0)
             bound = np.tan(np.radians(30.0)) * normal + cohesion * contacts["length"]
-            allowed = 1e-6 * normal.max()
-            assert np.abs(contacts["normal_force"] - normal).max() < allowed
-            assert (np.abs(contacts["shear_force"]) <= bound + allowed).all()
+            tolerance_of_case = 1e-6 * normal.max()
+            assert np.abs(contacts["normal_force"] - normal).max() < tolerance_of_case
+            assert (np.abs(contacts["shear_force"]) <= bound + tolerance_of_case).all()
             assert (contacts["shear_force"][contacts["normal_force"] == 0.0] == 0.0).all()
         assert (contacts["slip_path"] > 2e-3).any()
 
@@ -248,8 +248,8 @@ def shaken(build, joint: dict, time_step: float) -> sitedda.Model:
     model.contact(normal_stiffness=5e9)
     model.material("stone", density=2500.0, young_modulus=2e10, poisson_ratio=0.2)
     model.joint("dry", normal_stiffness_per_area=2e10, **joint)
-    shake = GRAVITY * np.sin(0.04 * math.pi * np.arange(32))
-    model.motion("shake", values=shake.tolist(), time_step=0.005, quantity="acceleration",
+    accelerations = GRAVITY * np.sin(0.04 * math.pi * np.arange(32))
+    model.motion("shake", values=accelerations.tolist(), time_step=0.005, quantity="acceleration",
                  drift_order=0)  # fmt: skip
     for x, y in build(model):
         model.fixed_point(x, y, motion_x="shake")

@@ -80,8 +80,8 @@ def test_friction_can_change_between_steps(write_input):
         run.advance(40)
         angle = math.radians(30.0)
         expected = G * (math.sin(angle) - math.cos(angle) * math.tan(math.radians(20.0)))
-        gained = (run.point_motions[1, 0] - before) @ (-math.cos(angle), -math.sin(angle))
-        assert gained == pytest.approx(expected * 0.04, rel=1e-3)
+        velocity_gain = (run.point_motions[1, 0] - before) @ (-math.cos(angle), -math.sin(angle))
+        assert velocity_gain == pytest.approx(expected * 0.04, rel=1e-3)
         assert balanced(run, MASS * G)
 
 
@@ -105,14 +105,14 @@ def test_supports_can_be_released_and_fixed_again(write_input):
         assert np.linalg.norm(displacement) < 1e-5  # elasticity of the supports
         run.change({"fixed_point[*].direction": "none"})
         run.advance(40)
-        fallen = run.point_motions[0, 0, 1] - displacement[1]
-        assert fallen == pytest.approx(-0.5 * G * 0.04**2, rel=0.05)
+        fall = run.point_motions[0, 0, 1] - displacement[1]
+        assert fall == pytest.approx(-0.5 * G * 0.04**2, rel=0.05)
         run.change({"fixed_point[*].direction": "xy"})
         run.advance(10)
-        assert run.point_motions[0, 0, 1] - displacement[1] == pytest.approx(fallen, abs=2e-5)
+        assert run.point_motions[0, 0, 1] - displacement[1] == pytest.approx(fall, abs=2e-5)
         run.add("fixed_point", x=1.0, y=0.8)
         run.advance(40)
-        assert run.point_motions[0, 0, 1] - displacement[1] == pytest.approx(fallen, abs=2e-5)
+        assert run.point_motions[0, 0, 1] - displacement[1] == pytest.approx(fall, abs=2e-5)
         assert -0.5 * MASS * (G * 0.04) ** 2 < run.energies["changed"] < 0.0
         assert balanced(run, MASS * G)
 
@@ -188,9 +188,9 @@ CHANGES = {
 }
 
 
-def stepped(file, output, upto: int, resume: bool = False) -> sitedda.Simulation:
+def stepped(file, output, steps: int, resume: bool = False) -> sitedda.Simulation:
     run = sitedda.Simulation(file, output, resume=resume)
-    while run.steps < upto and not run.done:
+    while run.steps < steps and not run.done:
         run.advance(20)
         if run.steps in CHANGES:
             run.change(CHANGES[run.steps])
@@ -204,8 +204,8 @@ def test_a_run_resumed_after_changes_is_bit_identical(write_input, tmp_path, nat
     file = write_input(sliding(steps=80))
     with stepped(file, tmp_path / "whole.nc", 1000) as run:
         run.finish()
-    for upto in (20, 40):
-        stepped(file, tmp_path / "parts.nc", upto).close()
+    for steps in (20, 40):
+        stepped(file, tmp_path / "parts.nc", steps).close()
         with stepped(file, tmp_path / "parts.nc", 1000, resume=True) as run:
             run.finish()
         same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
@@ -223,7 +223,7 @@ def test_a_run_resumed_after_changes_is_bit_identical(write_input, tmp_path, nat
 def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, velocity):
     """A stone falls on ground with a motion across the fall: e = 0.5 in both cases."""
     ground = {"motion_x": "still"} if velocity else {}
-    still = {"name": "still", "quantity": "displacement", "time_step": 0.5, "values": [0.0, 0.0]}
+    motion = {"name": "still", "quantity": "displacement", "time_step": 0.5, "values": [0.0, 0.0]}
     file = write_input(
         [
             group("control", time_step=1e-3, steps=460, gravity=[0.0, -9.81]),
@@ -232,14 +232,14 @@ def test_a_bounce_does_not_depend_on_a_motion_along_the_ground(write_input, velo
             ("joint", dict(DRY, restitution=0.5)),
             group("block", name="base", vertices=rectangle(0.0, 0.0, 2.0, 0.5)),
             group("block", name="stone", vertices=rectangle(0.5, 1.5, 1.0, 1.0)),
-            *([("motion", still)] if velocity else []),
+            *([("motion", motion)] if velocity else []),
             *(("fixed_point", {"x": x, "y": 0.25, "block": "base"} | ground) for x in (0.2, 1.8)),
             group("measured_point", name="centre", x=1.0, y=2.0, block="stone"),
         ]
     )
     speed = sitedda.run(file).history.velocity.values[:, 0, 1]
-    hit = speed.argmin()
-    assert speed[hit:].max() == pytest.approx(-0.5 * speed[hit], rel=2e-3)
+    impact = speed.argmin()
+    assert speed[impact:].max() == pytest.approx(-0.5 * speed[impact], rel=2e-3)
 
 
 def rocking(modulus, width, height, half_floor, restitution, friction, push, last, settle) -> str:
@@ -309,14 +309,14 @@ def test_a_floor_that_is_hit_in_each_step_stays_in_its_supports(write_input, res
 @pytest.mark.parametrize("step", [1e3, 1e5, 1e8])
 def test_a_time_step_of_days_ends_soon(step, write_input, native):
     """Spectra of such steps once took hours, and velocities of supports were not finite."""
-    shaken = changed(flying_block(steps=4), "control", time_step=step)
+    shaken_input = changed(flying_block(steps=4), "control", time_step=step)
     values = [0.0, 1e-3 / step**2, -1e-3 / step**2, 0.0]
-    shaken += [
+    shaken_input += [
         group("motion", name="q", time_step=step, values=values, quantity="acceleration",
               drift_order=0),
         *(group("fixed_point", x=x, y=0.5, motion_x="q") for x in (0.5, 1.5)),
     ]  # fmt: skip
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    process = native("run", write_input(shaken), "-q")
+    process = native("run", write_input(shaken_input), "-q")
     assert process.returncode == 0 and "point displacement" in process.stdout, process.stderr
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 5.0

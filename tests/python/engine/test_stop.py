@@ -111,9 +111,9 @@ def test_a_resumed_run_stops_bit_identically(write_input, tmp_path, same_bits, n
     reference = sitedda.run(file)
     with sitedda.Simulation(file, tmp_path / "out.nc") as simulation:
         assert not simulation.advance(after) and simulation.ending == ""
-    resumed = sitedda.resume(file, tmp_path / "out.nc")
+    resumed_run = sitedda.resume(file, tmp_path / "out.nc")
     attributes = ("title", "input_text", "step_control", "ending")
-    same_bits(reference.history, resumed.history, attributes)
+    same_bits(reference.history, resumed_run.history, attributes)
     if after == 3:
         process = native("run", file, "-q", "-o", tmp_path / "native.nc")
         assert reference.history.attrs["ending"] in " ".join(process.stdout.split())
@@ -133,9 +133,9 @@ def test_a_resumed_run_stops_bit_identically(write_input, tmp_path, same_bits, n
     ],
 )
 def test_a_wrong_rule_is_refused(write_input, stop, message):
-    with pytest.raises(sitedda.InputError, match="&stop") as refused:
+    with pytest.raises(sitedda.InputError, match="&stop") as error_info:
         sitedda.run(write_input(falling(**stop)))
-    assert message in str(refused.value)
+    assert message in str(error_info.value)
 
 
 # --- Output at equal times ------------------------------------------------------------------------
@@ -197,6 +197,6 @@ def test_steps_that_meet_output_times_resume_bit_identically(write_input, same_b
     ],
 )
 def test_output_times_that_no_step_meets_are_refused(write_input, output, message):
-    with pytest.raises(sitedda.InputError, match="&output") as refused:
+    with pytest.raises(sitedda.InputError, match="&output") as error_info:
         sitedda.run(write_input([*flying_block(10), ("output", output)]))
-    assert message in str(refused.value)
+    assert message in str(error_info.value)

@@ -24,11 +24,11 @@ def busy_processors():
     """Run as many programs as this process may use processors, at most two."""
     before = os.sched_getaffinity(0)
     os.sched_setaffinity(0, sorted(before)[:2])
-    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
+    processes = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
     yield
-    for other in others:
-        other.kill()
-        other.wait()
+    for process in processes:
+        process.kill()
+        process.wait()
     os.sched_setaffinity(0, before)
 
 
@@ -39,9 +39,9 @@ def test_runs_use_fewer_threads_on_busy_processors(
     native, write_input, tmp_path, busy_processors, same_bits
 ):
     file = write_input(namelist(WALL))
-    alone = native.ok("run", file, "-q", "-o", tmp_path / "one.nc", threads=1).stdout
+    text_of_one_thread = native.ok("run", file, "-q", "-o", tmp_path / "one.nc", threads=1).stdout
     output = native.ok("run", file, "-q", "-o", tmp_path / "two.nc", threads=2).stdout
-    assert "other programs" not in alone
+    assert "other programs" not in text_of_one_thread
     assert "note: other programs used the processors: " in output
     assert "with fewer than 2 threads" in output
     same_bits(tmp_path / "one.nc", tmp_path / "two.nc")

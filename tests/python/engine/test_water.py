@@ -35,16 +35,16 @@ def reaction(model) -> np.ndarray:
     owner = np.repeat(np.arange(2), [*map(len, polygons)])
     positions = np.vstack(polygons)
     after = np.array([*range(1, 4), 0, *range(5, 8), 4])
-    total = np.zeros(3)
+    resultant = np.zeros(3)
     for v, e, normal, shear in zip(
         *(contacts[k] for k in ("vertex", "edge", "normal_force", "shear_force")), strict=True
     ):
-        along = positions[after[e]] - positions[e]
-        along /= np.hypot(*along)
-        force = normal * np.array([along[1], -along[0]]) - shear * along
+        edge_vector = positions[after[e]] - positions[e]
+        edge_vector /= np.hypot(*edge_vector)
+        force = normal * np.array([edge_vector[1], -edge_vector[0]]) - shear * edge_vector
         force = np.append(force, positions[v, 0] * force[1] - positions[v, 1] * force[0])
-        total += force if owner[v] == 1 else -force
-    return total
+        resultant += force if owner[v] == 1 else -force
+    return resultant
 
 
 @pytest.mark.parametrize("level", [0.5, 1.5, 3.0, 7.0])
@@ -52,16 +52,16 @@ def test_buoyancy(level):
     """Water in the joint and around the block lifts it by ρ_w g V of its immersed volume."""
     model = block_on_floor()
     model.water(surface=(-4.0, level, 6.0, level))
-    under = 2.0 * min(level, 3.0)
-    uplift = 6.0 * 25e3 - under * WATER
+    submerged_area = 2.0 * min(level, 3.0)
+    uplift = 6.0 * 25e3 - submerged_area * WATER
     assert reaction(model) == pytest.approx([0.0, uplift, uplift], abs=2.0)
 
 
 def test_water_on_faces_alone_does_not_lift():
     model = block_on_floor()
     model.water(surface=(-4.0, 5.0, 6.0, 5.0), acts_on="faces")
-    down = 6.0 * 25e3 + 2.0 * 2.0 * WATER
-    assert reaction(model) == pytest.approx([0.0, down, down], abs=2.0)
+    vertical_force = 6.0 * 25e3 + 2.0 * 2.0 * WATER
+    assert reaction(model) == pytest.approx([0.0, vertical_force, vertical_force], abs=2.0)
 
 
 def test_an_inclined_water_table_pushes_sideways():
@@ -81,12 +81,12 @@ def test_pressure_along_a_joint_and_its_change_in_time():
     model.water(name="uplift", along=(0, 0, 2, 0), pressure=(30e3, 10e3), time=(0.0, 1.0),
                 scale=(0.5, 1.0))  # fmt: skip
     assert reaction(model)[1] == pytest.approx(6.0 * 25e3 - 0.5 * 20e3 * 2.0, abs=2.0)
-    later = block_on_floor(settle=None, steps=None)
-    later.water(name="uplift", along=(0, 0, 2, 0), head=(3.0, 3.0))
-    later.stage(name="dry", kind="static")
-    later.stage(name="wet", kind="static", add="uplift")
-    later.stage(name="dry again", kind="static", drop="uplift")
-    history = later.run().history
+    groups = block_on_floor(settle=None, steps=None)
+    groups.water(name="uplift", along=(0, 0, 2, 0), head=(3.0, 3.0))
+    groups.stage(name="dry", kind="static")
+    groups.stage(name="wet", kind="static", add="uplift")
+    groups.stage(name="dry again", kind="static", drop="uplift")
+    history = groups.run().history
     data = history.assign_coords(stage=("time", history.stage.values))
     forces = [float(data.contact_normal_force[data.contact_frame == f].sum()) for f in range(3)]
     assert forces == pytest.approx([150e3, 150e3 - 2 * 3 * WATER, 150e3], rel=1e-4)
@@ -151,9 +151,9 @@ def test_tractions_that_follow_turn_with_the_block(follows):
 def test_bad_loads_are_refused(group, values, message):
     model = block_on_floor()
     model.add(group, **values)
-    with pytest.raises(sitedda.InputError, match=rf"^Model\.{group}\(…\), ") as caught:
+    with pytest.raises(sitedda.InputError, match=rf"^Model\.{group}\(…\), ") as error_info:
         sitedda.Simulation(model)
-    assert message in str(caught.value)
+    assert message in str(error_info.value)
 
 
 @pytest.mark.parametrize("seed", [59, 291])

@@ -28,8 +28,10 @@ def squeezed_block(confining, integration="backward_euler", steps=200, **strengt
     law = SOLID | strength | {"initial_stress": [-confining, -confining, 0.0]}
     model = solid(1e15, 7e12, 0.21, law, time_step=1e-2, steps=steps, integration=integration)
     model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
-    down = -1e-5 * np.arange(203) / 200
-    model.motion(name="down", values=down.tolist(), quantity="displacement", time_step=1e-2)
+    displacements = -1e-5 * np.arange(203) / 200
+    model.motion(
+        name="down", values=displacements.tolist(), quantity="displacement", time_step=1e-2
+    )
     for x in (0.0, 1.0):
         model.fixed_point(x=x, y=0.0, **({} if x == 0 else {"direction": "y"}))
         model.fixed_point(x=x, y=1.0, direction="y", motion_y="down")
@@ -126,17 +128,17 @@ def cantilever(cells, **law):
             for at in (y, y + h) if i == 0 else ():
                 model.fixed_point(x=0.0, y=at, block=name)
             if i == 10 * cells - 1:
-                down = [0.0, -0.8 * 2e6 / 60 * h, -0.8 * 2e6 / 60 * h]
+                displacements_of_tip = [0.0, -0.8 * 2e6 / 60 * h, -0.8 * 2e6 / 60 * h]
                 model.load(x=10.0, y=y + h / 2, block=name, time=[0.0, 0.3, 1e6], force_x=[0.0] * 3,
-                           force_y=down)  # fmt: skip
+                           force_y=displacements_of_tip)  # fmt: skip
     model.measured_point(name="tip", x=10.0, y=0.0, block=f"c{10 * cells - 1}_0")
     return model.run().history.displacement.values[-1, 0, 1]
 
 
 def test_a_strong_material_is_elastic():
     """Jumps of faces carry the remaining stress of points, much of it with two cells."""
-    strong = cantilever(2, law="mohr_coulomb", cohesion=1e6)
-    assert strong == pytest.approx(cantilever(2), rel=1e-3)
+    model = cantilever(2, law="mohr_coulomb", cohesion=1e6)
+    assert model == pytest.approx(cantilever(2), rel=1e-3)
 
 
 def test_a_yielding_run_is_bit_identical_everywhere(tmp_path, same_everywhere):
@@ -193,10 +195,10 @@ def salencon(dilation):
     """Wall displacement of `ring` in the closed form of Salençon (1969), m."""
     flow, strength = (np.tan(np.radians(45 + a / 2)) ** 2 for a in (dilation, 30.0))
     tension = 2 * COHESION * np.sqrt(strength) / (strength - 1)
-    yielded = 2 / (strength + 1) * (30e6 + tension) / tension  # (R₀/a)^(K_φ − 1)
+    yield_ratio = 2 / (strength + 1) * (30e6 + tension) / tension  # (R₀/a)^(K_φ − 1)
     poisson = (3 * 3.9 - 2 * 2.8) / (2 * (3 * 3.9 + 2.8))
-    spread = yielded ** ((flow + strength) / (strength - 1))
-    factors = (1 - poisson) * np.array([(strength**2 - 1) * spread, flow * strength + 1])
+    outer_ratio = yield_ratio ** ((flow + strength) / (strength - 1))
+    factors = (1 - poisson) * np.array([(strength**2 - 1) * outer_ratio, flow * strength + 1])
     plastic = tension * (factors.sum() / (flow + strength) - poisson)
     return (plastic - (1 - 2 * poisson) * (30e6 + tension)) / (2 * 2.8e9)
 

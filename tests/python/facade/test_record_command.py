@@ -49,13 +49,13 @@ def test_invalid_headings_are_refused(table, heading):
 
 
 @pytest.mark.parametrize(
-    ("text", "hint"),
+    ("text", "option"),
     [("0 0\n0.1 1\n0.2 0\n", "--quantity, --unit"), ("once\nthere was none\n", "--format")],
 )
-def test_a_message_names_the_option_to_use(main, tmp_path, text, hint):
+def test_a_message_names_the_option_to_use(main, tmp_path, text, option):
     (tmp_path / "own.txt").write_text(text)
     process = main("record", "own.txt", folder=tmp_path)
-    assert process.returncode == 1 and hint in process.stderr and process.stderr.count("\n") == 1
+    assert process.returncode == 1 and option in process.stderr and process.stderr.count("\n") == 1
 
 
 def test_one_column_requires_a_time_step(main, tmp_path):
@@ -72,8 +72,8 @@ def test_measures_are_printed_and_nothing_is_overwritten_unasked(main, table, mo
     process = main.ok(*command, folder=file.parent)
     arias = math.pi / (2 * 9.80665) * LARGEST**2 / 2 * STEP * SAMPLES  # of a sine, whole periods
     measures = next(line for line in process.stdout.splitlines() if "Arias" in line)
-    printed = float(measures.split("Arias ")[1].split()[0])
-    assert printed == pytest.approx(arias, rel=0.02)  # the drift is removed
+    printed_text = float(measures.split("Arias ")[1].split()[0])
+    assert printed_text == pytest.approx(arias, rel=0.02)  # the drift is removed
     picture = file.parent / "own.png"
     assert picture.read_bytes().startswith(b"\x89PNG")
     another = b"\x89PNG\r\n\x1a\nanother"

@@ -130,11 +130,11 @@ def test_properties_of_the_material_are_in_the_history(write_input):
 
 def test_history_interval_reduces_the_samples(write_input):
     groups = changed(tower(steps=30), "output", history_interval=7)
-    full = sitedda.run(write_input(tower(steps=30))).history
-    thin = sitedda.run(write_input(groups)).history
+    every_sample = sitedda.run(write_input(tower(steps=30))).history
+    some_samples = sitedda.run(write_input(groups)).history
     samples = [0, 7, 14, 21, 28, 30]  # always with the last one
-    assert_array_equal(thin.time, full.time[samples])
-    assert_array_equal(thin.displacement, full.displacement[samples])
+    assert_array_equal(some_samples.time, every_sample.time[samples])
+    assert_array_equal(some_samples.displacement, every_sample.displacement[samples])
 
 
 def test_a_dataset_has_the_verdict_and_pictures_of_its_run(write_input, tmp_path):
@@ -208,8 +208,11 @@ def test_phases_add_up_to_the_time_of_the_steps(write_input):
         run.advance(1500)
         elapsed = time.perf_counter() - begun
         phase_times = run.phase_times()
-    spared = ("search", "factorise")  # not needed, because neighbours and states do not change
-    assert all(seconds > 0 for name, seconds in phase_times.items() if name not in spared)
+    unused_phases = (
+        "search",
+        "factorise",
+    )  # not needed, because neighbours and states do not change
+    assert all(seconds > 0 for name, seconds in phase_times.items() if name not in unused_phases)
     assert 0.3 * elapsed < sum(phase_times.values()) <= elapsed
 
 
@@ -241,9 +244,9 @@ def test_a_change_equals_a_changed_input(write_input, same_bits, change, group, 
 
 def test_a_change_adds_a_group_that_the_input_lacks(write_input, same_bits):
     groups = without(tower(steps=10), "contact")
-    full = changed([("contact", {}), *groups], "contact", normal_stiffness=2e11)
+    groups_with_contact = changed([("contact", {}), *groups], "contact", normal_stiffness=2e11)
     result = sitedda.run(write_input(groups), normal_stiffness=2e11)
-    other = sitedda.run(write_input(full, "other.nml"))
+    other = sitedda.run(write_input(groups_with_contact, "other.nml"))
     same_bits(result.history, other.history, attributes=("title",))
 
 
@@ -268,10 +271,10 @@ def test_an_invalid_change_is_an_input_error(write_input, change, message):
 
 
 def test_changes_apply_to_windows_line_ends_and_byte_order_marks(write_input, same_bits):
-    plain = write_input(tower(steps=10))
-    text = b"\xef\xbb\xbf" + plain.read_bytes().replace(b"\n", b"\r\n")
+    plain_file = write_input(tower(steps=10))
+    text = b"\xef\xbb\xbf" + plain_file.read_bytes().replace(b"\n", b"\r\n")
     marked = write_input(text, "marked.nml")
-    one, other = sitedda.run(plain, steps=12), sitedda.run(marked, steps=12)
+    one, other = sitedda.run(plain_file, steps=12), sitedda.run(marked, steps=12)
     same_bits(one.history, other.history, attributes=("title",))
 
 
@@ -395,10 +398,10 @@ def test_a_resting_block_weighs_half_on_each_contact(write_input):
     with sitedda.Simulation(write_input(groups)) as simulation:
         simulation.advance(20)
         contacts = simulation.contacts
-        pressed = contacts["normal_force"] > 0
-        assert_allclose(contacts["normal_force"][pressed], [20e3, 20e3], rtol=1e-6)
-        assert_allclose(contacts["gap"][pressed], -20e3 / 1e9, rtol=1e-6)
-        assert set(contacts["state"][pressed]) == {2}
+        is_pressed = contacts["normal_force"] > 0
+        assert_allclose(contacts["normal_force"][is_pressed], [20e3, 20e3], rtol=1e-6)
+        assert_allclose(contacts["gap"][is_pressed], -20e3 / 1e9, rtol=1e-6)
+        assert set(contacts["state"][is_pressed]) == {2}
         assert_allclose(simulation.stresses[1, 1], -0.5 * 2000 * 10 * 1.0, rtol=1e-6)
 
 
@@ -436,7 +439,7 @@ def test_a_closed_simulation_is_reported_as_closed(write_input):
     simulation = sitedda.Simulation(write_input(tower()))
     simulation.close()
     simulation.close()
-    for use in (
+    for method in (
         simulation.advance,
         simulation.finish,
         lambda: simulation.coordinates,
@@ -449,16 +452,16 @@ def test_a_closed_simulation_is_reported_as_closed(write_input):
         lambda: setattr(simulation, "rates", np.zeros((4, 6))),
     ):
         with pytest.raises(sitedda.SiteddaError, match="closed"):
-            use()
+            method()
 
 
 def test_a_forgotten_simulation_is_freed_and_its_file_closed(write_input, tmp_path):
     simulation = sitedda.Simulation(write_input(tower(steps=50)), tmp_path / "out.nc")
     simulation.advance(10)
-    gone = weakref.ref(simulation)
+    reference = weakref.ref(simulation)
     del simulation
     gc.collect()
-    assert gone() is None
+    assert reference() is None
     with xr.open_dataset(tmp_path / "out.nc.partial", engine="netcdf4") as dataset:
         assert dataset.attrs["complete"] == "no"
         assert dataset.sizes["time"] == 11
@@ -472,21 +475,21 @@ def test_many_simulations_one_after_the_other(write_input):
 
 
 def test_an_input_error_leaves_no_open_file(write_input):
-    bad = write_input(changed(tower(), "control", steps=-1), "bad.nml")
+    invalid_input = write_input(changed(tower(), "control", steps=-1), "bad.nml")
     with sitedda.Simulation(write_input(tower(steps=5))) as simulation:
         for _ in range(100):
             with pytest.raises(sitedda.InputError):
-                sitedda.Simulation(bad)
+                sitedda.Simulation(invalid_input)
         assert simulation.advance(5)
 
 
 def test_two_simulations_at_once_are_independent(write_input, same_bits, tmp_path):
     files = write_input(tower(2, steps=60), "a.nml"), write_input(tower(5, steps=60), "b.nml")
-    together = [sitedda.Simulation(file, tmp_path / f"{file.stem}.nc") for file in files]
+    simulations = [sitedda.Simulation(file, tmp_path / f"{file.stem}.nc") for file in files]
     for _ in range(20):
-        for simulation in together:
+        for simulation in simulations:
             simulation.advance(3)
-    for simulation, file in zip(together, files, strict=True):
+    for simulation, file in zip(simulations, files, strict=True):
         simulation.finish()
         simulation.close()
         same_bits(sitedda.run(file).history, tmp_path / f"{file.stem}.nc")
@@ -500,9 +503,9 @@ def test_simulations_in_threads_are_bit_identical(write_input):
             simulation.advance(400)
             return simulation.coordinates
 
-    alone = [last_state(file) for file in files]
+    single_states = [last_state(file) for file in files]
     with ThreadPoolExecutor(3) as pool:
-        for one, other in zip(alone, pool.map(last_state, files), strict=True):
+        for one, other in zip(single_states, pool.map(last_state, files), strict=True):
             assert_array_equal(one, other)
 
 
@@ -560,13 +563,13 @@ KINDS = [
 def test_errors_survive_a_pickle_and_a_copy(kind, number, parent):
     error = sitedda.SiteddaError.of(number, "step 3: what and where")
     assert type(error) is kind and isinstance(error, parent)
-    for twin in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
-        assert type(twin) is kind
-        assert (str(twin), twin.kind) == ("step 3: what and where", kind.kind)
+    for clone in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
+        assert type(clone) is kind
+        assert (str(clone), clone.kind) == ("step 3: what and where", kind.kind)
 
 
 def test_an_engine_error_can_be_pickled(write_input):
-    with pytest.raises(sitedda.InputError) as caught:
+    with pytest.raises(sitedda.InputError) as error_info:
         sitedda.run(write_input(tower()), time_step=-1.0)
-    twin = pickle.loads(pickle.dumps(caught.value))
-    assert str(twin) == str(caught.value) and "time_step" in str(twin)
+    twin = pickle.loads(pickle.dumps(error_info.value))
+    assert str(twin) == str(error_info.value) and "time_step" in str(twin)

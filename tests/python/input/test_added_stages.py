@@ -46,11 +46,11 @@ def test_the_input_with_added_stages_is_bit_identical(tmp_path, adaptive, settle
         run.finish()
     copied_input = tmp_path / "again.nml"
     copied_input.write_text(text)
-    repeated = sitedda.run(copied_input).history
+    repeated_run = sitedda.run(copied_input).history
     with sitedda.open_output(tmp_path / "live.nc") as live:
         assert live.attrs["stages"].split("\n")[-2:] == ["digging", "smooth"]
         for name in COMPARED:
-            assert np.array_equal(live[name].values, repeated[name].values), name
+            assert np.array_equal(live[name].values, repeated_run[name].values), name
         assert live.time[-1] == pytest.approx(0.3)
 
 

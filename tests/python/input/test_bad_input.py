@@ -29,9 +29,9 @@ def moved(**values) -> list:
 
 def record(text: str, **values) -> dict:
     """Return the tower with a record file of this text as motion."""
-    take = {"values": None, "quantity": None, "time_step": None, "file": "record.txt"}
-    take |= {"quantity": "acceleration", "unit": "m/s2", "format": "text"} | values
-    return {"groups": moved(**take), "record.txt": text}
+    values_of_record = {"values": None, "quantity": None, "time_step": None, "file": "record.txt"}
+    values_of_record |= {"quantity": "acceleration", "unit": "m/s2", "format": "text"} | values
+    return {"groups": moved(**values_of_record), "record.txt": text}
 
 
 def refused(case: str, groups, group: str, *phrases: str):
@@ -283,9 +283,9 @@ def both_complain(file, phrases, native, main, folder):
         assert phrase in messages[0], f"{phrase!r} is not in {messages[0]!r}"
     assert final.read_bytes() == OLD
     assert not list(folder.glob("*.partial"))
-    with pytest.raises(sitedda.InputError) as caught:
+    with pytest.raises(sitedda.InputError) as error_info:
         sitedda.run(file)
-    assert str(caught.value) == messages[0]
+    assert str(error_info.value) == messages[0]
 
 
 @pytest.mark.parametrize(("groups", "group", "phrases"), CASES)
@@ -319,17 +319,17 @@ def test_a_folder_is_refused_as_input(native, main, tmp_path):
 
 @pytest.mark.parametrize("line", [3, 40, 1000])
 def test_the_message_gives_the_line_of_the_group(line, write_input):
-    bad = namelist([("material", {"density": -1.0})])
+    invalid_text = namelist([("material", {"density": -1.0})])
     other_groups = namelist([("control", {"time_step": 1.0, "steps": 1}), ("joint", dict(DRY))])
-    file = write_input("\n" * (line - 1) + bad + other_groups)
+    file = write_input("\n" * (line - 1) + invalid_text + other_groups)
     with pytest.raises(sitedda.InputError, match=rf"&material \(line {line}\): density = -1"):
         sitedda.run(file)
 
 
 def test_a_word_instead_of_a_number_is_not_reported_as_a_variable(write_input):
-    with pytest.raises(sitedda.InputError) as caught:
+    with pytest.raises(sitedda.InputError) as error_info:
         sitedda.run(write_input(changed(tower(), "control", time_step="fast")))
-    assert "no variable" not in str(caught.value)
+    assert "no variable" not in str(error_info.value)
 
 
 # --- What must not be refused --------------------------------------------------------------------
@@ -349,19 +349,25 @@ ODD = {
 
 @pytest.mark.parametrize("name", ODD)
 def test_unusual_valid_texts_run_equally(name, write_input, native, main, tmp_path, same_bits):
-    plain = write_input(tower(steps=10))
-    expected = sitedda.run(plain).history
-    odd = write_input(ODD[name](plain.read_bytes()), "odd.nml")
+    plain_file = write_input(tower(steps=10))
+    expected = sitedda.run(plain_file).history
+    unusual_file = write_input(ODD[name](plain_file.read_bytes()), "odd.nml")
     for program in (native, main):
-        program.ok("run", odd, "--quiet", "--output", tmp_path / "odd.nc")
+        program.ok("run", unusual_file, "--quiet", "--output", tmp_path / "odd.nc")
         same_bits(expected, tmp_path / "odd.nc", attributes=("title", "step_control"))
 
 
 @pytest.mark.parametrize("folder", ["two words", "Größe α 地震", "it's 100%"])
 def test_paths_may_contain_any_letters(folder, write_input, native, main, tmp_path, same_bits):
-    take = {"values": None, "time_step": None, "file": "rec dir/сейсмо грамма.txt", "unit": "m/s2"}
+    values_of_record = {
+        "values": None,
+        "time_step": None,
+        "file": "rec dir/сейсмо грамма.txt",
+        "unit": "m/s2",
+    }
     file = write_input(
-        changed(moved(format="text", **take), "control", steps=10), f"{folder}/Modell ü.nml"
+        changed(moved(format="text", **values_of_record), "control", steps=10),
+        f"{folder}/Modell ü.nml",
     )
     (file.parent / "rec dir").mkdir()
     samples = "".join(f"{0.01 * i} {np.sin(0.3 * i)}\n" for i in range(30))
@@ -426,18 +432,18 @@ def test_an_input_with_all_variables_runs(write_input):
 
 
 @pytest.mark.parametrize(
-    ("which", "variable"),
+    ("number_of_group", "variable"),
     [(i, variable) for i, (_, values) in enumerate(EVERYTHING) for variable in values],
     ids=[f"{name}-{variable}" for name, values in EVERYTHING for variable in values],
 )
-def test_invalid_values_of_each_variable(which, variable, write_input):
+def test_invalid_values_of_each_variable(number_of_group, variable, write_input):
     """Each is refused with file and group, or the results are finite."""
-    group, values = EVERYTHING[which]
+    group, values = EVERYTHING[number_of_group]
     text = namelist(EVERYTHING)
     line = namelist([(group, {variable: values[variable]})]).splitlines()[1]
     number = not isinstance(values[variable], str | bool)
     for value in [*NO_NUMBERS, *EXTREMES, *STRANGE]:
-        at = text.index(line, text.index(namelist([EVERYTHING[which]])))
+        at = text.index(line, text.index(namelist([EVERYTHING[number_of_group]])))
         file = write_input(text[:at] + f"   {variable} = {value}" + text[at + len(line) :])
         begin = time.process_time()
         try:
@@ -448,8 +454,8 @@ def test_invalid_values_of_each_variable(which, variable, write_input):
                 assert np.all(np.isfinite(list(run.energies.values()))), value[:20]
         except sitedda.InputError as error:
             assert str(file) in str(error), (value[:20], str(error))
-            elsewhere = ("name", "time_step", "gravity")  # other groups refer to them
-            assert f"&{group}" in str(error) or variable in elsewhere, str(error)
+            referenced_names = ("name", "time_step", "gravity")  # other groups refer to them
+            assert f"&{group}" in str(error) or variable in referenced_names, str(error)
             assert len(str(error)) < 1000, value[:20]
         except (sitedda.ConvergenceError, sitedda.SolverError) as error:
             assert str(error).startswith("step "), (value[:20], str(error))

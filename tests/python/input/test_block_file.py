@@ -83,14 +83,14 @@ def test_build_writes_block_files_of_large_models_or_on_request(tmp_path, root, 
     arch = tmp_path / "arch.nml"
     arch.write_text((root / "inputs" / "arch.nml").read_text())
     main.ok("build", arch, "--block-file")
-    output, built = build_file(arch, tmp_path / "text.nml")
+    output, built_text = build_file(arch, tmp_path / "text.nml")
     assert "&blocks" not in output.read_text()
     for one, other in zip(state(output), state(tmp_path / "arch_blocks.nml"), strict=True):
         assert np.array_equal(one, other)
-    many = sitedda.Model(time_step=1e-3, steps=1)
+    large_model = sitedda.Model(time_step=1e-3, steps=1)
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    many.add_blocks([square + [2.0 * i, 0.0] for i in range(LARGE)])
-    assert many.write(tmp_path / "many.nml").stat().st_size < 1000
+    large_model.add_blocks([square + [2.0 * i, 0.0] for i in range(LARGE)])
+    assert large_model.write(tmp_path / "many.nml").stat().st_size < 1000
 
 
 def test_another_block_file_is_another_input(tmp_path):
@@ -137,7 +137,7 @@ def time_to_read(side: int, tmp_path, native) -> float:
     x, y = (v.ravel() for v in np.meshgrid(np.arange(side), np.arange(side)))
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     squares = np.stack([x, y], axis=1)[:, None] + corners
-    blocks = [{"name": f"block_{i}", "vertices": one} for i, one in enumerate(squares)]
+    blocks = [{"name": f"block_{i}", "vertices": square} for i, square in enumerate(squares)]
     write_block_file(tmp_path / "m.nc", blocks)
     (tmp_path / "m.nml").write_text(
         "&control time_step = 1e-3, steps = 1 /\n&blocks file = 'm.nc' /\n"
@@ -260,8 +260,8 @@ def test_a_variable_of_an_unknown_type_is_refused(tmp_path):
     file = tmp_path / "bad.nc"
     dataset()(file)
     data = bytearray(file.read_bytes())
-    head = b"\0\0\0\x08material" + b"\0\0\0\x01"  # length of the name, name, one dimension
-    kind = data.index(head) + len(head) + 4 + 8  # its number, no attributes
+    header = b"\0\0\0\x08material" + b"\0\0\0\x01"  # length of the name, name, one dimension
+    kind = data.index(header) + len(header) + 4 + 8  # its number, no attributes
     assert data[kind : kind + 4] == b"\0\0\0\x04"
     data[kind + 3] = 12
     file.write_bytes(data)
@@ -293,27 +293,27 @@ def more_memory(limit: int):
         resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
-@pytest.mark.parametrize("lie", LIES)
-def test_wrong_contents_are_refused_in_one_message(lie, tmp_path):
-    write, words = LIES[lie]
+@pytest.mark.parametrize("fault", LIES)
+def test_wrong_contents_are_refused_in_one_message(fault, tmp_path):
+    write, phrase = LIES[fault]
     write(tmp_path / "bad.nc")
     with more_memory(200_000_000):
         message = refused(tmp_path)
-    assert words in message
+    assert phrase in message
     assert "group &blocks (line 4): " in message and message.count("\n") == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.nc", "model.nml"]
 
 
 def test_other_files_are_refused_as_block_files(tmp_path, native):
-    bad = tmp_path / "bad.nc"
-    bad.write_bytes(b"CDF\x01")
+    invalid_file = tmp_path / "bad.nc"
+    invalid_file.write_bytes(b"CDF\x01")
     assert "bad.nc is damaged, or does not have the classic netCDF format" in refused(tmp_path)
     for content in (b"", b"no netCDF", b"\x89HDF\r\n\x1a\n" + b"\0" * 100):
-        bad.write_bytes(content)
+        invalid_file.write_bytes(content)
         assert "bad.nc does not have the classic netCDF format" in refused(tmp_path)
-    bad.unlink()
+    invalid_file.unlink()
     assert "bad.nc cannot be read: No such file" in refused(tmp_path)
-    bad.mkdir()
+    invalid_file.mkdir()
     assert "bad.nc" in refused(tmp_path)
     process = native("run", "model.nml", folder=tmp_path)
     assert process.returncode == 1 and process.stderr.count("\n") == 1

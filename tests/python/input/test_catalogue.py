@@ -77,8 +77,8 @@ def test_a_name_without_group_is_accepted_if_unambiguous(variable):
         with pytest.raises(sitedda.InputError, match="several groups have this variable"):
             changed_input(text, {variable.name: value_of(variable)})
         return
-    home = "control" if "control" in homes else homes.pop()
-    after = groups_by_name(changed_input(text, {variable.name: value_of(variable)}))[home]
+    group_name = "control" if "control" in homes else homes.pop()
+    after = groups_by_name(changed_input(text, {variable.name: value_of(variable)}))[group_name]
     assert after[0][variable.name] == value_of(variable)
 
 
@@ -91,25 +91,31 @@ CLAUSES = [
 
 
 @pytest.mark.parametrize(
-    ("variable", "of", "items", "excludes"), CLAUSES, ids=lambda v: getattr(v, "name", str(v))
+    ("variable", "condition", "items", "excludes"),
+    CLAUSES,
+    ids=lambda v: getattr(v, "name", str(v)),
 )
-def test_what_the_schema_needs_and_excludes_is_refused(variable, of, items, excludes, write_input):
+def test_what_the_schema_needs_and_excludes_is_refused(
+    variable, condition, items, excludes, write_input
+):
     group_variables = {v.name: v for v in VARIABLES if v.group == variable.group}
     names = re.split(", | or ", re.sub(" = '[^']*'", "", items))
-    assigned = needed(variable) | {variable.name: of.split("'")[1] if of else value_of(variable)}
-    also = [names[0]] if excludes else []
+    assigned = needed(variable) | {
+        variable.name: condition.split("'")[1] if condition else value_of(variable)
+    }
+    excluded_names = [names[0]] if excludes else []
     for group_variable in group_variables.values():  # variables that its law or kind requires
         switch, _, values = group_variable.when.partition(" = ")
         if (
             group_variable.default.startswith("required by its ")
             and f"'{assigned.get(switch)}'" in values
         ):
-            also.append(group_variable.name)
+            excluded_names.append(group_variable.name)
     if excludes and ":" not in variable.needs:
-        also += filter(None, re.split(", | or ", variable.needs))
+        excluded_names += filter(None, re.split(", | or ", variable.needs))
     alternatives = GROUPS[variable.group].needs.split(" or ")
-    if not {*alternatives} & {*assigned, *also, ""}:
-        also.append(
+    if not {*alternatives} & {*assigned, *excluded_names, ""}:
+        excluded_names.append(
             next(
                 group_variable
                 for group_variable in reversed(alternatives)
@@ -117,7 +123,9 @@ def test_what_the_schema_needs_and_excludes_is_refused(variable, of, items, excl
             )
         )
     assigned = {
-        name: value_of(group_variables[name]) for name in also if excludes or name not in names
+        name: value_of(group_variables[name])
+        for name in excluded_names
+        if excludes or name not in names
     } | assigned
     groups = [g for g in tower() if g[0] not in SINGLE or g[0] != variable.group]
     with pytest.raises(sitedda.InputError, match=rf"\b({'|'.join(names)})\b"):
@@ -143,10 +151,10 @@ def test_a_changed_contact_rule_affects_the_run(write_input):
     ],
 )
 def test_an_unknown_name_gets_the_nearest_known_one(text, phrases, write_input):
-    with pytest.raises(sitedda.InputError) as caught:
+    with pytest.raises(sitedda.InputError) as error_info:
         sitedda.Simulation(write_input(text))
     for phrase in phrases:
-        assert phrase in str(caught.value)
+        assert phrase in str(error_info.value)
 
 
 def test_names_of_energies_counts_and_phases_agree(write_input):

@@ -68,8 +68,8 @@ def test_both_programs_make_the_same_text_and_resume_runs_of_the_other(
 
 def test_a_checkpoint_of_one_program_is_accepted_by_the_other(write_input, native, tmp_path):
     file, options = write_input(COMMENTED), ["--set", "time_step=5e-4", "--set", "title=It's new"]
-    typed = {name: Typed(value) for name, value in (text.split("=", 1) for text in options[1::2])}
-    with sitedda.Simulation(file, tmp_path / "o.nc", changes=typed) as run:
+    changes = {name: Typed(value) for name, value in (text.split("=", 1) for text in options[1::2])}
+    with sitedda.Simulation(file, tmp_path / "o.nc", changes=changes) as run:
         run.advance(3)
     process = native("resume", file, *options, "-q", folder=tmp_path)
     assert (process.returncode, "resumed at step 3" in process.stdout) == (0, True), process.stderr
@@ -117,14 +117,16 @@ def read(text: str) -> list[tuple[str, dict]]:
 
 def test_an_ambiguous_name_of_joint_and_yielding_material_is_refused():
     """A group counts if it states its law, or if its default law permits the variable."""
-    yields = TEXT.replace("young_modulus = 1e7 /", "young_modulus = 1e7 law = 'mohr_coulomb' /")
-    assert yields != TEXT
+    yielding_input = TEXT.replace(
+        "young_modulus = 1e7 /", "young_modulus = 1e7 law = 'mohr_coulomb' /"
+    )
+    assert yielding_input != TEXT
     with pytest.raises(sitedda.InputError, match="material.friction_angle or joint.friction_angle"):
-        changed_input(yields, {"friction_angle": 35.0})
+        changed_input(yielding_input, {"friction_angle": 35.0})
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "which", "variable"),
+    ("path", "value", "index", "variable"),
     [
         ("time_step", 5e-4, 0, "time_step"),
         ("control.time_step", 5e-4, 0, "time_step"),
@@ -142,20 +144,24 @@ def test_an_ambiguous_name_of_joint_and_yielding_material_is_refused():
         ("load.2.force_y", [1.0, 2.0], 6, "force_y"),
     ],
 )
-def test_one_variable_changes_and_nothing_else(path, value, which, variable):
+def test_one_variable_changes_and_nothing_else(path, value, index, variable):
     before, new = read(TEXT), changed_input(TEXT, {path: value})
-    plain = np.asarray(value).tolist() if variable in ("gravity", "values", "force_y") else value
-    expected = before[which][1] | {variable: plain}
-    assert read(new) == [*before[:which], (before[which][0], expected), *before[which + 1 :]]
+    new_value = (
+        np.asarray(value).tolist() if variable in ("gravity", "values", "force_y") else value
+    )
+    expected = before[index][1] | {variable: new_value}
+    assert read(new) == [*before[:index], (before[index][0], expected), *before[index + 1 :]]
     assert new.count("\n") == TEXT.count("\n")
     assert re.findall("!.*", new) == re.findall("!.*", TEXT)
 
 
 def test_every_line_keeps_its_number():
     changes = {"gravity": (0.0, -1.0), "material.2.density": 1.0, "motion.values": [0.0] * 50}
-    old, new = TEXT.splitlines(), changed_input(TEXT, changes).splitlines()
-    equal_lines = [i for i, (one, other) in enumerate(zip(old, new, strict=True)) if one == other]
-    assert set(range(len(old))) - set(equal_lines) == {3, 4, 9, 12}
+    old_lines, new_lines = TEXT.splitlines(), changed_input(TEXT, changes).splitlines()
+    equal_lines = [
+        i for i, (one, other) in enumerate(zip(old_lines, new_lines, strict=True)) if one == other
+    ]
+    assert set(range(len(old_lines))) - set(equal_lines) == {3, 4, 9, 12}
 
 
 def test_nested_mappings_select_groups_and_names():
@@ -209,10 +215,10 @@ def test_a_group_that_may_be_missing_is_added():
     ],
 )
 def test_an_unknown_or_ambiguous_name_is_refused(path, message):
-    with pytest.raises(sitedda.InputError) as caught:
+    with pytest.raises(sitedda.InputError) as error_info:
         changed_input(TEXT, {path: 1})
     for part in message:
-        assert part in str(caught.value)
+        assert part in str(error_info.value)
 
 
 def test_a_value_that_a_namelist_cannot_contain_is_refused():

@@ -24,9 +24,9 @@ def test_all_inputs_and_studies_are_listed_with_a_sentence(main, root):
 
 @pytest.mark.parametrize("name", INPUTS)
 def test_an_example_has_all_its_files(name, tmp_path):
-    copied = copy_example(name, tmp_path)
-    assert copied[0] == tmp_path / f"{name}.nml"
-    sitedda.Simulation(copied[0]).close()
+    copied_files = copy_example(name, tmp_path)
+    assert copied_files[0] == tmp_path / f"{name}.nml"
+    sitedda.Simulation(copied_files[0]).close()
 
 
 @pytest.mark.parametrize("name", STUDIES)

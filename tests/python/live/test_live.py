@@ -26,7 +26,7 @@ from tornado.websocket import WebSocketClosedError
 import sitedda
 from sitedda.block_file import write_block_file
 from sitedda.live import drawn
-from sitedda.live.document import Document, place_of_trouble
+from sitedda.live.document import Document, locate_error
 from sitedda.live.running import LiveRun
 from sitedda.live.script import literal
 from sitedda.live.session import Session
@@ -141,31 +141,31 @@ def test_an_invalid_value_changes_nothing_and_its_message_has_a_field():
     assert document.text == TEXT
     message = "m.nml, group &joint (line 5): friction_angle = 95 must lie between 0 and 89"
     field = {"group": "joint", "number": 2, "variable": "friction_angle", "line": 5}
-    assert place_of_trouble(message, TEXT, "m.nml") == field
+    assert locate_error(message, TEXT, "m.nml") == field
 
 
 @pytest.mark.parametrize(
-    ("typed", "python"),
+    ("text", "python"),
     [("30", "30.0"), ("0, -9.81", "(0.0, -9.81)"), (".false.", "False"), ("none", "'none'"),
      ("1d-3", "0.001"), ("a -> b", "'a -> b'")],
 )  # fmt: skip
-def test_typed_values_are_literals_of_a_script(typed, python):
-    assert literal(typed) == python
+def test_typed_values_are_literals_of_a_script(text, python):
+    assert literal(text) == python
 
 
 def test_many_blocks_are_drawn_from_a_file_as_from_text(root, monkeypatch):
     file = root / "inputs" / "slope.nml"
-    written, pictures = [], []
+    block_files, pictures = [], []
 
-    def put(target, blocks):
-        written.append(target)
+    def store_file(target, blocks):
+        block_files.append(target)
         return write_block_file(target, blocks)
 
-    monkeypatch.setattr(drawn, "write_block_file", put)
-    for many in (1_000, 1):
-        monkeypatch.setattr(drawn, "_MANY", many)
+    monkeypatch.setattr(drawn, "write_block_file", store_file)
+    for limit in (1_000, 1):
+        monkeypatch.setattr(drawn, "_FILE_BLOCKS", limit)
         pictures.append(drawn.draw_model(file.read_text(), file))
-    assert len(written) == 1 and not written[0].exists()
+    assert len(block_files) == 1 and not block_files[0].exists()
     one, other = pictures
     assert one.message == other.message and one.notes == other.notes
 
@@ -177,9 +177,9 @@ def test_a_later_page_receives_the_valid_picture(folder, tmp_path):
     async def use(server):
         async with Client(server) as first:
             await first.ask("open", source="file", name="pile.nml")
-            good = await first.until(lambda m: m["kind"] == "good")
-            async with Client(server) as later:
-                assert await later.until(lambda m: m["kind"] == "good") == good
+            valid_message = await first.until(lambda m: m["kind"] == "good")
+            async with Client(server) as later_page:
+                assert await later_page.until(lambda m: m["kind"] == "good") == valid_message
 
     with live(folder, tmp_path / "state") as server:
         talk(use(server))
@@ -212,14 +212,14 @@ def steered(folder, state, steps: int, command: str, values: dict, *kinds: str) 
 def test_the_saved_namelist_is_bit_identical(folder, tmp_path):
     stage = {"name": "digging", "remove": "low"}
     kinds = ("namelist", "script", "report")
-    messages, (saved, script, report), data = steered(
+    messages, (saved_files, script, report), data = steered(
         folder, tmp_path / "state", 50, "stage", stage, *kinds
     )
     last_message = next(m for m in messages if m["kind"] == "run" and m["status"] == "done")
     assert last_message["verdict"]["lines"] and last_message["verdict"]["charts"]
     assert sum(m["kind"] == "frame" for m in messages) > 2
-    assert "&stage name = 'digging'" in saved.read_text()
-    assert same_bits(data, sitedda.run(saved).history)
+    assert "&stage name = 'digging'" in saved_files.read_text()
+    assert same_bits(data, sitedda.run(saved_files).history)
     assert report.read_text().startswith("<!doctype html>")
     assert "run.begin_stage(name='digging', remove='low')" in script.read_text()
 
@@ -228,25 +228,27 @@ def test_a_new_friction_as_a_stage_is_bit_identical(folder, tmp_path):
     text = PILE.replace("gravity = 0.0, -9.81", "gravity = -2.0, -9.81")
     (folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
     stage = {"name": "wet", "change_joints": "dry -> ice"}
-    _, (saved,), data = steered(folder, tmp_path / "state", 50, "stage", stage, "namelist")
-    assert "in the script alone" not in saved.read_text()
+    _, (saved_files,), data = steered(folder, tmp_path / "state", 50, "stage", stage, "namelist")
+    assert "in the script alone" not in saved_files.read_text()
     displacement = data.displacement.sel(point="top", axis="x")
     assert abs(displacement.sel(time=0.05, method="nearest")) < 1e-3 < 0.1 < abs(displacement[-1])
-    assert same_bits(data, sitedda.run(saved).history)
+    assert same_bits(data, sitedda.run(saved_files).history)
 
 
 def test_the_saved_script_is_bit_identical_with_changes_outside_stages(
     folder, tmp_path, monkeypatch
 ):
     change = {"joint[1].friction_angle": "2"}
-    _, (script, plain), data = steered(
+    _, (script, namelist), data = steered(
         folder, tmp_path / "state", 60, "change", change, "script", "namelist"
     )
-    assert "! only in the script: at t = 0.06 s: joint[1].friction_angle = 2" in plain.read_text()
+    assert (
+        "! only in the script: at t = 0.06 s: joint[1].friction_angle = 2" in namelist.read_text()
+    )
     monkeypatch.chdir(folder)
     runpy.run_path(str(script))
-    with sitedda.open_output(folder / "saved.nc") as repeated:
-        assert same_bits(data, repeated)
+    with sitedda.open_output(folder / "saved.nc") as repeated_run:
+        assert same_bits(data, repeated_run)
 
 
 def test_two_pages_show_the_same_run_and_a_later_one_shows_it_from_its_start(folder, tmp_path):
@@ -256,10 +258,10 @@ def test_two_pages_show_the_same_run_and_a_later_one_shows_it_from_its_start(fol
             await one.ask("run")
             await one.status("done")
             await other.status("done")
-            async with Client(server) as third:
-                await third.status("done")
+            async with Client(server) as later_page:
+                await later_page.status("done")
                 times = [[m["time"] for m in page.messages if m["kind"] == "frame"]
-                         for page in (one, other, third)]  # fmt: skip
+                         for page in (one, other, later_page)]  # fmt: skip
                 assert times[0] == times[1] and times[2] and times[2][-1] == times[0][-1]
 
     with live(folder, tmp_path / "state") as server:
@@ -267,10 +269,10 @@ def test_two_pages_show_the_same_run_and_a_later_one_shows_it_from_its_start(fol
 
 
 def test_displacements_of_frames_are_relative_to_equilibrium_as_in_the_output(folder):
-    soft = PILE.replace("normal_stiffness = 1000000000.0", "normal_stiffness = 1e7")
-    soft = soft.replace("duration = 0.6", "duration = 0.1")
-    soft = soft.replace("&fixed_point", "&fixed_point motion_x = 'm',")
-    run = LiveRun(soft, folder / "soft.nml", folder / "soft.nc", *(Mock(),) * 3)
+    soft_input = PILE.replace("normal_stiffness = 1000000000.0", "normal_stiffness = 1e7")
+    soft_input = soft_input.replace("duration = 0.6", "duration = 0.1")
+    soft_input = soft_input.replace("&fixed_point", "&fixed_point motion_x = 'm',")
+    run = LiveRun(soft_input, folder / "soft.nml", folder / "soft.nc", *(Mock(),) * 3)
     run.run()
     wait_for(lambda: run.status in ("done", "failed"))
     message = list(run.frames)[-1]
@@ -329,8 +331,8 @@ def test_the_token_is_private_and_not_in_an_argument(folder, tmp_path):
 def test_a_server_for_other_machines_prints_a_warning(folder, tmp_path, host):
     with live(folder, tmp_path / "state", "--host", host) as server:
         assert server.end() == 0
-        warned = "without encryption" in server.process.stderr.read()
-        assert warned == (host != "127.0.0.1")
+        has_warning = "without encryption" in server.process.stderr.read()
+        assert has_warning == (host != "127.0.0.1")
 
 
 def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
@@ -345,9 +347,9 @@ def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
         for headers in ({"Origin": "http://evil.example"}, {"Origin": "null"}, {"Origin": None},
                         {"Host": "evil.example"}, {"Host": "localhost"},
                         {"Origin": server.address.replace("127.0.0.1", "127.0.0.2")}):  # fmt: skip
-            with pytest.raises(HTTPClientError) as refused:
+            with pytest.raises(HTTPClientError) as error_info:
                 await connect(server, **headers)
-            assert refused.value.code == 403
+            assert error_info.value.code == 403
         async with Client(server) as page:  # the server still responds
             assert page.messages[-1]["screen"] == "start"
 
@@ -416,11 +418,11 @@ def test_malformed_and_oversized_messages_change_and_write_nothing(folder, tmp_p
             count = 0
             while count < 202:
                 count += (await page.hear())["kind"] in ("refused", "trouble")
-        big = await connect(server)
-        await big.write_message(json.dumps({"token": server.token}))
+        sender = await connect(server)
+        await sender.write_message(json.dumps({"token": server.token}))
         with suppress(WebSocketClosedError):
-            await big.write_message("x" * 10_000_000)
-        while await asyncio.wait_for(big.read_message(), DEADLINE) is not None:
+            await sender.write_message("x" * 10_000_000)
+        while await asyncio.wait_for(sender.read_message(), DEADLINE) is not None:
             pass
         async with Client(server) as page:
             assert page.messages[-1]["screen"] == "start"
@@ -489,9 +491,9 @@ def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
     finally:
         server.kill()
     with live(folder, state) as server:
-        output, saved = talk(go_on(server))
+        output, saved_files = talk(go_on(server))
     with sitedda.open_output(output) as data:
-        assert same_bits(data, sitedda.run(saved).history)
+        assert same_bits(data, sitedda.run(saved_files).history)
 
 
 def test_two_servers_of_one_folder_have_separate_sessions(folder, tmp_path):
@@ -531,7 +533,7 @@ def test_a_damaged_journal_leads_to_the_start_page(folder, tmp_path):
 def test_any_failure_to_save_is_reported_to_the_page(tmp_path):
     """The page waits for a response, whichever exception a library raises."""
     events: list[dict] = []
-    session = SimpleNamespace(_saver=threading.Lock(), tell=events.append, folder=tmp_path)
+    session = SimpleNamespace(_saver=threading.Lock(), publish=events.append, folder=tmp_path)
     for error in (TypeError("can only repeat by an integer"), ZeroDivisionError()):
         session._write_files = Mock(side_effect=error)
         Session._save_and_report(session, "report", tmp_path / "r.html")

@@ -115,18 +115,18 @@ def field(page, group: str, variable: str):
     if box.get_attribute("open") is None:
         box.locator("summary").first.click()
     key = f"{group} {variable}"
-    one = page.locator(f'[data-key="{key}"]')
-    if one.count() == 0:
+    element = page.locator(f'[data-key="{key}"]')
+    if element.count() == 0:
         box.locator("details.more summary").click()
-    return one
+    return element
 
 
 def give(page, group: str, **numbers) -> None:
     """Type numbers into fields of a group."""
     for variable, text in numbers.items():
-        one = field(page, group, variable)
-        one.fill(text)
-        one.press("Enter")
+        element = field(page, group, variable)
+        element.fill(text)
+        element.press("Enter")
         holds(page, f"{variable} = {text}")
 
 
@@ -185,14 +185,16 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
         press(page, f"save the {kind}")
         until(page, f"page.saves.fields.{kind}.words.textContent.startsWith('saved')")
     picture(page, "save")
-    saved = {file.suffix: file for file in served.folder.iterdir() if "input" not in file.name}
-    assert saved.keys() >= {".nml", ".py", ".html", ".mp4", ".nc"}
+    saved_files = {
+        file.suffix: file for file in served.folder.iterdir() if "input" not in file.name
+    }
+    assert saved_files.keys() >= {".nml", ".py", ".html", ".mp4", ".nc"}
     assert page.complaints == []
-    repeated = sitedda.run(saved[".nml"]).history
-    with sitedda.open_output(saved[".nc"]) as data:
+    repeated_run = sitedda.run(saved_files[".nml"]).history
+    with sitedda.open_output(saved_files[".nc"]) as data:
         assert data.sizes["block"] == blocks and str(data.attrs["stages"]).startswith("rest")
         for name in COMPARED:
-            assert np.array_equal(data[name].values, repeated[name].values), name
+            assert np.array_equal(data[name].values, repeated_run[name].values), name
 
 
 def test_an_invalid_value_is_reported_at_its_field_and_the_picture_remains(served, opened):
@@ -208,8 +210,8 @@ def test_an_invalid_value_is_reported_at_its_field_and_the_picture_remains(serve
         assert page.evaluate(title, [group, value]).endswith(f" {texts}")
     page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
     field(page, "control 1", "settle").wait_for()
-    offered = "all => all.map((one) => one.placeholder || one.textContent).join('\\n')"
-    texts = page.locator("#panel-form :is(.row option, input)").evaluate_all(offered)
+    placeholders = "all => all.map((one) => one.placeholder || one.textContent).join('\\n')"
+    texts = page.locator("#panel-form :is(.row option, input)").evaluate_all(placeholders)
     assert "plane strain" in texts and "_" not in texts and ".true." not in texts
     before = page.evaluate("page.view.model.n")
     for text, texts in (("95", "0 and 89"), ("steep", "steep")):
@@ -237,7 +239,7 @@ def test_a_slider_cuts_repeatedly_and_the_text_is_the_same_model(served, opened)
     page.locator("#text").type("! mine\n&joint_set joint = 'joint', angle = 20, spacing = 4 /\n")
     until(page, "page.groups.some((g) => g.name === 'joint_set')")
     drawn(page)
-    few = page.evaluate("page.view.model.n")
+    initial_count = page.evaluate("page.view.model.n")
     page.get_by_role("tab", name="Form").click()
     field(page, "joint_set 1", "spacing")
     slider = page.locator('[data-group="joint_set 1"] [aria-label="spacing, slider"]')
@@ -246,7 +248,7 @@ def test_a_slider_cuts_repeatedly_and_the_text_is_the_same_model(served, opened)
         slider.press("ArrowLeft")
     last = slider.evaluate("slider => String(+Number(slider.value).toPrecision(4))")
     holds(page, f"spacing = {last} ")
-    assert page.evaluate("page.view.model.n") > few
+    assert page.evaluate("page.view.model.n") > initial_count
     text = page.evaluate("page.model.text")
     assert "! mine" in text and "spacing = 4 " not in text
 
@@ -263,8 +265,8 @@ def test_the_page_has_no_accessibility_errors_on_phones_and_in_dark_mode(served,
             violations = page.evaluate("axe.run().then((r) => r.violations.map((v) => "
                                   "[v.id, v.nodes.map((n) => n.html.slice(0, 90))]))")  # fmt: skip
             assert violations == [], (label, options)
-            wide = "document.scrollingElement.scrollWidth <= innerWidth"
-            assert page.evaluate(wide), (label, options)
+            fits_width = "document.scrollingElement.scrollWidth <= innerWidth"
+            assert page.evaluate(fits_width), (label, options)
 
         look("start")
         begun(page, "pile.nml")
@@ -441,7 +443,7 @@ def test_another_model_fills_the_view_and_selections_are_cleared(served, opened)
     for name, text in (("pile.nml", PILE), ("fails.nml", failing())):
         (served.folder / name).write_text(text)
     page = begun(opened(served), "pile.nml")
-    fitted = page.evaluate("page.view.camera.scale")
+    fitted_scale = page.evaluate("page.view.camera.scale")
     page.evaluate("page.view.pick(1)")
     page.evaluate("page.view.setColor('displacement')")
     until(page, "page.view.root.textContent.includes('nothing has run')")
@@ -453,17 +455,17 @@ def test_another_model_fills_the_view_and_selections_are_cleared(served, opened)
     assert remove.input_value() == ""
     press(page, "remove the selected block")
     assert remove.input_value() == "low"
-    zoomed = """(() => { const v = page.view, {scale} = v.camera; v.zoom(4, 0, 0);
+    zoomed_view = """(() => { const v = page.view, {scale} = v.camera; v.zoom(4, 0, 0);
     for (const [width, height] of [["1px", "1px"], ["700px", "1px"], ["", ""]]) {
         Object.assign(v.stage.style, {width, height}); v.resize(); }
     return v.camera.scale / scale; })()"""
-    assert page.evaluate(zoomed) == pytest.approx(4.0)
+    assert page.evaluate(zoomed_view) == pytest.approx(4.0)
     press(page, "Start page", "!document.getElementById('start').hidden")
     page.evaluate("page.view.forget(); page.view.draw()")
     press(page, "fails.nml", "page.model.file === 'fails.nml' && page.view.color === 'material'")
     drawn(page)
     view_state = page.evaluate("[page.view.camera.scale, page.view.color, page.view.picked]")
-    assert view_state == [pytest.approx(fitted), "material", -1]
+    assert view_state == [pytest.approx(fitted_scale), "material", -1]
     press(page, "Run")
     over(page)
     message_box = page.locator("#trouble").bounding_box()

@@ -134,8 +134,8 @@ def test_boundaries_without_edges_or_length_are_not_drawn(main, tmp_path):
     for change in (shorter, nothing):
         file = damage(output, tmp_path / "damaged.nc", change)
         main.ok("draw", file, folder=tmp_path)
-    far = damage(output, tmp_path / "far.nc", replaced("boundary_edge_to", 0, 1e36))
-    process = main("draw", far, folder=tmp_path)
+    far_output = damage(output, tmp_path / "far.nc", replaced("boundary_edge_to", 0, 1e36))
+    process = main("draw", far_output, folder=tmp_path)
     assert process.returncode == 5 and "variable boundary_edge_to:" in process.stderr
 
 
@@ -207,8 +207,10 @@ def test_a_site_needs_a_block_at_each_of_its_points(main, tmp_path):
     site = sitedda.Model.read(INPUTS / "layered_site.nml")
     site.control(duration=0.5)
     site_output = site.run(tmp_path / "site.nc").output
-    damaged = damage(site_output, tmp_path / "d.nc", replaced("point_place", (0, 1), 99_999.0))
-    process = main("site", damaged, "-o", tmp_path / "o.png")
+    damaged_output = damage(
+        site_output, tmp_path / "d.nc", replaced("point_place", (0, 1), 99_999.0)
+    )
+    process = main("site", damaged_output, "-o", tmp_path / "o.png")
     assert process.returncode in (1, 5) and "no block lies at the measured point" in process.stderr
     assert len(process.stderr.strip().splitlines()) == 1
 
@@ -227,8 +229,10 @@ def test_boundaries_of_one_name_are_drawn_by_their_number(tmp_path):
 
 
 def test_an_output_of_an_earlier_version_is_refused(main, output, tmp_path):
-    old = damage(output, tmp_path / "old.nc", lambda _, attributes: attributes.pop("input_values"))
-    process = main("draw", old, "-o", tmp_path / "o.png")
+    old_output = damage(
+        output, tmp_path / "old.nc", lambda _, attributes: attributes.pop("input_values")
+    )
+    process = main("draw", old_output, "-o", tmp_path / "o.png")
     assert process.returncode == 5 and "run its input again" in process.stderr
 
 

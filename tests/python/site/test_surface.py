@@ -124,7 +124,7 @@ def test_the_command_prints_and_draws_amplification(main, tmp_path):
     sitedda.run(model.write(tmp_path / "hill.nml"), output=tmp_path / "hill.nc")
     band = ("--lowest", "10", "--highest", "50")
     done = main.ok("surface", tmp_path / "hill.nc", *band, folder=tmp_path)
-    assert "over the surface of free field left" in done.stdout and "at 5" in done.stdout
+    assert "relative to the surface of free field left" in done.stdout and "at 5" in done.stdout
     assert "2-D/1-D" in done.stdout
     assert (tmp_path / "hill_surface.png").stat().st_size > 10_000
     done = main("surface", tmp_path / "hill.nc", folder=tmp_path)

@@ -104,9 +104,9 @@ def test_results_after_the_horizon_are_random_samples():
         _mark_undecided(decided_figure, 3.0, 1.0).doubt
         == "beyond the horizon of 2.5 s, a random sample"
     )
-    yields = replace(decided_figure, doubt=YIELD)
-    assert _mark_undecided(yields, 2.0, 3.0) is yields
-    assert _mark_undecided(yields, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
+    yielding_figure = replace(decided_figure, doubt=YIELD)
+    assert _mark_undecided(yielding_figure, 2.0, 3.0) is yielding_figure
+    assert _mark_undecided(yielding_figure, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
     doubts_of_both = Accuracy(
         {"a": undecided, "b": _mark_undecided(decided_figure, 3.0, 1.0)}
     ).doubts()
@@ -119,10 +119,10 @@ def test_missing_convergence_has_a_cause(write_input, damping, message):
     file = write_input(SLIDE.replace("restitution = 0", f"tensile_strength = 0{damping}"))
     values = {1.5e-2: 1.0, 7.5e-3: 1.1, 3.75e-3: 0.8}
 
-    def odd(run) -> float:
+    def alternating_result(run) -> float:
         return values[round(run.history.time_step.values[-1], 6)]
 
-    figures = sitedda.accuracy(file, odd, changes={"time_step": 1.5e-2}, workers=1)
+    figures = sitedda.accuracy(file, alternating_result, changes={"time_step": 1.5e-2}, workers=1)
     assert message in figures.cause
     assert figures.cause in str(figures)
     assert figures.cause in figures.doubts()[-1][1]
@@ -301,8 +301,8 @@ def test_a_history_is_predictable_until_it_diverges():
     time = np.linspace(0.0, 10.0, 1001)
     run = np.minimum(time, 4.0)
     twin = run + 1e-9 * np.exp(4.0 * time)
-    parted = np.log(0.01 * 4.0 / 1e-9) / 4.0
-    assert horizon(time, run, twin) == pytest.approx(parted, abs=0.011)
+    divergence_time = np.log(0.01 * 4.0 / 1e-9) / 4.0
+    assert horizon(time, run, twin) == pytest.approx(divergence_time, abs=0.011)
     assert horizon(time, run, run + 0.009) == math.inf
     nothing = np.full(1001, math.nan)
     assert horizon(time, nothing, nothing) == math.inf
@@ -312,8 +312,11 @@ def test_a_displaced_block_keeps_its_bonds(write_input):
     text = SLIDE.replace("restitution = 0", "cohesion = 1e6, tensile_strength = 1e6")
     file = write_input(text.replace("base_motion_x = 'push'", "base_motion_x = ''"))
     positions = []
-    for by in (0.0, 1e-7):
-        changes = {"control.displaced_block": "block", "control.displaced_by": (2 * by, by)}
+    for displacement in (0.0, 1e-7):
+        changes = {
+            "control.displaced_block": "block",
+            "control.displaced_by": (2 * displacement, displacement),
+        }
         with sitedda.Simulation(file, changes=changes) as run:
             positions.append(run.coordinates[1])
             run.advance(1)
@@ -369,13 +372,13 @@ PILE = f"""
 
 def pile() -> str:
     """Return random blocks that fall between two walls."""
-    dice, text = np.random.default_rng(5), PILE
+    rng, text = np.random.default_rng(5), PILE
     for row in range(3):
         for column in range(4):
             x, y = -3.0 + 1.9 * column + 0.2 * row, 0.6 + 1.6 * row
-            angle = dice.uniform(0.0, 2.0 * math.pi / 5.0)
+            angle = rng.uniform(0.0, 2.0 * math.pi / 5.0)
             corners = [angle + 2.0 * math.pi * k / 5.0 for k in range(5)]
-            sides = dice.uniform(0.4, 0.7, size=2)
+            sides = rng.uniform(0.4, 0.7, size=2)
             coordinates = " ".join(f"{x + sides[0] * math.cos(c):.6f} {y + 0.6 * math.sin(c):.6f}"
                               for c in corners)  # fmt: skip
             text += f"&block name = 'b{row}{column}', vertices = {coordinates} /\n"
@@ -392,10 +395,10 @@ def histories_of(file, output, block: str):
 def test_displaced_blocks_show_the_same_horizon(write_input, tmp_path):
     file, output = write_input(pile()), tmp_path / "o.nc"
     run, *twins = (histories_of(file, output, block) for block in ("", "b00", "b13", "b21", "b23"))
-    look = run["history_energy_kinetic"].coordinates["look"]
+    times = run["history_energy_kinetic"].coordinates["look"]
 
     def parted(name):
-        return [horizon(look, run[name].values, twin[name].values) for twin in twins]
+        return [horizon(times, run[name].values, twin[name].values) for twin in twins]
 
     motions = parted("history_energy_kinetic")
     assert 1.0 < min(motions) and max(motions) < 1.2 * min(motions)
@@ -414,7 +417,7 @@ def test_an_ensemble_gives_bands(write_input):
     band = figures.bands["largest_tilt_rad"]
     assert band.median[-1] == pytest.approx(tilt.median)
     assert band.high[100] - band.low[100] < 1e-6
-    assert "decided until" in str(figures)
+    assert "predictable until" in str(figures)
     panels = [axes for axes in figures.draw().axes if axes.get_visible()]
     assert [axes.get_title() for axes in panels] == ["largest tilt (rad)"]
     assert "16–84 % of twins" in [text.get_text() for text in panels[0].get_legend().texts]
@@ -429,11 +432,11 @@ def test_bands_are_stored_and_shown(write_input, python_program, tmp_path):
     band = stored_figures.bands["largest_slip_m"]
     assert band.time[-1] == pytest.approx(0.5, abs=0.01) and len(band.time) <= 200
     assert (band.low <= band.high).all() and band.median[-1] > 0.01
-    printed = str(stored_figures["largest_slip_m"])
+    printed_text = str(stored_figures["largest_slip_m"])
     python_program.ok("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
     for page in ("o.html", "v.html"):
         text = (tmp_path / page).read_text()
-        assert printed in text and "Results of the twins over time" in text
+        assert printed_text in text and "Results of the twins over time" in text
 
 
 def test_a_study_with_error_bars_contains_horizons(write_input):
@@ -448,13 +451,15 @@ def test_a_study_with_error_bars_contains_horizons(write_input):
     warning_texts = [str(warning) for warning in table.warning.values]
     assert "beyond the horizon" not in warning_texts[0] and "beyond the horizon" in warning_texts[1]
     page = to_html(report_page(table))
-    fell, bar = (float(table[f"largest_displacement_m{end}"][1]) for end in ("", "_bar"))
-    assert with_bar(fell, bar) in page
+    displacement, bar = (float(table[f"largest_displacement_m{end}"][1]) for end in ("", "_bar"))
+    assert with_bar(displacement, bar) in page
 
 
 def test_rounding_errors_are_not_reported(write_input):
-    rests = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''").replace("1.5,", "0.05,")
-    run = sitedda.run(write_input(rests))
+    resting_input = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''").replace(
+        "1.5,", "0.05,"
+    )
+    run = sitedda.run(write_input(resting_input))
     assert run.verdict.happened.startswith("The model is at rest")
     names = {line.name for line in run.verdict.figures}
     assert not {"displacement", "tilt", "velocity", "point displacement"} & names
@@ -463,16 +468,16 @@ def test_rounding_errors_are_not_reported(write_input):
 
 def test_a_small_motion_of_a_linear_model_is_reported(write_input):
     """Displacements of 1e-12 of the model size are caused by a motion of 1e-10 m."""
-    small = SLIDE.replace(f"30*{PUSH}", "1e-9 " * 30).replace("1.5,", "0.3,")
-    run = sitedda.run(write_input(small.replace("0, -9.81", "0, 0")))
+    small_input = SLIDE.replace(f"30*{PUSH}", "1e-9 " * 30).replace("1.5,", "0.3,")
+    run = sitedda.run(write_input(small_input.replace("0, -9.81", "0, 0")))
     displacement = run.verdict.values["largest_displacement_m"]
     assert 1e-14 < displacement < 1e-9
     assert run.verdict.happened.startswith("Blocks moved by up to ")
 
 
 def test_studies_contain_the_warnings_of_their_runs(write_input):
-    soft = SLIDE.replace("young_modulus = 5e9", "young_modulus = 1e6")
-    table = sitedda.study(write_input(soft), {"contact.normal_stiffness": [4e7, 1e5]},
+    soft_input = SLIDE.replace("young_modulus = 5e9", "young_modulus = 1e6")
+    table = sitedda.study(write_input(soft_input), {"contact.normal_stiffness": [4e7, 1e5]},
                           fixed={"control.duration": 0.02}, workers=1)  # fmt: skip
     warning_texts = [str(warning) for warning in table.warning.values]
     assert all(line.startswith("check: ") for line in warning_texts[0].splitlines())

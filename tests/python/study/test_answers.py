@@ -17,12 +17,14 @@ SIDE, HEIGHT, DENSITY = 2.0, 0.1, 2500.0
 WEIGHT = SIDE * HEIGHT * DENSITY * G  # N/m
 
 
-def slider(slope=0.0, friction=20.0, push=0.0, push_time=0.4, duration=0.5, stiff=1e11, **joint):
+def slider(
+    slope=0.0, friction=20.0, push=0.0, push_time=0.4, duration=0.5, stiffness=1e11, **joint
+):
     """A flat block on a floor; gravity is inclined by `slope` (degrees) to +x; push in m/s²."""
     angle = math.radians(slope)
     model = sitedda.Model("slider", time_step=1e-3)
     model.control(gravity=(G * math.sin(angle), -G * math.cos(angle)))
-    model.contact(normal_stiffness=stiff)
+    model.contact(normal_stiffness=stiffness)
     model.material("rock", density=DENSITY, young_modulus=1e11, poisson_ratio=0.2)
     model.joint("plane", friction_angle=friction)
     model.block([-2, -1, 9, -1, 9, 0, -2, 0], name="floor")
@@ -40,8 +42,8 @@ def slider(slope=0.0, friction=20.0, push=0.0, push_time=0.4, duration=0.5, stif
 def slip_of(slope, friction, load, push_time):
     """Newmark: slip under a push (m/s²) until friction has stopped the block, m."""
     angle = math.radians(slope)
-    brake = G * (math.tan(math.radians(friction)) * math.cos(angle) - math.sin(angle))
-    return 0.5 * push_time**2 * (load - brake) * load / brake
+    deceleration = G * (math.tan(math.radians(friction)) * math.cos(angle) - math.sin(angle))
+    return 0.5 * push_time**2 * (load - deceleration) * load / deceleration
 
 
 @pytest.mark.parametrize("swapped", [False, True])
@@ -70,10 +72,10 @@ def test_slip_and_force_of_a_joint(swapped):
 def test_opening_of_a_joint_and_quantities_of_it(tmp_path, native, same_bits):
     model = slider()
     model.write(tmp_path / "lifted.nml")
-    up = {"load.time": (0.0, 9.0), "load.force_y": (2 * WEIGHT, 2 * WEIGHT)}
+    lifting_load = {"load.time": (0.0, 9.0), "load.force_y": (2 * WEIGHT, 2 * WEIGHT)}
     file = tmp_path / "up.nml"
     file.write_text((tmp_path / "lifted.nml").read_text())
-    run = sitedda.run(file, tmp_path / "out.nc", changes=up)
+    run = sitedda.run(file, tmp_path / "out.nc", changes=lifting_load)
     assert run.history.joint_opening.values[-1, 0] == pytest.approx(0.5 * G * 0.5**2, rel=1e-3)
     assert run.history.joint_normal_force.values[-1, 0] == 0
     quantities = ["joint_opening[base].last", "largest_joint_opening_m[base]", "joint_slip[base]"]
@@ -144,10 +146,10 @@ def test_back_analysis_of_a_sliding_block(seed):
     target = slip_of(slope, friction, acceleration, push_time)
     stops = 2 * target / (push_time * acceleration)  # s
     model = slider(
-        slope, 30.0, acceleration, push_time, duration=0.1 + push_time + 2 * stops, stiff=1e13
+        slope, 30.0, acceleration, push_time, duration=0.1 + push_time + 2 * stops, stiffness=1e13
     )
     root = solve_for(model, "joint[plane].friction_angle", "joint_slip[base].last", target,
-                      between=(slope + 3, 60.0), tolerance=2e-4, accuracy=seed < 2)  # fmt: skip
+                      bracket=(slope + 3, 60.0), tolerance=2e-4, accuracy=seed < 2)  # fmt: skip
     assert root.value == pytest.approx(friction, rel=1e-3)
     assert root.low <= root.value <= root.high
     assert abs(root.value - friction) <= root.bar + 1e-3 * friction
@@ -156,7 +158,7 @@ def test_back_analysis_of_a_sliding_block(seed):
 
 
 @pytest.mark.parametrize(
-    ("values", "between", "mode"),
+    ("values", "bracket", "mode"),
     [
         ({"target": -0.01}, (10, 40), "outside"),
         ({"target": 1.1 * slip_of(5, 10, 4, 0.3)}, (10, 40), "outside"),
@@ -165,7 +167,7 @@ def test_back_analysis_of_a_sliding_block(seed):
         ({"target": 0.1, "parameter": "joint[plane].cohesion"}, (0, 1), "flat"),
     ],
 )
-def test_five_cases_without_a_root(values, between, mode):
+def test_five_cases_without_a_root(values, bracket, mode):
     model = slider(5.0, 20.0, 4.0, 0.3, duration=1.5)
     if mode == "jump":  # the block falls off the floor or stays on it
         model.stop(displacement=2.5)
@@ -178,10 +180,10 @@ def test_five_cases_without_a_root(values, between, mode):
             "result": lambda run: float(run.history.joint_slip[-1, 0] > 0.05),
             "target": 0.5,
         }
-    with pytest.raises(NoRootError, match="no root") as failed:
-        solve_for(model, between=between, accuracy=False, **arguments)
-    assert failed.value.mode == mode
-    assert len(failed.value.trials) >= 2
+    with pytest.raises(NoRootError, match="no root") as error_info:
+        solve_for(model, bracket=bracket, accuracy=False, **arguments)
+    assert error_info.value.mode == mode
+    assert len(error_info.value.trials) >= 2
 
 
 def cubic(x):
@@ -191,16 +193,16 @@ def cubic(x):
 
 @pytest.mark.parametrize("target", [0.0, 0.7, -2.0])
 def test_roots_of_a_function(target):
-    root = solve_for(lambda x: cubic(x), "x", "value", target, between=(2, 4), tolerance=1e-9)
+    root = solve_for(lambda x: cubic(x), "x", "value", target, bracket=(2, 4), tolerance=1e-9)
     assert cubic(root.value) == pytest.approx(target, abs=1e-8)
     assert len(root.trials) < 20  # bisection would need 30
     assert root.crossings == 1
 
 
 def test_the_lowest_of_several_roots():
-    root = solve_for(cubic, "x", "value", 0.5, between=(2, 5), tolerance=1e-6)
+    root = solve_for(cubic, "x", "value", 0.5, bracket=(2, 5), tolerance=1e-6)
     assert root.crossings == 1
-    root = solve_for(cubic, "x", "value", -0.5, between=(0, 4), tolerance=1e-6)
+    root = solve_for(cubic, "x", "value", -0.5, bracket=(0, 4), tolerance=1e-6)
     assert root.crossings == 2
     assert cubic(root.value) == pytest.approx(-0.5, abs=1e-5)
     assert root.value < 1.5
@@ -211,34 +213,34 @@ def test_a_jump_is_an_error_unless_it_is_accepted():
     def step(x):
         return 5.0 if x > math.pi else -1.0
 
-    with pytest.raises(NoRootError, match="jumps from -1 to 5") as failed:
-        solve_for(step, "x", "value", 2.0, between=(0, 10))
-    assert failed.value.mode == "jump"
-    assert failed.value.bracket[0] <= math.pi <= failed.value.bracket[1]
-    root = solve_for(step, "x", "value", 2.0, between=(0, 10), jumps=True)
+    with pytest.raises(NoRootError, match="jumps from -1 to 5") as error_info:
+        solve_for(step, "x", "value", 2.0, bracket=(0, 10))
+    assert error_info.value.mode == "jump"
+    assert error_info.value.bracket[0] <= math.pi <= error_info.value.bracket[1]
+    root = solve_for(step, "x", "value", 2.0, bracket=(0, 10), jumps=True)
     assert root.jumps
     assert root.low <= math.pi <= root.high
     assert root.high - root.low < 1e-3 * math.pi
 
 
 def test_invalid_results_and_failed_runs_are_reported():
-    with pytest.raises(NoRootError) as failed:
-        solve_for(lambda x: math.nan, "x", "value", 1.0, between=(0, 1))
-    assert failed.value.mode == "no number"
+    with pytest.raises(NoRootError) as error_info:
+        solve_for(lambda x: math.nan, "x", "value", 1.0, bracket=(0, 1))
+    assert error_info.value.mode == "no number"
     model = slider(5.0)
     model.control(gravity=(8.0, -1.0))
-    with pytest.raises(NoRootError) as failed:
+    with pytest.raises(NoRootError) as error_info:
         solve_for(model, "joint[plane].friction_angle", "joint_slip[base].last", 1.0,
-                  between=(10, 40))  # fmt: skip
-    assert failed.value.mode == "fails"
+                  bracket=(10, 40))  # fmt: skip
+    assert error_info.value.mode == "fails"
 
 
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"between": (1, 1)}, "must differ"),
-        ({"between": (1,)}, "two numbers"),
-        ({"between": 3}, "two numbers"),
+        ({"bracket": (1, 1)}, "must differ"),
+        ({"bracket": (1,)}, "two numbers"),
+        ({"bracket": 3}, "two numbers"),
         ({"target": math.nan}, "target"),
         ({"tolerance": 0}, "tolerance"),
         ({"result": "joint_slip[base]"}, "not a number"),
@@ -249,7 +251,7 @@ def test_invalid_results_and_failed_runs_are_reported():
 )
 def test_invalid_arguments_are_refused(values, message):
     arguments = {"parameter": "joint[plane].friction_angle", "result": "joint_slip[base].last",
-             "target": 0.1, "between": (10, 40)}  # fmt: skip
+             "target": 0.1, "bracket": (10, 40)}  # fmt: skip
     with pytest.raises(sitedda.InputError, match=message):
         solve_for(slider(duration=0.01), **arguments | values)
 
@@ -260,7 +262,7 @@ model = "slider.nml"
 parameter = "joint[plane].friction_angle"
 result = "joint_slip[base].last"
 target = 0.05
-between = [10, 40]
+bracket = [10, 40]
 """
 
 
@@ -276,9 +278,9 @@ def test_a_study_solves_each_of_its_cases(tmp_path, capsys):
     import xarray as xr
 
     with xr.open_dataset(tmp_path / "back_study" / "table.nc") as table:
-        brake = 4.0 / (1 + 2 * 0.05 / (4.0 * 0.4**2))
+        deceleration = 4.0 / (1 + 2 * 0.05 / (4.0 * 0.4**2))
         angle = math.radians(5.0)
-        expected = math.degrees(math.atan((brake / G + math.sin(angle)) / math.cos(angle)))
+        expected = math.degrees(math.atan((deceleration / G + math.sin(angle)) / math.cos(angle)))
         np.testing.assert_allclose(table.root.values, expected, rtol=2e-3)
         assert (table.root_bar.values > 0).all()
 

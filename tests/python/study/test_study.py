@@ -67,12 +67,12 @@ def test_a_table_contains_the_results_of_single_runs(file, threads):
         for j, scale in enumerate(GRID["motion.scale"]):
             changes = {"material.rock.density": density, "motion.scale": scale}
             run = sitedda.run(file, changes=changes).history
-            alone = run.displacement.sel(point="surface") - run.base_displacement
-            here = table["displacement[surface].x"][i, j]
-            assert np.array_equal(here, alone.sel(axis="x"))
+            displacement = run.displacement.sel(point="surface") - run.base_displacement
+            history = table["displacement[surface].x"][i, j]
+            assert np.array_equal(history, displacement.sel(axis="x"))
             assert (
                 table["displacement[surface].x.largest"][i, j]
-                == here[int(np.argmax(abs(here.values)))]
+                == history[int(np.argmax(abs(history.values)))]
             )
 
 
@@ -92,7 +92,7 @@ def test_all_kinds_of_quantities(file, threads):
 
 
 @pytest.mark.parametrize(
-    ("wrong", "message"),
+    ("quantity", "message"),
     [
         ("displacement[top].x", r"no point 'top'; there are base, surface"),
         ("displacement[surface]", "name the axis, one of x, y"),
@@ -106,10 +106,12 @@ def test_all_kinds_of_quantities(file, threads):
         ("spectrum[surface].z", "no axis 'z'"),
     ],
 )
-def test_an_unknown_quantity_is_named_before_the_first_run(file, tmp_path, threads, wrong, message):
+def test_an_unknown_quantity_is_named_before_the_first_run(
+    file, tmp_path, threads, quantity, message
+):
     cases = {"material.rock.density": [-1.0, 2643.0]}  # the first case cannot start
     with pytest.raises(InputError, match=message):
-        sitedda.study(file, cases, [wrong], folder=tmp_path / "study", executor=threads)
+        sitedda.study(file, cases, [quantity], folder=tmp_path / "study", executor=threads)
     assert not [*tmp_path.glob("study/cases/*/*/result.json")]
 
 
@@ -127,10 +129,10 @@ def test_names_of_a_task_are_checked_before_its_first_run(file, tmp_path, thread
     assert not [*tmp_path.glob("study/cases/*/*/result.json")]
 
 
-@pytest.mark.parametrize("wrong", ["displacement[top].x.mean", "a b", 3])
-def test_an_invalid_quantity_is_refused(file, wrong):
+@pytest.mark.parametrize("quantity", ["displacement[top].x.mean", "a b", 3])
+def test_an_invalid_quantity_is_refused(file, quantity):
     with pytest.raises(InputError):
-        sitedda.study(file, {"motion.scale": [1.0]}, [wrong])
+        sitedda.study(file, {"motion.scale": [1.0]}, [quantity])
 
 
 def test_histories_of_uneven_steps_are_interpolated_to_equal_steps(file, threads):
@@ -191,8 +193,8 @@ def test_a_task_may_be_a_function_of_the_input(file, tmp_path, threads):
 
 
 def test_names_of_dimensions_are_unique():
-    two = {"joint[a].cohesion": [1.0], "joint[b].cohesion": [2.0]}
-    plan = make_plan("none.nml", two | {"phi": ("joint[*].friction_angle", [3.0])})
+    parameters = {"joint[a].cohesion": [1.0], "joint[b].cohesion": [2.0]}
+    plan = make_plan("none.nml", parameters | {"phi": ("joint[*].friction_angle", [3.0])})
     assert list(plan.dims) == ["a_cohesion", "b_cohesion", "phi"]
     assert list(plan.changes()) == [
         {"joint[a].cohesion": 1.0, "joint[b].cohesion": 2.0, "joint[*].friction_angle": 3.0}
@@ -200,7 +202,7 @@ def test_names_of_dimensions_are_unique():
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    "parameters",
     [
         {"motion.scale": []},
         {"motion.scale": 3.0},
@@ -209,17 +211,17 @@ def test_names_of_dimensions_are_unique():
         [{"x": ("a.b", [1.0])}, {"x": ("a.c", [1.0])}],
     ],
 )
-def test_invalid_parameters_are_refused(wrong):
+def test_invalid_parameters_are_refused(parameters):
     with pytest.raises(InputError):
-        make_plan("none.nml", wrong)
+        make_plan("none.nml", parameters)
 
 
 def test_samples_have_their_distributions_and_seeds():
     distributions = {"a": uniform(1.0, 3.0), "b": lognormal(5.0, 0.3)}
-    for make in (latin_hypercube, sobol):
-        sample = make(64, distributions, seed=3)
-        assert sample.values == make(64, distributions, seed=3).values
-        assert sample.values != make(64, distributions, seed=4).values
+    for method in (latin_hypercube, sobol):
+        sample = method(64, distributions, seed=3)
+        assert sample.values == method(64, distributions, seed=3).values
+        assert sample.values != method(64, distributions, seed=4).values
         a = np.sort(sample.values["a"])
         assert np.all((a - 1.0) / 2.0 * 64 < np.arange(64) + 1.0 + 1e-9)
         assert np.median(sample.values["b"]) == pytest.approx(5.0, rel=0.02)
@@ -288,28 +290,28 @@ def test_runs_without_convergence_or_beyond_the_time_limit_fail(write_input, thr
     table = sitedda.study(file, {"motion.scale": [1.0, 50.0]}, KEPT, executor=threads)
     assert table.status.values.tolist() == ["complete", "failed"]
     assert "does not converge" in table.message.values[1]
-    long = sitedda.study(COLUMN, {"duration": [0.01, 1e6]}, "largest_tilt_rad", executor=threads,
-                         time_limit=12.0)  # fmt: skip
-    assert long.status.values.tolist() == ["complete", "failed"]
-    assert "time limit of 12 s" in long.message.values[1]
+    durations = sitedda.study(COLUMN, {"duration": [0.01, 1e6]}, "largest_tilt_rad",
+                         executor=threads, time_limit=12.0)  # fmt: skip
+    assert durations.status.values.tolist() == ["complete", "failed"]
+    assert "time limit of 12 s" in durations.message.values[1]
 
 
 def test_three_kinds_of_failures_are_reported_and_the_rest_is_complete(write_input):
     """One input is refused, one does not converge, one needs more memory than a worker has."""
-    which = {
+    kinds = {
         "material.density": [2643.0, -1.0, 2643.0, 2643.0, 2700.0],
         "contact.max_iterations": [50, 50, 2, 50, 50],
         "layers[layer].count": [3, 3, 3, 500_000, 3],
     }
     slippery = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
-    shaken = changed(tower(steps=20, gravity=[0.0, -9.81]), "motion", scale=50.0)
-    file = write_input(changed(shaken, "joint", **slippery))
-    table = sitedda.study(file, Points("case_of", which), "largest_displacement_m", workers=2,
+    shaken_input = changed(tower(steps=20, gravity=[0.0, -9.81]), "motion", scale=50.0)
+    file = write_input(changed(shaken_input, "joint", **slippery))
+    table = sitedda.study(file, Points("case_of", kinds), "largest_displacement_m", workers=2,
                           memory=1.5e9)  # fmt: skip
     assert table.status.values.tolist() == ["complete", *3 * ["failed"], "complete"]
     assert np.isfinite(table.largest_displacement_m).values.tolist() == [True, *3 * [False], True]
-    refused, open_still, too_large = table.message.values[1:4]
-    assert "density = -1 must be a positive number" in refused
+    refused_input, open_still, too_large = table.message.values[1:4]
+    assert "density = -1 must be a positive number" in refused_input
     assert "step 1" in open_still and "does not converge" in open_still
     assert re.search(r"500\d* blocks needs [\d.]+ GB of memory, [\d.]+ GB are free", too_large)
 
@@ -341,10 +343,10 @@ def test_a_failure_depends_on_results_and_limits(file, tmp_path, threads):
     assert [status(study_functions.fails_once) for _ in range(2)] == 2 * ["failed"]
     assert status(study_functions.fails_once, retry=True) == "complete"
     (output,) = tmp_path.glob("study/cases/*/*/out.nc")
-    ran = output.stat().st_mtime_ns
+    time_of_run = output.stat().st_mtime_ns
     output.with_name("tried").unlink()
     assert status({"other": study_functions.fails_once}) == "failed"
-    assert status() == "complete" and output.stat().st_mtime_ns == ran
+    assert status() == "complete" and output.stat().st_mtime_ns == time_of_run
 
 
 SHORT = {"duration": 1.0, "output.checkpoint_interval": 100}
@@ -359,8 +361,8 @@ sitedda.study(sys.argv[1], {ANGLES}, ["displacement[top].y"], folder=sys.argv[2]
 def test_a_study_of_a_killed_client_completes_bit_identically(tmp_path, threads):
     command = [sys.executable, "-c", KILLED, str(COLUMN), str(tmp_path / "killed")]
     with subprocess.Popen(command, start_new_session=True) as client:
-        until = time.monotonic() + DEADLINE
-        while not list(tmp_path.glob("killed/cases/*/*/out.nc*")) and time.monotonic() < until:
+        deadline = time.monotonic() + DEADLINE
+        while not list(tmp_path.glob("killed/cases/*/*/out.nc*")) and time.monotonic() < deadline:
             time.sleep(0.02)
         client.kill()
     subprocess.run(command, check=True, timeout=DEADLINE)
@@ -388,10 +390,10 @@ def test_a_case_without_a_valid_checkpoint_starts_again(interrupted):
 
 
 def test_a_checkpoint_that_cannot_be_written_keeps_the_results(interrupted, monkeypatch):
-    def full(*_):
+    def fail_to_write(*_):
         raise OutputError("out.nc.checkpoint.coming cannot be written: No space left on device")
 
-    monkeypatch.setattr("sitedda.engine.simulation.Simulation.advance", full)
+    monkeypatch.setattr("sitedda.engine.simulation.Simulation.advance", fail_to_write)
     with pytest.raises(OutputError, match="No space left"):
         run_input(interrupted)
     monkeypatch.undo()
@@ -426,9 +428,9 @@ def test_the_key_covers_input_records_and_build(tmp_path, write_input, monkeypat
     (tmp_path / "quake.txt").write_text("0.0\n1.0\n0.1\n")
     second = key()
     file.write_text(file.read_text().replace("2643", "2644"))
-    third = key()
+    changed_key = key()
     monkeypatch.setattr("sitedda.study.plan.build", lambda: "another")
-    assert len({first, second, third, key()}) == 4
+    assert len({first, second, changed_key, key()}) == 4
     text = (case_folder(tmp_path / "study", first) / "model.nml").read_text()
     assert "'../../../files/" in text and "quake" not in text.replace("motion_x = 'quake'", "")
 
@@ -439,7 +441,7 @@ def test_collect_reads_only_in_its_own_folder(file, tmp_path, threads):
     folder = case_folder(study, table.case.item())
     folder.rename(tmp_path / "elsewhere")
     folder.symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(OutputError, match="is a link"):
+    with pytest.raises(OutputError, match="is a symbolic link"):
         collect(study)
     manifest = json.loads((study / "study.json").read_text())
     manifest["cases"] = ["../../../../etc"]

@@ -96,7 +96,11 @@ def test_the_command_runs_a_study(study, table, main, tmp_path):
         ("[parameters]", "[parameters", "grid.toml: "),
         ("rock.density", "rock.densety", "has no variable 'densety'; did you mean 'density'"),
         ("model.nml", "modal.nml", "there is no such file"),
-        ("[fixed]", FIGURE, "figure 1: quantity = 'topp' is none of the results; did you mean"),
+        (
+            "[fixed]",
+            FIGURE,
+            "figure 1: quantity = 'topp' is not a result of the study; did you mean",
+        ),
     ],
 )
 def test_errors_of_a_study_file_are_named(study, main, old, new, message):
@@ -160,8 +164,8 @@ def test_a_job_array_gives_the_same_table(study, table, main, tmp_path, monkeypa
     script = (tmp_path / "grid_study" / "submit.sh").read_text()
     assert "#SBATCH --partition=a\\ b" in script and "#SBATCH --array=0-4" in script
     assert main("study", "collect", study, "-q", "-w", "1").returncode == 1
-    collected = collect(tmp_path / "grid_study")
-    same(collected, table)
+    collected_table = collect(tmp_path / "grid_study")
+    same(collected_table, table)
 
 
 def test_a_job_array_killed_halfway_continues(write_input, tmp_path):
@@ -173,12 +177,12 @@ def test_a_job_array_killed_halfway_continues(write_input, tmp_path):
     plan = make_plan(file, scales, quantities, tmp_path / "a study's folder").write()
     script = write_batch(plan, Slurm(executable("sitedda-native")))
     job = ["bash", str(slurm_stand_in.install(tmp_path / "bin") / "sbatch"), str(script)]
-    started = subprocess.Popen(job, start_new_session=True, stdout=subprocess.DEVNULL)
-    until = time.monotonic() + DEADLINE
-    while len(list(plan.folder.glob("cases/*/*/out.nc*"))) < 2 and time.monotonic() < until:
+    job_process = subprocess.Popen(job, start_new_session=True, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + DEADLINE
+    while len(list(plan.folder.glob("cases/*/*/out.nc*"))) < 2 and time.monotonic() < deadline:
         time.sleep(0.01)
-    os.killpg(started.pid, signal.SIGKILL)
-    started.wait()
+    os.killpg(job_process.pid, signal.SIGKILL)
+    job_process.wait()
     assert not list(plan.folder.glob("cases/*/*/failed.txt"))
     subprocess.run(job, check=True, stdout=subprocess.DEVNULL)
     with ThreadPoolExecutor(1) as pool:
@@ -188,19 +192,19 @@ def test_a_job_array_killed_halfway_continues(write_input, tmp_path):
 
 
 def test_batch_scripts_are_quoted_and_refuse_another_build(study, tmp_path):
-    evil = tmp_path / "a; touch 'evil' $(touch evil)"
-    plan = make_plan(tmp_path / "model.nml", {"motion.scale": [1.0]}, KEPT, evil).write()
+    hostile_folder = tmp_path / "a; touch 'evil' $(touch evil)"
+    plan = make_plan(tmp_path / "model.nml", {"motion.scale": [1.0]}, KEPT, hostile_folder).write()
     script = write_batch(plan, Slurm(executable("sitedda-native")))
-    assert f"study={shlex.quote(str(evil))}" in script.read_text()
+    assert f"study={shlex.quote(str(hostile_folder))}" in script.read_text()
     environment = os.environ | {"SLURM_ARRAY_TASK_ID": "0"}
     subprocess.run(["bash", script], env=environment, check=True, cwd=tmp_path)
-    assert not list(tmp_path.rglob("evil")) and list(evil.glob("cases/*/*/words.txt"))
+    assert not list(tmp_path.rglob("evil")) and list(hostile_folder.glob("cases/*/*/words.txt"))
     script.write_text(script.read_text().replace("| cut -c 1-32", "| cut -c 1-31"))
     process = subprocess.run(["bash", script], env=environment, capture_output=True, text=True)
     assert process.returncode == 1 and "plan it again" in process.stderr
-    for wrong in (Slurm(options=["-p x"]), Slurm(time="1h"), Slurm("no-such-program")):
+    for invalid_options in (Slurm(options=["-p x"]), Slurm(time="1h"), Slurm("no-such-program")):
         with pytest.raises(InputError):
-            write_batch(plan, wrong)
+            write_batch(plan, invalid_options)
 
 
 @pytest.mark.parametrize(
@@ -224,17 +228,17 @@ KEPT = ["displacement[surface].x.largest"]
 
 
 def test_records_are_scaled_to_levels(write_input, tmp_path):
-    still = synthetic(3, eurocode8(2.0), duration=4.0, time_step=0.02, periods=(0.1, 1.0))
+    record = synthetic(3, eurocode8(2.0), duration=4.0, time_step=0.02, periods=(0.1, 1.0))
     groups = changed(tower(steps=20), "motion", values=None, quantity=None, time_step=None,
                      file=str(RECORD))  # fmt: skip
-    suite = Records([RECORD, *still], [0.5, 2.0], "pga")
+    suite = Records([RECORD, *record], [0.5, 2.0], "pga")
     assert suite.dims == {"record": 2, "pga": 2}
     with ThreadPoolExecutor(1) as pool:
         table = sitedda.study(write_input(groups), suite, KEPT, executor=pool)
     assert table.status.values.tolist() == [["complete"] * 2] * 2, table.message.values
-    own = abs(sitedda.read_record(RECORD).acceleration).max().item()
-    assert np.allclose(table.factor[0], [0.5 / own, 2.0 / own])
-    assert np.allclose(table.factor[1] * abs(still[0].acceleration).max(), [0.5, 2.0])
+    peak = abs(sitedda.read_record(RECORD).acceleration).max().item()
+    assert np.allclose(table.factor[0], [0.5 / peak, 2.0 / peak])
+    assert np.allclose(table.factor[1] * abs(record[0].acceleration).max(), [0.5, 2.0])
     largest = table[KEPT[0]].values
     assert np.allclose(largest[:, 1] / largest[:, 0], 4.0, rtol=1e-6)
 
@@ -247,8 +251,8 @@ def test_measures_of_intensity_of_a_sine():
     assert intensity("arias", a, None, step) == pytest.approx(np.pi / 2 / 9.80665 * 90, rel=1e-3)
     resonant = 3.0 / (2 * 0.05)  # in steady vibration
     assert intensity("sa", a, None, step, period) == pytest.approx(resonant, rel=5e-3)
-    one = Record("sine", a, step)
-    assert Records([one], [4.0], "arias").factors ** 2 == pytest.approx(
+    record = Record("sine", a, step)
+    assert Records([record], [4.0], "arias").factors ** 2 == pytest.approx(
         4.0 / intensity("arias", a, None, step)
     )
 
@@ -270,7 +274,7 @@ def test_synthetic_records_fit_their_spectrum():
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    "arguments",
     [
         lambda: Records([RECORD], [1.0], "pgd"),
         lambda: Records([RECORD], [1.0], "sa"),
@@ -281,6 +285,6 @@ def test_synthetic_records_fit_their_spectrum():
         lambda: synthetic(1, lambda t: 0 * t),
     ],
 )
-def test_invalid_suites_are_refused(wrong):
+def test_invalid_suites_are_refused(arguments):
     with pytest.raises(InputError):
-        wrong()
+        arguments()

@@ -26,27 +26,27 @@ SHORT = {"count": 1, "duration": 2.0, "periods": [0.05, 1.0]}  # a quick synthet
 def as_toml(value) -> str:
     """Return a value as TOML on one line."""
     if isinstance(value, dict):
-        rows = (f"{json.dumps(name)} = {as_toml(one)}" for name, one in value.items())
+        rows = (f"{json.dumps(name)} = {as_toml(item)}" for name, item in value.items())
         return "{" + ", ".join(rows) + "}"
     if isinstance(value, list):
         return f"[{', '.join(map(as_toml, value))}]"
     return json.dumps(value) if isinstance(value, str | bool) else repr(value)
 
 
-def places(value, place=()):
+def places(value, path=()):
     """Yield the keys of all values in a table, also of nested ones."""
-    inner = value.items() if isinstance(value, dict) else enumerate(value)
-    for key, one in inner:
-        yield (*place, key)
-        if isinstance(one, dict | list):
-            yield from places(one, (*place, key))
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, item in items:
+        yield (*path, key)
+        if isinstance(item, dict | list):
+            yield from places(item, (*path, key))
 
 
 def with_value(table: dict, path, new) -> str:
     """Return the text of a table in which one value is replaced."""
     table = copy.deepcopy(table)
     reduce(lambda inner, key: inner[key], path[:-1], table)[path[-1]] = new
-    return "\n".join(f"{name} = {as_toml(one)}" for name, one in table.items())
+    return "\n".join(f"{name} = {as_toml(item)}" for name, item in table.items())
 
 
 @pytest.mark.parametrize("study", [*STUDIES, "pushed"], ids=lambda one: getattr(one, "stem", one))
@@ -57,18 +57,18 @@ def test_any_value_is_read_or_refused_in_one_sentence(study, tmp_path):
         table["records"]["levels"] = [1.0, 2.0]
     file = tmp_path / "s.toml"
     for path in places(table):
-        for new in BAD:
-            file.write_text(with_value(table, path, new))
+        for invalid_value in BAD:
+            file.write_text(with_value(table, path, invalid_value))
             try:
                 read_settings(file)
             except InputError as error:
                 message = str(error).removeprefix(f"{file}: ")
                 raw = ("object", "ufunc", "unhashable", "operand", "index out", "NoneType")
                 assert message != str(error) and "\n" not in message and len(message) < 300, message
-                assert not any(one in message for one in raw), (path, new, message)
+                assert not any(phrase in message for phrase in raw), (path, invalid_value, message)
             else:
-                finite = not isinstance(new, float) or math.isfinite(new)
-                assert finite or path == ("time_limit",), (path, new)
+                finite = not isinstance(invalid_value, float) or math.isfinite(invalid_value)
+                assert finite or path == ("time_limit",), (path, invalid_value)
 
 
 @pytest.mark.parametrize(
@@ -109,7 +109,7 @@ def test_figures_of_tasks_use_names_of_their_results(
     file.write_text(f"{text}{figure}'{expected}'\n")
     assert read_settings(file).figures
     file.write_text(f"{text}{figure}'{unknown}'\n")
-    with pytest.raises(InputError, match="none of the results"):
+    with pytest.raises(InputError, match="not a result of the study"):
         read_settings(file)
     file.write_text(f"{text}{figure}'{expected}'\n".replace("'scale'", "'scales'"))
     with pytest.raises(InputError, match="no dimension 'scales'"):

@@ -26,12 +26,12 @@ def forward(write_input):
         port = free.getsockname()[1]
     program = PROGRAM.format(str(write_input(tower())), PARAMETERS, RESULTS, port)
     server = subprocess.Popen([sys.executable, "-c", program])
-    until, model = time.monotonic() + DEADLINE, None
+    deadline, model = time.monotonic() + DEADLINE, None
     while model is None:
         try:
             model = umbridge.HTTPModel(f"http://localhost:{port}", "forward")
         except OSError:  # the server does not listen yet
-            assert server.poll() is None and time.monotonic() < until
+            assert server.poll() is None and time.monotonic() < deadline
             time.sleep(0.1)
     yield model
     server.terminate()

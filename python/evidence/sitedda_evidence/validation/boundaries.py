@@ -54,7 +54,7 @@ def half_space(short: bool) -> Outcome:
     for layers, allowed in ((10, 0.01), (20, 3e-3), (40, 1e-3)):
         computed = abs(transfer(_layered_model(layers, height, 2e5, 1e-4), frequencies, base=None))
         errors.append(max(abs(computed - exact)) / max(exact))
-        rows.append(at_most(f"{layers} layers: largest error of the amplification / peak",
+        rows.append(at_most(f"{layers} layers: largest error / peak of the amplification",
             errors[-1], allowed))  # fmt: skip
     for coarse, fine in pairwise(errors):
         rows.append(relative("order of convergence of the amplification", 2.0,

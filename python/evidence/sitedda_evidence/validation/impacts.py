@@ -164,7 +164,7 @@ def corner_impacts(short: bool) -> Outcome:
         table.append((kind, len(errors), f"{np.median(errors):.1e}", f"{errors.max():.1e}"))
         name = f"{kind}: largest velocity error / speed before impact"
         rows.append(at_most(name, float(errors.max()), 1e-3))
-        rows.append(yes_or_no(f"{kind}: at least a quarter of the impacts", True,
+        rows.append(yes_or_no(f"{kind}: number of impacts is at least a quarter of all", True,
             4 * len(tilt) >= count))  # fmt: skip
     audit = max(audit for *_, audit in impacts)
     rows.append(at_most("energy residual / initial energy", audit, 1e-6))

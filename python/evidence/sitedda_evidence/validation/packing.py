@@ -162,7 +162,7 @@ def _draw_packing(result):
     depth = np.maximum(result["depth"], 1e-9)
     right.semilogy(result["time"], kinetic, color=BLUE, label="kinetic energy / work of gravity")
     right.semilogy(result["time"], depth, color=ORANGE, label="largest overlap (m)")
-    right.axhline(LARGEST_OVERLAP_AT_REST, color=RED, lw=1, ls="--", label="allowed at rest (m)")
+    right.axhline(LARGEST_OVERLAP_AT_REST, color=RED, lw=1, ls="--", label="limit at rest (m)")
     right.set(xlabel="time (s)")
     right.legend(frameon=False, fontsize=8)
     return figure

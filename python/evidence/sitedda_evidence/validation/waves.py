@@ -162,7 +162,7 @@ def bars(short: bool) -> Outcome:
         if not short:
             orders = observed_order([1 / length for length in lengths], errors)
             title = f"{wave} wave: relative error of the velocity for several lengths of the pulse."
-            heads = ("blocks in the pulse", "error", "order in 1/blocks")
+            heads = ("blocks per pulse length", "error of the velocity", "order in 1/blocks")
             tables.append(Table(title, heads, list(zip(lengths, errors, orders, strict=True))))
     figure, axes = canvas()
     for axes_of_wave, (wave, data) in zip(axes, histories.items(), strict=True):
@@ -262,7 +262,7 @@ def cantilever(short: bool) -> Outcome:
         lines.append((count, frequency, theory, beam, abs(frequency / beam - 1)))
     orders = observed_order([1 / count for count in counts], [line[-1] for line in lines])
     lines = [(*line, order) for line, order in zip(lines, orders, strict=True)]
-    head = ("blocks", "engine", "chain of joints", "beam", "relative error to the beam", "order")
+    head = ("blocks", "engine", "chain of joints", "beam", "relative difference to beam", "order")
     table = Table("First frequency (Hz) for several numbers of blocks.", head, lines)
     figure, (left, right) = canvas(width_ratios=[2, 3])
     shape, data = first_case

@@ -219,7 +219,7 @@ class _Cut:
         if target:
             names = [region.name for region in self.regions]
             if target not in names:
-                raise InputError(f"region = {target!r} is none of the regions {', '.join(names)}")
+                raise InputError(f"region = {target!r}: the regions are {', '.join(names)}")
             domain = shapely.intersection(domain, self.outlines[names.index(target)])
             shapely.prepare(domain)
         if not len(segments):

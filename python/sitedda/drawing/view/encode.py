@@ -332,7 +332,7 @@ def encode_histories(result: Encoded, scene: Scene, count: int = 1500) -> None:
         charts.append((f"{name} of the measured points{suffix}", unit, lines))
     energies = budget(data)
     parts = energies.parts if energies.given.any() else {}
-    charts.append(("energies, stacked", "J/m", parts))
+    charts.append(("energies, stacked curves", "J/m", parts))
     if parts:
         charts.append(("residual of the energy audit", "J/m", {"residual": energies.residual}))
     result.meta["charts"] = []

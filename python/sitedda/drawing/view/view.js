@@ -629,11 +629,11 @@ export class View {
     if (!this.hasRun) return;
     row("displacement", withUnit(model.quantity("displacement", frame, b), "m"));
     row("along x, y", model.moved(frame, b).map((one) => withUnit(one, "m")).join(", "));
-    row("rotation, anticlockwise +", withUnit(model.quantity("rotation", frame, b), "°"));
+    row("rotation, anticlockwise positive", withUnit(model.quantity("rotation", frame, b), "°"));
     row("velocity", withUnit(model.at("speed", frame, b), "m/s"));
     const [most, least] = model.stresses(frame, b);
-    row("largest compression", withUnit(-least, "Pa"));
-    if (isFinite(most)) row("largest tension", withUnit(most, "Pa"));
+    row("largest compressive stress", withUnit(-least, "Pa"));
+    if (isFinite(most)) row("largest tensile stress", withUnit(most, "Pa"));
   }
 
   /** Histories of the picked block or joint. */

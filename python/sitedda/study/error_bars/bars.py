@@ -14,7 +14,7 @@ from dataclasses import dataclass
 SAFETY = 3.0  # ratio of half the width of the error bar to the last change
 SMALL = 1e-3  # smallest half width of an error bar, as a fraction of the result
 ROUND_OFF = 1e-9  # changes below this fraction of the result count as 0
-NEAR = 0.3  # largest difference between the observed order and the order of the scheme
+ORDER_TOLERANCE = 0.3  # largest difference between the observed order and the order of the scheme
 
 
 @dataclass(frozen=True)
@@ -47,19 +47,19 @@ def bar_of_steps(a: float, b: float, c: float, order: int) -> Bar:
     """
     if not all(map(math.isfinite, (a, b, c))):
         return Bar(math.nan, math.nan, math.nan, False)
-    size, coarse, fine = max(map(abs, (a, b, c))), abs(a - b), abs(b - c)
-    if max(coarse, fine) <= ROUND_OFF * size:
-        return Bar(SMALL * size, math.nan, c, True)
-    if fine >= coarse:
-        half = max(SAFETY * fine, SMALL * size)
-        half = half if half < size else math.nan
-        return Bar(half, math.nan, math.nan, False)
+    magnitude, coarse_change, fine_change = max(map(abs, (a, b, c))), abs(a - b), abs(b - c)
+    if max(coarse_change, fine_change) <= ROUND_OFF * magnitude:
+        return Bar(SMALL * magnitude, math.nan, c, True)
+    if fine_change >= coarse_change:
+        half_width = max(SAFETY * fine_change, SMALL * magnitude)
+        half_width = half_width if half_width < magnitude else math.nan
+        return Bar(half_width, math.nan, math.nan, False)
     # The last change may be small by chance; then the first change determines the width.
-    half = max(SAFETY * max(fine, coarse / 4.0**order), SMALL * size)
-    observed = math.log2(coarse / fine) if fine > 0 else math.inf
-    regular = (a - b) * (b - c) > 0 and abs(observed - order) <= NEAR
+    half_width = max(SAFETY * max(fine_change, coarse_change / 4.0**order), SMALL * magnitude)
+    observed = math.log2(coarse_change / fine_change) if fine_change > 0 else math.inf
+    regular = (a - b) * (b - c) > 0 and abs(observed - order) <= ORDER_TOLERANCE
     extrapolated = c + (c - b) / (2.0**order - 1.0) if regular else math.nan
-    return Bar(half, observed, extrapolated, True)
+    return Bar(half_width, observed, extrapolated, True)
 
 
 def penalty_error(figure: float, stiffer: float) -> float:

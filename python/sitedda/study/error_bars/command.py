@@ -17,13 +17,13 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
         type=COUNT,
         default=0,
         metavar="N",
-        help="also run N twins, each with one displaced block: median, 16 and 84 %% of each result",
+        help="also run N twins, each with one displaced block; report 16, 50 and 84 %% fractiles",
     )
     parser.add_argument(
         "-o", "--output", type=picture_name, help="picture of the ensemble (FILE_bands.png)"
     )
     parser.add_argument(
-        "--folder", type=Path, help="folder from which the runs can be resumed (temporary)"
+        "--folder", type=Path, help="folder of the runs, to resume them (a temporary one)"
     )
     parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one per processor)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
@@ -37,14 +37,14 @@ def _run_accuracy(options: argparse.Namespace) -> int:
     from ...report.style import save_picture
     from . import accuracy
 
-    found = accuracy(
+    estimate = accuracy(
         options.file, changes=dict(options.set), ensemble=options.ensemble, folder=options.folder,
         workers=options.workers, progress=not (options.quiet or options.json),
     )  # fmt: skip
-    print(json.dumps(found.to_dict(), indent=1) if options.json else found)
-    if found.bands:
+    print(json.dumps(estimate.to_dict(), indent=1) if options.json else estimate)
+    if estimate.bands:
         picture = options.output or Path(f"{options.file.stem}_bands.png")
-        picture = save_picture(found.draw(), picture, [options.file], dpi=130)
+        picture = save_picture(estimate.draw(), picture, [options.file], dpi=130)
         if not options.json:
             print(f"\npicture: {picture}")
     return 0

@@ -16,14 +16,15 @@ from .variants import STEPS
 COUNTS = ("contacts_slipped", "contacts_opened", "bonds_broken", "blocks_fallen", "blocks_lost")
 # Values without error bars: audit residual, period of the largest Sa, resolved frequency, times.
 _NO_BAR = ("energy_balance_j_m", "sa_period_s", "resolved_frequency_hz", "first_block_", "end_s")
-_REST = 1e-9  # final values below this fraction of the largest value are round-off
+_ROUND_OFF = 1e-9  # final values below this fraction of the largest value are round-off
 _NO_DRIFT = 1e-6  # residual drifts below this value are round-off
-_BLOW = 1.5  # smallest growth per halving of Δt that indicates a result without limit
+_IMPACT_GROWTH = 1.5  # smallest growth per halving of Δt that indicates a result without limit
 _UNBOUNDED = ("force", "pga_", "sa_", "acceleration")  # results without limit in a rigid impact
 _STIFFER = (*_UNBOUNDED, "strain", "arias_")  # results that increase with the penalty stiffness
 _NUMBER = re.compile(r"\d[\d.e+-]*")
 _TIMES = 200  # largest number of times of a stored band
-BEYOND, BLOW, OPEN = "beyond the horizon", "grows as 1/Δt, an impact", "does not converge"
+BEYOND, IMPACT = "beyond the horizon", "grows as 1/Δt, an impact"
+NOT_CONVERGED = "does not converge"
 YIELD = "only the compression of contact springs"
 
 
@@ -134,7 +135,7 @@ class Accuracy:
             )
             for row in rows
         ]
-        lines += [f"{OPEN}: {self.cause}"] if self.cause else []
+        lines += [f"{NOT_CONVERGED}: {self.cause}"] if self.cause else []
         lines += self._distinct_warnings()
         return "\n".join(line.rstrip() for line in lines)
 
@@ -155,10 +156,12 @@ class Accuracy:
             if figure.doubt:
                 text = figure.doubt.partition(":")[0]
                 groups.setdefault(BEYOND if text.startswith(BEYOND) else text, []).append(name)
-        if beyond := groups.pop(BEYOND, []):
-            ends = (self.figures[name].doubt.removeprefix(BEYOND).split()[1] for name in beyond)
-            first = min(ends, key=float)
-            groups[f"{BEYOND} (first: {first} s), random samples"] = beyond
+        if late_results := groups.pop(BEYOND, []):
+            horizons = (
+                self.figures[name].doubt.removeprefix(BEYOND).split()[1] for name in late_results
+            )
+            earliest = min(horizons, key=float)
+            groups[f"{BEYOND} (first: {earliest} s), random samples"] = late_results
         texts = [f"{text}: {', '.join(names)}" for text, names in groups.items()]
         texts += [f"cause of missing convergence: {self.cause}"] if self.cause else []
         texts += self._distinct_warnings()
@@ -188,18 +191,18 @@ class Accuracy:
         }  # fmt: skip
 
 
-_HEAD = ("figure", "this run", "value ± bar", "extrapolated", "16 %", "median", "84 %",
-         "decided until", "")  # fmt: skip
+_HEAD = ("result", "this run", "value ± bar", "extrapolated", "16 %", "median", "84 %",
+         "predictable until", "")  # fmt: skip
 
 
 def _table_row(figure: Figure, end: float) -> tuple[str, ...]:
     """Return the cells of a result; `end` is the end of the run, s."""
     numbers = (figure.extrapolated, figure.low, figure.median, figure.high)
     cells = ("" if math.isnan(value) else number(value, 5) for value in numbers)
-    until = "" if math.isnan(figure.decided) else "the end"
+    horizon = "" if math.isnan(figure.decided) else "the end"
     if figure.decided < end:
-        until = f"t = {number(figure.decided, 3)} s"
-    return figure.name, number(figure.run), str(figure), *cells, until, figure.doubt
+        horizon = f"t = {number(figure.decided, 3)} s"
+    return figure.name, number(figure.run), str(figure), *cells, horizon, figure.doubt
 
 
 def is_figure(name: str, values: Mapping[str, float]) -> bool:
@@ -212,7 +215,7 @@ def is_figure(name: str, values: Mapping[str, float]) -> bool:
     if name == "residual_drift":
         return abs(values[name]) >= _NO_DRIFT
     largest = values.get(name.replace("residual_", "largest_"), 1.0)
-    return abs(values[name]) > _REST * abs(largest)
+    return abs(values[name]) > _ROUND_OFF * abs(largest)
 
 
 def is_count(name: str) -> bool:
@@ -235,10 +238,10 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
     steps : tuple of int
         Divisors of Δt in these runs.
     """
-    warning, half = "", bar.half + penalty
+    warning, half_width = "", bar.half + penalty
     if is_count(name) and all(map(math.isfinite, numbers)):
         spread = max(numbers) - min(numbers)
-        warning = "counts differ between time steps" if spread else ""
+        warning = "the count depends on the time step" if spread else ""
         return Figure(name, numbers[0], numbers[-1], spread, math.nan, math.nan, 0.0, warning)
     if not all(map(math.isfinite, numbers)):
         warning = "no error bar: some runs do not have this result"
@@ -248,12 +251,12 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
         warning = YIELD
     elif not bar.converges:
         a, b, c = map(abs, numbers)
-        grows = b > _BLOW * a and c > _BLOW * b
-        reason = BLOW if grows and any(map(name.__contains__, _UNBOUNDED)) else OPEN
-        steps_text = ", ".join("Δt" if times == 1 else f"Δt/{times}" for times in steps)
+        is_growing = b > _IMPACT_GROWTH * a and c > _IMPACT_GROWTH * b
+        reason = IMPACT if is_growing and any(map(name.__contains__, _UNBOUNDED)) else NOT_CONVERGED
+        steps_text = ", ".join("Δt" if divisor == 1 else f"Δt/{divisor}" for divisor in steps)
         warning = f"{reason}: {', '.join(map(number, numbers))} at {steps_text}"
     elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):
         warning = "the error bar is due to the penalty stiffness"
     return Figure(
-        name, numbers[0], numbers[-1], half, bar.extrapolated, bar.order, penalty, warning
+        name, numbers[0], numbers[-1], half_width, bar.extrapolated, bar.order, penalty, warning
     )

@@ -12,16 +12,16 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.numbers import number
-from .figures import BEYOND, OPEN, YIELD, Band, Figure, is_count
+from .figures import BEYOND, NOT_CONVERGED, YIELD, Band, Figure, is_count
 from .variants import ENSEMBLE, RUN, TWIN
 
-APART = 0.01  # difference at the horizon, as a fraction of the largest value of a result
-BEGUN = 1e-8  # differences below this fraction of the largest value are rounding errors
-_LEAST_LOOKS = 10  # smallest number of values to which the growth is fitted
-SHARES = (16.0, 50.0, 84.0)  # fractiles of the twins of an ensemble, %
+DIVERGED = 0.01  # difference at the horizon, as a fraction of the largest value of a result
+ROUND_OFF = 1e-8  # differences below this fraction of the largest value are rounding errors
+_LEAST_TIMES = 10  # smallest number of values to which the growth is fitted
+FRACTILES = (16.0, 50.0, 84.0)  # fractiles of the twins of an ensemble, %
 _HISTORY = "history_"
 # Beginnings of names: results without a stored history use the history of another result.
-_FOLLOW = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2": "pga_m_s2",
+_SAME_HORIZON = {"residual_": "largest_", "pga_below_50_hz_m_s2": "pga_m_s2", "sa_m_s2": "pga_m_s2",
            "pga_resolved_m_s2": "pgv_m_s", "sa_resolved_m_s2": "pgv_m_s",
            "arias_resolved_m_s": "arias_m_s"}  # fmt: skip
 
@@ -32,25 +32,27 @@ def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
     `time`: s; `run`, `twin`: histories of a result in the run and in its twin; NaN if missing.
     """
     largest = np.nanmax(np.abs(run), initial=0.0)
-    differs = np.abs(run - twin) > APART * largest
-    differs |= np.isnan(run) != np.isnan(twin)
-    if not differs.any():
+    is_different = np.abs(run - twin) > DIVERGED * largest
+    is_different |= np.isnan(run) != np.isnan(twin)
+    if not is_different.any():
         return math.inf
-    first = max(int(np.argmax(differs)) - 1, 0)
-    return min(float(time[first]), _fit_growth(time, np.abs(run - twin) / largest, first + 1))
+    last_equal = max(int(np.argmax(is_different)) - 1, 0)
+    return min(
+        float(time[last_equal]), _fit_growth(time, np.abs(run - twin) / largest, last_equal + 1)
+    )
 
 
 def _fit_growth(time: np.ndarray, difference: np.ndarray, end: int) -> float:
-    """Return the time (s) at which a difference reaches `APART`, by a fitted exponential function.
+    """Return the time (s) at which a fitted exponential difference reaches `DIVERGED`.
 
-    Unlike the first value above `APART`, the fitted function does not depend on a single impact.
+    Unlike the first value above `DIVERGED`, the fitted function does not depend on a single impact.
     """
-    grown = np.fmax.accumulate(difference[: end + 1])
-    use = (grown > BEGUN) & (grown < APART)
-    if use.sum() < _LEAST_LOOKS:
+    largest_so_far = np.fmax.accumulate(difference[: end + 1])
+    fitted = (largest_so_far > ROUND_OFF) & (largest_so_far < DIVERGED)
+    if fitted.sum() < _LEAST_TIMES:
         return math.inf
-    rate, start = np.polyfit(time[: end + 1][use], np.log(grown[use]), 1)
-    return float((math.log(APART) - start) / rate) if rate > 0 else math.inf
+    rate, intercept = np.polyfit(time[: end + 1][fitted], np.log(largest_so_far[fitted]), 1)
+    return float((math.log(DIVERGED) - intercept) / rate) if rate > 0 else math.inf
 
 
 def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
@@ -63,11 +65,16 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
     twins = [n for n in names if n.startswith(ENSEMBLE) and n in complete]
     result = dict(figures)
     if TWIN in complete and "look" in table:
-        parted = _divergence_times(table)
-        result = {n: replace(f, decided=_find_horizon(n, table, parted)) for n, f in result.items()}
+        divergence_times = _divergence_times(table)
+        result = {
+            n: replace(f, decided=_find_horizon(n, table, divergence_times))
+            for n, f in result.items()
+        }
         # The initial displacement changes small results; the kinetic energy shows the divergence.
-        first = parted.get("energy_kinetic", math.inf)
-        result = {n: _mark_undecided(f, _time_reached(n, table), first) for n, f in result.items()}
+        divergence = divergence_times.get("energy_kinetic", math.inf)
+        result = {
+            n: _mark_undecided(f, _time_reached(n, table), divergence) for n, f in result.items()
+        }
     if twins:
         rows = table.sel(variant=twins)
         result = {n: _add_spread(f, rows[n].values) for n, f in result.items()}
@@ -88,7 +95,7 @@ def bands_of(table) -> dict[str, Band]:
         values = rows[name].transpose("variant", "look").values
         values = values[~np.isnan(values).all(axis=1)]
         if len(values):
-            low, median, high = np.nanpercentile(values, SHARES, axis=0)
+            low, median, high = np.nanpercentile(values, FRACTILES, axis=0)
             result[name.removeprefix(_HISTORY)] = Band(rows.look.values, low, median, high)
     return result
 
@@ -101,24 +108,24 @@ def _divergence_times(table) -> dict[str, float]:
             for name in names}  # fmt: skip
 
 
-def _find_horizon(name: str, table, parted: dict[str, float]) -> float:
+def _find_horizon(name: str, table, divergence_times: dict[str, float]) -> float:
     """Return the horizon of a result, s; without a stored history, the earliest horizon of all."""
     end = float(table.look.values[-1])
-    if name in parted:
-        return min(parted[name], end)
+    if name in divergence_times:
+        return min(divergence_times[name], end)
     run, twin = (float(table[name].sel(variant=v)) for v in (RUN, TWIN))
-    if abs(run - twin) <= APART * abs(run) or math.isnan(run) and math.isnan(twin):
+    if abs(run - twin) <= DIVERGED * abs(run) or math.isnan(run) and math.isnan(twin):
         return end
-    history = next((name.replace(a, b) for a, b in _FOLLOW.items() if name.startswith(a)), "")
-    limit = parted.get(history, math.inf)
-    return min(limit if limit < end else min(parted.values(), default=end), end)
+    history = next((name.replace(a, b) for a, b in _SAME_HORIZON.items() if name.startswith(a)), "")
+    limit = divergence_times.get(history, math.inf)
+    return min(limit if limit < end else min(divergence_times.values(), default=end), end)
 
 
 def _time_reached(name: str, table) -> float:
     """Return the time at which a result first reached its final value, s."""
     history = f"{_HISTORY}{name}"
     if history not in table.data_vars:
-        quantity = next((b for a, b in _FOLLOW.items() if name.startswith(a)), "")
+        quantity = next((b for a, b in _SAME_HORIZON.items() if name.startswith(a)), "")
         history = f"{_HISTORY}{quantity}{name[name.find('[') :] if '[' in name else ''}"
         if name.startswith("residual_") or history not in table.data_vars:
             return float(table.look.values[-1])
@@ -126,20 +133,20 @@ def _time_reached(name: str, table) -> float:
     return float(table.look.values[int(np.argmax(values >= values[-1]))])
 
 
-def _mark_undecided(figure: Figure, time: float, first: float) -> Figure:
+def _mark_undecided(figure: Figure, time: float, divergence: float) -> Figure:
     """Mark a result that reached its final value after its horizon.
 
-    Results that do not converge, or depend on k_n only, use the horizon `first` of the whole run.
+    Results that do not converge, or depend on k_n only, use `divergence`, the horizon of the run.
     """
     reason, colon, numbers = figure.doubt.partition(":")
     if is_count(figure.name):
-        until = first if reason or figure.name.startswith("contacts_") else math.inf
+        horizon = divergence if reason or figure.name.startswith("contacts_") else math.inf
     else:
-        until = {OPEN: first, YIELD: first}.get(reason, figure.decided)
-    if not time > until:
+        horizon = {NOT_CONVERGED: divergence, YIELD: divergence}.get(reason, figure.decided)
+    if not time > horizon:
         return figure
-    mark = f"{BEYOND} of {number(until, 3)} s, a random sample"
-    return replace(figure, doubt=f"{mark}{colon}{numbers}" if reason == OPEN else mark)
+    doubt = f"{BEYOND} of {number(horizon, 3)} s, a random sample"
+    return replace(figure, doubt=f"{doubt}{colon}{numbers}" if reason == NOT_CONVERGED else doubt)
 
 
 def _add_spread(figure: Figure, values: np.ndarray) -> Figure:
@@ -147,5 +154,5 @@ def _add_spread(figure: Figure, values: np.ndarray) -> Figure:
     values = values[np.isfinite(values)]
     if len(values) == 0:
         return figure
-    low, median, high = (float(v) for v in np.percentile(values, SHARES))
+    low, median, high = (float(v) for v in np.percentile(values, FRACTILES))
     return replace(figure, low=low, median=median, high=high)

@@ -23,10 +23,10 @@ from .figures import Figure, figure_of, is_figure
 from .variants import Facts, finer, stiffer
 
 _STEPS = (16, 32, 64)  # divisors of Δt
-_BETWEEN = 2  # factor of interpolation, because peaks of acceleration occur between samples
-_NEAR = 0.7  # smaller steps are evaluated at periods with Sa above this fraction of the largest Sa
+_INTERPOLATION = 2  # factor of interpolation, because peaks of acceleration occur between samples
+_PEAK_FRACTION = 0.7  # smallest Sa / largest Sa of periods at which smaller steps are evaluated
 _CONTENT = 0.999999  # fraction of the energy below the highest evaluated frequency
-_DIED = 1e-3  # a motion has ended if its last twentieth is below this fraction of the peak
+_DECAYED = 1e-3  # a motion has ended if its last twentieth is below this fraction of the peak
 _GRID = 400  # number of frequencies in each search of a peak
 _REFINED = 4  # number of times that the search is refined around the peak
 NO_BAR = "no error bar: in a linear run only measured points have error bars"
@@ -54,13 +54,13 @@ def is_linear(history, facts: Facts) -> bool:
                                    *groups.get("boundary", [])]
              for key, value in group.items()
              if key.startswith(("motion_", "base_motion_")) and value}  # fmt: skip
-    driven = any(name in groups for name in ("load", "traction", "water", "bolt", "stage"))
-    steady = not any(control.get("gravity", ())) or control.get("settle", False)
+    loaded = any(name in groups for name in ("load", "traction", "water", "bolt", "stage"))
+    at_rest = not any(control.get("gravity", ())) or control.get("settle", False)
     return (
         history.attrs.get("contacts_changed") == "no"
         and control.get("time_step_control", "fixed") != "adaptive"
-        and all(item.get("law", "linear") == "linear" for item in groups.get("material", []))
-        and steady and not driven and len(axes) == 1 and history.sizes.get("point", 0) > 0
+        and all(soil.get("law", "linear") == "linear" for soil in groups.get("material", []))
+        and at_rest and not loaded and len(axes) == 1 and history.sizes.get("point", 0) > 0
     )  # fmt: skip
 
 
@@ -81,12 +81,12 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     names = [name for line in outcome.figures for name in (line.largest, line.end) if name]
     if "amplification" in names:
         names.append("amplification_frequency_hz")
-    none = (math.nan, math.nan, math.nan, 0.0, NO_BAR)
-    table = {name: Figure(name, values[name], values[name], *none)
+    no_bar = (math.nan, math.nan, math.nan, 0.0, NO_BAR)
+    table = {name: Figure(name, values[name], values[name], *no_bar)
              for name in names if is_figure(name, values)}  # fmt: skip
     step = float(history.time.values[-1]) / (history.sizes["time"] - 1)
-    own_step = float(np.max(history.time_step.values[1:]))
-    highest = 0.499 / own_step  # highest frequency resolved by Δt, Hz
+    run_step = float(np.max(history.time_step.values[1:]))
+    highest = 0.499 / run_step  # highest frequency resolved by Δt, Hz
     points = _measured_points(history)
     padding = 1 if all(map(_has_died_out, points)) else 2  # zero padding, against periodic response
     length = fast_length(padding * history.sizes["time"])
@@ -96,16 +96,16 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     cache: dict = {}
     spectra: dict = {}
     chi = run_scheme(history).chi
-    for variant, divided in zip(variants, (1, *_STEPS, 1), strict=False):
+    for variant, divisor in zip(variants, (1, *_STEPS, 1), strict=False):
         numbers.append({})
-        rates = partial(_rate_ratios, step=own_step / divided, chi=chi)
+        rates = partial(_rate_ratios, step=run_step / divisor, chi=chi)
         with Simulation(model, changes={**changes, **variant}) as simulation:
             for point in points:
                 resolved = min(0.9 * highest, values[f"resolved_frequency_hz[{point.name}]"])
                 velocity, acceleration = _point_motion(
                     simulation, point, frequency, highest, cache, rates
                 )
-                times = min(divided, _BETWEEN)
+                times = min(divisor, _INTERPOLATION)
                 numbers[-1] |= _point_results(
                     point, velocity, acceleration, step, resolved, times, spectra
                 )
@@ -117,8 +117,8 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
             continue
         scale = values[name] / numbers[0][name] if "[" in name else 1.0
         value, *steps = (scale * row[name] for row in numbers)
-        coarse, medium, fine, *four = steps
-        penalty = penalty_error(value, four[0]) if four else 0.0
+        coarse, medium, fine, *stiffer_run = steps
+        penalty = penalty_error(value, stiffer_run[0]) if stiffer_run else 0.0
         bar = bar_of_steps(coarse, medium, fine, facts.order)
         table[name] = replace(
             figure_of(name, (coarse, medium, fine), bar, penalty, _STEPS), run=value
@@ -145,9 +145,9 @@ def _measured_points(history) -> list[_Point]:
 
 
 def _has_died_out(point: _Point) -> bool:
-    """Return whether the acceleration of a point is small at the end of the run; see `_DIED`."""
+    """Return whether the acceleration of a point is small at the end of the run; see `_DECAYED`."""
     end = point.acceleration[-(len(point.acceleration) // 20 + 1) :]
-    return bool(np.abs(end).max() < _DIED * np.abs(point.acceleration).max())
+    return bool(np.abs(end).max() < _DECAYED * np.abs(point.acceleration).max())
 
 
 def _rate_ratios(frequency: np.ndarray, step: float, chi: float) -> tuple[np.ndarray, np.ndarray]:
@@ -172,40 +172,43 @@ def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: flo
     if point.name not in cache:  # the transfer function of the run itself
         energy = np.cumsum(np.abs(spectrum) ** 2)
         index = np.searchsorted(energy, _CONTENT * energy[-1])
-        cache[point.name] = np.arange(1, min(index + 1, np.searchsorted(frequency, highest))), None
+        cache[point.name] = (
+            np.arange(1, min(index + 1, np.searchsorted(frequency, highest))),
+            None,
+        )
     band, reference = cache[point.name]
     response = transfer(simulation, frequency[band], point.name, None, point.axis)
     velocity, acceleration = rates(frequency[band])
     response = response * velocity, response * velocity * acceleration
     if reference is None:
         cache[point.name], reference = (band, response), response
-    part = np.zeros_like(spectrum)
-    part[band] = spectrum[band] * (response[1] / reference[1] - 1.0)
-    change = irfft(part, length)[: len(point.velocity)]
+    band_spectrum = np.zeros_like(spectrum)
+    band_spectrum[band] = spectrum[band] * (response[1] / reference[1] - 1.0)
+    change = irfft(band_spectrum, length)[: len(point.velocity)]
     of_run = spectrum[band] * reference[0] / reference[1] / (2j * np.pi * frequency[band])
-    part[band] = of_run * (response[0] / reference[0] - 1.0)
-    faster = irfft(part, length)[: len(point.velocity)]
+    band_spectrum[band] = of_run * (response[0] / reference[0] - 1.0)
+    faster = irfft(band_spectrum, length)[: len(point.velocity)]
     return point.velocity + faster - faster[0], point.acceleration + change
 
 
 def _point_results(
-    point, velocity, acceleration, step, resolved, times, spectra
+    point, velocity, acceleration, step, resolved, refinement, spectra
 ) -> dict[str, float]:
     """Return the results of a point under the names of the verdict.
 
     A low-pass filter removes frequencies above `resolved`, Hz.  Peaks are those of the acceleration
-    interpolated to `times` as many samples; `spectra` contains the periods with large Sa.
+    interpolated to `refinement` as many samples; `spectra` contains the periods with large Sa.
     """
     length = fast_length(2 * len(acceleration))
     length += length % 2
     spectrum = rfft(acceleration, length) * low_pass(length, step, resolved)
-    resampled = times * irfft(spectrum, times * length)[: times * len(acceleration)]
+    resampled = refinement * irfft(spectrum, refinement * length)[: refinement * len(acceleration)]
     acceleration = irfft(spectrum, length)[: len(acceleration)]
-    looked = spectra.setdefault(point.name, [])
-    periods = PERIODS[np.any(looked, axis=0)] if len(looked) == 2 else PERIODS
+    evaluated = spectra.setdefault(point.name, [])
+    periods = PERIODS[np.any(evaluated, axis=0)] if len(evaluated) == 2 else PERIODS
     sa = spectral_acceleration(acceleration, step, periods, SPECTRUM_DAMPING)
-    if len(looked) < 2:
-        looked.append(sa > _NEAR * sa.max())
+    if len(evaluated) < 2:
+        evaluated.append(sa > _PEAK_FRACTION * sa.max())
     results = {
         "pgv_m_s": np.abs(velocity).max(),
         "pga_resolved_m_s2": np.abs(resampled).max(),
@@ -222,6 +225,6 @@ def _exact_peak(simulation: Simulation, group: Mapping, highest: float) -> dict[
     for _ in range(1 + _REFINED):
         grid = np.linspace(low, high, _GRID)
         ratio = abs(transfer(simulation, grid, surface, base, group.get("direction", "x")))
-        top = int(np.argmax(ratio))
-        low, high = grid[max(top - 1, 0)], grid[min(top + 1, _GRID - 1)]
-    return {"amplification": float(ratio[top]), "amplification_frequency_hz": float(grid[top])}
+        peak = int(np.argmax(ratio))
+        low, high = grid[max(peak - 1, 0)], grid[min(peak + 1, _GRID - 1)]
+    return {"amplification": float(ratio[peak]), "amplification_frequency_hz": float(grid[peak])}

@@ -14,7 +14,7 @@ from ...engine.simulation import Simulation
 from ...input.changes import merged
 from ...output.verdict_lines import Doubt
 from .bars import bar_of_steps, penalty_error
-from .figures import OPEN, Accuracy, Figure, figure_of, is_count, is_figure
+from .figures import NOT_CONVERGED, Accuracy, Figure, figure_of, is_count, is_figure
 from .horizon import bands_of, with_horizons
 from .variants import RUN, STEPS, TWIN, Facts, Variants, facts_of, finer, stiffer, twin
 from .variants import ensemble as twins_of
@@ -40,7 +40,7 @@ def accuracy(
     workers: int | None = None,
     progress: bool | Callable = False,
     output: Path | None = None,
-    **more,
+    **variables,
 ) -> Accuracy:
     """Estimate the error bars of the results of a run.
 
@@ -52,7 +52,7 @@ def accuracy(
     model : path or Model
     results : str, callable, sequence or mapping of these
         Results, see `sitedda.study.measure`; default: the results of the verdict.
-    changes, **more
+    changes, **variables
         Variables to change in the input, see `Simulation`.
     ensemble : int
         Number of twins of the run, each with another block displaced by 1e-9 of its size.  They
@@ -78,12 +78,12 @@ def accuracy(
     """
     from ..api import study
 
-    changes = merged(changes, more)
+    changes = merged(changes, variables)
     ensemble = int(Range(0, 10**6, whole=True).check("ensemble", ensemble))
     facts = facts_of(model, changes)
     if results == "figures" and not ensemble and facts.is_bonded:
-        if found := _try_linear_run(model, changes, facts):
-            return found
+        if linear_result := _try_linear_run(model, changes, facts):
+            return linear_result
     # The longest run starts first, which minimises the total time of parallel runs.
     steps = {times: RUN if times == 1 else f"dt/{times}" for times in STEPS}
     variants = {steps[times]: finer(facts, times) for times in reversed(STEPS)}
@@ -148,7 +148,7 @@ def of_linear_run(model, history, changes: Mapping | None = None, facts=None) ->
 
 def _nonconvergence_cause(figures: Mapping[str, Figure], facts: Facts) -> str:
     """Return the cause of missing convergence; blank if all results converge."""
-    open_ones = any(figure.doubt.startswith(OPEN) for figure in figures.values())
+    open_ones = any(figure.doubt.startswith(NOT_CONVERGED) for figure in figures.values())
     return _CAUSES[facts.is_damped] if open_ones else ""
 
 
@@ -182,7 +182,7 @@ def _with_histories(results) -> dict:
     """Return the requested results by name, and the histories of results."""
     if isinstance(results, Mapping):
         return {**results, "histories": "histories"}
-    single = isinstance(results, str) or callable(results)
+    is_single = isinstance(results, str) or callable(results)
     return {
-        getattr(r, "__name__", r): r for r in [*([results] if single else results), "histories"]
+        getattr(r, "__name__", r): r for r in [*([results] if is_single else results), "histories"]
     }

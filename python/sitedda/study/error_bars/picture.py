@@ -13,7 +13,7 @@ from ...report.style import BLUE, GREY, ORANGE, canvas
 if TYPE_CHECKING:
     from .figures import Accuracy
 
-_MOST = 6  # largest number of results in a picture
+_MOST_RESULTS = 6  # largest number of results in a picture
 _COLUMNS = 2
 
 
@@ -27,19 +27,19 @@ def bands_picture(results: Accuracy):
     InputError
         If there is no ensemble.
     """
-    names = [name for name in results.figures if name in results.bands][:_MOST]
+    names = [name for name in results.figures if name in results.bands][:_MOST_RESULTS]
     if not names:
         raise InputError("there are no bands without an ensemble: give ensemble = 10 or more")
     rows = math.ceil(len(names) / _COLUMNS)
     figure, panels = canvas(_COLUMNS, rows, size=(10.0, 2.6 * rows))
     for axes, name in zip(panels, names, strict=False):
-        band, decided = results.bands[name], results[name].decided
+        band, horizon = results.bands[name], results[name].decided
         axes.fill_between(band.time, band.low, band.high, color=BLUE, alpha=0.25, lw=0,
                           label="16–84 % of twins")  # fmt: skip
         axes.plot(band.time, band.median, color=BLUE, lw=1.6, label="median")
-        if decided < results.end:
-            label = f"decided until {number(decided, 3)} s"
-            axes.axvline(decided, color=ORANGE, lw=1.2, label=label)
+        if horizon < results.end:
+            label = f"predictable until {number(horizon, 3)} s"
+            axes.axvline(horizon, color=ORANGE, lw=1.2, label=label)
         axes.set(title=labelled(name), xlabel="time (s)", xlim=(band.time[0], band.time[-1]))
         axes.title.set_color(GREY)
         axes.legend(frameon=False, fontsize=8)

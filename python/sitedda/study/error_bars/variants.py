@@ -99,20 +99,20 @@ def _is_dynamic_stage(stage: Mapping) -> bool:
     return stage.get("kind", "dynamic") == "dynamic"
 
 
-def finer(facts: Facts, times: int) -> dict:
+def finer(facts: Facts, divisor: int) -> dict:
     """Return the changes that divide all time steps by a whole number.
 
-    `times`: the divisor.
+    `divisor`: the divisor.
     """
     groups = {"control": next(iter(facts.groups.get("control", [])), {})}
     stages = enumerate(facts.groups.get("stage", []), 1)
     groups |= {f"stage[{i}]": stage for i, stage in stages if _is_dynamic_stage(stage)}
     changes: dict = {}
-    for path, group in groups.items() if times > 1 else ():
+    for path, group in groups.items() if divisor > 1 else ():
         if "time_step" in group:
-            changes[f"{path}.time_step"] = group["time_step"] / times
+            changes[f"{path}.time_step"] = group["time_step"] / divisor
         if "steps" in group:
-            changes[f"{path}.steps"] = group["steps"] * times
+            changes[f"{path}.steps"] = group["steps"] * divisor
     return changes
 
 
