@@ -126,10 +126,8 @@ def cases(is_quick: bool) -> dict[str, tuple]:
             if is_quick and blocks == 800:
                 continue
             fewer_steps = steps // 4
-            table[f"settling {name}"] = (
-                partial(settling, touching_wall, blocks, ms * 1e-3),
-                fewer_steps,
-            )
+            table[f"settling {name}"] = (partial(settling, touching_wall, blocks, ms * 1e-3),
+                                         fewer_steps)  # fmt: skip
             table[f"packing {name}"] = (partial(settling, packing, blocks, ms * 1e-3), fewer_steps)
     for blocks in (1000,) if is_quick else (1000, 3000, 10_000):
         table[f"sudden {blocks}"] = (partial(settling, touching_wall, blocks, 1e-3), 5)
@@ -219,12 +217,8 @@ def run(program: Path, file: Path, before: dict | str = "") -> dict | str:
         solver_counts = list(map(int, re.findall(r"\d+", data.attrs["solver"])))
         iterations = int(data.iterations.sum())
     output.unlink()
-    return {
-        "iterations": iterations,
-        "factors": solver_counts[1],
-        "applications": solver_counts[2],
-        "seconds": resources.ru_utime + resources.ru_stime,
-    }
+    return {"iterations": iterations, "factors": solver_counts[1], "applications": solver_counts[2],
+            "seconds": resources.ru_utime + resources.ru_stime}  # fmt: skip
 
 
 def written(texts: dict[str, str], folder: Path) -> dict[str, Path]:

@@ -140,9 +140,8 @@ class PlainStep:
             new_state = np.where(pressure > 0, np.where(np.abs(trial) <= bound, STICK, SLIDE), OPEN)
             sliding_force = np.where(new_state == SLIDE, np.sign(trial) * bound, 0.0)
             shear = np.where(new_state == STICK, trial, sliding_force)
-            error = max(
-                np.abs(pressure - normal_force).max(), np.abs(shear - new_shear_force).max()
-            )
+            error = max(np.abs(pressure - normal_force).max(),
+                        np.abs(shear - new_shear_force).max())  # fmt: skip
             tolerance = 1e-9 * max(self.weight, pressure.max(), np.abs(shear).max())
             if error <= tolerance:
                 break
@@ -227,12 +226,9 @@ def compare(run, reference_step: PlainStep, acceleration) -> dict:
         move = max(given.GRAVITY * reference_step.step**2, np.abs(run.coordinates - q)[:, :2].max())
         if converged:
             differences.append(np.abs(new - run.coordinates)[:, :2].max() / move)
-    return {
-        "own": statistics.median(own_times),
-        "plain": statistics.median(times),
-        "plain_iterations": statistics.median(iterations),
-        "difference": max(differences, default=None),
-    }
+    return {"own": statistics.median(own_times), "plain": statistics.median(times),
+            "plain_iterations": statistics.median(iterations),
+            "difference": max(differences, default=None)}  # fmt: skip
 
 
 def start_of_step(run, before: dict, after: dict):

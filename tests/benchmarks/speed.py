@@ -157,9 +157,8 @@ def measure(case: Case) -> dict:
         file = Path(folder) / "model.nml"
         shaking_steps = LEAD + min(steps, LONGEST) + 10
         penalty = case.penalty * YOUNG_MODULUS
-        file.write_text(
-            model.text(penalty, case.time_step, settling_steps, shaking_steps, case.solver_asked)
-        )
+        file.write_text(model.text(penalty, case.time_step, settling_steps, shaking_steps,
+                                   case.solver_asked))  # fmt: skip
         with sitedda.Simulation(file) as run:
             if case.solver_asked == "auto":
                 settle(run)

@@ -70,9 +70,8 @@ def as_study(file: Path, count: int, folder: Path, workers: int) -> None:
 def measured(*programs: list[str]) -> tuple[float, float]:
     """Return wall and processor time, s, of this program with several arguments simultaneously."""
     begun, used_before = time.perf_counter(), processor_time()
-    job_process = [
-        subprocess.Popen([sys.executable, __file__, *arguments]) for arguments in programs
-    ]
+    job_process = [subprocess.Popen([sys.executable, __file__, *arguments])
+                   for arguments in programs]  # fmt: skip
     if any([program.wait() for program in job_process]):
         sys.exit("a program has failed")
     return time.perf_counter() - begun, processor_time() - used_before

@@ -631,9 +631,8 @@ def judge(answer: str) -> tuple[str, str]:
         return "failed", f"{signal.Signals(-status).name}: {errors[-300:]}"
     if "Traceback" in errors:
         lines = [line for line in errors.strip().splitlines() if line.strip()]
-        source_line = next(
-            (x.strip() for x in reversed(lines) if x.strip().startswith("File ")), ""
-        )
+        source_line = next((x.strip() for x in reversed(lines) if x.strip().startswith("File ")),
+                           "")  # fmt: skip
         return "failed", f"traceback: {lines[-1][:300]} {source_line}"
     if status not in STATUSES:
         return "failed", f"status {status}"

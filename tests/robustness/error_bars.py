@@ -94,9 +94,8 @@ def judge_inputs(files: list[Path]) -> int:
         reference_values = sitedda.run(file, changes=changes).verdict.values
         reasons = {name: figure.doubt.partition(":")[0].partition(" of ")[0]
                  for name, figure in figures.figures.items()}  # fmt: skip
-        without_bar = {
-            w: sum(v == w for v in reasons.values()) for w in (NOT_CONVERGED, IMPACT, BEYOND)
-        }
+        without_bar = {w: sum(v == w for v in reasons.values())
+                       for w in (NOT_CONVERGED, IMPACT, BEYOND)}  # fmt: skip
         outside_bar = [
             f"{name} {figure}, but {reference_values.get(name, 0.0):.6g} at Δt/{FINER}"
             for name, figure in figures.figures.items()
@@ -177,9 +176,8 @@ def judge_columns(count: int, seed: int) -> int:
             grid = figures["amplification_frequency_hz"].finest * np.linspace(0.95, 1.05, 2001)
             coarse, fine = (_surface(file, step / divisor, grid) for divisor in (FINER, 2 * FINER))
             order = facts_of(file, {}).order
-            reference_values = {
-                n: fine[n] + (fine[n] - coarse[n]) / (2**order - 1) for n in SURFACE
-            }
+            reference_values = {n: fine[n] + (fine[n] - coarse[n]) / (2**order - 1)
+                                for n in SURFACE}  # fmt: skip
             for name in SURFACE:
                 error = abs(reference_values[name] - figures[name].finest)
                 largest_errors[name] = max(largest_errors[name], error / reference_values[name])
@@ -225,9 +223,8 @@ def main(arguments: list[str]) -> int:
         print(
             "rocking:" if rocks else "sliding:", ", ".join(f"{n} {w}" for w, n in counter.items())
         )
-    inside_bar, outside_bar, without_bar = (
-        sum(c[w] for c in counts.values()) for w in counts[True]
-    )
+    inside_bar, outside_bar, without_bar = (sum(c[w] for c in counts.values())
+                                            for w in counts[True])  # fmt: skip
     print(f"{inside_bar} of {inside_bar + outside_bar + without_bar} figures inside their bar")
     return int(inside_bar < 0.9 * (inside_bar + outside_bar + without_bar))
 

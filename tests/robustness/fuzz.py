@@ -73,14 +73,8 @@ class Probe:
 
         environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
         pipe = subprocess.PIPE
-        self.process = subprocess.Popen(
-            self.command,
-            stdin=pipe,
-            stdout=pipe,
-            stderr=self.errors,
-            preexec_fn=limit,
-            env=environment,
-        )
+        self.process = subprocess.Popen(self.command, stdin=pipe, stdout=pipe, stderr=self.errors,
+                                        preexec_fn=limit, env=environment)  # fmt: skip
 
     def stop(self) -> None:
         """End the process: close its input, then kill it if it continues."""
@@ -217,9 +211,8 @@ def main() -> int:
     for kind, count in kinds.items():
         seeds = range(options.seed, options.seed + count)
         probe_command = PYTHON_PROBE if kind in FILES else command
-        tally = fuzz(
-            probe_command, kind, seeds, options.keep, options.time_limit, not options.any_memory
-        )
+        tally = fuzz(probe_command, kind, seeds, options.keep, options.time_limit,
+                     not options.any_memory)  # fmt: skip
         print(f"{count} {kind}s: {tally}", flush=True)
         failures += len(tally.failures)
     return min(failures, 1)

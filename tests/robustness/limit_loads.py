@@ -240,9 +240,8 @@ def bound(loaded: Loaded, limit: Limit, dilates: bool = True) -> tuple[float, fl
     crushing, friction = _strength(loaded, "crushing_strength"), loaded.bare.friction
     for ends, length in _joints(limit):
         (a, b), normal = limit.blocks[ends[0]], limit.normals[ends[0]]
-        openings = [
-            displacement_at(b, limit.points[k]) - displacement_at(a, limit.points[k]) for k in ends
-        ]
+        openings = [displacement_at(b, limit.points[k]) - displacement_at(a, limit.points[k])
+                    for k in ends]  # fmt: skip
         opening = np.array([vector @ normal for vector in openings])
         slip = abs(openings[0] @ [-normal[1], normal[0]])
         if np.isfinite(crushing) and length:

@@ -69,9 +69,8 @@ def arch(rng: np.random.Generator, name: str) -> Assembly:
 def _voussoirs(intrados: np.ndarray, extrados: np.ndarray) -> list[np.ndarray]:
     """Return the stones between joints from the right springing on, and two abutments."""
     count = len(intrados) - 1
-    polygons = [
-        np.array([intrados[i], extrados[i], extrados[i + 1], intrados[i + 1]]) for i in range(count)
-    ]
+    polygons = [np.array([intrados[i], extrados[i], extrados[i + 1], intrados[i + 1]])
+                for i in range(count)]  # fmt: skip
     for i, sign in ((0, 1.0), (count, -1.0)):
         joint_vector = extrados[i] - intrados[i]
         normal = np.array([joint_vector[1], -joint_vector[0]]) * sign

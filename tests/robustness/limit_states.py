@@ -167,9 +167,8 @@ class Tally:
             is_wrong = True
         self.wrong += is_wrong
         remark = "WRONG" if is_wrong else "not judged" if expects_rest is None else ""
-        print(
-            f"    {label:24} {verdict} {outcome.seconds:6.2f} s  {remark} {description}", flush=True
-        )
+        print(f"    {label:24} {verdict} {outcome.seconds:6.2f} s  {remark} {description}",
+              flush=True)  # fmt: skip
 
 
 def study(models: int, monotone: int, slow: int, seed: int) -> Tally:

@@ -174,9 +174,8 @@ class Engine:
     def __post_init__(self) -> None:
         self.build = self.folder / "build"
         if not self.build.exists():
-            file_list = subprocess.run(
-                ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True
-            )
+            file_list = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True,
+                                       text=True)  # fmt: skip
             for name in file_list.stdout.splitlines():
                 (self.folder / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, self.folder / name)
@@ -234,9 +233,8 @@ def tests_of(file: str) -> list[Path]:
         counts = texts[path]
         rare = {w: math.log(1 + counts[w]) * math.log(len(texts) / in_tests[w]) for w in counts}
         size = math.sqrt(sum(value**2 for value in rare.values()))
-        return (
-            sum(math.log(1 + mutated_words[w]) * rare[w] for w in mutated_words if w in rare) / size
-        )
+        return (sum(math.log(1 + mutated_words[w]) * rare[w]
+                    for w in mutated_words if w in rare) / size)  # fmt: skip
 
     return [path.relative_to(ROOT) for path in sorted(texts, key=common_words, reverse=True)]
 

@@ -36,13 +36,9 @@ def moved_corners(kind: str, seed: int) -> bytes:
     chance = random.Random(f"corners {kind} {seed}")
     coordinates = [0.0, 1.0, 3.0, 4.0, 4.0000001, -4.0, 2.5, 1e3, 1e-9, 1e300]
     fraction = chance.choice([0.0, 0.1, 0.3, 1.0])
-    ring = [
-        [
-            chance.choice(coordinates) if chance.random() < fraction else coordinate
-            for coordinate in corner
-        ]
-        for corner in ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
-    ]
+    ring = [[chance.choice(coordinates) if chance.random() < fraction else coordinate
+             for coordinate in corner]
+            for corner in ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))]  # fmt: skip
     closed_ring = [*ring, ring[0]]
     match kind:
         case "csv":
@@ -109,9 +105,8 @@ def good_geojson(chance) -> bytes:
 def nested_geojson(chance) -> bytes:
     """Return very many brackets, nested collections, or wrong types."""
     depth = chance.choice(DEPTHS)
-    invalid_value = chance.choice(
-        ["null", "1e999", "{}", "[[[]]]", '"x"', "[[NaN, 0], [1, 1]]", "[[1]]"]
-    )
+    invalid_value = chance.choice(["null", "1e999", "{}", "[[[]]]", '"x"', "[[NaN, 0], [1, 1]]",
+                                   "[[1]]"])  # fmt: skip
     return chance.choice([
         "[" * depth + "]" * depth,
         '{"type": "GeometryCollection", "geometries": [' * depth + "]}" * depth,
@@ -168,15 +163,12 @@ def lying_blocks(chance) -> bytes:
     """Return variables with wrong types, dimensions and values."""
     import netCDF4
 
-    valid_values = {
-        "vertices": ("f8", SQUARES),
-        "corners": ("i4", np.array([4, 4])),
-        "material": ("i4", np.array([1, 0])),
-        "edge_joint": ("i4", np.array([1, 0, 0, 0, 0, 0, 0, 1])),
-        "material_name": ("S1", np.array([list("rock")], dtype="S1")),
-        "joint_name": ("S1", np.array([list("bed")], dtype="S1")),
-        "name": ("S1", np.array([list("a"), list("b")], dtype="S1")),
-    }
+    valid_values = {"vertices": ("f8", SQUARES), "corners": ("i4", np.array([4, 4])),
+                    "material": ("i4", np.array([1, 0])),
+                    "edge_joint": ("i4", np.array([1, 0, 0, 0, 0, 0, 0, 1])),
+                    "material_name": ("S1", np.array([list("rock")], dtype="S1")),
+                    "joint_name": ("S1", np.array([list("bed")], dtype="S1")),
+                    "name": ("S1", np.array([list("a"), list("b")], dtype="S1"))}  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "lies.nc"
         form = chance.choice(["NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"])

@@ -52,9 +52,8 @@ def models() -> list[list]:
         ("drums", {"width": 1.0, "top_width": 0.8, "height": 0.7, "count": 3}),
         ("fixed_point", {"x": 0.0, "y": 0.1, "direction": "xy"}),
     ]
-    original = changed(
-        resting_groups, "contact", contact_rules="original", penetration_tolerance=0.0
-    )
+    original = changed(resting_groups, "contact", contact_rules="original",
+                       penetration_tolerance=0.0)  # fmt: skip
     tight_groups = changed(resting_groups, "contact", penetration_tolerance=1e-6, max_iterations=50)
     based = [*changed(column, "control", base_motion_x="m"), tower()[7]]
     based[-1][1]["name"] = "m"
@@ -64,16 +63,8 @@ def models() -> list[list]:
         ("flow_boundary", {"along": [0, 0, 0, 1.6], "head": [2.0, 3.0], "time": [0.0, 1e-3]}),
         ("traction", {"side": "right", "level": 1.0, "added_mass": True}),
     ]
-    return [
-        shaken,
-        resting_groups,
-        column,
-        original,
-        tight_groups,
-        based,
-        wet_groups,
-        flying_block(steps=5),
-    ]
+    return [shaken, resting_groups, column, original, tight_groups, based, wet_groups,
+            flying_block(steps=5)]  # fmt: skip
 
 
 def mutated_input(seed: int) -> bytes:
@@ -158,9 +149,8 @@ def other_size(chance, groups):
     elif isinstance(old_values, float):
         values[variable] = old_values * factor
     elif isinstance(old_values, int):
-        values[variable] = chance.choice(
-            [0, -1, 3 * old_values, 200 * old_values, int(old_values * factor)]
-        )
+        values[variable] = chance.choice([0, -1, 3 * old_values, 200 * old_values,
+                                          int(old_values * factor)])  # fmt: skip
 
 
 def take_out(chance, groups):
@@ -187,9 +177,8 @@ def other_name(chance, groups):
         return
     values, variable = _variable(chance, groups)
     _, other = _variable(chance, groups)
-    new_name = chance.choice(
-        [variable + chance.choice(SUBSCRIPTS), other, variable[:-1], variable * 50]
-    )
+    new_name = chance.choice([variable + chance.choice(SUBSCRIPTS), other, variable[:-1],
+                              variable * 50])  # fmt: skip
     values[new_name] = values.pop(variable)
 
 

@@ -98,9 +98,8 @@ def compare(number: int, seed: int = SEED) -> tuple[str, bool]:
             break
     areas = np.array([shapely.Polygon(polygon).area for polygon in polygons])
     expected = float(areas[is_removable].sum())
-    state_below, state_above = (
-        sitedda.mechanism(model, fraction * factor) for fraction in (BELOW, ABOVE)
-    )
+    state_below, state_above = (sitedda.mechanism(model, fraction * factor)
+                                for fraction in (BELOW, ABOVE))  # fmt: skip
     names = {group.name for group, moves in zip(groups, is_removable, strict=True) if moves}
     differences = names ^ set(state_above.moving)
     are_equal = not state_below.moves and abs(state_above.areas[0] / expected - 1) < AREA

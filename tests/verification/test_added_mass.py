@@ -41,9 +41,8 @@ def added(level: float, inclination: float, depth: float | None = None) -> np.nd
         return mass * row[i] * row[j]
 
     water_depth = min(level, HEIGHT)
-    return np.array(
-        [[quad(entry, 0, water_depth, (i, j), epsrel=1e-12)[0] for j in range(3)] for i in range(3)]
-    )
+    return np.array([[quad(entry, 0, water_depth, (i, j), epsrel=1e-12)[0] for j in range(3)]
+                     for i in range(3)])  # fmt: skip
 
 
 def mass_of(model) -> np.ndarray:

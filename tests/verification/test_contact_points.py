@@ -167,9 +167,8 @@ def test_a_vertex_within_a_straight_edge_changes_nothing():
     """An overlap that ends at such a vertex has a point there: the joint turns equally."""
     floor = [(-5, -1), (5, -1), (5, 0), (0.3, 0), (-5, 0)]  # a vertex in the edge
     area = {"normal_stiffness_per_area": STIFFNESS}
-    one_edge, two_edges = (
-        nml.history(pressed(5, 0.25, area, floor=shape)) for shape in (FLOOR, floor)
-    )
+    one_edge, two_edges = (nml.history(pressed(5, 0.25, area, floor=shape))
+                           for shape in (FLOOR, floor))  # fmt: skip
     displacement, expected = (data.displacement.sel(axis="y")[-1] for data in (two_edges, one_edge))
     np.testing.assert_allclose(displacement, expected, atol=1e-3 * float(abs(expected).max()))
     assert len(one_edge.contact_vertex) // one_edge.sizes["frame"] == 5

@@ -258,11 +258,8 @@ def test_a_notched_beam_that_shears(welded, tmp_path):
         shear_fracture_energy=energy, normal_stiffness_per_area=200 * shear**2 / energy,
     )  # fmt: skip
     displacements = strength * (sag(lengths[:3]) + 1 / SUPPORT)
-    deflections = -np.interp(
-        np.arange(steps + 1),
-        [0, knee, steps],
-        [0.0, 0.97 * displacements[0], 1.03 * displacements[2]],
-    )
+    deflections = -np.interp(np.arange(steps + 1), [0, knee, steps],
+                             [0.0, 0.97 * displacements[0], 1.03 * displacements[2]])  # fmt: skip
     model.motion("drive", deflections.tolist(), 1e-3, "displacement")
     for x, y, box, motion in (
         (span / 2, depth, "high", {"direction": "y", "motion_y": "drive"}),
@@ -321,10 +318,8 @@ def test_a_crack_in_a_plate_under_tension(tmp_path):
     model.block(vertices=floor, name="floor", material="rigid", joint="crack")
     for number, cell in enumerate(cells, 2):
         edges_of_cell = zip(cell, np.roll(cell, -1, axis=0), strict=True)
-        on_crack = [
-            max(a[1], b[1]) < 1e-9 and min(a[0], b[0]) > half_length - 1e-9
-            for a, b in edges_of_cell
-        ]
+        on_crack = [max(a[1], b[1]) < 1e-9 and min(a[0], b[0]) > half_length - 1e-9
+                    for a, b in edges_of_cell]  # fmt: skip
         model.block(vertices=np.ravel(cell).tolist(), body="plate", material="stone",
                     edge_joints=["crack" if on else "free" for on in on_crack])  # fmt: skip
         for x, y in cell[cell[:, 0] < 1e-9].tolist():

@@ -103,12 +103,8 @@ class Pile:
 
     def moved(self, shift) -> "Pile":
         """Translate by a vector."""
-        return replace(
-            self,
-            blocks=[outline + shift for outline in self.blocks],
-            held=self.held + shift,
-            loaded=self.loaded + shift,
-        )
+        return replace(self, blocks=[outline + shift for outline in self.blocks],
+                       held=self.held + shift, loaded=self.loaded + shift)  # fmt: skip
 
     def renumbered(self, order, first_corners) -> "Pile":
         """Reorder the blocks, and start each at another vertex."""

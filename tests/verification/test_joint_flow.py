@@ -268,9 +268,8 @@ def test_vapour_forms_and_collapses():
     assert pressure.min() == pytest.approx(-1e5, rel=1e-12)
     uplift = (5e5 - 2e5) / 2e9  # pull less the suction of vapour, over the springs
     water_elongation = 2e5 / 2 / BULK * APERTURE  # elongation of the water
-    assert saturation.min() == pytest.approx(APERTURE / (APERTURE + uplift), rel=5e-3), (
-        water_elongation
-    )
+    assert saturation.min() == pytest.approx(APERTURE / (APERTURE + uplift),
+                                             rel=5e-3), (water_elongation)  # fmt: skip
     assert (saturation[-1] == 1).all() and (saturation[pressure > -1e5 + 1] == 1).all()
     assert pressure.max() < 1.2e5  # at most push plus initial pressure
 

@@ -79,19 +79,12 @@ def test_the_least_pulse_solves_the_rocking_equation(width, height, ratio):
 
         overturns.terminal = returns_upright.terminal = True
         exact = {"rtol": 1e-10, "atol": 1e-13}
-        end_of_pulse = solve_ivp(
-            rates, (0, duration), [0.0, 0.0], args=(ratio_of_gravity,), **exact
-        ).y[:, -1]
+        end_of_pulse = solve_ivp(rates, (0, duration), [0.0, 0.0], args=(ratio_of_gravity,),
+                                 **exact).y[:, -1]  # fmt: skip
         if end_of_pulse[0] > slender:
             return True
-        free_rocking = solve_ivp(
-            rates,
-            (0, 20 / rate),
-            end_of_pulse,
-            args=(0.0,),
-            events=(overturns, returns_upright),
-            **exact,
-        )
+        free_rocking = solve_ivp(rates, (0, 20 / rate), end_of_pulse, args=(0.0,),
+                                 events=(overturns, returns_upright), **exact)  # fmt: skip
         return len(free_rocking.t_events[0]) > 0
 
     low, high = 0.01 / rate, 5 / rate

@@ -91,9 +91,8 @@ class Family:
         u, sizes, _ = np.linalg.svd(y, full_matrices=False)
         basis = u[:, sizes > 1e-5 * sizes[0]]
         fixed, *reduced_terms = (basis.T @ (k @ basis) for k in (self.fixed, *self.parts))
-        return Family(
-            (fixed + fixed.T) / 2, [(k + k.T) / 2 for k in reduced_terms], self.points @ basis
-        )
+        return Family((fixed + fixed.T) / 2, [(k + k.T) / 2 for k in reduced_terms],
+                      self.points @ basis)  # fmt: skip
 
 
 def family_of(model, unknowns: Mapping, contacts="auto", changes=None) -> Family:

@@ -86,9 +86,8 @@ class Posterior:
         cost = np.empty((unnumbered.size, unassigned.size))
         for row, j in zip(cost, unnumbered, strict=True):
             misfit = self.seen.log_omega[j] - np.log(squares[unassigned]) / 2
-            row[:] = (1 - self.macs(y[:, unassigned], j)) / (
-                self.seen.shape_error[j] ** 2 + delta**2
-            )
+            row[:] = (1 - self.macs(y[:, unassigned],
+                                    j)) / (self.seen.shape_error[j] ** 2 + delta**2)  # fmt: skip
             row += misfit**2 / (self.seen.error[j] ** 2 + delta**2)
         rows, columns = linear_sum_assignment(cost)
         numbers[unnumbered[rows]] = unassigned[columns]

@@ -229,12 +229,10 @@ def horizontal_over_vertical(
     parts = []
     for axis in "xy":
         values = table[f"{point}.{axis}"].to_numpy()
-        spectra = transform.spectrogram(
-            values - values.mean(), p0=1, p1=len(values) // (size // 2) - 1
-        )
-        parts.append(
-            [smooth_konno_ohmachi(transform.f, np.sqrt(row), bandwidth, at_hz) for row in spectra.T]
-        )
+        spectra = transform.spectrogram(values - values.mean(), p0=1,
+                                        p1=len(values) // (size // 2) - 1)  # fmt: skip
+        parts.append([smooth_konno_ohmachi(transform.f, np.sqrt(row), bandwidth, at_hz)
+                      for row in spectra.T])  # fmt: skip
     logs = np.log(np.array(parts[0]) / parts[1])
     return np.exp(np.median(logs, axis=0)), logs.std(axis=0)
 

@@ -11,15 +11,10 @@ _COMMANDS = {".nml": "run", ".toml": "study"}  # command that runs a file, by it
 
 def add_example(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of the command."""
-    parser.add_argument(
-        "name",
-        nargs="?",
-        metavar="NAME",
-        help="example to copy (without a name: list all examples)",
-    )
-    parser.add_argument(
-        "folder", nargs="?", type=Path, default=Path(), help="target folder (the current one)"
-    )
+    parser.add_argument("name", nargs="?", metavar="NAME",
+                        help="example to copy (without a name: list all examples)")  # fmt: skip
+    parser.add_argument("folder", nargs="?", type=Path, default=Path(),
+                        help="target folder (the current one)")  # fmt: skip
     parser.set_defaults(act=_list_or_copy)
 
 

@@ -136,13 +136,8 @@ def _discrete_transfer(source: Path, changes: dict, amplification):
     frequencies = np.union1d(bins[:: 1 + bins.size // _DRAWN_FREQUENCIES], bins[-1:])
     try:
         with Simulation(source, changes=changes) as model:
-            values = transfer(
-                model,
-                frequencies,
-                amplification.surface,
-                amplification.base,
-                amplification.direction,
-            )
+            values = transfer(model, frequencies, amplification.surface, amplification.base,
+                              amplification.direction)  # fmt: skip
             return np.interp(bins, frequencies, values)
     except SiteddaError:
         return None

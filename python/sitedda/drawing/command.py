@@ -19,9 +19,8 @@ from ..base.files import check_target
 def add_draw(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda draw`."""
     add_files(parser, _draw_picture, "PICTURE", picture_name)
-    parser.add_argument(
-        "-t", "--time", type=ANY_NUMBER, metavar="S", help="time of the frame, s (the last)"
-    )
+    parser.add_argument("-t", "--time", type=ANY_NUMBER, metavar="S",
+                        help="time of the frame, s (the last)")  # fmt: skip
     parser.add_argument("--stage", metavar="NAME", help="use the last frame of this stage")
     parser.add_argument("--dpi", type=DOTS_PER_INCH, default=150.0, help="dots per inch (150)")
     _add_look_options(parser)

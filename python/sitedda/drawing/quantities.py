@@ -25,18 +25,16 @@ class Quantity:
     signed: bool = False  # whether the colour scale has positive and negative values
 
 
-_ALL = (
-    Quantity("displacement", "displacement", "m"),
-    Quantity("displacement_x", "displacement along x", "m", True),
-    Quantity("displacement_y", "displacement along y", "m", True),
-    Quantity("velocity", "velocity", "m/s"),
-    Quantity("rotation", "rotation, anticlockwise positive", "°", True),
-    Quantity("compression", "largest compressive stress", "Pa"),
-    Quantity("tension", "largest tensile stress", "Pa"),
-    Quantity("stress_error", "stress error of cells", "Pa"),
-    Quantity("plastic_strain", "largest plastic strain", "%"),
-    Quantity("damage", "largest damage of faces and joints", "%"),
-)
+_ALL = (Quantity("displacement", "displacement", "m"),
+        Quantity("displacement_x", "displacement along x", "m", True),
+        Quantity("displacement_y", "displacement along y", "m", True),
+        Quantity("velocity", "velocity", "m/s"),
+        Quantity("rotation", "rotation, anticlockwise positive", "°", True),
+        Quantity("compression", "largest compressive stress", "Pa"),
+        Quantity("tension", "largest tensile stress", "Pa"),
+        Quantity("stress_error", "stress error of cells", "Pa"),
+        Quantity("plastic_strain", "largest plastic strain", "%"),
+        Quantity("damage", "largest damage of faces and joints", "%"))  # fmt: skip
 QUANTITIES = {one.name: one for one in _ALL}
 MOVEMENTS = {
     "slip": Quantity("slip", "slip of the joints", "m"),

@@ -185,9 +185,8 @@ class Simulation:
         changes = merged(changes, variables)
         with self._lock:
             text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
-            self._change_input(
-                text, text_of_changes := in_words(changes), f"change({text_of_changes})"
-            )
+            self._change_input(text, text_of_changes := in_words(changes),
+                               f"change({text_of_changes})")  # fmt: skip
 
     def add(self, kind: str, **values) -> None:
         """Add a load or a fixed point from the present time on.

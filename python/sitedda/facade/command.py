@@ -99,13 +99,8 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unit", default="", help=f"{allowed['unit']}, if the file does not state it"
     )
-    parser.add_argument(
-        "--time-step",
-        type=NOT_NEGATIVE,
-        default=0.0,
-        metavar="S",
-        help="time step of a file with one column, s",
-    )
+    parser.add_argument("--time-step", type=NOT_NEGATIVE, default=0.0, metavar="S",
+                        help="time step of a file with one column, s")  # fmt: skip
     parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE",
         help="picture to write (RECORD.png)")  # fmt: skip
     parser.add_argument("-f", "--force", action="store_true", help="overwrite an existing picture")

@@ -55,12 +55,10 @@ def _page_of_run(scene: Scene, report: Report | str, discrete) -> Page:
     _add_energy_section(page, data)
     _add_input_section(page, scene)
     program, commit = (str(data.attrs.get(name, "")) for name in ("source", "commit"))
-    page.provenance = provenance(
-        input=str(data.attrs.get("input_file", "")),
-        computed_by=f"{program}, commit {commit}" if commit else program,
-        step_control=str(data.attrs.get("step_control", "")),
-        solver=str(data.attrs.get("solver", "")),
-    )
+    page.provenance = provenance(input=str(data.attrs.get("input_file", "")),
+                                 computed_by=f"{program}, commit {commit}" if commit else program,
+                                 step_control=str(data.attrs.get("step_control", "")),
+                                 solver=str(data.attrs.get("solver", "")))  # fmt: skip
     return page
 
 
@@ -179,10 +177,8 @@ def _range_words(values) -> str:
 def _group_table(scene: Scene, name: str, title: str) -> Table | None:
     """Tabulate the groups of a kind, with the variables that differ from their default."""
     groups = scene.groups.get(name, [])
-    defaults = {
-        variable.name: variable.default.partition(":")[0].strip("'")
-        for variable in GROUPS[name].variables
-    }
+    defaults = {variable.name: variable.default.partition(":")[0].strip("'")
+                for variable in GROUPS[name].variables}  # fmt: skip
     changed_names = [
         k for group in groups for k, v in group.items() if _shorten_value(v) != defaults.get(k)
     ]

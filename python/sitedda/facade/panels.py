@@ -119,9 +119,8 @@ def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
     if not drawn_curves or scene.origin == "absolute":
         drawn_curves = curves
     history = scene.data
-    size, unit = in_unit(
-        max(float(abs(displacement).max()) for _, displacement, _, _ in drawn_curves), "m"
-    )
+    size, unit = in_unit(max(float(abs(displacement).max())
+                             for _, displacement, _, _ in drawn_curves), "m")  # fmt: skip
     for label, displacement, _, style in drawn_curves:
         axes.plot(history.time, displacement / size, lw=1.1, label=plain(label), **style)
     end = float(history.time[-1])
@@ -239,9 +238,8 @@ def curves_of(scene: Scene) -> list[tuple]:
     for i, name in enumerate(history.boundary.values if "boundary" in history.coords else ()):
         boundary = history.isel(boundary=i)
         axis = main_axis(boundary["incoming_displacement"].values)
-        displacement, acceleration = (
-            boundary[f"incoming_{n}"].values[:, axis] for n in ("displacement", "acceleration")
-        )
+        displacement, acceleration = (boundary[f"incoming_{n}"].values[:, axis]
+                                      for n in ("displacement", "acceleration"))  # fmt: skip
         if any(
             np.allclose(displacement, drawn, atol=_MOTION_TOLERANCE * np.ptp(displacement))
             for drawn in drawn_motions

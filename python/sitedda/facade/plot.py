@@ -227,6 +227,5 @@ def _draw_series(axes: Axes, motion: xr.Dataset, name: str, unit: str) -> None:
     axes.plot(motion.time, series, color=BLUE, lw=0.7)
     axes.plot(motion.time[peak], series[peak], "o", color=ORANGE, ms=4)
     axes.set(ylabel=f"{name} ({unit})", xlim=(0, float(motion.time[-1])))
-    axes.set_title(
-        f"largest {name}: {abs(float(series[peak])):.4g} {unit}", loc="right", fontsize=9
-    )
+    axes.set_title(f"largest {name}: {abs(float(series[peak])):.4g} {unit}", loc="right",
+                   fontsize=9)  # fmt: skip

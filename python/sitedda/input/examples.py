@@ -98,9 +98,8 @@ def _with_named_files(path: str) -> dict[str, bytes]:
     """Return the contents of an example and of all files that it needs, by relative path."""
     contents = {path: _read_shipped(path)}
     for single_quoted, double_quoted in _QUOTED.findall(contents[path].decode("utf-8", "ignore")):
-        target = posixpath.normpath(
-            posixpath.join(posixpath.dirname(path), single_quoted or double_quoted)
-        )
+        target = posixpath.normpath(posixpath.join(posixpath.dirname(path),
+                                                   single_quoted or double_quoted))  # fmt: skip
         if posixpath.splitext(target)[1] and (inputs() / target).is_file():
             contents |= (
                 _with_named_files(target)

@@ -159,17 +159,10 @@ def _as_logical(value) -> bool:
 
 _CONVERT = {"text": _as_text, "texts": _as_texts, "number": _as_number, "numbers": _as_numbers}
 _CONVERT |= {"points": _as_points, "whole": _as_integer, "logical": _as_logical}
-_KIND_NAMES = {
-    "text": "text",
-    "texts": "list of texts",
-    "number": "number",
-    "whole": "whole number",
-}
-_KIND_NAMES |= {
-    "logical": "logical value",
-    "numbers": "list of numbers",
-    "points": "list of points x, y",
-}
+_KIND_NAMES = {"text": "text", "texts": "list of texts", "number": "number",
+               "whole": "whole number"}  # fmt: skip
+_KIND_NAMES |= {"logical": "logical value", "numbers": "list of numbers",
+                "points": "list of points x, y"}  # fmt: skip
 
 
 # --- Text ----------------------------------------------------------------------------------------

@@ -70,9 +70,8 @@ def find_groups(text: str, file="input", skipped_variables: Sequence[str] = ()) 
     """
     data = _encode_for_engine(text)
     with _PARSER_LOCK:
-        sizes = checked(
-            api.parse_input, _encode_for_engine(file), data or b" ", " ".join(skipped_variables)
-        )
+        sizes = checked(api.parse_input, _encode_for_engine(file), data or b" ",
+                        " ".join(skipped_variables))  # fmt: skip
         groups, values, numbers, letters = api.parsed_input(*np.maximum(sizes, 1))
     result, values = (
         [],

@@ -93,9 +93,8 @@ class Document:
             for existing_group in groups
             if existing_group.name in order[: order.index(kind.name)]
         ]
-        return max(
-            (existing_group.end for existing_group in predecessors), default=len(self.text.rstrip())
-        )
+        return max((existing_group.end for existing_group in predecessors),
+                   default=len(self.text.rstrip()))  # fmt: skip
 
     def take_out(self, group: str, number: int) -> None:
         """Remove a group, and its lines if they contain nothing else."""
@@ -173,9 +172,8 @@ def _groups_as_values(groups: list[Found]) -> list[dict]:
         number = counts[group.name] = counts.get(group.name, 0) + 1
         if number <= _MOST_GROUPS:
             values = {name: _format_value(value) for name, value in group.values.items()}
-            result.append(
-                {"name": group.name, "number": number, "line": group.line, "values": values}
-            )
+            result.append({"name": group.name, "number": number, "line": group.line,
+                           "values": values})  # fmt: skip
     for name, count in counts.items():
         if count > _MOST_GROUPS:
             result.append({"name": name, "number": 0, "more": count - _MOST_GROUPS, "values": {}})

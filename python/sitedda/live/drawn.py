@@ -74,13 +74,8 @@ def draw_simulation(simulation: Simulation, **header_values) -> Drawing:
     notes = [note for note in notes if note.strip()]
     page = view(scene, color="material")
     streams = {name: base64.b64decode(data) for name, data in page.streams.items()}
-    header = {
-        "kind": "drawn",
-        "meta": page.meta,
-        "marks": marks(scene),
-        "points": simulation.point_names,
-        "notes": notes,
-    }
+    header = {"kind": "drawn", "meta": page.meta, "marks": marks(scene),
+              "points": simulation.point_names, "notes": notes}  # fmt: skip
     return Drawing(pack_message(header | header_values, streams), notes, simulation.coordinates)
 
 

@@ -39,15 +39,11 @@ def frame_message(simulation: Simulation, start: np.ndarray) -> bytes:
     state = np.where(water["saturation"].min(1) >= 1, 1, NOT_FULL)
     streams["water"] = np.column_stack([pressure, state]).astype("<f4").tobytes()
     energies = simulation.energies
-    header = {
-        "kind": "frame",
-        "time": simulation.time,
-        "step": simulation.steps,
-        "removed": np.flatnonzero(simulation.removed_blocks).tolist(),
-        "base": simulation.base_displacement.tolist(),
-        "moved": simulation.point_motions[0].round(12).ravel().tolist(),
-        "energies": {name: energies[name] for name in _ENERGIES},
-    }
+    header = {"kind": "frame", "time": simulation.time, "step": simulation.steps,
+              "removed": np.flatnonzero(simulation.removed_blocks).tolist(),
+              "base": simulation.base_displacement.tolist(),
+              "moved": simulation.point_motions[0].round(12).ravel().tolist(),
+              "energies": {name: energies[name] for name in _ENERGIES}}  # fmt: skip
     return pack_message(header, streams)
 
 

@@ -292,9 +292,8 @@ class Session:
             self.journal.keep("run", state)
 
         store_actions(actions or [])
-        self.run = LiveRun(
-            text, file, self.journal.output, self.publish, self._watched, store_actions, actions
-        )
+        self.run = LiveRun(text, file, self.journal.output, self.publish, self._watched,
+                           store_actions, actions)  # fmt: skip
         self.publish(self._model_message())
 
     def _end_run(self) -> None:

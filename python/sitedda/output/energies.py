@@ -12,11 +12,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Terms that are shown as one curve, grouped by their role in `dda_energy`.
-STORED = {
-    "kinetic": ("kinetic",),
-    "elastic": ("strain", "welded", "contact", "support", "law"),
-    "work against gravity": ("gravity",),
-}
+STORED = {"kinetic": ("kinetic",), "elastic": ("strain", "welded", "contact", "support", "law"),
+          "work against gravity": ("gravity",)}  # fmt: skip
 LOSSES = {
     "loss by slip": ("friction",),
     "loss by time integration": ("algorithmic", "kinetic_damping", "static"),

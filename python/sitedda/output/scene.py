@@ -324,9 +324,8 @@ class Scene:
         """Return the blocks whose distance from the first view exceeds the size of the view."""
         low, high = self.box
         centre, half_width = 0.5 * (low + high), (0.5 + _LOST_DISTANCE) * self.size
-        return np.flatnonzero(
-            np.any(abs(self.coordinates(frame)[:, :2] - centre) > half_width, axis=1)
-        )
+        return np.flatnonzero(np.any(abs(self.coordinates(frame)[:, :2] - centre) > half_width,
+                                     axis=1))  # fmt: skip
 
     def contact_points(self, frame: int, contacts: dict) -> tuple[np.ndarray, np.ndarray]:
         """Return positions and unit normals (outward from the edge) of contacts, each (k, 2)."""
@@ -494,10 +493,8 @@ class Scene:
         vertices = self.vertices(frame)
         edge, group = (self.data[n].values for n in ("boundary_edge", "boundary_edge_group"))
         begin, edge_vectors = vertices[edge], vertices[self.next_vertex[edge]] - vertices[edge]
-        start, end = (
-            begin + self.data[f"boundary_edge_{name}"].values[:, None] * edge_vectors
-            for name in ("from", "to")
-        )
+        start, end = (begin + self.data[f"boundary_edge_{name}"].values[:, None] * edge_vectors
+                      for name in ("from", "to"))  # fmt: skip
         return [
             {
                 "kind": str(item["kind"]).strip(),
@@ -530,9 +527,8 @@ class Scene:
         for group in self.groups.get("bolt", []):
             name = str(group.get("name", ""))
             inner_points = np.ravel(group.get("through", []))
-            points = np.reshape([*group["from"], *inner_points, *group["to"]], (-1, 2)).astype(
-                float
-            )
+            points = np.reshape([*group["from"], *inner_points, *group["to"]],
+                                (-1, 2)).astype(float)  # fmt: skip
             blocks = np.zeros(len(points), dtype=int)
             if "bolt_force" in self.data:
                 blocks, points = self._initial_bolt_points(name, points)
@@ -675,13 +671,10 @@ def _present_state(simulation: Simulation) -> xr.Dataset:
         "block_body": ("block", simulation.block_bodies),
         "edge_welded": ("vertex", simulation.welded_edges),
     }
-    block_values = {
-        "stress_error": simulation.stress_errors,
-        "plastic_strain": simulation.plastic_strains,
-    }
-    frame |= {
-        f"block_{k}": (("frame", "block"), v[None]) for k, v in block_values.items() if v.any()
-    }
+    block_values = {"stress_error": simulation.stress_errors,
+                    "plastic_strain": simulation.plastic_strains}  # fmt: skip
+    frame |= {f"block_{k}": (("frame", "block"), v[None])
+              for k, v in block_values.items() if v.any()}  # fmt: skip
     if (damages := simulation.edge_damages).any():
         frame["edge_damage"] = (("frame", "vertex"), damages[None])
     edges = simulation.boundary_edges

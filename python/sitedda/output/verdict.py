@@ -155,13 +155,10 @@ def fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
     """
     _, body, sizes = bodies or _group_bodies(scene)
     areas, lowest_body = scene.areas(), body[int(np.argmin(scene.coordinates(0)[:, 1]))]
-    displacements = [
-        np.bincount(body, areas * axis) / sizes for axis in scene.displacement(frame)[:, :2].T
-    ]
-    distance = np.hypot(
-        displacements[0] - displacements[0][lowest_body],
-        displacements[1] - displacements[1][lowest_body],
-    )
+    displacements = [np.bincount(body, areas * axis) / sizes
+                     for axis in scene.displacement(frame)[:, :2].T]  # fmt: skip
+    distance = np.hypot(displacements[0] - displacements[0][lowest_body],
+                        displacements[1] - displacements[1][lowest_body])  # fmt: skip
     return (distance > np.sqrt(sizes))[body]
 
 

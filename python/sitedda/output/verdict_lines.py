@@ -163,7 +163,6 @@ def _align_columns(rows: list[tuple[str, ...]]) -> str:
     lines = []
     for row in rows:
         heading = "".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=False))
-        lines += (
-            heading + wrapped(row[3], len(heading), max(WIDTH, len(heading) + 20))
-        ).splitlines()
+        lines += (heading + wrapped(row[3], len(heading),
+                                    max(WIDTH, len(heading) + 20))).splitlines()  # fmt: skip
     return "\n".join(line.rstrip() for line in lines)

@@ -47,9 +47,8 @@ def headline(figure: Figure, title: str, subtitle: str = "") -> None:
     title_height = (title.count("\n") + 1) * 13 * _LINE + 0.08
     # Blank lines of the title reserve space for the text in the layout.
     blank_lines = "\n" * (subtitle.count("\n") + 1) if subtitle else ""
-    figure.suptitle(
-        title + blank_lines, x=0.01, ha="left", fontsize=13, fontweight="bold", color=INK
-    )
+    figure.suptitle(title + blank_lines, x=0.01, ha="left", fontsize=13, fontweight="bold",
+                    color=INK)  # fmt: skip
     below_title = figure.transFigure + ScaledTranslation(0, -title_height, figure.dpi_scale_trans)
     figure.text(0.01, 1.0, subtitle, transform=below_title, va="top", fontsize=9.5, color=FAINT)
 
@@ -67,9 +66,8 @@ class Head:
 
     def __init__(self, axes: Axes, title: str, texts=("",)):
         self.width = panel_width(axes)
-        self.lines = (
-            max(self._wrap_words(text).count("\n") + 1 for text in texts) if any(texts) else 0
-        )
+        self.lines = (max(self._wrap_words(text).count("\n") + 1
+                          for text in texts) if any(texts) else 0)  # fmt: skip
         axes.set_title(plain(folded(title, self.width, 12, True, 2)), loc="left", fontsize=12,
                        color=INK, fontweight="bold", pad=11 + 13 * self.lines)  # fmt: skip
         self.note = axes.annotate("", (0, 1), xytext=(0, 8), xycoords="axes fraction",
@@ -124,9 +122,8 @@ class Keys:
         title = folded(label, _KEY_WIDTH + 0.3, _SMALL)
         width, height = _BAR
         self.height += (title.count("\n") + 1) * _SMALL * _LINE + 7 / 72 + height
-        cax = self.axes.inset_axes(
-            (_KEY_DISTANCE, -self.height, width, height), transform=self.origin
-        )
+        cax = self.axes.inset_axes((_KEY_DISTANCE, -self.height, width, height),
+                                   transform=self.origin)  # fmt: skip
         bar = self.axes.figure.colorbar(artist, cax=cax)
         bar.outline.set_visible(False)
         cax.set_title(title, loc="left", fontsize=_SMALL, pad=7)
@@ -143,15 +140,9 @@ class Keys:
         style = {"frameon": False, "borderpad": 0.0, "sep": 4, "color": INK, "label_top": False}
         style["fontproperties"] = FontProperties(size=_SMALL)
         text = folded(label, _KEY_WIDTH + 0.3, _SMALL)
-        bar = AnchoredSizeBar(
-            self.axes.transData,
-            size,
-            text,
-            "upper left",
-            **style,
-            bbox_to_anchor=(_KEY_DISTANCE, -self.height),
-            bbox_transform=self.origin,
-        )
+        bar = AnchoredSizeBar(self.axes.transData, size, text, "upper left", **style,
+                              bbox_to_anchor=(_KEY_DISTANCE, -self.height),
+                              bbox_transform=self.origin)  # fmt: skip
         bar.size_bar.get_children()[0].set_linewidth(1.6)
         self.axes.add_artist(bar)
         self.height += 6 / 72 + (text.count("\n") + 1) * _SMALL * _LINE + _GAP

@@ -221,16 +221,9 @@ def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **opt
     **options
         For `matplotlib.collections.PolyCollection`.
     """
-    axes.add_collection(
-        PolyCollection(
-            [np.asarray(polygon) for polygon in polygons],
-            facecolors=color,
-            edgecolors=edge,
-            linewidths=lw,
-            alpha=alpha,
-            **options,
-        )
-    )
+    axes.add_collection(PolyCollection([np.asarray(polygon) for polygon in polygons],
+                                       facecolors=color, edgecolors=edge, linewidths=lw,
+                                       alpha=alpha, **options))  # fmt: skip
     axes.set_aspect("equal")
     axes.autoscale_view()
 

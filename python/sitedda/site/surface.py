@@ -55,11 +55,9 @@ class Surface:
         return np.exp(np.mean(np.log(self.aggravation), axis=1))
 
     def __str__(self) -> str:
-        lines = [
-            f"amplification relative to the {self.reference}",
-            f"{'point':16s}{'x (m)':>9s}{'PGA':>8s}{'PGV':>8s}{'largest':>9s} {'at (Hz)':8s}"
-            f"{'2-D/1-D':>8s}{'largest':>9s}",
-        ]
+        lines = [f"amplification relative to the {self.reference}",
+                 f"{'point':16s}{'x (m)':>9s}{'PGA':>8s}{'PGV':>8s}{'largest':>9s} {'at (Hz)':8s}"
+                 f"{'2-D/1-D':>8s}{'largest':>9s}"]  # fmt: skip
         for i, name in enumerate(self.names):
             top = int(np.argmax(self.amplification[i]))
             lines.append(

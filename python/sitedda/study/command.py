@@ -249,7 +249,5 @@ def _chosen_indices(mask: np.ndarray) -> list[tuple]:
 
 def _format_parameters(table, index: tuple) -> str:
     """Return names and values of the parameters of a case as text."""
-    return ", ".join(
-        f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
-        for dim, i in zip(table.status.dims, index, strict=True)
-    )
+    return ", ".join(f"{dim} = {table[dim].values[i]}" if dim in table.coords else f"{dim} {i}"
+                     for dim, i in zip(table.status.dims, index, strict=True))  # fmt: skip

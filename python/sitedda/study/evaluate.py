@@ -38,10 +38,8 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
         for future in finished:
             results = future.result()
             rows[futures[future] : futures[future] + len(results)] = results
-            count, failures = (
-                count + len(results),
-                failures + sum(bool(message) for _, message in results),
-            )
+            count, failures = (count + len(results),
+                               failures + sum(bool(message) for _, message in results))  # fmt: skip
         if progress:
             progress(count, failures)
     return _make_table(plan, rows)

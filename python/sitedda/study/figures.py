@@ -143,9 +143,8 @@ def _known_results(plan) -> set[str]:
 
     The attribute ``results`` of a function contains the names of its results.
     """
-    task_results = {
-        name for function in (plan.task, plan.model) for name in getattr(function, "results", ())
-    }
+    task_results = {name for function in (plan.task, plan.model)
+                    for name in getattr(function, "results", ())}  # fmt: skip
     if task_results or _uses_functions(plan):
         return task_results
     groups = {function.name for function in plan.quantities} & {"verdict", "figures", "histories"}

@@ -196,9 +196,8 @@ def fragility(intensity, failures, trials, confidence: float = 0.95, **metadata)
         raise InputError("the likelihood has no maximum: the dispersion is not determined")
     covariance = np.linalg.inv(_information_matrix(optimum, x, k, n))
     limit = 0.5 * float(chi2.ppf(confidence, 1))
-    medians, dispersions = (
-        _profile_interval(i, optimum, covariance, limit, x, k, n) for i in range(2)
-    )
+    medians, dispersions = (_profile_interval(i, optimum, covariance, limit, x, k, n)
+                            for i in range(2))  # fmt: skip
     median, dispersion = map(float, np.exp(optimum))
     return Fragility(median=median, dispersion=dispersion, median_interval=medians,
                      dispersion_interval=dispersions, confidence=confidence, covariance=covariance,

@@ -27,13 +27,8 @@ _TASKS: dict[str, type] = {"solve": SolveFor, "pushover": PushTo}  # tables that
 _CASES, _SEED = Range(1, 1e6, whole=True), Range(0, 2**53, whole=True)
 _NUMBERS = [float]
 _NAMES = str | list | dict
-_TYPE_NAMES: dict = {
-    str: "a text",
-    dict: "a table",
-    list: "a list",
-    bool: "true or false",
-    _NAMES: "a name, a list or a table of names",
-}
+_TYPE_NAMES: dict = {str: "a text", dict: "a table", list: "a list", bool: "true or false",
+                     _NAMES: "a name, a list or a table of names"}  # fmt: skip
 _OF_TYPE: dict = {str: str, bool: bool, int: FINITE, float: FINITE}
 # The names in each table and the types or ranges of their values; None: checked elsewhere.
 _KEYS: dict[str, dict] = {

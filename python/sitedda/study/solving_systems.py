@@ -95,12 +95,8 @@ class _Search:
     """The search of a root, in variables u from 1 (lower end of a range) to 2 (upper end)."""
 
     def __init__(self, trials: Trials, targets: np.ndarray, limits: np.ndarray, tolerance: float):
-        self.trials, self.aims, self.low, self.width = (
-            trials,
-            targets,
-            limits[:, 0],
-            np.ptp(limits, 1),
-        )
+        self.trials, self.aims, self.low, self.width = (trials, targets, limits[:, 0],
+                                                        np.ptp(limits, 1))  # fmt: skip
         self.close = tolerance * abs(limits).max(1) / self.width
 
     def run(self) -> tuple:
@@ -156,9 +152,8 @@ class _Search:
         values = zip(self.trials.parameters, self._parameter_values(u), strict=True)
         point = ", ".join(f"{name} = {value:.6g}" for name, value in values)
         results = zip(self.trials.names, self._misfit(u) + self.aims, self.aims, strict=True)
-        listing = ", ".join(
-            f"{name} = {value:.6g} (target {target:g})" for name, value, target in results
-        )
+        listing = ", ".join(f"{name} = {value:.6g} (target {target:g})"
+                            for name, value, target in results)  # fmt: skip
         count = len(self.trials.done)
         return self.trials.failure("outside", f"none found within the ranges ({count} runs); "
                                    f"the closest is {point}, with {listing}")  # fmt: skip

@@ -196,11 +196,8 @@ class _Results:
         """Return dimensions, shape and chunks of an array over all cases; each case is a chunk."""
         dims_of_result = tuple(self.arrays[name]["dims"])
         sizes = tuple(len(self.coordinates[d]) for d in dims_of_result)
-        return (
-            (*self.dims, *dims_of_result),
-            (*self.shape, *sizes),
-            (*(1 for _ in self.dims), *sizes),
-        )
+        return ((*self.dims, *dims_of_result), (*self.shape, *sizes),
+                (*(1 for _ in self.dims), *sizes))  # fmt: skip
 
     def at_common_coordinates(self, name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
         """Return an array of a case at the common coordinates; NaN outside of its own range."""

@@ -137,9 +137,8 @@ class Trials:
             return errors, f"{basis}; accuracy = true includes errors due to time step and penalty"
         changes = dict(zip(self.parameters, values, strict=True))
         text = changed_input(self.text, changes, file=self.file)
-        functions = {
-            quantity.label: quantity.function or quantity.name for quantity in self.requested
-        }
+        functions = {quantity.label: quantity.function or quantity.name
+                     for quantity in self.requested}  # fmt: skip
         figures, warnings = accuracy(InputOfRun(self.file, text), functions, workers=1).figures, []
         for i, name in enumerate(self.names):
             if name not in figures:

@@ -79,12 +79,10 @@ def test_displacements_count_from_the_stage_that_sets_them_to_zero():
         model.stage("rest", kind="static")
         model.stage("shaken", duration=0.02, zero_displacements=zero)
         end = model.run().history.isel(time=-1).sel(boundary="free field left", axis="y")
-        settlements[zero] = [
-            float(end[f"{kind}_displacement"]) for kind in ("boundary", "incoming")
-        ]
-    np.testing.assert_allclose(
-        settlements[False], -0.5 * DENSITY * 9.81 * 3.0**2 / MODULUS, rtol=0.5
-    )
+        settlements[zero] = [float(end[f"{kind}_displacement"])
+                             for kind in ("boundary", "incoming")]  # fmt: skip
+    np.testing.assert_allclose(settlements[False], -0.5 * DENSITY * 9.81 * 3.0**2 / MODULUS,
+                               rtol=0.5)  # fmt: skip
     np.testing.assert_allclose(settlements[True], 0.0, atol=1e-3 * abs(settlements[False][0]))
 
 

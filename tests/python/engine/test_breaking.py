@@ -43,9 +43,8 @@ def pulled_bar(count):
     size = 2.0 / count
     model = cells(count, 1, size, 4000, 5e-5)
     displacements = 2.2e-4 * np.arange(4002) / 4000
-    model.motion(
-        name="pull", values=displacements.tolist(), quantity="displacement", time_step=5e-5
-    )
+    model.motion(name="pull", values=displacements.tolist(), quantity="displacement",
+                 time_step=5e-5)  # fmt: skip
     for y in (0.0, size):
         model.fixed_point(x=0.0, y=y, block="c0_0")
         model.fixed_point(x=2.0, y=y, block=f"c{count - 1}_0", motion_x="pull")

@@ -12,9 +12,8 @@ import sitedda
 
 def line(model, topic: str):
     """The finding of a check on a topic, or None."""
-    return next(
-        (candidate for candidate in sitedda.check(model).lines if candidate.topic == topic), None
-    )
+    return next((candidate for candidate in sitedda.check(model).lines if candidate.topic == topic),
+                None)  # fmt: skip
 
 
 def percent(text: str, before: str) -> float:
@@ -88,10 +87,8 @@ def departure_of_a_step(omega, depths, distances) -> float:
     growth = np.exp(wave * ends)
     for part, direction in ((0, -1.0), (1, 1.0)):
         dashpot = 1j * omega * side * depths[part]
-        reflection = (
-            (direction * slope[part] + dashpot) * growth[part],
-            (dashpot - direction * slope[part]) / growth[part],
-        )
+        reflection = ((direction * slope[part] + dashpot) * growth[part],
+                      (dashpot - direction * slope[part]) / growth[part])  # fmt: skip
         equations[2 + part, 2 * part : 2 * part + 2] = reflection
     amplitudes = np.linalg.solve(equations, [free_field[1] - free_field[0], 0.0, 0.0, 0.0]).reshape(
         2, 2

@@ -324,8 +324,8 @@ def test_a_checkpoint_with_other_records_is_refused(write_input, tmp_path):
     record = tmp_path / "record.txt"
     lines = [f"{0.01 * i} {(-1) ** i}\n" for i in range(20)]
     record.write_text("".join(lines))
-    shaken_input = changed(shaken_tower(50), "motion", values=None, time_step=None, file="record.txt",
-                     format="text", unit="m/s2")  # fmt: skip
+    shaken_input = changed(shaken_tower(50), "motion", values=None, time_step=None,
+                           file="record.txt", format="text", unit="m/s2")  # fmt: skip
     file = write_input(shaken_input)
     stopped(file, tmp_path / "out.nc", 10)
     record.write_text("".join([*lines[:7], "0.07 2\n", *lines[8:]]))

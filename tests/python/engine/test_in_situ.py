@@ -50,9 +50,8 @@ def centres(run: sitedda.Simulation) -> np.ndarray:
 def check_stress(run: sitedda.Simulation, ratio: float, fraction: float):
     """Check all stresses, within a fraction of the largest stress."""
     vertical_stress = WEIGHT * (HEIGHT - centres(run))
-    difference = run.stresses - np.column_stack(
-        [-ratio * vertical_stress, -vertical_stress, 0 * vertical_stress]
-    )
+    difference = run.stresses - np.column_stack([-ratio * vertical_stress, -vertical_stress,
+                                                 0 * vertical_stress])  # fmt: skip
     assert abs(difference).max() < fraction * WEIGHT * HEIGHT
 
 
@@ -109,9 +108,8 @@ def test_ratios_by_depth_and_material_under_a_surface():
     with sitedda.Simulation(model) as run:
         depth = HEIGHT - centres(run)
         vertical_stress = 20 * 20e3 + WEIGHT * depth
-        expected = np.column_stack(
-            [-(0.4 + 0.02 * depth) * vertical_stress - 1e6, -vertical_stress, 0 * vertical_stress]
-        )
+        expected = np.column_stack([-(0.4 + 0.02 * depth) * vertical_stress - 1e6, -vertical_stress,
+                                    0 * vertical_stress])  # fmt: skip
         assert run.stresses == pytest.approx(expected, rel=1e-12, abs=1e-3)
 
 
@@ -157,9 +155,8 @@ def test_an_excavated_tunnel_closes_as_in_kirschs_solution():
     model.stage("excavated", kind="static", remove="core_*", zero_displacements=True)
     with sitedda.Simulation(model) as run:
         vertical_stress = 2600 * 10 * (depth - centres(run))
-        expected = np.column_stack(
-            [-ratio * vertical_stress, -vertical_stress, 0 * vertical_stress]
-        )
+        expected = np.column_stack([-ratio * vertical_stress, -vertical_stress,
+                                    0 * vertical_stress])  # fmt: skip
         assert abs(run.stresses - expected).max() < 0.01 * vertical_stress.min()
         run.advance()
         crown, floor, left, right = run.point_motions[0]

@@ -319,9 +319,8 @@ def test_pictures_and_table_show_the_same_displacements(name, root, tmp_path):
     assert scene.origin.startswith("relative to the ") and absolute_scene.origin == "absolute"
     assert f"displacements {scene.origin}" in run.draw().texts[-1].get_text().replace("\n", " ")
     assert "displacements absolute" in run.draw(absolute=True).texts[-1].get_text()
-    assert _charted(absolute_scene) == pytest.approx(
-        abs(run.history.displacement.values).max(), rel=0.02
-    )
+    assert _charted(absolute_scene) == pytest.approx(abs(run.history.displacement.values).max(),
+                                                     rel=0.02)  # fmt: skip
     displacement = run.history.displacement.values - scene.base_history[:, None]
     assert np.linalg.norm(displacement, axis=2).max() == pytest.approx(
         run.verdict.values["largest_point_displacement_m"], rel=1e-9)  # fmt: skip

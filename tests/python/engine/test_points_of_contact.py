@@ -66,9 +66,8 @@ def test_points_have_positions(bracketed):
     slide = scene.coordinates(frame)[2, 0] - 0.4
     assert slide > 1e-3
     offsets = 0.2 * np.array([-1, 0, 1]) * np.sqrt(3 / 7)
-    np.testing.assert_allclose(
-        np.sort(positions[between & ~is_bonded, 0]), 0.4 + slide + offsets, atol=1e-2 * slide
-    )
+    np.testing.assert_allclose(np.sort(positions[between & ~is_bonded, 0]), 0.4 + slide + offsets,
+                               atol=1e-2 * slide)  # fmt: skip
     assert len(contacts_of(scene, frame).points) == 2 * len(contacts["normal_force"])
 
 
@@ -85,9 +84,8 @@ def test_resultants_pass_through_the_points(bracketed):
 def test_simulation_has_the_positions(tmp_path):
     with sitedda.Simulation(bracket(contact_points=5).write(tmp_path / "model.nml")) as run:
         fractions = run.contacts["place"][run.contacts["bonded"] == 1]
-        np.testing.assert_allclose(
-            np.sort(fractions)[2:], 0.5 + 0.5 * np.sqrt(3 / 7) * np.array([-1, 0, 1])
-        )
+        np.testing.assert_allclose(np.sort(fractions)[2:],
+                                   0.5 + 0.5 * np.sqrt(3 / 7) * np.array([-1, 0, 1]))  # fmt: skip
 
 
 def said(model: Model, native, tmp_path, main) -> list[str]:

@@ -72,20 +72,16 @@ def slope(dip: float = 35.0, friction: float = 38.0, rows: int = 2, **control) -
     tangent, normal = np.array([math.cos(t), math.sin(t)]), np.array([-math.sin(t), math.cos(t)])
 
     def slab(a, b, h0, h1):
-        return [
-            float(c)
-            for p, h in ((a, h0), (b, h0), (b, h1), (a, h1))
-            for c in p * tangent + h * normal
-        ]
+        return [float(c) for p, h in ((a, h0), (b, h0), (b, h1), (a, h1))
+                for c in p * tangent + h * normal]  # fmt: skip
 
     blocks = {"ground": slab(-10.0, 40.0, -5.0, 0.0)}
     for row in range(rows):
         for i in range(5):
             a = 4.0 * i + 2.0 * (row % 2)
             blocks[f"b{row}_{i}"] = slab(a, a + 4.0, 2.0 * row, 2.0 * row + 2.0)
-    supports = [
-        ("ground", *(a * tangent + h * normal)) for a, h in ((-9.0, -4.0), (39.0, -4.0), (0, -1))
-    ]
+    supports = [("ground", *(a * tangent + h * normal))
+                for a, h in ((-9.0, -4.0), (39.0, -4.0), (0, -1))]  # fmt: skip
     supports = [(block, float(x), float(y)) for block, x, y in supports]
     x, y = blocks[f"b{rows - 1}_4"][4:6]
     return model(blocks, friction, supports, [("crest", f"b{rows - 1}_4", x, y)], **control)
@@ -276,10 +272,8 @@ def test_a_block_that_falls_and_rests_is_reported(write_input, native, tmp_path)
     line = next(
         row for row in process.stdout.splitlines() if row.startswith("distance from input ")
     )
-    columns = (
-        (header_line.index("at the end"), "300 mm"),
-        (header_line.index("where"), "stone, including settlement"),
-    )
+    columns = ((header_line.index("at the end"), "300 mm"),
+               (header_line.index("where"), "stone, including settlement"))  # fmt: skip
     assert all(line[at:].startswith(message) for at, message in columns)
 
 
@@ -453,9 +447,8 @@ def stopped(speed: float) -> float:
     inertia = sum(2643.0 * 0.5 * shape(*position).T @ shape(*position) for position in positions)
     t = np.concatenate([shape(-0.8, -0.3), shape(0.8, -0.3)])
     velocity_change = t @ (0.0, speed, 0.0, 0.0, 0.0, 0.0)
-    return (
-        -0.5 * velocity_change @ np.linalg.solve(t @ np.linalg.solve(inertia, t.T), velocity_change)
-    )
+    return (-0.5 * velocity_change @ np.linalg.solve(t @ np.linalg.solve(inertia, t.T),
+                                                     velocity_change))  # fmt: skip
 
 
 def test_a_stage_fixes_points_at_their_present_position(write_input, tmp_path, native, same_bits):

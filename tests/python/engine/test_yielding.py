@@ -29,9 +29,8 @@ def squeezed_block(confining, integration="backward_euler", steps=200, **strengt
     model = solid(1e15, 7e12, 0.21, law, time_step=1e-2, steps=steps, integration=integration)
     model.block(vertices=[0, 0, 1, 0, 1, 1, 0, 1], name="block")
     displacements = -1e-5 * np.arange(203) / 200
-    model.motion(
-        name="down", values=displacements.tolist(), quantity="displacement", time_step=1e-2
-    )
+    model.motion(name="down", values=displacements.tolist(), quantity="displacement",
+                 time_step=1e-2)  # fmt: skip
     for x in (0.0, 1.0):
         model.fixed_point(x=x, y=0.0, **({} if x == 0 else {"direction": "y"}))
         model.fixed_point(x=x, y=1.0, direction="y", motion_y="down")

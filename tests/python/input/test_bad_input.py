@@ -359,16 +359,10 @@ def test_unusual_valid_texts_run_equally(name, write_input, native, main, tmp_pa
 
 @pytest.mark.parametrize("folder", ["two words", "Größe α 地震", "it's 100%"])
 def test_paths_may_contain_any_letters(folder, write_input, native, main, tmp_path, same_bits):
-    values_of_record = {
-        "values": None,
-        "time_step": None,
-        "file": "rec dir/сейсмо грамма.txt",
-        "unit": "m/s2",
-    }
-    file = write_input(
-        changed(moved(format="text", **values_of_record), "control", steps=10),
-        f"{folder}/Modell ü.nml",
-    )
+    values_of_record = {"values": None, "time_step": None, "file": "rec dir/сейсмо грамма.txt",
+                        "unit": "m/s2"}  # fmt: skip
+    file = write_input(changed(moved(format="text", **values_of_record), "control", steps=10),
+                       f"{folder}/Modell ü.nml")  # fmt: skip
     (file.parent / "rec dir").mkdir()
     samples = "".join(f"{0.01 * i} {np.sin(0.3 * i)}\n" for i in range(30))
     (file.parent / "rec dir/сейсмо грамма.txt").write_text(samples)

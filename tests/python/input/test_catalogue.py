@@ -122,11 +122,8 @@ def test_what_the_schema_needs_and_excludes_is_refused(
                 if group_variable not in names
             )
         )
-    assigned = {
-        name: value_of(group_variables[name])
-        for name in excluded_names
-        if excludes or name not in names
-    } | assigned
+    assigned = {name: value_of(group_variables[name])
+                for name in excluded_names if excludes or name not in names} | assigned  # fmt: skip
     groups = [g for g in tower() if g[0] not in SINGLE or g[0] != variable.group]
     with pytest.raises(sitedda.InputError, match=rf"\b({'|'.join(names)})\b"):
         sitedda.Simulation(write_input([*groups, (variable.group, assigned)]))

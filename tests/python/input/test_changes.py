@@ -117,9 +117,8 @@ def read(text: str) -> list[tuple[str, dict]]:
 
 def test_an_ambiguous_name_of_joint_and_yielding_material_is_refused():
     """A group counts if it states its law, or if its default law permits the variable."""
-    yielding_input = TEXT.replace(
-        "young_modulus = 1e7 /", "young_modulus = 1e7 law = 'mohr_coulomb' /"
-    )
+    yielding_input = TEXT.replace("young_modulus = 1e7 /",
+                                  "young_modulus = 1e7 law = 'mohr_coulomb' /")  # fmt: skip
     assert yielding_input != TEXT
     with pytest.raises(sitedda.InputError, match="material.friction_angle or joint.friction_angle"):
         changed_input(yielding_input, {"friction_angle": 35.0})
@@ -146,9 +145,8 @@ def test_an_ambiguous_name_of_joint_and_yielding_material_is_refused():
 )
 def test_one_variable_changes_and_nothing_else(path, value, index, variable):
     before, new = read(TEXT), changed_input(TEXT, {path: value})
-    new_value = (
-        np.asarray(value).tolist() if variable in ("gravity", "values", "force_y") else value
-    )
+    new_value = (np.asarray(value).tolist() if variable in ("gravity", "values",
+                                                            "force_y") else value)  # fmt: skip
     expected = before[index][1] | {variable: new_value}
     assert read(new) == [*before[:index], (before[index][0], expected), *before[index + 1 :]]
     assert new.count("\n") == TEXT.count("\n")

@@ -212,9 +212,8 @@ def steered(folder, state, steps: int, command: str, values: dict, *kinds: str) 
 def test_the_saved_namelist_is_bit_identical(folder, tmp_path):
     stage = {"name": "digging", "remove": "low"}
     kinds = ("namelist", "script", "report")
-    messages, (saved_files, script, report), data = steered(
-        folder, tmp_path / "state", 50, "stage", stage, *kinds
-    )
+    messages, (saved_files, script, report), data = steered(folder, tmp_path / "state", 50, "stage",
+                                                            stage, *kinds)  # fmt: skip
     last_message = next(m for m in messages if m["kind"] == "run" and m["status"] == "done")
     assert last_message["verdict"]["lines"] and last_message["verdict"]["charts"]
     assert sum(m["kind"] == "frame" for m in messages) > 2
@@ -239,9 +238,8 @@ def test_the_saved_script_is_bit_identical_with_changes_outside_stages(
     folder, tmp_path, monkeypatch
 ):
     change = {"joint[1].friction_angle": "2"}
-    _, (script, namelist), data = steered(
-        folder, tmp_path / "state", 60, "change", change, "script", "namelist"
-    )
+    _, (script, namelist), data = steered(folder, tmp_path / "state", 60, "change", change,
+                                          "script", "namelist")  # fmt: skip
     assert (
         "! only in the script: at t = 0.06 s: joint[1].friction_angle = 2" in namelist.read_text()
     )

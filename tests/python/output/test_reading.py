@@ -207,9 +207,8 @@ def test_a_site_needs_a_block_at_each_of_its_points(main, tmp_path):
     site = sitedda.Model.read(INPUTS / "layered_site.nml")
     site.control(duration=0.5)
     site_output = site.run(tmp_path / "site.nc").output
-    damaged_output = damage(
-        site_output, tmp_path / "d.nc", replaced("point_place", (0, 1), 99_999.0)
-    )
+    damaged_output = damage(site_output, tmp_path / "d.nc",
+                            replaced("point_place", (0, 1), 99_999.0))  # fmt: skip
     process = main("site", damaged_output, "-o", tmp_path / "o.png")
     assert process.returncode in (1, 5) and "no block lies at the measured point" in process.stderr
     assert len(process.stderr.strip().splitlines()) == 1
@@ -229,9 +228,8 @@ def test_boundaries_of_one_name_are_drawn_by_their_number(tmp_path):
 
 
 def test_an_output_of_an_earlier_version_is_refused(main, output, tmp_path):
-    old_output = damage(
-        output, tmp_path / "old.nc", lambda _, attributes: attributes.pop("input_values")
-    )
+    old_output = damage(output, tmp_path / "old.nc", lambda _,
+                        attributes: attributes.pop("input_values"))  # fmt: skip
     process = main("draw", old_output, "-o", tmp_path / "o.png")
     assert process.returncode == 5 and "run its input again" in process.stderr
 

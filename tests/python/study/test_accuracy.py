@@ -313,10 +313,8 @@ def test_a_displaced_block_keeps_its_bonds(write_input):
     file = write_input(text.replace("base_motion_x = 'push'", "base_motion_x = ''"))
     positions = []
     for displacement in (0.0, 1e-7):
-        changes = {
-            "control.displaced_block": "block",
-            "control.displaced_by": (2 * displacement, displacement),
-        }
+        changes = {"control.displaced_block": "block",
+                   "control.displaced_by": (2 * displacement, displacement)}  # fmt: skip
         with sitedda.Simulation(file, changes=changes) as run:
             positions.append(run.coordinates[1])
             run.advance(1)

@@ -145,9 +145,8 @@ def test_back_analysis_of_a_sliding_block(seed):
     friction = rng.uniform(slope + 5, max(largest_friction, slope + 6))
     target = slip_of(slope, friction, acceleration, push_time)
     stops = 2 * target / (push_time * acceleration)  # s
-    model = slider(
-        slope, 30.0, acceleration, push_time, duration=0.1 + push_time + 2 * stops, stiffness=1e13
-    )
+    model = slider(slope, 30.0, acceleration, push_time, duration=0.1 + push_time + 2 * stops,
+                   stiffness=1e13)  # fmt: skip
     root = solve_for(model, "joint[plane].friction_angle", "joint_slip[base].last", target,
                       bracket=(slope + 3, 60.0), tolerance=2e-4, accuracy=seed < 2)  # fmt: skip
     assert root.value == pytest.approx(friction, rel=1e-3)

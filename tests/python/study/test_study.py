@@ -298,11 +298,9 @@ def test_runs_without_convergence_or_beyond_the_time_limit_fail(write_input, thr
 
 def test_three_kinds_of_failures_are_reported_and_the_rest_is_complete(write_input):
     """One input is refused, one does not converge, one needs more memory than a worker has."""
-    kinds = {
-        "material.density": [2643.0, -1.0, 2643.0, 2643.0, 2700.0],
-        "contact.max_iterations": [50, 50, 2, 50, 50],
-        "layers[layer].count": [3, 3, 3, 500_000, 3],
-    }
+    kinds = {"material.density": [2643.0, -1.0, 2643.0, 2643.0, 2700.0],
+             "contact.max_iterations": [50, 50, 2, 50, 50],
+             "layers[layer].count": [3, 3, 3, 500_000, 3]}  # fmt: skip
     slippery = {"friction_angle": 10.0, "cohesion": None, "tensile_strength": None}
     shaken_input = changed(tower(steps=20, gravity=[0.0, -9.81]), "motion", scale=50.0)
     file = write_input(changed(shaken_input, "joint", **slippery))

@@ -109,9 +109,8 @@ def test_a_fragility_of_a_study_excludes_failed_runs(table):
 
 def test_a_fragility_states_cases_beyond_their_horizon(table):
     assert "is unknown" in fragility_of(table, "tilt", 8.5, "pga").doubt
-    table_with_horizons = table.assign(
-        tilt_decided_s=table.tilt * 0 + 10.0, end_s=table.tilt * 0 + 10.0
-    )
+    table_with_horizons = table.assign(tilt_decided_s=table.tilt * 0 + 10.0,
+                                       end_s=table.tilt * 0 + 10.0)  # fmt: skip
     assert fragility_of(table_with_horizons, "tilt", 8.5, "pga").doubt == ""
     undecided_table = table_with_horizons.assign(
         tilt_decided_s=table_with_horizons.tilt_decided_s.where(table.tilt < 20, 6.0)

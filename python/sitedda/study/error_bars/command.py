@@ -22,9 +22,8 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=picture_name, help="picture of the ensemble (FILE_bands.png)"
     )
-    parser.add_argument(
-        "--folder", type=Path, help="folder of the runs, to resume them (a temporary one)"
-    )
+    parser.add_argument("--folder", type=Path,
+                        help="folder of the runs, to resume them (a temporary one)")  # fmt: skip
     parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one per processor)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
     parser.add_argument("--json", action="store_true", help="print plain values as JSON")

@@ -157,9 +157,8 @@ class Accuracy:
                 text = figure.doubt.partition(":")[0]
                 groups.setdefault(BEYOND if text.startswith(BEYOND) else text, []).append(name)
         if late_results := groups.pop(BEYOND, []):
-            horizons = (
-                self.figures[name].doubt.removeprefix(BEYOND).split()[1] for name in late_results
-            )
+            horizons = (self.figures[name].doubt.removeprefix(BEYOND).split()[1]
+                        for name in late_results)  # fmt: skip
             earliest = min(horizons, key=float)
             groups[f"{BEYOND} (first: {earliest} s), random samples"] = late_results
         texts = [f"{text}: {', '.join(names)}" for text, names in groups.items()]
@@ -257,6 +256,5 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
         warning = f"{reason}: {', '.join(map(number, numbers))} at {steps_text}"
     elif penalty > max(bar.half, 10 * SMALL * abs(numbers[-1])):
         warning = "the error bar is due to the penalty stiffness"
-    return Figure(
-        name, numbers[0], numbers[-1], half_width, bar.extrapolated, bar.order, penalty, warning
-    )
+    return Figure(name, numbers[0], numbers[-1], half_width, bar.extrapolated, bar.order, penalty,
+                  warning)  # fmt: skip

@@ -66,15 +66,12 @@ def with_horizons(figures: dict[str, Figure], table) -> dict[str, Figure]:
     result = dict(figures)
     if TWIN in complete and "look" in table:
         divergence_times = _divergence_times(table)
-        result = {
-            n: replace(f, decided=_find_horizon(n, table, divergence_times))
-            for n, f in result.items()
-        }
+        result = {n: replace(f, decided=_find_horizon(n, table, divergence_times))
+                  for n, f in result.items()}  # fmt: skip
         # The initial displacement changes small results; the kinetic energy shows the divergence.
         divergence = divergence_times.get("energy_kinetic", math.inf)
-        result = {
-            n: _mark_undecided(f, _time_reached(n, table), divergence) for n, f in result.items()
-        }
+        result = {n: _mark_undecided(f, _time_reached(n, table), divergence)
+                  for n, f in result.items()}  # fmt: skip
     if twins:
         rows = table.sel(variant=twins)
         result = {n: _add_spread(f, rows[n].values) for n, f in result.items()}

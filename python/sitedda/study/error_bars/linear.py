@@ -172,10 +172,8 @@ def _point_motion(simulation, point: _Point, frequency: np.ndarray, highest: flo
     if point.name not in cache:  # the transfer function of the run itself
         energy = np.cumsum(np.abs(spectrum) ** 2)
         index = np.searchsorted(energy, _CONTENT * energy[-1])
-        cache[point.name] = (
-            np.arange(1, min(index + 1, np.searchsorted(frequency, highest))),
-            None,
-        )
+        cache[point.name] = (np.arange(1, min(index + 1, np.searchsorted(frequency, highest))),
+                             None)  # fmt: skip
     band, reference = cache[point.name]
     response = transfer(simulation, frequency[band], point.name, None, point.axis)
     velocity, acceleration = rates(frequency[band])
