@@ -108,7 +108,7 @@ def folded(text: str) -> str:
     return "\n".join(wrapped(line, 6) for line in text.splitlines() if line)
 
 
-def tell(text: str) -> None:
+def print_notes(text: str) -> None:
     """Print notes, one per line of a text."""
     for line in filter(None, text.splitlines()):
         print(folded(f"note: {line}"))

@@ -52,7 +52,7 @@ def shown(value: float, unit: str, digits: int = 3) -> str:
     return f"{number(value / size, digits)} {name}".replace("-", "−")
 
 
-def titled(name: str) -> tuple[str, str]:
+def title_and_unit(name: str) -> tuple[str, str]:
     """Split the name of a result into words and unit: 'largest tilt', 'rad' of largest_tilt_rad.
 
     Parameters
@@ -70,17 +70,17 @@ def titled(name: str) -> tuple[str, str]:
     return ", ".join(filter(None, (text, bracketed.removesuffix("]"), axis))), _ENDINGS.get(end, "")
 
 
-def labelled(name: str, unit: str = "") -> str:
+def axis_label(name: str, unit: str = "") -> str:
     """Return the axis label of a result with its unit: 'largest tilt (rad)'.
 
     Parameters
     ----------
     name : str
-        See `titled`.
+        See `title_and_unit`.
     unit : str
         Replaces the unit in the name.
     """
-    title, own_unit = titled(name)
+    title, own_unit = title_and_unit(name)
     unit = unit.replace("^2", "²") or own_unit
     return f"{title} ({unit})" if unit not in ("", "1") else title
 

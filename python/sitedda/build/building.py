@@ -18,7 +18,7 @@ from ..base.files import OWN_INPUT, is_same, write
 from ..input.block_file import LARGE, write_block_file
 from ..input.changes import with_files
 from ..input.groups import checked, group_text, is_made, nearest, read_values
-from ..input.input_text import Found, find_groups
+from ..input.input_text import ParsedGroup, find_groups
 from ..input.source import Built, blocks_text, read_input
 from ..input.values import Values, is_given
 from .magnitudes import doubtful_sizes
@@ -326,7 +326,7 @@ def built_text(text: str, file, write_blocks: Callable = blocks_text) -> tuple[s
     return f"{body}{end}\n{head}{rest_text}{write_blocks(built.blocks)}", built
 
 
-def _comment_out(text: str, groups: Sequence[Found]) -> str:
+def _comment_out(text: str, groups: Sequence[ParsedGroup]) -> str:
     """Replace groups by comments, or by blanks if they share a line with other groups."""
     parts, start = [], 0
     for item in groups:
@@ -368,7 +368,7 @@ def _rename_files(text: str, file: Path, target: Path) -> str:
     """Return a text in which paths of record and block files are relative to another folder."""
     folder = file.parent
 
-    def name_from(group: Found) -> str:
+    def name_from(group: ParsedGroup) -> str:
         name = group.values.get("file", "")
         moves = group.name in ("motion", "blocks") and name and not os.path.isabs(name)
         return os.path.relpath(folder / name, target) if moves else ""

@@ -5,7 +5,7 @@ import argparse
 from pathlib import Path
 
 from ..base.arguments import file_name
-from ..base.core import tell
+from ..base.core import print_notes
 
 
 def add_build(parser: argparse.ArgumentParser) -> None:
@@ -26,6 +26,6 @@ def _run_build(options: argparse.Namespace) -> int:
 
     output, built = build_file(options.file, options.output, options.block_file)
     print(summary(built))
-    tell("\n".join(built.messages))
+    print_notes("\n".join(built.messages))
     print(f"output: {output}")
     return 0

@@ -5,7 +5,7 @@ import argparse
 import json
 from pathlib import Path
 
-from ..base.core import folded, tell
+from ..base.core import folded, print_notes
 from ..base.errors import CheckError
 from ..engine.checking import check
 from ..engine.simulation import Simulation
@@ -29,7 +29,7 @@ def check_input(options: argparse.Namespace) -> int:
         print(json.dumps(report.to_dict(), indent=1))
     else:
         print(folded(description))
-        tell(notes)
+        print_notes(notes)
         print(f"{report}\n\n{report.conclusion}")
     if report.verdict == "fail":
         raise CheckError(f"{options.file}: the check fails")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.arguments import COUNT, file_name
-from ..base.core import folded, tell
+from ..base.core import folded, print_notes
 from ..base.errors import SiteddaError
 from ..engine.checking import transfer
 from ..engine.simulation import Simulation
@@ -66,7 +66,7 @@ def _run_to_end(options: argparse.Namespace) -> int:
                 if resume:
                     print(simulation.notice, flush=True)
                 print(folded(simulation.description))
-                tell("\n".join([simulation.notes, simulation.block_notes()]))
+                print_notes("\n".join([simulation.notes, simulation.block_notes()]))
                 advance.append(_progress_callback(stack, simulation.duration, options.quiet))
             advance[0](simulation.time)
             thread_notes[:] = [simulation.thread_notes]
@@ -76,7 +76,7 @@ def _run_to_end(options: argparse.Namespace) -> int:
         result = _run_or_resume(
             options.file, output, show, changes, resume, program=True, light=light
         )
-    tell(thread_notes[0])
+    print_notes(thread_notes[0])
     if not result.complete:
         print(f"{result.verdict}\noutput: {result.output}")
         message = f"interrupted at t = {float(result.history.time[-1]):g} s"
@@ -109,12 +109,12 @@ def _progress_callback(stack: ExitStack, duration: float, quiet: bool) -> Callab
 
 def _store_accuracy(result: Run, progress: bool, ensemble: int) -> None:
     """Estimate the error bars of the results and store them in the output."""
-    from ..study.error_bars import keep_accuracy
+    from ..study.error_bars import store_accuracy
 
     assert result.output is not None  # commands always write an output
     options = {"ensemble": ensemble} if ensemble else {}
     accuracy = result.accuracy(progress=progress, output=result.output, **options)
-    keep_accuracy(accuracy, result.output, result.history.attrs)
+    store_accuracy(accuracy, result.output, result.history.attrs)
 
 
 def _resume_command(options: argparse.Namespace) -> str:
@@ -145,10 +145,10 @@ def _discrete_transfer(source: Path, changes: dict, amplification):
 
 def _write_picture(result: Run, source: Path, changes: dict) -> Path:
     """Draw the picture of a run to a file beside the output; return the file."""
-    from ..facade.plot import run_picture, shown
+    from ..facade.plot import purpose_of, run_picture
     from ..report.style import save_picture
 
-    subject = shown(result.history)
+    subject = purpose_of(result.history)
     amplification = subject.of if subject.kind == "site" else None
     discrete = _discrete_transfer(source, changes, amplification) if amplification else None
     picture = result.output.with_suffix(".png")

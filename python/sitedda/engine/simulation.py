@@ -19,7 +19,7 @@ from ..base.numbers import counted
 from ..base.reading import file_path
 from ..base.stop import Stop, program_handles_interrupt
 from ..input.added_stage import PresentStage, with_stage
-from ..input.changes import BETWEEN_STEPS, changed_input, flat_changes, in_words, merged
+from ..input.changes import BETWEEN_STEPS, changed_input, changes_text, flat_changes, merged
 from ..input.groups import checked as checked_value
 from ..input.groups import group_text
 from ..input.input_text import cited, find_groups
@@ -185,7 +185,7 @@ class Simulation:
         changes = merged(changes, variables)
         with self._lock:
             text = changed_input(self.present_input, changes, BETWEEN_STEPS, self.file)
-            self._change_input(text, text_of_changes := in_words(changes),
+            self._change_input(text, text_of_changes := changes_text(changes),
                                f"change({text_of_changes})")  # fmt: skip
 
     def add(self, kind: str, **values) -> None:

@@ -18,8 +18,8 @@ from ..output.verdict import verdict
 from ..output.verdict_lines import NO_BARS, Doubt
 from ..report.page import Bullets, Facts, Listing, Page, Paragraph, Part, Picture, Table
 from ..report.provenance import provenance
-from ..study.error_bars import kept_accuracy
-from .plot import CAPTIONS, run_picture, shown
+from ..study.error_bars import stored_accuracy
+from .plot import CAPTIONS, purpose_of, run_picture
 
 _TABLES = (("material", "Materials"), ("joint", "Joints"), ("boundary", "Boundaries"),
            ("motion", "Motions"))  # fmt: skip
@@ -48,7 +48,7 @@ def _page_of_run(scene: Scene, report: Report | str, discrete) -> Page:
     page = Page(scene.title or "Untitled run", _first_paragraph(scene))
     page.add("Verdict", _findings_part(report), *_verdict_parts(scene))
     page.add("Blocks", view(scene, BUDGET - _PICTURES))
-    subject = shown(scene)
+    subject = purpose_of(scene)
     page.add("Pictures", Picture(run_picture(subject, discrete), CAPTIONS[subject.kind], "run"))
     _add_model_section(page, scene)
     _add_check_section(page, report)
@@ -102,7 +102,7 @@ def _findings_part(report: Report | str) -> Part:
 
 def _verdict_parts(scene: Scene) -> list[Part]:
     """Return the verdict, the results with error bars, the warnings and the counts."""
-    bars = kept_accuracy(scene.data.attrs)
+    bars = stored_accuracy(scene.data.attrs)
     result = verdict(scene, bars)
     heads, *rows = result.rows()
     parts: list[Part] = [Paragraph(result.happened)]
@@ -118,7 +118,7 @@ def _verdict_parts(scene: Scene) -> list[Part]:
 
 def bars_of(scene: Scene) -> list[Part]:
     """Return a table of results with error bars, and bands over time, if stored."""
-    bars = kept_accuracy(scene.data.attrs)
+    bars = stored_accuracy(scene.data.attrs)
     if bars is None:
         return []
     heads, *rows = bars.rows()

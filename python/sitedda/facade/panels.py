@@ -17,7 +17,7 @@ from ..output.verdict import (
     PERIODS,
     SPECTRUM_DAMPING,
     acceleration_spectrum,
-    damping_words,
+    describe_damping,
     main_axis,
     run_scheme,
 )
@@ -43,10 +43,10 @@ _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz; damping is reported here if there is no 
 _SAMPLES = 1500  # largest number of drawn samples of energies
 
 
-def title_words(history, *frequencies: float) -> tuple[str, str]:
+def title_and_damping(history, *frequencies: float) -> tuple[str, str]:
     """Return the title of a run, and the damping of its model at frequencies (Hz) in words."""
     title = plain(str(history.attrs.get("title", ""))) or "Untitled"
-    return title, damping_words(history, *(frequencies or _USUAL_FREQUENCIES))
+    return title, describe_damping(history, *(frequencies or _USUAL_FREQUENCIES))
 
 
 def draw_site(axes: dict, scene: Scene, result: Amplification, discrete) -> None:

@@ -19,7 +19,7 @@ from ..output.scene import Scene
 from ..output.verdict import (
     PERIODS,
     acceleration_spectrum,
-    fallen,
+    have_fallen,
     resolved_frequency,
 )
 from ..report.layout import headline, plain
@@ -35,9 +35,9 @@ from .panels import (
     mark_stages,
     mean_step,
     spectrum_axes,
-    title_words,
+    title_and_damping,
 )
-from .purpose import LEAST_DRAWN, Shown, shown
+from .purpose import LEAST_DRAWN, Purpose, purpose_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,17 +54,17 @@ CAPTIONS = {
 }
 
 
-def run_picture(source: xr.Dataset | Scene | Shown, discrete=None) -> Figure:
+def run_picture(source: xr.Dataset | Scene | Purpose, discrete=None) -> Figure:
     """Draw the picture of a run, by its purpose.
 
     Parameters
     ----------
-    source : xarray.Dataset, Scene or Shown
+    source : xarray.Dataset, Scene or Purpose
         Output of a finished run.
     discrete : ndarray, optional
         Exact transfer function of the model at the frequencies of its amplification.
     """
-    subject = source if isinstance(source, Shown) else shown(source)
+    subject = source if isinstance(source, Purpose) else purpose_of(source)
     history = subject.scene.data
     if isinstance(subject.of, Amplification):
         return _site_picture(subject.scene, history, subject.of, discrete)
@@ -111,13 +111,13 @@ def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
     parts = [grid] if "moved" in below else [grid[row].subgridspec(1, 2) for row in range(rows)]
     panels = [figure.add_subplot(spot) for part in parts for spot in part]
     end = scene.frames - 1
-    shown = [_draw_blocks(panels[0], scene, "The model", 0, color="material")]
+    pictures = [_draw_blocks(panels[0], scene, "The model", 0, color="material")]
     if shaken:
-        shown.append(_draw_movements(panels[1], scene, least))
+        pictures.append(_draw_movements(panels[1], scene, least))
     else:
         look = {"color": "compression", "contacts": "force"}
-        shown.append(_draw_blocks(panels[1], scene, "Forces at the end", end, **look))
-    tall = [_row_height(scene, shown)] + [_PANEL] * bool(below)
+        pictures.append(_draw_blocks(panels[1], scene, "Forces at the end", end, **look))
+    tall = [_row_height(scene, pictures)] + [_PANEL] * bool(below)
     for axes, name in zip(panels[2:], below, strict=False):
         if name == "moved":
             tall[1] = _row_height(scene, [_draw_movements(axes, scene, least)])
@@ -145,7 +145,7 @@ def _draw_panel(axes, name: str, scene: Scene, history, curves) -> None:
 
 def _drop_fallen(scene: Scene, curves) -> list[tuple]:
     """Return the curves of points whose block has not fallen."""
-    is_fallen = fallen(scene, scene.frames - 1)
+    is_fallen = have_fallen(scene, scene.frames - 1)
     if not is_fallen.any():
         return curves
     from shapely import Point, Polygon, distance
@@ -179,7 +179,7 @@ def _draw_movements(axes, scene: Scene, least: float) -> BlockPicture:
 
 def _draw_title(figure, history, *frequencies: float) -> None:
     """Draw the title of a run, and below it the damping of its model at frequencies (Hz)."""
-    headline(figure, *title_words(history, *frequencies))
+    headline(figure, *title_and_damping(history, *frequencies))
 
 
 def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:

@@ -17,7 +17,7 @@ LEAST_DRAWN = 1e-6  # smallest drawn displacement / size of the model, in runs w
 _SURFACE = 4  # smallest number of points for a picture of the amplification along the surface
 
 
-class Shown(NamedTuple):
+class Purpose(NamedTuple):
     """Purpose of a run ('site', 'surface', 'shake' or 'forces'), and its amplification, if any."""
 
     kind: str
@@ -25,22 +25,22 @@ class Shown(NamedTuple):
     of: Amplification | Surface | None = None
 
 
-def shown(source: xr.Dataset | Scene) -> Shown:
+def purpose_of(source: xr.Dataset | Scene) -> Purpose:
     """Return the purpose of a run, from its output."""
     scene = source if isinstance(source, Scene) else Scene.of(source)
     if scene.groups.get("amplification"):
         try:
-            return Shown("site", scene, amplifications(scene.data)[0])
+            return Purpose("site", scene, amplifications(scene.data)[0])
         except (AttributeError, KeyError, ValueError):  # no amplification: the points do not move
-            return Shown("site", scene)
+            return Purpose("site", scene)
     if along := _surface_of_run(scene):
-        return Shown("surface", scene, along)
+        return Purpose("surface", scene, along)
     groups = scene.groups
     moved = any(one["moved"] for one in scene.supports() + scene.boundaries(0))
     base = any(name.startswith("base") for name in groups.get("control", [{}])[0])
     dynamic = float(scene.data.time[-1]) > float(scene.data.time[0])
     shaken = (moved or base or groups.get("motion")) and dynamic
-    return Shown("shake" if shaken else "forces", scene)
+    return Purpose("shake" if shaken else "forces", scene)
 
 
 def _surface_of_run(scene: Scene) -> Surface | None:

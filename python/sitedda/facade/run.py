@@ -41,9 +41,9 @@ class Run(EndedRun):  # noqa: D101
 
         if "accuracy" not in self.history.attrs:
             return verdict(self.history)
-        from ..study.error_bars import kept_accuracy
+        from ..study.error_bars import stored_accuracy
 
-        return verdict(self.history, kept_accuracy(self.history.attrs))
+        return verdict(self.history, stored_accuracy(self.history.attrs))
 
     def accuracy(self, **options):
         """Estimate error bars by runs with other steps and stiffnesses, see `sitedda.accuracy`."""

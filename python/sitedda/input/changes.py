@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from ..base.errors import InputError
 from .groups import value_text
-from .input_text import Found, find_groups, with_changes
+from .input_text import ParsedGroup, find_groups, with_changes
 
 # Variables that may change during a run; all variables of loads except their names.
 BETWEEN_STEPS = {
@@ -76,7 +76,7 @@ def _change_text(path: str, value) -> str | None:
         raise InputError(f"{path}: {trouble}") from trouble
 
 
-def in_words(changes: Mapping) -> str:
+def changes_text(changes: Mapping) -> str:
     """Format changes as one line, for the output."""
     return ", ".join(f"{path} = {value_text(value)}" for path, value in flat_changes(changes))
 
@@ -91,7 +91,7 @@ def flat_changes(changes: Mapping, prefix: str = "") -> Iterator[tuple[str, obje
             yield path, value
 
 
-def with_files(text: str, name_of: Callable[[Found], str], file="input") -> str:
+def with_files(text: str, name_of: Callable[[ParsedGroup], str], file="input") -> str:
     """Return a text in which groups refer to other files.
 
     Parameters

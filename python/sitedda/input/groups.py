@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 
 from ..base.errors import InputError
-from .input_text import UNSET, Found
+from .input_text import UNSET, ParsedGroup
 from .schema import GROUPS, Variable
 from .values import points_of
 
@@ -193,7 +193,7 @@ def value_text(value) -> str:
     raise TypeError(f"a namelist cannot contain {value!r}")
 
 
-def read_values(group: Found, file) -> dict:
+def read_values(group: ParsedGroup, file) -> dict:
     """Check the values of a group and return them by variable, as in a `Model`.
 
     Raises

@@ -20,7 +20,7 @@ _PARSER_LOCK = threading.Lock()  # the engine stores only one parsed text
 
 
 @dataclass(frozen=True)
-class Found:
+class ParsedGroup:
     """A group in a text.
 
     Attributes
@@ -51,7 +51,9 @@ class Found:
         return f"{file}, group &{self.name} (line {self.line})"
 
 
-def find_groups(text: str, file="input", skipped_variables: Sequence[str] = ()) -> list[Found]:
+def find_groups(
+    text: str, file="input", skipped_variables: Sequence[str] = ()
+) -> list[ParsedGroup]:
     """Return the groups of a text.
 
     Parameters
@@ -81,7 +83,7 @@ def find_groups(text: str, file="input", skipped_variables: Sequence[str] = ()) 
     for (line, begin, _, count), (start, end) in zip(groups.T[: sizes[0]], indices.T, strict=True):
         name = _NAME.match(data, begin)[0].decode().lower()
         group_values = dict(pair for _, pair in zip(range(count), values, strict=False))
-        result.append(Found(name, int(line), int(start) - 1, int(end), group_values))
+        result.append(ParsedGroup(name, int(line), int(start) - 1, int(end), group_values))
     return result
 
 

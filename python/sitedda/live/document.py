@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..input.groups import single_groups
-from ..input.input_text import UNSET, Found, find_groups, with_changes
+from ..input.input_text import UNSET, ParsedGroup, find_groups, with_changes
 from ..input.schema import GROUPS
 
 MOST_TEXT = 8_000_000  # largest number of characters of an input
@@ -74,7 +74,7 @@ class Document:
         kind = GROUPS.get(group)
         if kind is None:
             raise InputError(f"there is no group &{group}")
-        groups = self.found()
+        groups = self.groups()
         peers = [peer for peer in groups if peer.name == group]
         if peers and not kind.repeats:
             raise InputError(f"&{group} exists already")
@@ -85,7 +85,7 @@ class Document:
         line = _make_angle_unique(_make_name_unique(line, peers), peers)
         self._replace_text(f"{self.text[:start]}\n{line}{self.text[start:]}", "")
 
-    def _insertion_point(self, kind, groups: list[Found]) -> int:
+    def _insertion_point(self, kind, groups: list[ParsedGroup]) -> int:
         """Return the position after the last group that precedes this kind in the schema."""
         order = list(GROUPS)
         predecessors = [
@@ -98,7 +98,7 @@ class Document:
 
     def take_out(self, group: str, number: int) -> None:
         """Remove a group, and its lines if they contain nothing else."""
-        peers = [peer for peer in self.found() if peer.name == group]
+        peers = [peer for peer in self.groups() if peer.name == group]
         if not 0 < number <= len(peers):
             raise InputError(f"there is no &{group} number {number}")
         start, end = peers[number - 1].start, peers[number - 1].end
@@ -145,7 +145,7 @@ class Document:
 
     # --- groups -------------------------------------------------------------------------------
 
-    def found(self) -> list[Found]:
+    def groups(self) -> list[ParsedGroup]:
         """Return the groups of the text."""
         return find_groups(self.text, self.file)
 
@@ -159,12 +159,12 @@ class Document:
             "redo": bool(self._future),
         }
         try:
-            return values | {"groups": _groups_as_values(self.found())}
+            return values | {"groups": _groups_as_values(self.groups())}
         except InputError:
             return values
 
 
-def _groups_as_values(groups: list[Found]) -> list[dict]:
+def _groups_as_values(groups: list[ParsedGroup]) -> list[dict]:
     """Return at most `_MOST_GROUPS` groups of each kind, and the number of others, as JSON."""
     counts: dict[str, int] = {}
     result = []
@@ -197,7 +197,7 @@ def _format_value(value) -> str | None:
     return str(value)
 
 
-def _refer_to_existing(example: str, kind, groups: list[Found]) -> str:
+def _refer_to_existing(example: str, kind, groups: list[ParsedGroup]) -> str:
     """Make an example refer to existing groups; return its line."""
     for variable in kind.variables:
         match = _REFERENCE.match(variable.values)
@@ -212,7 +212,7 @@ def _refer_to_existing(example: str, kind, groups: list[Found]) -> str:
     return example
 
 
-def _make_name_unique(example: str, peers: list[Found]) -> str:
+def _make_name_unique(example: str, peers: list[ParsedGroup]) -> str:
     """Number the name in an example if one of `peers` has this name; return its line."""
     names = {group.values.get("name") for group in peers}
     match = re.search(r"name = '([^']*)'", example)
@@ -222,7 +222,7 @@ def _make_name_unique(example: str, peers: list[Found]) -> str:
     return example.replace(match[0], f"name = '{match[1]}_{number}'", 1)
 
 
-def _make_angle_unique(example: str, peers: list[Found]) -> str:
+def _make_angle_unique(example: str, peers: list[ParsedGroup]) -> str:
     """Rotate the joint set of an example by multiples of 60° to a new angle; return its line."""
     match = re.search(r"\bangle = ([-\d.]+)", example)
     if match is None:

@@ -205,7 +205,9 @@ class LiveServer:
         self.guard = Guard(host, self.port, notebook)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._worker = ThreadPoolExecutor(1, "commands")
-        self.session = Session(folder, self.journal, shipped, self.tell, lambda: bool(self.sockets))
+        self.session = Session(
+            folder, self.journal, shipped, self.publish, lambda: bool(self.sockets)
+        )
 
     def _open_last_sockets(self, host: str) -> list[socket.socket]:
         """Return sockets at the port of the last server of the folder, or at a free port."""
@@ -215,7 +217,7 @@ class LiveServer:
                 return _open_sockets(host, port)
         return _open_sockets(host, 0)
 
-    def tell(self, message: dict | bytes) -> None:
+    def publish(self, message: dict | bytes) -> None:
         """Send a message to all pages, from any thread."""
         if self._loop is not None and not self._loop.is_closed():
             try:

@@ -81,7 +81,7 @@ def run_step(history: xr.Dataset) -> float:
     return float(np.max(steps, initial=0.0))
 
 
-def damping_words(history: xr.Dataset, *frequencies: float) -> str:
+def describe_damping(history: xr.Dataset, *frequencies: float) -> str:
     """Describe the damping of a model at frequencies (Hz) in one line."""
     step = run_step(history)
     if not step:
@@ -131,13 +131,13 @@ def add_drift(result: Verdict, scene: Scene) -> None:
 def add_fallen(result: Verdict, scene: Scene) -> None:
     """Add blocks and bodies that have fallen."""
     first_of, body, sizes = bodies = _group_bodies(scene)
-    lost = np.sort(first_of[fallen(scene, scene.frames - 1, bodies)[first_of]])
+    lost = np.sort(first_of[have_fallen(scene, scene.frames - 1, bodies)[first_of]])
     if len(lost) == 0:
         return
     sample = np.unique(
         np.linspace(0, scene.frames - 1, min(scene.frames, _MOST_FRAMES)).astype(int)
     )
-    frame = next((f for f in sample if fallen(scene, f, bodies).any()), scene.frames - 1)
+    frame = next((f for f in sample if have_fallen(scene, f, bodies).any()), scene.frames - 1)
     result.add_clause(
         f"{len(lost)} of {len(sizes)} blocks are displaced by more than their size at the end, the "
         f"first by t = {number(scene.time[frame])} s: "
@@ -148,7 +148,7 @@ def add_fallen(result: Verdict, scene: Scene) -> None:
     )
 
 
-def fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
+def have_fallen(scene: Scene, frame: int, bodies=None) -> np.ndarray:
     """Return whether blocks, or bodies of cells, have moved by more than their size.
 
     The movement is relative to the lowest body.  The shape is (blocks,).
@@ -210,5 +210,5 @@ def add_damping(summary: Verdict, data: xr.Dataset) -> None:
         return
     for peak in peaks:
         summary.values["amplification_frequency_hz"] = peak.frequency
-        label = f"at {number(peak.frequency)} Hz; {damping_words(data, peak.frequency)}"
+        label = f"at {number(peak.frequency)} Hz; {describe_damping(data, peak.frequency)}"
         summary.add_result("peak amplification", "amplification", peak.amplitude, "", label)

@@ -143,11 +143,13 @@ def _axes_of_mapping(parameters: Mapping) -> list[Axis]:
         variable, name = path, names[path]
         if isinstance(values, tuple) and len(values) == 2 and isinstance(values[0], str):
             name, (variable, values) = path, values
-        axes.append(Points(name, {variable: _listed(path, values)}, {variable: name}, number=False))
+        axes.append(
+            Points(name, {variable: _as_list(path, values)}, {variable: name}, number=False)
+        )
     return axes
 
 
-def _listed(path: str, values) -> list:
+def _as_list(path: str, values) -> list:
     """Return the values of a parameter as a list; raise InputError for texts and scalars."""
     if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray | range):
         raise InputError(f"parameter {path!r}: give a list of values, not {values!r}")

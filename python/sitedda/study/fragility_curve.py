@@ -7,7 +7,7 @@ from textwrap import wrap
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.numbers import labelled, titled
+from ..base.numbers import axis_label, title_and_unit
 from .table import DECIDED
 
 _LEAST_DISPERSION, _LARGEST_DISPERSION = 1e-3, 20.0  # smallest and largest dispersion
@@ -90,7 +90,7 @@ class FragilityBounds:
                   label="failed cases / cases of the level")  # fmt: skip
         if self.design is not None:
             axes.axvline(self.design, color=INK, ls=":", lw=1, label="design level")
-        axes.set(xlabel=labelled(self.name, self.unit), ylabel="probability of failure",
+        axes.set(xlabel=axis_label(self.name, self.unit), ylabel="probability of failure",
                  xlim=(0, x[-1]), ylim=(-0.02, 1.02))  # fmt: skip
         axes.legend(frameon=False, loc="best")
         if warning := "; ".join(filter(None, (self.why, self.doubt))):
@@ -250,7 +250,7 @@ def _scatter_warning(table) -> str:
 def _horizon_warning(table, quantity: str) -> str:
     """Return a warning if cases end after the horizon of a quantity, or the horizon is unknown."""
     horizon = table.get(f"{quantity}{DECIDED}")
-    name = titled(quantity)[0]
+    name = title_and_unit(quantity)[0]
     if horizon is None:
         return (f"the horizon of {name}, after which values are random samples, is unknown; "
                 "a study with task = 'accuracy' computes this horizon")  # fmt: skip

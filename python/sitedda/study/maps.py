@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.numbers import labelled
+from ..base.numbers import axis_label
 
 FRACTILES = (0.16, 0.5, 0.84)
 
@@ -124,4 +124,4 @@ def bands(table, quantity: str, dim: str = "sample") -> Bands:
 
 def label_of(table, name: str) -> str:
     """Return the name of a variable with its unit, as an axis label."""
-    return labelled(name, str(table[name].attrs.get("units", "")))
+    return axis_label(name, str(table[name].attrs.get("units", "")))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.numbers import counted, number, titled, with_bar
+from ..base.numbers import counted, number, title_and_unit, with_bar
 from ..report import Facts, Page, Paragraph, Picture, Table, provenance, write_html
 from .figures import KINDS, arguments_of, known_kind
 from .table import BAR, counts
@@ -88,7 +88,7 @@ def _number_table(table) -> Table:
             bars = table[f"{name}{BAR}"].values[np.isfinite(result.values)]
             for end, index in ((0, values.argmin()), (2, values.argmax())):
                 stats[end] = with_bar(values[index], bars[index])
-        title, unit = titled(name)
+        title, unit = title_and_unit(name)
         rows.append([title, unit, *stats, str(values.size)])
     return Table(["quantity", "unit", "least", "median", "largest", "cases"], rows)
 
@@ -119,7 +119,7 @@ def _add_figure(page: Page, table, values: dict) -> str:
         return ""
     except (TypeError, ValueError, IndexError) as trouble:
         raise InputError(f"[[figures]] of kind {kind!r}: {trouble}") from None
-    caption = f"{kind}: {titled(str(values.get('quantity', '')))[0]}"
+    caption = f"{kind}: {title_and_unit(str(values.get('quantity', '')))[0]}"
     facts = [(name, text) for name, text in _describe_figure(figure) if text]
     page.add(title, Picture(figure.picture(), caption, kind), Facts(facts))
     return getattr(figure, "words", "")

@@ -17,7 +17,7 @@ from ..base.errors import InputError, SiteddaError
 from ..base.files import make_folder, plain_text
 from ..base.reading import read_bounded
 from ..input.changes import changed_input, flat_changes, with_files
-from ..input.input_text import Found
+from ..input.input_text import ParsedGroup
 from ..input.source import opened_input
 from .axes import Axis, axes_of
 from .quantities import DEFAULT, Quantity, quantities_of
@@ -206,7 +206,7 @@ class _StudyFiles:
     def text_with_copies(self, text: str, file: Path) -> str:
         """Copy the files that an input names; return its text with the names of the copies."""
 
-        def name_of(group: Found) -> str:
+        def name_of(group: ParsedGroup) -> str:
             name = group.values.get("file") if group.name != "output" else ""
             return self._copy_name(file.parent / name, f"&{group.name}") if name else ""
 

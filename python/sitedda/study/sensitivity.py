@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.errors import InputError
-from ..base.numbers import labelled
+from ..base.numbers import axis_label
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Tornado:
         axes.axvline(self.base, color=INK, lw=1)
         axes.set_yticks(y, self.names)
         axes.margins(x=0.15)
-        axes.set_xlabel(labelled(self.quantity))
+        axes.set_xlabel(axis_label(self.quantity))
         axes.legend(frameon=False)
         return figure
 
@@ -128,7 +128,7 @@ class SobolIndices:
             axes.bar(x + shift, values, 0.38, yerr=error, color=color, label=label,
                      error_kw={"ecolor": INK, "lw": 1})  # fmt: skip
         axes.set_xticks(x, self.names)
-        axes.set(ylabel="fraction of the variance", title=labelled(self.quantity))
+        axes.set(ylabel="fraction of the variance", title=axis_label(self.quantity))
         axes.axhline(0, color=INK, lw=0.8)
         axes.legend(frameon=False)
         return figure

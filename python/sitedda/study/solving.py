@@ -171,7 +171,7 @@ def solve_for(
     value, jump = search.locate_root(jumps)
     half_width = max(value - search.low, search.high - value)
     error, doubt = ([0.0], "") if jump else trials.errors_at((value,), accuracy)
-    bar, history = half_width + abs(error[0] / search.slope), trials.tried()
+    bar, history = half_width + abs(error[0] / search.slope), trials.tried_values()
     return Root(
         parameter, trials.name, target, value, bar, search.low, search.high, trials(value) + target,
         search.slope, crossings, jump, history, doubt,
@@ -242,7 +242,7 @@ class _Bracket:
     def _no_root_error(self, low: float, high: float) -> NoRootError:
         """Return the error that the result does not cross the target in a range."""
         trials = self.trials
-        results = [result for _, result in trials.tried()]
+        results = [result for _, result in trials.tried_values()]
         lowest, highest = min(results), max(results)
         interval = f"for {trials.parameter} from {low:g} to {high:g} ({len(results)} runs)"
         if highest - lowest <= _FLAT * max(abs(lowest), abs(highest)):

@@ -60,7 +60,7 @@ class Trials:
             self.done[values] = self._finite_results(values)
         return self.done[values]
 
-    def tried(self) -> tuple:
+    def tried_values(self) -> tuple:
         """Return value of the first parameter and first result of each run, in order."""
         return tuple((value[0], results[0]) for value, results in self.done.items())
 
@@ -81,7 +81,7 @@ class Trials:
 
     def failure(self, mode: str, reason: str, low=math.nan, high=math.nan) -> NoRootError:
         """Return the error of a search that has found no root."""
-        history = self.tried() if len(self.parameters) == 1 else tuple(self.done.items())
+        history = self.tried_values() if len(self.parameters) == 1 else tuple(self.done.items())
         return NoRootError(f"no root: {reason}", mode, (low, high), history)
 
     def _run_model(self, values: tuple) -> tuple:

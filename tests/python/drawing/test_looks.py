@@ -16,10 +16,10 @@ import sitedda
 from sitedda.drawing.forces import resultants
 from sitedda.drawing.quantities import limits, rounding
 from sitedda.facade.page import report_page
-from sitedda.numbers import UNITS, in_unit, labelled
+from sitedda.numbers import UNITS, axis_label, in_unit
 from sitedda.output.energies import budget
 from sitedda.pictures import draw
-from sitedda.plot import run_picture, shown
+from sitedda.plot import purpose_of, run_picture
 from sitedda.report import Picture, to_html
 from sitedda.report.layout import legend_above
 from sitedda.scene import Scene
@@ -211,7 +211,7 @@ def test_the_picture_is_of_the_kind_of_the_run(root):
         with sitedda.Simulation(root / f"inputs/{name}.nml") as simulation:
             scene = Scene.of(simulation)
             scene.data["time"] = "time", [0.0, 1.0]
-            assert shown(scene).kind == kind, name
+            assert purpose_of(scene).kind == kind, name
 
 
 SMALL_TOWER = """&control time_step = 1e-4, gravity = 0, -9.81 /
@@ -284,8 +284,8 @@ def test_names_of_numbers_are_words_with_units():
     names = {"largest_tilt_rad": "largest tilt (rad)", "residual_drift": "residual drift",
              "pga_resolved_m_s2_x[top<&]": "PGA resolved, top<&, x (m/s²)",
              "joint_slip_m[a]": "joint slip, a (m)", "friction": "friction"}  # fmt: skip
-    assert {name: labelled(name) for name in names} == names
-    assert labelled("pga", "m/s^2") == "PGA (m/s²)" and labelled("scale", "1") == "scale"
+    assert {name: axis_label(name) for name in names} == names
+    assert axis_label("pga", "m/s^2") == "PGA (m/s²)" and axis_label("scale", "1") == "scale"
 
 
 def test_a_report_begins_with_the_check_and_has_units_in_its_tables(run):

@@ -28,7 +28,7 @@ from sitedda.report.html import json_for_script
 from sitedda.scene import Scene
 from sitedda.signals import GRAVITY, arias_intensity
 from sitedda.style import BOLT, new_figure
-from sitedda.verdict import PERIODS, acceleration_spectrum, damping_words
+from sitedda.verdict import PERIODS, acceleration_spectrum, describe_damping
 from sitedda.vtk import write_vtk
 
 
@@ -311,7 +311,7 @@ def test_pictures_show_bolts_with_their_force(bolted):
 
 
 def test_static_steps_do_not_count_as_damping(bolted):
-    description = damping_words(bolted.history, 1.0)
+    description = describe_damping(bolted.history, 1.0)
     assert description.startswith("damping ratio of the scheme 0.16 % at 1 Hz (Δt = 1 ms)")
 
 

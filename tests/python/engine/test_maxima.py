@@ -188,7 +188,7 @@ def cross(normals, directions):
 )
 def test_maxima_are_those_of_all_steps(write_input, control, chi):
     with sitedda.Simulation(write_input(pile(**control))) as run:
-        observer = Observer(run, chi, moves=True)
+        observer = Observer(run, chi, is_shaken=True)
         while not run.done:
             observer.step()
         assert run.maxima["slip"].value > 1e-3 and run.maxima["opening"].value > 1e-4
@@ -199,7 +199,7 @@ def test_maxima_are_those_of_all_steps(write_input, control, chi):
 def test_the_same_with_impacts_and_from_rest(write_input, restitution):
     groups = changed(pile(settle=True), "joint", restitution=restitution)
     with sitedda.Simulation(write_input(groups)) as run:
-        observer = Observer(run, 0.5, moves=True)
+        observer = Observer(run, 0.5, is_shaken=True)
         while not run.done:
             observer.step()
         observer.agree(run.maxima)

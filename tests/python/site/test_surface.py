@@ -8,7 +8,7 @@ from test_boundaries import outcrop_ratio, stack
 
 import sitedda
 from sitedda import Column, HalfSpace, Layer
-from sitedda.plot import run_picture, shown
+from sitedda.plot import purpose_of, run_picture
 from sitedda.signals import smooth_konno_ohmachi
 from sitedda.site import surface
 
@@ -61,13 +61,13 @@ def test_a_hill_amplifies_most_at_its_top():
 
 def test_the_picture_of_a_run_shows_amplification_along_its_surface():
     history = ground(HILL).history
-    assert shown(history).kind == "surface"
+    assert purpose_of(history).kind == "surface"
     assert [axes.get_ylabel() for axes in run_picture(history).axes[:2]] == [
         "frequency (Hz)",
         "ratio",
     ]
     few = history.isel(point=slice(2, None))
-    assert shown(few).kind == "shake"
+    assert purpose_of(few).kind == "shake"
 
 
 def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():

@@ -14,7 +14,7 @@ import pytest
 
 import sitedda
 from sitedda.base.numbers import number, with_bar
-from sitedda.error_bars import kept_accuracy
+from sitedda.error_bars import stored_accuracy
 from sitedda.error_bars.bars import bar_of_steps, penalty_error
 from sitedda.error_bars.figures import YIELD, Accuracy
 from sitedda.error_bars.horizon import _mark_undecided, horizon
@@ -218,7 +218,7 @@ def test_runs_print_their_error_bars(write_input, python_program, tmp_path):
         "run", str(file), "--accuracy", "-q", "--no-plot", "-o", str(tmp_path / "o.nc"), "--report"
     )
     assert " ± " in process.stdout
-    stored_figures = kept_accuracy(load(tmp_path / "o.nc").attrs)
+    stored_figures = stored_accuracy(load(tmp_path / "o.nc").attrs)
     line_of_slip = with_bar(
         1e3 * stored_figures["largest_slip_m"].finest, 1e3 * stored_figures["largest_slip_m"].bar
     )
@@ -426,7 +426,7 @@ def test_bands_are_stored_and_shown(write_input, python_program, tmp_path):
     file, output = write_input(SLIDE), tmp_path / "o.nc"
     python_program.ok("run", str(file), "--ensemble", "2", "-q", "--no-plot", "--report", "-o",
                       str(output), "--set", "duration=0.5")  # fmt: skip
-    stored_figures = kept_accuracy(load(output).attrs)
+    stored_figures = stored_accuracy(load(output).attrs)
     band = stored_figures.bands["largest_slip_m"]
     assert band.time[-1] == pytest.approx(0.5, abs=0.01) and len(band.time) <= 200
     assert (band.low <= band.high).all() and band.median[-1] > 0.01

@@ -2,7 +2,7 @@
 """Error bars of the results of a run, due to time step and penalty stiffness."""
 
 from .figures import Accuracy, Figure
-from .keeping import keep_accuracy, kept_accuracy
+from .keeping import store_accuracy, stored_accuracy
 from .measure import accuracy, of_linear_run
 
-__all__ = ["Accuracy", "Figure", "accuracy", "keep_accuracy", "kept_accuracy", "of_linear_run"]
+__all__ = ["Accuracy", "Figure", "accuracy", "store_accuracy", "stored_accuracy", "of_linear_run"]

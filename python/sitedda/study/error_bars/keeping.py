@@ -16,7 +16,7 @@ from .figures import Accuracy, Band, Figure
 ATTRIBUTE = "accuracy"
 
 
-def keep_accuracy(results: Accuracy, output: Path, attributes: dict) -> None:
+def store_accuracy(results: Accuracy, output: Path, attributes: dict) -> None:
     """Write results with error bars into the attribute ``accuracy`` of an output, as JSON.
 
     `attributes`: attributes of the output as read, which are updated.
@@ -36,7 +36,7 @@ def keep_accuracy(results: Accuracy, output: Path, attributes: dict) -> None:
     attributes[ATTRIBUTE] = text
 
 
-def kept_accuracy(attributes: Mapping) -> Accuracy | None:
+def stored_accuracy(attributes: Mapping) -> Accuracy | None:
     """Return the results with error bars that an output contains; None if there are none.
 
     Raises

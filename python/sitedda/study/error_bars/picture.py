@@ -7,7 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ...base.errors import InputError
-from ...base.numbers import labelled, number
+from ...base.numbers import axis_label, number
 from ...report.style import BLUE, GREY, ORANGE, canvas
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def bands_picture(results: Accuracy):
         if horizon < results.end:
             label = f"predictable until {number(horizon, 3)} s"
             axes.axvline(horizon, color=ORANGE, lw=1.2, label=label)
-        axes.set(title=labelled(name), xlabel="time (s)", xlim=(band.time[0], band.time[-1]))
+        axes.set(title=axis_label(name), xlabel="time (s)", xlim=(band.time[0], band.time[-1]))
         axes.title.set_color(GREY)
         axes.legend(frameon=False, fontsize=8)
     for axes in panels[len(names) :]:
