@@ -283,7 +283,7 @@ BAD_GROUPS = [
     ("&region outline = 0,0,1,1,1,0,0,1 /", "&region (line 1)", "crosses"),
     ("&region outline = 0,0,1,0,1,1, file = 'a.csv' /", "&region", "either outline or file"),
     ("&region file = 'gone.csv' /", "&region", "no such file"),
-    ("&region layer = 'a' /", "&region", "needs a file"),
+    ("&region layer = 'a' /", "&region", "requires `file`"),
     ("&polygons name = 'a' /", "&polygons", "`file` is missing"),
     ("&arch radius = 1 /", "&arch (line 1)", "thickness"),
     ("&pier width = 'a' /", "&pier", "not a number"),
