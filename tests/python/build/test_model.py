@@ -130,7 +130,7 @@ BAD_TEXT = {
     "once": ("&run /\n&run /", "&run (line 2)", "only once"),
     "same name": ("&joint name = 'a' /\n&joint name = 'a' /", "&joint (line 2)", "used twice"),
     "odd": ("&block vertices = 1, 2, 3 /", "&block", "pairs"),
-    "both": ("&control steps = 1, duration = 1 /", "&control (line 1)", "either duration"),
+    "both": ("&control steps = 1, duration = 1 /", "&control (line 1)", "either `duration`"),
 }
 
 
@@ -158,7 +158,7 @@ def test_unknown_attributes_are_refused():
         (lambda: model.joint("x", "y"), InputError, "friction_angle"),
         (lambda: model.joint("x", name="y"), TypeError, "multiple"),
         (lambda: model.joint("x", True), InputError, "friction_angle"),
-        (lambda: model.control(steps=3, duration=1), InputError, "either duration or steps"),
+        (lambda: model.control(steps=3, duration=1), InputError, "either `duration` or `steps`"),
         (lambda: model["jont"], InputError, "'joint'"),
         (lambda: model["joint.cros"], InputError, "did you mean 'cross'?"),
         (lambda: model.block(shapely.Point(0, 0).buffer(2) - shapely.Point(0, 0).buffer(1)),
@@ -281,7 +281,7 @@ BAD_GROUPS = [
     ("&joint_set angle = 3, spacing = 1 /", "&joint_set", "needs a &region"),
     ("&region outline = 0,0,1,0,1,1 /\n&joint_set angle = 3 /", "&joint_set (line 2)", "spacing"),
     ("&region outline = 0,0,1,1,1,0,0,1 /", "&region (line 1)", "crosses"),
-    ("&region outline = 0,0,1,0,1,1, file = 'a.csv' /", "&region", "either outline or file"),
+    ("&region outline = 0,0,1,0,1,1, file = 'a.csv' /", "&region", "either `outline` or `file`"),
     ("&region file = 'gone.csv' /", "&region", "no such file"),
     ("&region layer = 'a' /", "&region", "requires `file`"),
     ("&polygons name = 'a' /", "&polygons", "`file` is missing"),
