@@ -286,7 +286,7 @@ def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, budget: int
         return
     # Each pair and frame needs two bytes before deflation; the factor 3 is an optimistic ratio of
     # deflation.
-    too_long = "Contact forces are omitted, because they would not fit."
+    too_long = "Contact forces are omitted to limit the size of the page."
     if len(pairs) * len(frames) > 3 * budget:
         result.meta["no_forces"] = too_long
         return
