@@ -75,7 +75,7 @@ def test_the_reservoir_may_be_deeper_than_the_face():
 @pytest.mark.parametrize(
     ("load", "message"),
     [
-        ({"level": -1.0}, "no selected edge is below the level"),
+        ({"level": -1.0}, "requires a selected edge below the level"),
         ({"edges": 1}, "too flat"),
         ({"time": [0.0, 1.0]}, "added_mass.*time|time.*added_mass"),
         ({"level": None, "normal": 1e3}, "added_mass needs it"),
