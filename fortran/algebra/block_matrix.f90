@@ -10,7 +10,7 @@ module dda_block_matrix
    implicit none
    private
    public :: block_matrix_type, set_pattern, entry_of, set_zero, copy_block, multiply, &
-      multiply_block, multiply_lower, terms_of_product
+      multiply_block, add_coupled_rows, terms_of_product
 
    !> Symmetric block-sparse matrix with 6×6 blocks.
    type :: block_matrix_type
@@ -140,26 +140,38 @@ contains
    end subroutine multiply
 
    !> Compute the rows first … last of y = K x; no other thread writes these rows.
-   !>
-   !> A lower block that couples two rows of the range is read once.  The order of
-   !> summation does not depend on the range: the diagonal block, the blocks to its left, the blocks
-   !> below it.
    pure subroutine multiply_rows(matrix, first, last, x, y)
       type(block_matrix_type), intent(in) :: matrix  !< K
       integer, intent(in) :: first, last  !< first and last index
       real(wp), intent(in) :: x(6, matrix%n)  !< any vector
       real(wp), intent(inout) :: y(6, matrix%n)  !< K x
-      real(wp) :: row(6)
-      integer :: i, j, k
+      integer :: i
 
       do i = first, last
-         call multiply_block(matrix%diagonal(:, :, i), x(:, i), row)
+         call multiply_block(matrix%diagonal(:, :, i), x(:, i), y(:, i))
+      end do
+      call add_coupled_rows(matrix, first, last, x, y)
+   end subroutine multiply_rows
+
+   !> Add the products with off-diagonal blocks, y = y + (K − diag K) x, to rows first … last.
+   !> No other thread writes these rows.  A block that couples two rows of the range is read once.
+   !> The order of summation does not depend on the range: blocks to the left of the diagonal, then
+   !> blocks below it.
+   pure subroutine add_coupled_rows(matrix, first, last, x, y)
+      type(block_matrix_type), intent(in) :: matrix  !< K
+      integer, intent(in) :: first, last  !< first and last index
+      real(wp), intent(in) :: x(6, matrix%n)  !< any vector
+      real(wp), intent(inout) :: y(6, matrix%n)  !< sum
+      integer :: i, k
+
+      if (size(matrix%column) == 0) return
+      do i = first, last
          do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            j = matrix%column(k)
-            call add_product(matrix%lower(:, :, k), x(:, j), row)
-            if (j >= first) call add_transposed_product(matrix%lower(:, :, k), x(:, i), y(:, j))
+            associate (j => matrix%column(k))
+               call add_product(matrix%lower(:, :, k), x(:, j), y(:, i))
+               if (j >= first) call add_transposed_product(matrix%lower(:, :, k), x(:, i), y(:, j))
+            end associate
          end do
-         y(:, i) = row
       end do
       if (last == matrix%n) return
       do i = first, last
@@ -168,23 +180,7 @@ contains
                matrix%lower(:, :, matrix%below_entry(k)), x(:, matrix%below_row(k)), y(:, i))
          end do
       end do
-   end subroutine multiply_rows
-
-   !> Add the product with the off-diagonal blocks: y = y + (K − diag K) x.
-   pure subroutine multiply_lower(matrix, x, y)
-      type(block_matrix_type), intent(in) :: matrix  !< K
-      real(wp), intent(in) :: x(6, matrix%n)  !< any vector
-      real(wp), intent(inout) :: y(6, matrix%n)  !< sum
-      integer :: i, k
-
-      if (size(matrix%column) == 0) return
-      do i = 1, matrix%n
-         do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
-            call add_product(matrix%lower(:, :, k), x(:, matrix%column(k)), y(:, i))
-            call add_transposed_product(matrix%lower(:, :, k), x(:, i), y(:, matrix%column(k)))
-         end do
-      end do
-   end subroutine multiply_lower
+   end subroutine add_coupled_rows
 
    !> Return the norm ‖ |K| |x| ‖, which scales the rounding error of K x even if its terms cancel.
    pure real(wp) function terms_of_product(matrix, x) result(norm)

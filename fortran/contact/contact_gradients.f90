@@ -10,8 +10,9 @@ module dda_contact_gradients
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: rows_type, acting_rows, add_forces, find_rows, &
-      measure_contacts, measure_range, relative_motion, set_gradient, normal_row, shear_row
+   public :: rows_type, acting_rows, add_assumed_forces, assumed_forces, find_rows, &
+      measure_contacts, measure_range, motion_in_step, relative_motion, set_gradient, normal_row, &
+      shear_row
 
    !> Gradients of gap and slip of a contact in the coordinates q of its two blocks.
    type :: rows_type
@@ -102,22 +103,56 @@ contains
       contacts%slip(first:last) = contacts%slip(first:last) + contacts%fixed_motion(2, first:last)
    end subroutine measure_range
 
-   !> Add the forces of contact c on its blocks; the block of the vertex receives N n − T t.
-   pure subroutine add_forces(contacts, c, normal_force, shear_force, on_v, on_e)
+   !> Return opening and slip of contact c in this step, m, after `measure_range`.
+   pure function motion_in_step(contacts, c) result(motion)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: normal_force         !< N, compression, N/m
-      real(wp), intent(in) :: shear_force          !< T, resistance to slip, N/m
-      real(wp), intent(inout) :: on_v(6), on_e(6)  !< forces on the blocks of vertex and edge, N
+      real(wp) :: motion(2)
 
-      associate (normal => contacts%normal(:, c), gradient_v => contacts%gradient_v(:, c), &
-         gradient_e => contacts%gradient_e(:, c))
-         on_v = on_v + (normal_force*normal_row(normal, gradient_v) &
-            - shear_force*shear_row(normal, gradient_v))
-         on_e = on_e - (normal_force*normal_row(normal, gradient_e) &
-            - shear_force*shear_row(normal, gradient_e))
-      end associate
-   end subroutine add_forces
+      motion = [contacts%new_gap(c) - contacts%gap(c), contacts%slip(c)]
+   end function motion_in_step
+
+   !> Return the compression and the resistance to slip that the linear equations assume in contact
+   !> c, N/m.
+   pure function assumed_forces(contacts, c, motion) result(forces)
+      type(contacts_type), intent(in) :: contacts  !< contacts in their assumed states
+      integer, intent(in) :: c                     !< number of the contact
+      real(wp), intent(in) :: motion(2)            !< opening and slip in this step, m
+      real(wp) :: forces(2), opening
+
+      opening = motion(1)
+      if (contacts%with_laws) opening = opening - contacts%tilt(2, c)*motion(2)
+      forces(1) = contacts%free_force(1, c) - contacts%spring(1, c)*opening
+      forces(2) = contacts%free_force(2, c) + contacts%spring(2, c)*motion(2)
+      if (contacts%with_laws) forces(2) = forces(2) + contacts%tilt(2, c)*forces(1)
+   end function assumed_forces
+
+   !> Add the assumed forces of contacts first … last at d to the forces on blocks low … high.
+   !> The block of the vertex receives N n − T t.
+   pure subroutine add_assumed_forces(contacts, first, last, n, d, low, high, forces)
+      type(contacts_type), intent(in) :: contacts  !< contacts in their assumed states
+      integer, intent(in) :: first, last           !< first and last contact
+      integer, intent(in) :: n                     !< number of blocks
+      real(wp), intent(in) :: d(6, n)              !< increments of the coordinates
+      integer, intent(in) :: low, high             !< first and last block that receive forces
+      real(wp), intent(inout) :: forces(6, n)      !< forces on the blocks, N
+      real(wp) :: motion(2), force(2)
+      integer :: c, v, e
+
+      do c = first, last
+         v = contacts%block_v(c)
+         e = contacts%block_e(c)
+         motion = relative_motion(contacts, c, d(:, v), d(:, e))
+         if (allocated(contacts%fixed_motion)) motion = motion + contacts%fixed_motion(:, c)
+         force = assumed_forces(contacts, c, motion)
+         if (v >= low .and. v <= high) forces(:, v) = forces(:, v) &
+            + (force(1)*normal_row(contacts%normal(:, c), contacts%gradient_v(:, c)) &
+            - force(2)*shear_row(contacts%normal(:, c), contacts%gradient_v(:, c)))
+         if (e >= low .and. e <= high) forces(:, e) = forces(:, e) &
+            - (force(1)*normal_row(contacts%normal(:, c), contacts%gradient_e(:, c)) &
+            - force(2)*shear_row(contacts%normal(:, c), contacts%gradient_e(:, c)))
+      end do
+   end subroutine add_assumed_forces
 
    !> Return the changes of the gap and slip of contact c due to changes of the coordinates.
    pure function relative_motion(contacts, c, of_v, of_e) result(change)

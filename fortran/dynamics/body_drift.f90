@@ -37,6 +37,7 @@ contains
 
       system%drifts = .false.
       call weigh_loads(solver, system%load)
+      solver%least_error = epsilon(1.0_wp)*maxval(abs(blocks%position(:2, :)))
       if (.not. any(blocks%body > 0)) return
       if (.not. allocated(system%drift)) allocate (system%drift(6, blocks%n), &
          system%drift_load(6, blocks%n), system%reduced(6, blocks%n))

@@ -20,7 +20,7 @@ module dda_contact_assembly
    use dda_team, only: adjust_team
    implicit none
    private
-   public :: assemble_contacts, assemble_terms, add_to_rows
+   public :: assemble_contacts, assemble_terms, index_contacts, add_to_rows, rows_from
 
    integer, parameter :: rows_from = 500   !< smallest number of block rows to use threads
 

@@ -4,40 +4,35 @@
 module dda_contact_evaluation
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_contact_gradients, only: add_forces, measure_range
+   use dda_contact_gradients, only: assumed_forces, measure_range, motion_in_step
    use dda_friction, only: find_response, laws_type
    use dda_joint_contact, only: most_closings
    use dda_joint_law, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: evaluate_contacts, add_assumed_forces, assumed_normal, assumed_shear
+   public :: evaluate_contacts
 
 contains
 
    !> Compute forces and states of all contacts by their laws at d.
-   subroutine evaluate_contacts(contacts, laws, d, largest, residual, measured)
+   subroutine evaluate_contacts(contacts, laws, d, largest, residual)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: largest   !< largest force so far, N/m
       real(wp), intent(out) :: residual    !< largest difference from the assumed forces, N/m
-      logical, intent(in), optional :: measured  !< .true.: gaps and slips at d are already computed
-      logical :: measures
       integer :: p
 
-      measures = .true.
-      if (present(measured)) measures = .not. measured
       residual = 0.0_wp
       if (contacts%n < parallel_from) then
-         if (measures) call measure_range(contacts, d, 1, contacts%n)
+         call measure_range(contacts, d, 1, contacts%n)
          call evaluate_range(contacts, laws, 1, contacts%n, largest, residual)
          return
       end if
       !$omp parallel do reduction(max:largest, residual) schedule(static)
       do p = 1, pieces(contacts%n)
-         if (measures) &
-            call measure_range(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
+         call measure_range(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
          call evaluate_range(contacts, laws, first_of(p, contacts%n), &
             last_of(p, contacts%n), largest, residual)
       end do
@@ -50,14 +45,15 @@ contains
       integer, intent(in) :: first, last  !< first and last contact
       real(wp), intent(inout) :: largest, residual  !< largest force and difference, N/m
       type(response_type) :: response
+      real(wp) :: assumed(2)
       integer :: c
 
       do c = first, last
          call find_response(contacts, laws, c, contacts%new_gap(c), &
             contacts%stretch(c) + contacts%slip(c), response)
-         contacts%force_residual(c) = max( &
-            abs(response%normal_force - assumed_normal(contacts, c)), &
-            abs(response%shear_force - assumed_shear(contacts, c)))
+         assumed = assumed_forces(contacts, c, motion_in_step(contacts, c))
+         contacts%force_residual(c) = max(abs(response%normal_force - assumed(1)), &
+            abs(response%shear_force - assumed(2)))
          residual = max(residual, contacts%force_residual(c))
          contacts%trial_state(c) = next_state(contacts, laws, response, c)
          if (contacts%with_net_slip) then
@@ -93,40 +89,5 @@ contains
       if (response%state == contact_stick .and. .not. laws%slot(contacts%joint(c))%law%flows) &
          next_state = contact_slide
    end function next_state
-
-   !> Compute gap and slip of all contacts at d, and add their assumed forces to the block forces.
-   pure subroutine add_assumed_forces(contacts, d, forces)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp), intent(inout), contiguous :: forces(:,:)  !< [6,blocks] forces, N
-      integer :: c
-
-      call measure_range(contacts, d, 1, contacts%n)
-      do c = 1, contacts%n
-         call add_forces(contacts, c, assumed_normal(contacts, c), assumed_shear(contacts, c), &
-            forces(:, contacts%block_v(c)), forces(:, contacts%block_e(c)))
-      end do
-   end subroutine add_assumed_forces
-
-   !> Return the normal force that the linear solution assumed in contact c, N/m.
-   pure real(wp) function assumed_normal(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      integer, intent(in) :: c  !< number of the contact
-      real(wp) :: opening
-
-      opening = contacts%new_gap(c) - contacts%gap(c)
-      if (contacts%with_laws) opening = opening - contacts%tilt(2, c)*contacts%slip(c)
-      assumed_normal = contacts%free_force(1, c) - contacts%spring(1, c)*opening
-   end function assumed_normal
-
-   !> Return the shear force that the linear solution assumed in contact c, N/m.
-   pure real(wp) function assumed_shear(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      integer, intent(in) :: c  !< number of the contact
-
-      assumed_shear = contacts%free_force(2, c) + contacts%spring(2, c)*contacts%slip(c)
-      if (contacts%with_laws) assumed_shear = assumed_shear &
-         + contacts%tilt(2, c)*assumed_normal(contacts, c)
-   end function assumed_shear
 
 end module dda_contact_evaluation

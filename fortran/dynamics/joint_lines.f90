@@ -4,7 +4,7 @@
 module dda_joint_lines
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_contact_evaluation, only: assumed_normal, assumed_shear
+   use dda_contact_gradients, only: assumed_forces, motion_in_step
    use dda_friction, only: acting, find_response, laws_type
    use dda_joint_contact, only: closure_of, line_of, slip_lifts, state_of, tilt_line, &
       linearise_normal, &
@@ -65,14 +65,15 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: tolerance  !< allowed difference, N/m
       type(response_type) :: response
-      real(wp) :: off, trial(2), at(2)
+      real(wp) :: off, difference(2), trial(2), at(2)
       integer :: c
 
       if (laws%plain) return
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
-            off = abs(contacts%normal_force(c) - assumed_normal(contacts, c))
-            if (law%flows) off = max(off, abs(contacts%shear_force(c) - assumed_shear(contacts, c)))
+            difference = abs([contacts%normal_force(c), contacts%shear_force(c)] &
+               - assumed_forces(contacts, c, motion_in_step(contacts, c)))
+            off = merge(maxval(difference), difference(1), law%flows)
             if (off <= tolerance .and. .not. (law%dilates .or. passes_centre(contacts, c))) cycle
             if (contacts%with_net_slip) contacts%past_centre(c) = contacts%trial_past_centre(c)
             trial = [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]

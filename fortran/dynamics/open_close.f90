@@ -199,7 +199,7 @@ contains
       logical, intent(out) :: converged  !< the forces have converged
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: changed, diverged, i
-      logical :: exactly, measured
+      logical :: exactly
 
       call begin_iteration(iteration, contacts)
       converged = .false.
@@ -213,10 +213,9 @@ contains
          call fail_if_step_stopped(iteration%may_stop, error)
          if (allocated(error)) return
          iteration%iterations = i
-         call solve_assumed(iteration, system, solver, contacts, laws, error, measured)
+         call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
-         call find_forces(iteration, system, solver, contacts, laws, exactly, measured, diverged, &
-            error)
+         call find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
          if (allocated(error)) return
          if (diverged > 0) then
             call force_to_stick(system, contacts, laws, diverged)
@@ -293,34 +292,31 @@ contains
    end subroutine add_counts
 
    !> Solve for d with the contacts in their assumed states.
-   subroutine solve_assumed(iteration, system, solver, contacts, laws, error, measured)
+   subroutine solve_assumed(iteration, system, solver, contacts, laws, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      logical, intent(out), optional :: measured  !< gaps and slips at d are already computed
 
       call record_lap(system%watch, phase_iterate)
       call update_contact_terms(system%contact_terms, contacts, laws)
       call copy_vector(size(system%d, 2), system%d, system%previous_d)
       call record_lap(system%watch, phase_assemble)
-      call solve_equations(system, solver, contacts, error, iteration%reduction, measured=measured)
+      call solve_equations(system, solver, contacts, error, iteration%reduction)
       call record_lap(system%watch, phase_solve)
    end subroutine solve_assumed
 
    !> Find the friction forces of the assumed states, and evaluate the laws at the solution.
    !> If no state changes, the friction forces are iterated again, to the full tolerance.
-   subroutine find_forces(iteration, system, solver, contacts, laws, exactly, measured, diverged, &
-      error)
+   subroutine find_forces(iteration, system, solver, contacts, laws, exactly, diverged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       logical, intent(in) :: exactly  !< satisfy the tolerance at once
-      logical, intent(in) :: measured  !< gaps and slips at d are already computed
       integer, intent(out) :: diverged  !< see `solve_friction`
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       integer :: pass
@@ -332,7 +328,7 @@ contains
          if (allocated(error)) return
          call record_lap(system%watch, phase_solve)
          if (diverged > 0) return
-         call evaluate(iteration, system, contacts, laws, measured .and. iteration%slides%n == 0)
+         call evaluate(iteration, system, contacts, laws)
          if (exactly .or. iteration%slides%n == 0 .or. will_change(contacts)) return
       end do
    end subroutine find_forces
@@ -346,17 +342,15 @@ contains
    end function will_change
 
    !> Evaluate the laws and the residual at d.
-   subroutine evaluate(iteration, system, contacts, laws, measured)
+   subroutine evaluate(iteration, system, contacts, laws)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step, solved
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      logical, intent(in), optional :: measured  !< .true.: gaps and slips at d are already computed
       real(wp) :: largest
 
       largest = iteration%weight
-      call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual, &
-         measured)
+      call evaluate_contacts(contacts, laws, system%d, largest, iteration%residual)
       iteration%tolerance = tolerance_of(iteration, system, contacts, laws, largest)
       iteration%unconverged = 0
       if (iteration%residual > iteration%tolerance) &

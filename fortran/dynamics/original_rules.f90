@@ -12,8 +12,7 @@ module dda_original_rules
    use dda_errors, only: error_type, error_convergence, fail
    use dda_coulomb, only: coulomb_contact_type
    use dda_friction, only: bond_length_of, laws_type, law_of
-   use dda_contact_evaluation, only: assumed_normal, assumed_shear
-   use dda_contact_gradients, only: measure_contacts
+   use dda_contact_gradients, only: assumed_forces, measure_contacts, motion_in_step
    use dda_open_close, only: open_close_type, fail_if_step_stopped, solve_assumed
    use dda_linear_solver, only: solver_type
    implicit none
@@ -40,6 +39,7 @@ contains
       real(wp), intent(in) :: half_size    !< half the model size w0, m
       logical, intent(in) :: first_step    !< first step of the run, with at least two iterations
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
+      real(wp) :: force(2)
       integer :: i, c, switched
 
       iteration%changes = 0
@@ -52,8 +52,9 @@ contains
          if (allocated(error)) return
          call measure_contacts(contacts, system%d)
          do c = 1, contacts%n
-            contacts%normal_force(c) = assumed_normal(contacts, c)
-            contacts%shear_force(c) = assumed_shear(contacts, c)
+            force = assumed_forces(contacts, c, motion_in_step(contacts, c))
+            contacts%normal_force(c) = force(1)
+            contacts%shear_force(c) = force(2)
             contacts%trial_state(c) = next_state(contacts, laws, half_size, c)
          end do
          switched = count((contacts%trial_state(:contacts%n) == contact_open) &

@@ -8,8 +8,10 @@ module dda_abstract_solver
    use dda_kinds, only: wp
    use dda_archive, only: archive_type
    use dda_block_matrix, only: block_matrix_type
+   use dda_block_vectors, only: add_multiple
    use dda_conjugate_gradients, only: workspace_type
    use dda_errors, only: error_type
+   use dda_ordered_sums, only: inner_product
    use dda_rank_one, only: rank_one_type
    implicit none
    private
@@ -17,12 +19,22 @@ module dda_abstract_solver
 
    real(wp), parameter :: accuracy = 1.0e-11_wp  !< tolerance of ‖r‖/scale
 
+   !> largest number of corrections with a factor of an earlier matrix; usually one or two suffice
+   integer, parameter :: most_rounds = 4
+   !> accepted ‖error‖/‖x‖ with an earlier factor.  In a column of 15 m that moves by 1e-5 m in a
+   !> step, this error is about the rounding error of the coordinates
+   real(wp), parameter :: accepted_error = 3.0e-11_wp
+   real(wp), parameter :: safety = 2.0_wp  !< assumed contraction over the measured one
+   real(wp), parameter :: ageing = 1.05_wp  !< growth of the assumed contraction per solve
+   real(wp), parameter :: rounding = 1.0e-15_wp  !< attainable ‖r‖/scale
+
    !> Requested and reached convergence of a solve.
    type :: convergence_type
       real(wp) :: scale = 0.0_wp                 !< reference value of residuals
       real(wp) :: reduction = 0.0_wp          !< required residual/first residual, or 0
       real(wp) :: residual = 0.0_wp              !< reached ‖r‖/scale
-      logical :: reached = .false.                !< the iteration has reached the tolerance
+      real(wp) :: least_error = 0.0_wp           !< ‖error‖ that is always negligible, m
+      logical :: reached = .false.               !< the iteration has reached the tolerance
    end type convergence_type
 
    !> Equations K x = b, with or without an assembled K.
@@ -37,13 +49,17 @@ module dda_abstract_solver
       integer :: factors = 0                     !< number of factors computed by the last call
       integer :: iterations = 0  !< iterations of the last solve; 0: exact factor
       type(workspace_type) :: work
+      logical :: reusable = .false.  !< P, a factor of an earlier matrix, is accurate enough
+      real(wp) :: contraction = 1.0_wp  !< assumed ratio of successive corrections with P
+      real(wp) :: reduction = 1.0_wp    !< ratio of the first two residuals in the last solve with P
    contains
       procedure(analyse_pattern), deferred :: analyse
       procedure(renew_values), deferred :: renew
       procedure(solve_system), deferred :: solve
       procedure :: renew_shifted => keep_error
       procedure :: correct => correct_nothing
-      procedure :: reuse_factor => solve_nothing
+      procedure :: precondition => copy_residual
+      procedure :: reuse_factor
       procedure :: serialise => serialise_nothing
    end type linear_solver_type
 
@@ -103,16 +119,66 @@ contains
       success = .false.
    end subroutine correct_nothing
 
-   !> Solve with the factor of an earlier matrix; default: not possible.
-   subroutine solve_nothing(self, equations, x, convergence, success)
+   !> Compute z = P⁻¹ r; default: P = 1, for solvers without a factor.
+   subroutine copy_residual(self, n, r, z)
+      class(linear_solver_type), intent(inout) :: self  !< the solver
+      integer, intent(in) :: n         !< number of block rows
+      real(wp), intent(in) :: r(6, n)  !< residual
+      real(wp), intent(out) :: z(6, n)  !< correction of the solution
+
+      z = r
+   end subroutine copy_residual
+
+   !> Refine x iteratively with the factor of an earlier matrix: x += P⁻¹ r, r = b − K x.
+   !>
+   !> A small residual does not prove a small error in directions that only inertia restrains.  The
+   !> error after a correction is at most the contraction times the correction.  The contraction is
+   !> measured by two corrections; it is assumed to be unchanged while the first correction reduces
+   !> the residual as in the last solve.  P is discarded if some corrections do not suffice.
+   subroutine reuse_factor(self, equations, x, convergence, success)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
+      type(convergence_type), intent(inout) :: convergence  !< scale of residuals; reached residual
       logical, intent(out) :: success  !< .false.: x is not the solution
+      real(wp) :: length, last_length, limit, norm, last_norm
+      integer :: n, round
 
       success = .false.
-   end subroutine solve_nothing
+      if (.not. self%reusable) return
+      n = size(x, 2)
+      associate (r => self%work%r, z => self%work%z)
+         call equations%residual(x, r)
+         norm = sqrt(inner_product(n, r, r))
+         do round = 1, most_rounds
+            last_norm = norm
+            call self%precondition(n, r, z)
+            call add_multiple(n, 1.0_wp, z, x)
+            length = sqrt(inner_product(n, z, z))
+            if (round == 1) then
+               call equations%residual(x, r)
+               norm = sqrt(inner_product(n, r, r))
+               self%contraction = min(1.0_wp, ageing*self%contraction)
+               if (norm > safety*self%reduction*last_norm + rounding*convergence%scale) &
+                  self%contraction = 1.0_wp
+               self%reduction = norm/max(last_norm, tiny(1.0_wp))
+            else
+               self%contraction = min(1.0_wp, safety*length/max(last_length, tiny(1.0_wp)))
+               norm = safety*self%reduction*last_norm
+            end if
+            last_length = length
+            limit = max(convergence%least_error, accepted_error*sqrt(inner_product(n, x, x)))
+            success = norm <= accuracy*convergence%scale .and. self%contraction*length <= limit
+            if (success) exit
+            if (round == 1) cycle
+            call equations%residual(x, r)
+            norm = sqrt(inner_product(n, r, r))
+         end do
+      end associate
+      convergence%residual = norm/max(convergence%scale, tiny(1.0_wp))
+      self%iterations = min(round, most_rounds)
+      self%reusable = success
+   end subroutine reuse_factor
 
    !> Save or restore stored values; default: none, because the solver is rebuilt from the matrix.
    subroutine serialise_nothing(self, matrix, archive)

@@ -3,7 +3,7 @@
 !>
 !> The factor is retained while no contact springs change.  One or two steps of iterative refinement
 !> correct small changes of geometry (about 1e-6 of the matrix), at a tenth of the cost of a
-!> factorisation.
+!> factorisation.  The error after a step is at most the contraction times its correction.
 module dda_factor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, &
@@ -20,25 +20,19 @@ module dda_factor_solver
    private
    public :: factor_solver_type
 
-   !> largest number of refinement steps with an earlier factor; then a new factor is computed.
-   !> With the factor of the present matrix, one step usually suffices, more if springs are very
-   !> stiff
+   !> largest number of corrections with the factor of the present matrix; more than one is needed
+   !> if springs are very stiff
    integer, parameter :: most_rounds = 4
-
-   real(wp), parameter :: accepted_growth = 2.0_wp  !< allowed growth of the contraction factor
 
    !> A factor and its accuracy.
    type, extends(linear_solver_type) :: factor_solver_type
       type(factor_type) :: sparse         !< factor of this or an earlier matrix
-      logical :: reusable = .false.       !< the factor is reused while no spring changes
       logical :: exact = .false.          !< the factor belongs to the present matrix
-      real(wp) :: contraction = 1.0_wp    !< ratio of successive corrections with an earlier factor
-      real(wp) :: last_correction = 0.0_wp  !< length of the last correction
    contains
       procedure :: analyse
       procedure :: renew
       procedure :: solve
-      procedure :: reuse_factor
+      procedure :: precondition
       procedure :: serialise
    end type factor_solver_type
 
@@ -95,52 +89,55 @@ contains
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
       type(error_type), allocatable :: error
+      logical :: success
 
       convergence%reached = .false.
       if (.not. self%exact) then
-         if (self%reusable) call refine_assembled(self, matrix, b, x, convergence)
-         if (self%reusable) return
+         call refine_assembled(self, matrix, b, x, convergence, success)
+         if (success) return
          call make_factor(self, matrix, error)
          if (allocated(error)) return
       end if
-      call refine_assembled(self, matrix, b, x, convergence)
+      call solve_exactly(self, matrix, b, x, convergence)
    end subroutine solve
 
-   !> Refine the solution of equations with an assembled matrix.
-   subroutine refine_assembled(self, matrix, b, x, convergence)
+   !> Refine the solution of equations with an assembled matrix by an earlier factor.
+   subroutine refine_assembled(self, matrix, b, x, convergence, success)
       class(factor_solver_type), intent(inout) :: self  !< the solver
       type(block_matrix_type), intent(in), target :: matrix  !< K̂
       real(wp), intent(in), target :: b(6, matrix%n)  !< right-hand side, N
       real(wp), intent(inout) :: x(6, matrix%n)  !< first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
+      type(convergence_type), intent(inout) :: convergence  !< scale of residuals; reached residual
+      logical, intent(out) :: success  !< .false.: x is not the solution
       type(assembled_type) :: equations
 
       equations%matrix => matrix
       equations%b => b
-      if (self%exact) then
-         x = 0.0_wp
-         self%work%r = b
-      else
-         call equations%residual(x, self%work%r)
-      end if
-      call refine(self, equations, x, convergence)
+      call self%reuse_factor(equations, x, convergence, success)
    end subroutine refine_assembled
 
-   !> Refine x with the factor of an earlier matrix; discard the factor if it is too inaccurate.
-   subroutine reuse_factor(self, equations, x, convergence, success)
+   !> Solve with the factor of the present matrix; correct the rounding errors of the solution.
+   subroutine solve_exactly(self, matrix, b, x, convergence)
       class(factor_solver_type), intent(inout) :: self  !< the solver
-      class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
-      real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      real(wp), intent(in) :: b(6, matrix%n)  !< right-hand side, N
+      real(wp), intent(out) :: x(6, matrix%n)  !< solution, m
       type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
-      logical, intent(out) :: success  !< .false.: x is not the solution
+      integer :: round
 
-      self%exact = .false.
-      if (self%reusable) then
-         call equations%residual(x, self%work%r)
-         call refine(self, equations, x, convergence)
-      end if
-      success = self%reusable
-   end subroutine reuse_factor
+      x = 0.0_wp
+      self%work%r = b
+      self%iterations = 0
+      do round = 1, most_rounds
+         call solve_sparse(self%sparse, self%work%r, self%work%z)
+         x = x + self%work%z
+         call multiply(matrix, x, self%work%r)
+         self%work%r = b - self%work%r
+         convergence%residual = sqrt(inner_product(matrix%n, self%work%r, self%work%r)) &
+            /max(convergence%scale, tiny(1.0_wp))
+         if (convergence%residual <= accuracy) return
+      end do
+   end subroutine solve_exactly
 
    !> Compute the residual of equations with an assembled matrix.
    subroutine residual(self, x, r)
@@ -152,50 +149,15 @@ contains
       r = self%b - r
    end subroutine residual
 
-   !> Refine x iteratively: x += P⁻¹ r, r = b − K x, from the residual in `work`.
-   subroutine refine(self, equations, x, convergence)
+   !> Compute z = P⁻¹ r with the factor of this or an earlier matrix.
+   subroutine precondition(self, n, r, z)
       class(factor_solver_type), intent(inout) :: self  !< the solver
-      class(equations_type), intent(in) :: equations    !< K x = b
-      real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
-      type(convergence_type), intent(inout) :: convergence  !< requested and reached convergence
-      integer :: round
+      integer, intent(in) :: n         !< number of block rows
+      real(wp), intent(in) :: r(6, n)  !< residual
+      real(wp), intent(out) :: z(6, n)  !< correction of the solution
 
-      associate (work => self%work)
-         do round = 1, most_rounds
-            call solve_sparse(self%sparse, work%r, work%z)
-            x = x + work%z
-            self%iterations = merge(0, round, self%exact)
-            call equations%residual(x, work%r)
-            convergence%residual = sqrt(inner_product(size(x, 2), work%r, work%r)) &
-               /max(convergence%scale, tiny(1.0_wp))
-            if (self%exact .and. convergence%residual <= accuracy) return
-            if (self%exact) cycle
-            self%reusable = is_accurate_enough(self, x, round) .and. &
-               convergence%residual <= accuracy
-            if (self%reusable) return
-         end do
-      end associate
-   end subroutine refine
-
-   !> .true. if the next correction would be negligible.
-   !>
-   !> A small residual does not prove a small error in directions that only inertia restrains, so
-   !> the remaining error is estimated from the ratio of two successive corrections.
-   logical function is_accurate_enough(self, x, round)  ! total
-      class(factor_solver_type), intent(inout) :: self  !< the solver; `work` has the correction
-      real(wp), intent(in), contiguous :: x(:,:)  !< [6,n] solution, m
-      integer, intent(in) :: round    !< number of the correction, from 1
-      real(wp) :: length
-
-      length = sqrt(inner_product(size(x, 2), self%work%z, self%work%z))
-      if (round == 1) then
-         self%contraction = min(1.0_wp, accepted_growth*self%contraction)
-      else
-         self%contraction = min(1.0_wp, length/max(self%last_correction, tiny(1.0_wp)))
-      end if
-      self%last_correction = length
-      is_accurate_enough = self%contraction*length <= accuracy*sqrt(inner_product(size(x, 2), x, x))
-   end function is_accurate_enough
+      call solve_sparse(self%sparse, r, z)
+   end subroutine precondition
 
    !> Save or restore the values of a factor of an earlier matrix.
    subroutine serialise(self, matrix, archive)
@@ -209,6 +171,7 @@ contains
       call archive_values(archive, self%reusable)
       if (.not. self%reusable .or. allocated(archive%failure)) return
       call archive_values(archive, self%contraction)
+      call archive_values(archive, self%reduction)
       coupled = self%sparse%coupled
       call archive_values(archive, coupled)
       if (archive%reading) call prepare_to_read(self%sparse, matrix, coupled, error)

@@ -33,6 +33,7 @@ module dda_lagged_solver
       procedure :: renew_shifted
       procedure :: solve
       procedure :: correct
+      procedure :: precondition
       procedure :: serialise => serialise_factor
    end type lagged_solver_type
 
@@ -45,6 +46,7 @@ contains
 
       call make_workspace(self%work, matrix%n)
       call analyse_lagged(self%lagged, matrix)
+      self%reusable = .false.
    end subroutine analyse
 
    !> Update the factor, or compute a new one.
@@ -58,10 +60,22 @@ contains
       reusable = self%lagged%factorised .and. self%lagged%extra_iterations <= factor_cost
       if (reusable .and. changes%n > 0) &
          call update_low_rank(self%lagged%update, self%lagged%factor, changes, reusable)
-      if (reusable) return
-      call refactorise(self%lagged, matrix, error, .false.)
-      self%factors = 1
+      if (reusable .and. changes%n > 0) self%contraction = 1.0_wp
+      if (.not. reusable) call make_factor(self, matrix, .false., error)
    end subroutine renew
+
+   !> Factorise a matrix.
+   subroutine make_factor(self, matrix, shifted, error)
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      type(block_matrix_type), intent(in) :: matrix  !< K̂
+      logical, intent(in) :: shifted  !< factorise with a larger diagonal
+      type(error_type), allocatable, intent(out) :: error  !< a pivot is not positive
+
+      call refactorise(self%lagged, matrix, error, shifted)
+      self%factors = 1
+      self%reusable = .not. allocated(error)
+      self%contraction = 1.0_wp
+   end subroutine make_factor
 
    !> Factorise with a larger diagonal if rounding in single precision has made a pivot negative.
    subroutine renew_shifted(self, matrix, error)
@@ -69,8 +83,7 @@ contains
       type(block_matrix_type), intent(in) :: matrix  !< K̂
       type(error_type), allocatable, intent(inout) :: error  !< error of `renew`, if any
 
-      call refactorise(self%lagged, matrix, error, .true.)
-      self%factors = 1
+      call make_factor(self, matrix, .true., error)
    end subroutine renew_shifted
 
    !> Solve by iteration; compute a new factor if the old one needs too many iterations.
@@ -90,12 +103,21 @@ contains
          self%lagged%extra_iterations = self%lagged%extra_iterations &
             + max(0, self%iterations - usual_iterations)
          if (convergence%reached .or. attempt == 2) return
-         call refactorise(self%lagged, matrix, error, .false.)
-         self%factors = 1
+         call make_factor(self, matrix, .false., error)
          if (allocated(error)) return
          x = 0.0_wp
       end do
    end subroutine solve
+
+   !> Compute z = P⁻¹ r.
+   subroutine precondition(self, n, r, z)
+      class(lagged_solver_type), intent(inout) :: self  !< the solver
+      integer, intent(in) :: n         !< number of block rows
+      real(wp), intent(in) :: r(6, n)  !< residual
+      real(wp), intent(out) :: z(6, n)  !< correction of the solution
+
+      call self%lagged%apply(n, r, z)
+   end subroutine precondition
 
    !> Compute x = x + P⁻¹ change, if the last solve with this matrix took one application of P⁻¹.
    subroutine correct(self, n, change, x, success)
@@ -122,6 +144,9 @@ contains
       call serialise_label(archive, 'factor')
       call serialise(archive, self%lagged%factorised)
       call serialise(archive, self%lagged%extra_iterations)
+      call serialise(archive, self%reusable)
+      call serialise(archive, self%contraction)
+      call serialise(archive, self%reduction)
       if (.not. self%lagged%factorised .or. allocated(archive%failure)) return
       coupled = self%lagged%factor%coupled
       call serialise(archive, coupled)

@@ -8,7 +8,7 @@
 !> Types that extend `linear_solver_type` are the methods.  `auto` uses `direct` for small models,
 !> else `jacobi` or `lagged`, according to a bound on the iterations or their last number.
 !> Computing times are not used, so that runs are reproducible.  The residual of every solve is
-!> checked; if it is too large, the direct solver repeats the solve.
+!> checked, or its error bounded; if it is too large, the direct solver repeats the solve.
 module dda_linear_solver
    use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
@@ -45,11 +45,12 @@ module dda_linear_solver
    !> The active solver and counts of its work.
    type :: solver_type
       ! unsaved, the input: name
-      ! unsaved, recomputed in each step: loads
+      ! unsaved, recomputed in each step: loads, least_error
       character(len=6) :: name = 'auto'           !< name in the input
       character(len=6) :: method = ''  !< method in use; 'auto' until the first values are set
       class(linear_solver_type), allocatable :: active
       real(wp) :: loads = 0.0_wp  !< norm of the loads; residuals are relative to at least this
+      real(wp) :: least_error = 0.0_wp  !< ‖error‖ of x below the rounding of the coordinates, m
       logical :: rigid = .false.  !< b includes very stiff terms that make blocks rigid
       integer :: last_iterations = 0              !< iterations of the last solve
       integer :: n_shifted = 0  !< number of factors with a larger diagonal, for this pattern
@@ -223,16 +224,20 @@ contains
    end subroutine solve
 
    !> Solve K x = b with an earlier factor of nearly the same K, if there is one.
-   subroutine reuse_factor(solver, equations, x, success)
+   !> If low accuracy suffices, an iteration with the assembled matrix costs less.
+   subroutine reuse_factor(solver, equations, x, reduction, success)
       type(solver_type), intent(inout) :: solver      !< solver and counts
       class(equations_type), intent(in) :: equations  !< K x = b
       real(wp), intent(inout), contiguous :: x(:,:)   !< [6,n] first guess, becomes the solution, m
+      real(wp), intent(in) :: reduction  !< required residual/first residual
       logical, intent(out) :: success                    !< .false.: x is not the solution
       type(convergence_type) :: convergence
 
       success = .false.
       if (.not. allocated(solver%active)) return
+      if (reduction > 0.0_wp .and. solver%method /= 'direct') return
       convergence%scale = solver%loads
+      convergence%least_error = solver%least_error
       call solver%active%reuse_factor(equations, x, convergence, success)
       if (.not. success) return
       solver%solves = solver%solves + 1
