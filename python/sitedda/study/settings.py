@@ -139,8 +139,8 @@ def _parse_task(values: dict):
     for entry in fields(_TASKS[table]):
         if entry.default is MISSING and entry.name not in options:
             raise InputError(f"[{table}] {entry.name} is missing")
-    if isinstance(options.get("bracket"), list):
-        options["bracket"] = tuple(options["bracket"])
+    if isinstance(options.get("between"), list):
+        options["between"] = tuple(options["between"])
     return _TASKS[table](**options).checked()
 
 

@@ -101,7 +101,7 @@ def solve_for(
     result,
     target: float | Sequence[float],
     *,
-    bracket: Sequence,
+    between: Sequence,
     tolerance: float = 1e-3,
     task: str | Callable = "run",
     accuracy: bool = True,
@@ -117,14 +117,14 @@ def solve_for(
         Model to run, or a function of the parameter that returns a number.
     parameter : str
         Variable to change, such as ``joint[plane].friction_angle``.  For a sequence of variables,
-        `result`, `target` and `bracket` must be sequences of the same length, and a function must
+        `result`, `target` and `between` must be sequences of the same length, and a function must
         return this number of values.
     result : str or callable
         Result of the run (see `sitedda.study.measure`) or of the task, or a function of a
         `sitedda.Run`.
     target : float
         Target value of the result, in its unit.
-    bracket : (float, float)
+    between : (float, float)
         Bracket of the root.  If the result is on the same side of the target at both ends, the
         bracket is divided into eight intervals, and the lowest root is returned.
     tolerance : float
@@ -159,9 +159,9 @@ def solve_for(
     if not isinstance(parameter, str):
         from .solving_systems import solve_system
 
-        return solve_system(model, parameter, result, target, bracket, tolerance, task, accuracy,
+        return solve_system(model, parameter, result, target, between, tolerance, task, accuracy,
                             changes)  # fmt: skip
-    low, high = bracket_of(bracket)
+    low, high = bracket_of(between)
     target = FINITE.check("target", target)
     trials = Trials(model, [parameter], [result], task, changes)
     trials.target = target
@@ -185,7 +185,7 @@ class SolveFor:
     parameter: str
     result: str
     target: float
-    bracket: tuple[float, float]
+    between: tuple[float, float]
     tolerance: float = 1e-3
     task: str | Callable = "run"
     accuracy: bool = False
@@ -195,7 +195,7 @@ class SolveFor:
 
     def checked(self) -> "SolveFor":
         """Return the settings; raise InputError if one is invalid."""
-        bracket_of(self.bracket)
+        bracket_of(self.between)
         TOLERANCE.check("tolerance", self.tolerance)
         FINITE.check("target", self.target)
         if not isinstance(self.parameter, str) or not isinstance(self.result, str):
@@ -207,7 +207,7 @@ class SolveFor:
     def check(self, file) -> None:
         """Check before the search that parameter and result exist in an input."""
         trials = Trials(file, [self.parameter], [self.result], self.task, {})
-        text = changed_input(trials.text, {self.parameter: self.bracket[0]}, file=file)
+        text = changed_input(trials.text, {self.parameter: self.between[0]}, file=file)
         if self.task == "run":
             check_names(InputOfRun(trials.file, text), trials.requested)
 

@@ -68,12 +68,12 @@ def solve_system(
     """Solve for several parameters; the arguments are those of `solve_for`."""
     lengths = []
     for name, values in (("parameter", parameters), ("result", results), ("target", target),
-                         ("bracket", brackets)):  # fmt: skip
+                         ("between", brackets)):  # fmt: skip
         if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
             raise InputError(f"{name} = {values!r}: give a list, with one value per parameter")
         lengths.append(len(values))
     if len(set(lengths)) > 1 or not lengths[0]:
-        raise InputError("parameter, result, target and bracket must have the same length, not {}, "
+        raise InputError("parameter, result, target and between must have the same length, not {}, "
                          "{}, {} and {}".format(*lengths))  # fmt: skip
     for name, names in (("parameter", parameters), ("result", results)):
         if len(set(names)) < len(names):

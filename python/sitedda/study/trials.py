@@ -18,13 +18,13 @@ from .tasks import task_of
 def bracket_of(bracket) -> tuple[float, float]:
     """Return two different numbers in increasing order."""
     try:
-        low, high = sorted(FINITE.check("bracket", value) for value in bracket)
+        low, high = sorted(FINITE.check("between", value) for value in bracket)
     except (TypeError, ValueError) as trouble:
         if isinstance(trouble, InputError):
             raise
-        raise InputError(f"bracket = {bracket!r} must be two numbers") from None
+        raise InputError(f"between = {bracket!r} must be two numbers") from None
     if low == high:
-        raise InputError(f"bracket = {bracket!r}: the two numbers must differ")
+        raise InputError(f"between = {bracket!r}: the two numbers must differ")
     return low, high
 
 

@@ -148,7 +148,7 @@ def test_back_analysis_of_a_sliding_block(seed):
     model = slider(slope, 30.0, acceleration, push_time, duration=0.1 + push_time + 2 * stops,
                    stiffness=1e13)  # fmt: skip
     root = solve_for(model, "joint[plane].friction_angle", "joint_slip[base].last", target,
-                      bracket=(slope + 3, 60.0), tolerance=2e-4, accuracy=seed < 2)  # fmt: skip
+                      between=(slope + 3, 60.0), tolerance=2e-4, accuracy=seed < 2)  # fmt: skip
     assert root.value == pytest.approx(friction, rel=1e-3)
     assert root.low <= root.value <= root.high
     assert abs(root.value - friction) <= root.bar + 1e-3 * friction
@@ -180,7 +180,7 @@ def test_five_cases_without_a_root(values, bracket, mode):
             "target": 0.5,
         }
     with pytest.raises(NoRootError, match="no root") as error_info:
-        solve_for(model, bracket=bracket, accuracy=False, **arguments)
+        solve_for(model, between=bracket, accuracy=False, **arguments)
     assert error_info.value.mode == mode
     assert len(error_info.value.trials) >= 2
 
@@ -192,16 +192,16 @@ def cubic(x):
 
 @pytest.mark.parametrize("target", [0.0, 0.7, -2.0])
 def test_roots_of_a_function(target):
-    root = solve_for(lambda x: cubic(x), "x", "value", target, bracket=(2, 4), tolerance=1e-9)
+    root = solve_for(lambda x: cubic(x), "x", "value", target, between=(2, 4), tolerance=1e-9)
     assert cubic(root.value) == pytest.approx(target, abs=1e-8)
     assert len(root.trials) < 20  # bisection would need 30
     assert root.crossings == 1
 
 
 def test_the_lowest_of_several_roots():
-    root = solve_for(cubic, "x", "value", 0.5, bracket=(2, 5), tolerance=1e-6)
+    root = solve_for(cubic, "x", "value", 0.5, between=(2, 5), tolerance=1e-6)
     assert root.crossings == 1
-    root = solve_for(cubic, "x", "value", -0.5, bracket=(0, 4), tolerance=1e-6)
+    root = solve_for(cubic, "x", "value", -0.5, between=(0, 4), tolerance=1e-6)
     assert root.crossings == 2
     assert cubic(root.value) == pytest.approx(-0.5, abs=1e-5)
     assert root.value < 1.5
@@ -213,10 +213,10 @@ def test_a_jump_is_an_error_unless_it_is_accepted():
         return 5.0 if x > math.pi else -1.0
 
     with pytest.raises(NoRootError, match="jumps from -1 to 5") as error_info:
-        solve_for(step, "x", "value", 2.0, bracket=(0, 10))
+        solve_for(step, "x", "value", 2.0, between=(0, 10))
     assert error_info.value.mode == "jump"
     assert error_info.value.bracket[0] <= math.pi <= error_info.value.bracket[1]
-    root = solve_for(step, "x", "value", 2.0, bracket=(0, 10), jumps=True)
+    root = solve_for(step, "x", "value", 2.0, between=(0, 10), jumps=True)
     assert root.jumps
     assert root.low <= math.pi <= root.high
     assert root.high - root.low < 1e-3 * math.pi
@@ -224,22 +224,22 @@ def test_a_jump_is_an_error_unless_it_is_accepted():
 
 def test_invalid_results_and_failed_runs_are_reported():
     with pytest.raises(NoRootError) as error_info:
-        solve_for(lambda x: math.nan, "x", "value", 1.0, bracket=(0, 1))
+        solve_for(lambda x: math.nan, "x", "value", 1.0, between=(0, 1))
     assert error_info.value.mode == "no number"
     model = slider(5.0)
     model.control(gravity=(8.0, -1.0))
     with pytest.raises(NoRootError) as error_info:
         solve_for(model, "joint[plane].friction_angle", "joint_slip[base].last", 1.0,
-                  bracket=(10, 40))  # fmt: skip
+                  between=(10, 40))  # fmt: skip
     assert error_info.value.mode == "fails"
 
 
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"bracket": (1, 1)}, "must differ"),
-        ({"bracket": (1,)}, "two numbers"),
-        ({"bracket": 3}, "two numbers"),
+        ({"between": (1, 1)}, "must differ"),
+        ({"between": (1,)}, "two numbers"),
+        ({"between": 3}, "two numbers"),
         ({"target": math.nan}, "target"),
         ({"tolerance": 0}, "tolerance"),
         ({"result": "joint_slip[base]"}, "not a number"),
@@ -250,7 +250,7 @@ def test_invalid_results_and_failed_runs_are_reported():
 )
 def test_invalid_arguments_are_refused(values, message):
     arguments = {"parameter": "joint[plane].friction_angle", "result": "joint_slip[base].last",
-             "target": 0.1, "bracket": (10, 40)}  # fmt: skip
+             "target": 0.1, "between": (10, 40)}  # fmt: skip
     with pytest.raises(sitedda.InputError, match=message):
         solve_for(slider(duration=0.01), **arguments | values)
 
@@ -261,7 +261,7 @@ model = "slider.nml"
 parameter = "joint[plane].friction_angle"
 result = "joint_slip[base].last"
 target = 0.05
-bracket = [10, 40]
+between = [10, 40]
 """
 
 

@@ -18,7 +18,7 @@ def circle(a, b):
 
 def test_roots_of_functions():
     root = solve_for(circle, ["a", "b"], ["radius", "off"], [25.0, 1e6],
-                      bracket=[(0, 10), (0, 2e-8)], tolerance=1e-6)  # fmt: skip
+                      between=[(0, 10), (0, 2e-8)], tolerance=1e-6)  # fmt: skip
     assert root.value == pytest.approx([4.0, 3e-9], rel=1e-6)
     assert root.reached == pytest.approx([25.0, 1e6], rel=1e-6)
     assert root.slope[0] == pytest.approx([8.0, 6e9], rel=1e-4)
@@ -30,7 +30,7 @@ def test_roots_of_functions():
 
     expected = three(0.3, 1.2, 2.0)
     root = solve_for(three, list("xyz"), list(expected), list(expected.values()),
-                      bracket=[(0, 1), (1, 3), (1.5, 4)], tolerance=1e-8)  # fmt: skip
+                      between=[(0, 1), (1, 3), (1.5, 4)], tolerance=1e-8)  # fmt: skip
     assert root.value == pytest.approx([0.3, 1.2, 2.0], rel=1e-7)
 
 
@@ -40,7 +40,7 @@ def test_a_root_that_needs_another_starting_point():
     def hills(x, y):
         return x**3 - 3 * x, y - x
 
-    root = solve_for(hills, ["x", "y"], ["f", "g"], [12.0, 0.5], bracket=[(-3, 4), (-4, 6)])
+    root = solve_for(hills, ["x", "y"], ["f", "g"], [12.0, 0.5], between=[(-3, 4), (-4, 6)])
     assert hills(*root.value) == pytest.approx([12.0, 0.5], rel=1e-3)
 
 
@@ -58,7 +58,7 @@ def test_a_root_that_needs_another_starting_point():
 )
 def test_systems_without_roots(function, targets, mode, message):
     with pytest.raises(NoRootError, match=message) as error_info:
-        solve_for(function, ["x", "y"], ["f", "g"], targets, bracket=[(-1, 2), (-2, 3)])
+        solve_for(function, ["x", "y"], ["f", "g"], targets, between=[(-1, 2), (-2, 3)])
     assert error_info.value.mode == mode
     assert mode == "no number" or len(error_info.value.trials) > 4
 
@@ -66,19 +66,19 @@ def test_systems_without_roots(function, targets, mode, message):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"target": [1.0]}, "bracket must have the same length, not 2, 2, 1 and 2"),
+        ({"target": [1.0]}, "between must have the same length, not 2, 2, 1 and 2"),
         ({"target": 1.0}, "target = 1.0: give a list"),
         ({"result": "f"}, "result = 'f': give a list"),
         ({"parameter": ["x", "x"]}, "a name is repeated"),
         ({"parameter": []}, "not 0, 2, 2 and 2"),
-        ({"bracket": [(0, 1), (1, 1)]}, "must differ"),
+        ({"between": [(0, 1), (1, 1)]}, "must differ"),
         ({"target": [1.0, math.inf]}, "target"),
         ({"model": lambda x, y: x}, r"must return 2 numbers \(f, g\)"),
     ],
 )
 def test_invalid_arguments_are_refused(changes, message):
     arguments = {"model": circle, "parameter": ["x", "y"], "result": ["f", "g"],
-                 "target": [1.0, 2.0], "bracket": [(0, 1), (0, 1)]}  # fmt: skip
+                 "target": [1.0, 2.0], "between": [(0, 1), (0, 1)]}  # fmt: skip
     with pytest.raises(sitedda.InputError, match=message):
         solve_for(**arguments | changes)
 
@@ -91,7 +91,7 @@ def test_friction_and_density_of_a_sliding_block():
         model, ["joint[plane].friction_angle", "material.density"],
         ["joint_slip[base].last", "joint_normal_force[base].last"],
         [slip_of(0.0, 18.0, 4.0, 0.4), WEIGHT],
-        bracket=[(10, 30), (2000, 3000)], tolerance=1e-4,
+        between=[(10, 30), (2000, 3000)], tolerance=1e-4,
     )  # fmt: skip
     assert root.value == pytest.approx([18.0, 2500.0], rel=2e-3)
     assert np.all(abs(root.value - [18.0, 2500.0]) <= root.bar + [0.01, 0.1])
