@@ -38,7 +38,8 @@ module dda_checkpoint
       ', checkpoints with springs of contacts, crossings, joint laws, bolts, impacts, '// &
       'free fields, motions of boundaries, mean velocities, kept variables of contacts first, '// &
       'maxima, broken faces, doubts as records, mean stresses, couplings of factors, '// &
-      'gradients of contacts, rows by schema, water in joints and its tables'
+      'gradients of contacts, rows by schema, water in joints and its tables, '// &
+      'contractions of factors'
 
    !> The checkpoints of an output.
    type :: checkpoints_type
