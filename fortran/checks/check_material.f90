@@ -115,9 +115,8 @@ contains
          advice = advice//'; a smaller time_step or rayleigh_beta'
          brief = 'strains ring and decay to 1/e in '//short_text(steps)//' steps'
       end if
-      call add_check(report, advice == '', 'Rayleigh damping', &
-         finding, 'ζ = α/(2ω) + βω/2', advice(min(3, len(advice) + 1):), &
-         brief=brief)
+      call add_check(report, advice == '', 'Rayleigh damping', finding, 'ζ = α/(2ω) + βω/2', &
+         advice(min(3, len(advice) + 1):), brief=brief)
 
    contains
 

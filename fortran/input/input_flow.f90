@@ -230,8 +230,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their initial state
       real(wp) :: node_position(2, 2*size(flow%channel)), lowest(2), extent(2), cell, tolerance
       integer, allocatable :: first(:,:)  ! node of each cell
-      integer :: next(size(node_position, 2))     ! next node of the same cell
-      integer :: c, k, n, at(2)
+      integer :: next(size(node_position, 2)), c, k, n, at(2)  ! next: next node of the same cell
 
       if (size(flow%channel) == 0) return
       tolerance = 4*touching*blocks%half_size
@@ -243,8 +242,8 @@ contains
       do c = 1, size(flow%channel)
          associate (channel => flow%channel(c))
             do k = 1, 2
-               node_position(:, n + 1) = channel%reference(:, k, 1) + blocks%position(1:2, &
-                  channel%block(1))
+               node_position(:, n + 1) = channel%reference(:, k, 1) &
+                  + blocks%position(1:2, channel%block(1))
                at = int((node_position(:, n + 1) - lowest)/cell) + 1
                channel%node(k) = find_near_node(at, node_position(:, n + 1))
                if (channel%node(k) > 0) cycle

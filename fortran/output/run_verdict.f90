@@ -374,7 +374,7 @@ contains
       integer, intent(in) :: i                           !< number of the point
       logical, intent(in) :: with_table                  !< add table lines
       character(len=:), allocatable :: name
-      real(wp) :: sa(2), period(2), arias(2), unresolved_fraction
+      real(wp) :: sa(2), period(2), arias(2), unresolved
 
       associate (intensity => verdict%intensity(i))
          if (.not. maxval(intensity%unfiltered%acceleration) > 0.0_wp) return
@@ -384,12 +384,11 @@ contains
          call find_spectral_acceleration(intensity%oscillators, intensity%low_passed%spectrum, &
             intensity%low_passed%last_acceleration, sa, period)
          arias = arias_intensity(intensity%low_passed)
-         unresolved_fraction = 1.0_wp - &
-            maxval(arias)/arias_intensity(intensity%unfiltered(maxloc(arias, 1)))
+         unresolved = 1 - maxval(arias)/arias_intensity(intensity%unfiltered(maxloc(arias, 1)))
          call add_point('PGA', 'pga_resolved_m_s2', intensity%low_passed%acceleration, 'm/s^2', '')
          call add_point('PGV', 'pgv_m_s', intensity%velocity, 'm/s', '')
          call add_point('Arias intensity', 'arias_resolved_m_s', arias, 'm/s', &
-            high_frequency_text(unresolved_fraction))
+            high_frequency_text(unresolved))
          call add_point('largest Sa, ζ = 5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
             '; at '//short_text(0.01_wp*nint(100.0_wp*period(maxloc(sa, 1))))//' s')
       end associate
