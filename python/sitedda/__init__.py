@@ -4,11 +4,13 @@
 # Names are imported on access, so that the program handles signals and lack of memory
 # also while it imports its libraries.
 
-from .base.on_access import on_access
+from typing import TYPE_CHECKING
+
+from .base.on_access import import_on_access
 from .paths import install as find_short_paths
 
 find_short_paths()
-with on_access(globals()):
+if TYPE_CHECKING:
     from . import drawing, site, study
     from .base.core import __version__ as __version__
     from .base.errors import (
@@ -26,7 +28,7 @@ with on_access(globals()):
         SolverError,
     )
     from .build import cutting, masonry
-    from .calibration import Calibration, calibrate
+    from .calibration.calibrate import Calibration, calibrate
     from .drawing import pictures
     from .drawing.pictures import draw
     from .engine import signals
@@ -66,6 +68,8 @@ with on_access(globals()):
     )
     from .study.error_bars import Accuracy, accuracy
     from .study.solving import Root, solve_for
+
+import_on_access(globals())
 
 __all__ = ["Accuracy", "AuditWarning", "Calibration", "CheckError", "CheckpointError", "Column",
            "ConvergenceError", "HalfSpace", "InputError", "InterruptedRun", "Layer", "Model",

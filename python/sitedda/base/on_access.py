@@ -1,74 +1,55 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Import names of a package on first access, because imports take time."""
 
-import builtins
-from _thread import RLock
+from functools import cache
 from importlib import import_module
 
-_LOCK = RLock()  # of the built-in function that imports
 
+def import_on_access(members: dict) -> None:
+    """Import the names under ``if TYPE_CHECKING:`` of a package on their first access.
 
-class on_access:  # noqa: N801
-    """Context in whose body the statements ``from .module import name`` only register names.
-
-    A registered name is imported on its first access. Type checkers read the same statements.
-    The package has ``__all__``, and its names are not renamed by ``as``.
+    Type checkers read the same import statements, which the package itself does not execute.  The
+    package has ``__all__``, and its names are not renamed by ``as``.
 
     Parameters
     ----------
     members : dict
         ``globals()`` of the package.
     """
+    package = members["__name__"]
 
-    def __init__(self, members: dict):
-        self._members = members
-        self._places: dict[str, str] = {}  # module of each name
+    @cache
+    def modules() -> dict[str, str]:
+        return _modules_of_names(members["__spec__"].loader.get_source(package))
 
-    def __enter__(self) -> None:
-        """Replace the function that executes import statements."""
-        _LOCK.acquire()
-        self._import, builtins.__import__ = builtins.__import__, self._register
-
-    def __exit__(self, *_) -> None:
-        """Restore the function, and define access to the names."""
-        builtins.__import__ = self._import
-        _LOCK.release()
-        for name in self._places:
-            self._members.pop(name, None)
-        self._members.update(__getattr__=self._get, __dir__=self._names)
-
-    def _register(self, module, members=None, local=None, names=(), level=0):
-        """Register names and their module; imports of other threads are executed."""
-        if members is not self._members:
-            return self._import(module, members, local, names, level)
-        modules = {name: "." * level + module for name in names}
-        self._places |= modules
-        return _Names(modules)
-
-    def _get(self, name: str) -> object:
-        """Import a name; see `object.__getattr__`."""
-        package = self._members["__name__"]
-        if name not in self._places:
+    def import_name(name: str) -> object:
+        if name not in modules():
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        target = self._places[name]
-        defining_module = import_module(target, package) if target.strip(".") else None
-        if defining_module is None or (
-            hasattr(defining_module, "__path__") and not hasattr(defining_module, name)
-        ):
+        target = modules()[name]
+        home = import_module(target, package) if target.strip(".") else None
+        if home is None or (hasattr(home, "__path__") and not hasattr(home, name)):
             value = import_module(f"{target.rstrip('.')}.{name}", package)
         else:
-            value = getattr(defining_module, name)
-        self._members[name] = value
+            value = getattr(home, name)
+        members[name] = value
         return value
 
-    def _names(self) -> list[str]:
-        """Return the public names, registered modules and special names."""
-        dunder_names = [name for name in self._members if name.startswith("__")]
-        return sorted({*self._members["__all__"], *self._places, *dunder_names})
+    def public_names() -> list[str]:
+        dunder_names = [name for name in members if name.startswith("__")]
+        return sorted({*members["__all__"], *modules(), *dunder_names})
+
+    members.update(__getattr__=import_name, __dir__=public_names)
 
 
-class _Names:
-    """Placeholder of a module; an import statement takes names from it."""
+def _modules_of_names(source: str) -> dict[str, str]:
+    """Return the relative module of each name under ``if TYPE_CHECKING:`` of a source text."""
+    import ast
 
-    def __init__(self, names: dict):
-        vars(self).update(names)
+    blocks = [node for node in ast.parse(source).body if isinstance(node, ast.If)]
+    statements = [node for block in blocks for node in block.body]
+    return {
+        alias.name: "." * statement.level + (statement.module or "")
+        for statement in statements
+        if isinstance(statement, ast.ImportFrom)
+        for alias in statement.names
+    }

@@ -22,7 +22,7 @@ from ..output.verdict import (
     have_fallen,
     resolved_frequency,
 )
-from ..report.layout import headline, plain
+from ..report.layout import headline, place_panels, plain
 from ..report.style import BLUE, ORANGE, RULE, empty_figure, save_picture
 from ..site.beside import beside
 from .panels import (
@@ -44,6 +44,15 @@ if TYPE_CHECKING:
 
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 3.5  # inches, width of the blocks in a picture with two columns
+_SITE_HEIGHT = 7.1  # inches, height of the panels of a level site with their labels
+# Left and bottom ends, width and height of these panels, inches.
+_SITE_PANELS = {
+    "profile": (0.8, 4.11, 3.16, 2.57),
+    "surface": (4.76, 5.55, 6.1, 1.13),
+    "base": (4.76, 4.11, 6.1, 1.13),
+    "spectra": (0.8, 0.5, 3.16, 2.36),
+    "ratio": (4.76, 0.5, 6.1, 2.36),
+}
 _PANEL, _TITLES = 3.4, 0.9  # inches: height of a row; of titles and labels of blocks
 
 CAPTIONS = {
@@ -75,19 +84,25 @@ def run_picture(source: xr.Dataset | Scene | Purpose, discrete=None) -> Figure:
 
 def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Figure:
     """Draw a site: profile or blocks, accelerations, response spectra and amplification."""
-    figure = empty_figure((11, 7.6))
-    axes = figure.subplot_mosaic(
-        [["profile", "surface"], ["profile", "base"], ["spectra", "ratio"]],
-        width_ratios=[1, 1.9],
-        height_ratios=[1, 1, 2.1],
-    )
     try:
-        draw_profile(axes["profile"], beside(history, result.surface, result.base))
+        column = beside(history, result.surface, result.base)
     except ValueError:  # the ground is not level
+        figure = empty_figure((11, 7.6))
+        _draw_title(figure, history, result.peak.frequency)
+        axes = figure.subplot_mosaic(
+            [["profile", "surface"], ["profile", "base"], ["spectra", "ratio"]],
+            width_ratios=[1, 1.9],
+            height_ratios=[1, 1, 2.1],
+        )
         look = {"color": "material", "legend": False, "title": "The model"}
         BlockPicture(scene, axes=axes["profile"], **look).show(scene.frames - 1)
+    else:
+        figure = empty_figure((11, _SITE_HEIGHT), None)
+        title_height = _draw_title(figure, history, result.peak.frequency)
+        figure.set_size_inches(11, _SITE_HEIGHT + title_height)
+        axes = place_panels(figure, _SITE_PANELS)
+        draw_profile(axes["profile"], column)
     draw_site(axes, scene, result, discrete)
-    _draw_title(figure, history, result.peak.frequency)
     return figure
 
 
@@ -177,9 +192,12 @@ def _draw_movements(axes, scene: Scene, least: float) -> BlockPicture:
     return _draw_blocks(axes, scene, "Displacements at the end", last, **look)
 
 
-def _draw_title(figure, history, *frequencies: float) -> None:
-    """Draw the title of a run, and below it the damping of its model at frequencies (Hz)."""
-    headline(figure, *title_and_damping(history, *frequencies))
+def _draw_title(figure, history, *frequencies: float) -> float:
+    """Draw the title of a run, and below it the damping of its model at frequencies (Hz).
+
+    The height of both (inches) is returned.
+    """
+    return headline(figure, *title_and_damping(history, *frequencies))
 
 
 def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:

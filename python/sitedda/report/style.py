@@ -46,9 +46,12 @@ def new_figure(rows: int = 1, columns: int = 1, size=(9.0, 6.0), **options):
     return figure, figure.subplots(rows, columns, **options)
 
 
-def empty_figure(size) -> Figure:
-    """Create a figure without axes; `size` is width and height in inches."""
-    figure = Figure(figsize=size, layout=_RepeatedLayout())
+def empty_figure(size, layout: str | None = "constrained") -> Figure:
+    """Create a figure without axes; `size` is width and height in inches.
+
+    With `layout` None, the figure has no layout engine: its axes need positions.
+    """
+    figure = Figure(figsize=size, layout=_RepeatedLayout() if layout else "none")
     FigureCanvasAgg(figure)
     return figure
 

@@ -4,7 +4,9 @@
 Analyses of many columns are imported on access, because the picture of a run does not need them.
 """
 
-from ..base.on_access import on_access
+from typing import TYPE_CHECKING
+
+from ..base.on_access import import_on_access
 from .beside import Beside, beside
 from .branches import Branches
 from .column import Column, HalfSpace, Layer
@@ -16,7 +18,7 @@ from .nonlinear import NonlinearResponse, nonlinear
 from .response import ColumnResponse
 from .surface import Surface, surface
 
-with on_access(globals()):
+if TYPE_CHECKING:
     from .amplification import AmplificationTable, amplification_table
     from .matching import matched
     from .motions import (
@@ -32,6 +34,8 @@ with on_access(globals()):
     from .site_terms import SiteTerm, site_term
     from .suite_file import read_suite
     from .suites import Suite, suite
+
+import_on_access(globals())
 
 __all__ = ["TORO", "AmplificationTable", "Analyses", "Beside", "Branches", "Column",
            "ColumnResponse", "EquivalentLinear", "HalfSpace", "Intensity", "Layer",

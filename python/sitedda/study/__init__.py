@@ -6,10 +6,11 @@
 
 import sys
 from types import ModuleType
+from typing import TYPE_CHECKING
 
-from ..base.on_access import on_access
+from ..base.on_access import import_on_access
 
-with on_access(globals()):
+if TYPE_CHECKING:
     from ..stability.code_spectra import asce7, eurocode8, eurocode8_2024
     from .api import gather, study
     from .axes import Points, seeds
@@ -36,6 +37,8 @@ with on_access(globals()):
     from .table import collect, counts
     from .umbridge import serve_umbridge
     from .workers import Workers
+
+import_on_access(globals())
 
 __all__ = ["Bands", "Fragility", "FragilityBounds", "Ida", "Map", "Points", "Record", "Records",
            "Root", "Roots", "SobolIndices", "Tornado", "Workers", "asce7", "bands", "collect",
