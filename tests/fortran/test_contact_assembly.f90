@@ -14,7 +14,7 @@ module test_contact_assembly
    use dda_neighbours, only: neighbours_type
    use dda_rank_one, only: forget_changes, rank_one_type
    use dda_step_solution, only: find_residual
-   use models, only: random, random_vector
+   use models, only: random, random_vector, sow
    use systems, only: pattern_of
    use testing, only: case, check, check_close
    implicit none
@@ -100,29 +100,48 @@ contains
       call check(all(system%matrix%lower == expected%matrix%lower), 'the coupling blocks')
    end subroutine check_same
 
-   !> The residual without the matrix is that of the assembled equations, also if slip lifts.
+   !> The residual without the matrix is that of the assembled equations, also if slip lifts, and
+   !> has the same bits for any number of threads.
    subroutine residual_without_matrix()
+      integer :: threads
+      !$ integer :: default_threads
+
+      call residual_of_blocks(40, lifts=.false.)
+      call residual_of_blocks(40, lifts=.true.)
+      !$ default_threads = omp_get_max_threads()
+      do threads = 1, 3
+         !$ call omp_set_num_threads(threads)
+         call residual_of_blocks(600, lifts=.false., fixed=.true.)
+      end do
+      !$ call omp_set_num_threads(default_threads)
+   end subroutine residual_without_matrix
+
+   subroutine residual_of_blocks(n, lifts, fixed)
+      integer, intent(in) :: n
+      logical, intent(in) :: lifts
+      logical, intent(in), optional :: fixed  !< the same numbers in each call
       type(system_type) :: system
       type(contacts_type) :: contacts
-      integer, parameter :: n = 40
       real(wp) :: d(6, n), r(6, n), product(6, n)
-      integer :: round
+      real(wp), allocatable, save :: first_residual(:,:)
 
-      do round = 1, 2
-         call case('residual without the matrix, lift: '//merge('yes', 'no ', round == 2))
-         call random_contacts(system, contacts, n)
-         if (round == 2) then
-            contacts%with_laws = .true.
-            contacts%tilt = spread(random_vector(contacts%n), 1, 2)
-         end if
-         call assemble_all(system, contacts)
-         d = reshape(random_vector(6*n), [6, n])
-         call multiply(system%matrix, d, product)
-         call find_residual(system, contacts, d, r)
-         call check_close(r, system%rhs - product, 'residual', absolute=1.0e-12_wp)
-         call check(maxval(abs(r)) > 1.0_wp, 'it is not zero')
-      end do
-   end subroutine residual_without_matrix
+      call case('residual without the matrix, lift: '//merge('yes', 'no ', lifts))
+      if (present(fixed)) call sow(17)
+      call random_contacts(system, contacts, n)
+      if (lifts) then
+         contacts%with_laws = .true.
+         contacts%tilt = spread(random_vector(contacts%n), 1, 2)
+      end if
+      call assemble_all(system, contacts)
+      d = reshape(random_vector(6*n), [6, n])
+      call multiply(system%matrix, d, product)
+      call find_residual(system, contacts, d, r)
+      call check_close(r, system%rhs - product, 'residual', absolute=1.0e-12_wp)
+      call check(maxval(abs(r)) > 1.0_wp, 'it is not zero')
+      if (.not. present(fixed)) return
+      if (.not. allocated(first_residual)) first_residual = r
+      call check(all(r == first_residual), 'bits for any number of threads')
+   end subroutine residual_of_blocks
 
    !> Springs along the rows of gap and slip, written out.
    subroutine against_dense_sums()

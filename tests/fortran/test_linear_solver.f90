@@ -4,17 +4,25 @@
 module test_linear_solver
    use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
    use dda_kinds, only: wp
+   use dda_abstract_solver, only: equations_type
    use dda_band_matrix, only: band_type, order_band
    use dda_block_matrix, only: block_matrix_type, multiply, set_pattern
    use dda_errors, only: error_input, error_solver
    use dda_compact_block, only: compact, compact_size
    use dda_rank_one, only: most_changes, rank_one_type
-   use dda_linear_solver, only: analyse, choose_solver, renew, solve, solve_change, solver_names, &
-      solver_type
+   use dda_linear_solver, only: analyse, choose_solver, renew, reuse_factor, solve, solve_change, &
+      solver_names, solver_type, weigh_loads
    use systems, only: add_spring, diagonal_of
    use models, only: random_vector, sow
    use testing, only: case, check, check_fails, check_no_error, error
    implicit none
+
+   !> Equations of the present chain.
+   type, extends(equations_type) :: chain_type
+      real(wp), allocatable :: b(:,:)
+   contains
+      procedure :: residual => chain_residual
+   end type chain_type
 
    type(block_matrix_type) :: matrix
    type(solver_type) :: solver
@@ -231,6 +239,48 @@ contains
       call check_no_error(error, 'lagged')
       call check(solver%method == 'lagged' .and. solver%factors == 2, 'a second factor')
    end subroutine a_factor_that_is_too_old
+
+   !> A reused factor yields a small residual, also if the guess has an error that only inertia
+   !> restrains; after a change of the matrix that the factor does not contain, it is discarded.
+   subroutine a_factor_is_reused()
+      integer, parameter :: n = 100, ratios = 3
+      type(chain_type) :: equations
+      real(wp) :: x(6, n), b(6, n), r(6, n)
+      logical :: success
+      integer :: i
+
+      do i = 1, ratios
+         call chain(n, 10.0_wp**(-3 - i))  ! springs/inertia
+         b = reshape(random_vector(6*n), [6, n])
+         call prepare('lagged')
+         x = 0.0_wp
+         call solve(solver, matrix, b, x, error)
+         x = x + 1.0e-9_wp
+         equations%b = b
+         call weigh_loads(solver, b)
+         call reuse_factor(solver, equations, x, 0.0_wp, success)
+         call equations%residual(x, r)
+         call check(success .eqv. norm2(r) <= 1.0e-11_wp*norm2(b), 'success is a small residual')
+      end do
+      call chain(n, 1.0_wp)
+      call prepare('lagged')
+      matrix%diagonal(:, :, ::2) = 1.0e7_wp*matrix%diagonal(:, :, ::2)
+      x = 0.0_wp
+      call reuse_factor(solver, equations, x, 0.0_wp, success)
+      call check(.not. success, 'a factor of another matrix')
+      call reuse_factor(solver, equations, x, 0.0_wp, success)
+      call check(.not. success .and. solver%active%iterations == 0, 'it is not used again')
+   end subroutine a_factor_is_reused
+
+   !> Residual of the chain.
+   subroutine chain_residual(self, x, r)
+      class(chain_type), intent(in) :: self
+      real(wp), intent(in), contiguous :: x(:,:)
+      real(wp), intent(out), contiguous :: r(:,:)
+
+      call multiply(matrix, x, r)
+      r = self%b - r
+   end subroutine chain_residual
 
    !> If diagonal blocks require many iterations, `auto` changes to a factor.
    subroutine slow_iterations_with_the_diagonal_blocks()

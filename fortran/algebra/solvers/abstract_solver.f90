@@ -132,52 +132,50 @@ contains
    !> Refine x iteratively with the factor of an earlier matrix: x += P⁻¹ r, r = b − K x.
    !>
    !> A small residual does not prove a small error in directions that only inertia restrains.  The
-   !> error after a correction is at most the contraction times the correction.  The contraction is
-   !> measured by two corrections; it is assumed to be unchanged while the first correction reduces
-   !> the residual as in the last solve.  P is discarded if some corrections do not suffice.
+   !> error after a correction is estimated by the contraction times the correction.  The contraction
+   !> is measured by two corrections; it is assumed to be unchanged while the first correction
+   !> reduces the residual as in the last solve.  P is discarded if some corrections do not suffice.
    subroutine reuse_factor(self, equations, x, convergence, success)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< scale of residuals; reached residual
-      logical, intent(out) :: success  !< .false.: x is not the solution
+      logical, intent(out) :: success  !< .false.: x is another first guess
       real(wp) :: length, last_length, limit, norm, last_norm
       integer :: n, round
 
       success = .false.
+      self%iterations = 0
       if (.not. self%reusable) return
       n = size(x, 2)
       associate (r => self%work%r, z => self%work%z)
          call equations%residual(x, r)
          norm = sqrt(inner_product(n, r, r))
          do round = 1, most_rounds
-            last_norm = norm
             call self%precondition(n, r, z)
             call add_multiple(n, 1.0_wp, z, x)
+            self%iterations = round
+            last_norm = norm
+            call equations%residual(x, r)
+            norm = sqrt(inner_product(n, r, r))
             length = sqrt(inner_product(n, z, z))
-            if (round == 1) then
-               call equations%residual(x, r)
-               norm = sqrt(inner_product(n, r, r))
+            if (round > 1) then
+               self%contraction = min(1.0_wp, safety*length/max(last_length, tiny(1.0_wp)))
+            else
                self%contraction = min(1.0_wp, ageing*self%contraction)
                if (norm > safety*self%reduction*last_norm + rounding*convergence%scale) &
                   self%contraction = 1.0_wp
                self%reduction = norm/max(last_norm, tiny(1.0_wp))
-            else
-               self%contraction = min(1.0_wp, safety*length/max(last_length, tiny(1.0_wp)))
-               norm = safety*self%reduction*last_norm
             end if
             last_length = length
             limit = max(convergence%least_error, accepted_error*sqrt(inner_product(n, x, x)))
             success = norm <= accuracy*convergence%scale .and. self%contraction*length <= limit
-            if (success) exit
-            if (round == 1) cycle
-            call equations%residual(x, r)
-            norm = sqrt(inner_product(n, r, r))
+            if (success .or. .not. norm < last_norm) exit
          end do
       end associate
       convergence%residual = norm/max(convergence%scale, tiny(1.0_wp))
-      self%iterations = min(round, most_rounds)
       self%reusable = success
+      if (.not. norm <= huge(1.0_wp)) x = 0.0_wp
    end subroutine reuse_factor
 
    !> Save or restore stored values; default: none, because the solver is rebuilt from the matrix.

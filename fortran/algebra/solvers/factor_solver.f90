@@ -3,7 +3,7 @@
 !>
 !> The factor is retained while no contact springs change.  One or two steps of iterative refinement
 !> correct small changes of geometry (about 1e-6 of the matrix), at a tenth of the cost of a
-!> factorisation.  The error after a step is at most the contraction times its correction.
+!> factorisation.
 module dda_factor_solver
    use dda_kinds, only: wp
    use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, &

@@ -60,7 +60,10 @@ contains
       reusable = self%lagged%factorised .and. self%lagged%extra_iterations <= factor_cost
       if (reusable .and. changes%n > 0) &
          call update_low_rank(self%lagged%update, self%lagged%factor, changes, reusable)
-      if (reusable .and. changes%n > 0) self%contraction = 1.0_wp
+      if (reusable .and. changes%n > 0) then
+         self%reusable = .true.
+         self%contraction = 1.0_wp
+      end if
       if (.not. reusable) call make_factor(self, matrix, .false., error)
    end subroutine renew
 

@@ -8,7 +8,7 @@
 !> Types that extend `linear_solver_type` are the methods.  `auto` uses `direct` for small models,
 !> else `jacobi` or `lagged`, according to a bound on the iterations or their last number.
 !> Computing times are not used, so that runs are reproducible.  The residual of every solve is
-!> checked, or its error bounded; if it is too large, the direct solver repeats the solve.
+!> checked; if it is too large, the direct solver repeats the solve.
 module dda_linear_solver
    use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
@@ -239,10 +239,10 @@ contains
       convergence%scale = solver%loads
       convergence%least_error = solver%least_error
       call solver%active%reuse_factor(equations, x, convergence, success)
+      solver%iterations = solver%iterations + solver%active%iterations
       if (.not. success) return
       solver%solves = solver%solves + 1
       solver%last_iterations = solver%active%iterations
-      solver%iterations = solver%iterations + solver%last_iterations
       solver%exact = .true.
    end subroutine reuse_factor
 
