@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Savings by each remedy and constant of the iteration: python tests/benchmarks/ablation.py BUILD
 
-BUILD is a complete Meson build folder of this tree, with -Djoint_object=false.  Each variant is the
+BUILD is a complete Meson build folder of this tree, with -Djoint_object=false. Each variant is the
 engine without one remedy, or with one constant halved or doubled: only its file is recompiled and
-linked with the objects of BUILD, which does not change.  All variants run the same cases, each in its own process with one
-thread.  Printed for each variant are ratios to the unchanged engine over all cases: open–close
-iterations, factors, applications of the preconditioner, processor time; and cases that end
-differently or take five times as long.  Counts do not depend on the machine; the time does.
+linked with the objects of BUILD, which does not change. All variants run the same cases, each in
+its own process with one thread. Printed for each variant are ratios to the unchanged engine over
+all cases: open–close iterations, factors, applications of the preconditioner, processor time; and
+cases that end differently or take five times as long. Counts do not depend on the machine; the time
+does.
 --quick selects the small cases, --hard 96 walls with long steps, some without a solution,
 --only WORD … the variants whose names contain a WORD; --jobs N runs N cases simultaneously.
 """

@@ -131,10 +131,11 @@ contains
 
    !> Refine x iteratively with the factor of an earlier matrix: x += P⁻¹ r, r = b − K x.
    !>
-   !> A small residual does not prove a small error in directions that only inertia restrains.  The
-   !> error after a correction is estimated by the contraction times the correction.  The contraction
-   !> is measured by two corrections; it is assumed to be unchanged while the first correction
-   !> reduces the residual as in the last solve.  P is discarded if some corrections do not suffice.
+   !> A small residual does not prove a small error in directions that only inertia restrains.
+   !> Therefore the error after a correction is estimated by the contraction times the correction.
+   !> The contraction is measured by two corrections; it is assumed to be unchanged while the first
+   !> correction reduces the residual as in the last solve.  P is discarded if some corrections do
+   !> not suffice.
    subroutine reuse_factor(self, equations, x, convergence, success)
       class(linear_solver_type), intent(inout) :: self  !< the solver
       class(equations_type), intent(in) :: equations    !< equations with nearly the same matrix
