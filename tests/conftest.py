@@ -28,40 +28,40 @@ def root() -> Path:
 @pytest.fixture(scope="session", params=["sitedda", "sitedda-native"])
 def program(request):
     """Return a caller of each of the two programs: arguments in, completed process out."""
-    return caller(request.param)
+    return program_runner(request.param)
 
 
 @pytest.fixture(scope="session")
-def native():
+def binary():
     """Return a caller of the executable without Python."""
-    return caller("sitedda-native")
+    return program_runner("sitedda-native")
 
 
 @pytest.fixture(scope="session")
 def python_program():
     """Return a caller of the command line of the package."""
-    return caller("sitedda")
+    return program_runner("sitedda")
 
 
-def caller(name: str):
+def program_runner(program_name: str):
     """Return a function that runs a program with arguments and returns the completed process."""
-    path = executable(name)
+    path = executable(program_name)
 
-    def call(*arguments, folder=None, threads=None) -> subprocess.CompletedProcess:
+    def run_program(*arguments, folder=None, threads=None) -> subprocess.CompletedProcess:
         return subprocess.run(
             [path, *map(os.fspath, arguments)], cwd=folder,
             env=os.environ | ({"OMP_NUM_THREADS": str(threads)} if threads else {}),
             capture_output=True, encoding="utf-8", errors="replace", timeout=DEADLINE,
             check=False)  # fmt: skip
 
-    def start(*arguments, folder, **options) -> subprocess.Popen:
+    def start_program(*arguments, folder, **options) -> subprocess.Popen:
         return subprocess.Popen([path, *map(os.fspath, arguments)], cwd=folder, text=True,
             # In the background, the shell makes tests ignore Ctrl-C.
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
             **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options)  # fmt: skip
 
-    call.path, call.start = path, start
-    return named(call, name)
+    run_program.path, run_program.start = path, start_program
+    return named(run_program, program_name)
 
 
 def named(call, name: str):
@@ -195,7 +195,7 @@ def same_bits():
 
 
 @pytest.fixture
-def same_everywhere(in_parts, native, same_bits, tmp_path):
+def same_everywhere(in_parts, binary, same_bits, tmp_path):
     """Return a runner that asserts bit-identical results in parts, natively and with threads."""
     import sitedda
 
@@ -204,7 +204,7 @@ def same_everywhere(in_parts, native, same_bits, tmp_path):
         same_bits(whole, in_parts(file, steps))
         for threads in (1, 2):
             output = tmp_path / f"native_{threads}.nc"
-            native.ok("run", file, "-q", "-o", output, threads=threads)
+            binary.ok("run", file, "-q", "-o", output, threads=threads)
             same_bits(whole, output)
         return whole
 

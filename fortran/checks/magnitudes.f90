@@ -109,7 +109,7 @@ contains
             short_text(speed)//' m/s, faster than falling rock')
          call note_if(notes, rotation > max_rotation, 'initial_velocity of '//subject// &
             ' turns its blocks by '//short_text(rotation)// &
-            ' rad per step; the third value is in rad/s, or use a smaller time_step')
+            ' rad per step; check the third value (rad/s), or use a smaller time_step')
          call note_if(notes, material%density >= unit_weights(1) .and. material%density < &
             unit_weights(2) .and. (material%young_modulus < foam_moduli(1) .or. &
             material%young_modulus > foam_moduli(2)), 'density = '// &

@@ -675,10 +675,10 @@ contains
       weight = norm2(simulation%model%control%gravity)*sum(simulation%blocks%mass)
       if (weight > 0.0_wp) text = text//', '//short_text(equilibrium%largest_force/weight)// &
          ' of the weight'
-      if (equilibrium%tolerance_ratio > doubtful_ratio) text = text//'; but forces up to '// &
+      if (equilibrium%tolerance_ratio > doubtful_ratio) text = text//'; but a force below '// &
          short_text(equilibrium%tolerance_ratio)//' of the weight of block '// &
          block_name(simulation, equilibrium%tolerance_block)// &
-            ' count as balanced, so it may still slide '// &
+            ' is neglected, so this block may still slide '// &
          '(reduce force_tolerance or normal_stiffness of &contact)'
       if (equilibrium%unexplained > 0) text = text//'; but '// &
          penetration_text(simulation, equilibrium%unexplained)//': a vertex lies between two edges'

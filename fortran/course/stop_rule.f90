@@ -93,7 +93,7 @@ contains
 
    !> .true. if block b is counted: blocks outside bodies, and the first cell of each body.
    pure logical function is_counted_block(body, b)
-      integer, intent(in) :: body(:)  !< [blocks] body of a cell; 0: none
+      integer, intent(in) :: body(:)  !< [blocks] body of which the block is a cell; 0: none
       integer, intent(in) :: b        !< number of the block
 
       is_counted_block = body(b) == 0

@@ -66,7 +66,7 @@ contains
       if (simulation%neighbours%overflowed) then
          call fail(error, error_input, 'step '//to_text(simulation%step + 1)//' at t = '// &
             to_text(simulation%time)//' s: too many pairs of blocks lie within '//to_text(reach)// &
-            ' m of each other; try thicker blocks, or a smaller '// &
+            ' m of each other; use larger blocks, or a smaller '// &
             'max_displacement_ratio or time_step')
          return
       end if

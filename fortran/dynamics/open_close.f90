@@ -33,7 +33,7 @@ module dda_open_close
          loose_residual, &
       retained_fraction, most_bound_rounds
 
-   real(wp), parameter :: short_step = 0.5_wp  !< α below which an iteration has overshot
+   real(wp), parameter :: short_step = 0.5_wp  !< α of the line search after an overshoot
    real(wp), parameter :: very_short_step = 0.1_wp  !< α below which a step is very short
    integer, parameter :: most_short_steps = 6        !< very short steps before a whole step
    integer, parameter :: few_solves = 45  !< number of first solutions in which `rounding` applies

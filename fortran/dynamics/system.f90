@@ -37,7 +37,7 @@ module dda_system
       ! unsaved, set in each step: drifts
       ! unsaved, set in each step if `drifts`: drift, drift_load
       type(block_matrix_type) :: matrix            !< K̂
-      !> [entries] near pair of each lower block of K̂; last pair + 1 if only elements couple blocks
+      !> [entries] pair of blocks of each 6×6 matrix below the diagonal; pairs + 1: no contact
       integer, allocatable :: pair_of_entry(:)
       integer, allocatable :: first_contact(:)     !< [pairs+2] first contact of each near pair
       type(contact_terms_type) :: contact_terms    !< assembled terms of the contacts

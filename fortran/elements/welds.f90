@@ -510,7 +510,7 @@ contains
       end do
    end subroutine accept_step
 
-   !> Reset the memories of the springs after statics.
+   !> Start the memory of the springs at the deformations in static equilibrium.
    subroutine balance_reactions(self, blocks, unbalanced)
       class(welds_type), intent(inout) :: self  !< elements of this kind
       type(blocks_type), intent(in) :: blocks   !< blocks in static equilibrium

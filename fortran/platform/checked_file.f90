@@ -105,7 +105,7 @@ contains
 
    !> Close the file of an archive and return its error.
    subroutine end_stream(archive, error)
-      type(archive_type), intent(inout) :: archive  !< archive; its stream is removed
+      type(archive_type), intent(inout) :: archive  !< archive; loses its stream
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
       select type (stream => archive%stream)

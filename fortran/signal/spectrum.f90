@@ -51,7 +51,7 @@ contains
       allocate (spectrum(size(padded)/2 + 1), frequency(size(padded)/2 + 1))
       call transform_forward(padded, spectrum, success)
       if (.not. success) then
-         call fail(error, error_solver, 'FFTW has no plan for '//to_text(size(padded))//' samples')
+         call fail(error, error_solver, 'FFTW lacks memory for '//to_text(size(padded))//' samples')
          return
       end if
       spectrum = time_step*spectrum
@@ -105,7 +105,7 @@ contains
    !> Find the largest amplitude between two frequencies.
    !>
    !> The vertex of the parabola through the highest bin and its two neighbours refines frequency
-   !> and amplitude; bins are dense enough for this parabola with a padding of 4 or more.
+   !> and amplitude; zero padding to 4 times the length makes bins dense enough.
    subroutine find_peak(frequency, amplitude, lowest, highest, peak, error)
       real(wp), intent(in) :: frequency(:)                   !< evenly spaced, rising (Hz) [bins]
       real(wp), intent(in) :: amplitude(:)                   !< [bins]

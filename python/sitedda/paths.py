@@ -19,8 +19,8 @@ PACKAGES = {
     "site": "column",
     "study": "error_bars",
 }
-_PLACES = {n: f"{package}.{n}" for package, names in PACKAGES.items() for n in names.split()}
-_PLACES |= {"simulation": "facade.run"}
+_NEW_PATHS = {n: f"{package}.{n}" for package, names in PACKAGES.items() for n in names.split()}
+_NEW_PATHS |= {"simulation": "facade.run"}
 
 
 class _Finder:
@@ -31,15 +31,15 @@ class _Finder:
 
     def find_spec(self, name: str, path=None, target=None) -> ModuleSpec | None:
         """See `importlib.abc.MetaPathFinder.find_spec`."""
-        top, _, inner = name.partition(".")
-        if top != __package__ or inner.partition(".")[0] not in _PLACES:
+        top_package, _, inner = name.partition(".")
+        if top_package != __package__ or inner.partition(".")[0] not in _NEW_PATHS:
             return None
         return ModuleSpec(name, self)  # type: ignore[arg-type]  # it is no subclass of Loader
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """Return the module with its original specification."""
-        _, short, *inner = spec.name.split(".")
-        module = import_module(".".join([__package__, _PLACES[short], *inner]))
+        _, module_name, *inner = spec.name.split(".")
+        module = import_module(".".join([__package__, _NEW_PATHS[module_name], *inner]))
         spec.loader_state = module.__spec__
         return module
 

@@ -17,7 +17,7 @@ import time
 from pathlib import Path
 
 import layered_site as main_job
-from interrupted import layered_site, native_program, prepare, wall
+from interrupted import binary, layered_site, prepare, wall
 from options import parse_options
 
 TARGET = 2.0  # % of the run time
@@ -51,7 +51,7 @@ def measure(
 def main() -> int:
     """Measure both models and print the table."""
     options = parse_options(__doc__, rounds=9, program=str)
-    program = native_program(options.program)
+    program = binary(options.program)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     models = {
         "layered site": (60_000, 100, lambda interval: layered_site(60_000, interval)),

@@ -25,7 +25,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "robustness"))
 
-from interrupted import native_program  # noqa: E402
+from interrupted import binary  # noqa: E402
 from options import parse_options  # noqa: E402
 
 INPUT = ROOT / "inputs" / "layered_site.nml"
@@ -36,7 +36,7 @@ def main() -> None:
     options = parse_options(__doc__, native=str, repeat=5, core=int)
     core = max(os.sched_getaffinity(0)) if options.core is None else options.core
     os.sched_setaffinity(0, {core})
-    options.native = native_program(options.native)
+    options.native = binary(options.native)
     print(machine(core))
     version = subprocess.run([options.native, "--version"], capture_output=True, check=True)
     print(f"{options.native}: {version.stdout.decode().strip()}")

@@ -63,7 +63,7 @@ def blocks_of(spacing: float, folder: Path) -> tuple[Path, int]:
 def enter(browser, server):
     """Open a page of a server, and wait for its drawn model."""
     page = browser.new_context(viewport={"width": 1400, "height": 900}).new_page()
-    page.goto(server.entrance.as_uri())
+    page.goto(server.redirect_page.as_uri())
     until(page, "window.page && page.model && page.view.state.decoded")
     drawn(page)
     return page

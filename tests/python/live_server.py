@@ -48,8 +48,8 @@ class LiveProcess:
             line = self.process.stdout.readline()
             assert line, self.process.stderr.read()
             self.said += line
-        self.entrance = Path(re.search(r"to enter, open (\S+)", self.said)[1])
-        target = re.search(r"url=(\S+?)'", self.entrance.read_text())[1]
+        self.redirect_page = Path(re.search(r"to enter, open (\S+)", self.said)[1])
+        target = re.search(r"url=(\S+?)'", self.redirect_page.read_text())[1]
         self.address, _, self.token = target.partition("#")
 
     @property

@@ -67,11 +67,11 @@ FAULTS = [
 
 @pytest.mark.parametrize(("groups", "exception", "status", "phrases"), FAULTS)
 def test_a_fault_is_one_message_and_a_status(
-    groups, exception, status, phrases, write_input, native, main, tmp_path
+    groups, exception, status, phrases, write_input, binary, main, tmp_path
 ):
     file = write_input(groups)
     messages = []
-    for program in (native, main):
+    for program in (binary, main):
         output = tmp_path / f"{program.name}.nc"
         process = program("run", file, "--quiet", "--output", output)
         assert process.returncode == status, process.stderr

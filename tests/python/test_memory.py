@@ -22,9 +22,9 @@ LITTLE = 240 * MEBI  # with 225 MB, OpenBLAS 0.3.29 never loads
 PLAIN_CORE = "Nehalem" if platform.machine() == "x86_64" else ""
 
 
-def test_a_model_that_does_not_fit_is_refused_before_it_is_built(native, write_input, tmp_path):
+def test_a_model_that_does_not_fit_is_refused_before_it_is_built(binary, write_input, tmp_path):
     file = write_input(wall(20_000, "jacobi"))
-    process = limited(native.path, LITTLE, "run", file, folder=tmp_path)
+    process = limited(binary.path, LITTLE, "run", file, folder=tmp_path)
     assert process.returncode == 7, process.stderr
     needed = re.search(
         r"of \d+ blocks needs ([\d.]+) GB of memory, ([\d.]+) GB are", process.stderr
@@ -34,12 +34,12 @@ def test_a_model_that_does_not_fit_is_refused_before_it_is_built(native, write_i
 
 
 @pytest.fixture(scope="module")
-def enough_for_jacobi(native, tmp_path_factory) -> int:
+def enough_for_jacobi(binary, tmp_path_factory) -> int:
     """Return the address space of steps without a factor; it is too small for a check."""
     folder = tmp_path_factory.mktemp("jacobi")
     (folder / "model.nml").write_text(wall(BLOCKS, "jacobi", steps=2000))
     environment = os.environ | memory_limits.ONE_THREAD
-    running = subprocess.Popen([native.path, "run", "model.nml", "-q"], cwd=folder, env=environment)
+    running = subprocess.Popen([binary.path, "run", "model.nml", "-q"], cwd=folder, env=environment)
     journal, sizes = folder / "model.nc.journal", set()
 
     def has_computed_steps() -> bool:
@@ -55,32 +55,32 @@ def enough_for_jacobi(native, tmp_path_factory) -> int:
 
 @pytest.mark.parametrize("solver", ["direct", "lagged"])
 def test_a_factor_that_does_not_fit_is_named_and_jacobi_runs(
-    solver, native, enough_for_jacobi, write_input, tmp_path
+    solver, binary, enough_for_jacobi, write_input, tmp_path
 ):
     limit = enough_for_jacobi + 8 * MEBI
     file = write_input(wall(BLOCKS, solver))
-    process = limited(native.path, limit, "run", file, "-q", folder=tmp_path)
+    process = limited(binary.path, limit, "run", file, "-q", folder=tmp_path)
     assert process.returncode == 7, (process.stdout, process.stderr)
     assert "memory" in process.stderr and "'jacobi'" in process.stderr
     assert process.stderr.count("\n") == 1 and not (tmp_path / "model.nc").exists()
     file = write_input(wall(BLOCKS, "jacobi"))
-    process = limited(native.path, limit, "run", file, "-q", folder=tmp_path)
+    process = limited(binary.path, limit, "run", file, "-q", folder=tmp_path)
     assert process.returncode == 0, process.stderr
 
 
 @pytest.mark.parametrize(("solver", "core"), [("direct", PLAIN_CORE), ("lagged", "")])
 def test_with_any_limit_a_run_completes_or_states_its_need(
-    solver, core, native, enough_for_jacobi, tmp_path
+    solver, core, binary, enough_for_jacobi, tmp_path
 ):
     limits = range(enough_for_jacobi - 20 * MEBI, enough_for_jacobi + 60 * MEBI, 8 * MEBI)
-    outcomes = sweep(native.path, limits, solver, BLOCKS, tmp_path, core)
+    outcomes = sweep(binary.path, limits, solver, BLOCKS, tmp_path, core)
     assert is_sound(outcomes) and set(outcomes) == {REFUSED, DONE}, outcomes
 
 
-def test_a_limit_without_room_for_blas_is_refused_at_once(native, write_input, tmp_path):
+def test_a_limit_without_room_for_blas_is_refused_at_once(binary, write_input, tmp_path):
     file = write_input(wall(16, "jacobi"))
     for command in ("run", "check"):
-        process = limited(native.path, LITTLE, command, file, folder=tmp_path, core=PLAIN_CORE)
+        process = limited(binary.path, LITTLE, command, file, folder=tmp_path, core=PLAIN_CORE)
         assert outcome(process) == REFUSED and "of addresses for BLAS" in process.stderr
-        process = limited(native.path, 1000 * MEBI, command, file, folder=tmp_path, core=PLAIN_CORE)
+        process = limited(binary.path, 1000 * MEBI, command, file, folder=tmp_path, core=PLAIN_CORE)
         assert outcome(process) == DONE

@@ -189,14 +189,14 @@ def test_the_install_section_holds(root):
     assert all(f'"{job}": {job}' in jobs for job in re.findall(r"start.py (\w+)", readme))
 
 
-def test_the_executable_runs_given_blocks(native, python_program, tmp_path):
+def test_the_executable_runs_given_blocks(binary, python_program, tmp_path):
     """It refuses other inputs with a sentence that names the other program, and links no Python."""
     libraries = subprocess.check_output(["ldd", executable("sitedda-native")], text=True)
     assert "libgfortran" in libraries and "libpython" not in libraries
     python_program.ok("example", "layered_site", folder=tmp_path)
     python_program.ok("example", "slope", folder=tmp_path)
-    native.ok("check", "layered_site.nml", folder=tmp_path)
-    refused = native("check", "slope.nml", folder=tmp_path)
+    binary.ok("check", "layered_site.nml", folder=tmp_path)
+    refused = binary("check", "slope.nml", folder=tmp_path)
     assert refused.returncode == 1 and "sitedda build" in refused.stderr
 
 

@@ -41,7 +41,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "python")]
 
 from damaged_outputs import damaged  # noqa: E402
 from fuzz import Probe  # noqa: E402
-from interrupted import native_program  # noqa: E402
+from interrupted import binary  # noqa: E402
 from model_text import changed, namelist, tower  # noqa: E402
 from mutated_files import good_blocks, moved_corners, mutated_file  # noqa: E402
 from mutations import (  # noqa: E402
@@ -186,10 +186,10 @@ def good_store(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in files}
 
 
-def hostile_input(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_input(case: Case, rng: random.Random, good: dict) -> None:
     """Give a damaged input to each command that reads one."""
-    case.files["m.nml"] = mutated_input(chance.randrange(2**31))
-    case.words = chance.choices(
+    case.files["m.nml"] = mutated_input(rng.randrange(2**31))
+    case.words = rng.choices(
         [
             ["run", "m.nml", "-q", "--no-plot"],
             ["check", "m.nml"],
@@ -203,18 +203,18 @@ def hostile_input(case: Case, chance: random.Random, good: dict) -> None:
     )[0]
 
 
-def hostile_name(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_name(case: Case, rng: random.Random, good: dict) -> None:
     """Let an input name another place of its output, or set a trap at a file to be written."""
-    trap_kind = chance.choice(["link", "dangling", "pipe", "device", "folder", "mine", "hard link"])
-    if chance.random() < 0.3:
-        name = chance.choice(
+    trap_kind = rng.choice(["link", "dangling", "pipe", "device", "folder", "mine", "hard link"])
+    if rng.random() < 0.3:
+        name = rng.choice(
             [*HOSTILE_TEXTS, "../victim", "{above}/victim", "{above}/new.nc", "m.nml"]
         )
         quoted = name.replace("'", "''")
         case.files["m.nml"] = re.sub(rb"'o\.nc'", lambda _: f"'{quoted}'".encode(), good["m.nml"])
         case.words = ["run", "m.nml", "-q", "--no-plot"]
         return
-    command = chance.choice(["run", "resume", "draw", "view", "report", "movie", "export", "build",
+    command = rng.choice(["run", "resume", "draw", "view", "report", "movie", "export", "build",
                              "record", "site", "surface", "safety", "study"])  # fmt: skip
     name = {"draw": "x.png", "view": "x.html", "report": "x.html", "movie": "x.gif",
             "build": "x.nml", "study": "t.nc"}.get(command, "x.png")  # fmt: skip
@@ -222,53 +222,53 @@ def hostile_name(case: Case, chance: random.Random, good: dict) -> None:
     case.words = [command, source.get(command, "good.nc"), "-o", name]
     if command in ("run", "resume"):
         case.words = [command, "m.nml", "-q", "--no-plot"]
-        name = "o.nc" + chance.choice(["", *(f".{ending}" for ending in SIDE_FILES)])
+        name = "o.nc" + rng.choice(["", *(f".{ending}" for ending in SIDE_FILES)])
     elif command == "export":
         case.words = ["export", "good.nc", "--vtk", "vtk"]
-        name = chance.choice(["vtk", "vtk/blocks_0000.vtp", "vtk/blocks.pvd"])
+        name = rng.choice(["vtk", "vtk/blocks_0000.vtp", "vtk/blocks.pvd"])
     elif command == "study":
         case.words = ["study", "plan", "s.toml"]
-        name = chance.choice(["st/study.json", "st/submit.sh", "st/tasks.txt", "st/cases", "st"])
+        name = rng.choice(["st/study.json", "st/submit.sh", "st/tasks.txt", "st/cases", "st"])
     elif command == "view":
         case.words.append("--no-open")
-    elif chance.random() < 0.1:
+    elif rng.random() < 0.1:
         name = case.words[1]  # the input file itself
         case.words[3] = name
         return
     case.traps.append((name, trap_kind))
 
 
-def hostile_record(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_record(case: Case, rng: random.Random, good: dict) -> None:
     """Give a damaged record."""
-    case.files["record.smc"] = mutated_record(chance.randrange(2**31))
+    case.files["record.smc"] = mutated_record(rng.randrange(2**31))
     case.words = ["record", "record.smc", "-o", "x.png"]
 
 
-def hostile_lines(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_lines(case: Case, rng: random.Random, good: dict) -> None:
     """Give damaged files of lines and polygons."""
-    kind = chance.choice(["csv", "wkt", "geojson", "dxf"])
-    mutation = chance.choice([mutated_file, moved_corners])
-    case.files[f"part.{kind}"] = mutation(kind, chance.randrange(2**31))
-    option = chance.choice(["", "", "", "", ", layer = 'a'", ", layer = '0'", ", scale = 1e-3"])
-    group = chance.choice(FROM_FILES).format(f"file = 'part.{kind}'{option}")
+    kind = rng.choice(["csv", "wkt", "geojson", "dxf"])
+    mutation = rng.choice([mutated_file, moved_corners])
+    case.files[f"part.{kind}"] = mutation(kind, rng.randrange(2**31))
+    option = rng.choice(["", "", "", "", ", layer = 'a'", ", layer = '0'", ", scale = 1e-3"])
+    group = rng.choice(FROM_FILES).format(f"file = 'part.{kind}'{option}")
     case.files["imported.nml"] = re.sub(r"&region.*", lambda _: group, JOINTED).encode()
     case.words = ["build", "imported.nml"]
 
 
-def hostile_blocks(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_blocks(case: Case, rng: random.Random, good: dict) -> None:
     """Give a damaged block file."""
-    case.files["blocks.nc"] = mutated_file("nc", chance.randrange(2**31))
-    case.words = chance.choice([["run", "blocks.nml", "-q", "--no-plot"], ["check", "blocks.nml"]])
+    case.files["blocks.nc"] = mutated_file("nc", rng.randrange(2**31))
+    case.words = rng.choice([["run", "blocks.nml", "-q", "--no-plot"], ["check", "blocks.nml"]])
 
 
-def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_output(case: Case, rng: random.Random, good: dict) -> None:
     """Give a damaged or inconsistent output to each command that shows one."""
     with tempfile.TemporaryDirectory() as folder:
         file, damaged_file = Path(folder) / "o.nc", Path(folder) / "n.nc"
-        file.write_bytes(good[chance.choice([name for name in good if name.startswith(OUTPUTS)])])
-        damaged(chance, file, damaged_file)
+        file.write_bytes(good[rng.choice([name for name in good if name.startswith(OUTPUTS)])])
+        damaged(rng, file, damaged_file)
         case.files["good.nc"] = damaged_file.read_bytes()
-    case.words = chance.choices(
+    case.words = rng.choices(
         [
             ["draw", "good.nc", "-o", "x.png"],
             ["draw", "good.nc", "-o", "x.png", "--contacts", "force", "--color", "stress"],
@@ -284,56 +284,56 @@ def hostile_output(case: Case, chance: random.Random, good: dict) -> None:
     )[0]
 
 
-def hostile_checkpoint(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_checkpoint(case: Case, rng: random.Random, good: dict) -> None:
     """Damage files that an interrupted run has left beside its output."""
-    ending = chance.choice(["checkpoint", "checkpoint", "journal", "partial"])
+    ending = rng.choice(["checkpoint", "checkpoint", "journal", "partial"])
     name = f"stopped.nc.{ending}"
-    case.files[name] = mutated_checkpoint(chance.randrange(2**31), good[name])
-    command = chance.choice(["resume", "resume", "resume", "run"])
+    case.files[name] = mutated_checkpoint(rng.randrange(2**31), good[name])
+    command = rng.choice(["resume", "resume", "resume", "run"])
     case.words = [command, "m.nml", "-q", "--no-plot", "-o", "stopped.nc"]
 
 
-def hostile_study(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_study(case: Case, rng: random.Random, good: dict) -> None:
     """Damage the file of a study."""
     text = STUDY
-    for _ in range(chance.choice([1, 1, 2])):
+    for _ in range(rng.choice([1, 1, 2])):
         lines = text.splitlines()
-        at = chance.randrange(len(lines))
+        at = rng.randrange(len(lines))
         name, separator, _ = lines[at].partition(" = ")
         literals = [
             *(json.dumps(value) for value in HOSTILE_TEXTS),
             *("nan", "inf", "-1", "0", "true", "[]", "{}", "[[1]]", "1e400", "9" * 30, "[1, 'a']"),
             *("{from = 1, to = 2, count = 1e9}", "1979-05-27", '["--x=a\\nb"]', '{x = "\\n"}'),
         ]
-        literal = chance.choice(literals)
-        match chance.randrange(5):
+        literal = rng.choice(literals)
+        match rng.randrange(5):
             case 0 | 1 | 2 if separator:
                 lines[at] = f"{name} = {literal}"
             case 3 if separator:
-                lines[at] = f"{json.dumps(chance.choice(HOSTILE_TEXTS))} = {literal}"
+                lines[at] = f"{json.dumps(rng.choice(HOSTILE_TEXTS))} = {literal}"
             case _:
                 lines.pop(at)
         text = "\n".join(lines)
     data = text.encode("utf-8", "replace")
-    case.files["s.toml"] = mutated_bytes(chance, data) if chance.random() < 0.15 else data
+    case.files["s.toml"] = mutated_bytes(rng, data) if rng.random() < 0.15 else data
     case.words = ["study", "plan", "s.toml"]
 
 
-def hostile_store(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_store(case: Case, rng: random.Random, good: dict) -> None:
     """Damage a file in the folder of a study."""
-    name = chance.choice(sorted(name for name in good if name.startswith("done/")))
+    name = rng.choice(sorted(name for name in good if name.startswith("done/")))
     data = good[name]
-    if data and chance.random() < 0.5 and name.endswith((".json", ".nml", ".txt")):
+    if data and rng.random() < 0.5 and name.endswith((".json", ".nml", ".txt")):
         tokens = re.findall(rb"[\w.]+|\W", data)
-        tokens[chance.randrange(len(tokens))] = chance.choice(
+        tokens[rng.randrange(len(tokens))] = rng.choice(
             [*HOSTILE_TEXTS, *HOSTILE_NUMBERS, "null", "[]", "{}", '"x"', "true"]
         ).encode("utf-8", "replace")
         case.files[name] = b"".join(tokens)
     else:
-        case.files[name] = mutated_bytes(chance, data)
+        case.files[name] = mutated_bytes(rng, data)
     run = ["study", "run", "s.toml", "--folder", "done", "-q", "-w", "1"]
     collect = ["study", "collect", "done", "-q", "-o", "t.nc"]
-    case.words = chance.choices([collect, [*collect, "--report"], run], [8, 2, 1])[0]
+    case.words = rng.choices([collect, [*collect, "--report"], run], [8, 2, 1])[0]
 
 
 OPTIONS = {
@@ -357,9 +357,9 @@ OPTIONS = {
 }
 
 
-def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
+def hostile_options(case: Case, rng: random.Random, good: dict) -> None:
     """Give invalid options with valid files to each command."""
-    command = chance.choice(list(OPTIONS))
+    command = rng.choice(list(OPTIONS))
     source = {"record": "record.smc", "run": "m.nml", "resume": "m.nml", "check": "m.nml",
               "safety": "jointed.nml", "build": "jointed.nml"}.get(command, "good.nc")  # fmt: skip
     case.words = [command, source]
@@ -367,20 +367,16 @@ def hostile_options(case: Case, chance: random.Random, good: dict) -> None:
         case.words = ["study", "plan", "s.toml"]
     elif command in ("example", "validate", "paper"):  # no complete case of validate and paper
         argument = {"example": "column", "validate": "--list"}.get(command, "--help")
-        case.words = [command, chance.choice([argument, *HOSTILE_TEXTS])]
-    for option in chance.sample(
-        OPTIONS[command], min(len(OPTIONS[command]), chance.choice([1, 2]))
-    ):
-        value = chance.choice([*HOSTILE_NUMBERS, *HOSTILE_NUMBERS, *HOSTILE_TEXTS])
+        case.words = [command, rng.choice([argument, *HOSTILE_TEXTS])]
+    for option in rng.sample(OPTIONS[command], min(len(OPTIONS[command]), rng.choice([1, 2]))):
+        value = rng.choice([*HOSTILE_NUMBERS, *HOSTILE_NUMBERS, *HOSTILE_TEXTS])
         if option == "--set":
-            name = chance.choice(
+            name = rng.choice(
                 ["time_step", "output.file", "joint[*].cohesion", "block_interval", "x", ""]
             )  # not steps: large numbers of steps are valid
-            value = f"{name}={chance.choice([*NUMBERS, value])}"
+            value = f"{name}={rng.choice([*NUMBERS, value])}"
         if option in ("-o", "--vtk", "--folder"):
-            value = chance.choice(
-                [*HOSTILE_TEXTS, "mine.txt", "m.nml", "../victim", ".", "no/x.png"]
-            )
+            value = rng.choice([*HOSTILE_TEXTS, "mine.txt", "m.nml", "../victim", ".", "no/x.png"])
             case.target = value
         case.words += [option, value]
     if command == "view":
@@ -415,9 +411,9 @@ KINDS: dict[str, tuple[Callable, int]] = {
 
 def make_case(kind: str, seed: int, good: dict) -> Case:
     """Return the case of a kind and seed; it is always the same."""
-    case, chance = Case(kind, str(seed)), random.Random(f"{kind} {seed}")
-    KINDS[kind][0](case, chance, good)
-    if case.words[0] in ("run", "resume", "check") and chance.random() < 0.4:
+    case, rng = Case(kind, str(seed)), random.Random(f"{kind} {seed}")
+    KINDS[kind][0](case, rng, good)
+    if case.words[0] in ("run", "resume", "check") and rng.random() < 0.4:
         case.words = [NATIVE, *(argument for argument in case.words if argument != "--no-plot")]
     return case
 
@@ -596,7 +592,7 @@ def become(folder: str, arguments: list[str]) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
         os.chdir(folder)
         if arguments[0] == NATIVE:
-            os.execv(native_program(), [os.fsencode(argument) for argument in arguments])
+            os.execv(binary(), [os.fsencode(argument) for argument in arguments])
         status = program.main([argument.encode("utf-8", "surrogatepass").decode("utf-8", "replace")
                                for argument in arguments])  # fmt: skip
     except SystemExit as end:

@@ -19,7 +19,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from interrupted import difference, finish, native_program, prepare, reference_of, start, wall
+from interrupted import binary, difference, finish, prepare, reference_of, start, wall
 from mutations import mutated_checkpoint
 from options import parse_options
 
@@ -45,16 +45,16 @@ def interrupted_run(program: str, folder: Path) -> None:
     running.communicate()
 
 
-def case(program, folder, copies, reference, chance) -> tuple[str, str]:
+def case(program, folder, copies, reference, rng) -> tuple[str, str]:
     """Damage one file and resume; return the kind of damage, and what is wrong with the outcome."""
     for file in folder.glob("out.nc*"):
         file.unlink()
     for file in copies.iterdir():
         shutil.copy(file, folder)
-    kind = chance.choices(("alone", "with previous", "journal", "forged"), (60, 15, 10, 15))[0]
+    kind = rng.choices(("alone", "with previous", "journal", "forged"), (60, 15, 10, 15))[0]
     name = "out.nc.journal" if kind == "journal" else "out.nc.checkpoint"
     complete = (folder / name).read_bytes()
-    seed = chance.randrange(2**31)
+    seed = rng.randrange(2**31)
     if kind == "forged":
         state = mutated_checkpoint(seed, complete[HEAD:-TAIL])
         content = complete[:HEAD] + state + len(state).to_bytes(8, "little")
@@ -91,8 +91,8 @@ def outcome(program, folder, kind, reference) -> str:
 def main() -> int:
     """Run the cases and count their outcomes."""
     options = parse_options(__doc__, cases=1000, seed=1, program=str, folder=Path)
-    program = native_program(options.program)
-    chance = random.Random(options.seed)
+    program = binary(options.program)
+    rng = random.Random(options.seed)
     counts, failures = Counter(), 0
     with tempfile.TemporaryDirectory() as scratch:
         folder = prepare(Path(options.folder or scratch) / "run", wall(2000, 2, bricks=1))
@@ -103,7 +103,7 @@ def main() -> int:
         for file in folder.glob("out.nc*"):
             file.rename(copies / file.name)
         for i in range(options.cases):
-            kind, wrong = case(program, folder, copies, reference, chance)
+            kind, wrong = case(program, folder, copies, reference, rng)
             counts[kind] += 1
             if wrong:
                 failures += 1

@@ -31,25 +31,25 @@ def rewrite(source: Path, target: Path, change) -> None:
             variable[...] = values
 
 
-def drop(chance, variables, attributes) -> str:
+def drop(rng, variables, attributes) -> str:
     """Remove a variable."""
-    name = chance.choice(sorted(variables))
+    name = rng.choice(sorted(variables))
     del variables[name]
     return f"without {name}"
 
 
-def rename(chance, variables, attributes) -> str:
+def rename(rng, variables, attributes) -> str:
     """Exchange the names of two variables."""
-    first, second = chance.sample(sorted(variables), 2)
+    first, second = rng.sample(sorted(variables), 2)
     variables[first], variables[second] = variables[second], variables[first]
     return f"{first} as {second}"
 
 
-def retype(chance, variables, attributes) -> str:
+def retype(rng, variables, attributes) -> str:
     """Give a variable another type of numbers, or letters."""
-    name = chance.choice(sorted(variables))
+    name = rng.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
-    new_type = chance.choice(["i1", "i4", "f4", "f8", "S1"])
+    new_type = rng.choice(["i1", "i4", "f4", "f8", "S1"])
     new_values = (
         np.full(values.shape, b"x") if new_type == "S1" else np.zeros(values.shape, new_type)
     )
@@ -57,11 +57,11 @@ def retype(chance, variables, attributes) -> str:
     return f"{name} of {new_type}"
 
 
-def reshape(chance, variables, attributes) -> str:
+def reshape(rng, variables, attributes) -> str:
     """Remove or add a dimension of a variable, or change its length."""
-    name = chance.choice(sorted(variables))
+    name = rng.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
-    how = chance.choice(["lose", "gain", "turn", "own"])
+    how = rng.choice(["lose", "gain", "turn", "own"])
     if how == "lose" and values.ndim:
         dimensions, values = dimensions[1:], values[0] if len(values) else values.sum(axis=0)
     elif how == "gain":
@@ -74,28 +74,28 @@ def reshape(chance, variables, attributes) -> str:
     return f"{name}: {how}"
 
 
-def replace(chance, variables, attributes) -> str:
+def replace(rng, variables, attributes) -> str:
     """Replace some values."""
-    name = chance.choice(sorted(variables))
+    name = rng.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
     if not values.size:
         return "nothing"
     values = values.copy()
-    number = chance.choice(REALS if np.issubdtype(values.dtype, np.floating) else NUMBERS)
-    for _ in range(chance.choice([1, 1, 5])):
-        at = chance.randrange(values.size)
+    number = rng.choice(REALS if np.issubdtype(values.dtype, np.floating) else NUMBERS)
+    for _ in range(rng.choice([1, 1, 5])):
+        at = rng.randrange(values.size)
         if values.dtype.kind == "S":
-            values.flat[at] = bytes([chance.randrange(256)])
+            values.flat[at] = bytes([rng.randrange(256)])
         else:
             values.flat[at] = number
     variables[name] = [kind, dimensions, values, its]
     return f"{name} has {number}"
 
 
-def shorten(chance, variables, attributes) -> str:
+def shorten(rng, variables, attributes) -> str:
     """Shorten a dimension, possibly to zero."""
-    name = chance.choice(sorted({d for v in variables.values() for d in v[1]}))
-    length = chance.choice([0, 1, 2])
+    name = rng.choice(sorted({d for v in variables.values() for d in v[1]}))
+    length = rng.choice([0, 1, 2])
     for variable in variables.values():
         for axis, dimension in enumerate(variable[1]):
             if dimension == name:
@@ -105,30 +105,30 @@ def shorten(chance, variables, attributes) -> str:
     return f"{name} of {length}"
 
 
-def describe(chance, variables, attributes) -> str:
+def describe(rng, variables, attributes) -> str:
     """Remove an attribute, or replace it with a number or another text."""
-    name = chance.choice(sorted(attributes))
-    how = chance.choice(["without", "number", "letters", "numbers", "nothing"])
+    name = rng.choice(sorted(attributes))
+    how = rng.choice(["without", "number", "letters", "numbers", "nothing"])
     if how == "without":
         del attributes[name]
     elif how == "letters" and isinstance(attributes[name], str) and attributes[name]:
         text = list(attributes[name])
-        for _ in range(chance.choice([1, 3, 20])):
-            text[chance.randrange(len(text))] = chance.choice("0&/'=\n,x.-")
+        for _ in range(rng.choice([1, 3, 20])):
+            text[rng.randrange(len(text))] = rng.choice("0&/'=\n,x.-")
         attributes[name] = "".join(text)
     else:
         attributes[name] = {"number": 3.0, "numbers": np.arange(3.0)}.get(how, "")
     return f"attribute {name}: {how}"
 
 
-def flip(chance, source: Path, target: Path) -> str:
+def flip(rng, source: Path, target: Path) -> str:
     """Replace bytes of the file, or cut off its end."""
     data = bytearray(source.read_bytes())
-    if chance.random() < 0.2:
-        target.write_bytes(data[: chance.randrange(len(data))])
+    if rng.random() < 0.2:
+        target.write_bytes(data[: rng.randrange(len(data))])
         return "cut"
-    for _ in range(chance.choice([1, 8, 200])):
-        data[chance.randrange(len(data))] = chance.randrange(256)
+    for _ in range(rng.choice([1, 8, 200])):
+        data[rng.randrange(len(data))] = rng.randrange(256)
     target.write_bytes(data)
     return "bytes"
 
@@ -136,13 +136,13 @@ def flip(chance, source: Path, target: Path) -> str:
 CHANGES = (drop, drop, rename, retype, reshape, replace, replace, replace, shorten, describe)
 
 
-def damaged(chance, source: Path, target: Path) -> str:
+def damaged(rng, source: Path, target: Path) -> str:
     """Damage an output; return a description of the damage."""
-    if chance.random() < 0.25:
-        return flip(chance, source, target)
-    change, descriptions = chance.choice(CHANGES), []
+    if rng.random() < 0.25:
+        return flip(rng, source, target)
+    change, descriptions = rng.choice(CHANGES), []
     try:
-        rewrite(source, target, lambda *parts: descriptions.append(change(chance, *parts)))
+        rewrite(source, target, lambda *parts: descriptions.append(change(rng, *parts)))
     except RuntimeError:  # netCDF cannot write such a file
-        return flip(chance, source, target)
+        return flip(rng, source, target)
     return descriptions[0]

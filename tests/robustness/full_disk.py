@@ -19,7 +19,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from interrupted import finish, layered_site, native_program, prepare, reference_of, same, wall
+from interrupted import binary, finish, layered_site, prepare, reference_of, same, wall
 from options import parse_options
 
 FILE_ERROR = 5
@@ -87,7 +87,7 @@ def by_file_system(program, folder, reference, cases) -> list[bool]:
 def main() -> int:
     """Run the cases and print how many passed."""
     options = parse_options(__doc__, cases=40, quick=False, program=str, folder=Path)
-    program = native_program(options.program)
+    program = binary(options.program)
     failed = 0
     models = {"layered site": layered_site(20000, 200), "wall": wall(100, 5, bricks=8)}
     if options.quick:

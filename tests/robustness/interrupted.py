@@ -75,7 +75,7 @@ def wet_wall(steps: int = 100, interval: int = 5, bricks: int = 20) -> str:
     return wall(steps, interval, bricks) + WATER
 
 
-def native_program(name: str | None = None) -> str:
+def binary(name: str | None = None) -> str:
     """Return a named executable, or that of this environment, or that in PATH."""
     native = Path(sys.executable).parent / "sitedda-native"
     path = name or (native if native.exists() else shutil.which("sitedda-native"))

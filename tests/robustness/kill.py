@@ -53,28 +53,28 @@ def models(is_quick: bool) -> dict[str, str]:
     }
 
 
-def attempt(program, command, folder, chance, run_time, signals, by_kill) -> tuple[int | None, str]:
+def attempt(program, command, folder, rng, run_time, signals, by_kill) -> tuple[int | None, str]:
     """Start the program once; return its status (None: killed) and its output."""
     running = runs.start(program, command, folder)
     if not by_kill:
         printed, errors = running.communicate()
         return running.returncode, printed + errors
     try:
-        printed, errors = running.communicate(timeout=chance.uniform(0.0, run_time))
+        printed, errors = running.communicate(timeout=rng.uniform(0.0, run_time))
     except subprocess.TimeoutExpired:
-        running.send_signal(chance.choice(signals))
+        running.send_signal(rng.choice(signals))
         printed, errors = running.communicate()
     was_killed = running.returncode < 0 or running.returncode == INTERRUPTED
     return None if was_killed else running.returncode, printed + errors
 
 
-def case(program, folder, chance, run_time, tally, signals, reference) -> None:
+def case(program, folder, rng, run_time, tally, signals, reference) -> None:
     """Kill a run once or more often, and count the outcomes."""
     for file in folder.glob("out.nc*"):
         file.unlink()
     command, kill = "run", True
     while True:
-        status, message = attempt(program, command, folder, chance, run_time, signals, kill)
+        status, message = attempt(program, command, folder, rng, run_time, signals, kill)
         if command == "resume":
             tally["resumes"] += 1
             tally["anew"] += "starting at time 0" in message
@@ -85,7 +85,7 @@ def case(program, folder, chance, run_time, tally, signals, reference) -> None:
             print(f"{folder.name}: {command} ends with status {status}: {message}")
             return
         tally["kills"] += 1
-        command, kill = "resume", chance.random() < 0.25
+        command, kill = "resume", rng.random() < 0.25
     if runs.same(folder.name, folder, reference):
         tally["spared" if command == "run" else "identical"] += 1
 
@@ -94,12 +94,12 @@ PAGES = {"view": "x.html", "report": "x.html", "movie": "x.gif", "draw": "x.png"
 PAGE_SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
 
 
-def kill_pages(folder: Path, output: Path, kills: int, chance: random.Random) -> list[str]:
+def kill_pages(folder: Path, output: Path, kills: int, rng: random.Random) -> list[str]:
     """Kill commands that show an output; return their forbidden remains."""
     wrong, count, durations = [], 0, dict.fromkeys(PAGES, 0.0)
     folder.mkdir()
     while count < kills:
-        command = chance.choice(list(PAGES))
+        command = rng.choice(list(PAGES))
         target = folder / PAGES[command]
         arguments = [sys.executable, "-m", "sitedda", command, str(output), "-o", str(target)]
         arguments += ["--no-open"] if command == "view" else []
@@ -110,9 +110,9 @@ def kill_pages(folder: Path, output: Path, kills: int, chance: random.Random) ->
             durations[command] = time.perf_counter() - begun
         before = target.read_bytes()
         running = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        number = chance.choice(PAGE_SIGNALS)
+        number = rng.choice(PAGE_SIGNALS)
         try:
-            running.communicate(timeout=durations[command] * chance.uniform(0.5, 1.0))
+            running.communicate(timeout=durations[command] * rng.uniform(0.5, 1.0))
             continue
         except subprocess.TimeoutExpired:
             running.send_signal(number)
@@ -134,9 +134,9 @@ def main() -> int:
     options = parse_options(
         __doc__, kills=100, seed=1, signals="KILL", quick=False, pages=0, program=str, folder=Path
     )
-    program = runs.native_program(options.program)
+    program = runs.binary(options.program)
     signals = [signal.Signals[f"SIG{name}"] for name in options.signals.split(",")]
-    chance = random.Random(options.seed)
+    rng = random.Random(options.seed)
     tallies = {}
     with tempfile.TemporaryDirectory() as scratch:
         selection = models(options.quick)
@@ -148,8 +148,8 @@ def main() -> int:
             run_time = tally["whole"] = time.perf_counter() - begun
             kills_so_far = options.kills * (i + 1) // len(selection)
             while sum(t["kills"] for t in tallies.values()) < kills_so_far:
-                case(program, folder, chance, run_time, tally, signals, reference)
-        wrong = kill_pages(Path(scratch) / "pages", reference, options.pages, chance)
+                case(program, folder, rng, run_time, tally, signals, reference)
+        wrong = kill_pages(Path(scratch) / "pages", reference, options.pages, rng)
         print(*wrong, f"pages: {options.pages} kills, {len(wrong)} wrong", sep="\n")
     print("model              whole    spared  kills  resumes   anew  identical")
     for name, tally in tallies.items():

@@ -147,13 +147,13 @@ def draw(seed: int, count: int) -> tuple[list[Mutant], Counter]:
         if exclusion := reason(f"{file}:{name}:{kind} {match[group]}"):
             left_out[exclusion] += 1
             continue
-        chance = sha256(f"{seed} {file} {match.string} {match.start(group)}".encode()).hexdigest()
-        old_text, factor = match[group], 2.0 if chance[-1] in "02468ace" else 0.5
+        digest = sha256(f"{seed} {file} {match.string} {match.start(group)}".encode()).hexdigest()
+        old_text, factor = match[group], 2.0 if digest[-1] in "02468ace" else 0.5
         new_text = TURNED[old_text] if kind == "operator" else times(old_text, factor)
         if new_text == old_text:  # zero
             continue
         mutant = Mutant(file, line, match.start(group), old_text, new_text, kind, name)
-        kinds.setdefault(kind, []).append((chance, mutant))
+        kinds.setdefault(kind, []).append((digest, mutant))
     ordered = [sorted(kinds[kind], key=lambda pair: pair[0]) for kind in sorted(kinds)]
     return [ordered[i % len(ordered)].pop(0)[1] for i in range(count)], left_out
 

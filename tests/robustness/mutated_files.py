@@ -19,24 +19,24 @@ SIZES = [0, 1, 3, 8, 1000, 2_000_000, 1_000_000_000]
 
 def mutated_file(kind: str, seed: int) -> bytes:
     """Return one hostile file of a kind; the same seed gives the same bytes."""
-    chance = random.Random(f"{kind} {seed}")
+    rng = random.Random(f"{kind} {seed}")
     make = MAKERS[kind]
-    if chance.random() < 0.25:
-        return make[1](chance)
-    data = make[0](chance)
-    for _ in range(chance.choice([1, 1, 2, 3])):
+    if rng.random() < 0.25:
+        return make[1](rng)
+    data = make[0](rng)
+    for _ in range(rng.choice([1, 1, 2, 3])):
         changes = [mutated_bytes] if kind == "nc" else [mutated_bytes, mutated_lines,
                                                         mutated_number]  # fmt: skip
-        data = chance.choice(changes)(chance, data)
+        data = rng.choice(changes)(rng, data)
     return data
 
 
 def moved_corners(kind: str, seed: int) -> bytes:
     """Return one valid polygon with some changed coordinates."""
-    chance = random.Random(f"corners {kind} {seed}")
+    rng = random.Random(f"corners {kind} {seed}")
     coordinates = [0.0, 1.0, 3.0, 4.0, 4.0000001, -4.0, 2.5, 1e3, 1e-9, 1e300]
-    fraction = chance.choice([0.0, 0.1, 0.3, 1.0])
-    ring = [[chance.choice(coordinates) if chance.random() < fraction else coordinate
+    fraction = rng.choice([0.0, 0.1, 0.3, 1.0])
+    ring = [[rng.choice(coordinates) if rng.random() < fraction else coordinate
              for coordinate in corner]
             for corner in ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))]  # fmt: skip
     closed_ring = [*ring, ring[0]]
@@ -56,17 +56,17 @@ def moved_corners(kind: str, seed: int) -> bytes:
     return text.encode()
 
 
-def good_csv(chance) -> bytes:
+def good_csv(rng) -> bytes:
     """Return squares with names, or a line without a name."""
-    if chance.random() < 0.5:
+    if rng.random() < 0.5:
         return b"x, y\n0, 0\n4, 1\n9, 2\n"
     rows = [f"s{i // 4}, {x}, {y}" for i, (x, y) in enumerate(SQUARES)]
     return "\n".join(["name, x, y", *rows, ""]).encode()
 
 
-def huge_csv(chance) -> bytes:
+def huge_csv(rng) -> bytes:
     """Return open quotes, very many rows, or many names."""
-    return chance.choice([
+    return rng.choice([
         b'a, "' + b"x" * 300_000,
         b"1," * 200_000 + b"\n",
         b"".join(b"n%d,%d,0\n" % (i, i) for i in range(20_000)),
@@ -74,7 +74,7 @@ def huge_csv(chance) -> bytes:
     ])  # fmt: skip
 
 
-def good_wkt(chance) -> bytes:
+def good_wkt(rng) -> bytes:
     """Return a polygon, lines and a collection."""
     ring = ", ".join(f"{x} {y}" for x, y in [*SQUARES[:4], SQUARES[0]])
     return (
@@ -83,14 +83,14 @@ def good_wkt(chance) -> bytes:
     ).encode()
 
 
-def nested_wkt(chance) -> bytes:
+def nested_wkt(rng) -> bytes:
     """Return nested collections."""
-    depth = chance.choice(DEPTHS)
-    inner = chance.choice(["POINT (0 0)", "LINESTRING (0 0, 1 1)", "POLYGON EMPTY", ""])
+    depth = rng.choice(DEPTHS)
+    inner = rng.choice(["POINT (0 0)", "LINESTRING (0 0, 1 1)", "POLYGON EMPTY", ""])
     return ("GEOMETRYCOLLECTION (" * depth + inner + ")" * depth).encode()
 
 
-def good_geojson(chance) -> bytes:
+def good_geojson(rng) -> bytes:
     """Return features of several types."""
     ring = [*SQUARES[:4].tolist(), SQUARES[0].tolist()]
     shapes = [("Polygon", [ring]), ("LineString", ring[:3]), ("MultiPolygon", [[ring]])]
@@ -102,12 +102,12 @@ def good_geojson(chance) -> bytes:
     return json.dumps({"type": "FeatureCollection", "features": features}, indent=1).encode()
 
 
-def nested_geojson(chance) -> bytes:
+def nested_geojson(rng) -> bytes:
     """Return very many brackets, nested collections, or wrong types."""
-    depth = chance.choice(DEPTHS)
-    invalid_value = chance.choice(["null", "1e999", "{}", "[[[]]]", '"x"', "[[NaN, 0], [1, 1]]",
+    depth = rng.choice(DEPTHS)
+    invalid_value = rng.choice(["null", "1e999", "{}", "[[[]]]", '"x"', "[[NaN, 0], [1, 1]]",
                                    "[[1]]"])  # fmt: skip
-    return chance.choice([
+    return rng.choice([
         "[" * depth + "]" * depth,
         '{"type": "GeometryCollection", "geometries": [' * depth + "]}" * depth,
         '{"type": "LineString", "coordinates": ' + invalid_value + "}",
@@ -136,15 +136,15 @@ def good_dxf() -> bytes:
     return text.getvalue().encode()
 
 
-def repeated_dxf(chance) -> bytes:
+def repeated_dxf(rng) -> bytes:
     """Return blocks that are inserted many times, or very many entities."""
-    count = chance.choice([2, 1000, 32767, 10**9])
+    count = rng.choice([2, 1000, 32767, 10**9])
     start = b"0\nSECTION\n2\nENTITIES\n"
     line = b"0\nLINE\n8\n0\n10\n0\n20\n0\n11\n1\n21\n1\n"
     insert = b"0\nINSERT\n8\n0\n2\nPART\n10\n0\n20\n0\n70\n%d\n71\n%d\n" % (count, count)
     part = b"0\nSECTION\n2\nBLOCKS\n0\nBLOCK\n8\n0\n2\nPART\n70\n0\n10\n0\n20\n0\n3\nPART\n1\n\n"
     blocks = part + line + b"0\nENDBLK\n8\n0\n0\nENDSEC\n"
-    body = chance.choice([line * 5000, insert, insert * 100, line[:-4], b"0\nARC\n40\n1e300\n"])
+    body = rng.choice([line * 5000, insert, insert * 100, line[:-4], b"0\nARC\n40\n1e300\n"])
     return blocks + start + body + b"0\nENDSEC\n0\nEOF\n"
 
 
@@ -159,7 +159,7 @@ def good_blocks() -> bytes:
         return write_block_file(Path(folder) / "good.nc", blocks).read_bytes()
 
 
-def lying_blocks(chance) -> bytes:
+def lying_blocks(rng) -> bytes:
     """Return variables with wrong types, dimensions and values."""
     import netCDF4
 
@@ -171,32 +171,32 @@ def lying_blocks(chance) -> bytes:
                     "name": ("S1", np.array([list("a"), list("b")], dtype="S1"))}  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "lies.nc"
-        form = chance.choice(["NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"])
+        form = rng.choice(["NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"])
         with netCDF4.Dataset(file, "w", format=form) as data:
             for name, (kind, values) in valid_values.items():
-                if chance.random() < 0.05:
+                if rng.random() < 0.05:
                     continue
-                if chance.random() < 0.15:
-                    _lie(chance, data, name)
+                if rng.random() < 0.15:
+                    _lie(rng, data, name)
                     continue
                 values = values.copy()
-                if kind != "S1" and chance.random() < 0.3:
-                    new = float(chance.choice(["nan", "inf", "-1", "0", "3", "1e30", "1e9", "5"]))
+                if kind != "S1" and rng.random() < 0.3:
+                    new = float(rng.choice(["nan", "inf", "-1", "0", "3", "1e30", "1e9", "5"]))
                     if kind == "f8" or np.isfinite(new) and abs(new) < 2**31:
-                        values.flat[chance.randrange(values.size)] = new
+                        values.flat[rng.randrange(values.size)] = new
                 _define(data, name, kind, values.shape)[:] = values
         content = bytearray(file.read_bytes())
-    if chance.random() < 0.5:  # change a length or an offset in the header
-        at = 4 * chance.randrange(1, 60)
-        number = chance.choice([*SIZES, -1, 2**31 - 1, 2**30])
+    if rng.random() < 0.5:  # change a length or an offset in the header
+        at = 4 * rng.randrange(1, 60)
+        number = rng.choice([*SIZES, -1, 2**31 - 1, 2**30])
         content[at : at + 4] = struct.pack(">i", number)
     return bytes(content)
 
 
-def _lie(chance, data, name: str) -> None:
+def _lie(rng, data, name: str) -> None:
     """Add an empty variable of random type and shape."""
-    shape = [chance.choice([1, 2, 3, 4, 8, 1000]) for _ in range(chance.choice([0, 1, 1, 2, 2, 3]))]
-    _define(data, name, chance.choice(["f8", "f4", "i4", "i2", "i1", "S1"]), shape[-2:])
+    shape = [rng.choice([1, 2, 3, 4, 8, 1000]) for _ in range(rng.choice([0, 1, 1, 2, 2, 3]))]
+    _define(data, name, rng.choice(["f8", "f4", "i4", "i2", "i1", "S1"]), shape[-2:])
 
 
 def _define(data, name: str, kind, shape):

@@ -69,38 +69,38 @@ def models() -> list[list]:
 
 def mutated_input(seed: int) -> bytes:
     """Return one hostile input; the same seed gives the same bytes."""
-    chance = random.Random(seed)
-    groups = chance.choice(models())
-    for _ in range(chance.choice([1, 1, 1, 2, 3])):
-        chance.choice(GRAMMAR)(chance, groups)
+    rng = random.Random(seed)
+    groups = rng.choice(models())
+    for _ in range(rng.choice([1, 1, 1, 2, 3])):
+        rng.choice(MUTATIONS)(rng, groups)
     data = unquoted(namelist(groups)).encode("utf-8", "surrogateescape")
-    if chance.random() < 0.3:
-        data = mutated_bytes(chance, data)
+    if rng.random() < 0.3:
+        data = mutated_bytes(rng, data)
     return data
 
 
 def mutated_record(seed: int) -> bytes:
     """Return one hostile record."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     seeds = sorted(file for file in RECORDS.iterdir() if file.suffix != ".md")
-    data = chance.choice(seeds).read_bytes()
-    for _ in range(chance.choice([1, 1, 2, 3])):
-        data = chance.choice([mutated_bytes, mutated_lines, mutated_number])(chance, data)
-    if chance.random() < 0.05:
-        data = data[: chance.randrange(len(data) + 1)] + chance.choice(seeds).read_bytes()
+    data = rng.choice(seeds).read_bytes()
+    for _ in range(rng.choice([1, 1, 2, 3])):
+        data = rng.choice([mutated_bytes, mutated_lines, mutated_number])(rng, data)
+    if rng.random() < 0.05:
+        data = data[: rng.randrange(len(data) + 1)] + rng.choice(seeds).read_bytes()
     return data
 
 
 def mutated_checkpoint(seed: int, good: bytes) -> bytes:
     """Return one damaged checkpoint; it always differs from the valid one."""
-    chance = random.Random(seed)
+    rng = random.Random(seed)
     data = good
     while data == good:
-        for _ in range(chance.choice([1, 1, 2, 5])):
-            data = mutated_bytes(chance, data)
-        if chance.random() < 0.1:
-            at = chance.choice([0, 8, len(data) - 16])  # mark, format, length
-            data = data[:at] + chance.randbytes(8) + data[at + 8 :]
+        for _ in range(rng.choice([1, 1, 2, 5])):
+            data = mutated_bytes(rng, data)
+        if rng.random() < 0.1:
+            at = rng.choice([0, 8, len(data) - 16])  # mark, format, length
+            data = data[:at] + rng.randbytes(8) + data[at + 8 :]
     return data
 
 
@@ -114,108 +114,108 @@ def unquoted(text: str) -> str:
     return re.sub("(?s)'\x01(.*?)\x02'", lambda match: match[1].replace("''", "'"), text)
 
 
-def _variable(chance, groups):
+def _variable(rng, groups):
     """Return the values of a group, and the name of one of its variables."""
     filled = [values for _, values in groups if values] or [{"title": "a"}]
-    values = chance.choice(filled)
-    return values, chance.choice(list(values))
+    values = rng.choice(filled)
+    return values, rng.choice(list(values))
 
 
-def hostile_value(chance, groups):
+def hostile_value(rng, groups):
     """Insert a value of the wrong type or far out of range."""
-    values, variable = _variable(chance, groups)
-    values[variable] = raw(chance.choice([*NUMBERS, *VALUES]))
+    values, variable = _variable(rng, groups)
+    values[variable] = raw(rng.choice([*NUMBERS, *VALUES]))
 
 
-def hostile_element(chance, groups):
+def hostile_element(rng, groups):
     """Replace one number of a list."""
-    values, variable = _variable(chance, groups)
+    values, variable = _variable(rng, groups)
     if not isinstance(values[variable], list):
-        return hostile_value(chance, groups)
+        return hostile_value(rng, groups)
     items = [repr(item) for item in values[variable]]
-    items[chance.randrange(len(items))] = chance.choice(NUMBERS)
+    items[rng.randrange(len(items))] = rng.choice(NUMBERS)
     values[variable] = raw(", ".join(items))
     return None
 
 
-def other_size(chance, groups):
+def other_size(rng, groups):
     """Increase or decrease a number many times, or change its sign."""
-    values, variable = _variable(chance, groups)
-    factor = chance.choice([-1.0, 10 ** chance.uniform(-14, 14), 10 ** chance.uniform(-1, 1)])
+    values, variable = _variable(rng, groups)
+    factor = rng.choice([-1.0, 10 ** rng.uniform(-14, 14), 10 ** rng.uniform(-1, 1)])
     old_values = values[variable]
     if isinstance(old_values, list):
-        index = chance.randrange(len(old_values))
+        index = rng.randrange(len(old_values))
         values[variable] = [x * factor if i == index else x for i, x in enumerate(old_values)]
     elif isinstance(old_values, float):
         values[variable] = old_values * factor
     elif isinstance(old_values, int):
-        values[variable] = chance.choice([0, -1, 3 * old_values, 200 * old_values,
+        values[variable] = rng.choice([0, -1, 3 * old_values, 200 * old_values,
                                           int(old_values * factor)])  # fmt: skip
 
 
-def take_out(chance, groups):
+def take_out(rng, groups):
     """Remove a variable or a group."""
-    if chance.random() < 0.5 and len(groups) > 1:
-        groups.remove(chance.choice(groups))
+    if rng.random() < 0.5 and len(groups) > 1:
+        groups.remove(rng.choice(groups))
     else:
-        values, variable = _variable(chance, groups)
+        values, variable = _variable(rng, groups)
         del values[variable]
 
 
-def say_twice(chance, groups):
+def say_twice(rng, groups):
     """Repeat a group, in place or at the end."""
-    name, values = chance.choice(groups)
-    copies = chance.choice([1, 1, 2, 50])
+    name, values = rng.choice(groups)
+    copies = rng.choice([1, 1, 2, 50])
     groups += [(name, dict(values)) for _ in range(copies)]
 
 
-def other_name(chance, groups):
+def other_name(rng, groups):
     """Rename a variable or a group, or add a subscript."""
-    if chance.random() < 0.3:
-        index = chance.randrange(len(groups))
-        groups[index] = (chance.choice(GROUPS), groups[index][1])
+    if rng.random() < 0.3:
+        index = rng.randrange(len(groups))
+        groups[index] = (rng.choice(GROUPS), groups[index][1])
         return
-    values, variable = _variable(chance, groups)
-    _, other = _variable(chance, groups)
-    new_name = chance.choice([variable + chance.choice(SUBSCRIPTS), other, variable[:-1],
+    values, variable = _variable(rng, groups)
+    _, other = _variable(rng, groups)
+    new_name = rng.choice([variable + rng.choice(SUBSCRIPTS), other, variable[:-1],
                               variable * 50])  # fmt: skip
     values[new_name] = values.pop(variable)
 
 
-def another_variable(chance, groups):
+def another_variable(rng, groups):
     """Insert a variable of another group."""
-    source, variable = _variable(chance, groups)
-    chance.choice(groups)[1][variable] = source[variable]
+    source, variable = _variable(rng, groups)
+    rng.choice(groups)[1][variable] = source[variable]
 
 
-def reorder(chance, groups):
+def reorder(rng, groups):
     """Change the order of the groups."""
-    chance.shuffle(groups)
+    rng.shuffle(groups)
 
 
-def very_long(chance, groups):
+def very_long(rng, groups):
     """Insert a very long value or name."""
-    values, variable = _variable(chance, groups)
-    length = chance.choice([65, 300, 1100, 70_000])
-    filling = chance.choice(["x", "1", " ", "é", "'", "1,"])
-    values[variable] = chance.choice([filling * length, raw(filling * length)])
+    values, variable = _variable(rng, groups)
+    length = rng.choice([65, 300, 1100, 70_000])
+    filling = rng.choice(["x", "1", " ", "é", "'", "1,"])
+    values[variable] = rng.choice([filling * length, raw(filling * length)])
 
 
-def many_copies(chance, groups):
+def many_copies(rng, groups):
     """Let a generator make many blocks, or many vertices of one block."""
     for name, values in groups:
         for variable in ("count", "bricks", "courses"):
             if variable in values or (name == "layers" and variable == "count"):
-                values[variable] = chance.choice([7, 60, 1000, 8000, 3_000_000])
+                values[variable] = rng.choice([7, 60, 1000, 8000, 3_000_000])
                 return
         if name == "block":
-            n = chance.choice([7, 60, 511, 512, 513, 3000])
+            n = rng.choice([7, 60, 511, 512, 513, 3000])
             edge = [x for i in range(n) for x in (1.0, (i + 1) / n)]
             values["vertices"] = [0.0, 0.0, 1.0, 0.0, *edge]
             return
 
 
-GRAMMAR = [
+MUTATIONS = [
     *3 * [hostile_value],
     *2 * [hostile_element],
     *4 * [other_size],
@@ -223,22 +223,22 @@ GRAMMAR = [
 ]
 
 
-def mutated_bytes(chance, data: bytes) -> bytes:
+def mutated_bytes(rng, data: bytes) -> bytes:
     """Flip, cut, repeat, insert, set to zero, or truncate."""
     data = bytearray(data or b" ")
-    at = chance.randrange(len(data))
-    length = chance.choice([1, 2, 8, 64, 500])
-    match chance.randrange(7):
+    at = rng.randrange(len(data))
+    length = rng.choice([1, 2, 8, 64, 500])
+    match rng.randrange(7):
         case 0:
-            data[at] ^= 1 << chance.randrange(8)
+            data[at] ^= 1 << rng.randrange(8)
         case 1:
-            data[at] = chance.randrange(256)
+            data[at] = rng.randrange(256)
         case 2:
             del data[at : at + length]
         case 3:
-            data[at:at] = data[at : at + length] * chance.choice([1, 1, 3, 100])
+            data[at:at] = data[at : at + length] * rng.choice([1, 1, 3, 100])
         case 4:
-            data[at:at] = chance.choice(SNIPPETS) * chance.choice([1, 1, 1, 1000])
+            data[at:at] = rng.choice(SNIPPETS) * rng.choice([1, 1, 1, 1000])
         case 5:
             del data[at:]
         case 6:  # a disk block that was not written
@@ -246,20 +246,20 @@ def mutated_bytes(chance, data: bytes) -> bytes:
     return bytes(data)
 
 
-def mutated_lines(chance, data: bytes) -> bytes:
+def mutated_lines(rng, data: bytes) -> bytes:
     """Remove, repeat or move a line."""
     lines = data.splitlines(keepends=True) or [b"\n"]
-    at = chance.randrange(len(lines))
+    at = rng.randrange(len(lines))
     line = lines.pop(at)
-    for _ in range(chance.choice([0, 1, 2])):
-        lines.insert(chance.choice([at, chance.randrange(len(lines) + 1)]), line)
+    for _ in range(rng.choice([0, 1, 2])):
+        lines.insert(rng.choice([at, rng.randrange(len(lines) + 1)]), line)
     return b"".join(lines)
 
 
-def mutated_number(chance, data: bytes) -> bytes:
+def mutated_number(rng, data: bytes) -> bytes:
     """Replace a number by a hostile one, mostly in the header."""
-    tokens = data[: 3000 if chance.random() < 0.6 else len(data)].split()
-    old_token = chance.choice([token for token in tokens if re.search(rb"\d", token)] or [b"1"])
-    new_token = chance.choice([*NUMBERS, *VALUES[:26]]).encode()
+    tokens = data[: 3000 if rng.random() < 0.6 else len(data)].split()
+    old_token = rng.choice([token for token in tokens if re.search(rb"\d", token)] or [b"1"])
+    new_token = rng.choice([*NUMBERS, *VALUES[:26]]).encode()
     at = data.find(old_token)
     return data[:at] + new_token + data[at + len(old_token) :]

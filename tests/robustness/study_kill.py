@@ -25,7 +25,7 @@ import xarray as xr
 sys.path.insert(0, str(Path(__file__).parents[1] / "python"))
 import slurm_stand_in  # noqa: E402
 from dask_cluster import Cluster  # noqa: E402
-from interrupted import INPUTS, native_program  # noqa: E402
+from interrupted import INPUTS, binary  # noqa: E402
 from options import parse_options  # noqa: E402
 
 STUDY = """model = "{model}"
@@ -45,11 +45,11 @@ VICTIMS = ("client", "worker", "dask client", "dask worker", "scheduler", "job a
 class Trial:
     """One study that is killed."""
 
-    def __init__(self, victim: str, folder: Path, options, chance: random.Random):
-        self.victim, self.folder, self.chance = victim, folder, chance
+    def __init__(self, victim: str, folder: Path, options, rng: random.Random):
+        self.victim, self.folder, self.rng = victim, folder, rng
         self.study = folder / "study"
         self.file = folder / "study.toml"
-        self.program = native_program(options.program)
+        self.program = binary(options.program)
         values = {"model": INPUTS / "column.nml", "folder": self.study, "cases": options.cases}
         self.file.write_text(STUDY.format(duration=options.duration, **values))
         self.cluster = Cluster(folder) if victim in VICTIMS[2:5] else None
@@ -59,7 +59,7 @@ class Trial:
         command_line = [sys.executable, "-m", "sitedda", "study", "run", str(self.file), "-q"]
         if self.victim == "job array":
             path = slurm_stand_in.install(self.folder / "bin")
-            seed = str(self.chance.randrange(1000))
+            seed = str(self.rng.randrange(1000))
             path = f"{path}{os.pathsep}{os.environ['PATH']}"
             command_line += ["--slurm", "--program", self.program]
             return command_line, os.environ | {"PATH": path, "STAND_IN_SEED": seed}
@@ -85,9 +85,9 @@ class Trial:
                 int(pid) for file in [children, *threads] for pid in file.read_text().split()
             ]
             if processes:
-                os.kill(self.chance.choice(processes), signal.SIGKILL)
+                os.kill(self.rng.choice(processes), signal.SIGKILL)
         elif self.victim == "dask worker":
-            index = self.chance.randrange(len(self.cluster.workers))
+            index = self.rng.randrange(len(self.cluster.workers))
             self.cluster.workers[index].kill()
             self.cluster.workers[index].wait()
             self.cluster.workers[index] = self.cluster.new_worker()
@@ -110,11 +110,11 @@ class Trial:
         while True:
             client = self.start()
             if is_running and self.begun(client):
-                time.sleep(self.chance.uniform(0.0, time_limit))
+                time.sleep(self.rng.uniform(0.0, time_limit))
                 if client.poll() is None:
                     self.kill(client)
                     kills += 1
-                    is_running = self.chance.random() < 0.33
+                    is_running = self.rng.random() < 0.33
             _, output = client.communicate()
             if client.returncode == 0:
                 break
@@ -136,11 +136,11 @@ class Trial:
 def main() -> int:
     """Kill and compare."""
     options = parse_options(__doc__, kills=30, seed=1, cases=6, duration=4.0, program=str)
-    chance = random.Random(options.seed)
+    rng = random.Random(options.seed)
     os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     kills, studies, wrong = 0, 0, 0
     with tempfile.TemporaryDirectory() as scratch:
-        left_alone = Trial("client", Path(scratch), options, chance)
+        left_alone = Trial("client", Path(scratch), options, rng)
         begun = time.monotonic()
         subprocess.run(left_alone.command()[0], check=True, stdout=subprocess.DEVNULL)
         duration, reference = time.monotonic() - begun, left_alone.table()
@@ -149,7 +149,7 @@ def main() -> int:
             victim = VICTIMS[studies % len(VICTIMS)]
             folder = Path(scratch) / f"trial {studies}"
             folder.mkdir()
-            trial = Trial(victim, folder, options, chance)
+            trial = Trial(victim, folder, options, rng)
             count = trial.carry_out(0.5 * duration)
             is_identical = reference.identical(trial.table())
             kills, studies, wrong = kills + count, studies + 1, wrong + (not is_identical)

@@ -120,12 +120,12 @@ def test_pictures_views_and_paraview_have_the_damage(tmp_path):
     assert "largest damage of faces and joints" in run.view(tmp_path / "v.html").read_text()
 
 
-@pytest.mark.parametrize("energy", [1.0, 1e-3])
-def test_safety_of_a_glued_block(energy, tmp_path):
+@pytest.mark.parametrize("energy_per_area", [1.0, 1e-3])
+def test_safety_of_a_glued_block(energy_per_area, tmp_path):
     """On a plane F = (c L + W cos α tan φ)/(W sin α), independent of the fracture energy."""
-    angle, length, height, glue = np.radians(35.0), 2.0, 0.05, 200.0
+    angle, length, height, bond_strength = np.radians(35.0), 2.0, 0.05, 200.0
 
-    def turned(*shape: float) -> list[tuple[float, float]]:
+    def rotated_rectangle(*shape: float) -> list[tuple[float, float]]:
         c, s = np.cos(angle), np.sin(angle)
         return [(x * c + y * s, y * c - x * s) for x, y in nml.rectangle(*shape)]
 
@@ -133,14 +133,14 @@ def test_safety_of_a_glued_block(energy, tmp_path):
         nml.control(1e-3, 100, (0.0, -nml.GRAVITY), settle=True),
         nml.contact(1e9),
         nml.material("rock", 2500.0, 1e11),
-        nml.joint("j", 30.0, law="cohesive", cohesion=glue, tensile_strength=glue,
-                  fracture_energy=energy / 10, shear_fracture_energy=energy,
+        nml.joint("j", 30.0, law="cohesive", cohesion=bond_strength, tensile_strength=bond_strength,
+                  fracture_energy=energy_per_area / 10, shear_fracture_energy=energy_per_area,
                   normal_stiffness_per_area=1e9),
-        nml.fixed_block("base", turned(-1, -1, length + 2, 1), "rock", "j"),
-        nml.block("top", turned(0, 0, length, height), "rock", "j"),
+        nml.fixed_block("base", rotated_rectangle(-1, -1, length + 2, 1), "rock", "j"),
+        nml.block("top", rotated_rectangle(0, 0, length, height), "rock", "j"),
     )  # fmt: skip
     weight = 2500.0 * nml.GRAVITY * length * height
-    held_back = glue * length + weight * np.cos(angle) * np.tan(np.radians(30.0))
+    held_back = bond_strength * length + weight * np.cos(angle) * np.tan(np.radians(30.0))
     result = sitedda.safety(_written(tmp_path, text))
     assert result.factor == pytest.approx(held_back / (weight * np.sin(angle)), rel=3e-3)
 

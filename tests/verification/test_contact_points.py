@@ -70,7 +70,7 @@ SPENT = {"law": "cohesive", "tensile_strength": 1e-2, "cohesion": 1e9, "fracture
     ("points", "angle"), [(2, 0.5), *((n, t) for n in (3, 5) for t in (0.5, 1.0, 2.0, 4.0))]
 )
 def test_a_dry_joint_opens_by_the_moment_of_its_points(points, angle, stiffness):
-    """The moment of the points at θ turns the block by θ; two points are three times as stiff."""
+    """The computed moment turns a block by θ; 2 points are 3 times as stiff as a continuum."""
     moment_load = moment(points, angle)
     data = nml.history(pressed(points, moment_load, stiffness))
     left, right, _ = data.displacement.sel(axis="y")[-1].values

@@ -130,7 +130,7 @@ contains
       integer, intent(in) :: rows     !< block rows, with pivot rows
       real(wp), parameter :: per_front = 8.0_wp      ! cost of calls and loops
       real(wp), parameter :: per_panel_block = 1.0_wp ! cost to clear, fill and scale
-      real(wp), parameter :: per_update_block = 1.5_wp ! cost to write and add to the parent
+      real(wp), parameter :: per_update_block = 1.5_wp ! cost to write it and add it to the parent
       real(wp) :: c, u
 
       c = real(columns, wp)

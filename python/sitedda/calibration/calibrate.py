@@ -82,7 +82,7 @@ class Calibration:
         ]  # fmt: skip
         lines += self.mode_words()
         lines.append(f"ln evidence = {self.evidence:.2f} ± {self.evidence_error:.2f}, with a "
-                     f"discrepancy of {100 * self.discrepancy:.2g} %")  # fmt: skip
+                     f"model discrepancy of {100 * self.discrepancy:.2g} %")  # fmt: skip
         return "\n".join([*lines, *(f"note: {warning}" for warning in self.doubts)])
 
     def mode_words(self) -> list[str]:

@@ -17,7 +17,7 @@ def add_calibrate(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("modes", type=Path, metavar="MODES.csv",
         help="measured modes; with --record, a record of ambient vibrations")  # fmt: skip
     parser.add_argument("--record", type=_parse_range, metavar="LOW:HIGH",
-        help="MODES is a vibration record: identify its modes in this band, Hz")  # fmt: skip
+        help="read MODES as a vibration record; identify its modes in this band (Hz)")  # fmt: skip
     parser.add_argument("--unknown", action="append", required=True, type=_parse_unknown,
         metavar="NAME=LOW:HIGH", help="unknown stiffness, and its range with a probability "
         "of 90 %%: contact.normal_stiffness=5e7:1e9")  # fmt: skip

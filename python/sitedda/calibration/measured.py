@@ -65,8 +65,8 @@ def measured_modes(source) -> pd.DataFrame:
     shapes = [name for name in table if name not in _COLUMNS]
     for name in shapes:
         if str(name)[-2:] not in (".x", ".y"):
-            raise InputError(f"{prefix}column {name!r} is not known; there are "
-                             f"{', '.join(_COLUMNS)}, and POINT.x, POINT.y")  # fmt: skip
+            raise InputError(f"{prefix}column {name!r} is not known; columns are "
+                             f"{', '.join(_COLUMNS)}, POINT.x and POINT.y")  # fmt: skip
     if table.empty:
         raise InputError(f"{prefix}there is no measured mode")
     columns = [name for name in _COLUMNS if name not in ("low", "high")]

@@ -70,7 +70,7 @@ def _add_look_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--color", choices=COLORINGS,
         help="colour of blocks (material of an input, displacement of an output)")  # fmt: skip
     parser.add_argument("--contacts", choices=CONTACTS,
-        help="draw contact forces (arrows), chains of forces, slip, or opening")  # fmt: skip
+        help="draw contact forces (arrows), force chains, slip, or opening")  # fmt: skip
     parser.add_argument("--arrows", choices=ARROWS, help="draw arrows at the centroids of blocks")
     parser.add_argument("--deformation", type=ANY_NUMBER, default=1.0, metavar="FACTOR",
         help="factor on the displacements in the picture (1: to scale)")  # fmt: skip

@@ -30,11 +30,11 @@ def add_live(parser: argparse.ArgumentParser) -> None:
 def _serve_live(options: argparse.Namespace) -> int:
     """Serve the live page until it is stopped."""
     from .server import run_server
-    from .starts import Shipped
+    from .starts import BundledFiles
 
     file = Path(os.path.abspath(options.file)) if options.file else None
     folder = file.parent if file else Path.cwd()
-    shipped = Shipped(example_files(), record_files())
+    bundled_files = BundledFiles(example_files(), record_files())
     show = not (options.no_open or options.notebook)
-    run_server(folder, file, shipped, options.host, options.port, show, options.notebook)
+    run_server(folder, file, bundled_files, options.host, options.port, show, options.notebook)
     return 0

@@ -63,7 +63,7 @@ class Guard:
             "X-Content-Type-Options": "nosniff",
         }
 
-    def write_entrance(self, folder: Path) -> Path:
+    def write_redirect_page(self, folder: Path) -> Path:
         """Write the private page that forwards a browser to the server; return its path."""
         target = escape(f"{self.address}#{self.token}")
         page = (

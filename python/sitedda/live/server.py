@@ -39,7 +39,7 @@ from .guard import LOOPBACK, SECONDS_TO_ENTER, Guard
 from .journal import Journal
 from .protocol import LONGEST_MESSAGE, read_message
 from .session import Session
-from .starts import Shipped
+from .starts import BundledFiles
 
 _LARGEST_BACKLOG = 40_000_000  # bytes not yet sent to a page above which it receives no frames
 _PAGES = 16  # largest number of open pages
@@ -182,7 +182,7 @@ class LiveServer:
     ----------
     folder : path
         The working folder.
-    shipped : Shipped
+    bundled_files : BundledFiles
     host : str
         Address at which the server listens.
     port : int
@@ -191,8 +191,8 @@ class LiveServer:
         Whether notebooks on this machine may show the page.
     """
 
-    def __init__(self, folder: Path, shipped: Shipped, host: str = LOOPBACK, port: int = 0,
-                 notebook: bool = False):  # fmt: skip
+    def __init__(self, folder: Path, bundled_files: BundledFiles, host: str = LOOPBACK,
+                 port: int = 0, notebook: bool = False):  # fmt: skip
         self.sockets: set[_PageSocket] = set()
         self.journal = Journal(folder)
         try:
@@ -206,7 +206,7 @@ class LiveServer:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._worker = ThreadPoolExecutor(1, "commands")
         self.session = Session(
-            folder, self.journal, shipped, self.publish, lambda: bool(self.sockets)
+            folder, self.journal, bundled_files, self.publish, lambda: bool(self.sockets)
         )
 
     def _open_last_sockets(self, host: str) -> list[socket.socket]:
@@ -321,10 +321,10 @@ def _open_sockets(host: str, port: int) -> list[socket.socket]:
 def run_server(
     folder: Path,
     file: Path | None,
-    shipped: Shipped,
+    bundled_files: BundledFiles,
     host: str = LOOPBACK,
     port: int = 0,
-    show: bool = True,
+    open_browser: bool = True,
     notebook: bool = False,
 ) -> None:
     """Serve a session until the user presses Ctrl-C.
@@ -335,7 +335,7 @@ def run_server(
         The working folder.
     file : path or None
         Input to open; None: continue the session of the last server of the folder, if any.
-    shipped : Shipped
+    bundled_files : BundledFiles
     host, port : str, int
         Address at which the server listens; port 0: the last one of the folder, or a free one.
     show : bool
@@ -344,38 +344,38 @@ def run_server(
         Whether notebooks on this machine may show the page.
     """
     gc.set_threshold(*_COLLECT)
-    server = LiveServer(folder, shipped, host, port, notebook)
+    server = LiveServer(folder, bundled_files, host, port, notebook)
     try:
         if file is not None:
             server.session.open_file(file)
         else:
             server.session.recover()
-        entrance = server.guard.write_entrance(server.journal.folder)
+        redirect_page = server.guard.write_redirect_page(server.journal.folder)
     except BaseException:
         server.close()
         raise
 
     def announce(_) -> None:
-        _print_address(server, entrance)
-        if show:
-            webbrowser.open(entrance.as_uri())
+        _print_address(server, redirect_page)
+        if open_browser:
+            webbrowser.open(redirect_page.as_uri())
 
     try:
         asyncio.run(server.serve(announce))
     finally:
-        entrance.unlink(missing_ok=True)
+        redirect_page.unlink(missing_ok=True)
 
 
-def _print_address(server: LiveServer, entrance: Path) -> None:
+def _print_address(server: LiveServer, redirect_page: Path) -> None:
     """Print the address, and how to open the page on this machine or from another one."""
     print(f"sitedda live: {server.guard.address}, working folder {server.session.folder}")
-    print(f"to enter, open {entrance}", flush=True)
+    print(f"to enter, open {redirect_page}", flush=True)
     if os.environ.get("SSH_CONNECTION"):
         host = os.environ["SSH_CONNECTION"].split()[2]
         print(
             f"from another machine: ssh -N -L {server.port}:127.0.0.1:{server.port} "
             f"{os.environ.get('USER', 'USER')}@{host}\nthen open {server.guard.address} there "
-            f"and enter the token (the text after # in {entrance})"
+            f"and enter the token (the text after # in {redirect_page})"
         )
     if not server.guard.address.startswith(f"http://{LOOPBACK}"):
         print(

@@ -19,7 +19,7 @@ from .drawn import card, draw_model
 from .journal import Journal
 from .running import END_STATUSES, ENDED, LiveRun
 from .saving import ENDINGS, place, save_movie, save_namelist, save_output, save_report, save_script
-from .starts import EMPTY, Shipped
+from .starts import EMPTY, BundledFiles
 
 _MOST_FILES = 500  # largest number of inputs on the start page
 # Commands that are methods of Document, methods of LiveRun that start a run, and other methods:
@@ -36,7 +36,7 @@ class Session:
     folder : path
         The working folder, in which inputs are opened and saved.
     journal : Journal
-    shipped : Shipped
+    bundled_files : BundledFiles
     publish : callable
         Called with a message for all pages, a dict or bytes, from any thread.
     is_page_open : callable
@@ -47,11 +47,11 @@ class Session:
         self,
         folder: Path,
         journal: Journal,
-        shipped: Shipped,
+        bundled_files: BundledFiles,
         publish: Callable,
         is_page_open: Callable,
     ):
-        self.folder, self.journal, self.shipped = folder, journal, shipped
+        self.folder, self.journal, self.bundled_files = folder, journal, bundled_files
         self.publish, self._watched = publish, is_page_open
         self.document: Document | None = None
         self.run: LiveRun | None = None
@@ -94,9 +94,9 @@ class Session:
             "kind": "start",
             "screen": "start" if self.document is None else "model",
             "folder": str(self.folder),
-            "examples": {name: summary for name, (summary, _) in self.shipped.examples.items()},
+            "examples": {name: text for name, (text, _) in self.bundled_files.examples.items()},
             "files": files,
-            "records": sorted(self.shipped.records),
+            "records": sorted(self.bundled_files.records),
             "endings": ENDINGS,
         }
 
@@ -107,7 +107,7 @@ class Session:
 
     def _send_thumbnails(self) -> None:
         """Send small pictures of the examples to all pages."""
-        for name, (_, file) in self.shipped.examples.items():
+        for name, (_, file) in self.bundled_files.examples.items():
             try:
                 outlines = card(file.read_text(encoding="utf-8"), file)
             except SiteddaError:
@@ -142,9 +142,9 @@ class Session:
         if source == "empty":
             self.open_text(EMPTY, self.folder / "model.nml")
         elif source == "example":
-            if name not in self.shipped.examples:
+            if name not in self.bundled_files.examples:
                 raise InputError(f"there is no example {name!r}")
-            file = self.shipped.examples[name][1]
+            file = self.bundled_files.examples[name][1]
             self.open_text(file.read_text(encoding="utf-8"), file)
         elif source == "file":
             if not is_below(self.folder, name) or not (self.folder / name).resolve().is_relative_to(
@@ -205,12 +205,12 @@ class Session:
 
     def _do_record(self, number: int, name: str) -> None:
         """Assign a shipped record to a motion; copy it if the model is in the working folder."""
-        document, shipped = self._editable_document(), self.shipped.records
-        if name not in shipped:
+        document, records = self._editable_document(), self.bundled_files.records
+        if name not in records:
             raise InputError(f"there is no record {name!r}")
         if document.file.parent.resolve() == self.folder.resolve():
             make_folder(self.folder / "records")
-            write(self.folder / "records" / name, shipped[name].read_bytes(), "the example")
+            write(self.folder / "records" / name, records[name].read_bytes(), "the example")
         for variable in ("values", "time_step", "quantity", "unit"):
             document.set("motion", number, variable, None)
         document.set("motion", number, "file", f"records/{name}")

@@ -19,7 +19,7 @@ EMPTY = """&run title = 'A new model' /
 
 
 @dataclass(frozen=True)
-class Shipped:
+class BundledFiles:
     """Shipped examples and records.
 
     Attributes

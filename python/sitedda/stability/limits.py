@@ -368,7 +368,7 @@ def _check_supported(scene: Scene) -> None:
     for group in scene.groups.get("bolt", []):
         if group.get("grouted"):
             raise InputError(f"bolt {str(group['name']).strip()!r} is grouted: limit analysis "
-                             "supports bolts between their ends")  # fmt: skip
+                             "supports only bolts anchored at their ends")  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -63,12 +63,12 @@ class Roots:
 
 
 def solve_system(
-    model, parameters, results, target, brackets, tolerance: float, task, accuracy: bool, changes
+    model, parameters, results, target, between, tolerance, task, estimate_accuracy: bool, changes
 ) -> Roots:
     """Solve for several parameters; the arguments are those of `solve_for`."""
     lengths = []
     for name, values in (("parameter", parameters), ("result", results), ("target", target),
-                         ("between", brackets)):  # fmt: skip
+                         ("between", between)):  # fmt: skip
         if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
             raise InputError(f"{name} = {values!r}: give a list, with one value per parameter")
         lengths.append(len(values))
@@ -79,13 +79,13 @@ def solve_system(
         if len(set(names)) < len(names):
             raise InputError(f"{name} = {list(names)}: a name is repeated")
     targets = np.array([FINITE.check("target", value) for value in target])
-    limits = np.array([bracket_of(pair) for pair in brackets])
+    limits = np.array([bracket_of(pair) for pair in between])
     trials = Trials(model, parameters, results, task, changes)
     if len(set(trials.names)) < len(trials.names):
         raise InputError(f"two results have the name {trials.names[0]!r}: rename the functions")
     search = _Search(trials, targets, limits, tolerance)
     value, results_at, slope, step = search.run()
-    errors, warning = trials.errors_at(tuple(value.tolist()), accuracy)
+    errors, warning = trials.errors_at(tuple(value.tolist()), estimate_accuracy)
     bar = step + abs(np.linalg.inv(slope)) @ errors
     return Roots(tuple(parameters), tuple(trials.names), targets, value, bar, results_at, slope,
                  tuple(trials.done.items()), warning)  # fmt: skip

@@ -104,7 +104,7 @@ def shaken(at, unit: float = 1.0, noise: float = 0.0, seed: int = 0) -> sitedda.
 
     The `noise` (m) moves its vertices.
     """
-    chance = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)
     model = Model()
     model.control(time_step=1e-3, steps=STEPS, gravity=(1.0, -9.81))
     model.contact(normal_stiffness=2e9)
@@ -118,7 +118,7 @@ def shaken(at, unit: float = 1.0, noise: float = 0.0, seed: int = 0) -> sitedda.
     outlines.append((1.25, 2.53125, 0.5, 0.75))
     for number, (x, y, width, height) in enumerate(unit * np.array(outlines)):
         corners = np.array([[x, y], [x + width, y], [x + width, y + height], [x, y + height]])
-        corners = corners + noise * chance.choice([-1.0, 1.0], corners.shape) + at
+        corners = corners + noise * rng.choice([-1.0, 1.0], corners.shape) + at
         model.block(name=f"b{number}", vertices=corners.ravel())
         middle = np.array([x + width / 2, y + height / 2]) + at
         model.measured_point(name=f"p{number}", x=middle[0], y=middle[1], block=f"b{number}")

@@ -109,7 +109,7 @@ def test_ground_and_core_fill_what_is_below_the_surface(seed):
         assert corners[abs(corners[:, 0] - side) < 1e-9, 1].max() == pytest.approx(level)
 
 
-def test_a_written_model_runs_as_the_model_in_memory(tmp_path, native, same_bits):
+def test_a_written_model_runs_as_the_model_in_memory(tmp_path, binary, same_bits):
     """A jointed core: the native executable runs the file of built blocks."""
     model = ground(core=CORE, base="fixed", sides="roller", joint={"friction_angle": 35.0})
     model.joint_set("smooth", angle=20.0, spacing=4.0, region="core")
@@ -120,7 +120,7 @@ def test_a_written_model_runs_as_the_model_in_memory(tmp_path, native, same_bits
     assert "&ground" in file.read_text()
     sitedda.run(file, output=tmp_path / "one.nc")
     assert command(["build", str(file), "-o", str(tmp_path / "built.nml")]) == 0
-    native.ok("run", tmp_path / "built.nml", "-o", tmp_path / "two.nc")
+    binary.ok("run", tmp_path / "built.nml", "-o", tmp_path / "two.nc")
     same_bits(tmp_path / "one.nc", tmp_path / "two.nc")
 
 

@@ -30,11 +30,11 @@ def test_each_group_that_becomes_blocks_has_a_class():
         assert "Attributes" in kind.__doc__ and not kind.__doc__.startswith("&")
 
 
-def test_the_executable_names_the_command_that_builds_blocks(native, root):
+def test_the_executable_names_the_command_that_builds_blocks(binary, root):
     for name, group in (("slope", "region"), ("arch", "arch"), ("colonnade", "colonnade")):
         file = root / "inputs" / f"{name}.nml"
         for command in ("run", "check", "resume"):
-            process = native(command, file)
+            process = binary(command, file)
             assert process.returncode == 1
             assert f"group &{group} (line " in process.stderr
             assert f"'sitedda build {file}'" in process.stderr
@@ -238,13 +238,13 @@ def test_build_turns_groups_into_blocks():
     assert len(model["block"]) == 1  # the model itself is unchanged
 
 
-def test_model_file_built_file_and_executable_are_bit_identical(tmp_path, same_bits, main, native):
+def test_model_file_built_file_and_executable_are_bit_identical(tmp_path, same_bits, main, binary):
     model = small_slope()
     file = model.write(tmp_path / "slope.nml")
     process = main("build", file)
     assert process.returncode == 0 and "9 blocks with" in process.stdout
     built = tmp_path / "slope_blocks.nml"
-    native.ok("run", built, "-o", tmp_path / "native.nc", "--quiet")
+    binary.ok("run", built, "-o", tmp_path / "native.nc", "--quiet")
     names = ("title", "step_control")
     first = sitedda.run(file).history
     same_bits(first, model.run().history, attributes=names)

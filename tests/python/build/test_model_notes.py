@@ -138,7 +138,7 @@ ODD = {
     "speed": (changed(pile(), "material", initial_velocity=[50.0, 0.0, 0.0]),
               r"initial_velocity of &material 'rock' is 50 m/s, faster than falling rock"),
     "turn": (changed(pile(), "material", initial_velocity=[0.0, 0.0, 300.0]),
-             r"turns its blocks by 0.3 rad per step; the third value is in rad/s"),
+             r"turns its blocks by 0.3 rad per step; check the third value \(rad/s\)"),
     "point on two blocks": (
         [*pile(), group("measured_point", name="joint", x=0.5, y=0.0)],
         r"measured point 'joint' lies on block 'floor' and block 'brick' and follows the first",
@@ -148,12 +148,12 @@ ODD = {
 
 
 @pytest.fixture(params=["python", "native"])
-def output_of(request, native, tmp_path, capsys, monkeypatch):
+def output_of(request, binary, tmp_path, capsys, monkeypatch):
     """Return a caller that returns the text of a command; Python runs in this process."""
 
     def call(*words: str) -> str:
         if request.param == "native":
-            process = native(*words, folder=tmp_path)
+            process = binary(*words, folder=tmp_path)
             return process.stdout + process.stderr
         monkeypatch.chdir(tmp_path)
         main([*map(str, words), *(["--no-plot"] if words[0] == "run" else [])])
@@ -385,10 +385,10 @@ def test_many_cells_are_announced(monkeypatch):
         model.build()
 
 
-def test_blocks_of_very_different_widths_have_notes(write_input, native):
+def test_blocks_of_very_different_widths_have_notes(write_input, binary):
     """A width of 1e-9 of the model once ended the process by overflow of an integer."""
     wall = {"brick_length": 6.5e-9, "brick_height": 0.5, "bricks": 2, "courses": 3}
     groups = changed(flying_block(gravity=[0.0, -9.8]), "block", vertices=rectangle(-1, -1, 5, 1))
     groups = [*without(groups, "measured_point"), ("wall", wall)]
     groups.append(group("fixed_point", x=0.0, y=-0.5))
-    assert native("check", write_input(groups)).returncode >= 0  # no signal
+    assert binary("check", write_input(groups)).returncode >= 0  # no signal

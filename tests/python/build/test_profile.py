@@ -149,7 +149,7 @@ def file_of_layers(folder, text):
     return folder / "site.nml"
 
 
-def test_both_programs_run_a_profile_and_compare_its_column(tmp_path, site, native, same_bits):
+def test_both_programs_run_a_profile_and_compare_its_column(tmp_path, site, binary, same_bits):
     site()
     values = "values = 20*0.0, 1.0, 2.0, 0.0, -2.0, -1.0, 100*0.0"
     text = f"""&control time_step = 2e-3, duration = 4, analysis = 'plane_strain' /
@@ -168,7 +168,7 @@ def test_both_programs_run_a_profile_and_compare_its_column(tmp_path, site, nati
     assert not any("half-space" in message for message in build_result.messages)
     rigid = build_file(file_of_layers(tmp_path / "rigid", text), tmp_path / "rigid.nml")[1]
     assert any("vs.csv ends without a half-space" in message for message in rigid.messages)
-    native.ok("run", built, "-o", tmp_path / "b.nc", "-q")
+    binary.ok("run", built, "-o", tmp_path / "b.nc", "-q")
     same_bits(tmp_path / "a.nc", tmp_path / "b.nc")
     comparison = beside(run.history)
     peak = abs(comparison.column_surface).max()

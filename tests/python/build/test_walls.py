@@ -100,7 +100,7 @@ def test_walls_stand_and_have_limit_loads(seed):
     assert "at rest" in model.run().summary
 
 
-def test_walls_with_ties_run_in_both_programs(tmp_path, native, same_bits):
+def test_walls_with_ties_run_in_both_programs(tmp_path, binary, same_bits):
     model = wall(ties=[2.5], tie_stiffness=1e7, tie_yield=1e5)
     model.write(tmp_path / "wall.nml")
     run = sitedda.run(tmp_path / "wall.nml", tmp_path / "a.nc")
@@ -108,7 +108,7 @@ def test_walls_with_ties_run_in_both_programs(tmp_path, native, same_bits):
     from sitedda.building import build_file
 
     built, _ = build_file(tmp_path / "wall.nml")
-    native.ok("run", built, "-o", tmp_path / "b.nc", "-q")
+    binary.ok("run", built, "-o", tmp_path / "b.nc", "-q")
     same_bits(tmp_path / "a.nc", tmp_path / "b.nc")
 
 

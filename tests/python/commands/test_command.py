@@ -80,12 +80,12 @@ def test_an_older_output_is_replaced_when_the_new_one_is_complete(program, write
 
 
 def test_amplification_is_printed_in_the_same_words_by_both(
-    native, python_program, write_input, tmp_path
+    binary, python_program, write_input, tmp_path
 ):
     request = group("amplification", lowest=1.0, highest=200.0)
     file = write_input([*tower(layers=4, steps=800), request])
     lines = []
-    for program in (native, python_program):
+    for program in (binary, python_program):
         process = program.ok("run", file, "-o", tmp_path / f"{program.name}.nc", "-q")
         lines.append(re.search(r"^amplification .*?\)$", process.stdout, re.M | re.S)[0])
         assert all(len(line) <= 80 for line in lines[-1].splitlines())
@@ -145,8 +145,8 @@ def test_check_uses_the_changes_of_set(main, write_input):
 # --- Progress ------------------------------------------------------------------------------------
 
 
-def test_native_progress_states_time_fraction_and_time_left(native, write_input, tmp_path):
-    process = native("run", write_input(tower(steps=500)), folder=tmp_path)
+def test_native_progress_states_time_fraction_and_time_left(binary, write_input, tmp_path):
+    process = binary("run", write_input(tower(steps=500)), folder=tmp_path)
     line = [line for line in process.stdout.splitlines() if line.startswith("t = ")][-1]
     assert re.fullmatch(r"t = 0?\.500 of 0?\.500 s, 100\.0 %, spent .* s, left .* s", line), line
 
@@ -353,22 +353,22 @@ def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_pa
     assert final.read_bytes() == OLDER
 
 
-def test_ctrl_c_on_the_executable_keeps_what_was_computed(native, write_input, tmp_path):
+def test_ctrl_c_on_the_executable_keeps_what_was_computed(binary, write_input, tmp_path):
     """The usage of sitedda-native promises status 6 for an interrupted run."""
-    if "6 interrupted" not in native("--help").stdout:
+    if "6 interrupted" not in binary("--help").stdout:
         pytest.skip("the executable makes no promise about Ctrl-C")
-    running = start(native, write_input(tower(steps=NEVER_ENDING)), tmp_path)
+    running = start(binary, write_input(tower(steps=NEVER_ENDING)), tmp_path)
     running.send_signal(signal.SIGINT)
     running.communicate(timeout=DEADLINE)
     assert running.returncode == 6
     assert dataset(tmp_path / "tower.nc.partial").attrs["complete"] == "no"
 
 
-def test_a_log_is_written_at_once_and_in_order(native, write_input, tmp_path):
+def test_a_log_is_written_at_once_and_in_order(binary, write_input, tmp_path):
     """Each line is written when its event occurs; errors follow the earlier lines."""
     log = tmp_path / "log"
     with log.open("wb") as stream:
-        running = native.start("resume", write_input(tower(steps=NEVER_ENDING)), folder=tmp_path,
+        running = binary.start("resume", write_input(tower(steps=NEVER_ENDING)), folder=tmp_path,
                                stdout=stream, stderr=subprocess.STDOUT)  # fmt: skip
     wait_for(lambda: log.read_text().endswith("starting at time 0\n"), running)
     running.send_signal(signal.SIGINT)
@@ -378,8 +378,8 @@ def test_a_log_is_written_at_once_and_in_order(native, write_input, tmp_path):
     assert "starting at time 0" in "\n".join(lines[:-1])
 
 
-def test_help_of_the_executable_names_every_option(native):
-    output = native("--help").stdout
+def test_help_of_the_executable_names_every_option(binary):
+    output = binary("--help").stdout
     for option in ("-o, --output", "--check", "-q, --quiet", "-h, --help", "--version"):
         assert option in output
     assert "6 interrupted" in output
@@ -388,11 +388,11 @@ def test_help_of_the_executable_names_every_option(native):
 # --- The environment -----------------------------------------------------------------------------
 
 
-def test_the_executable_needs_no_python(native, write_input, tmp_path):
-    linked = subprocess.run([shutil.which("ldd"), native.path], capture_output=True, text=True)
+def test_the_executable_needs_no_python(binary, write_input, tmp_path):
+    linked = subprocess.run([shutil.which("ldd"), binary.path], capture_output=True, text=True)
     assert "libpython" not in linked.stdout
     bare = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
-    process = subprocess.run([native.path, "run", write_input(tower(steps=5)), "-q"], cwd=tmp_path,
+    process = subprocess.run([binary.path, "run", write_input(tower(steps=5)), "-q"], cwd=tmp_path,
                              env=bare | {"PATH": "/nowhere"}, capture_output=True,
                              text=True)  # fmt: skip
     assert process.returncode == 0, process.stderr

@@ -450,10 +450,10 @@ def test_contacts_and_joints_have_the_same_slip_and_opening(run):
     assert values["contacts_opened"] <= values["contacts_slipped"]
 
 
-def test_the_output_of_the_executable_contains_the_same_words(run, native, write_input, tmp_path):
+def test_the_output_of_the_executable_contains_the_same_words(run, binary, write_input, tmp_path):
     import xarray as xr
 
-    native("run", write_input(sliding_blocks()), "-q", "-o", tmp_path / "n.nc")
+    binary("run", write_input(sliding_blocks()), "-q", "-o", tmp_path / "n.nc")
     with xr.open_dataset(tmp_path / "n.nc") as data:
         assert data.attrs["verdict"] == run.history.attrs["verdict"]
         for name in ("figures", "doubts"):

@@ -297,11 +297,11 @@ def test_threads_and_resumed_runs_are_bit_identical(damping, tmp_path, same_ever
     assert reference.body.values.tolist() == ["b1", "b2"]
 
 
-def test_a_meshed_input_built_into_a_block_file_runs_without_python(root, tmp_path, native):
+def test_a_meshed_input_built_into_a_block_file_runs_without_python(root, tmp_path, binary):
     """The displacements equal those of cells in memory."""
     reference = sitedda.run(root / "inputs" / "roof_beam.nml").history
     file, _ = build_file(root / "inputs" / "roof_beam.nml", tmp_path / "beam.nml", True)
-    native.ok("run", file, "-q", "-o", tmp_path / "beam.nc")
+    binary.ok("run", file, "-q", "-o", tmp_path / "beam.nc")
     built_output = load(tmp_path / "beam.nc")
     assert built_output.body.values.tolist() == ["beam"]
     for name in ("displacement", "block_coordinates", "block_stress"):

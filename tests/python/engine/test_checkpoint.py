@@ -104,13 +104,13 @@ LAWS |= {f"{law} at 5 points": LAWS[law] | FIVE for law in ("plesha", "cohesive"
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_resumed_joint_laws_are_bit_identical(native, write_input, tmp_path, same_bits, law):
+def test_resumed_joint_laws_are_bit_identical(binary, write_input, tmp_path, same_bits, law):
     """Checkpoints contain the state of joints; the number of threads has no effect."""
     file = write_input(changed(shaken_tower(), "joint", **LAWS[law]))
     reference = sitedda.run(file)
     assert float(reference.history.energy_friction[-1]) > 0
     stopped(file, tmp_path / "out.nc", 150)
-    native.ok("resume", file, "-q", "-o", tmp_path / "out.nc", threads=2)
+    binary.ok("resume", file, "-q", "-o", tmp_path / "out.nc", threads=2)
     same_bits(reference.history, tmp_path / "out.nc")
 
 
@@ -135,7 +135,7 @@ def test_many_checkpoints_change_nothing(program, write_input, tmp_path, same_bi
     same_bits(tmp_path / "none.nc", tmp_path / "each.nc", attributes=("step_control",))
 
 
-def test_the_number_of_threads_may_change(native, write_input, tmp_path, same_bits):
+def test_the_number_of_threads_may_change(binary, write_input, tmp_path, same_bits):
     wall = [pair for pair in tower(1, 6) if pair[0] not in ("layers", "measured_point")]
     wall += [
         ("layers", {"bottom": -1.0, "width": 60.0, "thickness": 1.0}),
@@ -146,7 +146,7 @@ def test_the_number_of_threads_may_change(native, write_input, tmp_path, same_bi
     for threads in (1, 2):
         output = tmp_path / f"out{threads}.nc"
         stopped(file, output, 3)
-        native.ok("resume", file, "-q", "-o", output, threads=threads)
+        binary.ok("resume", file, "-q", "-o", output, threads=threads)
         same_bits(reference.history, output)
 
 
@@ -174,7 +174,7 @@ def test_rates_that_were_set_are_part_of_the_state(write_input, tmp_path, same_b
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGUSR1, signal.SIGINT])
 def test_a_signal_ends_a_run_that_can_be_resumed(
-    program, native, write_input, tmp_path, same_bits, number
+    program, binary, write_input, tmp_path, same_bits, number
 ):
     file = write_input(shaken_tower(LONG, 50))
     process = interrupted(program, file, tmp_path, number)
@@ -191,12 +191,12 @@ def test_a_signal_ends_a_run_that_can_be_resumed(
 
 
 def test_each_program_resumes_what_the_other_began(
-    native, python_program, write_input, tmp_path, same_bits
+    binary, python_program, write_input, tmp_path, same_bits
 ):
     file = write_input(shaken_tower(20_000, 50))
-    interrupted(native, file, tmp_path)
+    interrupted(binary, file, tmp_path)
     assert interrupted(python_program, file, tmp_path, command="resume").returncode in (0, 6)
-    native.ok("resume", file, "-q", folder=tmp_path)
+    binary.ok("resume", file, "-q", folder=tmp_path)
     same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
 
 
@@ -208,10 +208,10 @@ def test_a_killed_run_continues(program, write_input, tmp_path, same_bits):
     same_bits(sitedda.run(file).history, tmp_path / "tower.nc")
 
 
-def test_a_growing_output_can_be_read_at_every_moment(native, write_input, tmp_path):
+def test_a_growing_output_can_be_read_at_every_moment(binary, write_input, tmp_path):
     groups = changed(shaken_tower(10 * LONG, 500), "output", history_interval=50, block_interval=0)
     file = write_input(groups)
-    running = subprocess.Popen([native.path, "run", file, "-q"], cwd=tmp_path)
+    running = subprocess.Popen([binary.path, "run", file, "-q"], cwd=tmp_path)
     partial_output = tmp_path / "tower.nc.partial"
     sizes, deadline = [0], time.monotonic() + DEADLINE
     while len(set(sizes)) < 3 and time.monotonic() < deadline:
@@ -416,7 +416,7 @@ def test_an_active_run_cannot_be_resumed(write_input, tmp_path):
 
 @pytest.mark.parametrize("size", [0, 3000, 20_000, 200_000, 500_000, 1_000_000])
 def test_a_full_disk_ends_in_one_message_and_the_run_can_be_resumed(
-    native, write_input, tmp_path, same_bits, size
+    binary, write_input, tmp_path, same_bits, size
 ):
     import resource
 
@@ -424,14 +424,14 @@ def test_a_full_disk_ends_in_one_message_and_the_run_can_be_resumed(
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
     file = write_input(shaken_tower(4000, 100))
-    arguments = [native.path, "run", file, "-q", "-o", tmp_path / "out.nc"]
+    arguments = [binary.path, "run", file, "-q", "-o", tmp_path / "out.nc"]
     process = subprocess.run(
         arguments, preexec_fn=limit, capture_output=True, text=True, check=False
     )
     assert process.returncode == 5
     assert len(process.stderr.strip().splitlines()) == 1, process.stderr
     assert "out.nc" in process.stderr and "File too large" in process.stderr
-    second_process = native.ok("resume", file, "-q", "-o", tmp_path / "out.nc")
+    second_process = binary.ok("resume", file, "-q", "-o", tmp_path / "out.nc")
     assert ("resumed at step" in second_process.stdout) == (size > 300_000)
     same_bits(sitedda.run(file).history, tmp_path / "out.nc")
 
@@ -502,8 +502,8 @@ simulation.finish()
     ],
     ids=lambda arguments: arguments[0],
 )
-def test_a_short_campaign(root, native, arguments):
+def test_a_short_campaign(root, binary, arguments):
     script = root / "tests" / "robustness" / arguments[0]
-    command = [sys.executable, script, *arguments[1:], "--program", native.path]
+    command = [sys.executable, script, *arguments[1:], "--program", binary.path]
     process = subprocess.run(command, capture_output=True, text=True, check=False)
     assert process.returncode == 0, process.stdout + process.stderr

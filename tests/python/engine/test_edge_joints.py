@@ -155,9 +155,9 @@ def test_output_and_simulation_contain_the_joint(program, write_input, tmp_path)
 
 
 @pytest.mark.parametrize("after", [1, 420, 600])
-def test_a_resumed_slider_is_bit_identical(write_input, tmp_path, same_bits, native, after):
+def test_a_resumed_slider_is_bit_identical(write_input, tmp_path, same_bits, binary, after):
     file = write_input(slider(steps=700))
-    native.ok("run", file, "-q", "-o", tmp_path / "whole.nc")
+    binary.ok("run", file, "-q", "-o", tmp_path / "whole.nc")
     stopped(file, tmp_path / "out.nc", after)
     sitedda.resume(file, tmp_path / "out.nc")
     same_bits(tmp_path / "whole.nc", tmp_path / "out.nc")

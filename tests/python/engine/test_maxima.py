@@ -514,12 +514,12 @@ def wide_wall(count: int) -> list:
     ]  # fmt: skip
 
 
-def test_threads_change_no_maximum(native, write_input, tmp_path, same_bits):
+def test_threads_change_no_maximum(binary, write_input, tmp_path, same_bits):
     """The number of blocks and contacts exceeds a chunk of a parallel loop."""
     file = write_input(wide_wall(2100))
     files = [tmp_path / f"{threads}.nc" for threads in (1, 2, 3)]
     for threads, output in enumerate(files, 1):
-        native.ok("run", file, "-q", "-o", output, threads=threads)
+        binary.ok("run", file, "-q", "-o", output, threads=threads)
     with xr.open_dataset(files[0]) as data:
         assert np.all(np.isfinite(data.largest.values[:10]))
     for other in files[1:]:
@@ -529,9 +529,9 @@ def test_threads_change_no_maximum(native, write_input, tmp_path, same_bits):
 # --- Output of programs and studies --------------------------------------------------------------
 
 
-def test_the_executable_prints_maxima(native, write_input, tmp_path):
+def test_the_executable_prints_maxima(binary, write_input, tmp_path):
     file = write_input(pile(60))
-    process = native("run", file, "-q", "-o", tmp_path / "n.nc")
+    process = binary("run", file, "-q", "-o", tmp_path / "n.nc")
     run = sitedda.run(file)
     paragraphs = str(run.verdict).split("\n\n")
     assert len(paragraphs) == 5  # sentence, check, table, warning, counts

@@ -88,7 +88,7 @@ UNCORRECTED = {"drift_order": None, "quantity": "displacement"}
         ),
     ],
 )
-def test_each_motion_has_a_line_in_run_and_check(write_input, native, main, motion, message):
+def test_each_motion_has_a_line_in_run_and_check(write_input, binary, main, motion, message):
     file = write_input(changed(sled(duration=0.01), "motion", **motion))
     with sitedda.Simulation(file) as simulation:
         first, line = simulation.description.splitlines()
@@ -96,7 +96,7 @@ def test_each_motion_has_a_line_in_run_and_check(write_input, native, main, moti
     assert re.match(r"motion 'pulse': PGA \S+ m/s², PGV \S+ m/s, PGD \S+ m; ", line)
     assert re.search(message, line)
     folder = file.parent
-    for process in (native("run", file, folder=folder), native("check", file), main("check", file)):
+    for process in (binary("run", file, folder=folder), binary("check", file), main("check", file)):
         assert f"{first}\n{line}\n" in process.stdout.replace("\n      ", " ")
 
 
@@ -224,11 +224,11 @@ def test_models_with_waves_require_a_choice_of_the_analysis(write_input, groups,
             assert "analysis" not in str(other)
 
 
-def test_other_models_use_plane_stress_by_default(write_input, native):
+def test_other_models_use_plane_stress_by_default(write_input, binary):
     for kind in ("fixed", "roller"):
         groups = [*without(tower(), "fixed_point"), group("boundary", kind=kind, side="bottom")]
         file = write_input(groups)
         with sitedda.Simulation(file) as simulation:
             assert simulation.description.startswith("analysis: plane stress (the default)\n")
-    output = native("check", file).stdout
+    output = binary("check", file).stdout
     assert output.startswith("analysis: plane stress (the default)\n")

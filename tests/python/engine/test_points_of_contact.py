@@ -88,29 +88,29 @@ def test_simulation_has_the_positions(tmp_path):
                                    0.5 + 0.5 * np.sqrt(3 / 7) * np.array([-1, 0, 1]))  # fmt: skip
 
 
-def said(model: Model, native, tmp_path, main) -> list[str]:
+def said(model: Model, binary, tmp_path, main) -> list[str]:
     """Lines about bending in run, native run, check and native check."""
     file = model.write(tmp_path / "model.nml")
     texts = []
-    for call in (main, native):
+    for call in (main, binary):
         for arguments in (("run", file, "--quiet"), ("check", file)):
             process = call(*arguments, folder=tmp_path)
             texts.append(re.sub(r"\n {7,}", " ", process.stdout + process.stderr))
     return [line for text in texts for line in text.splitlines() if "three times too high" in line]
 
 
-def test_a_bending_bond_causes_one_line(native, tmp_path, main):
+def test_a_bending_bond_causes_one_line(binary, tmp_path, main):
     """The line has the end stress by beam theory; no line with points or without bending."""
-    bent = said(bracket(contact_points=2), native, tmp_path, main)
+    bent = said(bracket(contact_points=2), binary, tmp_path, main)
     assert len(bent) == 4
     for line in bent:
         tension = float(re.search(r"tension of (\S+) Pa at one end", line)[1])
         assert tension == pytest.approx(3 * WEIGHT, rel=2e-2)
         assert "'mortar'" in line and "contact_points = 5" in line  # it has a static stage
-    assert said(bracket(contact_points=3), native, tmp_path, main) == []
+    assert said(bracket(contact_points=3), binary, tmp_path, main) == []
     hanging_model = bracket(contact_points=2)
     hanging_model.control(gravity=(9.81, 0.0))
-    assert said(hanging_model, native, tmp_path, main) == []
+    assert said(hanging_model, binary, tmp_path, main) == []
 
 
 def test_points_of_a_study(tmp_path):

@@ -147,7 +147,7 @@ def test_a_heap_on_soft_contacts_rests_with_penetrations_that_match_forces(seed,
 
 
 def test_sliding_blocks_are_reported_with_their_joint(write_input):
-    """A block on a slope of 30.3° slides at φ = 20°; supports and gaps are not the cause."""
+    """A block on a slope of 30.3° slides at φ = 20°; supports and gaps cause no failure."""
     groups = [
         group("control", time_step=1e-3, steps=2, gravity=(0.0, -9.81), settle=True),
         group("material", name="rock", density=2500.0, young_modulus=1e9, poisson_ratio=0.2),

@@ -199,7 +199,7 @@ def stepped(file, output, steps: int, resume: bool = False) -> sitedda.Simulatio
     return run
 
 
-def test_a_run_resumed_after_changes_is_bit_identical(write_input, tmp_path, native, same_bits):
+def test_a_run_resumed_after_changes_is_bit_identical(write_input, tmp_path, binary, same_bits):
     """Python continues with further changes, the executable with the earlier ones."""
     file = write_input(sliding(steps=80))
     with stepped(file, tmp_path / "whole.nc", 1000) as run:
@@ -211,7 +211,7 @@ def test_a_run_resumed_after_changes_is_bit_identical(write_input, tmp_path, nat
         same_bits(tmp_path / "whole.nc", tmp_path / "parts.nc")
         (tmp_path / "parts.nc").unlink()
     stepped(file, tmp_path / "native.nc", 60).close()
-    native.ok("resume", file, "-o", tmp_path / "native.nc", "-q")
+    binary.ok("resume", file, "-o", tmp_path / "native.nc", "-q")
     same_bits(tmp_path / "whole.nc", tmp_path / "native.nc")
     reference = sitedda.open_output(tmp_path / "native.nc")
     assert reference.attrs["changes"].startswith("t = 0.02 s: gravity = 0.5, -9.81, joint[bedding]")
@@ -307,7 +307,7 @@ def test_a_floor_that_is_hit_in_each_step_stays_in_its_supports(write_input, res
 
 
 @pytest.mark.parametrize("step", [1e3, 1e5, 1e8])
-def test_a_time_step_of_days_ends_soon(step, write_input, native):
+def test_a_time_step_of_days_ends_soon(step, write_input, binary):
     """Spectra of such steps once took hours, and velocities of supports were not finite."""
     shaken_input = changed(flying_block(steps=4), "control", time_step=step)
     values = [0.0, 1e-3 / step**2, -1e-3 / step**2, 0.0]
@@ -317,6 +317,6 @@ def test_a_time_step_of_days_ends_soon(step, write_input, native):
         *(group("fixed_point", x=x, y=0.5, motion_x="q") for x in (0.5, 1.5)),
     ]  # fmt: skip
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    process = native("run", write_input(shaken_input), "-q")
+    process = binary("run", write_input(shaken_input), "-q")
     assert process.returncode == 0 and "point displacement" in process.stdout, process.stderr
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 5.0

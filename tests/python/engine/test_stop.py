@@ -106,7 +106,7 @@ def test_rest_comes_after_the_loads_on_edges(write_input):
 
 
 @pytest.mark.parametrize("after", [3, 700])
-def test_a_resumed_run_stops_bit_identically(write_input, tmp_path, same_bits, native, after):
+def test_a_resumed_run_stops_bit_identically(write_input, tmp_path, same_bits, binary, after):
     file = write_input(resting())
     reference = sitedda.run(file)
     with sitedda.Simulation(file, tmp_path / "out.nc") as simulation:
@@ -115,7 +115,7 @@ def test_a_resumed_run_stops_bit_identically(write_input, tmp_path, same_bits, n
     attributes = ("title", "input_text", "step_control", "ending")
     same_bits(reference.history, resumed_run.history, attributes)
     if after == 3:
-        process = native("run", file, "-q", "-o", tmp_path / "native.nc")
+        process = binary("run", file, "-q", "-o", tmp_path / "native.nc")
         assert reference.history.attrs["ending"] in " ".join(process.stdout.split())
         same_bits(reference.history, tmp_path / "native.nc", attributes)
 

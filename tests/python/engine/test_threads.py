@@ -36,11 +36,11 @@ def busy_processors():
     not Path("/proc/thread-self/schedstat").exists(), reason="the system counts no waiting time"
 )
 def test_runs_use_fewer_threads_on_busy_processors(
-    native, write_input, tmp_path, busy_processors, same_bits
+    binary, write_input, tmp_path, busy_processors, same_bits
 ):
     file = write_input(namelist(WALL))
-    text_of_one_thread = native.ok("run", file, "-q", "-o", tmp_path / "one.nc", threads=1).stdout
-    output = native.ok("run", file, "-q", "-o", tmp_path / "two.nc", threads=2).stdout
+    text_of_one_thread = binary.ok("run", file, "-q", "-o", tmp_path / "one.nc", threads=1).stdout
+    output = binary.ok("run", file, "-q", "-o", tmp_path / "two.nc", threads=2).stdout
     assert "other programs" not in text_of_one_thread
     assert "note: other programs used the processors: " in output
     assert "with fewer than 2 threads" in output
@@ -49,12 +49,12 @@ def test_runs_use_fewer_threads_on_busy_processors(
 
 @pytest.mark.parametrize("law", [law for law in LAWS if " " not in law])
 def test_joint_laws_are_bit_identical_with_any_number_of_threads(
-    native, write_input, tmp_path, same_bits, law
+    binary, write_input, tmp_path, same_bits, law
 ):
     """Points between corners: the number of contacts is too large for one thread."""
     points = {"contact_points": 3, "normal_stiffness_per_area": 1e10}
     file = write_input(namelist(changed(WALL, "joint", **(points | LAWS[law]))))
     for threads in (1, 2, 4):
-        native.ok("run", file, "-q", "-o", tmp_path / f"{threads}.nc", threads=threads)
+        binary.ok("run", file, "-q", "-o", tmp_path / f"{threads}.nc", threads=threads)
     for threads in (2, 4):
         same_bits(tmp_path / "1.nc", tmp_path / f"{threads}.nc")

@@ -266,12 +266,12 @@ TEXTS = [
 ]
 
 
-def both_complain(file, phrases, native, main, folder):
+def both_complain(file, phrases, binary, main, folder):
     """Check that both programs refuse an input with one message, and keep the older output."""
     final = folder / "tower.nc"
     final.write_bytes(OLD)
     messages = []
-    for program in (native, main):
+    for program in (binary, main):
         process = program("run", file, "--quiet", "--output", final)
         assert process.returncode == 1, (program.name, process.stdout, process.stderr)
         lines = process.stderr.strip().splitlines()
@@ -289,30 +289,30 @@ def both_complain(file, phrases, native, main, folder):
 
 
 @pytest.mark.parametrize(("groups", "group", "phrases"), CASES)
-def test_invalid_values_are_refused(groups, group, phrases, write_input, native, main, tmp_path):
+def test_invalid_values_are_refused(groups, group, phrases, write_input, binary, main, tmp_path):
     if isinstance(groups, dict):
         (tmp_path / "record.txt").write_text(groups["record.txt"])
         groups = groups["groups"]
-    both_complain(write_input(groups), [group, *phrases], native, main, tmp_path)
+    both_complain(write_input(groups), [group, *phrases], binary, main, tmp_path)
 
 
 @pytest.mark.parametrize(
     ("text", "phrases"), [row[1:] for row in TEXTS], ids=[row[0] for row in TEXTS]
 )
 def test_texts_that_are_not_namelists_are_refused(
-    text, phrases, write_input, native, main, tmp_path
+    text, phrases, write_input, binary, main, tmp_path
 ):
     file = write_input(text)
-    both_complain(file, phrases, native, main, tmp_path)
+    both_complain(file, phrases, binary, main, tmp_path)
 
 
-def test_a_missing_file_is_named(native, main, tmp_path):
-    both_complain(tmp_path / "gone.nml", ["no such file"], native, main, tmp_path)
+def test_a_missing_file_is_named(binary, main, tmp_path):
+    both_complain(tmp_path / "gone.nml", ["no such file"], binary, main, tmp_path)
 
 
-def test_a_folder_is_refused_as_input(native, main, tmp_path):
+def test_a_folder_is_refused_as_input(binary, main, tmp_path):
     (tmp_path / "folder.nml").mkdir()
-    process = [program("run", tmp_path / "folder.nml") for program in (native, main)]
+    process = [program("run", tmp_path / "folder.nml") for program in (binary, main)]
     assert {d.returncode for d in process} <= {1, 5}
     assert all("folder.nml" in d.stderr and "Traceback" not in d.stderr for d in process)
 
@@ -348,17 +348,17 @@ ODD = {
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_unusual_valid_texts_run_equally(name, write_input, native, main, tmp_path, same_bits):
+def test_unusual_valid_texts_run_equally(name, write_input, binary, main, tmp_path, same_bits):
     plain_file = write_input(tower(steps=10))
     expected = sitedda.run(plain_file).history
     unusual_file = write_input(ODD[name](plain_file.read_bytes()), "odd.nml")
-    for program in (native, main):
+    for program in (binary, main):
         program.ok("run", unusual_file, "--quiet", "--output", tmp_path / "odd.nc")
         same_bits(expected, tmp_path / "odd.nc", attributes=("title", "step_control"))
 
 
 @pytest.mark.parametrize("folder", ["two words", "Größe α 地震", "it's 100%"])
-def test_paths_may_contain_any_letters(folder, write_input, native, main, tmp_path, same_bits):
+def test_paths_may_contain_any_letters(folder, write_input, binary, main, tmp_path, same_bits):
     values_of_record = {"values": None, "time_step": None, "file": "rec dir/сейсмо грамма.txt",
                         "unit": "m/s2"}  # fmt: skip
     file = write_input(changed(moved(format="text", **values_of_record), "control", steps=10),
@@ -367,7 +367,7 @@ def test_paths_may_contain_any_letters(folder, write_input, native, main, tmp_pa
     samples = "".join(f"{0.01 * i} {np.sin(0.3 * i)}\n" for i in range(30))
     (file.parent / "rec dir/сейсмо грамма.txt").write_text(samples)
     outputs = []
-    for program in (native, main):
+    for program in (binary, main):
         outputs.append(file.parent / f"Ausgabe β {program.name}.nc")
         program.ok("run", file, "--quiet", "--output", outputs[-1])
         assert outputs[-1].exists()
@@ -480,11 +480,11 @@ def test_a_folder_is_refused_as_record(write_input, tmp_path):
 @pytest.mark.parametrize(
     "name", ["$(touch harm)", "`touch harm`", "; touch harm", "|touch harm", "%s%n"]
 )
-def test_nothing_in_an_input_is_executed(name, write_input, native, tmp_path):
+def test_nothing_in_an_input_is_executed(name, write_input, binary, tmp_path):
     title = changed(tower(steps=2), "run", title=name)
-    native.ok("run", write_input(title), "--quiet", "--output", tmp_path / "o.nc", folder=tmp_path)
+    binary.ok("run", write_input(title), "--quiet", "--output", tmp_path / "o.nc", folder=tmp_path)
     groups = moved(values=None, quantity=None, time_step=None, file=name)
-    process = native("run", write_input(groups), folder=tmp_path)
+    process = binary("run", write_input(groups), folder=tmp_path)
     assert process.returncode == 1
     assert name in process.stderr
     assert sitedda.run(write_input(title)).history.attrs["title"] == name

@@ -67,10 +67,10 @@ def test_groups_keep_their_order(tmp_path):
     assert (tmp_path / "m.blocks_2.nc").exists()
 
 
-def test_both_programs_read_block_files_bit_identically(tmp_path, native, same_bits):
+def test_both_programs_read_block_files_bit_identically(tmp_path, binary, same_bits):
     two_on_a_base().write(tmp_path / "m.nml", block_file=True)
     sitedda.run(tmp_path / "m.nml", output=tmp_path / "python.nc")
-    native.ok("run", "m.nml", "-o", "native.nc", "-q", folder=tmp_path)
+    binary.ok("run", "m.nml", "-o", "native.nc", "-q", folder=tmp_path)
     same_bits(tmp_path / "python.nc", tmp_path / "native.nc")
     output = sitedda.open_output(tmp_path / "native.nc")
     assert output.block.values.tolist() == ["base", "left", "block 3"]
@@ -126,13 +126,13 @@ def test_a_file_that_cannot_be_replaced_leaves_no_other_file(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["m.nc"]
 
 
-def test_reading_takes_time_in_proportion_to_the_blocks(tmp_path, native):
+def test_reading_takes_time_in_proportion_to_the_blocks(tmp_path, binary):
     """Four times as many blocks need at most four times the time (16 if quadratic)."""
-    times = [time_to_read(side, tmp_path, native) for side in (158, 316)]
+    times = [time_to_read(side, tmp_path, binary) for side in (158, 316)]
     assert times[1] < 8.0 * times[0]
 
 
-def time_to_read(side: int, tmp_path, native) -> float:
+def time_to_read(side: int, tmp_path, binary) -> float:
     """Processor time (s) in which the executable reads side² blocks from a file."""
     x, y = (v.ravel() for v in np.meshgrid(np.arange(side), np.arange(side)))
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -145,7 +145,7 @@ def time_to_read(side: int, tmp_path, native) -> float:
         "&joint friction_angle = 30 /\n&blocks file = 'none.nc' /\n"  # stops after the first
     )
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    process = native("run", "m.nml", folder=tmp_path)
+    process = binary("run", "m.nml", folder=tmp_path)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     assert "&blocks (line 5): none.nc cannot be read" in process.stderr
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -304,7 +304,7 @@ def test_wrong_contents_are_refused_in_one_message(fault, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.nc", "model.nml"]
 
 
-def test_other_files_are_refused_as_block_files(tmp_path, native):
+def test_other_files_are_refused_as_block_files(tmp_path, binary):
     invalid_file = tmp_path / "bad.nc"
     invalid_file.write_bytes(b"CDF\x01")
     assert "bad.nc is damaged, or does not have the classic netCDF format" in refused(tmp_path)
@@ -315,7 +315,7 @@ def test_other_files_are_refused_as_block_files(tmp_path, native):
     assert "bad.nc cannot be read: No such file" in refused(tmp_path)
     invalid_file.mkdir()
     assert "bad.nc" in refused(tmp_path)
-    process = native("run", "model.nml", folder=tmp_path)
+    process = binary("run", "model.nml", folder=tmp_path)
     assert process.returncode == 1 and process.stderr.count("\n") == 1
 
 

@@ -54,30 +54,30 @@ COMMENTED = """! a & b / 'c'
 
 @pytest.mark.parametrize("changes", NATIVE, ids=" ".join)
 def test_both_programs_make_the_same_text_and_resume_runs_of_the_other(
-    changes, write_input, native, main, tmp_path, same_bits
+    changes, write_input, binary, main, tmp_path, same_bits
 ):
     file = write_input(COMMENTED)
     options = [text for change in changes for text in ("--set", change)]
-    for one, other in ((native, main), (main, native)):
+    for one, other in ((binary, main), (main, binary)):
         one.ok("run", file, *options, "-q", "-o", f"{one.name}.nc", folder=tmp_path)
         process = other("resume", file, *options, "-q", "-o", f"{one.name}.nc", folder=tmp_path)
         assert process.returncode == 0 and "is complete" in process.stdout, process.stderr
     same_bits(tmp_path / "sitedda.nc", tmp_path / "sitedda-native.nc")
-    assert native("check", file, *options).stdout != native("check", file).stdout
+    assert binary("check", file, *options).stdout != binary("check", file).stdout
 
 
-def test_a_checkpoint_of_one_program_is_accepted_by_the_other(write_input, native, tmp_path):
+def test_a_checkpoint_of_one_program_is_accepted_by_the_other(write_input, binary, tmp_path):
     file, options = write_input(COMMENTED), ["--set", "time_step=5e-4", "--set", "title=It's new"]
     changes = {name: Typed(value) for name, value in (text.split("=", 1) for text in options[1::2])}
     with sitedda.Simulation(file, tmp_path / "o.nc", changes=changes) as run:
         run.advance(3)
-    process = native("resume", file, *options, "-q", folder=tmp_path)
+    process = binary("resume", file, *options, "-q", folder=tmp_path)
     assert (process.returncode, "resumed at step 3" in process.stdout) == (0, True), process.stderr
 
 
 @pytest.mark.parametrize("change", ["gravity=", "settle="])
-def test_a_change_without_a_value_is_refused(change, write_input, native, main):
-    for program in (native, main):
+def test_a_change_without_a_value_is_refused(change, write_input, binary, main):
+    for program in (binary, main):
         process = program("check", write_input(COMMENTED), "--set", change)
         assert process.returncode == 1 and "a value is needed" in process.stderr
 
@@ -98,10 +98,10 @@ def test_a_change_without_a_value_is_refused(change, write_input, native, main):
     ],
 )
 def test_both_programs_refuse_changes_with_the_nearest_name(
-    change, message, write_input, native, main
+    change, message, write_input, binary, main
 ):
     file = write_input(COMMENTED)
-    for program in (native, main) if "=" in change else (native,):
+    for program in (binary, main) if "=" in change else (binary,):
         process = program("check", file, "--set", change)
         assert process.returncode == 1
         assert message in process.stderr and process.stderr.count("\n") == 1

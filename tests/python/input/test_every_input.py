@@ -24,11 +24,11 @@ def test_there_are_inputs():
 @pytest.mark.parametrize(
     "file", sorted(INPUTS.rglob("*.nml")), ids=lambda file: str(file.relative_to(INPUTS))
 )
-def test_an_input_is_bit_identical_in_both_programs(file, tmp_path, native, same_bits):
+def test_an_input_is_bit_identical_in_both_programs(file, tmp_path, binary, same_bits):
     result = sitedda.run(file, tmp_path / "python.nc", **shortening(file))
     assert result.complete
     copied_input = beside_its_records(file, tmp_path / "again", result.history.attrs["input_text"])
-    process = native.ok("run", copied_input, "--output", tmp_path / "native.nc", "--quiet")
+    process = binary.ok("run", copied_input, "--output", tmp_path / "native.nc", "--quiet")
     same_bits(tmp_path / "python.nc", tmp_path / "native.nc")
     assert result.summary in " ".join(process.stdout.split())
     as_the_program_reads_it(tmp_path / "python.nc", result.history)

@@ -315,14 +315,14 @@ def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
 
 def test_the_token_is_private_and_not_in_an_argument(folder, tmp_path):
     with live(folder, tmp_path / "state") as server:
-        assert stat.S_IMODE(server.entrance.stat().st_mode) == 0o600
-        assert stat.S_IMODE(server.entrance.parent.stat().st_mode) == 0o700
+        assert stat.S_IMODE(server.redirect_page.stat().st_mode) == 0o600
+        assert stat.S_IMODE(server.redirect_page.parent.stat().st_mode) == 0o700
         assert server.token not in server.said
         with open(f"/proc/{server.process.pid}/cmdline", "rb") as stream:
             assert server.token.encode() not in stream.read()
         assert server.host.startswith("127.0.0.1:")
         assert server.end() == 0
-        assert not server.entrance.exists()
+        assert not server.redirect_page.exists()
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
@@ -496,8 +496,8 @@ def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
 
 def test_two_servers_of_one_folder_have_separate_sessions(folder, tmp_path):
     with live(folder, tmp_path / "state") as one, live(folder, tmp_path / "state") as other:
-        assert one.entrance.parent != other.entrance.parent
-        wait_for(lambda: os.path.exists(other.entrance))
+        assert one.redirect_page.parent != other.redirect_page.parent
+        wait_for(lambda: os.path.exists(other.redirect_page))
 
 
 def test_a_restarted_server_has_the_same_port(folder, tmp_path):
@@ -508,7 +508,7 @@ def test_a_restarted_server_has_the_same_port(folder, tmp_path):
         assert server.end() == 0
     with live(folder, tmp_path / "state") as server:
         assert server.address == address
-        (server.entrance.parent / "port.json").write_text('{"port": 700000}')
+        (server.redirect_page.parent / "port.json").write_text('{"port": 700000}')
     with live(folder, tmp_path / "state") as server:
         assert server.process.poll() is None
 
@@ -516,7 +516,7 @@ def test_a_restarted_server_has_the_same_port(folder, tmp_path):
 def test_a_damaged_journal_leads_to_the_start_page(folder, tmp_path):
     state = tmp_path / "state"
     with live(folder, state) as server:
-        private = server.entrance.parent
+        private = server.redirect_page.parent
     (private / "model.json").write_text('{"text": 3')
     (private / "run.json").write_text("[]")
 

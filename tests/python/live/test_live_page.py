@@ -44,7 +44,7 @@ def opened(new_page):
     def enter(server: LiveProcess, **options):
         options = {"viewport": {"width": 1400, "height": 900}} | options
         page = new_page((server.address, "file:", "data:"), **options)
-        page.goto(server.entrance.as_uri())
+        page.goto(server.redirect_page.as_uri())
         until(page, "window.page && (page.view.state.decoded || "
                     "!document.getElementById('start').hidden)")  # fmt: skip
         return page

@@ -59,11 +59,11 @@ def test_the_stored_input_is_bit_identical(first_run, write_input, same_bits, ch
 
 
 def test_the_executable_repeats_a_run_of_the_package(
-    first_run, write_input, native, same_bits, tmp_path
+    first_run, write_input, binary, same_bits, tmp_path
 ):
     history = first_run(time_step=1 / 700)
     copied_input = write_input(history.attrs["input_text"].encode(), "again.nml")
-    native.ok("run", copied_input, "-q", "-o", tmp_path / "again.nc")
+    binary.ok("run", copied_input, "-q", "-o", tmp_path / "again.nc")
     same_bits(history, tmp_path / "again.nc")
 
 

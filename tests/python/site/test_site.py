@@ -196,11 +196,11 @@ def outcrops(record):
 
 def soil_profile(seed):
     """Return a column of 4 to 9 layers, and their curves."""
-    chance = np.random.default_rng(seed + 10)
+    rng = np.random.default_rng(seed + 10)
     count = 4 + seed
-    thickness = chance.uniform(1.5, 6.0, count)
-    velocity = np.sort(chance.uniform(120.0, 450.0, count))
-    density = chance.uniform(1700.0, 2100.0, count)
+    thickness = rng.uniform(1.5, 6.0, count)
+    velocity = np.sort(rng.uniform(120.0, 450.0, count))
+    density = rng.uniform(1700.0, 2100.0, count)
     if seed % 2:
         curves = [hyperbolic(1e-3 * (1 + i / 3), 0.92, 0.01) for i in range(count)]
     else:

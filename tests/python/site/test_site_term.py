@@ -60,7 +60,7 @@ def test_intervals_have_their_nominal_coverage(noise, columns, least, most):
             abs(np.log(found["aggravation"]) - mean) <= found["aggravation_sampling"],
         ])  # fmt: skip
         saving.append(found.saving)
-    # Intervals of σ are less accurate, because they follow from the fourth moment of 40 runs.
+    # Confidence intervals of σ are less accurate: they need a fourth moment, here of 40 runs.
     assert np.all(np.abs(np.mean(right, axis=0) - 0.95) < [0.05, 0.08, 0.05])
     assert least <= np.median(saving) <= most
 

@@ -69,7 +69,7 @@ def test_slip_and_force_of_a_joint(swapped):
     assert any(line.largest == "largest_joint_slip_m[base]" for line in run.verdict.figures)
 
 
-def test_opening_of_a_joint_and_quantities_of_it(tmp_path, native, same_bits):
+def test_opening_of_a_joint_and_quantities_of_it(tmp_path, binary, same_bits):
     model = slider()
     model.write(tmp_path / "lifted.nml")
     lifting_load = {"load.time": (0.0, 9.0), "load.force_y": (2 * WEIGHT, 2 * WEIGHT)}
@@ -85,7 +85,7 @@ def test_opening_of_a_joint_and_quantities_of_it(tmp_path, native, same_bits):
     assert len(arrays[quantities[2]].values) == run.history.sizes["time"]
     text = tmp_path / "same.nml"
     text.write_text(run.history.attrs["input_text"])
-    native.ok("run", text, "-o", tmp_path / "native.nc", "-q")
+    binary.ok("run", text, "-o", tmp_path / "native.nc", "-q")
     same_bits(tmp_path / "out.nc", tmp_path / "native.nc")
 
 

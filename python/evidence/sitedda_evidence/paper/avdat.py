@@ -68,45 +68,48 @@ _TURN_ON = {1e-3: 6.0, 1e-2: 2.0}  # s of gravity before the load
 
 def tasks(quick: bool = False) -> list[Task]:
     """Return the runs of the study; `quick` omits those not needed for the requirements."""
-    queue = [Task(("gravity", step, k), simulate_settling, {"k": k, "step": step}, 0.4e-3 / step)
-             for step, printed in _TABLE_IV.items() for k in printed]  # fmt: skip
+    queue = [Task(("gravity", dt, k), simulate_settling,
+                  {"normal_stiffness": k, "time_step": dt}, 0.4e-3 / dt)
+             for dt, printed in _TABLE_IV.items() for k in printed]  # fmt: skip
     loads = [(kind, load) for kind in _LOADS
              for load in ([_TABLE_LOADS[kind]] if quick else _LOADS[kind])]  # fmt: skip
-    cases = [(kind, step, k, load) for kind, load in loads for step in _STEPS for k in _TABLE_V]
+    cases = [(kind, dt, k, load) for kind, load in loads for dt in _STEPS for k in _TABLE_V]
     if not quick:
         queue += [
-            Task(("uneven", step, size, rules), _count_collapses,
-                 {"step": step, "size": size, "rules": rules}, 5e-3 / step)
-            for step in _STEPS for size in _UNEVEN for rules in ("original", "consistent")
+            Task(("uneven", dt, unevenness, rules), _count_collapses,
+                 {"time_step": dt, "unevenness": unevenness, "contact_rules": rules}, 5e-3 / dt)
+            for dt in _STEPS for unevenness in _UNEVEN for rules in ("original", "consistent")
         ]  # fmt: skip
         queue += [
-            Task(("rules", 1e-3, k), _simulate_free_vibration,
-                 {"case": ("static", 1e-3, k, _TABLE_LOADS["static"]), "rules": "original"}, 0.4)
-            for k in _TABLE_V
+            Task(("rules", 1e-3, k), _simulate_free_vibration, {"contact_rules": "original",
+                 "case": ("static", 1e-3, k, _TABLE_LOADS["static"])}, 0.4) for k in _TABLE_V
         ]  # fmt: skip
     queue += [Task(case, _simulate_free_vibration, {"case": case}, 0.4e-3 / case[1])
               for case in cases]  # fmt: skip
     return queue
 
 
-def simulate_settling(k: float, step: float, duration: float = _GRAVITY_TIME, **contact) -> dict:
+def simulate_settling(
+    normal_stiffness: float, time_step: float, duration: float = _GRAVITY_TIME, **contact
+) -> dict:
     """Apply gravity; return the settling time of the top drum and its final position."""
-    history = _column_history(step, duration, contact={"normal_stiffness": k} | contact)
+    contact = {"normal_stiffness": normal_stiffness} | contact
+    history = _column_history(time_step, duration, contact=contact)
     motion = history.displacement.sel(point="top").values
     time = history.time.values
     return {
         "settled": _settling_time(time, motion[:, 1]),
         "settled_loosely": _settling_time(time, motion[:, 1], _LOOSE_TOLERANCE),
         "sideways": float(abs(motion[:, 0]).max()),
-        "time": time[:: max(1, int(1e-2 / step))],
-        "sag": motion[:: max(1, int(1e-2 / step)), 1],
+        "time": time[:: max(1, int(1e-2 / time_step))],
+        "sag": motion[:: max(1, int(1e-2 / time_step)), 1],
     }
 
 
-def _column_history(step: float, duration: float, **changes):
+def _column_history(time_step: float, duration: float, **changes):
     """Run the column with a time step (s) and other changes; return its history."""
-    return run(input_file(_INPUT), time_step=step, max_displacement_ratio=step, duration=duration,
-               **changes).history  # fmt: skip
+    return run(input_file(_INPUT), time_step=time_step, max_displacement_ratio=time_step,
+               duration=duration, **changes).history  # fmt: skip
 
 
 def _settling_time(time, sag: np.ndarray, tolerance: float = _TOLERANCE) -> float | None:
@@ -118,20 +121,22 @@ def _settling_time(time, sag: np.ndarray, tolerance: float = _TOLERANCE) -> floa
     return None if first_inside >= np.flatnonzero(final)[0] else float(time[first_inside])
 
 
-def _count_collapses(step: float, size: float, rules: str) -> list[int]:
+def _count_collapses(time_step: float, unevenness: float, contact_rules: str) -> list[int]:
     """Return, per penalty, how many columns with uneven drums collapse under gravity."""
-    return [sum(_collapses(k, step, size, rules, seed) for seed in _SEEDS)
+    return [sum(_collapses(k, time_step, unevenness, contact_rules, seed) for seed in _SEEDS)
             for k in _UNEVEN_PENALTIES]  # fmt: skip
 
 
-def _collapses(k: float, step: float, size: float, rules: str, seed: int) -> bool:
+def _collapses(
+    normal_stiffness: float, time_step: float, unevenness: float, contact_rules: str, seed: int
+) -> bool:
     """Return whether the top drum falls or a contact never closes."""
-    contact = {"normal_stiffness": k, "contact_rules": rules}
+    contact = {"normal_stiffness": normal_stiffness, "contact_rules": contact_rules}
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / _INPUT
-        file.write_text(_uneven_drums_input(size, seed))
+        file.write_text(_uneven_drums_input(unevenness, seed))
         try:
-            with Simulation(file, time_step=step, max_displacement_ratio=step,
+            with Simulation(file, time_step=time_step, max_displacement_ratio=time_step,
                             time_step_control="adaptive", duration=_UNEVEN_TIME,
                             contact=contact) as column:  # fmt: skip
                 at_end = False
@@ -144,7 +149,7 @@ def _collapses(k: float, step: float, size: float, rules: str, seed: int) -> boo
     return False
 
 
-def _uneven_drums_input(size: float, seed: int) -> str:
+def _uneven_drums_input(unevenness: float, seed: int) -> str:
     """Return the input of a column of drums whose bases are slightly uneven."""
     random = np.random.default_rng(seed)
     lines = []
@@ -153,8 +158,8 @@ def _uneven_drums_input(size: float, seed: int) -> str:
             lines.append(line)
             continue
         for drum in range(DRUMS):
-            low, high = drum * HEIGHT, (drum + 1) * HEIGHT - size
-            left, right = low + size * random.random(2)
+            low, high = drum * HEIGHT, (drum + 1) * HEIGHT - unevenness
+            left, right = low + unevenness * random.random(2)
             half = WIDTH / 2
             corners = [(-half, left), (half, right), (half, high), (-half, high)]
             vertices = [round(float(x), 10) for corner in corners for x in corner]
@@ -162,28 +167,31 @@ def _uneven_drums_input(size: float, seed: int) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _simulate_free_vibration(case: tuple, rules: str = "consistent") -> dict:
+def _simulate_free_vibration(case: tuple, contact_rules: str = "consistent") -> dict:
     """Return the free vibration of the top after an impulse at the foot or a push at the top."""
-    kind, step, k, load = case
-    start = _TURN_ON[step]
-    if kind == "dynamic":  # one time step, at the lowest drum
+    load_kind, time_step, normal_stiffness, peak_force = case
+    load_time = _TURN_ON[time_step]
+    if load_kind == "dynamic":  # one time step, at the lowest drum
         position = {"y": 0.5 * HEIGHT, "block": "drum_1"}
-        pulse = {"time": [start, start + step, start + 2 * step], "force_x": [0.0, load, 0.0]}
-        free = start + 2 * step
+        release_time = load_time + 2 * time_step
+        times, forces = [load_time, load_time + time_step, release_time], [0.0, peak_force, 0.0]
     else:
         position = {"y": (DRUMS - 0.5) * HEIGHT, "block": "drum_10"}
-        free = start + _STATIC_LOAD_TIME
-        pulse = {"time": [start, start, free, free], "force_x": [0.0, load, load, 0.0]}
+        release_time = load_time + _STATIC_LOAD_TIME
+        times = [load_time, load_time, release_time, release_time]
+        forces = [0.0, peak_force, peak_force, 0.0]
     history = _column_history(
-        step, free + _FREE_TIME, contact={"normal_stiffness": k, "contact_rules": rules},
-        load={"x": -WIDTH / 2} | position | pulse | {"force_y": [0.0] * len(pulse["time"])},
+        time_step, release_time + _FREE_TIME,
+        contact={"normal_stiffness": normal_stiffness, "contact_rules": contact_rules},
+        load=position | {"x": -WIDTH / 2, "time": times, "force_x": forces,
+                         "force_y": [0.0] * len(times)},
     )  # fmt: skip
     time = history.time.values
     sideways = history.displacement.sel(point="top").isel(axis=0).values
-    is_free = time > free + 0.5 * step
+    is_free = time > release_time + 0.5 * time_step
     return {
-        "frequency": dominant_frequency(sideways[is_free], step, (0.5, 20.0)),
-        "time": time - start,
+        "frequency": dominant_frequency(sideways[is_free], time_step, (0.5, 20.0)),
+        "time": time - load_time,
         "sideways": sideways,
         "free": sideways[is_free],
     }
@@ -202,23 +210,25 @@ def column(stiffness: float, width: float = 3.0, depth: float = 1.0, **values) -
 
 
 @cache
-def closed_column(k: float, drums: tuple[float, float, float] | None = None) -> DiscreteModel:
-    """Return the column with all joints closed; `drums`: widths at foot and top, height, m."""
-    changes = {"contact": {"normal_stiffness": k}}
-    if drums is not None:
-        changes["drums"] = dict(zip(("width", "top_width", "height"), drums, strict=True))
-        position = {"x": 0.0, "y": 0.5 * drums[2], "block": "drum_1"}
+def closed_column(
+    normal_stiffness: float, drum_sizes: tuple[float, float, float] | None = None
+) -> DiscreteModel:
+    """Return the column with all joints closed; `drum_sizes`: widths at foot and top, height, m."""
+    changes = {"contact": {"normal_stiffness": normal_stiffness}}
+    if drum_sizes is not None:
+        changes["drums"] = dict(zip(("width", "top_width", "height"), drum_sizes, strict=True))
+        position = {"x": 0.0, "y": 0.5 * drum_sizes[2], "block": "drum_1"}
         changes |= {"measured_point": position, "load": position}
     return DiscreteModel.of(input_file(_INPUT), **changes)
 
 
-def _frequency_with_weight(k: float) -> float:
+def _frequency_with_p_delta(normal_stiffness: float) -> float:
     """Return the first frequency of the column, reduced by its weight (P-Δ effect), Hz.
 
     If the column leans by Δu over a height h, each drum sinks by (Δu)²/2h.  In the mode, the
     weight above reduces ω² by g Σ m (Δu)²/h (Rayleigh).
     """
-    model = closed_column(k)
+    model = closed_column(normal_stiffness)
     shape = model.mode(0)
     sideways = np.concatenate([[0.0], shape[6::6]])
     heights = np.concatenate([[0.5], np.ones(DRUMS - 1)]) * HEIGHT
@@ -228,13 +238,13 @@ def _frequency_with_weight(k: float) -> float:
     return float(np.sqrt(model.omega[0] ** 2 - reduction) / (2 * np.pi))
 
 
-def _theoretical_settling_time(k: float, step: float) -> float | None:
+def _theoretical_settling_time(normal_stiffness: float, time_step: float) -> float | None:
     """Return the settling time of the linear column under sudden gravity; None if never."""
-    model = closed_column(k)
+    model = closed_column(normal_stiffness)
     weight = -GRAVITY * model.mass[:, 1::6].sum(1)
-    steps = round(_GRAVITY_TIME / step)
-    sag = model.response_to_force(model.row("top", 1), weight, np.ones(steps), step)
-    return _settling_time(step * np.arange(1, steps + 1), sag)
+    steps = round(_GRAVITY_TIME / time_step)
+    sag = model.response_to_force(model.row("top", 1), weight, np.ones(steps), time_step)
+    return _settling_time(time_step * np.arange(1, steps + 1), sag)
 
 
 def _best_drum_height(widths: tuple[float, float]) -> float:
@@ -249,14 +259,14 @@ def _best_drum_height(widths: tuple[float, float]) -> float:
     return float(minimize_scalar(squared_error, bounds=(0.2, 0.5), method="bounded").x)
 
 
-def _printed_frequencies(k: float) -> tuple[float, ...]:
+def _printed_frequencies(normal_stiffness: float) -> tuple[float, ...]:
     """Return both ends of each range of table V at a penalty, Hz."""
-    return tuple(value for printed in _TABLE_V[k].values() for value in printed)
+    return tuple(value for printed in _TABLE_V[normal_stiffness].values() for value in printed)
 
 
-def printed_range(k: float) -> tuple[float, float]:
+def printed_range(normal_stiffness: float) -> tuple[float, float]:
     """Return the range of table V at a penalty, Hz."""
-    return min(_printed_frequencies(k)), max(_printed_frequencies(k))
+    return min(_printed_frequencies(normal_stiffness)), max(_printed_frequencies(normal_stiffness))
 
 
 def _fit_springs_in_series() -> tuple[float, float]:
@@ -306,10 +316,11 @@ def _add_drum_table(outcome: Outcome) -> None:
         "uniform 0.6 m, height 0.5 m": (0.6, 0.6, 0.5),
     }
     cells = []
-    for name, drums in sets.items():
-        drums = drums if len(drums) == 3 else (*drums, _best_drum_height(drums))
-        values = [closed_column(k, drums).frequencies[0] for k in _TABLE_V]
-        texts = [f"{drums[2]:.3f}", *(f"{v:.2f}" for v in values)]
+    for name, drum_sizes in sets.items():
+        if len(drum_sizes) == 2:
+            drum_sizes = (*drum_sizes, _best_drum_height(drum_sizes))
+        values = [closed_column(k, drum_sizes).frequencies[0] for k in _TABLE_V]
+        texts = [f"{drum_sizes[2]:.3f}", *(f"{v:.2f}" for v in values)]
         differences = [deviation(float(v), printed_range(k))
                        for v, k in zip(values, _TABLE_V, strict=True)]  # fmt: skip
         cells.append([name, *texts, per_cent(max(differences, key=abs), sign=True)])
@@ -423,7 +434,7 @@ def _add_frequency_rows(outcome: Outcome, runs: dict) -> None:
     """Compare the results with table V."""
     worst, trend = 0.0, []
     for k in _TABLE_V:
-        theory = _frequency_with_weight(k)
+        theory = _frequency_with_p_delta(k)
         trend.append(runs[("static", 1e-3, k, _TABLE_LOADS["static"])]["frequency"])
         for kind in ("dynamic", "static"):
             fine, coarse = (runs[(kind, s, k, _TABLE_LOADS[kind])]["frequency"] for s in _STEPS)
@@ -523,7 +534,7 @@ def _explain_high_end(outcome: Outcome, runs: dict) -> None:
             "“not always obtained under the lower load values”", None,
             (min(amplitudes), max(amplitudes)), "vibrations of micrometres", 2)  # fmt: skip
     outcome.notes.append("With the best penalty of the paper, 4e8 N/m or E L / 25,"
-        f" the first frequency is {_frequency_with_weight(4e8):.2f} Hz, in the second"
+        f" the first frequency is {_frequency_with_p_delta(4e8):.2f} Hz, in the second"
         " measured band. A first frequency in the first measured band requires 1.66e8"
         " to 2.67e8 N/m, E L / 61 to E L / 38.")  # fmt: skip
 
@@ -574,7 +585,7 @@ def _draw_frequencies(drawing, runs) -> None:
     with small_axes(drawing, size=(6.4, 3.9)) as axis:
         _shade_measured_bands(axis, "x")
         line = np.geomspace(0.9e8, 1.15e9, 12)
-        axis.plot(line, [_frequency_with_weight(k) for k in line], color=RED, lw=1, label="theory")
+        axis.plot(line, [_frequency_with_p_delta(k) for k in line], color=RED, lw=1, label="theory")
         for step, mark in zip(_STEPS, ("o", "s"), strict=True):
             values = [
                 runs[("static", step, k, _TABLE_LOADS["static"])]["frequency"] for k in _TABLE_V
@@ -594,12 +605,12 @@ def _draw_frequencies(drawing, runs) -> None:
         axis.legend(loc="upper left", fontsize=8)
 
 
-def _compute_spectrum(result: dict, step: float, velocity: bool = False):
+def _compute_spectrum(result: dict, time_step: float, velocity: bool = False):
     free = result["free"] - result["free"].mean()
     if velocity:
-        free = np.gradient(free, step)
-    frequency = np.fft.rfftfreq(8 * free.size, step)
-    return frequency, abs(np.fft.rfft(free * np.hanning(free.size), 8 * free.size)) * step
+        free = np.gradient(free, time_step)
+    frequency = np.fft.rfftfreq(8 * free.size, time_step)
+    return frequency, abs(np.fft.rfft(free * np.hanning(free.size), 8 * free.size)) * time_step
 
 
 def _draw_response(drawing, runs) -> None:

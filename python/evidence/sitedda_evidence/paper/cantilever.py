@@ -69,13 +69,13 @@ def kinetic_damping_roots(omega: float, time_step: float, factor: float) -> np.n
     return np.roots([inertia + square, square * factor - inertia * (1 + factor), inertia * factor])
 
 
-def _linear_tip_displacement(model: DiscreteModel, time, step: float, factor: float = 1.0):
+def _linear_tip_displacement(model: DiscreteModel, time, time_step: float, factor: float = 1.0):
     """Return the tip displacement (m) of the linear discrete model under the impulse."""
-    steps = round(time[-1] / step)
-    force = np.interp(step * np.arange(1, steps + 1), [0.0, 0.01, 0.02], [0.0, -1e4, 0.0])
+    steps = round(time[-1] / time_step)
+    force = np.interp(time_step * np.arange(1, steps + 1), [0.0, 0.01, 0.02], [0.0, -1e4, 0.0])
     row = model.row(model.loads[0], axis=1)
-    tip = np.concatenate([[0.0], model.response_to_force(row, row, force, step, factor)])
-    return tip[np.rint(time / step).astype(int)]
+    tip = np.concatenate([[0.0], model.response_to_force(row, row, force, time_step, factor)])
+    return tip[np.rint(time / time_step).astype(int)]
 
 
 def _measure_decrement(result: dict, model: DiscreteModel):

@@ -93,7 +93,7 @@ class DiscreteModel:
         return _shape_matrix(self.centroids, block, position)[axis]
 
     @cached_property
-    def _modes(self) -> tuple[np.ndarray, np.ndarray]:
+    def _omega_and_shapes(self) -> tuple[np.ndarray, np.ndarray]:
         """Return angular frequencies (rad/s) and mass-normalised shapes (columns)."""
         square, shapes = eigh(self.stiffness, self.mass)
         return np.sqrt(np.maximum(square, 0.0)), shapes
@@ -101,7 +101,7 @@ class DiscreteModel:
     @property
     def omega(self) -> np.ndarray:
         """Return the undamped angular frequencies, ascending, rad/s."""
-        return self._modes[0]
+        return self._omega_and_shapes[0]
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -110,15 +110,16 @@ class DiscreteModel:
 
     def mode(self, number: int) -> np.ndarray:
         """Return the mass-normalised shape of a mode, shape (6n,)."""
-        return self._modes[1][:, number]
+        return self._omega_and_shapes[1][:, number]
 
     def mass_fractions(self, axis: int) -> np.ndarray:
         """Return the effective mass of each mode along an axis as a fraction of the total mass."""
-        unit = np.zeros(len(self.mass))
-        unit[axis::6] = 1.0
-        return (self._modes[1].T @ self.mass @ unit) ** 2 / (unit @ self.mass @ unit)
+        unit_translation = np.zeros(len(self.mass))
+        unit_translation[axis::6] = 1.0
+        mass = self.mass @ unit_translation
+        return (self._omega_and_shapes[1].T @ mass) ** 2 / (unit_translation @ mass)
 
-    def transfer(self, frequency, time_step: float, surface: str, base: str, loading: str):
+    def transfer_function(self, frequency, time_step: float, surface: str, base: str, loading: str):
         """Return the transfer function of the scheme between two points for motion in x.
 
         It solves [w_M M + K + (w_e k + w_d c) RᵀR] x = F with the factors w of `Scheme.steady` and
@@ -135,9 +136,9 @@ class DiscreteModel:
         if loading == "displacement":
             force = support_factor[:, None] * self._sum_support_rows(0)
         else:
-            unit = np.zeros(len(self.mass))
-            unit[0::6] = 1.0
-            force = -factors.load[:, None] * (self.mass @ unit)
+            unit_translation = np.zeros(len(self.mass))
+            unit_translation[0::6] = 1.0
+            force = -factors.load[:, None] * (self.mass @ unit_translation)
         x = np.array(
             [np.linalg.solve(inertia * self.mass + self.elastic + k * support_product, f)
              for inertia, k, f in zip(factors.inertia, support_factor, force, strict=True)]
@@ -181,7 +182,7 @@ class DiscreteModel:
         self, row, force, series, velocity, time_step: float, factor: float
     ) -> np.ndarray:
         """Return a displacement after each step; computed in modal coordinates."""
-        square, shapes = self.omega**2, self._modes[1]
+        square, shapes = self.omega**2, self._omega_and_shapes[1]
         theta, chi = self.scheme.theta, self.scheme.chi
         rows, k, c = (self.supports @ shapes, self.support_stiffness,
                       self._support_dashpot(time_step))  # fmt: skip

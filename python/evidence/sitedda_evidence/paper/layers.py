@@ -78,8 +78,8 @@ def _discrete_model(table: int) -> DiscreteModel:
 def _discrete_peak(table: int, point: str, loading: str = "displacement"):
     """Return the peak of the exact discrete transfer function from the base to a point."""
     model = _discrete_model(table)
-    return refined_peak(lambda f: model.transfer(f, _STEP, point, "base", loading), (13.0, 15.5),
-                        50)  # fmt: skip
+    return refined_peak(lambda f: model.transfer_function(f, _STEP, point, "base", loading),
+                        (13.0, 15.5), 50)  # fmt: skip
 
 
 def _measure_amplification(result: dict, point: str, ground: dict | None = None):

@@ -43,11 +43,13 @@ def tasks(quick: bool = False) -> list[Task]:
               for step in _FRONT_STEPS]  # fmt: skip
     queue += [Task(("fine", k), _free_vibration_frequency, {"contact": {"normal_stiffness": k}}, 2)
               for k in _PENALTIES]  # fmt: skip
-    queue += [Task(("bending", k), _bending_frequencies, {"k": k}, 4.0) for k in _PENALTIES[1:]]
+    queue += [Task(("bending", k), _bending_frequencies, {"normal_stiffness": k}, 4.0)
+              for k in _PENALTIES[1:]]  # fmt: skip
     queue += [Task(("noise", f), _noise_peak_frequency, {"frequency": f}) for f in _BAND_CENTRES]
     queue += [Task(("layers", name), _layer_accelerations, {"changes": case}, 2.0)
              for name, case in _LAYER_RUNS.items()]  # fmt: skip
-    queue += [Task(("settling", dt, k), avdat.simulate_settling, {"k": k, "step": dt} | _SETTLING)
+    queue += [Task(("settling", dt, k), avdat.simulate_settling,
+                   {"normal_stiffness": k, "time_step": dt} | _SETTLING)
              for dt in _PRINTED_TIMES for k in _EXTREME_PENALTIES]  # fmt: skip
     rigid = {"contact": _RIGID, "duration": 0.4, "band": (5.0, 200.0)}
     return [*queue, Task("rigid", _free_vibration_frequency, rigid, 1.0)]
@@ -76,7 +78,7 @@ def _free_vibration_frequency(contact: dict, duration: float = 5.0, band=(0.5, 2
     return float(dominant_frequency(displacement[history.time.values > 0.021], 1e-4, band))
 
 
-def _bending_frequencies(k: float) -> tuple[float, float]:
+def _bending_frequencies(normal_stiffness: float) -> tuple[float, float]:
     """Return the first frequency with drums as single blocks and as meshed bodies, Hz.
 
     The rotational stiffness of a joint, K Σ sᵢ xᵢ² with tributary lengths sᵢ of contacts, is the
@@ -86,7 +88,8 @@ def _bending_frequencies(k: float) -> tuple[float, float]:
     for parts in (1, 3):
         x = np.linspace(-0.5, 0.5, parts + 1) * avdat.WIDTH
         section = (avdat.WIDTH / parts) * (np.sum(x**2) - x[0] ** 2)
-        model = avdat.column(k * avdat.WIDTH**2 / 2 / section, time_step=1e-3, steps=1)
+        stiffness = normal_stiffness * avdat.WIDTH**2 / 2 / section
+        model = avdat.column(stiffness, time_step=1e-3, steps=1)
         if parts > 1:
             model.mesh(blocks="drum_*", size=avdat.WIDTH / parts)
         model.boundary(kind="fixed", blocks="base", side="bottom")
@@ -117,11 +120,12 @@ def _layer_accelerations(changes: dict) -> np.ndarray:
     return history.acceleration.sel(point="middle").isel(axis=0).values
 
 
-def _exact_peak(k: float):
+def _exact_peak(normal_stiffness: float):
     """Return the peak of the exact transfer function of table I at a penalty (N/m)."""
-    model = DiscreteModel.of(input_file("layers_table1.nml"), contact={"normal_stiffness": k})
-    return refined_peak(lambda f: model.transfer(f, 1e-3, "middle", "base", "displacement"),
-                        (11.0, 15.5), 30)  # fmt: skip
+    contact = {"normal_stiffness": normal_stiffness}
+    model = DiscreteModel.of(input_file("layers_table1.nml"), contact=contact)
+    places = ("middle", "base", "displacement")
+    return refined_peak(lambda f: model.transfer_function(f, 1e-3, *places), (11.0, 15.5), 30)
 
 
 def _engine_transfer_peak(**changes):
@@ -132,9 +136,9 @@ def _engine_transfer_peak(**changes):
     )  # fmt: skip
 
 
-def _first_frequency(k: float) -> float:
+def _first_frequency(normal_stiffness: float) -> float:
     """Return the first frequency of the column with closed joints at a penalty (N/m), Hz."""
-    return float(avdat.closed_column(k).frequencies[0])
+    return float(avdat.closed_column(normal_stiffness).frequencies[0])
 
 
 def _non_classical_damping() -> tuple[float, float]:

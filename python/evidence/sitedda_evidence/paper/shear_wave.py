@@ -44,9 +44,9 @@ def tasks(quick: bool = False) -> list[Task]:
             for case in dict.fromkeys(cases)]  # fmt: skip
 
 
-def _wide_stack_case(ratio: int, step: float) -> tuple:
+def _wide_stack_case(ratio: int, time_step: float) -> tuple:
     """Return the case of a wide stack with the same joint stiffness per metre of width."""
-    return ("wide triangle", ratio, step, _WIDE_STACK["penalty"], _PERIOD)
+    return ("wide triangle", ratio, time_step, _WIDE_STACK["penalty"], _PERIOD)
 
 
 def _run_time_estimate(case: tuple) -> float:
@@ -133,13 +133,13 @@ def _engine_velocity(values: np.ndarray, spacing: float) -> np.ndarray:
     return slope
 
 
-def _continuum_loss(ratio: float, step: float, period: float) -> float:
+def _continuum_loss(ratio: float, time_step: float, period: float) -> float:
     """Return the fraction of amplitude that a triangular pulse loses in a continuous column.
 
     The factor exp(-ω²Δt x/4v) of the scheme is a convolution with a Gaussian of variance Δt x/2v.
     It reduces the peak of a triangle with slopes 2A/T by A √(4 Δt x / (π T λ)).
     """
-    return float(np.sqrt(4 * step * _DISTANCE / (np.pi * period * ratio * _SIZE)))
+    return float(np.sqrt(4 * time_step * _DISTANCE / (np.pi * period * ratio * _SIZE)))
 
 
 def _speed_fraction(penalty: float) -> float:

@@ -164,10 +164,10 @@ def material_damping(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _transfer_peaks(ratio: float, step: float):
+def _transfer_peaks(ratio: float, time_step: float):
     """Return peaks by `transfer` and by time stepping, energy residual, and the stepped curve."""
     body = {"damping_ratio": ratio, "reference_frequency": REFERENCE}
-    text = column_text(15, ROCK, (step, round(60 / step)), recorded("shaking"), body=body,
+    text = column_text(15, ROCK, (time_step, round(60 / time_step)), recorded("shaking"), body=body,
                        penalty=1.5e12, integration="midpoint")  # of Table I  # fmt: skip
     with nml.temporary_input(text) as file:
         fine = np.linspace(13.5, 14.5, 10001)

@@ -56,10 +56,10 @@ def bounce(short: bool) -> Outcome:
     return Outcome(rows, _draw_rebounds(runs, table), tables)
 
 
-def _scheme_restitution(step: float) -> float:
+def _scheme_restitution(time_step: float) -> float:
     """Return the restitution due to the damping of the scheme; `step`: ωΔt of the contact."""
-    phase = np.arccos((4 - step**2) / (2 * (2 + step**2)) * np.sqrt(1 + step**2 / 2))
-    decay = 0.5 * np.log(1 + step**2 / 2)
+    phase = np.arccos((4 - time_step**2) / (2 * (2 + time_step**2)) * np.sqrt(1 + time_step**2 / 2))
+    decay = 0.5 * np.log(1 + time_step**2 / 2)
     return float(np.exp(-np.pi * decay / phase))
 
 

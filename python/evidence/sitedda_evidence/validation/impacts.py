@@ -17,10 +17,10 @@ STORED = ("kinetic", "strain", "contact", "support")
 
 @case(
     "Restitution of a joint, at random phases of the step",
-    "A block of 1 m x 1 m hits a fixed block with a full side at 1 m/s without gravity. The speed "
-    "of its centre after the impact (m/s) equals the restitution of the joint. This is independent "
-    "of the phase of the step, of Ω = ωΔt of its two corners, ω² = 2 k_n/m, and of the stiffness "
-    "of the block.",
+    "A block of 1 m × 1 m strikes a fixed block face to face at 1 m/s, without gravity. Its speed "
+    "after the impact (m/s) equals the coefficient of restitution. The speed does not depend on "
+    "the instant of impact within a step, on the stiffness of the block, or on Ω = ωΔt. With "
+    "contact at two corners, ω² = 2 k_n/m.",
     "`docs/impacts.md`.",
 )
 def restitution(short: bool) -> Outcome:

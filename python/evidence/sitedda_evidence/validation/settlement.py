@@ -44,8 +44,8 @@ def settlement(short: bool) -> Outcome:
             settings = f"largest at Δt = {step:g} s, penalty {penalty:g} E"
             rows.append(at_most(f"{size} blocks: energy {name}, {settings}", run[index], 1e-6))
     table = Table(
-        "Largest energy gain / energy scale, energy residual / work of gravity, and number of "
-        "open–close iterations in a step.",
+        "Largest energy gain divided by the energy scale, largest energy residual divided by the "
+        "work of gravity, and largest number of open–close iterations in a step.",
         ("blocks", "penalty / E", "Δt (s)", "gain", "residual", "iterations"),
         [(*key, *value[:3]) for key, value in walls.items()],
     )
@@ -68,13 +68,13 @@ def wall_text(size: int, penalty: float, time_step: float, steps: int, **variabl
 
 
 class SettledWall(NamedTuple):
-    """Energies of a wall / energy scale, and its final state."""
+    """Energies of a wall divided by the energy scale, and its final state."""
 
-    gain: float  # largest increase of the energy since the start, / energy scale
+    gain: float  # largest increase of the energy divided by the energy scale
     residual: float  # largest residual of the energy budget / work
     iterations: int  # largest number per step
     time: np.ndarray  # s
-    total: np.ndarray  # change of the energy since the start / energy scale
+    total: np.ndarray  # change of the energy divided by the energy scale
     picture: list[np.ndarray]  # polygons at the end, m
     message: str  # error of the engine if a step does not converge
 

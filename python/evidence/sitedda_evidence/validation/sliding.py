@@ -179,9 +179,9 @@ def _integrate_slip(s: float, v: float, drive: float, bound: float, duration: fl
     return s, v
 
 
-def _refine_series(time: np.ndarray, values: np.ndarray, step: float, finer: int = 20):
+def _refine_series(time: np.ndarray, values: np.ndarray, time_step: float, finer: int = 20):
     """Return times and values, interpolated linearly to intervals of `step` / `finer`."""
-    fine = np.arange(0.0, time[-1] + 0.5 * step / finer, step / finer)
+    fine = np.arange(0.0, time[-1] + 0.5 * time_step / finer, time_step / finer)
     return fine, np.interp(fine, time, values)
 
 

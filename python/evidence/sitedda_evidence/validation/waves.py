@@ -328,7 +328,7 @@ def _run_cantilever(count: int):
     "The joint transmits the incident stress τ(t) = ρ c v up to its strength ± τ_s, at which it"
     " slips. The transmitted wave is τ clipped at ± τ_s; the reflected wave is the difference. R²"
     " and T² are the ratios of reflected and transmitted energy to the incident energy, and A ="
-    " √(1 − R² − T²). Energies are integrated over a period, one wavelength from the joint. A run"
+    " √(1 − R² − T²). Energies are integrated over a period at one wavelength from the joint. A run"
     " without slip yields the incident wave after the same distance, including the numerical"
     " damping.",
     "Miller (1978), Bull. Seism. Soc. Am. 68.",
