@@ -280,7 +280,7 @@ contains
       real(wp) :: omega
 
       departure = -1.0_wp
-      bar = make_side_bar(model, x)
+      bar = make_ground_bar(model, x)
       if (.not. (bar%impedance > 0.0_wp .and. maxval(bar%dashpot) > 0.0_wp)) return
       omega = min(2.0_wp*pi*frequency, 0.5_wp*pi*bar%impedance/maxval(bar%mass))
       frequency = omega/(2.0_wp*pi)
@@ -290,26 +290,26 @@ contains
    end subroutine find_side_departure
 
    !> Distribute the blocks over the cells that they overlap, and set dashpots of base and sides.
-   type(bar_type) function make_side_bar(model, x) result(bar)
+   type(bar_type) function make_ground_bar(model, x) result(bar)
       type(model_type), intent(in) :: model  !< model as read from the input
       real(wp), intent(in) :: x(:)           !< [vertices] positions at the start, m
-      real(wp) :: left_end, bottom, top, plane_modulus, fraction(cells)
+      real(wp) :: left_end, bottom, top, plane_modulus, overlap(cells)
       integer :: b, i
 
       left_end = minval(x)
       bar%length = (maxval(x) - left_end)/cells
       associate (blocks => model%blocks)
          do b = 1, blocks%n
-            associate (own => x(blocks%first(b):blocks%first(b + 1) - 1), &
-               d => blocks%area(b)*elasticity(model%materials(blocks%material(b)), &
+            associate (block_x => x(blocks%first(b):blocks%first(b + 1) - 1), &
+               elastic => blocks%area(b)*elasticity(model%materials(blocks%material(b)), &
                model%control%plane_strain))
-               bottom = minval(own) - left_end
-               top = maxval(own) - left_end
-               fraction = [(max(0.0_wp, min(top, i*bar%length) - max(bottom, (i - 1)*bar%length)), &
+               bottom = minval(block_x) - left_end
+               top = maxval(block_x) - left_end
+               overlap = [(max(0.0_wp, min(top, i*bar%length) - max(bottom, (i - 1)*bar%length)), &
                   i=1, cells)]/((top - bottom)*bar%length)
-               plane_modulus = d(1, 1) - d(1, 2)**2/d(2, 2)
-               bar%mass = bar%mass + fraction*blocks%mass(b)
-               bar%modulus = bar%modulus + fraction*plane_modulus
+               plane_modulus = elastic(1, 1) - elastic(1, 2)**2/elastic(2, 2)
+               bar%mass = bar%mass + overlap*blocks%mass(b)
+               bar%modulus = bar%modulus + overlap*plane_modulus
             end associate
          end do
       end associate
@@ -323,7 +323,7 @@ contains
             bar%dashpot(side) = 2.0_wp*sum(field%boundary%dashpot(1, :))
          end associate
       end do
-   end function make_side_bar
+   end function make_ground_bar
 
    !> Solve for the motion at the ends of the cells for u_in = 1, by tridiagonal elimination.
    pure function bar_motion(bar, omega, field_motion) result(u)

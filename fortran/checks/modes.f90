@@ -176,34 +176,34 @@ contains
 
    !> Find the lowest eigenpairs with stiffness.
    !> Eigenvalues are recomputed from energies of springs and strains, to detect zero stiffness.
-   subroutine find_elastic(linear, count, pairs, rigid, mechanisms, error)
+   subroutine find_elastic(linear, count, pairs, rigid, mechanism_count, error)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       integer, intent(in) :: count  !< number of modes
       type(eigenpairs_type), intent(out) :: pairs  !< eigenvalues and vectors
       !> number of rigid motions of unsupported parts; number of further motions without stiffness
-      integer, intent(out) :: rigid, mechanisms
+      integer, intent(out) :: rigid, mechanism_count
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(null_space_type) :: null_space
       integer, parameter :: max_mechanisms = 100
       integer :: request, elastic, available, i
 
-      mechanisms = 0
+      mechanism_count = 0
       rigid = 0
       call find_rigid_modes(linear, null_space, error)
       if (allocated(error)) return
       rigid = null_space%dimension - 3*removed_blocks(linear)
       available = 6*linear%n - null_space%dimension
       do
-         request = min(count + mechanisms, available)
+         request = min(count + mechanism_count, available)
          call find_lowest_eigenvalues(linear%stiffness, linear%mass, request, pairs, error, &
             null_space)
          if (allocated(error)) return
-         call set_frequencies(linear, pairs, mechanisms)
-         elastic = pairs%n - mechanisms
-         if (elastic >= count .or. pairs%n < request .or. mechanisms > max_mechanisms) exit
+         call set_and_sort_frequencies(linear, pairs, mechanism_count)
+         elastic = pairs%n - mechanism_count
+         if (elastic >= count .or. pairs%n < request .or. mechanism_count > max_mechanisms) exit
          if (request >= available) exit
       end do
-      call select_pairs(pairs, [(i, i=mechanisms + 1, pairs%n)])
+      call select_pairs(pairs, [(i, i=mechanism_count + 1, pairs%n)])
    end subroutine find_elastic
 
    !> Number of blocks that stages have removed.
@@ -214,12 +214,12 @@ contains
    end function removed_blocks
 
    !> Compute ω² = Σ k (extension)² + strain energies of each mass-normalised vector, and sort.
-   subroutine set_frequencies(linear, pairs, mechanisms)
+   subroutine set_and_sort_frequencies(linear, pairs, mechanism_count)
       type(linear_model_type), intent(in) :: linear  !< linearised model
       type(eigenpairs_type), intent(inout) :: pairs  !< eigenvalues and vectors
-      integer, intent(out) :: mechanisms  !< number of modes without stiffness
+      integer, intent(out) :: mechanism_count  !< number of modes without stiffness
       type(energy_distribution_type) :: energy
-      real(wp) :: limit
+      real(wp) :: zero_stiffness_limit
       integer :: i
 
       do i = 1, pairs%n
@@ -227,9 +227,9 @@ contains
          pairs%value(i) = energy%total
       end do
       call select_pairs(pairs, ascending_order(pairs%value))
-      limit = zero_frequency*omega_max_scale(linear)
-      mechanisms = count(pairs%value < limit)
-   end subroutine set_frequencies
+      zero_stiffness_limit = zero_frequency*omega_max_scale(linear)
+      mechanism_count = count(pairs%value < zero_stiffness_limit)
+   end subroutine set_and_sort_frequencies
 
    !> Scale of ω_max²: largest ratio of diagonal terms of K and M.
    pure real(wp) function omega_max_scale(linear) result(scale)

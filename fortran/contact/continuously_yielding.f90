@@ -44,7 +44,7 @@ contains
       law%initial = joint%initial_friction_angle*(pi/180.0_wp)
       law%roughness = joint%roughness
       law%law_columns(:2) = [column_type('reversal'), column_type('slip_direction')]
-      law%flows = .true.
+      law%has_slip_curve = .true.
    end function new_continuously_yielding
 
    !> Check that the strength decreases with damage.

@@ -78,7 +78,7 @@ contains
       do j = 1, size(joints)
          call create_joint_law(laws%slot(j), joints(j), normal_stiffness, shear_ratio)
          laws%dilating = laws%dilating .or. laws%slot(j)%law%dilates
-         laws%curved = laws%curved .or. laws%slot(j)%law%curved .or. laws%slot(j)%law%flows
+         laws%curved = laws%curved .or. laws%slot(j)%law%curved .or. laws%slot(j)%law%has_slip_curve
          laws%with_net_slip = laws%with_net_slip .or. laws%slot(j)%law%depends_on_direction()
          laws%cohesive = laws%cohesive .or. laws%slot(j)%law%cohesive
       end do
@@ -209,7 +209,7 @@ contains
       associate (law => laws%slot(contacts%joint(c))%law)
          bound = frozen_friction(contacts, law, c, directed_state(contacts, law, c, &
             assumed_state(contacts, law, c), contacts%slide_force(c)))
-         if (law%flows) bound = huge(bound)  ! the line of the curve applies at any force
+         if (law%has_slip_curve) bound = huge(bound)  ! the line of the curve applies at any force
       end associate
    end function frozen_bound_of
 
@@ -255,7 +255,7 @@ contains
          a%slider*b%slider < 0.0_wp)
       if (laws%plain .or. .not. same_branch) return
       associate (law => laws%slot(contacts%joint(c))%law)
-         same_branch = .not. (law%curved .or. law%dilates .or. law%flows)
+         same_branch = .not. (law%curved .or. law%dilates .or. law%has_slip_curve)
       end associate
    end function same_branch
 
@@ -309,8 +309,7 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       end_stretch = contacts%shear_force(c)/shear_stiffness_of(contacts, laws, c)
-      if (acts_at_theta(contacts, laws, c)) &
-         end_stretch = contacts%stretch(c) + contacts%slip(c)
+      if (acts_at_theta(contacts, laws, c)) end_stretch = contacts%stretch(c) + contacts%slip(c)
       if (laws%cohesive) then
          associate (law => laws%slot(contacts%joint(c))%law)
             if (is_cohesive(contacts, law, c)) end_stretch = slider_stretch(contacts, law, c)
@@ -382,9 +381,9 @@ contains
       real(wp) :: inelastic
 
       inelastic = contacts%slip(c) - (stretch - contacts%stretch(c))
-      slip_is_inelastic = laws%slot(contacts%joint(c))%law%flows .and. contacts%trial_state(c) &
-         /= contact_open .and. abs(inelastic) > max(0.5_wp*abs(contacts%slip(c)), &
-         round_off*abs(stretch))
+      slip_is_inelastic = laws%slot(contacts%joint(c))%law%has_slip_curve .and. &
+         contacts%trial_state(c) /= contact_open .and. abs(inelastic) > &
+         max(0.5_wp*abs(contacts%slip(c)), round_off*abs(stretch))
    end function slip_is_inelastic
 
    !> .true. if the inelastic slip of contact c changes the state of its law.
@@ -395,7 +394,7 @@ contains
 
       associate (law => laws%slot(contacts%joint(c))%law)
          slip_counts = contacts%trial_state(c) == contact_slide .or. &
-            (law%flows .and. contacts%trial_state(c) /= contact_open)
+            (law%has_slip_curve .and. contacts%trial_state(c) /= contact_open)
          if (slip_counts .and. law%dilates) slip_counts = slip_lifts(contacts, law, c)
          if (slip_counts .or. .not. contacts%with_net_slip) return
          slip_counts = contacts%trial_past_centre(c)

@@ -7,8 +7,7 @@
 module dda_joint_contact
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
-   use dda_joint_law, only: joint_law_type, joint_state_type, net_slip, response_type, &
-      weakened
+   use dda_joint_law, only: joint_law_type, joint_state_type, net_slip, response_type, weakened
    implicit none
    private
    public :: state_of, assumed_state, store_state, joint_response, acts_before_end, closure_of, &
@@ -123,15 +122,15 @@ contains
       integer, intent(in) :: c                     !< number of the contact
       real(wp), intent(in) :: gap, stretch         !< m
       type(joint_state_type) :: state
-      logical :: intact, lifts
+      logical :: breaks_first, dilates
 
       state = directed_state(contacts, law, c, state_of(contacts, law, c), stretch)
       state%slip_sign = slip_direction(law, state, closure_of(contacts, law, c, gap), stretch)
-      lifts = slip_lifts(contacts, law, c)
-      call find_forces(contacts, law, c, state, gap, stretch, intact, response)
-      if (allocated(contacts%frozen_bound) .and. .not. (intact .or. (lifts .and. response%state /= &
-         contact_open))) then
-         if (law%flows) then
+      dilates = slip_lifts(contacts, law, c)
+      call find_forces(contacts, law, c, state, gap, stretch, breaks_first, response)
+      if (allocated(contacts%frozen_bound) .and. .not. (breaks_first .or. (dilates .and. &
+         response%state /= contact_open))) then
+         if (law%has_slip_curve) then
             call apply_slip_curve(law, state, contacts%frozen_bound(c), stretch, response)
          else
             call drag(contacts, law, c, state, stretch, response)
@@ -139,7 +138,7 @@ contains
       end if
       response%slider = response%shear_force
       if (.not. law%cohesive .and. response%state /= contact_open) &
-         response%strength_ratio = overload(contacts, law, c, state, response, intact)
+         response%strength_ratio = overload(contacts, law, c, state, response, breaks_first)
    end function joint_response
 
    !> Return the state of contact c for slip in the direction of a stretch, with the frozen force.
@@ -232,11 +231,11 @@ contains
       type(joint_state_type) :: state
       type(response_type) :: response
       real(wp) :: normal_force, friction
-      logical :: intact
+      logical :: breaks_first
 
       state = state_of(contacts, law, c)
       state%slip_sign = sign(1.0_wp, at(2))
-      call find_forces(contacts, law, c, state, at(1), at(2), intact, response)
+      call find_forces(contacts, law, c, state, at(1), at(2), breaks_first, response)
       bound = response%bound
       friction = response%bound
       lifting = 1.0_wp
@@ -280,38 +279,38 @@ contains
    end subroutine apply_slip_curve
 
    !> Apply friction at a frozen bound, for any normal force and also if the contact opens.
-   pure subroutine limit_friction(response, bound, trial)
+   pure subroutine limit_friction(response, bound, trial_shear_force)
       type(response_type), intent(inout) :: response  !< response with the normal force
       real(wp), intent(in) :: bound  !< N/m
-      real(wp), intent(in) :: trial  !< shear force without slip, N/m
+      real(wp), intent(in) :: trial_shear_force  !< shear force without slip, N/m
 
       response%bound = bound
-      response%shear_force = sign(min(bound, abs(trial)), trial)
+      response%shear_force = sign(min(bound, abs(trial_shear_force)), trial_shear_force)
       response%slider = response%shear_force
       if (response%state /= contact_open) &
-         response%state = merge(contact_stick, contact_slide, abs(trial) <= bound)
+         response%state = merge(contact_stick, contact_slide, abs(trial_shear_force) <= bound)
    end subroutine limit_friction
 
    !> Find the forces of a contact whose friction is not a curve of slip.
-   pure subroutine find_forces(contacts, law, c, state, gap, stretch, intact, response)
+   pure subroutine find_forces(contacts, law, c, state, gap, stretch, breaks_first, response)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
       type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: gap, stretch         !< m
-      logical, intent(out) :: intact               !< the joint breaks before it slips
+      logical, intent(out) :: breaks_first  !< the joint breaks before it slips
       type(response_type), intent(out) :: response !< state and forces
       real(wp) :: closure
-      logical :: lifts
+      logical :: dilates
 
       response%state = contact_open
-      intact = .false.
-      lifts = slip_lifts(contacts, law, c)
+      breaks_first = .false.
+      dilates = slip_lifts(contacts, law, c)
       closure = closure_of(contacts, law, c, gap)
       if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
          ! With dilation, the joint remains closed while its gap grows less than the lift, also
          ! beyond zero net slip.
-         if (.not. lifts) return
+         if (.not. dilates) return
          if (law%shear_spring(state)*abs(stretch) <= friction_without_rise(law, state)) return
          if (.not. law%has_centre) then
             if (lifted_force(law, state, closure, abs(stretch)) <= 0.0_wp) return
@@ -319,40 +318,41 @@ contains
       end if
       ! A contact that closes in this step, or that opens and closes repeatedly, is not intact:
       ! otherwise its shear force would jump.
-      intact = law%brittle .and. state%memory(weakened) < 1.0_wp .and. (contacts%bonded(c) .or. &
-         (contacts%was_closed(c) .and. contacts%close_count(c) < most_closings))
-      call stick_or_slide(law, state, closure, stretch, intact, lifts, response)
-      if (law%has_centre .and. lifts) call pass_centre(law, state, closure, stretch, response)
+      breaks_first = law%brittle .and. state%memory(weakened) < 1.0_wp .and. (contacts%bonded(c) &
+         .or. (contacts%was_closed(c) .and. contacts%close_count(c) < most_closings))
+      call set_shear_force_and_state(law, state, closure, stretch, breaks_first, dilates, response)
+      if (law%has_centre .and. dilates) call pass_centre(law, state, closure, stretch, response)
    end subroutine find_forces
 
    !> Set the shear force, which is elastic up to the strength, and the state.
-   pure subroutine stick_or_slide(law, state, closure, stretch, intact, lifts, response)
+   pure subroutine set_shear_force_and_state(law, state, closure, stretch, breaks_first, dilates, &
+      response)
       class(joint_law_type), intent(in) :: law         !< law of the contact
       type(joint_state_type), intent(in) :: state      !< state of the contact
-      real(wp), intent(in) :: closure, stretch         !< m
-      logical, intent(in) :: intact                    !< the joint breaks before it slips
-      logical, intent(in) :: lifts                     !< slip lifts the contact
+      real(wp), intent(in) :: closure, stretch         !< of the normal and shear spring, m
+      logical, intent(in) :: breaks_first              !< the joint breaks before it slips
+      logical, intent(in) :: dilates                   !< slip lifts the contact
       type(response_type), intent(inout) :: response   !< response; receives state and forces
-      real(wp) :: trial
+      real(wp) :: trial_shear_force
 
       response%state = contact_stick
       response%normal_force = law%normal_force(state, closure)
-      if (law%flows) then
+      if (law%has_slip_curve) then
          call apply_slip_curve(law, state, response%normal_force, stretch, response)
          return
       end if
       response%bound = available_friction(law, state, response%normal_force)
-      if (intact) response%bound = law%strength(state, response%normal_force)
-      trial = law%shear_spring(state)*stretch
-      response%shear_force = trial
-      if (state%slip_sign*trial > response%bound .and. .not. intact) then
+      if (breaks_first) response%bound = law%strength(state, response%normal_force)
+      trial_shear_force = law%shear_spring(state)*stretch
+      response%shear_force = trial_shear_force
+      if (state%slip_sign*trial_shear_force > response%bound .and. .not. breaks_first) then
          response%state = contact_slide
-         if (lifts) response%normal_force = lifted_force(law, state, closure, &
+         if (dilates) response%normal_force = lifted_force(law, state, closure, &
             state%slip_sign*stretch)
          response%bound = available_friction(law, state, response%normal_force)
          response%shear_force = state%slip_sign*response%bound  ! a descent may drive slip
       end if
-   end subroutine stick_or_slide
+   end subroutine set_shear_force_and_state
 
    !> Return the friction at the frozen normal force without the part due to dilation, N/m; −1 if
    !> no force is frozen.
@@ -414,7 +414,7 @@ contains
          slip > abs(state%memory(net_slip))) then
          response%past_centre = .true.
          centre = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
-         call stick_or_slide(law, centre, closure + law%lift(centre) - law%lift(state), &
+         call set_shear_force_and_state(law, centre, closure + law%lift(centre) - law%lift(state), &
             stretch + state%memory(net_slip), .false., .true., response)
       end if
       ! With frozen friction, an open contact is still dragged beyond zero net slip.
@@ -423,19 +423,19 @@ contains
    end subroutine pass_centre
 
    !> Return the overload (force − strength)/strength of a bond or intact joint; ≤ 0: no failure.
-   pure real(wp) function overload(contacts, law, c, state, response, intact)
+   pure real(wp) function overload(contacts, law, c, state, response, breaks_first)
       type(contacts_type), intent(in) :: contacts     !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< law of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type), intent(in) :: state     !< state of the contact
       type(response_type), intent(in) :: response     !< forces of the contact
-      logical, intent(in) :: intact                   !< the joint breaks before it slips
+      logical, intent(in) :: breaks_first  !< the joint breaks before it slips
       real(wp) :: tension
 
       overload = 0.0_wp
       tension = law%tension(state)
       if (contacts%bonded(c)) overload = -response%normal_force - tension
-      if (intact) overload = max(overload, abs(response%shear_force) - response%bound)
+      if (breaks_first) overload = max(overload, abs(response%shear_force) - response%bound)
       overload = overload/max(tension, response%bound, tiny(1.0_wp))
    end function overload
 
@@ -517,7 +517,7 @@ contains
       state = state_of(contacts, law, c)
       contacts%tangent(2, c) = law%shear_spring(state)
       contacts%line(2, c) = 0.0_wp
-      if (.not. law%flows) return
+      if (.not. law%has_slip_curve) return
       call law%flow(state, max(0.0_wp, normal_force), stretch, force, contacts%tangent(2, c))
       contacts%line(2, c) = force - contacts%tangent(2, c)*stretch
    end subroutine linearise_shear

@@ -76,7 +76,7 @@ module dda_joint_law
       logical :: dilates = .false.           !< slip lifts the contact
       logical :: crushes = .false.           !< plastic closure lowers the contact
       logical :: has_centre = .false.        !< slip away from and towards zero net slip differ
-      logical :: flows = .false.             !< the shear force is a curve of slip, see `flow`
+      logical :: has_slip_curve = .false.    !< the shear force is a curve of slip, see `flow`
       logical :: cohesive = .false.   !< a bond parallel to the contact is damaged gradually
       integer :: points = 2                  !< default number of contact points of an overlap
       !> further columns of the law in addition to the shared ones; unused entries have no name

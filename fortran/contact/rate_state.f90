@@ -58,7 +58,7 @@ contains
          column_type('slip_share', limit=most_slip, advice='slip per step over '// &
          'state_distance, above which age is inaccurate; try a smaller time_step')]
       if (.not. law%evolution > 0.0_wp) law%law_columns(3)%limit = huge(1.0_wp)
-      law%flows = .true.
+      law%has_slip_curve = .true.
    end function new_rate_state
 
    !> Set the initial velocity and state.

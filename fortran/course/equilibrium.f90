@@ -382,8 +382,7 @@ contains
       if (allocated(error)) return
       associate (contacts => simulation%contacts(simulation%now), system => simulation%system, &
          blocks => simulation%blocks)
-         call prepare_elements(simulation%elements, blocks, next_step(simulation), &
-            system%d)
+         call prepare_elements(simulation%elements, blocks, next_step(simulation), system%d)
          call assemble_step(simulation, error)
          if (allocated(error)) return
          system%rhs = system%load

@@ -86,8 +86,8 @@ contains
          .and. friction*contacts%slip_sign(c) < 0.0_wp) next_state = contact_stick
       if (contacts%state(c) /= contact_open .or. contacts%close_count(c) < most_closings .or. &
          contacts%bonded(c)) return
-      if (response%state == contact_stick .and. .not. laws%slot(contacts%joint(c))%law%flows) &
-         next_state = contact_slide
+      if (response%state == contact_stick .and. &
+         .not. laws%slot(contacts%joint(c))%law%has_slip_curve) next_state = contact_slide
    end function next_state
 
 end module dda_contact_evaluation

@@ -3,7 +3,7 @@
 module dda_diagnostics
    use dda_kinds, only: wp
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
-   use dda_energy, only: balance, turnover, energy_geometric
+   use dda_energy, only: energy_residual, turnover, energy_geometric
    use dda_errors, only: error_type, error_convergence, error_memory, fail
    use dda_joint_ends, only: bending_doubts
    use dda_maxima, only: of_strain, of_penetration_ratio
@@ -70,7 +70,7 @@ contains
       limit = most_away*half_size(simulation%model%blocks)
       associate (blocks => simulation%blocks)
          if (are_finite_and_near(blocks%n, blocks%position, blocks%velocity, limit) &
-            .and. abs(balance(simulation%energy)) <= huge(1.0_wp)) return
+            .and. abs(energy_residual(simulation%energy)) <= huge(1.0_wp)) return
          problem = 'a strain, a velocity or an energy is not a finite number'
          do b = 1, blocks%n
             if (all(abs(blocks%position(1:2, b)) <= limit)) cycle
@@ -109,8 +109,9 @@ contains
       text = ''
       scale = turnover(simulation%energy)
       limit = max(most_unexplained*scale, rounding_energy(simulation))
-      if (abs(balance(simulation%energy)) > limit) then
-         text = 'the energy audit does not balance: '//to_text(balance(simulation%energy))// &
+      if (abs(energy_residual(simulation%energy)) > limit) then
+         text = 'the energy audit does not balance: '// &
+            to_text(energy_residual(simulation%energy))// &
             ' of '//to_text(scale)//' J/m are unexplained, limit '//to_text(limit)// &
             '; try a lower force_tolerance'
       else if (abs(simulation%energy%value(energy_geometric)) > max(most_geometric*scale, &

@@ -29,7 +29,7 @@ contains
             call linearise_normal(contacts, law, c, max(0.0_wp, closure_of(contacts, law, c, &
                contacts%gap(c))), contacts%tangent(1, c), contacts%line(1, c))
             call begin_dilation(contacts, law, c)
-            if (law%flows .and. contacts%state(c) == contact_slide) &
+            if (law%has_slip_curve .and. contacts%state(c) == contact_slide) &
                contacts%state(c) = contact_stick  ! sliding follows from the laws
             slip = law%expected_slip(state_of(contacts, law, c))
             call linearise_shear(contacts, law, c, contacts%line(1, c) - contacts%tangent(1, c) &
@@ -73,7 +73,7 @@ contains
          associate (law => laws%slot(contacts%joint(c))%law)
             difference = abs([contacts%normal_force(c), contacts%shear_force(c)] &
                - assumed_forces(contacts, c, motion_in_step(contacts, c)))
-            off = merge(maxval(difference), difference(1), law%flows)
+            off = merge(maxval(difference), difference(1), law%has_slip_curve)
             if (off <= tolerance .and. .not. (law%dilates .or. passes_centre(contacts, c))) cycle
             if (contacts%with_net_slip) contacts%past_centre(c) = contacts%trial_past_centre(c)
             trial = [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]
@@ -81,7 +81,7 @@ contains
             call find_response(contacts, laws, c, trial(1), trial(2), response)
             call line_of(contacts, law, c, at(1), response, contacts%tangent(1, c), &
                contacts%line(1, c))
-            if (law%flows) call linearise_shear(contacts, law, c, response%bound, at(2))
+            if (law%has_slip_curve) call linearise_shear(contacts, law, c, response%bound, at(2))
             if (law%dilates) call tilt_line(contacts, law, c, at, response)
          end associate
       end do

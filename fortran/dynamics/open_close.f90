@@ -433,8 +433,7 @@ contains
    end subroutine finish_solve
 
    !> Find the friction forces that correspond to the normal forces, for fixed states.
-   subroutine solve_friction(iteration, system, solver, contacts, laws, exactly, diverged, &
-      error)
+   subroutine solve_friction(iteration, system, solver, contacts, laws, exactly, diverged, error)
       type(open_close_type), intent(inout) :: iteration  !< open–close iteration of the step
       type(system_type), intent(inout) :: system  !< equations of the step
       type(solver_type), intent(inout) :: solver  !< linear solver

@@ -5,8 +5,7 @@
 !> states, and of the contact springs in their assumed states (`dda_contact_assembly`).
 module dda_system
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, set_zero, &
-      multiply_block
+   use dda_block_matrix, only: block_matrix_type, set_pattern, entry_of, set_zero, multiply_block
    use dda_blocks, only: blocks_type, mass_matrix, momentum_of
    use dda_compact_block, only: compact_size, compact, expand, multiply_compact
    use dda_contact_terms, only: contact_terms_type, is_dirty_stiffness

@@ -13,8 +13,7 @@ module dda_elements
    use dda_crack_law, only: crack_law_type
    use dda_edge_loads, only: new_edge_loads
    use dda_element, only: element_type
-   use dda_energy, only: energy_type, energy_law, energy_support, energy_water, &
-      energy_welded
+   use dda_energy, only: energy_type, energy_law, energy_support, energy_water, energy_welded
    use dda_fixed_points, only: new_fixed_points, new_spring_beds
    use dda_joint_flow, only: joint_flow_type, new_joint_flow, node_columns, channel_columns
    use dda_free_sides, only: free_sides_type, new_free_sides
@@ -492,7 +491,7 @@ contains
             do k = 1, size(element%point)
                if (element%field(k) /= number) cycle
                b = findloc(block, element%point(k)%block, 1)
-               element%ground_motion(:, k) = matmul(matmul(shape_matrix(column, b, &
+               element%ground_increment(:, k) = matmul(matmul(shape_matrix(column, b, &
                   element%point(k)%reference), d(:, b)), element%axes(:, :, k))
             end do
          end select

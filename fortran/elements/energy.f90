@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> Energy budget: each energy of a run belongs to a named term; `balance` is the unexplained rest.
+!> Energy budget: each energy of a run belongs to a named term; the rest is unexplained.
 !>
 !> ΔT = d·F − (χ − ½) ΔvᵀMΔv is exact in a step (`dda_scheme`), so the numerical loss
 !> in a force with a convex potential V at the end of the step is V₀ − V₁ − ∇V₁·(x₀ − x₁) ≥ 0.  The
@@ -19,7 +19,7 @@ module dda_energy
       energy_law, energy_plastic, energy_breaking, energy_water, energy_flow, energy_balance
    implicit none
    private
-   public :: energy_type, energy_terms, total_energy, balance, turnover, add_energy, &
+   public :: energy_type, energy_terms, total_energy, energy_residual, turnover, add_energy, &
       energy_values, energy_kinetic, energy_strain, energy_contact, energy_support, &
       energy_gravity, energy_initial, energy_input, energy_geometric, energy_friction, &
       energy_fracture, energy_algorithmic, energy_kinetic_damping, energy_damping, &
@@ -51,21 +51,21 @@ contains
       total_energy = sum(energy%value, mask=energy_terms%role == is_stored)
    end function total_energy
 
-   !> Return the balance, J per metre: total energy minus all terms that explain its change.
+   !> Return the residual, J per metre: total energy minus all terms that explain its change.
    !> It is due to rounding and to the tolerance of the open–close iteration.
-   pure real(wp) function balance(energy)  ! total
+   pure real(wp) function energy_residual(energy)  ! total
       type(energy_type), intent(in) :: energy  !< energy budget, J per metre
       integer :: i
 
-      balance = total_energy(energy)
+      energy_residual = total_energy(energy)
       do i = 1, size(energy_terms)
-         if (energy_terms(i)%role == is_gain) balance = balance - energy%value(i)
-         if (energy_terms(i)%role == is_loss) balance = balance + energy%value(i)
+         if (energy_terms(i)%role == is_gain) energy_residual = energy_residual - energy%value(i)
+         if (energy_terms(i)%role == is_loss) energy_residual = energy_residual + energy%value(i)
       end do
-   end function balance
+   end function energy_residual
 
    !> Sum of all exchanged energies, J per metre of thickness.
-   !> It is the reference value of `balance` and of the geometric term.
+   !> It is the reference value of `energy_residual` and of the geometric term.
    pure real(wp) function turnover(energy)
       type(energy_type), intent(in) :: energy  !< energy budget, J per metre
 
@@ -79,7 +79,7 @@ contains
       real(wp) :: values(size(energy_terms))  !< J per metre of thickness
 
       values = energy%value
-      values(energy_balance) = balance(energy)
+      values(energy_balance) = energy_residual(energy)
    end function energy_values
 
 end module dda_energy

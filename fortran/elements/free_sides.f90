@@ -21,7 +21,7 @@ module dda_free_sides
    !> Gauss points of all free-field sides; `reaction` is the force of the neighbours.
    type, extends(absorbing_type) :: free_sides_type
       integer, allocatable :: field(:)    !< [points] free field of the point
-      real(wp), allocatable :: ground_motion(:,:)  !< [2,points] ground displacement in the step, m
+      real(wp), allocatable :: ground_increment(:,:)  !< [2,points] Δu of the ground, m
    contains
       procedure :: freeze_for_statics
       procedure :: balance_reactions
@@ -39,7 +39,7 @@ contains
          [motion_type ::], 0.0_wp)
       self%kind = term_free_side
       self%field = [((i, k=1, size(fields(i)%boundary%point)), i=1, size(fields))]
-      allocate (self%ground_motion(2, size(self%point)), source=0.0_wp)
+      allocate (self%ground_increment(2, size(self%point)), source=0.0_wp)
    end function new_free_sides
 
    !> Return the displacement of the free field over a step along the normal and along the edge, m.
@@ -49,7 +49,7 @@ contains
       type(step_type), intent(in) :: step          !< the present step
       real(wp) :: increment(2)
 
-      increment = self%ground_motion(:, i)
+      increment = self%ground_increment(:, i)
    end function motion_increment
 
    !> Freeze the sides for statics: deactivate their dashpots.

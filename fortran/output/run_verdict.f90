@@ -9,7 +9,7 @@ module dda_run_verdict
    use dda_diagnostics, only: audit_warning, doubt_state
    use dda_doubts, only: add_doubt, add_doubts, doubt_type
    use dda_elements, only: body_energies
-   use dda_energy, only: balance
+   use dda_energy, only: energy_residual
    use dda_equilibrium, only: find_farthest_block
    use dda_output_schema
    use dda_point_intensity, only: intensity_type, new_intensity, add_motion, arias_intensity
@@ -101,7 +101,7 @@ contains
          call judge_point(verdict, simulation, i, with_table)
       end do
       call judge_joints(verdict, simulation)
-      call add_value(verdict, 'energy_balance_j_m', balance(simulation%energy))
+      call add_value(verdict, 'energy_balance_j_m', energy_residual(simulation%energy))
    end subroutine conclude
 
    !> Add events, the largest values of all steps, and warnings.

@@ -9,7 +9,7 @@ module check_models
    use testing, only: check_no_error, error
    implicit none
    private
-   public :: layered_site, layered_site_two, drum_column, brick_wall, plane_strain_heap
+   public :: layered_site, layered_site_of_table_2, drum_column, brick_wall, plane_strain_heap
    public :: loose_blocks, free_stack, hinged_bar, linear_of
 
    character(len=*), parameter :: nl = new_line('a')
@@ -25,7 +25,7 @@ contains
 
       damping_text = ''
       if (present(damping)) damping_text = damping
-      text = head('1.0e-3', '', '1.5e12')//"&material name='rock', density=2643.0, "// &
+      text = input_header('1.0e-3', '', '1.5e12')//"&material name='rock', density=2643.0, "// &
          'young_modulus=4.788e9, poisson_ratio=0.25 '//damping_text//' /'//nl// &
          "&layers name='base', bottom=-1.0, width=15.0, thickness=1.0 /"//nl// &
          "&layers name='layer', bottom=0.0, width=15.0, thickness=1.0, count=15 /"//nl// &
@@ -34,16 +34,16 @@ contains
    end function layered_site
 
    !> Text of Table II of the paper: five rocks of three layers each, on a base of the lowest rock.
-   function layered_site_two() result(text)
+   function layered_site_of_table_2() result(text)
       character(len=:), allocatable :: text
       real(wp), parameter :: density(5) = [2643.0_wp, 2483.0_wp, 2243.0_wp, 2162.0_wp, 2403.0_wp]
-      real(wp), parameter :: young(5) = [4.8e9_wp, 4.0e9_wp, 4.2e9_wp, 4.1e9_wp, 4.5e9_wp]
+      real(wp), parameter :: elastic_modulus(5) = [4.8e9_wp, 4.0e9_wp, 4.2e9_wp, 4.1e9_wp, 4.5e9_wp]
       integer :: i
 
-      text = head('1.0e-3', '', '1.5e12')
+      text = input_header('1.0e-3', '', '1.5e12')
       do i = 1, 5
          text = text//"&material name='"//to_text(i)//"', density="//to_text(density(i))// &
-            ', young_modulus='//to_text(young(i))//', poisson_ratio=0.25 /'//nl
+            ', young_modulus='//to_text(elastic_modulus(i))//', poisson_ratio=0.25 /'//nl
       end do
       text = text//"&layers name='base', material='1', bottom=-1.0, width=15.0, thickness=1.0 /"//nl
       do i = 1, 5
@@ -52,7 +52,7 @@ contains
       end do
       text = text//feet(15.0_wp)//"&measured_point name='base', x=7.5, y=-0.5, block='base_1' /"// &
          nl//"&measured_point name='surface', x=7.5, y=14.5, block='rock_5_3' /"//nl
-   end function layered_site_two
+   end function layered_site_of_table_2
 
    !> Text of ten drums of 0.6 × 0.5 m, E 17 GPa, ν 0.22, ρ 2250, on a base held at four points.
    function drum_column(penalty, settings, is_bonded) result(text)
@@ -61,7 +61,7 @@ contains
       logical, intent(in), optional :: is_bonded    !< default: yes
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', settings, penalty, is_bonded)// &
+      text = input_header('1.0e-3', settings, penalty, is_bonded)// &
          "&material name='stone', density=2250.0, young_modulus=17.0e9, poisson_ratio=0.22 /"// &
          nl//"&layers name='base', left=-0.3, bottom=-0.5, width=0.6, thickness=0.5 /"//nl// &
          "&drums name='drum', centre=0.0, width=0.6, height=0.5, count=10 /"//nl// &
@@ -81,7 +81,7 @@ contains
       character(len=*), intent(in) :: settings     !< in &control
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', ', max_displacement_ratio=0.001'//settings, penalty)// &
+      text = input_header('1.0e-3', ', max_displacement_ratio=0.001'//settings, penalty)// &
          "&material name='clay', density=2500.0, young_modulus=10.0e9, poisson_ratio=0.25 /"//nl// &
          "&layers name='base', bottom=-1.0, width="//to_text(bricks)//'.0, thickness=1.0 /'//nl// &
          "&wall name='brick', brick_length=1.0, brick_height=0.5, bricks="//to_text(bricks)// &
@@ -91,7 +91,7 @@ contains
    end function brick_wall
 
    !> Text of the groups &control, &contact and &joint.
-   function head(time_step, settings, penalty, is_bonded) result(text)
+   function input_header(time_step, settings, penalty, is_bonded) result(text)
       character(len=*), intent(in) :: time_step, settings, penalty
       logical, intent(in), optional :: is_bonded
       character(len=:), allocatable :: text
@@ -105,13 +105,13 @@ contains
          end if
       end if
       text = text//"&joint name='joint',"//glue//nl
-   end function head
+   end function input_header
 
    !> Text of triangles, a trapezium and rectangles of two rocks in plane strain.
    function plane_strain_heap() result(text)
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', ", analysis='plane_strain'", '3.0e10')// &
+      text = input_header('1.0e-3', ", analysis='plane_strain'", '3.0e10')// &
          "&material name='hard', density=2700.0, young_modulus=20.0e9, poisson_ratio=0.3 /"//nl// &
          "&material name='soft', density=1900.0, young_modulus=2.0e9, poisson_ratio=0.2 /"//nl// &
          "&block name='floor', material='hard', vertices=0.0,-1.0, 6.0,-1.0, 6.0,0.0, 0.0,0.0 /"// &
@@ -127,7 +127,7 @@ contains
       character(len=:), allocatable :: text
       integer :: i
 
-      text = head('1.0e-3', ', max_displacement_ratio=0.0004', '1.0e10')// &
+      text = input_header('1.0e-3', ', max_displacement_ratio=0.0004', '1.0e10')// &
          rock//nl
       do i = 0, 10
          text = text//'&layers left='//to_text(2*i)//'.0, bottom=0.0, width=1.0, thickness=0.'// &
@@ -140,7 +140,7 @@ contains
       integer, intent(in) :: count
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', '', '1.0e10')// &
+      text = input_header('1.0e-3', '', '1.0e10')// &
          rock//nl// &
          '&layers width=2.0, thickness=0.5, count='//to_text(count)//' /'//nl
    end function free_stack
@@ -150,7 +150,7 @@ contains
       real(wp), intent(in) :: size  !< half of its width, m
       character(len=:), allocatable :: text
 
-      text = head('1.0e-3', '', '1.0e10')// &
+      text = input_header('1.0e-3', '', '1.0e10')// &
          rock//nl// &
          '&layers width='//to_text(2*size)//', thickness='//to_text(size/2)//' /'//nl// &
          '&fixed_point x='//to_text(size/10)//', y='//to_text(0.4_wp*size)//' /'//nl

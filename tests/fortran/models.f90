@@ -7,7 +7,7 @@ module models
       energy_kinetic_damping, energy_strain, energy_support
    use dda_kinds, only: wp, long, pi
    use dda_blocks, only: begin_motion, blocks_type, set_blocks
-   use dda_energy, only: energy_type, balance
+   use dda_energy, only: energy_type, energy_residual
    use dda_errors, only: error_type
    use dda_input, only: read_model
    use dda_material, only: material_type
@@ -84,7 +84,7 @@ contains
          energy%value(energy_algorithmic), energy%value(energy_kinetic_damping), &
          energy%value(energy_damping), energy%value(energy_initial)]))
       relative_balance = 0.0_wp
-      if (largest > 0.0_wp) relative_balance = abs(balance(energy))/largest
+      if (largest > 0.0_wp) relative_balance = abs(energy_residual(energy))/largest
    end function relative_balance
 
    !> A number with all its digits.

@@ -20,21 +20,21 @@ module test_kinematics
 
 contains
 
-   subroutine vibrations()
-      real(wp), parameter :: resolution(7) = [0.01_wp, 0.1_wp, 0.5_wp, 1.0_wp, 2.0_wp, 3.5_wp, &
+   subroutine oscillators()
+      real(wp), parameter :: omega_dt(7) = [0.01_wp, 0.1_wp, 0.5_wp, 1.0_wp, 2.0_wp, 3.5_wp, &
          10.0_wp]
       integer :: i
 
-      do i = 1, size(resolution)
-         call free_vibration(resolution(i))
+      do i = 1, size(omega_dt)
+         call check_free_vibration(omega_dt(i))
       end do
-      call harmonic(0.05_wp, 10.0_wp)
-      call harmonic(0.01_wp, 20.0_wp)
-      call harmonic(0.02_wp, 35.0_wp)
-      call accepted_step(0.5_wp)
-      call accepted_step(0.75_wp)
-      call accepted_step(1.0_wp)
-   end subroutine vibrations
+      call check_harmonic_drive(0.05_wp, 10.0_wp)
+      call check_harmonic_drive(0.01_wp, 20.0_wp)
+      call check_harmonic_drive(0.02_wp, 35.0_wp)
+      call check_accepted_step(0.5_wp)
+      call check_accepted_step(0.75_wp)
+      call check_accepted_step(1.0_wp)
+   end subroutine oscillators
 
    subroutine begin_oscillator(time_step, steps, velocity, motion)
       real(wp), intent(in) :: time_step
@@ -52,13 +52,13 @@ contains
 
    !> From four samples of the motion, the recursion x₂ = trace x₁ − det x₀ and with it |λ|, phase
    !> and damping.
-   subroutine free_vibration(resolution)
-      real(wp), intent(in) :: resolution   !< Ω = ωΔt
+   subroutine check_free_vibration(omega_dt)
+      real(wp), intent(in) :: omega_dt   !< Ω = ωΔt
       real(wp) :: x(0:3), det, trace, determinant, radius, phase, damping
       integer :: i
 
-      call case('free vibration at Ω = '//number(resolution))
-      call begin_oscillator(resolution/omega, 100, '1.0', '')
+      call case('free vibration at Ω = '//number(omega_dt))
+      call begin_oscillator(omega_dt/omega, 100, '1.0', '')
       call run(simulation, 1)
       do i = 0, 3
          x(i) = simulation%blocks%position(1, 1)
@@ -67,22 +67,22 @@ contains
       determinant = x(1)**2 - x(0)*x(2)
       trace = (x(2)*x(1) - x(3)*x(0))/determinant
       det = (x(2)**2 - x(3)*x(1))/determinant
-      call check_close(det, 1.0_wp/(1.0_wp + resolution**2), 'det', relative=1.0e-8_wp)
-      call check_close(trace, 2.0_wp/(1.0_wp + resolution**2), 'trace', absolute=1.0e-8_wp)
+      call check_close(det, 1.0_wp/(1.0_wp + omega_dt**2), 'det', relative=1.0e-8_wp)
+      call check_close(trace, 2.0_wp/(1.0_wp + omega_dt**2), 'trace', absolute=1.0e-8_wp)
       radius = sqrt(det)
       phase = acos(0.5_wp*trace/radius)
-      call check_close(radius, (1.0_wp + resolution**2)**(-0.5_wp), '|λ|', relative=1.0e-8_wp)
-      call check_close(phase, atan(resolution), 'phase of 1 + iΩ', relative=1.0e-7_wp)
+      call check_close(radius, (1.0_wp + omega_dt**2)**(-0.5_wp), '|λ|', relative=1.0e-8_wp)
+      call check_close(phase, atan(omega_dt), 'phase of 1 + iΩ', relative=1.0e-7_wp)
       damping = -log(radius)/hypot(phase, log(radius))
-      if (resolution <= 0.1_wp) call check_close(damping, 0.5_wp*resolution, 'ζ = Ω/2', &
+      if (omega_dt <= 0.1_wp) call check_close(damping, 0.5_wp*omega_dt, 'ζ = Ω/2', &
          relative=1.0e-2_wp)
-      if (resolution <= 0.1_wp) call check_close(phase, resolution, 'phase', relative=1.0e-2_wp)
-   end subroutine free_vibration
+      if (omega_dt <= 0.1_wp) call check_close(phase, omega_dt, 'phase', relative=1.0e-2_wp)
+   end subroutine check_free_vibration
 
    !> Steady state: M ω̃ i (1 − 1/z)/Δt x = −k (x − u) − c (iω̃ x − u̇), c = kΔt/2, with
    !> z = exp(iωΔt), ω̃ = (2/Δt) tan(ωΔt/2) and the velocity of the motion as the curve
    !> differentiates its samples, u̇ = i (8 sin ωΔt − sin 2ωΔt)/(6Δt) u.
-   subroutine harmonic(step, frequency)
+   subroutine check_harmonic_drive(step, frequency)
       real(wp), intent(in) :: step, frequency   !< s, /s
       complex(wp) :: response, expected, inertia, rate, target_rate
       real(wp) :: drive, position, dashpot, time, period
@@ -122,7 +122,7 @@ contains
       expected = (stiffness + dashpot*target_rate)/(stiffness + dashpot*rate + inertia)
       call check_close([real(response), aimag(response)], [real(expected), aimag(expected)], &
          'transfer function', relative=1.0e-5_wp)
-   end subroutine harmonic
+   end subroutine check_harmonic_drive
 
    !> Without force, velocity is f times the velocity of the last step.
    subroutine dynamic_factor()
@@ -155,7 +155,7 @@ contains
    end subroutine make_blocks
 
    !> d = Δt [(1 − χ) v₀ + χ v₁], a = (v₁ − v₀)/Δt, and the loss of a dynamic factor.
-   subroutine accepted_step(chi)
+   subroutine check_accepted_step(chi)
       real(wp), intent(in) :: chi
       real(wp) :: d(6, 3), v(6, 3), q(6, 3), loss, start_energy
       real(wp), parameter :: time_step = 0.03_wp
@@ -180,7 +180,7 @@ contains
       call damp_velocity(blocks, 0.6_wp, loss)
       call check_close([loss, kinetic_energy(blocks)], [0.64_wp, 0.36_wp]*start_energy, &
          'one of 0.6 takes 1 − 0.36', relative=1.0e-14_wp)
-   end subroutine accepted_step
+   end subroutine check_accepted_step
 
    !> No vertex exceeds the bound, and a translation reaches it.
    subroutine displacement_bound()

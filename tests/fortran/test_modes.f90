@@ -9,8 +9,8 @@ module test_modes
    use dda_simulation, only: simulation_type
    use dda_time_step, only: advance
    use dda_text, only: to_text
-   use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, loose_blocks, &
-      hinged_bar, free_stack, linear_of
+   use check_models, only: layered_site, layered_site_of_table_2, drum_column, brick_wall, &
+      loose_blocks, hinged_bar, free_stack, linear_of
    use models, only: begin
    use testing, only: case, check, check_close, check_no_error, error
    implicit none
@@ -28,7 +28,7 @@ contains
 
    subroutine layered_sites()
       call check_first(layered_site(), 13.961_wp, 0.002_wp)
-      call check_first(layered_site_two(), 14.251_wp, 0.002_wp)
+      call check_first(layered_site_of_table_2(), 14.251_wp, 0.002_wp)
    end subroutine layered_sites
 
    subroutine check_first(text, frequency, tolerance)

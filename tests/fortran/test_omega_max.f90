@@ -10,7 +10,7 @@ module test_omega_max
    use dda_linear_terms, only: term_normal, term_support
    use dda_omega_max, only: omega_max_type, find_omega_max
    use dda_unresolved, only: unresolved_type, count_unresolved
-   use check_models, only: layered_site, layered_site_two, drum_column, brick_wall, &
+   use check_models, only: layered_site, layered_site_of_table_2, drum_column, brick_wall, &
       plane_strain_heap, loose_blocks, linear_of
    use testing, only: case, check, check_close, check_no_error, error
    implicit none
@@ -24,7 +24,7 @@ contains
       call case('layered site, table I')
       call bracketed(layered_site(), term_support)
       call case('layered site, table II')
-      call bracketed(layered_site_two(), term_support)
+      call bracketed(layered_site_of_table_2(), term_support)
       call case('column')
       call bracketed(drum_column('1.0e8', ''), strain_energy)
       call case('wall, soft joints')

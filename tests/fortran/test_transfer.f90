@@ -15,7 +15,7 @@ module test_transfer
    use dda_time_step, only: advance
    use dda_transfer, only: transfer_type, transfer_peak_type, prepare_transfer, transfer_at, &
       undamped_transfer_at, transfer_peak
-   use check_models, only: layered_site, layered_site_two, brick_wall, linear_of
+   use check_models, only: layered_site, layered_site_of_table_2, brick_wall, linear_of
    use systems, only: dense_of
    use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
@@ -38,7 +38,7 @@ contains
    !> Paper figures 15 and 16, exact: DDA there gives 29.07 @ 13.95 and 28.76 @ 14.23 Hz.
    subroutine layered_sites()
       call check_site(layered_site(), 29.065_wp, 13.948_wp)
-      call check_site(layered_site_two(), 28.761_wp, 14.238_wp)
+      call check_site(layered_site_of_table_2(), 28.761_wp, 14.238_wp)
    end subroutine layered_sites
 
    subroutine check_site(text, amplitude, frequency)

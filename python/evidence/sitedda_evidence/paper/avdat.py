@@ -68,9 +68,8 @@ _TURN_ON = {1e-3: 6.0, 1e-2: 2.0}  # s of gravity before the load
 
 def tasks(quick: bool = False) -> list[Task]:
     """Return the runs of the study; `quick` omits those not needed for the requirements."""
-    queue = [Task(("gravity", dt, k), simulate_settling,
-                  {"normal_stiffness": k, "time_step": dt}, 0.4e-3 / dt)
-             for dt, printed in _TABLE_IV.items() for k in printed]  # fmt: skip
+    queue = [Task(("gravity", dt, k), simulate_settling, {"normal_stiffness": k, "time_step": dt},
+                  0.4e-3 / dt) for dt, printed in _TABLE_IV.items() for k in printed]  # fmt: skip
     loads = [(kind, load) for kind in _LOADS
              for load in ([_TABLE_LOADS[kind]] if quick else _LOADS[kind])]  # fmt: skip
     cases = [(kind, dt, k, load) for kind, load in loads for dt in _STEPS for k in _TABLE_V]
@@ -89,9 +88,8 @@ def tasks(quick: bool = False) -> list[Task]:
     return queue
 
 
-def simulate_settling(
-    normal_stiffness: float, time_step: float, duration: float = _GRAVITY_TIME, **contact
-) -> dict:
+def simulate_settling(normal_stiffness: float, time_step: float, duration: float = _GRAVITY_TIME,
+                      **contact) -> dict:  # fmt: skip
     """Apply gravity; return the settling time of the top drum and its final position."""
     contact = {"normal_stiffness": normal_stiffness} | contact
     history = _column_history(time_step, duration, contact=contact)
@@ -127,9 +125,8 @@ def _count_collapses(time_step: float, unevenness: float, contact_rules: str) ->
             for k in _UNEVEN_PENALTIES]  # fmt: skip
 
 
-def _collapses(
-    normal_stiffness: float, time_step: float, unevenness: float, contact_rules: str, seed: int
-) -> bool:
+def _collapses(normal_stiffness: float, time_step: float, unevenness: float, contact_rules: str,
+               seed: int) -> bool:  # fmt: skip
     """Return whether the top drum falls or a contact never closes."""
     contact = {"normal_stiffness": normal_stiffness, "contact_rules": contact_rules}
     with tempfile.TemporaryDirectory() as folder:
@@ -210,9 +207,8 @@ def column(stiffness: float, width: float = 3.0, depth: float = 1.0, **values) -
 
 
 @cache
-def closed_column(
-    normal_stiffness: float, drum_sizes: tuple[float, float, float] | None = None
-) -> DiscreteModel:
+def closed_column(normal_stiffness: float, drum_sizes: tuple[float, float, float] | None = None
+                  ) -> DiscreteModel:  # fmt: skip
     """Return the column with all joints closed; `drum_sizes`: widths at foot and top, height, m."""
     changes = {"contact": {"normal_stiffness": normal_stiffness}}
     if drum_sizes is not None:
