@@ -5,8 +5,7 @@ module dda_check_simulation
    use dda_interrupts, only: fail_if_stopped
    use dda_advice, only: find_stiff_limit
    use dda_blocks, only: blocks_type, smaller_side
-   use dda_check_bodies, only: check_bodies, body_or_block_count, block_count_text, &
-      dispersion_text
+   use dda_check_bodies, only: check_bodies, body_or_block_count, block_count_text, dispersion_text
    use dda_check_boundaries, only: check_boundaries
    use dda_contact, only: contact_open
    use dda_equilibrium, only: find_farthest_block

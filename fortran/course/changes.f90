@@ -59,8 +59,7 @@ contains
       call adopt_values(simulation, model)
       call set_targets_here(simulation, points, motions)
       call set_time_step(simulation, model%control%time_step)
-      call set_elements(simulation%elements, simulation%model, simulation%blocks, &
-         simulation%time)
+      call set_elements(simulation%elements, simulation%model, simulation%blocks, simulation%time)
       call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
       call update_budget(simulation, energy_changed, 1.0_wp)
       call change_base(simulation)

@@ -55,8 +55,7 @@ contains
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
             simulation%time)
          do i = 1, size(broken)
-            call begin_joint(simulation%elements, broken(i), simulation%blocks, &
-               traction(:, :, i))
+            call begin_joint(simulation%elements, broken(i), simulation%blocks, traction(:, :, i))
          end do
          simulation%counters%broken = simulation%counters%broken + size(broken)
       end if

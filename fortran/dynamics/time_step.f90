@@ -15,8 +15,7 @@ module dda_time_step
    use dda_energy, only: add_energy, energy_algorithmic, energy_impact, energy_input, &
       energy_kinetic_damping
    use dda_energy_budget, only: update_step, update_state
-   use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, &
-      fail
+   use dda_errors, only: error_type, error_convergence, error_interrupted, error_memory, fail
    use dda_impact, only: count_impacts, resolve_impacts
    use dda_joint_law, only: weakened
    use dda_kinematics, only: damp_velocity, predict, integrate, largest_displacement

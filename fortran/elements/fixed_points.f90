@@ -9,8 +9,7 @@ module dda_fixed_points
    use dda_motion, only: motion_type, displacement_of, velocity_of
    use dda_scheme, only: step_type
    use dda_small_matrix, only: invert_matrix
-   use dda_spring_element, only: spring_element_type, spring_type, dashpots_of, &
-      target_rate
+   use dda_spring_element, only: spring_element_type, spring_type, dashpots_of, target_rate
    use dda_support, only: fixed_point_type
    implicit none
    private

@@ -41,7 +41,7 @@ module dda_blocks
       integer, allocatable :: material(:)          !< [n] material of the block
       integer, allocatable :: joint(:)  !< [vertices] joint of the edge that begins at the vertex
       logical, allocatable :: mixed(:)  !< [n] the edges of the block have different joints
-      integer, allocatable :: body(:)              !< [n] body of a cell; 0: none
+      integer, allocatable :: body(:)              !< [n] body of which the block is a cell; 0: none
       logical, allocatable :: inner(:)  !< [vertices] the edge after the vertex is within a body
       !> [2, vertices] the two edges of the body's outline at the vertex, possibly of other cells
       integer, allocatable :: outline(:,:)

@@ -31,8 +31,7 @@ module dda_outlines
 contains
 
    !> Append one polygon.
-   subroutine add_outline(outlines, vertices, material, joint, source, name, edge_joints, &
-      body)
+   subroutine add_outline(outlines, vertices, material, joint, source, name, edge_joints, body)
       type(outlines_type), intent(inout) :: outlines  !< list
       real(wp), intent(in) :: vertices(:,:)           !< [2, any] counter-clockwise, m
       integer, intent(in) :: material, joint, source  !< see `outlines_type`

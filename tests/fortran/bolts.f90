@@ -150,10 +150,8 @@ contains
             change = dot_product(row_of(bolt, blocks, 1), d(:, bolt%block(1))) &
                - dot_product(row_of(bolt, blocks, 2), d(:, bolt%block(2)))
             stretch = distance(bolt, blocks) - bolt%length
-            call add_energy(energy, energy_support, &
-               0.5_wp*bolt%stiffness*(stretch + change)**2)
-            call add_energy(energy, energy_algorithmic, &
-               (theta - 0.5_wp)*bolt%stiffness*change**2)
+            call add_energy(energy, energy_support, 0.5_wp*bolt%stiffness*(stretch + change)**2)
+            call add_energy(energy, energy_algorithmic, (theta - 0.5_wp)*bolt%stiffness*change**2)
             call add_energy(energy, energy_damping, bolt%viscosity*change**2/step%time_step)
          end associate
       end do

@@ -177,8 +177,7 @@ contains
          end do
          system%load(:, b) = 10.0_wp*random_vector(6)
       end do
-      call add_to_matrix(couplings, step_weights(step_type(time_step=1.0_wp)), system%linear, &
-         fits)
+      call add_to_matrix(couplings, step_weights(step_type(time_step=1.0_wp)), system%linear, fits)
       call set_laws(laws, [joint_type('', friction_angle, 0.0_wp, 0.0_wp)], stiffness, 2.5_wp)
       contacts%with_strengths = .true.
       call reserve(contacts, count)

@@ -6,8 +6,7 @@
 !> factorisation.
 module dda_factor_solver
    use dda_kinds, only: wp
-   use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, &
-      accuracy
+   use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, accuracy
    use dda_archive, only: archive_type, archive_values => serialise, fail_archive, serialise_label
    use dda_block_matrix, only: block_matrix_type, multiply
    use dda_cholesky_double, only: factor_type, analyse_sparse => analyse, prepare_to_read, &

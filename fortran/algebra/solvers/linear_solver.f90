@@ -12,8 +12,7 @@
 module dda_linear_solver
    use dda_interrupts, only: fail_within_step, stop_within_step
    use dda_kinds, only: wp, long
-   use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, &
-      accuracy
+   use dda_abstract_solver, only: equations_type, linear_solver_type, convergence_type, accuracy
    use dda_block_jacobi, only: max_condition, most_iterations
    use dda_block_matrix, only: block_matrix_type, terms_of_product
    use dda_compact_block, only: compact_size
