@@ -54,10 +54,10 @@ EXCLUDED = {
         r".*:(?!m(ax|in|ost)_|least_|bending_cells|reported_|few_|many_)\w+:constant \d+(_long)?$"
     ),
     "bounds that models, memory or iterations do not reach": (
-        r".*:(m(ax|ost)_(blocks|away|samples|points|pairs|names|comments|vectors|expansions|passes"
-        r"|halvings|header\w*|columns|springs|steps|rounds|iterations|vertices|cells|fits|distance"
+        r".*:(m(ax|ost)_(blocks|away|samples|points|pairs|names(?!_listed)|comments|vectors"
+        r"|expansions|passes|halvings|header\w*|columns|springs|steps|rounds|iterations|vertices|cells|fits|distance"
         r"|period|value|step_ratio)\w*"
-        r"|(largest|longest|usable|never|many|few|buffer|step|library|call|worth|unknown"
+        r"|(largest|longest|farthest|usable|never|many|few|buffer|step|library|call|worth|unknown"
         r"|band_margin)\w*):constant"
     ),
     "limits between a series and its formula: both exact": r".*:(small|small_step):constant",

@@ -35,10 +35,8 @@ def yielding_stress(slips, stiffness=1e10, pressure=1e6) -> np.ndarray:
     stress, worn, ratio, path = 0.0, 0.0, 0.0, 0.0
     stresses = [0.0]
 
-    def rates(stress, roughness, path, ratio):
-        bound = pressure * np.tan(
-            np.pi / 6 + np.pi / 12 * np.exp(-roughness / YIELDING["roughness"])
-        )
+    def rates(stress, worn, path, ratio):
+        bound = pressure * np.tan(np.pi / 6 + np.pi / 12 * np.exp(-worn / YIELDING["roughness"]))
         factor = (1 - path * stress / bound) / (1 - ratio)
         return np.array([factor * stiffness * path, 1 - factor]), bound
 

@@ -175,8 +175,9 @@ def calibrate(
         NOT_NEGATIVE.check("discrepancy", discrepancy)
     count = len(prior)
     terms = observations, mean, deviation, discrepancy
-    posterior, peaks, error, best, closing = _fit_contacts(model, tuple(unknowns), terms, seed,
-                                                         contacts, changes)  # fmt: skip
+    posterior, peaks, error, best, contact_warnings = _fit_contacts(
+        model, tuple(unknowns), terms, seed, contacts, changes
+    )
     peak = peaks[0][0]
     draws, weights, evidence, sigma, effective_fraction = posterior.draw_weighted(peaks, seed)
     chosen = draws[np.random.default_rng(seed).choice(len(draws), samples, p=weights)]
@@ -198,7 +199,7 @@ def calibrate(
     if effective_fraction < _FEW and sampler == "laplace":
         warnings.append("the posterior is not Gaussian, and ranges may be too narrow: use the "
                       "sampler 'ensemble', or fewer unknowns")  # fmt: skip
-    return replace(result, doubts=(*closing, *warnings, SILENT))
+    return replace(result, doubts=(*contact_warnings, *warnings, SILENT))
 
 
 def _compare_modes(posterior: Posterior, peak, chosen, level: float) -> pd.DataFrame:

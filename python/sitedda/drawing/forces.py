@@ -51,7 +51,7 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
 def force_scale(scene: Scene, frames) -> float:
     """Return the force (N/m) that the longest arrow or the widest link represents, for frames."""
     forces = [neighbour_forces(scene, frame, scene.vertices(frame))[1] for frame in frames]
-    sizes = np.append(0.0, np.linalg.norm(np.concatenate(forces), axis=1))
+    sizes = np.linalg.norm(np.concatenate([np.zeros((1, 2)), *forces]), axis=1)
     return limits(sizes, np.ones(len(sizes))).usual
 
 

@@ -225,10 +225,10 @@ def check(model, changes: Mapping | None = None, **variables) -> Report:
     with _open_model(model, changes, variables) as simulation:
         text, grade, numbers = simulation._call_engine("check_run")
     report, verdict = text.decode("utf-8", "replace").rstrip(), ("ok", "ok", "warn", "fail")[grade]
-    highest, low, high, residual, shift, begin, end, ringing_period, *cost = map(float, numbers)
-    ringing_period = float(finite_or_inf(ringing_period))
+    highest, low, high, residual, shift, begin, end, ringing_steps, *cost = map(float, numbers)
+    ringing_steps = float(finite_or_inf(ringing_steps))
     bounds, band = (low, high), (begin, end)
-    return Report(report, verdict, highest, bounds, residual, shift, band, ringing_period, *cost)
+    return Report(report, verdict, highest, bounds, residual, shift, band, ringing_steps, *cost)
 
 
 def modes(

@@ -123,7 +123,8 @@ class Suite:
         names = ("period", "median", "sigma_ln", "sa_median", "sa_sigma_ln", "count", "converged")
         values = zip(*(part[name].values for name in names), strict=True)
         return [
-            ["period (s)", "median", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N", "converged"],
+            ["period (s)", "median ratio", "σ_ln", "median Sa (m/s²)", "σ_ln of Sa", "N",
+             "converged"],
             *([f"{period:.4g}", f"{median:.4g}", f"{sigma:.3f}", f"{sa:.4g}", f"{sa_sigma:.3f}",
                f"{count:d}", f"{100 * converged:.0f} %"]
               for period, median, sigma, sa, sa_sigma, count, converged in values),

@@ -320,12 +320,12 @@ def _profile_interval(i, optimum, covariance, limit, x, k, n) -> tuple[float, fl
     start = optimum[1 - i]
 
     def excess(value: float) -> float:
-        def likelihood_at(q: float) -> float:
+        def negative_log_likelihood(q: float) -> float:
             return _negative_log_likelihood((value, q) if i == 0 else (q, value), x, k, n)
 
         reach = 3.0 + abs(value - optimum[i])
         bounds = start - reach, start + reach
-        fit = minimize_scalar(likelihood_at, bounds=bounds, method="bounded",
+        fit = minimize_scalar(negative_log_likelihood, bounds=bounds, method="bounded",
                               options={"xatol": 1e-10})  # fmt: skip
         return fit.fun - least - limit
 

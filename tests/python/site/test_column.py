@@ -422,7 +422,10 @@ GOOD = Layer(1.0, density=2000.0, shear_velocity=200.0)
         (lambda: Column([GOOD]).peak((1.0, 2.0)), "contains no peak"),
         (lambda: Column([GOOD]).peak(), "unbounded"),
         (lambda: Column([GOOD]).scheme_transfer(50.0, 0.01), "Nyquist frequency 50 Hz"),
-        (lambda: complex_modulus(1.0, 0.6), "in 0 ... 0.5 .*: 'shake', 'shake91', 'kramer'$"),
+        (
+            lambda: complex_modulus(1.0, 0.6),
+            "damping .* 0 ... 0.5 .*: 'shake', 'shake91', 'kramer'$",
+        ),
         (lambda: complex_modulus(1.0, np.nan), "damping .* got nan"),
         (lambda: undamped_amplification(1.0, 1.0, 0.0), "shear_velocity .* got 0"),
         (lambda: damped_amplification(1.0, 1.0, 1.0, -1.0), "damping .* got -1"),

@@ -210,7 +210,8 @@ def test_a_report_contains_the_requested_figures(table, tmp_path):
         {"kind": "map", "quantity": "tilt", "x": "pga", "y": "record", "title": "Where"},
     ]
     page = write_report(table, tmp_path / "page.html", figures).read_text()
-    for phrase in ("20 cases", "1 failed", "it fell", "capacity, fractiles", "dispersion β",
+    for phrase in ("20 cases", "1 failed", "it fell", "capacity, fractiles 16, 50, 84 %",
+                  "dispersion β",
                   "Not drawn: a map requires two parameters with numbers as values"):  # fmt: skip
         assert phrase in page, phrase
     assert page.count("<figure") == 2

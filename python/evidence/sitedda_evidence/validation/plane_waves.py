@@ -111,7 +111,7 @@ def ridge(short: bool) -> Outcome:
         label=f"computed, λ = {length} cells")  # fmt: skip
     axes.set(xlabel="distance from the crest (λ)", ylabel="amplitude / amplitude of the wave")
     head = ["wavelength", "crest", "largest error on the faces"]
-    title = "Amplitude at the crest and largest error on the faces, relative to the largest"
+    title = "Amplitude at the crest and largest error on the faces / largest amplitude"
     return Outcome(rows, figure, [Table(title, head, lines)])
 
 

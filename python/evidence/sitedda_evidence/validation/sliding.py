@@ -258,7 +258,7 @@ def _draw_newmark_slip(fine, base, slip, velocity, data, computed, slope, fricti
     top.plot(fine[::10], -base[::10] / nml.GRAVITY, color="0.45", lw=0.6)
     limit = np.tan(np.radians(friction - slope))
     top.axhline(limit, color=style.RED, lw=1, ls="--", label=f"yield {limit:.3f} g")
-    top.set(ylabel="k, base acceleration / g", title="Loma Prieta 1989, APEEL array 2, doubled")
+    top.set(ylabel="k, − base acceleration / g", title="Loma Prieta 1989, APEEL array 2, doubled")
     along = np.array([np.cos(np.radians(slope)), -np.sin(np.radians(slope))])
     speed = data.velocity.sel(point="centre").values @ along
     pale = {"color": style.INK, "lw": 2.2, "alpha": 0.35, "label": "rigid block"}
