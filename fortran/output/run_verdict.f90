@@ -389,7 +389,7 @@ contains
          call add_point('PGV', 'pgv_m_s', intensity%velocity, 'm/s', '')
          call add_point('Arias intensity', 'arias_resolved_m_s', arias, 'm/s', &
             high_frequency_text(unresolved))
-         call add_point('largest Sa, ζ = 5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
+         call add_point('largest Sa, ζ=5 %', 'sa_resolved_m_s2', sa, 'm/s^2', &
             '; at '//short_text(0.01_wp*nint(100.0_wp*period(maxloc(sa, 1))))//' s')
       end associate
 

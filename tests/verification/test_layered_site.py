@@ -22,7 +22,7 @@ def site(request):
     history, model = sitedda.run(file).history, DiscreteModel.of(file)
 
     def ratio(frequency):
-        return model.transfer(frequency, TIME_STEP, "surface", "base", "displacement")
+        return model.transfer_function(frequency, TIME_STEP, "surface", "base", "displacement")
 
     return amplifications(history)[0], history, ratio
 

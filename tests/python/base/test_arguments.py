@@ -73,7 +73,7 @@ WRONG = {
     "an array of accelerations needs": lambda: column().response(np.ones(9)),
     "mean_stress must contain real": lambda: darendeli("x"),
     "reference_strain must be finite": lambda: hyperbolic(0.0),
-    "surface and base differ": lambda: sitedda.amplification([1.0, 2.0], [1.0, 2.0, 3.0], 0.1),
+    "`surface` and `base` differ": lambda: sitedda.amplification([1.0, 2.0], [1.0, 2.0, 3.0], 0.1),
     "damping must be finite": lambda: sitedda.time_step_for_damping(np.nan, 3.0),
     "needs a time_step of at least": lambda: sitedda.theta_for_damping(0.9, 3.0, 1e-3),
     "damping must be in": lambda: spectral_acceleration(np.ones(9), 0.01, [1.0], damping=2.0),

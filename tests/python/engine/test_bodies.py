@@ -399,7 +399,7 @@ def test_check_warns_of_slender_cells_in_offset_rows():
         for a, b in zip(rows[y % 2][:-1], rows[y % 2][1:], strict=True)
     ]
     assert any(
-        "in rows that are offset" in message for message in words_of(model_of([cells]), "cells")
+        "in offset rows are longer" in message for message in words_of(model_of([cells]), "cells")
     )
 
 

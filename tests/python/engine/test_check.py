@@ -62,12 +62,12 @@ def test_a_band_beyond_the_steps_is_reported(write_input, time_step):
     assert 1 / (2 * time_step) < report.band[0]
     line = finding(report.text, "damping")
     assert line.startswith("warn") and "% over" not in line
-    assert "the band of the record, 14.29 … 28.57 Hz, lies beyond 1/(2 Δt)" in line
+    assert "the band of the record, 14.29 … 28.57 Hz, is beyond 1/(2 Δt)" in line
 
 
 def test_a_record_of_nanoseconds_is_reported_in_short_numbers(write_input):
     report = sitedda.check(write_input(changed(tower(), "motion", time_step=1e-9)))
-    assert "1.429e8 … 2.857e8 Hz, lies beyond" in finding(report.text, "damping")
+    assert "1.429e8 … 2.857e8 Hz, is beyond" in finding(report.text, "damping")
 
 
 # --- Other findings -------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ def test_the_check_reports_the_reflection_of_dashpots(integration, fraction):
     frequency = float(re.search(r"and ([0-9.]+) Hz", message)[1])
     omega = 2 * np.pi * frequency
     slowest = np.sqrt(MODULUS / (2 * (1 + POISSON)) / (DENSITY + 200))  # of the top layer
-    assert percent(message, "due to the block size") == pytest.approx(
+    assert percent(message, "of the amplitude due to the block size") == pytest.approx(
         100 * (omega / slowest) ** 2 / 48, rel=0.02
     )
     assert percent(message, "due to the time") == pytest.approx(

@@ -220,7 +220,7 @@ def test_check_reports_that_alpha_damps_free_blocks(write_input):
     groups = changed(groups, "control", gravity=[0.0, -9.81], settle=True)
     lines = {line.topic: line for line in sitedda.check(write_input(groups)).lines}
     assert lines["Rayleigh damping"].verdict == "warn"
-    assert "limits the speed of fall to 9.81" in lines["Rayleigh damping"].words
+    assert "fall at most at a speed of 9.81" in lines["Rayleigh damping"].words
 
 
 def test_the_highest_frequency_uses_the_largest_modulus(write_input):

@@ -448,9 +448,9 @@ def test_another_model_fills_the_view_and_selections_are_cleared(served, opened)
     page.evaluate("page.view.setColor('displacement')")
     until(page, "page.view.root.textContent.includes('nothing has run')")
     info_text, chart = page.evaluate("[page.view.info.innerText, !!page.view.blockChart]")
-    assert "centroid" in info_text and "compression" not in info_text and not chart
+    assert "centroid" in info_text and "compressive" not in info_text and not chart
     press(page, "Step", "page.run?.status === 'paused' && page.view.blockChart")
-    until(page, "page.view.info.innerText.includes('compression')")
+    until(page, "page.view.info.innerText.includes('compressive')")
     remove = page.locator(".stage-form .row", has_text="remove").locator("input").first
     assert remove.input_value() == ""
     press(page, "remove the selected block")

@@ -434,7 +434,7 @@ def test_bands_are_stored_and_shown(write_input, python_program, tmp_path):
     python_program.ok("view", str(output), "--no-open", "-o", str(tmp_path / "v.html"))
     for page in ("o.html", "v.html"):
         text = (tmp_path / page).read_text()
-        assert printed_text in text and "Results of the twins over time" in text
+        assert printed_text in text and "Results of twins over time" in text
 
 
 def test_a_study_with_error_bars_contains_horizons(write_input):
