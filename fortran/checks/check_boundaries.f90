@@ -160,7 +160,7 @@ contains
       type(report_type), intent(inout) :: report  !< check report
       real(wp) :: width, arrival, duration
       integer :: i
-      logical :: waves_arrive, sides_tied
+      logical :: arrives_late, sides_tied
 
       sides_tied = size(model%ties) > 0
       if (.not. sides_tied) sides_tied = any(is_shifted(model%welds))
@@ -173,8 +173,8 @@ contains
       if (.not. duration > 0.0_wp) return
       width = maxval(x) - minval(x)
       arrival = 0.5_wp*width/report%speed(2)
-      waves_arrive = arrival >= duration
-      call add_check(report, waves_arrive, 'sides', 'free or viscous '// &
+      arrives_late = arrival >= duration
+      call add_check(report, arrives_late, 'sides', 'free or viscous '// &
          'sides do not move like level ground; waves from them reach the middle after '// &
          short_text(arrival)//' s (duration of the motion: '//short_text(duration)//' s)', &
          'width/(2 V_p)', "kind = 'free_field' at both sides, or 'tied' for level ground")

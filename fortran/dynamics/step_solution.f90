@@ -85,7 +85,7 @@ contains
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
       type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
-      real(wp), intent(in) :: reduction  !< required residual over the first residual
+      real(wp), intent(in) :: reduction  !< required residual/first residual
       logical, intent(out) :: success  !< d is the solution; if .false., K̂ is needed
       type(step_equations_type) :: equations
 
