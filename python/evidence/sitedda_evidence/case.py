@@ -154,21 +154,10 @@ class Collection:
     ) -> Iterator[Result]:
         """Run the tasks of cases in parallel, then the cases in the order of the report.
 
-        Parameters
-        ----------
-        names : iterable of str
-            Names of cases; none: all cases.
-        short : bool
-            Whether to run fewer variants and smaller models with the same physics, as in tests.
-        progress : callable, optional
-            Called with the number of completed tasks and the number of tasks.
-        cores : int
-            Number of processes for tasks.
-
-        Raises
-        ------
-        InputError
-            If a case does not exist.
+        `names`: names of cases; none: all cases.
+        `short`: run fewer variants and smaller models of the same physics, as in tests.
+        `progress`: called with the number of completed tasks and the number of tasks.
+        `cores`: number of processes for tasks.
         """
         selection = set(names) or set(self.cases)
         if unknown := sorted(selection - set(self.cases)):
@@ -198,12 +187,8 @@ class Case:
     def run(self, short: bool = False, task_results: Mapping | None = None) -> Result:
         """Run the case; an error of the engine becomes a failed result.
 
-        Parameters
-        ----------
-        short : bool
-            See `Collection.run`.
-        task_results : mapping, optional
-            Results of its tasks by key.
+        `short`: see `Collection.run`.
+        `task_results`: results of its tasks by key.
         """
         begin = time.perf_counter()
         try:

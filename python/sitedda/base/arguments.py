@@ -18,20 +18,13 @@ if TYPE_CHECKING:
 class Range:
     """The values that a number may have.
 
-    Attributes
-    ----------
-    low, high : float
-        Bounds, which are finite.
-    above : bool
-        Exclude the lower bound.
-    whole : bool
-        Allow only whole numbers.
+    `low`, `high`: bounds, which are finite.
     """
 
     low: float
     high: float
-    above: bool = False
-    whole: bool = False
+    above: bool = False  # exclude the lower bound
+    whole: bool = False  # allow only whole numbers
 
     def check(self, name: str, value) -> float | int:
         """Return the value as a number; raise InputError if it is no number or out of range."""

@@ -9,10 +9,7 @@ import numpy as np
 def parts_of(values: np.ndarray, first: np.ndarray) -> list[np.ndarray]:
     """Return views of the rows of each part; `numpy.split` takes more than twice the time.
 
-    Parameters
-    ----------
-    values : ndarray, shape (rows, ...)
-    first : ndarray of int, shape (parts + 1,)
-        The first row of each part, followed by the number of rows.
+    `values`: shape (rows, ...).
+    `first`: shape (parts + 1,); the first row of each part, followed by the number of rows.
     """
     return [values[begin:end] for begin, end in pairwise(first.tolist())]

@@ -89,13 +89,8 @@ def printing_rules() -> tuple[float, int, str, str]:
 def wrapped(text: str, indent: int = 0, width: int = 0) -> str:
     """Wrap a text to the width of the screen, as the native executable does.
 
-    Parameters
-    ----------
-    text : str
-    indent : int
-        Characters before the text on its first line, and blanks before the other lines.
-    width : int
-        Characters per line, including the indent; 0: the width of a screen.
+    `indent`: characters before the text on its first line, and blanks before the other lines.
+    `width`: characters per line, including the indent; 0: the width of a screen.
     """
     data = " ".join(text.split()).encode()
     size = len(data) + data.count(b" ") * indent + 1

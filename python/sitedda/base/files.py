@@ -46,18 +46,8 @@ _KINDS = {
 def check_target(file, kind: str, inputs: Iterable = ()) -> Path:
     """Check that a file can be written: it does not exist yet, or it may be replaced.
 
-    Parameters
-    ----------
-    file : path
-    kind : str
-        ``'a picture'``, ``'a page'``, …, or `UNCHECKED`.
-    inputs : iterable of path
-        Files that the same command reads, which must not be replaced.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written; the message names the reason.
+    `kind`: ``'a picture'``, ``'a page'``, …, or `UNCHECKED`.
+    `inputs`: files that the same command reads, which must not be replaced.
     """
     file = file_path(file)
     try:
@@ -110,17 +100,8 @@ def _may_replace(file: Path, kind: str) -> bool:
 def written(file, kind: str, inputs: Iterable = (), sync: bool = True) -> Iterator[Path]:
     """Yield a temporary path to write, which is renamed to the file after it has been written.
 
-    Parameters
-    ----------
-    file, kind, inputs
-        As for `check_target`.
-    sync : bool
-        Flush the file to the disk before it is renamed.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written; the temporary file is then removed, also after a signal.
+    `file`, `kind`, `inputs`: as for `check_target`.
+    `sync`: flush the file to the disk before it is renamed.
     """
     file = check_target(file, kind, inputs)
     draft = None
@@ -190,13 +171,7 @@ def is_below(folder: Path, name) -> bool:
 
 
 def plain_text(name: str, text: str) -> str:
-    """Return a text; reject control characters, such as line ends.
-
-    Raises
-    ------
-    InputError
-        If it contains a control character; ``name`` names the text in the message.
-    """
+    """Return a text; reject control characters, such as line ends."""
     from .errors import InputError
 
     if not text.isprintable() and (control := re.search(r"[\x00-\x1f\x7f-\x9f\u2028\u2029]", text)):

@@ -25,11 +25,7 @@ _SHORT = {"pga": "PGA", "pgv": "PGV", "sa": "Sa", "arias": "Arias intensity"}
 def in_unit(largest: float, unit: str) -> tuple[float, str]:
     """Return the size and name of a suitable unit for a value: mm for 0.004 m.
 
-    Parameters
-    ----------
-    largest : float
-        In an SI unit, or °.
-    unit : str
+    `largest`: in an SI unit, or °.
     """
     for size, name in UNITS.get(unit, ()):
         if abs(largest) >= size:
@@ -40,13 +36,8 @@ def in_unit(largest: float, unit: str) -> tuple[float, str]:
 def shown(value: float, unit: str, digits: int = 3) -> str:
     """Format a value in a suitable unit: −4.12 mm.
 
-    Parameters
-    ----------
-    value : float
-        In `unit`.
-    unit : str
-        SI, or °.
-    digits : int
+    `value`: in `unit`.
+    `unit`: SI, or °.
     """
     size, name = in_unit(value, unit)
     return f"{number(value / size, digits)} {name}".replace("-", "−")
@@ -55,10 +46,7 @@ def shown(value: float, unit: str, digits: int = 3) -> str:
 def title_and_unit(name: str) -> tuple[str, str]:
     """Split the name of a result into words and unit: 'largest tilt', 'rad' of largest_tilt_rad.
 
-    Parameters
-    ----------
-    name : str
-        As in verdicts and studies, with the point or joint in brackets.
+    `name`: as in verdicts and studies, with the point or joint in brackets.
     """
     text, _, bracketed = name.partition("[")
     axis = next((axis_name for axis_name in "xy" if text.endswith(f"_{axis_name}")), "")
@@ -73,12 +61,8 @@ def title_and_unit(name: str) -> tuple[str, str]:
 def axis_label(name: str, unit: str = "") -> str:
     """Return the axis label of a result with its unit: 'largest tilt (rad)'.
 
-    Parameters
-    ----------
-    name : str
-        See `title_and_unit`.
-    unit : str
-        Replaces the unit in the name.
+    `name`: see `title_and_unit`.
+    `unit`: replaces the unit in the name.
     """
     title, own_unit = title_and_unit(name)
     unit = unit.replace("^2", "²") or own_unit
@@ -91,13 +75,7 @@ def counted(count: int, singular: str, plural: str) -> str:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """Format a number with the given significant digits: 0.1235, 12.5, 1.235e-7.
-
-    Parameters
-    ----------
-    value : float
-    digits : int
-    """
+    """Format a number with the given significant digits: 0.1235, 12.5, 1.235e-7."""
     if value == 0 or not math.isfinite(value):
         return "0" if value == 0 else str(value)
     if 1e-3 <= abs(value) < 1e6:
@@ -115,10 +93,7 @@ def _strip_trailing_zeros(text: str) -> str:
 def with_bar(value: float, bar: float) -> str:
     """Format a number with its error bar of two digits, both to the same decimal place.
 
-    Parameters
-    ----------
-    value, bar : float
-        Both in the same unit.  If the bar is NaN, the number has four digits.
+    `value`, `bar`: both in the same unit.  If the bar is NaN, the number has four digits.
     """
     if not math.isfinite(bar) or not math.isfinite(value):
         return f"{number(value)} (no error bar)"
@@ -136,10 +111,7 @@ def with_bar(value: float, bar: float) -> str:
 def length(value: float) -> str:
     """Format a length in a suitable unit.
 
-    Parameters
-    ----------
-    value : float
-        m
+    `value`: m.
     """
     units = (unit for unit in ("m", "mm", "µm") if abs(value) * SHOWN[unit] >= 1.0)
     unit = "m" if value == 0 else next(units, "nm")

@@ -18,15 +18,7 @@ def file_path(file) -> Path:
 
 
 def check_readable(file) -> int:
-    """Return the size of a regular file (bytes); reject pipes and devices, which may be endless.
-
-    Raises
-    ------
-    InputError
-        If the file does not exist.
-    OutputError
-        If the path does not lead to a regular file.
-    """
+    """Return the size of a regular file (bytes); reject pipes and devices, which may be endless."""
     path = file_path(file)
     try:
         status = os.stat(path)
@@ -57,11 +49,6 @@ def read_numbers(file, limit: int) -> tuple[list[str], list[tuple[int, list[floa
     """Return the column names of a CSV file, and the line number and the values of each row.
 
     Lines that begin with # are comments.
-
-    Raises
-    ------
-    InputError
-        If there are no rows, a heading is repeated, or a row has fewer or more numbers.
     """
     lines = read_bounded(file, limit).decode("utf-8-sig", "replace").splitlines()
     rows = [(i, [cell.strip(' \t"') for cell in line.split(",")])

@@ -18,10 +18,7 @@ class Interruption:
     completed first, because compiled modules print tracebacks if they are interrupted.  Some
     libraries swallow exceptions; a program that continues is then interrupted again.
 
-    Attributes
-    ----------
-    heard : bool
-        Whether a signal has arrived.
+    `heard`: whether a signal has arrived.
     """
 
     def __init__(self):

@@ -277,14 +277,9 @@ def block_writer(
 ) -> Callable[[Sequence[dict]], str]:
     """Return a function that writes blocks as namelist text or as block files beside it.
 
-    Parameters
-    ----------
-    file : path
-        The namelist file.  Block files are NAME.blocks.nc, NAME.blocks_2.nc and so on.
-    block_file : bool, optional
-        Always or never write block files (default: for 10,000 blocks or more).
-    reads : sequence of path
-        Files from which the blocks may be read; these must not be replaced.
+    `file`: the namelist file.  Block files are NAME.blocks.nc, NAME.blocks_2.nc and so on.
+    `block_file`: always or never write block files (default: for 10,000 blocks or more).
+    `reads`: files from which the blocks may be read; these must not be replaced.
     """
     numbers = count(1)
 
@@ -348,11 +343,7 @@ def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path,
     `block_file`: write the blocks to a netCDF file, NAME_blocks.blocks.nc (default: for 10,000 or
     more).
 
-    Returns
-    -------
-    Path
-        The file that was written.
-    Built
+    The result is the written file.
     """
     file = Path(file)
     output = Path(output) if output else file.with_name(f"{file.stem}_blocks.nml")

@@ -45,24 +45,10 @@ def read_outlines(
 ) -> list[Outline]:
     """Read the lines and polygons of a file.
 
-    Parameters
-    ----------
-    file : path
-        ``.dxf``, ``.geojson`` or ``.json``, ``.wkt``, ``.csv`` or ``.txt``.
-    layer : str, optional
-        Read only lines of this layer (DXF), or with this property ``layer`` (GeoJSON).
-    scale : float, optional
-        Metres per unit of the file (default: from the header of a DXF file, otherwise 1).
-    closed : bool, optional
-        Read only closed lines, or only open lines.
-
-    Raises
-    ------
-    InputError
-        If the format contradicts the file name, or the file exceeds a limit: 64 MiB, 2 000 000
-        points, 500 000 lines, 8 levels of nesting.
-    OutputError
-        If the file cannot be read.
+    `file`: ``.dxf``, ``.geojson`` or ``.json``, ``.wkt``, ``.csv`` or ``.txt``.
+    `layer`: read only lines of this layer (DXF), or with this property ``layer`` (GeoJSON).
+    `scale`: metres per unit of the file (default: from the header of a DXF file, otherwise 1).
+    `closed`: read only closed lines, or only open lines.
 
     Notes
     -----

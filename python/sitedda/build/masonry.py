@@ -36,15 +36,10 @@ def rectangle(left, bottom, right, top) -> np.ndarray:
 def _lay_courses(left, right, bottom, height, courses, stones) -> Iterator[tuple[int, np.ndarray]]:
     """Yield course number and corners (m) of stones in running bond between two straight faces.
 
-    Parameters
-    ----------
-    left, right : (float, float)
-        x of a face at the bottom and at the top, m.
-    bottom, height : float
-        m.
-    courses, stones : int
-        Numbers of courses, and of stones in a full course; every second course begins and ends with
-        half a stone, unless a course is one stone.
+    `left`, `right`: x of a face at the bottom and at the top, m.
+    `bottom`, `height`: m.
+    `courses`, `stones`: numbers of courses, and of stones in a full course; every second course
+    begins and ends with half a stone, unless a course is one stone.
     """
     for k in range(courses):
         ratios = np.arange(stones + 1) / stones

@@ -323,14 +323,7 @@ class Model(Groups):
 
     @classmethod
     def from_namelist(cls, text: str, file="model.nml") -> "Model":
-        """Return the model of a namelist text; relative file names refer to the folder of `file`.
-
-        Raises
-        ------
-        InputError
-            If a group or variable is unknown, or a value cannot be read; the message names the
-            line.  The engine checks the values in `check` and `run`.
-        """
+        """Return the model of a namelist text; relative file names refer to the folder of `file`."""
         model = cls()
         model.folder = Path(file).parent
         names = set()

@@ -152,22 +152,13 @@ class SoilProfile:
 def read_soil_profile(file, fill: str = "") -> SoilProfile:
     """Read a site from a CSV file.
 
-    Parameters
-    ----------
-    file : path
-        Columns with headings and units in brackets, separated by commas, semicolons or tabs:
-        ``depth (m)`` or ``thickness (m)``, ``Vs (m/s)``, ``Vp (m/s)`` or ``nu``,
-        ``density (kg/m3)`` or ``unit weight (kN/m3)``, ``damping (%)``, ``curve``, ``name``.
-        Lines that begin with # are comments.
-    fill : {'', 'above', 'interpolate'}
-        Value for gaps of velocities, density and damping: none (a gap of a required value is an
-        error), the value of the row above, or linear interpolation over the depths of the middles
-        of layers.
-
-    Raises
-    ------
-    InputError
-        If a column is unknown or lacks its unit, or a value is invalid; the message names the row.
+    `file`: columns with headings and units in brackets, separated by commas, semicolons or tabs:
+    ``depth (m)`` or ``thickness (m)``, ``Vs (m/s)``, ``Vp (m/s)`` or ``nu``, ``density (kg/m3)`` or
+    ``unit weight (kN/m3)``, ``damping (%)``, ``curve``, ``name``. Lines that begin with # are
+    comments.
+    `fill`: value for gaps of velocities, density and damping: none (a gap of a required value is an
+    error), the value of the row above, or linear interpolation over the depths of the middles of
+    layers.
 
     Notes
     -----

@@ -221,14 +221,8 @@ def _fit_contacts(model, unknowns, terms, seed, contacts, changes) -> tuple:
     Steps are at most one prior deviation; a step is halved where the family is not linear. If it
     is not linear at the centre of the priors, all touching contacts are assumed closed.
 
-    Returns
-    -------
-    posterior, peaks, error
-        See `_find_peaks`.
-    result : Modes
-        Of the best model.
-    warnings : tuple of str
-        Warning if frequencies of the family and of the best model differ.
+    Result: as of `_find_peaks`, modes of the best model, and a warning if the frequencies of the
+    family and of the best model differ.
     """
     _, mean, deviation, _ = terms
     z, step, assumption = 0 * mean, 0 * mean, ""

@@ -185,11 +185,6 @@ class Posterior:
         peak, given by z and covariance, and one as wide as the prior, for regions without peaks
         where modes cross.  If few draws have weight, p is not Gaussian, and the mixture is fitted
         to the weighted draws (population Monte Carlo: Cappé et al. 2008).
-
-        Raises
-        ------
-        ConvergenceError
-            If p is not finite, or far narrower along some unknowns than along others.
         """
         generator = np.random.default_rng(seed)
         proposals = [*peaks, (0 * self.mean, np.eye(self.mean.size))]
@@ -225,15 +220,7 @@ class Posterior:
         return *best_round[1:], best_round[0]
 
     def draw_samples(self, draws: np.ndarray, count: int, seed: int) -> np.ndarray:
-        """Sample z by the affine-invariant ensemble of `emcee`, shape (count, unknowns).
-
-        Raises
-        ------
-        MissingLibrary
-            Without emcee.
-        ConvergenceError
-            If the chain has less than 50 autocorrelation times after 20,000 steps.
-        """
+        """Sample z by the affine-invariant ensemble of `emcee`, shape (count, unknowns)."""
         try:
             import emcee
         except ImportError:

@@ -16,16 +16,10 @@ if TYPE_CHECKING:
 class EndedRun:
     """A run that has ended.
 
-    Attributes
-    ----------
-    history : xarray.Dataset
-        The whole output, in memory.
-    complete : bool
-        False if the run was stopped before its end.
-    output : Path or None
-        The output file, if there is one.
-    summary : str
-        Summary of the step control.
+    `history`: the whole output, in memory.
+    `complete`: false if the run was stopped before its end.
+    `output`: the output file, if there is one.
+    `summary`: summary of the step control.
     """
 
     def __init__(self, history: xr.Dataset, complete: bool, output: Path | None, summary: str):

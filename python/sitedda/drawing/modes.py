@@ -26,11 +26,7 @@ def mode_scene(source, count: int = 3, contacts: str = "auto") -> tuple[Scene, M
 
     `contacts`: see `sitedda.modes`.
 
-    Returns
-    -------
-    Scene
-        Frame 0 is the model at rest; the largest displacement of a mode is 6 % of the model size.
-    Modes
+    Frame 0 is the model at rest; the largest displacement of a mode is 6 % of the model size.
     """
     count = int(_COUNT.check("count", count))
     if isinstance(source, Simulation):

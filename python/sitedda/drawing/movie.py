@@ -38,33 +38,14 @@ def write_movie(
 ) -> Path:
     """Write the frames of an output as a movie.
 
-    Parameters
-    ----------
-    source : path, Run, xarray.Dataset or Scene
-        An output of at least two frames.
-    file : path
-        ``.mp4`` (ffmpeg of the system, or of the package imageio-ffmpeg: extra ``movie``), or
-        ``.gif``.
-    fps : float
-        Pictures a second.
-    seconds : float
-        Duration of the movie; it shows the frames nearest to evenly spaced times.
-    progress : bool
-        Show a progress bar.
-    scheme : {'light', 'dark', 'print'}
-    absolute : bool
-        See `pictures.draw`.
-    **look
-        color, contacts, arrows, deformation, since, see `pictures.draw`.
-
-    Raises
-    ------
-    InputError
-        If a number is out of range.
-    InputError
-        If there is no second frame, or the file has another ending.
-    OutputError
-        If ffmpeg is missing or fails.
+    `source`: an output of at least two frames.
+    `file`: ``.mp4`` (ffmpeg of the system, or of the package imageio-ffmpeg: extra ``movie``), or
+    ``.gif``.
+    `fps`: pictures a second.
+    `seconds`: duration of the movie; it shows the frames nearest to evenly spaced times.
+    `progress`: show a progress bar.
+    `absolute`: see `pictures.draw`.
+    `look`: color, contacts, arrows, deformation, since, see `pictures.draw`.
     """
     fps, seconds = PICTURES_A_SECOND.check("fps", fps), SECONDS.check("seconds", seconds)
     ANY_NUMBER.check("deformation", look.get("deformation", 1.0))
@@ -174,13 +155,7 @@ def _start_ffmpeg(
 
 
 def ffmpeg() -> str:
-    """Return the path of ffmpeg, of the system or of the package imageio-ffmpeg.
-
-    Raises
-    ------
-    OutputError
-        If both are missing.
-    """
+    """Return the path of ffmpeg, of the system or of the package imageio-ffmpeg."""
     program = shutil.which("ffmpeg")
     if program:
         return program

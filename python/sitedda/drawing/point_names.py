@@ -26,15 +26,9 @@ _RADIUS = 4.0  # radius of a mark, points
 class PointNames(Artist):
     """Names of points, placed when the picture is drawn, because the scale is unknown before.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    names : sequence of str
-        Names in the notation of matplotlib.
-    positions : array_like, shape (points, 2)
-        Positions of the points, m.
-    marked : array_like, shape (k, 2)
-        Positions of marks that no name may cover, m.
+    `names`: names in the notation of matplotlib.
+    `positions`: shape (points, 2); positions of the points, m.
+    `marked`: shape (k, 2); positions of marks that no name may cover, m.
     """
 
     def __init__(self, axes: Axes, names, positions, marked):

@@ -22,13 +22,9 @@ _BLOCK = 1 << 20  # largest number of bytes that are deflated together
 class PolyData:
     """The contents of a .vtp file.
 
-    Parameters
-    ----------
-    points : ndarray, shape (k, 2)
-        Positions, m; z is 0.
-    kind : {'Polys', 'Lines', 'Verts'}
-    connectivity, offsets : ndarray of int
-        Points of all cells in sequence, and the index at which each cell ends.
+    `points`: shape (k, 2); positions, m; z is 0.
+    `connectivity`, `offsets`: points of all cells in sequence, and the index at which each cell
+    ends.
     """
 
     def __init__(self, points, kind: str, connectivity, offsets):
@@ -217,10 +213,7 @@ def write_vtk(source, folder) -> Path:
     `folder`: created if missing; receives ``blocks.pvd``, ``contacts.pvd``, ``joints.pvd``,
     ``bolts.pvd`` if there are bolts, their frames, and ``points.csv`` for measured points.
 
-    Returns
-    -------
-    Path
-        ``blocks.pvd``.
+    The result is the path of ``blocks.pvd``.
     """
     scene = Scene.of(source, absolute=True)
     folder = make_folder(folder)

@@ -379,11 +379,6 @@ def penalty_for(
     Returns
     -------
     Penalty
-
-    Raises
-    ------
-    SiteddaError
-        If the fraction is out of range, or no penalty changes the first frequency.
     """
     with _open_model(model, changes, variables) as simulation:
         return Penalty(

@@ -19,23 +19,14 @@ Factors = tuple[NDArray[np.complex128], NDArray[np.complex128]]
 class Body:
     """A generalised Maxwell body fitted to a damping ratio.
 
-    Attributes
-    ----------
-    omega, weight : ndarray, shape (mechanisms,)
-        Relaxation frequencies, rad/s, and weights Y.
-    unrelaxed : float
-        Unrelaxed modulus over the modulus of the input.
-    misfit : float
-        Largest relative error of the damping ratio in the band.
-    band : tuple of float
-        Lowest and highest frequency of the fit, Hz.
+    `omega`, `weight`: relaxation frequencies (rad/s) and weights Y, shape (mechanisms,).
     """
 
     omega: NDArray[np.float64]
     weight: NDArray[np.float64]
-    unrelaxed: float
-    misfit: float
-    band: tuple[float, float]
+    unrelaxed: float  # unrelaxed modulus over the modulus of the input
+    misfit: float  # largest relative error of the damping ratio in the band
+    band: tuple[float, float]  # lowest and highest frequency of the fit, Hz
 
     def factor(self, omega: ArrayLike) -> NDArray[np.complex128]:
         """Return complex modulus / modulus of the input, at angular frequencies (rad/s)."""
@@ -79,13 +70,6 @@ class ConstantRatio(MaterialDamping):
         Hz; by default 0.1 ... 50; a long time step lowers the upper end.
     mechanisms : int, optional
         Number of relaxation mechanisms; by default as many as the accuracy requires.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
-    InputError
-        If no body can be fitted to the ratio.
     """
 
     ratio: float
@@ -183,15 +167,7 @@ class Rayleigh(MaterialDamping):
 def damping_of(material: Mapping) -> MaterialDamping | None:
     """Return the damping of a group &material.
 
-    Parameters
-    ----------
-    material : mapping
-        Its variables, as in the input.
-
-    Returns
-    -------
-    MaterialDamping or None
-        None: the material has no damping.
+    `material`: its variables, as in the input.  Without damping, the result is None.
     """
     if material.get("rayleigh_alpha") or material.get("rayleigh_beta"):
         return Rayleigh(material.get("rayleigh_alpha", 0.0), material.get("rayleigh_beta", 0.0))

@@ -48,12 +48,8 @@ class Maximum:
 def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
     """Return maxima by name.
 
-    Parameters
-    ----------
-    rows : iterable of (str, str, float, float, float, sequence of int, sequence of int)
-        Name, unit, value, time, residual, numbers of blocks and of points, from 0; −1: none.
-    blocks, points : sequence of str
-        Names of all blocks and of all points.
+    `rows`: name, unit, value, time, residual, numbers of blocks and of points, from 0; −1: none.
+    `blocks`, `points`: names of all blocks and of all points.
     """
 
     def names(all_names, numbers) -> tuple[str, ...]:
@@ -73,13 +69,7 @@ def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
 
 
 def maxima_of(data: xr.Dataset) -> dict[str, Maximum]:
-    """Return the maxima of an output by name.
-
-    Parameters
-    ----------
-    data : xarray.Dataset
-        An output.
-    """
+    """Return the maxima of an output by name."""
     order = ("maximum", "maximum_unit", "largest", "largest_time", "residual")
     sides = (data[name].transpose("maximum", "side").values for name in
            ("largest_block", "largest_point"))  # fmt: skip

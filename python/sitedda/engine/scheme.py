@@ -108,11 +108,6 @@ class Scheme:
         integration : {'dda', 'midpoint', 'theta', 'backward_euler'} or Scheme
         theta : float
             θ = χ of ``'theta'``, 1/2 ... 1; the other schemes ignore it.
-
-        Raises
-        ------
-        ValueError
-            If the name is not known or θ is out of range.
         """
         if isinstance(integration, Scheme):
             return integration
@@ -179,11 +174,6 @@ def scheme_damping(
     -------
     ndarray, shape (...)
         Damping ratio ζ; inf if the modulus has no positive real part (abτ² >= 1).
-
-    Raises
-    ------
-    InputError
-        If a frequency reaches the Nyquist frequency or an argument is out of range.
     """
     scheme = Scheme.named(integration, theta)
     values = _check_frequencies(frequency, time_step)
@@ -207,11 +197,6 @@ def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float
     -------
     ndarray, shape (...)
         Equivalent frequency, Hz; never below ``frequency``.
-
-    Raises
-    ------
-    InputError
-        If a frequency reaches the Nyquist frequency or an argument is out of range.
     """
     values = _check_frequencies(frequency, time_step)
     squares = -Scheme.named("midpoint").steady(values.ravel(), time_step).inertia.real

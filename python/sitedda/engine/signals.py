@@ -103,11 +103,6 @@ def log_decrement(
     -------
     Decrement
         Damping ratios, frequency, crests used and the scatter of their decay.
-
-    Raises
-    ------
-    InputError
-        If arguments differ in length or are not finite, or there are too few crests.
     """
     step, values = _check_equidistant(time, x)
     if not 0 < floor < 1:
@@ -491,11 +486,6 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
     -------
     float
         Frequency, Hz.
-
-    Raises
-    ------
-    InputError
-        If an argument is not finite or out of range, or the band contains no peak.
     """
     from scipy.signal.windows import hann
 

@@ -143,8 +143,6 @@ class Simulation:
 
         Raises
         ------
-        InputError
-            If `steps` is negative or no whole number.
         ConvergenceError
             If a step does not converge; the message names step, contact and blocks.
         """
@@ -660,13 +658,8 @@ def run_to_end(
 ) -> bool:
     """Advance in chunks until the end or a stop request; return whether the run has ended.
 
-    Parameters
-    ----------
-    simulation : Simulation
-    progress : callable or None
-        Called after each chunk.
-    stop : Stop
-        Watches for signals.
+    `progress`: called after each chunk.
+    `stop`: watches for signals.
     """
     chunk = 1
     try:

@@ -52,14 +52,8 @@ def title_and_damping(history, *frequencies: float) -> tuple[str, str]:
 def draw_site(axes: dict, scene: Scene, result: Amplification, discrete) -> None:
     """Draw accelerations, response spectra and amplification of a site.
 
-    Parameters
-    ----------
-    axes : dict of str to Axes
-        Panels 'surface', 'base', 'spectra' and 'ratio'.
-    scene : Scene
-    result : Amplification
-    discrete : ndarray or None
-        Exact transfer function of the model at the frequencies of the result.
+    `axes`: panels 'surface', 'base', 'spectra' and 'ratio'.
+    `discrete`: exact transfer function of the model at the frequencies of the result.
     """
     history, axis = scene.data, ("x", "y").index(result.direction)
     series = {
@@ -130,13 +124,7 @@ def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
 
 
 def draw_profile(axes: Axes, result) -> None:
-    """Draw peak accelerations of run and column, and the shear-wave velocity, over depth.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    result : Beside
-    """
+    """Draw peak accelerations of run and column, and the shear-wave velocity, over depth."""
     column = result.response.column
     ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
     theory = abs(result.response.acceleration(ends)).max(axis=1)

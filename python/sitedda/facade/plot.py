@@ -66,12 +66,8 @@ CAPTIONS = {
 def run_picture(source: xr.Dataset | Scene | Purpose, discrete=None) -> Figure:
     """Draw the picture of a run, by its purpose.
 
-    Parameters
-    ----------
-    source : xarray.Dataset, Scene or Purpose
-        Output of a finished run.
-    discrete : ndarray, optional
-        Exact transfer function of the model at the frequencies of its amplification.
+    `source`: output of a finished run.
+    `discrete`: exact transfer function of the model at the frequencies of its amplification.
     """
     subject = source if isinstance(source, Purpose) else purpose_of(source)
     history = subject.scene.data
@@ -211,12 +207,8 @@ def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:
 def record_panels(motion: xr.Dataset, file) -> Path:
     """Draw a record: motion, response spectrum and growth of the Arias intensity.
 
-    Parameters
-    ----------
-    motion : xarray.Dataset
-        Result of `sitedda.read_record`.
-    file : path
-        Picture to write.
+    `motion`: result of `sitedda.read_record`.
+    `file`: picture to write.
     """
     figure = empty_figure((11, 6.4))
     rows = [[name, "spectrum"] for name in _RECORD_UNITS]

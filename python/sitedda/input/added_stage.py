@@ -18,12 +18,8 @@ _ROUNDING = 1e-9  # relative tolerance of times, in Δt, as in the engine
 class PresentStage:
     """Progress of a stage.
 
-    Attributes
-    ----------
-    steps, time : int, float
-        Steps taken and time elapsed (s) since the stage began.
-    planned, time_step : int, float
-        Planned number of steps and the time step Δt (s).
+    `steps`, `time`: steps taken and time elapsed (s) since the stage began.
+    `planned`, `time_step`: planned number of steps and the time step Δt (s).
     """
 
     steps: int
@@ -44,22 +40,10 @@ def with_stage(
 ) -> str:
     """Return the text of an input whose last stage ends now and is followed by another.
 
-    Parameters
-    ----------
-    text : str
-    present : PresentStage
-        The last stage of the text.
-    file : path
-        File of the text.
-    name, kind : str
-        Name and kind of the new stage.
-    values : mapping
-        Other variables of the new stage, as values or as `Typed`.
-
-    Raises
-    ------
-    InputError
-        If a variable is not permitted in an added stage.
+    `present`: the last stage of the text.
+    `file`: file of the text.
+    `name`, `kind`: name and kind of the new stage.
+    `values`: other variables of the new stage, as values or as `Typed`.
     """
     for name_of_value in values:
         if name_of_value not in ADDED:

@@ -26,21 +26,9 @@ LARGE = 10_000  # smallest number of blocks that are written to a separate file
 def write_block_file(file, blocks: Sequence[dict], inputs: Sequence = ()) -> Path:
     """Write blocks to a file that ``&blocks file = …`` reads.
 
-    Parameters
-    ----------
-    file : path
-    blocks : sequence of dict
-        Variables of &block groups: vertices, and optionally name, material, joint, edge_joints,
-        body.
-    inputs : sequence of path
-        Files from which the blocks are read, which must not be replaced.
-
-    Raises
-    ------
-    InputError
-        If a name is longer than 64 bytes.
-    OutputError
-        If the file cannot be written.
+    `blocks`: variables of &block groups: vertices, and optionally name, material, joint,
+    edge_joints, body.
+    `inputs`: files from which the blocks are read, which must not be replaced.
     """
     import netCDF4
 

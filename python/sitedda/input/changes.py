@@ -36,28 +36,18 @@ def merged(changes: Mapping | None, variables: Mapping) -> dict:
 def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, file="input") -> str:
     """Return the text of an input with changed variables; line numbers do not change.
 
-    Parameters
-    ----------
-    text : str
-        The input.
-    changes : mapping
-        Values by the path of a variable; None restores the default.  A path is one of:
+    `text`: the input.
+    `changes`: values by the path of a variable; None restores the default.  A path is one of:
 
-        - ``variable``, if &control or only one kind of group has it: ``time_step``;
-        - ``group.variable``, if the input has one group of that kind: ``motion.scale``;
-        - ``group.name.variable`` or ``group[name].variable`` for a group among several, by its
-          variable ``name`` or its number from 1: ``material.clay.density``, ``load[2].x``;
-          ``group[*].variable`` for all of them;
-        - ``group`` or ``group.name``, with a mapping of variables and values.
-    allowed : mapping, optional
-        The variables of each group that may be changed (all).
-    file : path
-        File of the text, for messages.
+    - ``variable``, if &control or only one kind of group has it: ``time_step``
+    - ``group.variable``, if the input has one group of that kind: ``motion.scale``
+    - ``group.name.variable`` or ``group[name].variable`` for a group among several, by its variable
+      ``name`` or its number from 1: ``material.clay.density``, ``load[2].x``
+    - ``group[*].variable`` for all groups of a kind
+    - ``group`` or ``group.name``, with a mapping of variables and values
 
-    Raises
-    ------
-    InputError
-        If a name is unknown, or ambiguous among several groups.
+    `allowed`: the variables of each group that may be changed (all).
+    `file`: file of the text, for messages.
     """
     texts = [(path, _change_text(path, value)) for path, value in flat_changes(changes)]
     text, variables = with_changes(text, texts, file)
@@ -94,13 +84,8 @@ def flat_changes(changes: Mapping, prefix: str = "") -> Iterator[tuple[str, obje
 def with_files(text: str, name_of: Callable[[ParsedGroup], str], file="input") -> str:
     """Return a text in which groups refer to other files.
 
-    Parameters
-    ----------
-    text : str
-    name_of : callable
-        Returns the new file name of a group, or an empty text if it does not change.
-    file : path
-        File of the text, for messages.
+    `name_of`: returns the new file name of a group, or an empty text if it does not change.
+    `file`: file of the text, for messages.
     """
     parts, start = [], 0
     for item in find_groups(text, file, ("block",)):

@@ -62,8 +62,6 @@ def copy_example(name: str, folder=".") -> list[Path]:
 
     Raises
     ------
-    InputError
-        If there is no such example.
     OutputError
         If a file of the same name with other content exists; then nothing is written.
     """

@@ -194,13 +194,7 @@ def value_text(value) -> str:
 
 
 def read_values(group: ParsedGroup, file) -> dict:
-    """Check the values of a group and return them by variable, as in a `Model`.
-
-    Raises
-    ------
-    InputError
-        If a value is missing or of another kind; the message names the position.
-    """
+    """Check the values of a group and return them by variable, as in a `Model`."""
     try:
         known_group(group.name)
         for name, value in group.values.items():

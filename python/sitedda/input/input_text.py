@@ -23,21 +23,13 @@ _PARSER_LOCK = threading.Lock()  # the engine stores only one parsed text
 class ParsedGroup:
     """A group in a text.
 
-    Attributes
-    ----------
-    name : str
-        In lower case; it may be unknown.
-    line : int
-        Number of its first line, from 1.
-    start, end : int
-        Indices of its first character and of the character after its slash.
-    values : dict
-        Values of its variables: texts, numbers, logical values, or lists and arrays of these;
-        `UNSET` marks a missing value.
+    `start`, `end`: indices of its first character and of the character after its slash.
+    `values`: values of its variables: texts, numbers, logical values, or lists and arrays of these;
+    `UNSET` marks a missing value.
     """
 
-    name: str
-    line: int
+    name: str  # in lower case; it may be unknown
+    line: int  # number of its first line, from 1
     start: int
     end: int
     values: dict = field(default_factory=dict)
@@ -100,19 +92,9 @@ def with_changes(
 ) -> tuple[str, list[Variable]]:
     """Return a text with changed variables, and these variables.
 
-    Parameters
-    ----------
-    text : str
-    changes : sequence of (str, str or None)
-        Paths of variables and their values, as typed or as in the text of an input; None removes a
-        variable.
-    file : path
-        For messages.
-
-    Raises
-    ------
-    InputError
-        If the text contains other things than groups, or a path is ambiguous or unknown.
+    `changes`: paths of variables and their values, as typed or as in the text of an input; None
+    removes a variable.
+    `file`: for messages.
     """
     if not changes:
         return text, []
@@ -190,15 +172,7 @@ def input_values(attributes: Mapping) -> dict[str, list[dict]]:
 
     They include the defaults and derived values that the engine has written.
 
-    Parameters
-    ----------
-    attributes : mapping
-        Of the output.
-
-    Raises
-    ------
-    OutputError
-        If the attribute with the values is damaged.
+    `attributes`: of the output.
     """
     try:
         values = json.loads(str(attributes.get("input_values", "") or "{}"))

@@ -22,25 +22,17 @@ _LARGEST = 2**30  # largest size of an input in bytes, as in the engine
 class Built:
     """Blocks built from groups.
 
-    Attributes
-    ----------
-    blocks : list of dict
-        Variables of &block groups: name, material, joint, vertices, edge_joints; blank variables
-        are omitted.
-    groups : list of (str, dict)
-        Names and variables of other generated groups.
-    messages : list of str
-        Notes on removed, merged and remaining blocks.
-    slivers : list of str
-        Descriptions of blocks that are slivers.
-    meshed : list of int
-        Positions, among all groups, of the &block groups that the cells of bodies replace.
+    `blocks`: variables of &block groups: name, material, joint, vertices, edge_joints; blank
+    variables are omitted.
+    `groups`: names and variables of other generated groups.
+    `messages`: notes on removed, merged and remaining blocks.
+    `meshed`: positions, among all groups, of the &block groups that the cells of bodies replace.
     """
 
     blocks: list[dict] = field(default_factory=list)
     groups: list[tuple[str, dict]] = field(default_factory=list)
     messages: list[str] = field(default_factory=list)
-    slivers: list[str] = field(default_factory=list)
+    slivers: list[str] = field(default_factory=list)  # descriptions of blocks that are slivers
     meshed: list[int] = field(default_factory=list)
 
 
@@ -72,12 +64,7 @@ def opened_input(source) -> Iterator[tuple[Path, str]]:
 class InputOfRun:
     """An input with the changes under which it was run; see `opened_input`.
 
-    Attributes
-    ----------
-    file : Path
-    text : str
-    put : callable
-        Converts the built blocks into text, see `built_text`.
+    `put`: converts the built blocks into text, see `built_text`.
     """
 
     file: Path

@@ -20,10 +20,7 @@ _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
 class Checker:
     """Checker of inputs; a new check ends the previous one.
 
-    Parameters
-    ----------
-    publish : callable
-        Called with the findings as a dict, from a thread of the checker.
+    `publish`: called with the findings as a dict, from a thread of the checker.
     """
 
     def __init__(self, publish: Callable[[dict], None]):

@@ -30,12 +30,8 @@ _GROUP_AT_LINE = re.compile(r"group &(\w+) \(line (\d+)\)")
 class Document:
     """An edited namelist text.
 
-    Parameters
-    ----------
-    text : str
-    file : path
-        File of the text, which need not exist; names of files in the text are relative to its
-        folder.
+    `file`: file of the text, which need not exist; names of files in the text are relative to its
+    folder.
     """
 
     def __init__(self, text: str, file):
@@ -57,11 +53,6 @@ class Document:
 
         `group`, `number`: kind of the group, and its number among the groups of this kind, from 1;
         `value`: value as in the input; None removes the variable.
-
-        Raises
-        ------
-        InputError
-            If the group or variable does not exist, or the value has another type.
         """
         index = "" if group in single_groups() else f"[{number}]"
         path = f"{group}{index}.{variable}"

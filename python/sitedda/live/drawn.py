@@ -28,30 +28,18 @@ _ALIGNED = 8  # bytes; an array in the browser must start at a multiple of the s
 class Drawing:
     """The drawing of a model.
 
-    Attributes
-    ----------
-    message : bytes
-        Message to the page in the format of `pack_message`.
-    notes : list of str
-        Notes on blocks that were removed or merged, and on probable mistakes of the input.
-    start : ndarray, shape (blocks, 6)
-        Block coordinates, m and rad.
+    `notes`: notes on blocks that were removed or merged, and on probable mistakes of the input.
     """
 
-    message: bytes
+    message: bytes  # message to the page in the format of `pack_message`
     notes: list[str]
-    start: np.ndarray
+    start: np.ndarray  # shape (blocks, 6); block coordinates, m and rad
 
 
 def draw_model(text: str, file: Path, **header_values) -> Drawing:
     """Draw the model of an input.
 
     `file`: file of the input; `**header_values`: additional values for the head of the message.
-
-    Raises
-    ------
-    InputError
-        If the input is invalid; the message names group, line and value.
     """
     with TemporaryDirectory(prefix="sitedda") as folder:
         write_blocks = partial(_blocks_text, Path(folder) / "blocks.nc")

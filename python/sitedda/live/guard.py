@@ -22,13 +22,8 @@ LOOPBACK = "127.0.0.1"
 class Guard:
     """The token of a server, and its accepted host names.
 
-    Parameters
-    ----------
-    host : str
-        Address at which the server listens.
-    port : int
-    notebook : bool
-        Whether notebooks on this machine may show the page in a frame.
+    `host`: address at which the server listens.
+    `notebook`: whether notebooks on this machine may show the page in a frame.
     """
 
     def __init__(self, host: str, port: int, notebook: bool = False):

@@ -21,15 +21,7 @@ _MOST_SERVERS = 20  # largest number of servers of a working folder at a time
 class Journal:
     """Storage of a session in the private folder that belongs to a working folder.
 
-    Parameters
-    ----------
-    folder : path
-        The working folder.
-
-    Attributes
-    ----------
-    folder : Path
-        The private folder, which nobody else can read.
+    `folder`: the working folder.  The private folder is readable by its owner only.
     """
 
     def __init__(self, folder: Path):

@@ -66,13 +66,7 @@ COMMANDS = {
 
 
 def read_message(data: str | bytes) -> tuple[str, dict]:
-    """Return the command of a message and its fields.
-
-    Raises
-    ------
-    InputError
-        If the message is invalid.
-    """
+    """Return the command of a message and its fields."""
     if not isinstance(data, str):
         raise InputError("a message must be a text")
     if len(data) > LONGEST_MESSAGE:

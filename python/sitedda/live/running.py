@@ -41,22 +41,13 @@ ENDED = "the run has ended and cannot be changed; edit the model to run it with 
 class LiveRun:
     """A run of an input.
 
-    Parameters
-    ----------
-    text : str
-        The input.
-    file : path
-        File of the input.
-    output : path
-        Output of the run, in a private folder.
-    publish : callable
-        Called with messages for the page, from the thread of the run.
-    is_page_open : callable
-        Returns whether a page is open.
-    store_actions : callable
-        Called with all actions of the run before a checkpoint is written.
-    actions : list of dict, optional
-        Actions, as in `script.py`, of an earlier run that is continued.
+    `text`: the input.
+    `file`: file of the input.
+    `output`: output of the run, in a private folder.
+    `publish`: called with messages for the page, from the thread of the run.
+    `is_page_open`: returns whether a page is open.
+    `store_actions`: called with all actions of the run before a checkpoint is written.
+    `actions`: actions, as in `script.py`, of an earlier run that is continued.
     """
 
     def __init__(

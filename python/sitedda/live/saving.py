@@ -15,13 +15,7 @@ _FIRST_LINE = "! written by sitedda\n"
 
 
 def place(folder: Path, name: str, kind: str) -> Path:
-    """Return the path of a file to save in a folder; add the ending of its kind.
-
-    Raises
-    ------
-    InputError
-        If the file would be outside the folder, also because of a symbolic link.
-    """
+    """Return the path of a file to save in a folder; add the ending of its kind."""
     if kind not in ENDINGS:
         raise InputError(f"{kind!r} cannot be saved; use one of {', '.join(ENDINGS)}")
     plain_text("name", name)
@@ -37,16 +31,10 @@ def place(folder: Path, name: str, kind: str) -> Path:
 def save_namelist(text: str, source: Path, target: Path, actions: list[dict]) -> list[Path]:
     """Write an input; copy the files that it names if its folder is another one.
 
-    Parameters
-    ----------
-    text : str
-        The input with the stages that were added during the run.
-    source : path
-        Original file of the input.
-    target : path
-        File to write.
-    actions : list of dict
-        Actions of the run; comments list the actions that no stage can express.
+    `text`: the input with the stages that were added during the run.
+    `source`: original file of the input.
+    `target`: file to write.
+    `actions`: actions of the run; comments list the actions that no stage can express.
     """
     changes = changes_outside_stages(actions)
     comments = "".join(f"! only in the script: {change}\n" for change in changes)

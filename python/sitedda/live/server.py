@@ -178,17 +178,11 @@ class _PageSocket(_GuardedHandler, WebSocketHandler):
 class LiveServer:
     """A web server with one session, which all its pages show.
 
-    Parameters
-    ----------
-    folder : path
-        The working folder.
-    bundled_files : BundledFiles
-    host : str
-        Address at which the server listens.
-    port : int
-        0: the port of the last server of the folder, so that its pages reconnect, or a free port.
-    notebook : bool
-        Whether notebooks on this machine may show the page.
+    `folder`: the working folder.
+    `host`: address at which the server listens.
+    `port`: 0: the port of the last server of the folder, so that its pages reconnect, or a free
+    port.
+    `notebook`: whether notebooks on this machine may show the page.
     """
 
     def __init__(self, folder: Path, bundled_files: BundledFiles, host: str = LOOPBACK,
@@ -329,19 +323,12 @@ def run_server(
 ) -> None:
     """Serve a session until the user presses Ctrl-C.
 
-    Parameters
-    ----------
-    folder : path
-        The working folder.
-    file : path or None
-        Input to open; None: continue the session of the last server of the folder, if any.
-    bundled_files : BundledFiles
-    host, port : str, int
-        Address at which the server listens; port 0: the last one of the folder, or a free one.
-    show : bool
-        Whether to open a browser.
-    notebook : bool
-        Whether notebooks on this machine may show the page.
+    `folder`: the working folder.
+    `file`: input to open; None: continue the session of the last server of the folder, if any.
+    `host`, `port`: address at which the server listens; port 0: the last one of the folder, or a
+    free one.
+    `show`: whether to open a browser.
+    `notebook`: whether notebooks on this machine may show the page.
     """
     gc.set_threshold(*_COLLECT)
     server = LiveServer(folder, bundled_files, host, port, notebook)

@@ -31,16 +31,9 @@ _CONTROLS = ("pause", "stop", "change", "stage")
 class Session:
     """The state that all pages of a server show.
 
-    Parameters
-    ----------
-    folder : path
-        The working folder, in which inputs are opened and saved.
-    journal : Journal
-    bundled_files : BundledFiles
-    publish : callable
-        Called with a message for all pages, a dict or bytes, from any thread.
-    is_page_open : callable
-        Returns whether a page is open.
+    `folder`: the working folder, in which inputs are opened and saved.
+    `publish`: called with a message for all pages, a dict or bytes, from any thread.
+    `is_page_open`: returns whether a page is open.
     """
 
     def __init__(
@@ -120,13 +113,7 @@ class Session:
     # --- commands -------------------------------------------------------------------------------
 
     def carry_out(self, command: str, fields: dict) -> None:
-        """Execute a command of a page.
-
-        Raises
-        ------
-        SiteddaError
-            If the command is invalid or fails; then nothing has changed.
-        """
+        """Execute a command of a page."""
         if command in _EDITS:
             getattr(self._editable_document(), command)(**fields)
             self._save_edit()

@@ -22,13 +22,8 @@ EMPTY = """&run title = 'A new model' /
 class BundledFiles:
     """Shipped examples and records.
 
-    Attributes
-    ----------
-    examples : dict of (str, Path)
-        First sentence and file of each example, by its name.
-    records : dict of Path
-        File of each record, by its name.
+    `examples`: first sentence and file of each example, by its name.
     """
 
     examples: dict[str, tuple[str, Path]] = field(default_factory=dict)
-    records: dict[str, Path] = field(default_factory=dict)
+    records: dict[str, Path] = field(default_factory=dict)  # file of each record, by its name

@@ -18,15 +18,7 @@ from ..base.errors import SiteddaError
 class LiveWidget(anywidget.AnyWidget):
     """The page of `sitedda live`; its server ends with the widget or by `close`.
 
-    Parameters
-    ----------
-    file : path or None
-        Input to open; None: the start page for the current folder.
-
-    Raises
-    ------
-    SiteddaError
-        If the server does not start.
+    `file`: input to open; None: the start page for the current folder.
     """
 
     _esm = files(__package__).joinpath("widget.js").read_text(encoding="utf-8")

@@ -151,13 +151,7 @@ class Scene:
         return len(self.time)
 
     def frame_at(self, time: float | None, stage: str | None = None) -> int:
-        """Return the frame of a stage nearest to a time (s); the last frame for None.
-
-        Raises
-        ------
-        InputError
-            If the stage has no frame, or the time lies outside the run.
-        """
+        """Return the frame of a stage nearest to a time (s); the last frame for None."""
         begin, end = float(self.time[0]), float(self.time[-1])
         tolerance = _TIME_TOLERANCE * (end - begin)
         if time is not None and not begin - tolerance <= time <= end + tolerance:

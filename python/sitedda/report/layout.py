@@ -41,17 +41,9 @@ def panel_width(axes: Axes) -> float:
 def headline(figure: Figure, title: str, subtitle: str = "") -> float:
     """Draw a title above all panels, at the left, with a fainter text below.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        Its layout engine, if it has one, reserves space for both texts.
-    title, subtitle : str
-        Texts in the notation of matplotlib, see `plain`.
-
-    Returns
-    -------
-    float
-        Height of both texts, inches.
+    `figure`: its layout engine, if it has one, reserves space for both texts.
+    `title`, `subtitle`: texts in the notation of matplotlib, see `plain`.
+    Result: height of both texts, inches.
     """
     width = figure.bbox.width / figure.dpi - 0.4
     title = folded(title, width, 13, True, 2)
@@ -79,11 +71,7 @@ def place_panels(figure: Figure, panels: dict[str, tuple]) -> dict[str, Axes]:
 
     A layout engine draws all texts twice, which takes a quarter of the time of a picture.
 
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    panels : dict of str to (float, float, float, float)
-        Left and bottom ends, width and height of each panel, inches.
+    `panels`: left and bottom ends, width and height of each panel, inches.
     """
     size, placed = np.tile(figure.get_size_inches(), 2), {}
     for name, box in panels.items():
@@ -95,12 +83,7 @@ def place_panels(figure: Figure, panels: dict[str, tuple]) -> dict[str, Axes]:
 class Head:
     """A title above axes and fainter lines below the title, aligned with the left side.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    title : str
-    texts : sequence of str
-        Texts, one of which is shown at a time; space is reserved for the longest one.
+    `texts`: texts, one of which is shown at a time; space is reserved for the longest one.
     """
 
     def __init__(self, axes: Axes, title: str, texts=("",)):
@@ -141,15 +124,8 @@ def legend_above(axes: Axes, columns: int = 3) -> None:
 class Keys:
     """Keys in a column beside axes: colour bars, lengths and symbols with their meaning.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Axes; the column begins at their upper right corner.
-
-    Attributes
-    ----------
-    height : float
-        Height of the column, inches.
+    `axes`: axes; the column begins at their upper right corner.
+    `height`: height of the column, inches.
     """
 
     def __init__(self, axes: Axes):

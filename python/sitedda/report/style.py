@@ -209,20 +209,11 @@ def _fix_layout(figure: Figure, dpi: float | None = None, **_options):
 def draw_blocks(axes, polygons, color=STONE, edge=EDGE, alpha=1.0, lw=0.6, **options) -> None:
     """Draw blocks to scale.
 
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-    polygons : sequence of array_like, shape (vertices, 2)
-        m.
-    color : color or sequence of colors
-        Colour of the faces, one for all or one for each.
-    edge : color
-    alpha : float
-        Opacity, 0 … 1.
-    lw : float
-        Width of the edges, points.
-    **options
-        For `matplotlib.collections.PolyCollection`.
+    `polygons`: shape (vertices, 2); m.
+    `color`: colour of the faces, one for all or one for each.
+    `alpha`: opacity, 0 … 1.
+    `lw`: width of the edges, points.
+    `options`: for `matplotlib.collections.PolyCollection`.
     """
     axes.add_collection(PolyCollection([np.asarray(polygon) for polygon in polygons],
                                        facecolors=color, edgecolors=edge, linewidths=lw,

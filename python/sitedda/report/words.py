@@ -24,16 +24,10 @@ def _line_width(text: str, size: float, bold: bool) -> float:
 def folded(text: str, width: float, size: float, bold: bool = False, most_lines: int = 3) -> str:
     """Wrap a text to lines that fit; the last line ends with … if the text is cut.
 
-    Parameters
-    ----------
-    text : str
-        The text; its line breaks are kept.
-    width : float
-        Largest width of a line, inches.
-    size : float
-        Font size, points.
-    most_lines : int
-        Largest number of lines.
+    `text`: the text; its line breaks are kept.
+    `width`: largest width of a line, inches.
+    `size`: font size, points.
+    `most_lines`: largest number of lines.
     """
     lines: list[str] = []
     for line in text.split("\n"):

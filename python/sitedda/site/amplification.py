@@ -122,11 +122,6 @@ def amplification_table(
     pga : bool
         The shortest period of the suite, at most 0.05 s, represents PGA.
 
-    Raises
-    ------
-    InputError
-        If the suite has too few cases.
-
     References
     ----------
     Stewart, J. P., Afshari, K. & Hashash, Y. M. A. (2014). Guidelines for performing

@@ -57,11 +57,6 @@ class Column:
         Meaning of the damping ratio, see :func:`complex_modulus`; by default ``dormieux``, which
         keeps the modulus as it is given, for ratios up to ½.
 
-    Raises
-    ------
-    InputError
-        If there is no layer, or an item, the base or the convention is of another kind.
-
     Examples
     --------
     >>> soil = Layer(15.0, density=2643.0, shear_modulus=1.9152e9, damping=0.022)
@@ -157,11 +152,6 @@ class Column:
         -------
         ndarray of complex128, shape of ``frequencies``
             Transfer function, dimensionless.
-
-        Raises
-        ------
-        ValueError
-            If an argument is out of range, or the ratio is infinite (an undamped resonance).
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.damped(values.ravel(), self.convention)
@@ -233,11 +223,6 @@ class Column:
         -------
         Peak
             Frequency, Hz, and amplification.
-
-        Raises
-        ------
-        ValueError
-            If an argument is out of range, the band contains no peak, or the peak is unbounded.
         """
         mode_spacing = 0.5 / self.travel_time
         low, high = _checked_band((0.0, mode_spacing) if band is None else band)
@@ -373,11 +358,6 @@ def refined_peak(
     Each local maximum of ``points`` samples brackets a peak; there should be some ten or more
     between two peaks.  In the bracket, 1/|transfer|², which is smooth even at a sharp resonance, is
     minimised (Brent, scipy).  ``transfer`` is a function of an array of frequencies, Hz.
-
-    Raises
-    ------
-    InputError
-        If the band is invalid, contains no interior maximum, or the maximum is unbounded.
     """
     low, high = _checked_band(band)
     if not 2 <= points <= _MOST_POINTS:

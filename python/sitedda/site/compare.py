@@ -105,8 +105,6 @@ def analyses(
 
     Raises
     ------
-    InputError
-        If an argument is out of range.
     ConvergenceError
         If an iteration or a step does not converge.
     """

@@ -154,11 +154,6 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
     theta : array_like, shape (5,)
         θ₁ … θ₅.
 
-    Raises
-    ------
-    InputError
-        If a value is out of range, or θ above 1 at a strain.
-
     References
     ----------
     Groholski, D. R. et al. (2016). Simplified model for small-strain nonlinearity and strength in

@@ -118,9 +118,6 @@ def equivalent_linear(
 
     Raises
     ------
-    InputError
-        If an argument is out of range, or a damping ratio at the end is larger than the convention
-        of the column allows.
     ConvergenceError
         If the iteration does not converge.
     """

@@ -54,11 +54,6 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     motion, time_step
         See :meth:`Column.response`.
 
-    Raises
-    ------
-    InputError
-        If the motion is invalid, or all samples are 0.
-
     References
     ----------
     Rathje, E. M., Faraj, F., Russell, S. & Bray, J. D. (2004). Empirical relationships for

@@ -85,11 +85,6 @@ def complex_modulus(
     -------
     ndarray of complex128, shape of ``shear_modulus`` and ``damping`` broadcast
         G*, Pa.
-
-    Raises
-    ------
-    InputError
-        If the convention is unknown or the damping ratio lies outside its range.
     """
     factor, largest, _ = CONVENTIONS[one_of("convention", convention, CONVENTIONS)]
     ratio = np.asarray(damping, dtype=float)
@@ -167,11 +162,6 @@ class HalfSpace:
         Damping ratio, a fraction, or a function of the frequencies (Hz, shape (n,)) that returns
         one ratio per frequency, or the damping that a material of the engine has:
         :class:`sitedda.damping.ConstantRatio`, :class:`sitedda.damping.Rayleigh`.
-
-    Raises
-    ------
-    InputError
-        If a value is not finite and positive, or modulus and velocity are missing or disagree.
     """
 
     _: KW_ONLY
@@ -206,13 +196,7 @@ class HalfSpace:
             object.__setattr__(self, name, value)
 
     def damping_at(self, frequencies: ArrayLike) -> NDArray[np.float64]:
-        """Return the damping ratio at each frequency (Hz, shape (n,)).
-
-        Raises
-        ------
-        ValueError
-            If a damping function returns another shape, or a negative or non-finite ratio.
-        """
+        """Return the damping ratio at each frequency (Hz, shape (n,))."""
         values = np.asarray(frequencies, dtype=float)
         if isinstance(self.damping, MaterialDamping):
             return self.damping.ratio_at(values)
@@ -239,11 +223,6 @@ class Layer(HalfSpace):
         H, m; the only positional argument.
     density, shear_modulus, shear_velocity, damping
         See :class:`HalfSpace`.
-
-    Raises
-    ------
-    InputError
-        As in :class:`HalfSpace`, or if the thickness is not finite and positive.
     """
 
     thickness: float
@@ -304,12 +283,8 @@ def recursion(
     are used, in which every exponential decays. A rigid base (a last medium of None) has impedance
     ratio 0.
 
-    Returns
-    -------
-    steps : ndarray of complex128, shape (m, n)
-        A at the top of layer j over A at the top of the medium below it.
-    reflections : ndarray of complex128, shape (m + 1, n)
-        B/A at the top of each medium, that of the base last.
+    Result `steps`, shape (m, n): A at the top of layer j over A at the top of the medium below it.
+    Result `reflections`, shape (m + 1, n): B/A at the top of each medium, that of the base last.
     """
     omega = waves.omega
     first = [media.index(medium) for medium in media]  # index of the first equal medium

@@ -26,11 +26,6 @@ class Motion:
         """Create a motion from a Dataset of :func:`sitedda.read_record`, or array and time step.
 
         A Motion is returned as it is.
-
-        Raises
-        ------
-        ValueError
-            If samples are not finite, fewer than two, or their times are not equidistant.
         """
         if isinstance(motion, Motion):
             return motion

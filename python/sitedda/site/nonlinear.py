@@ -304,8 +304,6 @@ def nonlinear(
 
     Raises
     ------
-    InputError
-        If an argument is out of range, or a linear layer's damping is no ratio.
     ConvergenceError
         If a step does not converge.
     """

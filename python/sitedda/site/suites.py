@@ -209,8 +209,6 @@ def suite(
 
     Raises
     ------
-    InputError
-        If an argument is out of range, or a motion cannot be read.
     InterruptedRun
         If the suite was stopped; a call with the same folder continues.
     """

@@ -27,11 +27,6 @@ def layered_soils(
     The column ends on top of the block of the base point, or, if that is a cell of the same body,
     at the base point. Its base is rigid, and its layers have the damping of their materials; the
     branches of a linear layer are None.
-
-    Raises
-    ------
-    InputError
-        If the blocks are not rectangles stacked on each other.
     """
     boxes = _block_boxes(history)
     foot = history.point_place.sel(point=base).values

@@ -96,11 +96,6 @@ def performance_point(pushover: Pushover, spectrum, *, method: str = "n2") -> Pe
         are interpolated linearly.
     method : {'n2', 'mechanism'}
 
-    Raises
-    ------
-    InputError
-        If the method or spectrum is invalid, or the curve does not fall as 'mechanism' requires.
-
     Examples
     --------
     >>> curve = sitedda.pushover("wall.nml", "top")              # doctest: +SKIP

@@ -16,10 +16,6 @@ def draw_mechanism(result, axes=None, title: str = "", subtitle: str = ""):
     """Draw a mechanism: undisplaced blocks, coloured by their verdicts, and displacement arrows.
 
     `axes`: axes to draw in; default: those of a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
     """
     vertices = np.vstack(result.polygons)
     low, high = vertices.min(0), vertices.max(0)
@@ -90,10 +86,6 @@ def pushover_figure(result, limits=None):
     """Draw a capacity curve, the energy dissipated by slip, and the blocks at the end.
 
     `limits`: limits to draw as horizontal lines L (lower) and U (upper).
-
-    Returns
-    -------
-    matplotlib.figure.Figure
     """
     figure, (curve, blocks) = new_figure(1, 2, (11, 4.6))
     distance = 1e3 * result.displacement
@@ -119,12 +111,7 @@ def pushover_figure(result, limits=None):
 
 
 def performance_figure(result):
-    """Draw capacity curve, equivalent oscillator and elastic spectrum over displacement.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw capacity curve, equivalent oscillator and elastic spectrum over displacement."""
     figure, axes = new_figure(size=(6.4, 4.6))
     unit = np.array([1e3, 1.0])
     for values, style, label in (

@@ -185,8 +185,6 @@ def pushover(
 
     Raises
     ------
-    InputError
-        If an argument is invalid.
     ConvergenceError
         If the model does not reach equilibrium under its weight.
     """

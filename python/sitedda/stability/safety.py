@@ -346,11 +346,6 @@ def safety(
         Changes of the input, see `Simulation`.
     progress : callable, optional
         Called with each trial.
-
-    Raises
-    ------
-    InputError
-        If the input is invalid.
     """
     TOLERANCE.check("tolerance", tolerance)
     POSITIVE.check("displacement", displacement)

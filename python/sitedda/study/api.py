@@ -84,8 +84,6 @@ def study(
 
     Raises
     ------
-    InputError
-        If a parameter or a quantity does not exist.
     InterruptedRun
         If a signal stops the study; another call with the same folder continues it.
     """

@@ -21,15 +21,11 @@ RESERVED = frozenset(
 class Axis(Protocol):
     """One or more dimensions of a study.
 
-    Attributes
-    ----------
-    dims : dict of int
-        Length of each dimension, in order.
-    coordinates : dict
-        Dimensions, values and attributes of each coordinate: the arguments of `xarray.Variable`.
+    `coordinates`: dimensions, values and attributes of each coordinate: the arguments of
+    `xarray.Variable`.
     """
 
-    dims: dict[str, int]
+    dims: dict[str, int]  # length of each dimension, in order
     coordinates: dict[str, tuple]
 
     def changes(self, index: tuple[int, ...]) -> dict:
@@ -120,10 +116,7 @@ def _short_name(path: str, length: int | None) -> str:
 def axes_of(parameters) -> list[Axis]:
     """Convert the parameters of `study` to axes.
 
-    Parameters
-    ----------
-    parameters : mapping, Axis or sequence of these
-        Each named list of values becomes a dimension; an `Axis` is used unchanged.
+    `parameters`: each named list of values becomes a dimension; an `Axis` is used unchanged.
     """
     if isinstance(parameters, Axis):
         return _check_distinct([parameters])

@@ -77,11 +77,6 @@ def check_first(work: Work, keys: Sequence[str]) -> None:
     """Check the names of results and tasks on the first case that can start.
 
     `keys`: keys of the cases that will be run.
-
-    Raises
-    ------
-    InputError
-        If a name does not exist.
     """
     check = getattr(work.task, "check", None) if callable(work.task) else work.check
     if work.model is not None or not work.start or not check:
@@ -96,11 +91,8 @@ def carry_out(work: Work, key: str, wait: bool = False) -> dict:
 
     `key`: key of the case; `wait`: whether to wait for another process that executes the case.
 
-    Returns
-    -------
-    dict
-        ``status``: 'complete', 'failed', 'missing', 'interrupted', 'unfinished' (the disk has
-        failed) or 'busy' (another process executes the case); ``message``.
+    Result: ``status``: 'complete', 'failed', 'missing', 'interrupted', 'unfinished' (the disk has
+    failed) or 'busy' (another process executes the case); ``message``.
     """
     folder = case_folder(work.study, key)
     if not folder.is_dir():
@@ -194,15 +186,7 @@ def _numbers_and_arrays(values: dict) -> tuple[dict[str, float], dict[str, Array
 
 
 def run_input(folder: Path, time_limit: float = np.inf) -> str:
-    """Run or resume the input of a case, unless its output is complete; return its warnings.
-
-    Raises
-    ------
-    InterruptedRun
-        If a signal arrives; a checkpoint is written first.
-    SiteddaError
-        If the run fails, or exceeds the time limit.
-    """
+    """Run or resume the input of a case, unless its output is complete; return its warnings."""
     if (folder / OUTPUT).exists():
         if (texts := warnings_of(folder)) is not None:
             return texts

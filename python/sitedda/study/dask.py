@@ -15,17 +15,9 @@ from ..base.errors import InputError, OutputError
 def connected(address: str, ca: str = "", certificate: str = "", key: str = "") -> Iterator:
     """Yield a client of a scheduler, and close the client at the end.
 
-    Parameters
-    ----------
-    address : str
-        Such as ``tcp://host:8786``, or ``tls://host:8786`` with the following files.
-    ca, certificate, key : str
-        PEM files of TLS: certificate of the authority, certificate and key of the client.
-
-    Raises
-    ------
-    OutputError
-        If there is no connection to the scheduler.
+    `address`: such as ``tcp://host:8786``, or ``tls://host:8786`` with the following files.
+    `ca`, `certificate`, `key`: PEM files of TLS: certificate of the authority, certificate and key
+    of the client.
     """
     try:
         from distributed import Client

@@ -22,15 +22,6 @@ def distribute(executor, work: Work, keys: Sequence[str], progress: Callable | N
     most, and then marked as failed.
 
     `keys`: keys of the cases; `progress`: called with the numbers of ended and failed cases.
-
-    Raises
-    ------
-    InputError
-        If the outputs would not contain a quantity.
-    InterruptedRun
-        If a signal has stopped a worker.
-    OutputError
-        If the executor has stopped, or a case cannot be written.
     """
     unique_keys = list(dict.fromkeys(keys))
     todo = [key for key in unique_keys if valid_result(work, case_folder(work.study, key)) is None]

@@ -21,10 +21,7 @@ def evaluate(plan: Plan, executor, progress: Callable | None = None):
 
     `progress`: called with the numbers of ended and failed cases.
 
-    Returns
-    -------
-    xarray.Dataset
-        Results, and ``status`` and ``message`` of each case.
+    Result: results, and ``status`` and ``message`` of each case.
     """
     cases = [{name: plain(value) for name, value in values.items()} for values in plan.changes()]
     workers = workers_of(executor) or _WORKERS

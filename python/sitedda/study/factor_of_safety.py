@@ -11,10 +11,7 @@ def factor_of_safety(file) -> dict:
 
     `file`: namelist input.
 
-    Returns
-    -------
-    dict
-        ``factor_of_safety``, its bounds ``stands_at`` and ``fails_at``, ``warning``.
+    Result: ``factor_of_safety``, its bounds ``stands_at`` and ``fails_at``, ``warning``.
     """
     result = safety(file)
     numbers = (result.factor, result.low, result.high)

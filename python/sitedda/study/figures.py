@@ -48,11 +48,6 @@ def check_figures(figures, plan) -> list[dict]:
     """Return the figures of a study file; check that the results of the study will suffice.
 
     `figures`: the tables [[figures]] of the file; `plan`: the plan of the study.
-
-    Raises
-    ------
-    InputError
-        If a name does not exist or a value is invalid.
     """
     if not isinstance(figures, list) or not all(isinstance(item, Mapping) for item in figures):
         raise InputError("figures must be a list of tables [[figures]]")

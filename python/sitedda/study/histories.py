@@ -20,12 +20,9 @@ INTERVALS = 1000  # number of equal intervals of the duration, at whose ends res
 def histories(output: Output) -> dict[str, Array]:
     """Return results as functions of time, at `INTERVALS` + 1 equally spaced times of a run.
 
-    Returns
-    -------
-    dict of Array
-        ``history_NAME``, such as ``history_pga_m_s2[top]``: largest values so far; peak
-        acceleration, peak velocity and Arias intensity of measured points, each along the axis
-        with the largest value; present kinetic energy.
+    Result: ``history_NAME``, such as ``history_pga_m_s2[top]``: largest values so far; peak
+    acceleration, peak velocity and Arias intensity of measured points, each along the axis with the
+    largest value; present kinetic energy.
     """
     time = output["time"]
     times = np.linspace(time[0], time[-1], INTERVALS + 1)

@@ -330,13 +330,6 @@ def check_names(source, quantities: Iterable[Quantity]) -> None:
     """Check before a run that its output will contain quantities; see `measure`.
 
     `source`: the input; `quantities`: quantities; functions are not checked.
-
-    Raises
-    ------
-    NotBegun
-        If the run cannot begin.
-    InputError
-        If the output would not contain a quantity; the message lists existing ones.
     """
     from ..engine.simulation import Simulation
 

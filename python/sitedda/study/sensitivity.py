@@ -67,13 +67,7 @@ class Tornado:
 
 
 def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
-    """Return the tornado diagram of a study with the design `one_at_a_time`.
-
-    Raises
-    ------
-    InputError
-        If the dimension has another design, or a case has no result.
-    """
+    """Return the tornado diagram of a study with the design `one_at_a_time`."""
     names = _parameter_names(table, dim)
     values = table[quantity].values
     if values.ndim != 1 or values.size != 2 * len(names) + 1:
@@ -151,11 +145,6 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
         Confidence level of the intervals.
     seed : int
         Seed of the bootstrap.
-
-    Raises
-    ------
-    InputError
-        If the dimension has another design, a case has no result, or all results are equal.
     """
     from scipy import stats
 

@@ -69,11 +69,6 @@ def read_settings(file, folder=None) -> Settings:
     """Read a study file; file names in it are relative to its folder.
 
     `folder`: folder of the study; it replaces the one in the file and may be anywhere.
-
-    Raises
-    ------
-    InputError
-        If a name is unknown or a value is invalid; the message names file and table.
     """
     file = Path(file)
     try:

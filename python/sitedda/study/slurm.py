@@ -127,13 +127,7 @@ class Slurm:
 
     @classmethod
     def of_study(cls, values: Mapping) -> "Slurm":
-        """Return the options in a study file, which must not name files to write or execute.
-
-        Raises
-        ------
-        InputError
-            If a program or an option that is not in `_HARMLESS` is given.
-        """
+        """Return the options in a study file, which must not name files to write or execute."""
         if "program" in values:
             raise InputError(
                 "program: a study must not name the executable; use sitedda study plan --program"
@@ -149,13 +143,7 @@ class Slurm:
 
 
 def write_batch(plan: Plan, slurm: Slurm) -> Path:
-    """Write the script for sbatch, and its list of cases, into the folder of a written plan.
-
-    Raises
-    ------
-    InputError
-        If the study requires Python, or an option is invalid.
-    """
+    """Write the script for sbatch, and its list of cases, into the folder of a written plan."""
     if callable(plan.model) or plan.task != "run":
         raise InputError(
             "a script for Slurm can only run inputs by sitedda-native, and this study requires "

@@ -151,8 +151,6 @@ def solve_for(
         parameter does not change the result), 'dependent' (the results do not change
         independently), 'jump' (the result jumps past the target), 'fails' (a run fails) or 'no
         number' (a result is not finite).
-    InputError
-        If an argument is invalid.
     """
     TOLERANCE.check("tolerance", tolerance)
     changes = merged(changes, variables)

@@ -197,13 +197,7 @@ def read_arrays(folder: Path) -> dict[str, np.ndarray]:
 
 
 def read_manifest(study: Path) -> dict:
-    """Return the manifest of a study.
-
-    Raises
-    ------
-    InputError
-        If the folder contains no manifest, or it is damaged or has another format.
-    """
+    """Return the manifest of a study."""
     file = Path(study) / MANIFEST
     data = read_json(file)
     if not isinstance(data, dict):

@@ -40,11 +40,6 @@ def check_limits(memory: float | None, time_limit: float) -> None:
     """Check the limits of memory and time of a case.
 
     `memory`: bytes; `time_limit`: s.
-
-    Raises
-    ------
-    InputError
-        If a limit is not a number above 0.
     """
     for name, value in (("memory", memory), ("time_limit", time_limit)):
         number = isinstance(value, Real) and not isinstance(value, bool)
@@ -157,12 +152,7 @@ class _Process:
         self.connection.send(memory)
 
     def call(self, data: bytes, time_limit: float):
-        """Send a task to the process and return its value.
-
-        Raises
-        ------
-        WorkerDied, TaskTooLong
-        """
+        """Send a task to the process and return its value."""
         try:
             self.connection.send_bytes(data)
             timeout = None if time_limit > _LONGEST_LIMIT else time_limit

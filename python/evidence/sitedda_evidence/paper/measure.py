@@ -14,16 +14,10 @@ def first_mode_decay(time, x, frequency: float, cutoff: float, trim: float = 4.0
 
     A zero-phase filter removes higher modes without a change of the decay rate.
 
-    Parameters
-    ----------
-    time, x : array_like, shape (m,)
-        Free decay, s and any unit.
-    frequency : float
-        Approximate frequency of the lowest mode, Hz.
-    cutoff : float
-        Frequency between the two lowest modes, Hz.
-    trim : float
-        Number of periods removed at both ends after filtering.
+    `time`, `x`: shape (m,); free decay, s and any unit.
+    `frequency`: approximate frequency of the lowest mode, Hz.
+    `cutoff`: frequency between the two lowest modes, Hz.
+    `trim`: number of periods removed at both ends after filtering.
     """
     time, x = np.asarray(time), np.asarray(x)
     step = (time[-1] - time[0]) / (time.size - 1)

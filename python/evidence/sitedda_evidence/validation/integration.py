@@ -31,23 +31,13 @@ def column_text(
 ) -> str:
     """Return layers on a base block that follows the motion "shaking" along x.
 
-    Parameters
-    ----------
-    layers : int
-    rock : tuple
-        Density (kg/m³), Young's modulus (Pa), Poisson's ratio.
-    steps : tuple
-        Time step (s) and number of steps.
-    shaking : str
-        Group ``&motion``.
-    height : float, optional
-        Total height, m; default: 1 m per layer.
-    penalty : float, optional
-        N/m; default: `PENALTY` × Young's modulus × 1 m.
-    body : dict, optional
-        Other variables of ``&material``.
-    **variables
-        Other variables of ``&control``.
+    `rock`: density (kg/m³), Young's modulus (Pa), Poisson's ratio.
+    `steps`: time step (s) and number of steps.
+    `shaking`: group ``&motion``.
+    `height`: total height, m; default: 1 m per layer.
+    `penalty`: N/m; default: `PENALTY` × Young's modulus × 1 m.
+    `body`: other variables of ``&material``.
+    `variables`: other variables of ``&control``.
     """
     points = [(x, y) for y in (-0.25, -0.75) for x in (2.5, 12.5)]
     height = float(height or layers)
@@ -178,11 +168,7 @@ def transfer_error(changes: dict) -> tuple:
     Five layers of rock are excited by a short pulse.  The ratio of the spectra of two points is
     compared with `sitedda.transfer`.
 
-    Returns
-    -------
-    error : float
-    frequency, found, exact : ndarray
-        Frequency (Hz), amplification by time stepping, and exact amplification.
+    Result: error, frequency (Hz), amplification by time stepping, and exact amplification.
     """
     step = 1e-3
     time = np.arange(0.0, 0.06, step)

@@ -24,10 +24,7 @@ def polygons(count: int, columns: int, seed: int = 5) -> list[np.ndarray]:
 
     `columns`: number of columns of the grid.
 
-    Returns
-    -------
-    list of ndarray
-        Vertices, shape (n, 2), m, counter-clockwise, above y = 0.1 m.
+    Result: vertices, shape (n, 2), m, counter-clockwise, above y = 0.1 m.
     """
     random, shapes = np.random.default_rng(seed), []
     while len(shapes) < count:

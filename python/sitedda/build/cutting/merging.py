@@ -18,11 +18,7 @@ def merge_slivers(
     `kinds`: kind of each face; only faces of the same kind are merged; −1: no block; `least_area`:
     m²; `least_angle`: degrees.
 
-    Returns
-    -------
-    cycles : list of list of int
-        Half-edges around each face; empty for merged faces.
-    merged : int
+    Result: half-edges around each face, empty for merged faces; number of merged faces.
     """
     work = _Merging(network, faces, kinds)
 

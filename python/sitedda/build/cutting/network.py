@@ -54,15 +54,10 @@ class Network:
 def split_segments(segments, labels, outline, tolerance: float) -> Network:
     """Return the network of segments that are split at crossings and contacts.
 
-    Parameters
-    ----------
-    segments : ndarray, shape (n, 2, 2)
-        Both ends, m.
-    labels : ndarray of int, shape (n,)
-    outline : ndarray of bool, shape (n,)
-        Whether a segment belongs to an outline, whose corners do not move.
-    tolerance : float
-        m, see `split_network`.
+    `segments`: shape (n, 2, 2); both ends, m.
+    `labels`: shape (n,).
+    `outline`: shape (n,); whether a segment belongs to an outline, whose corners do not move.
+    `tolerance`: m, see `split_network`.
     """
     return split_network(_sort_segments(segments, labels, outline), tolerance)
 
@@ -70,13 +65,10 @@ def split_segments(segments, labels, outline, tolerance: float) -> Network:
 def split_network(network: Network, tolerance: float, rigid: bool = False) -> Network:
     """Return a network whose edges are split at crossings and contacts.
 
-    Parameters
-    ----------
-    tolerance : float
-        m. Nodes that are closer to each other are merged. Nodes whose distance from an edge is less
-        than 0.7 of the tolerance split the edge, and free ends of joints are moved onto the edge.
-    rigid : bool
-        Do not change the shape of outlines: nodes of different outlines are not merged.
+    `tolerance`: m. Nodes that are closer to each other are merged. Nodes whose distance from an
+    edge is less than 0.7 of the tolerance split the edge, and free ends of joints are moved onto
+    the edge.
+    `rigid`: do not change the shape of outlines: nodes of different outlines are not merged.
     """
     network = _merge_nodes(network, tolerance, rigid)
     for _ in range(_PASSES):
@@ -153,14 +145,11 @@ def cross_product(a, b):
 def _find_splits(network: Network, tolerance: float, rigid: bool):
     """Return the splits of edges at crossings and contacts, and the new nodes.
 
-    Returns
-    -------
-    edge, fraction, node : ndarray
-        Edge, fraction of its length, and node; indices above those of the network are new nodes.
-    positions : ndarray, shape (new, 2)
-    kinds : ndarray, shape (new,)
-    shifted, targets : ndarray
-        Free ends that touch an edge, and their positions on it; ends on outlines come last.
+    Result `edge`, `fraction`, `node`: edge, fraction of its length, and node; larger indices than
+    those of the network are new nodes.
+    Result `positions`, `kinds`: of the new nodes, shapes (new, 2) and (new,).
+    Result `shifted`, `targets`: free ends that touch an edge, and their positions on it; ends on
+    outlines come last.
     """
     edge, fraction, node, positions, kinds, shifted, targets, on_outline = ([] for _ in range(8))
     fresh = len(network.nodes)
@@ -341,14 +330,9 @@ def _mergeable_pairs(network: Network, pairs) -> np.ndarray:
 def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]:
     """Return the part of a network whose faces are simple polygons.
 
-    Returns
-    -------
-    Network
-    int
-        Number of removed edges of dead ends.
-    list of ndarray
-        A position (m) on each removed loop of joints; such a loop lies inside a block and touches
-        the outline of the block at one point at most.
+    Result: the network, the number of removed edges of dead ends, and a position (m) on each
+    removed loop of joints; such a loop lies inside a block and touches the outline of the block at
+    one point at most.
     """
     pruned = _remove_dangling_edges(network)
     dead = len(network.edges) - len(pruned.edges)

@@ -75,20 +75,9 @@ def mesh_body(
 ) -> Cut:
     """Divide a body into convex cells.
 
-    Parameters
-    ----------
-    parts : sequence of Part
-        Parts that do not overlap; their common edges are edges of cells.
-    cells : {'quadrilateral', 'voronoi'}
-    fine : sequence of shapely geometries
-        Near these geometries, cells have `fine_size` (m) and grow with the distance.
-    seed : int
-        Seed of the random polygons ('voronoi').
-
-    Raises
-    ------
-    InputError
-        If the parts are not connected, or there would be too many cells.
+    `parts`: parts that do not overlap; their common edges are edges of cells.
+    `fine`: near these geometries, cells have `fine_size` (m) and grow with the distance.
+    `seed`: seed of the random polygons ('voronoi').
     """
     return _Body(parts, cells, fine, fine_size, seed).mesh()
 

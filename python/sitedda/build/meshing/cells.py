@@ -17,15 +17,9 @@ _NEAR = 0.15  # smallest distance between the end of a split and a corner / loca
 class Cells:
     """Cells as cycles of nodes, counter-clockwise.
 
-    Parameters
-    ----------
-    nodes : ndarray, shape (nodes, 2)
-        m.
-    cycles : list of list of int
-    kinds : sequence of int
-        Kind of each cell; only cells of the same kind are merged.
-    labels : dict
-        Label of each edge of an outline, by its two nodes in ascending order.
+    `nodes`: shape (nodes, 2); m.
+    `kinds`: kind of each cell; only cells of the same kind are merged.
+    `labels`: label of each edge of an outline, by its two nodes in ascending order.
     """
 
     def __init__(self, nodes, cycles: list[list[int]], kinds: Sequence[int], labels: dict):

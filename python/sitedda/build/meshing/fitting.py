@@ -15,14 +15,10 @@ _LEVEL = 1e-6  # difference of distances that are treated as equal / local size
 def fit_to_outlines(graph: Graph, rings, corner_share: float, line_share: float) -> Graph:
     """Move the nodes of a graph near outlines onto their corners and sides.
 
-    Parameters
-    ----------
-    rings : sequence of ndarray, shape (corners, 2)
-        Outlines, m; the first corner is not repeated.
-    corner_share, line_share : float
-        Largest distance from which a node is moved to a sharp corner, and to another corner or a
-        side, over the local size.  The nearest node is moved to a corner, and it is moved to its
-        nearest corner.
+    `rings`: shape (corners, 2); outlines, m; the first corner is not repeated.
+    `corner_share`, `line_share`: largest distance from which a node is moved to a sharp corner, and
+    to another corner or a side, over the local size.  The nearest node is moved to a corner, and it
+    is moved to its nearest corner.
     """
     nodes = graph.nodes.copy()
     corners = np.concatenate(rings)

@@ -44,22 +44,10 @@ def mesh_blocks(
 ) -> tuple[list[dict], list[int], list[str]]:
     """Return the cells of the meshed blocks.
 
-    Parameters
-    ----------
-    meshes : sequence of (Mesh, str)
-        Mesh, and its position in the input.
-    materials : dict
-        Variables of each material by its name, in the order of the input.
-    placed : callable
-        Context that adds the position in the input to an error.
-
-    Returns
-    -------
-    blocks : list of dict
-        Variables of the &block groups of the cells.
-    sources : list of int
-        Indices of the pieces that have been meshed.
-    messages : list of str
+    `meshes`: meshes and their positions in the input.
+    `materials`: variables of each material by its name, in the order of the input.
+    `placed`: context that adds the position in the input to an error.
+    Result: variables of the &block groups of the cells, indices of the meshed pieces, messages.
     """
     blocks, sources, messages = [], {}, []
     _check_estimate(pieces, meshes, materials, placed)

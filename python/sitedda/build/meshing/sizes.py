@@ -12,15 +12,9 @@ _GROWTH = 0.25  # increase of the cell size per distance from smaller cells
 class Sizes:
     """The target size of the cells of a body.
 
-    Parameters
-    ----------
-    parts : sequence of shapely.Polygon
-    sizes : sequence of float
-        Size in each part, m.
-    fine : sequence of geometries
-        Geometries near which cells have `fine_size`.
-    fine_size : float, optional
-        m.
+    `sizes`: size in each part, m.
+    `fine`: geometries near which cells have `fine_size`.
+    `fine_size`: m.
     """
 
     def __init__(

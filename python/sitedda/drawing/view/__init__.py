@@ -79,13 +79,7 @@ def names_of(*scenes: Scene) -> list[str]:
 
 
 def check_alike(one: Scene, other: Scene) -> None:
-    """Raise InputError for two scenes whose difference is meaningless.
-
-    Raises
-    ------
-    InputError
-        If blocks or times of frames differ.
-    """
+    """Raise InputError for two scenes whose difference is meaningless."""
     if one.names != other.names:
         pairs = zip(one.names, other.names, strict=False)
         mismatch = next((pair for pair in pairs if pair[0] != pair[1]), None)
@@ -119,26 +113,12 @@ def view_page(
 ) -> Page:
     """Return a page with one view, or two views with a common cursor.
 
-    Parameters
-    ----------
-    source : path, Run, Simulation, xarray.Dataset or Scene
-    budget : int
-        Largest size of the page, bytes.
-    color : str, optional
-        See `view`.
-    other : like `source`, optional
-        Second run, shown beside the first.
-    difference : bool
-        Whether to colour the first run by its values minus the values of the second.
-    below : sequence of Part
-        Text below the blocks.
-    absolute : bool
-        See `pictures.draw`.
-
-    Raises
-    ------
-    InputError
-        If a difference is requested but blocks or times of frames differ.
+    `budget`: largest size of the page, bytes.
+    `color`: see `view`.
+    `other`: second run, shown beside the first.
+    `difference`: whether to colour the first run by its values minus the values of the second.
+    `below`: text below the blocks.
+    `absolute`: see `pictures.draw`.
     """
     scene = Scene.of(source, absolute)
     page = Page(scene.title or "Blocks")

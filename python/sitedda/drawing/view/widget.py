@@ -15,12 +15,8 @@ _BUDGET = 5_000_000  # largest size of the view in a notebook, bytes
 class ViewWidget(anywidget.AnyWidget):
     """The interactive view of a run; picked block and time are synchronised with Python.
 
-    Attributes
-    ----------
-    picked : str
-        Name of the picked block, or names of both blocks of the picked joint; empty if none.
-    time : float
-        Time of the shown frame, s.
+    `picked`: name of the picked block, or names of both blocks of the picked joint; empty if none.
+    `time`: time of the shown frame, s.
     """
 
     _esm = files(__package__).joinpath("widget.js").read_text(encoding="utf-8")

@@ -226,16 +226,10 @@ def figure_of(name: str, numbers: tuple[float, ...], bar: Bar, penalty: float,
               steps: tuple[int, ...] = STEPS) -> Figure:  # fmt: skip
     """Return a result with its error bar and warnings.
 
-    Parameters
-    ----------
-    numbers : tuple of float
-        Values with three time steps.
-    bar : Bar
-        Error bar of these values.
-    penalty : float
-        Error due to the penalty stiffness; 0 without penalty, NaN if unknown.
-    steps : tuple of int
-        Divisors of Δt in these runs.
+    `numbers`: values with three time steps.
+    `bar`: error bar of these values.
+    `penalty`: error due to the penalty stiffness; 0 without penalty, NaN if unknown.
+    `steps`: divisors of Δt in these runs.
     """
     warning, half_width = "", bar.half + penalty
     if is_count(name) and all(map(math.isfinite, numbers)):

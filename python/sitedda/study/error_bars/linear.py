@@ -68,11 +68,6 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
     """Return the results of a linear run with their error bars.
 
     `model`, `changes`, `history`, `facts`: see `sitedda.error_bars.measure.of_linear_run`.
-
-    Raises
-    ------
-    SiteddaError
-        If the transfer function cannot be computed.
     """
     variants = [finer(facts, times) for times in (1, *_STEPS)]
     variants += [stiffer(facts)] if facts.penalty else []

@@ -12,11 +12,8 @@ def figures_with_bars(file) -> dict:
 
     `file`: namelist input.
 
-    Returns
-    -------
-    dict
-        ``NAME``, ``NAME_bar`` and ``NAME_decided_s`` of each result, counts (also if 0),
-        ``end_s`` (s), ``warning``.
+    Result: ``NAME``, ``NAME_bar`` and ``NAME_decided_s`` of each result, counts (also if 0),
+    ``end_s`` (s), ``warning``.
     """
     results = accuracy(file, workers=1)
     numbers: dict = dict.fromkeys(COUNTS, 0.0) | {"end_s": results.end}

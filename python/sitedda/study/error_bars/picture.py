@@ -21,11 +21,6 @@ def bands_picture(results: Accuracy):
     """Draw median and 16–84 % range of up to six results over time; return the figure.
 
     `results`: results with an ensemble.
-
-    Raises
-    ------
-    InputError
-        If there is no ensemble.
     """
     names = [name for name in results.figures if name in results.bands][:_MOST_RESULTS]
     if not names:

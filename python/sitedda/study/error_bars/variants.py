@@ -21,10 +21,7 @@ _ORDERS = {"midpoint": 2}  # orders of time integrations; other integrations hav
 class Variants:
     """The axis of a study over variants of a run.
 
-    Parameters
-    ----------
-    variants : mapping of dict
-        Changes of the input in each variant, by its name.
+    `variants`: changes of the input in each variant, by its name.
     """
 
     def __init__(self, variants: Mapping[str, dict]):
@@ -70,11 +67,6 @@ def facts_of(model, changes: Mapping) -> Facts:
     """Read a model and return the properties that determine its variants.
 
     `changes`: changes of the input.
-
-    Raises
-    ------
-    InputError
-        If the input is invalid.
     """
     with Simulation(model, changes=changes) as simulation:
         groups = input_values({"input_values": simulation.input_values})
