@@ -323,7 +323,7 @@ class Model(Groups):
 
     @classmethod
     def from_namelist(cls, text: str, file="model.nml") -> "Model":
-        """Return the model of a namelist text; relative file names refer to the folder of `file`."""
+        """Return the model of a namelist text; file names are relative to the folder of `file`."""
         model = cls()
         model.folder = Path(file).parent
         names = set()

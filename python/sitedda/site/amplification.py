@@ -88,15 +88,15 @@ class AmplificationTable:
 
         if not re.fullmatch(r"[A-Za-z0-9]{1,4}", code):
             raise InputError(f"code = {code!r}: give 1 to 4 letters and digits")
-        whole = self.table
-        good = np.isfinite(whole["median"]).all("period").values
-        if not good.any():
+        table = self.table
+        complete = np.isfinite(table["median"]).all("period").values
+        if not complete.any():
             raise InputError("no level has nearby cases at all periods: choose fewer levels, or "
                              "scale the motions to more levels")  # fmt: skip
-        names = ["PGA" if p == 0 else f"SA({p:g})" for p in whole.period.values]
-        numbers = np.hstack([whole.level.values[:, None] / G, whole["median"], whole.sigma_ln])
+        names = ["PGA" if p == 0 else f"SA({p:g})" for p in table.period.values]
+        numbers = np.hstack([table.level.values[:, None] / G, table["median"], table.sigma_ln])
         heads = ["level", *names, *(f"sigma_{name}" for name in names)]
-        rows = pd.DataFrame(numbers[good], columns=heads)
+        rows = pd.DataFrame(numbers[complete], columns=heads)
         rows.insert(0, "ampcode", code)
         text = rows.to_csv(index=False, float_format="%.6g", lineterminator="\n")
         return write(Path(file), f'#,,"vs30_ref={vs30:g}"\n{text}', "a table")
@@ -129,8 +129,8 @@ def amplification_table(
     """
     import xarray as xr
 
-    at = np.asarray(levels, dtype=float)
-    if at.ndim != 1 or not np.all(at > 0) or not np.all(np.diff(at) > 0):
+    levels = np.asarray(levels, dtype=float)
+    if levels.ndim != 1 or not np.all(levels > 0) or not np.all(np.diff(levels) > 0):
         raise InputError("levels must be above 0 and increase, m/s²")
     if analysis not in suite.table.analysis.values:
         raise InputError(f"analysis = {analysis!r}: the suite has "
@@ -138,13 +138,13 @@ def amplification_table(
     part = suite.table.sel(analysis=analysis)
     rock, factor = xr.broadcast(part.reference, part.amplification)
     cases = {"case": [d for d in factor.dims if d != "period"]}
-    rock, factor = (one.stack(cases).transpose("period", "case").values for one in (rock, factor))
+    rock, factor = (v.stack(cases).transpose("period", "case").values for v in (rock, factor))
     periods = part.period.values.copy()
     if pga and periods.min() <= 0.05:
         periods[periods.argmin()] = 0.0
-    fits = [_fit_period(r, a, at) for r, a in zip(rock, factor, strict=True)]
-    median, sigma, numbers, count = (np.array(one) for one in zip(*fits, strict=True))
-    about = {"units": "m/s^2"}
+    fits = [_fit_period(r, a, levels) for r, a in zip(rock, factor, strict=True)]
+    median, sigma, numbers, count = (np.array(values) for values in zip(*fits, strict=True))
+    level = ("level", levels, {"units": "m/s^2"})
     return AmplificationTable(xr.Dataset(
         {
             "median": (("level", "period"), median.T),
@@ -152,31 +152,32 @@ def amplification_table(
             "coefficients": (("period", "coefficient"), numbers),
             "count": ("period", count),
         },
-        {"level": ("level", at, about), "period": periods, "coefficient": ["f1", "f2", "f3"]},
+        {"level": level, "period": periods, "coefficient": ["f1", "f2", "f3"]},
     ))  # fmt: skip
 
 
 def _fit_period(rock, factor, levels):
     """Return median and σ at levels, coefficients and number of cases of a period."""
-    good = np.isfinite(factor) & (factor > 0)
-    x, y = rock[good], np.log(factor[good])
+    valid = np.isfinite(factor) & (factor > 0)
+    x, y = rock[valid], np.log(factor[valid])
     if x.size < _FEWEST:
         raise InputError(f"only {x.size} cases succeed at a period: a fit needs {_FEWEST}")
-    several = np.ptp(np.log(x)) > 0.1  # with one level, no dependence can be fitted
+    varies = np.ptp(np.log(x)) > 0.1  # with one level, no dependence can be fitted
 
     def fit(corner):
-        basis = np.column_stack([np.ones(x.size), several * np.log((x + corner) / corner)])
-        share = np.linalg.lstsq(basis, y, rcond=None)[0]
-        return float(np.sum((basis @ share - y) ** 2)), *map(float, share), float(corner)
+        basis = np.column_stack([np.ones(x.size), varies * np.log((x + corner) / corner)])
+        coefficients = np.linalg.lstsq(basis, y, rcond=None)[0]
+        square_sum = float(np.sum((basis @ coefficients - y) ** 2))
+        return square_sum, *map(float, coefficients), float(corner)
 
-    _, *best = min(map(fit, np.median(x) * (_CORNERS if several else np.ones(1))))
+    _, *best = min(map(fit, np.median(x) * (_CORNERS if varies else np.ones(1))))
     median = best[0] + best[1] * np.log((levels + best[2]) / best[2])
     residual = y - best[0] - best[1] * np.log((x + best[2]) / best[2])
-    near = np.abs(np.log(x[None, :] / levels[:, None])) <= _KERNEL
-    count = near.sum(axis=1)
+    is_near = np.abs(np.log(x[None, :] / levels[:, None])) <= _KERNEL
+    count = is_near.sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        free = max(x.size - 3, 1) / x.size  # three parameters were fitted: two coefficients and f₃
-        sigma = np.sqrt((near * residual**2).sum(axis=1) / count / free)
-    few = count < _FEWEST
-    median, sigma = np.where(few, np.nan, median), np.where(few, np.nan, sigma)
+        freedom = max(x.size - 3, 1) / x.size  # of three parameters: two coefficients and f₃
+        sigma = np.sqrt((is_near * residual**2).sum(axis=1) / count / freedom)
+    is_sparse = count < _FEWEST
+    median, sigma = np.where(is_sparse, np.nan, median), np.where(is_sparse, np.nan, sigma)
     return np.exp(median), sigma, best, x.size

@@ -76,16 +76,16 @@ class Beside:
         low, high = self.frequency[0], self.frequency[-1]
         ratios = [self.ratio, *self.column_ratios.values()]
         peaks = [find_peak(self.frequency, abs(r), low, high) for r in ratios]
-        before = [("largest amplification", [p.amplitude for p in peaks], ""),
+        first_rows = [("largest amplification", [p.amplitude for p in peaks], ""),
                   ("  at", [p.frequency for p in peaks], "Hz")]  # fmt: skip
-        after, nonlinear = [], []
+        last_rows, nonlinear = [], []
         if self.yields:
             strains = [float(one.profile().strain.max()) for one in self.columns.values()]
             strains = [100 * float(one) for one in (self.strains[1].max(initial=0.0), *strains)]
-            after = [("largest shear strain", strains, "%")]
+            last_rows = [("largest shear strain", strains, "%")]
             nonlinear = ["", "nonlinear column", str(self.response)]
         series = {name: one.acceleration() for name, one in self.columns.items()}
-        lines = tabulate_motions({"blocks": self.surface} | series, step, before, after)
+        lines = tabulate_motions({"blocks": self.surface} | series, step, first_rows, last_rows)
         return "\n".join([f"column: {self.words}", *lines, *nonlinear])
 
     def plot(self):
@@ -163,31 +163,29 @@ def _compute_columns(
     """
     if any(soils):
         if damping is not None:
-            raise InputError(
-                "a column of yielding soil has the damping of its curves: omit --damping"
-            )
-        three = analyses(column, soils, ground, step, kind="within")
-        words = "the branches of the blocks' materials"
-        words += f"; {three.unbounded}" if three.unbounded else ""
-        return dict(reversed(three.responses.items())), words
+            raise InputError("yielding soil has the damping of its curves: omit --damping")
+        results = analyses(column, soils, ground, step, kind="within")
+        description = "the branches of the blocks' materials"
+        description += f"; {results.unbounded}" if results.unbounded else ""
+        return dict(reversed(results.responses.items())), description
     if damping is None:
         damped = any(layer.damping for layer in column.layers)
-        also = "and the materials" if damped else "alone"
+        sources = "and the materials" if damped else "alone"
         response = column.response(
             ground, step, kind="within", scheme=integration[0], scheme_step=integration[1]
         )
-        words = f"damped like the blocks, by the time integration {also}"
+        description = f"damped like the blocks, by the time integration {sources}"
     else:
         fixed = replace(column, layers=[replace(la, damping=damping) for la in column.layers])
         response = fixed.response(ground, step, kind="within")
         response.check_bounded()
         convention = convention_words(fixed.convention)
-        words = f"damping ratio {100 * damping:g} % at all frequencies, {convention}"
-    return {"column": response}, f"{words}; {response.words}"
+        description = f"damping ratio {100 * damping:g} % at all frequencies, {convention}"
+    return {"column": response}, f"{description}; {response.words}"
 
 
 def _surface_over_base(response: SiteResponse, ground, step: float, frequency: NDArray[np.float64]):
-    """Return surface / base of a column: transfer function, or ratio of the spectra."""
+    """Return surface / base motion of a column: transfer function, or ratio of the spectra."""
     if isinstance(response, ColumnResponse):
         return response.transfer(frequency)
     bins, ratio = spectral_ratio(response.acceleration(), ground, step, 8)
@@ -195,16 +193,19 @@ def _surface_over_base(response: SiteResponse, ground, step: float, frequency: N
 
 
 def _peaks_over_depth(history, series, top: float, depth: float):
-    """Return depths and peaks of accelerations of the measured points within the column, and the
-    same of mean shear strains between adjacent points."""
+    """Return depths and peak values of accelerations of the measured points within the column, and
+    of mean shear strains between adjacent points."""
     depths = sorted((top - float(history.point_place.sel(point=name).values[1]), name)
                     for name in series)  # fmt: skip
-    inside = [(at, name) for at, name in depths if -1e-9 <= at <= depth * 1.2]
-    points = [(min(at, depth), np.abs(series[name]).max()) for at, name in inside]
-    moved = [history.displacement.sel(point=name).sel(axis="x").values for _, name in inside]
-    found = [
-        (high + (low - high) / 2, np.abs(moved[i] - moved[i + 1]).max() / (low - high))
-        for i, ((high, _), (low, _)) in enumerate(itertools.pairwise(inside))
+    inner = [(z, name) for z, name in depths if -1e-9 <= z <= depth * 1.2]
+    points = [(min(z, depth), np.abs(series[name]).max()) for z, name in inner]
+    u = [history.displacement.sel(point=name).sel(axis="x").values for _, name in inner]
+    strains = [
+        (
+            high + (low - high) / 2,
+            np.abs(u[i] - u[i + 1]).max() / (low - high),
+        )
+        for i, ((high, _), (low, _)) in enumerate(itertools.pairwise(inner))
         if low - high > 1e-6 * depth
     ]
-    return (tuple(np.array(rows).reshape(-1, 2).T) for rows in (points, found))
+    return (tuple(np.array(rows).reshape(-1, 2).T) for rows in (points, strains))

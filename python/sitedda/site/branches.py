@@ -97,17 +97,17 @@ class Branches:
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
         """Return G/G_max of the branches at shear strains above 0."""
-        at = positive("strain", strain)[..., None]
-        branches = np.sum(self.modulus * np.minimum(1.0, self.strain / at), -1)
-        at = at[..., 0]
-        return branches + (1 - self.modulus.sum()) * np.minimum(at, self.body_strain) / at
+        gamma = positive("strain", strain)[..., None]
+        branches = np.sum(self.modulus * np.minimum(1.0, self.strain / gamma), -1)
+        gamma = gamma[..., 0]
+        return branches + (1 - self.modulus.sum()) * np.minimum(gamma, self.body_strain) / gamma
 
     def damping_at(self, strain: ArrayLike) -> NDArray[np.float64]:
         """Return the damping ratio of closed loops of the branches, with that of small strains."""
-        at = positive("strain", strain)[..., None]
-        slipped = self.slipping * self.modulus * self.strain * np.maximum(at - self.strain, 0.0)
-        at, least = at[..., 0], self.least_damping
-        lost = 2 * np.sum(slipped, -1) + np.pi * least * np.minimum(at, self.body_strain) ** 2
-        if least:
-            lost = lost + 2 * self.body_cap * np.maximum(at - self.body_strain, 0.0)
-        return lost / (np.pi * at**2 * self.reduction_at(strain))
+        gamma = positive("strain", strain)[..., None]
+        slipped = self.slipping * self.modulus * self.strain * np.maximum(gamma - self.strain, 0.0)
+        gamma, damping = gamma[..., 0], self.least_damping
+        loss = 2 * np.sum(slipped, -1) + np.pi * damping * np.minimum(gamma, self.body_strain) ** 2
+        if damping:
+            loss = loss + 2 * self.body_cap * np.maximum(gamma - self.body_strain, 0.0)
+        return loss / (np.pi * gamma**2 * self.reduction_at(strain))

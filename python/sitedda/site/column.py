@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The one-dimensional column of a layered model: exact transfer functions.
 
-Horizontal layers on a rigid base or on an elastic half-space under vertically propagating SH
-waves, are solved exactly by the Thomson-Haskell recursion that SHAKE uses (`layers`).
+The Thomson-Haskell recursion of SHAKE (`layers`) is the exact solution for horizontal layers on a
+rigid base or an elastic half-space under vertically propagating SH waves.
 
 The response of the same column *under the engine's time integration* also has a closed form:
 :meth:`Column.scheme_transfer`.
@@ -102,15 +102,15 @@ class Column:
         each reflection at a half-space takes a fraction; a within motion fixes the base.
         """
         times = [layer.thickness / layer.shear_velocity for layer in self.layers[::-1]]
-        share = np.cumsum([0.0, *times]) / self.travel_time  # from the base
-        energy = np.diff(share + np.sin(np.pi * share) / np.pi)[::-1]
+        relative_time = np.cumsum([0.0, *times]) / self.travel_time  # from the base
+        energy = np.diff(relative_time + np.sin(np.pi * relative_time) / np.pi)[::-1]
         energy /= [layer.density * layer.shear_velocity for layer in self.layers]
         damping = [layer.damping_at([1.0])[0] for layer in self.layers]
         rate = np.pi * np.average(damping, weights=energy)
         if kind == "outcrop" and isinstance(self.base, HalfSpace):
             mass = sum(layer.density * layer.thickness for layer in self.layers)
-            below = self.base.density * self.base.shear_velocity * self.travel_time
-            rate -= np.log(max(abs(below - mass) / (below + mass), 1e-9))
+            impedance_time = self.base.density * self.base.shear_velocity * self.travel_time
+            rate -= np.log(max(abs(impedance_time - mass) / (impedance_time + mass), 1e-9))
         return float(2 * self.travel_time * np.log(1e3) / max(rate, 1e-9))
 
     @property
@@ -143,10 +143,10 @@ class Column:
         bottom : float, optional
             Depth of the reference motion, m, not above ``top``; by default the base.
         kind : {'within', 'outcrop'}
-            The reference motion: as it is inside the column, or as it would be were the medium at
-            that depth a free surface (twice the upgoing wave; at an interface, of the medium
-            below).  On a rigid base, ``bottom`` at the base, the two are the same.  The default is
-            that of points of a model; :meth:`response` takes records, which are of outcrops.
+            The reference motion: the motion inside the column, or that of a free surface at this
+            depth (twice the upgoing wave; at an interface, of the medium below).  At a rigid base
+            they are equal.  The default suits points of a model; records in :meth:`response` are
+            outcrop motions.
 
         Returns
         -------
@@ -169,11 +169,11 @@ class Column:
     ) -> NDArray[np.complex128]:
         """Return the transfer function of the column under the engine's time integration.
 
-        Exact in time for a base that moves by a prescribed displacement, exact in space: what the
-        engine tends to with thin bonded layers and stiff contacts.  With τ = tan(ωΔt/2) the
-        modulus is G (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ) at the angular frequency 2τ/Δt.  Besides that
-        damping, :func:`sitedda.scheme_damping`, layers have theirs where it is one that materials
-        of the engine can have, of :mod:`sitedda.damping`; plain ratios are not used.
+        It is exact in time, for a base with a prescribed displacement, and in space.  The engine
+        converges to it with thin bonded layers and stiff contacts.  With τ = tan(ωΔt/2) the
+        modulus is G (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ) at the angular frequency 2τ/Δt; this causes
+        the damping :func:`sitedda.scheme_damping`.  Layers add their damping if it is that of a
+        material of the engine (:mod:`sitedda.damping`); constant ratios are ignored.
 
         Parameters
         ----------
@@ -188,8 +188,8 @@ class Column:
         theta : float
             θ of ``'theta'``.
 
-        Returns and errors are those of :meth:`transfer`; a resonance of the midpoint rule is
-        infinite without damping of the layers.
+        The result is that of :meth:`transfer`; a resonance of the midpoint rule is infinite without
+        damping of the layers.
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.stepped(values.ravel(), time_step, Scheme.named(integration, theta))
@@ -205,7 +205,7 @@ class Column:
         integration: str | Scheme = "dda",
         theta: float = 0.75,
     ) -> Peak:
-        """Return the highest resonance peak of the transfer function inside a band.
+        """Return the highest resonance peak of the transfer function within a band.
 
         Parameters
         ----------
@@ -227,24 +227,24 @@ class Column:
         mode_spacing = 0.5 / self.travel_time
         low, high = _checked_band((0.0, mode_spacing) if band is None else band)
         points = int(np.ceil(_POINTS_PER_MODE * max(1.0, (high - low) / mode_spacing)))
-        place = (top, bottom, kind)
+        reference = (top, bottom, kind)
 
         def transfer(frequencies):
             if time_step is None:
-                return self.transfer(frequencies, *place)
-            return self.scheme_transfer(frequencies, time_step, *place, integration, theta)
+                return self.transfer(frequencies, *reference)
+            return self.scheme_transfer(frequencies, time_step, *reference, integration, theta)
 
         return refined_peak(transfer, (low, high), points)
 
     def _response_ratio(
-        self, waves: Waves, place: tuple[float, float | None, str]
+        self, waves: Waves, reference: tuple[float, float | None, str]
     ) -> NDArray[np.complex128]:
         """Return the response at a depth over the reference motion at another depth."""
-        top, bottom, kind = place
+        top, bottom, kind = reference
         one_of("kind", kind, KINDS)
         upper, lower = self._check_depths(top, bottom)
-        _, _, (at,), upgoing, reflections = self.wave_field(waves, [upper], lower, kind)
-        ratio = upgoing[at] * (1 + reflections[at])
+        _, _, (index,), upgoing, reflections = self.wave_field(waves, [upper], lower, kind)
+        ratio = upgoing[index] * (1 + reflections[index])
         unbounded = ~np.isfinite(ratio)
         if np.any(unbounded):
             raise InputError(
@@ -295,7 +295,7 @@ class Column:
         """
         depths = [*np.asarray(depths, dtype=float), bottom]
         media, interfaces = self.cut_at(depths)
-        *at, last = (int(np.argmin(np.abs(interfaces - depth))) for depth in depths)
+        *indices, last = (int(np.argmin(np.abs(interfaces - depth))) for depth in depths)
         steps, reflections = recursion(waves, media, np.diff(interfaces))
         upgoing = np.ones_like(reflections)
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
@@ -304,7 +304,7 @@ class Column:
             for j in range(last, len(steps)):
                 upgoing[j + 1] = upgoing[j] / steps[j]
             upgoing /= 2.0 if kind == "outcrop" else 1 + reflections[last]
-        return media, interfaces, at, upgoing, reflections
+        return media, interfaces, indices, upgoing, reflections
 
     def response(
         self,
@@ -321,7 +321,7 @@ class Column:
         Parameters
         ----------
         motion : xarray.Dataset or array_like, shape (samples,)
-            As :func:`sitedda.read_record` returns it, or ground acceleration, m/s²; or a Motion.
+            Result of :func:`sitedda.read_record`, ground acceleration (m/s²), or a Motion.
         time_step : float, optional
             Time between samples of an array, s.
         bottom : float, optional
@@ -379,13 +379,13 @@ def _refine_peak(transfer: Callable, low: float, high: float) -> Peak:
     def inverse_square(frequency: float) -> float:
         return 1 / abs(np.asarray(transfer(np.array([frequency])))[0]) ** 2
 
-    found = minimize_scalar(
+    minimum = minimize_scalar(
         inverse_square, bounds=(low, high), method="bounded", options={"xatol": 1e-12 * high}
     )
-    amplitude = 1 / np.sqrt(found.fun)
+    amplitude = 1 / np.sqrt(minimum.fun)
     if amplitude > _UNBOUNDED:
-        raise InputError(f"the peak near {found.x:g} Hz is unbounded: the column has no damping")
-    return Peak(float(found.x), float(amplitude))
+        raise InputError(f"the peak near {minimum.x:g} Hz is unbounded: the column has no damping")
+    return Peak(float(minimum.x), float(amplitude))
 
 
 def _checked_band(band: tuple[float, float]) -> tuple[float, float]:

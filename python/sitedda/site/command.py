@@ -44,9 +44,9 @@ def add_surface(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(act=_compute_surface)
 
 
-def _add_files(parser: argparse.ArgumentParser, file: str, words: str | None = None) -> None:
+def _add_files(parser: argparse.ArgumentParser, file: str, description: str | None = None) -> None:
     """Add the arguments of the file to read, and of the picture."""
-    parser.add_argument("file", type=Path, metavar=file, help=words)
+    parser.add_argument("file", type=Path, metavar=file, help=description)
     parser.add_argument("-o", "--output", type=picture_name, metavar="PICTURE",
         help="file to write")  # fmt: skip
 
@@ -57,13 +57,13 @@ def _compute_surface(options: argparse.Namespace) -> int:
     from .surface import surface
 
     try:
-        found = surface(open_output(options.file), options.axis, options.lowest, options.highest)
+        result = surface(open_output(options.file), options.axis, options.lowest, options.highest)
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
-    print(found)
+    print(result)
     name = "section" if options.section else "surface"
     picture = options.output or options.file.with_name(f"{options.file.stem}_{name}.png")
-    figure = found.section(options.axis) if options.section else found.plot()
+    figure = result.section(options.axis) if options.section else result.plot()
     _save_figure(figure, picture, options.file)
     return 0
 
@@ -82,8 +82,8 @@ def _compute_profile(options: argparse.Namespace) -> int:
 
     path, profile = options.file, read_profile(options.file, options.fill)
     print(profile)
-    if words := profile.strength_words(options.water_table):
-        print(words)
+    if strength_text := profile.strength_words(options.water_table):
+        print(strength_text)
     picture = options.output or path.with_name(f"{path.stem}_profile.png")
     if options.record is None:
         _save_figure(profile.plot(), picture, path)
@@ -92,15 +92,15 @@ def _compute_profile(options: argparse.Namespace) -> int:
     kind = "within" if options.within else "outcrop"
     try:
         if any(curves):
-            found = analyses(profile.column(), curves, motion, kind=kind)
+            result = analyses(profile.column(), curves, motion, kind=kind)
         else:
-            found = profile.column().response(motion, kind=kind)
-        print(found)
+            result = profile.column().response(motion, kind=kind)
+        print(result)
     except ValueError as trouble:
         raise InputError(f"{path}: {trouble}") from trouble
     if options.output is None:  # otherwise the output names the picture of the response
         _save_figure(profile.plot(), picture, path)
-    _save_figure(found.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
+    _save_figure(result.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
     return 0
 
 
@@ -109,14 +109,14 @@ def _compute_suite(options: argparse.Namespace) -> int:
     from . import read_suite, suite
 
     settings = read_suite(options.file, options.folder)
-    found = suite(**settings, workers=options.workers, retry=options.retry,
+    result = suite(**settings, workers=options.workers, retry=options.retry,
                   progress=not options.quiet)  # fmt: skip
-    print(found)
+    print(result)
     folder = settings["folder"]
-    print(f"table: {found.to_netcdf(folder / 'suite.nc')}")
-    print(f"statistics: {found.to_csv(folder / 'suite.csv')}")
-    _save_figure(found.plot(), options.output or folder / "suite.png", options.file)
-    print(f"page: {found.write_page(folder / 'suite.html')}")
+    print(f"table: {result.to_netcdf(folder / 'suite.nc')}")
+    print(f"statistics: {result.to_csv(folder / 'suite.csv')}")
+    _save_figure(result.plot(), options.output or folder / "suite.png", options.file)
+    print(f"page: {result.write_page(folder / 'suite.html')}")
     return 0
 
 
@@ -140,12 +140,12 @@ def _compare_with_column(options: argparse.Namespace) -> int:
         print(f"output: {path}")
     history = open_output(path)
     try:
-        found = beside(history, options.surface, options.base, options.damping)
+        result = beside(history, options.surface, options.base, options.damping)
     except ValueError as trouble:
         raise InputError(f"{options.file}: {trouble}") from trouble
-    print(found)
+    print(result)
     picture = options.output or path.with_name(f"{path.stem}_site.png")
-    _save_figure(found.plot(), picture, options.file)
+    _save_figure(result.plot(), picture, options.file)
     return 0
 
 
@@ -157,6 +157,6 @@ def _run_input(file: Path) -> Path:
         if not run_to_end(simulation, None, stop):
             raise InterruptedRun("interrupted")
         output = simulation.finish()
-        for words in simulation.peak_warnings:
-            warnings.warn(words, PeakWarning, stacklevel=1)
+        for message in simulation.peak_warnings:
+            warnings.warn(message, PeakWarning, stacklevel=1)
     return output

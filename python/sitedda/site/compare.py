@@ -30,8 +30,8 @@ class Analyses:
 
         The unbounded response of a column without damping is omitted.
         """
-        found = {name: one for name, one in self._columns.items() if not one.unbounded}
-        return {**found, "nonlinear": self.nonlinear}
+        bounded = {name: r for name, r in self._columns.items() if not r.unbounded}
+        return {**bounded, "nonlinear": self.nonlinear}
 
     @property
     def _columns(self) -> dict[str, ColumnResponse]:
@@ -41,15 +41,16 @@ class Analyses:
     @property
     def unbounded(self) -> str:
         """Return which responses are unbounded, and why; '' if none is."""
-        columns = [(name, one.unbounded) for name, one in self._columns.items() if one.unbounded]
-        return "\n".join(f"the {name} column is omitted: {reason}" for name, reason in columns)
+        reasons = {name: response.unbounded for name, response in self._columns.items()}
+        return "\n".join(f"the {name} column is omitted: {reason}"
+                         for name, reason in reasons.items() if reason)  # fmt: skip
 
     def __str__(self) -> str:
-        profiles = [one.profile() for one in self.responses.values()]
-        series = {name: one.acceleration() for name, one in self.responses.items()}
+        profiles = [response.profile() for response in self.responses.values()]
+        series = {name: response.acceleration() for name, response in self.responses.items()}
         lines = tabulate_motions(series, self.linear.motion.time_step, [], [
-            ("largest shear strain", [100 * float(one.strain.max()) for one in profiles], "%"),
-            ("largest shear stress", [float(one.stress.max()) / 1e3 for one in profiles], "kPa"),
+            ("largest shear strain", [100 * float(p.strain.max()) for p in profiles], "%"),
+            ("largest shear stress", [float(p.stress.max()) / 1e3 for p in profiles], "kPa"),
         ])  # fmt: skip
         doubt = "" if self.fitted.response.unbounded else self.fitted.doubt
         warnings = list(filter(None, [self.unbounded, doubt]))
@@ -62,20 +63,20 @@ class Analyses:
         return analyses_figure(self)
 
 
-def tabulate_motions(series: Mapping, step: float, before, after) -> list[str]:
+def tabulate_motions(series: Mapping, step: float, first_rows, last_rows) -> list[str]:
     """Return a table of surface accelerations by name: PGA, Arias intensity and Sa.
 
     Rows before and after these consist of name, values and unit.
     """
     width = max(12, *(len(name) + 2 for name in series))
-    spectra = [spectral_acceleration(one, step, PERIODS) for one in series.values()]
+    spectra = [spectral_acceleration(a, step, PERIODS) for a in series.values()]
     rows = [
-        *before,
-        ("surface PGA", [np.abs(one).max() for one in series.values()], "m/s²"),
-        ("surface Arias intensity", [arias_intensity(one, step) for one in series.values()], "m/s"),
+        *first_rows,
+        ("surface PGA", [np.abs(a).max() for a in series.values()], "m/s²"),
+        ("surface Arias intensity", [arias_intensity(a, step) for a in series.values()], "m/s"),
         *((f"surface Sa at {period:g} s", values, "m/s²")
           for period, values in zip(PERIODS, np.transpose(spectra), strict=True)),
-        *after,
+        *last_rows,
     ]  # fmt: skip
     heads = "".join(f"{name:>{width}s}" for name in series)
     return [f"{'':28s}{heads}"] + [
@@ -109,8 +110,8 @@ def analyses(
         If an iteration or a step does not converge.
     """
     ground = Motion.of(motion, time_step)
-    tables = [one.curves() if isinstance(one, Branches) else one for one in curves]
+    tables = [curve.curves() if isinstance(curve, Branches) else curve for curve in curves]
     fitted = equivalent_linear(column, tables, ground, kind=kind)
-    found = nonlinear(column, curves, ground, kind=kind, **options)
+    stepped = nonlinear(column, curves, ground, kind=kind, **options)
     linear = small_strain_column(column, tables).response(ground, kind=kind)
-    return Analyses(linear, fitted, found)
+    return Analyses(linear, fitted, stepped)

@@ -20,7 +20,7 @@ _BELOW = 60  # number of intervals below the table at which such integrals begin
 class SoilCurves:
     """Secant modulus and damping ratio of a soil as functions of the shear strain.
 
-    They are interpolated linearly in the logarithm of the strain and constant beyond, as in SHAKE.
+    They are interpolated linearly in the logarithm of the strain, constant outside, as in SHAKE.
 
     Attributes
     ----------
@@ -46,14 +46,14 @@ class SoilCurves:
             raise InputError("strain, reduction and damping must have equal lengths of at least 2")
         if not (np.all(strain > 0) and np.all(np.diff(strain) > 0) and np.all(np.isfinite(strain))):
             raise InputError("strain must be positive and increasing")
-        good = (reduction > 0) & (reduction <= 1)
-        if not np.all(good):
-            raise InputError(
-                f"reduction must be in 0 < G/Gmax <= 1, got {first_of(reduction, ~good)}"
-            )
-        good = (damping >= 0) & (damping < 1)
-        if not np.all(good):
-            raise InputError(f"damping must be a fraction in 0 … 1, got {first_of(damping, ~good)}")
+        is_valid = (reduction > 0) & (reduction <= 1)
+        if not np.all(is_valid):
+            value = first_of(reduction, ~is_valid)
+            raise InputError(f"reduction must be in 0 < G/Gmax <= 1, got {value}")
+        is_valid = (damping >= 0) & (damping < 1)
+        if not np.all(is_valid):
+            value = first_of(damping, ~is_valid)
+            raise InputError(f"damping must be a fraction in 0 … 1, got {value}")
         for name, values in zip(("strain", "reduction", "damping"), arrays, strict=True):
             object.__setattr__(self, name, values)
 
@@ -65,7 +65,7 @@ class SoilCurves:
 
     @property
     def _content(self) -> tuple[bytes, ...]:
-        return tuple(one.tobytes() for one in (self.strain, self.reduction, self.damping))
+        return tuple(values.tobytes() for values in (self.strain, self.reduction, self.damping))
 
     def reduction_at(self, strain: ArrayLike) -> NDArray[np.float64]:
         """Return G/G_max at shear strains."""
@@ -167,14 +167,14 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
 
     def reduction(strain):
         x = strain / reference
-        grown = fit[3] * x ** fit[4]
-        share = fit[0] + fit[1] * grown / (fit[2] ** fit[4] + grown)
-        if not np.all(share <= 1):
+        growth = fit[3] * x ** fit[4]
+        theta_values = fit[0] + fit[1] * growth / (fit[2] ** fit[4] + growth)
+        if not np.all(theta_values <= 1):
             raise InputError(
-                f"theta gives θ = {np.max(share):g} at a strain of "
-                f"{100 * first_of(strain, ~(share <= 1)):.3g} %: θ must not exceed 1"
+                f"theta gives θ = {np.max(theta_values):g} at a strain of "
+                f"{100 * first_of(strain, ~(theta_values <= 1)):.3g} %: θ must not exceed 1"
             )
-        return _gqh_reduction(x, share)
+        return _gqh_reduction(x, theta_values)
 
     return _masing_curves(reduction, "GQ/H")
 
@@ -206,9 +206,7 @@ def strength_corrected(
     """
     from scipy.optimize import least_squares
 
-    reference = float(positive("strength", strength)) / float(
-        positive("shear_modulus", shear_modulus)
-    )
+    reference = float(positive("strength", strength) / positive("shear_modulus", shear_modulus))
     if not 1e-4 <= reference <= 0.1:
         raise InputError(
             f"a strength of {strength / 1e3:.4g} kPa is {100 * reference:.3g} % of the shear "
@@ -216,24 +214,24 @@ def strength_corrected(
         )
     x = np.logspace(-6, np.log10(known), 61) / reference
     target = curves.reduction_at(reference * x)
-    x, target = x[use := (x * target < 0.7)], target[use]
+    x, target = x[is_weak := (x * target < 0.7)], target[is_weak]
 
-    def reduction(p, at):
-        grown = (at / np.exp(p[2])) ** p[3]
-        return _gqh_reduction(at, p[0] + (p[1] - p[0]) * grown / (1 + grown))
+    def reduction(p, ratios):
+        growth = (ratios / np.exp(p[2])) ** p[3]
+        return _gqh_reduction(ratios, p[0] + (p[1] - p[0]) * growth / (1 + growth))
 
-    end = 0.1 / reference  # the strength is to be reached at a strain of 10 %
+    end_ratio = 0.1 / reference  # the strength is to be reached at a strain of 10 %
 
-    def lack(p):
-        return np.append(reduction(p, x) - target, 0.4 * (end * reduction(p, end) - 1))
+    def residuals(p):
+        return np.append(reduction(p, x) - target, 0.4 * (end_ratio * reduction(p, end_ratio) - 1))
 
     bounds = [-20.0, -20.0, -8.0, 0.2], [1.0, 1.0, 8.0, 0.99]
     starts = [0.5, 0.9, 0.0, 0.8], [-2.0, 0.9, 1.0, 0.9], [0.9, -2.0, 0.0, 0.8]
-    fits = [least_squares(lack, start, bounds=bounds) for start in starts]
+    fits = [least_squares(residuals, start, bounds=bounds) for start in starts]
     p = min(fits, key=lambda fit: fit.cost).x
     strain = np.append(STRAINS, np.logspace(-1.45, -1.0, 10))
-    found = np.minimum(reduction(p, strain / reference), 1.0)
-    return SoilCurves(strain, found, curves.damping_at(strain), f"{curves.name}, GQ/H")
+    reductions = np.minimum(reduction(p, strain / reference), 1.0)
+    return SoilCurves(strain, reductions, curves.damping_at(strain), f"{curves.name}, GQ/H")
 
 
 def _gqh_reduction(x, theta):
@@ -279,14 +277,14 @@ def darendeli(
     power = 0.919
     reference = (0.0352 + 0.0010 * plasticity * ratio**0.3246) * stress**0.3483 / 100
     reduction = 1 / (1 + (STRAINS / reference) ** power)
-    least = (0.8005 + 0.0129 * plasticity * ratio**-0.1069) * stress**-0.2889
-    least *= 1 + 0.2919 * log_frequency
+    smallest_damping = (0.8005 + 0.0129 * plasticity * ratio**-0.1069) * stress**-0.2889
+    smallest_damping *= 1 + 0.2919 * log_frequency
     masing = 100 * _masing_damping(STRAINS / reference)
     c1 = -1.1143 * power**2 + 1.8618 * power + 0.2523
     c2 = 0.0805 * power**2 - 0.0710 * power - 0.0095
     c3 = -0.0005 * power**2 + 0.0002 * power + 0.0003
     masing = c1 * masing + c2 * masing**2 + c3 * masing**3
-    damping = (least + (0.6329 - 0.00566 * log_cycles) * reduction**0.1 * masing) / 100
+    damping = (smallest_damping + (0.6329 - 0.00566 * log_cycles) * reduction**0.1 * masing) / 100
     damping = np.maximum.accumulate(damping)  # beyond, the polynomial would decrease
     return SoilCurves(STRAINS, reduction, np.clip(damping, 0.0, 0.999), "Darendeli (2001)")
 

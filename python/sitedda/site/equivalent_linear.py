@@ -39,7 +39,7 @@ class EquivalentLinear:
     change : float
         Largest relative change of a modulus or damping ratio in the last iteration.
     strain_ratio : float
-        Effective over largest strain.
+        Ratio of effective to largest strain.
     other_strain : float
         Largest strain of another consistent solution; NaN if none was found.
     """
@@ -61,18 +61,18 @@ class EquivalentLinear:
     @property
     def doubt(self) -> str:
         """Return a warning: strains above 0.5 % or two solutions; '' if there is none."""
-        most = float(self.largest_strain.max())
-        if most <= DOUBTFUL_STRAIN:
+        peak = float(self.largest_strain.max())
+        if peak <= DOUBTFUL_STRAIN:
             return ""
         layer = 1 + int(self.largest_strain.argmax())
-        much = "is not accurate" if most > _MEANINGLESS else "may not be accurate"
-        words = (
-            f"layer {layer} has {100 * most:.3g} % strain: above {100 * DOUBTFUL_STRAIN:g} % the "
-            f"equivalent-linear method {much}; compare with the nonlinear analysis"
+        verdict = "is not accurate" if peak > _MEANINGLESS else "may not be accurate"
+        text = (
+            f"layer {layer} has {100 * peak:.3g} % strain: above {100 * DOUBTFUL_STRAIN:g} % the "
+            f"equivalent-linear method {verdict}; compare with the nonlinear analysis"
         )
         if np.isnan(self.other_strain):
-            return words
-        return (f"{words}. A second solution, of {100 * self.other_strain:.3g} % strain, also "
+            return text
+        return (f"{text}. A second solution, of {100 * self.other_strain:.3g} % strain, also "
                 "satisfies the curves")  # fmt: skip
 
     def __str__(self) -> str:
@@ -110,7 +110,7 @@ def equivalent_linear(
     motion, time_step, bottom, kind
         See :meth:`Column.response`.
     strain_ratio : float
-        Effective over largest strain; 0.65 or (magnitude − 1)/10.
+        Ratio of effective to largest strain: 0.65 or (magnitude − 1)/10.
     tolerance : float
         Relative error of moduli and damping ratios at which the iteration ends, estimated from the
         last change c and the one before: c r/(1 − r) with their ratio r, and c at least.
@@ -129,39 +129,39 @@ def equivalent_linear(
         raise InputError(f"tolerance must be in 0 < tolerance < 1, got {tolerance!r}")
     ground = Motion.of(motion, time_step)
 
-    place = {"bottom": bottom, "kind": kind}
-    settings = (place, strain_ratio, tolerance, most_iterations)
-    found = _iterate_properties(column, curves, ground, 0.0, *settings)
-    if found.doubt:  # soft soil may have another solution
+    reference = {"bottom": bottom, "kind": kind}
+    settings = (reference, strain_ratio, tolerance, most_iterations)
+    result = _iterate_properties(column, curves, ground, 0.0, *settings)
+    if result.doubt:  # soft soil may have another solution
         with suppress(ConvergenceError, ValueError):
-            other = _iterate_properties(column, curves, ground, _SOFT, *settings)
-            if np.max(abs(other.strain / found.strain - 1)) > _APART:
-                return replace(found, other_strain=float(other.largest_strain.max()))
-    return found
+            second = _iterate_properties(column, curves, ground, _SOFT, *settings)
+            if np.max(abs(second.strain / result.strain - 1)) > _APART:
+                return replace(result, other_strain=float(second.largest_strain.max()))
+    return result
 
 
 def _iterate_properties(
-    column, curves, ground, begin, place, strain_ratio, tolerance, most_iterations
+    column, curves, ground, start_strain, reference, strain_ratio, tolerance, most_iterations
 ) -> EquivalentLinear:
     """Iterate from a strain of all layers to a column whose properties fit its strains."""
-    reduction, damping = _strain_properties(column, curves, np.full(len(curves), begin))
-    before = 0.0
+    reduction, damping = _strain_properties(column, curves, np.full(len(curves), start_strain))
+    previous_change = 0.0
     for iteration in range(1, most_iterations + 1):
         fitted = _updated_column(column, curves, reduction, damping)
-        response = fitted.response(ground, **place)
+        response = fitted.response(ground, **reference)
         strain = strain_ratio * np.abs(response.trial_strain(column.middles)).max(axis=-1)
-        wanted = _strain_properties(column, curves, strain)
+        required = _strain_properties(column, curves, strain)
         change = max(
             float(np.max(np.abs(new - old) / np.maximum(new, 1e-12)))
-            for new, old in zip(wanted, (reduction, damping), strict=True)
+            for new, old in zip(required, (reduction, damping), strict=True)
         )
         # An iteration reduces the error by the factor r, which a single change does not show.
-        left = change / before if before else 1.0
-        if change == 0 or (left < 1 and change * max(1.0, left / (1 - left)) <= tolerance):
+        ratio = change / previous_change if previous_change else 1.0
+        if change == 0 or (ratio < 1 and change * max(1.0, ratio / (1 - ratio)) <= tolerance):
             _check_damping(fitted, damping, strain)
             soil = strain, reduction, damping
             return EquivalentLinear(response, *soil, iteration, change, strain_ratio)
-        (reduction, damping), before = wanted, change
+        (reduction, damping), previous_change = required, change
     raise ConvergenceError(
         f"the equivalent-linear iteration does not converge: after {most_iterations} iterations "
         f"moduli or damping ratios still change by {100 * change:.3g} %; try a larger tolerance"
@@ -170,17 +170,16 @@ def _iterate_properties(
 
 def small_strain_column(column: Column, curves: Sequence[SoilCurves | None]) -> Column:
     """Return the column with the moduli and damping ratios of its curves at small strains."""
-    return _updated_column(
-        column, curves, *_strain_properties(column, curves, np.zeros(len(curves)))
-    )
+    properties = _strain_properties(column, curves, np.zeros(len(curves)))
+    return _updated_column(column, curves, *properties)
 
 
 def _strain_properties(column, curves, strain):
     """Return G/G_max and damping ratio (of linear layers at 1 Hz) of each layer at its strain."""
     pairs = [
         (1.0, layer.damping_at([1.0])[0]) if curve is None
-        else (curve.reduction_at(at), curve.damping_at(at))
-        for layer, curve, at in zip(column.layers, curves, strain, strict=True)
+        else (curve.reduction_at(layer_strain), curve.damping_at(layer_strain))
+        for layer, curve, layer_strain in zip(column.layers, curves, strain, strict=True)
     ]  # fmt: skip
     return tuple(np.array(values, dtype=float) for values in zip(*pairs, strict=True))
 
@@ -188,12 +187,12 @@ def _strain_properties(column, curves, strain):
 def _check_damping(column: Column, damping, strain) -> None:
     """Reject damping ratios for which the convention has no complex modulus."""
     largest = largest_damping(column.convention)
-    for number, (ratio, at) in enumerate(zip(damping, strain, strict=True), start=1):
+    for number, (ratio, layer_strain) in enumerate(zip(damping, strain, strict=True), start=1):
         if ratio > largest:
             raise InputError(
                 f"layer {number} has a damping ratio of {ratio:.4g} at its strain of "
-                f"{100 * at:.4g} %; convention '{column.convention}' permits {largest:g}: try "
-                "Column(convention='shake91'), or curves for large strains"
+                f"{100 * layer_strain:.4g} %; convention '{column.convention}' permits "
+                f"{largest:g}: try Column(convention='shake91'), or curves for large strains"
             )
 
 

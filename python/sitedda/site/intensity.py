@@ -70,6 +70,6 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     band = (frequency >= 0.25) & (frequency <= 20.0)
     total = power[band].sum()
     mean = float((power[band] / frequency[band]).sum() / total) if total > 0 else float("nan")
-    peaks = (np.abs(one).max() for one in (series, running_integral(series, step)))
+    peaks = (np.abs(values).max() for values in (series, running_integral(series, step)))
     cumulative = running_integral(np.abs(series), step)[-1]
     return Intensity(*map(float, (*peaks, arias[-1], high - low, mean, cumulative)))

@@ -88,24 +88,25 @@ def complex_modulus(
     """
     factor, largest, _ = CONVENTIONS[one_of("convention", convention, CONVENTIONS)]
     ratio = np.asarray(damping, dtype=float)
-    inside = (ratio >= 0) & (ratio <= largest) & np.isfinite(ratio)
-    if not np.all(inside):
+    is_allowed = (ratio >= 0) & (ratio <= largest) & np.isfinite(ratio)
+    if not np.all(is_allowed):
         raise InputError(
             f"damping must be in 0 ... {largest:g} for convention '{convention}',"
-            f" got {first_of(ratio, ~inside):g}{_wider_conventions(convention, ratio[~inside])}"
+            f" got {first_of(ratio, ~is_allowed):g}"
+            f"{_wider_conventions(convention, ratio[~is_allowed])}"
         )
     return np.asarray(shear_modulus, dtype=float) * factor(ratio).astype(complex)
 
 
 def _wider_conventions(convention: str, damping: NDArray[np.float64]) -> str:
     """Return the conventions that permit these damping ratios, for a message."""
-    most = np.max(damping)
-    others = [
+    peak = np.max(damping)
+    names = [
         f"'{name}'"
         for name, (_, largest, _) in CONVENTIONS.items()
-        if name != convention and np.min(damping) >= 0 and most <= largest and np.isfinite(most)
+        if name != convention and np.min(damping) >= 0 and peak <= largest and np.isfinite(peak)
     ]
-    return f"; for such a ratio: {', '.join(others)}" if others else ""
+    return f"; for such a ratio: {', '.join(names)}" if names else ""
 
 
 # --- Closed forms of the uniform layer -----------------------------------------------------------
@@ -288,32 +289,32 @@ def recursion(
     """
     omega = waves.omega
     first = [media.index(medium) for medium in media]  # index of the first equal medium
-    of = {j: waves.properties(media[j]) for j in set(first) if media[j] is not None}
+    properties = {j: waves.properties(media[j]) for j in set(first) if media[j] is not None}
     steps = np.empty((len(thicknesses), omega.size), dtype=complex)
     reflections = np.empty((len(media), omega.size), dtype=complex)
-    reflections[0], known = 1.0, None
+    reflections[0], previous = 1.0, None
     for j, thickness in enumerate(thicknesses):
-        modulus, density = of[first[j]]
-        if known != (known := (first[j], thickness)):
+        modulus, density = properties[first[j]]
+        if previous != (previous := (first[j], thickness)):
             decay = np.exp(-1j * omega * thickness / np.sqrt(modulus / density))
             twice = decay**2
-        down = reflections[j] * twice
+        reflected = reflections[j] * twice
         if first[j + 1] == first[j]:  # nothing is reflected within a medium
-            steps[j], reflections[j + 1] = decay, down
+            steps[j], reflections[j + 1] = decay, reflected
             continue
         contrast = 0.0
         if media[j + 1] is not None:
-            contrast = np.sqrt(density * modulus / np.prod(of[first[j + 1]], axis=0))
-        upgoing = (1 + contrast) + (1 - contrast) * down
-        downgoing = (1 - contrast) + (1 + contrast) * down
+            contrast = np.sqrt(density * modulus / np.prod(properties[first[j + 1]], axis=0))
+        upgoing = (1 + contrast) + (1 - contrast) * reflected
+        downgoing = (1 - contrast) + (1 + contrast) * reflected
         with np.errstate(divide="ignore", invalid="ignore"):
             steps[j] = 2 * decay / upgoing
             reflections[j + 1] = downgoing / upgoing
     return steps, reflections
 
 
-def one_of(name: str, value: str, known: Collection[str]) -> str:
+def one_of(name: str, value: str, allowed: Collection[str]) -> str:
     """Return the value; raise an error if it is not in the list."""
-    if not isinstance(value, str) or value not in known:
-        raise InputError(f"{name} must be one of {', '.join(known)}, got {value!r}")
+    if not isinstance(value, str) or value not in allowed:
+        raise InputError(f"{name} must be one of {', '.join(allowed)}, got {value!r}")
     return value

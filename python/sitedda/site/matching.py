@@ -21,14 +21,14 @@ _PER_DECADE = 240  # number of matched periods per decade
 _SCALINGS = 10  # number of rounds that scale Fourier amplitudes
 _RELAXED = 0.7  # exponent of the scaling of Fourier amplitudes
 _MOST_PEAKS = 3  # largest number of new bounds per oscillator and round
-_EDGE = 0.03  # taper at each end over the duration
+_EDGE = 0.03  # length of the taper at each end / duration
 _SPREAD = 1.0  # s, standard deviation of the window of the envelope
-_FLOOR = 0.02  # smallest value of the envelope over the largest
-_SHARP = 0.8  # smallest sampled maximum of the misfit that is refined, over the limit
+_FLOOR = 0.02  # smallest / largest value of the envelope
+_SHARP = 0.8  # smallest refined maximum of the misfit / limit of the misfit
 _NEAR = 17  # number of periods at which a maximum is refined
 _ENOUGH = 0.95  # fraction of the tolerance at which the rounds end
 _STAGE = 4  # rounds between two linear problems
-_RIDGE = 1e-2  # ridge added to the diagonal of the dual problem, over the diagonal
+_RIDGE = 1e-2  # ridge added to the diagonal of the dual problem / diagonal
 _LESS = 0.5  # factor of the ridge after a linear problem that decreases the misfit
 
 
@@ -61,12 +61,12 @@ def matched(
     Parameters
     ----------
     motion : xarray.Dataset
-        As :func:`sitedda.read_record` returns it; first scaled to the target, and resampled to a
-        tenth of the shortest period where it is coarser.
+        Result of :func:`sitedda.read_record`; first scaled to the target, and resampled if its time
+        step is longer than a tenth of the shortest period.
     target : callable or (periods, values)
         Sa (m/s²) of periods (s).
     periods : (float, float)
-        Shortest and longest that are matched, s.
+        Shortest and longest matched period, s.
     tolerance : float
         Largest permitted misfit; ε is half of it.
     damping : float
@@ -92,24 +92,25 @@ def matched(
     low, high = map(float, periods)
     if not 0 < low < high:
         raise InputError(f"periods = {periods}: give the shortest and the longest, above 0, s")
-    given = Motion.of(motion)
-    parts = int(np.ceil(given.time_step / (low / _FINE) - 1e-9))
-    if parts > 1:
-        given = Motion.of(resampled(motion, given.time_step / parts))
-    if high > given.acceleration.size * given.time_step / 2:
-        raise InputError(f"a motion of {given.acceleration.size * given.time_step:.3g} s cannot be "
-                         f"matched at periods of {high:g} s")  # fmt: skip
+    ground = Motion.of(motion)
+    subdivisions = int(np.ceil(ground.time_step / (low / _FINE) - 1e-9))
+    if subdivisions > 1:
+        ground = Motion.of(resampled(motion, ground.time_step / subdivisions))
+    if high > ground.acceleration.size * ground.time_step / 2:
+        duration = ground.acceleration.size * ground.time_step
+        raise InputError(f"a motion of {duration:.3g} s cannot be matched at periods of {high:g} s")
     grid = np.geomspace(low, high, int(np.ceil(_PER_DECADE * np.log10(high / low))) + 1)
-    run = _Matching(given, grid, target, damping)
-    best, least = run.best_round(tolerance, most_rounds)
-    if least > tolerance:
+    run = _Matching(ground, grid, target, damping)
+    best, smallest_misfit = run.best_round(tolerance, most_rounds)
+    if smallest_misfit > tolerance:
         raise ConvergenceError(
-            f"the spectrum differs by {100 * least:.3g} % from the target (allowed: "
+            f"the spectrum differs by {100 * smallest_misfit:.3g} % from the target (allowed: "
             f"{100 * tolerance:g} %): choose a motion with a closer spectrum, or fewer periods"
         )
-    found = of_acceleration(best, given.time_step, f"matched to a spectrum, {low:g} to {high:g} s")
-    found.attrs["misfit"] = least
-    return found
+    method = f"matched to a spectrum, {low:g} to {high:g} s"
+    result = of_acceleration(best, ground.time_step, method)
+    result.attrs["misfit"] = smallest_misfit
+    return result
 
 
 class _Bound(NamedTuple):
@@ -128,156 +129,167 @@ class _Matching:
         from scipy.ndimage import gaussian_filter1d
 
         self.step, self.size, self.damping = motion.time_step, motion.acceleration.size, damping
-        self.target, self.grid, self.wanted = target, grid, target_at(target, grid)
-        self.regular = grid.size
-        self.rest = np.zeros(int(np.ceil(grid[-1] / self.step)) + 1)  # zeros for free vibration
-        self.length = fast_length(2 * self.size + self.rest.size)
+        self.target, self.grid, self.target_values = target, grid, target_at(target, grid)
+        self.regular_size = grid.size
+        self.final_zeros = np.zeros(
+            int(np.ceil(grid[-1] / self.step)) + 1
+        )  # zeros for free vibration
+        self.length = fast_length(2 * self.size + self.final_zeros.size)
         self.frequency = np.fft.rfftfreq(self.length, self.step)
-        self.passed = 1 / (1 + (0.5 / grid[-1] / np.maximum(self.frequency, 1e-9)) ** 8)
-        own = motion.acceleration * np.exp(
-            -np.log(self._spectral_ratio(motion.acceleration)).mean()
-        )
+        self.filter_gain = 1 / (1 + (0.5 / grid[-1] / np.maximum(self.frequency, 1e-9)) ** 8)
+        mean = np.log(self._spectral_ratio(motion.acceleration)).mean()
+        scaled = motion.acceleration * np.exp(-mean)
         time = np.linspace(0.0, 1.0, self.size)
-        edge = np.sin(0.5 * np.pi * np.minimum(1.0, np.minimum(time, 1 - time) / _EDGE)) ** 2
-        energy = gaussian_filter1d(own**2, _SPREAD / self.step)
-        self.envelope = edge * np.sqrt(np.maximum(energy / energy.max(), _FLOOR**2))
+        taper = np.sin(0.5 * np.pi * np.minimum(1.0, np.minimum(time, 1 - time) / _EDGE)) ** 2
+        energy = gaussian_filter1d(scaled**2, _SPREAD / self.step)
+        self.envelope = taper * np.sqrt(np.maximum(energy / energy.max(), _FLOOR**2))
         self.drifts = self._colour_motion(np.array([np.ones(self.size), 1 - time]))
         speeds = running_integral(self.drifts, self.step)
-        ends = np.array([speeds[:, -1], running_integral(speeds, self.step)[:, -1]])
-        self.correction = np.linalg.inv(ends)  # drifts that cancel final motions
-        self.motion = self._remove_final_motion(self._scale_amplitudes(own, edge))
-        self.largest: dict[int, _Bound] = {}  # chosen lower bounds by oscillator
-        self.known: dict[_Bound, tuple] = {}  # kernel and wave of each bound
+        final_motions = np.array([speeds[:, -1], running_integral(speeds, self.step)[:, -1]])
+        self.correction = np.linalg.inv(final_motions)  # drifts that cancel final motions
+        self.motion = self._remove_final_motion(self._scale_amplitudes(scaled, taper))
+        self.lower_bounds: dict[int, _Bound] = {}  # chosen lower bounds by oscillator
+        self.waves: dict[_Bound, tuple] = {}  # kernel and wave of each bound
         self.filters: dict[int, tuple] = {}  # coefficients of `_oscillator_response` by oscillator
 
-    def best_round(self, tolerance: float, most: int):
+    def best_round(self, tolerance: float, most_rounds: int):
         """Return the best motion and its misfit."""
         margin, ridge = tolerance / 2, _RIDGE * _LESS
-        series, best, least, before = self.motion, self.motion, np.inf, np.inf
-        for number in range(most):
+        series, best, smallest, previous = self.motion, self.motion, np.inf, np.inf
+        for number in range(most_rounds):
             ratio = self._spectral_ratio(series)
-            off = float(np.abs(ratio - 1).max())
-            if off <= tolerance:
-                off = self._refine_periods(series, _ENOUGH * tolerance)
+            misfit = float(np.abs(ratio - 1).max())
+            if misfit <= tolerance:
+                misfit = self._refine_periods(series, _ENOUGH * tolerance)
                 ratio = self._spectral_ratio(series)
-            best, least = (series, off) if off < least else (best, least)
-            if least <= _ENOUGH * tolerance:
+            best, smallest = (series, misfit) if misfit < smallest else (best, smallest)
+            if smallest <= _ENOUGH * tolerance:
                 break
             if number % _STAGE == 0:
-                ridge *= _LESS if least < before else 1 / _LESS
-                before, start, series = least, best, best
+                ridge *= _LESS if smallest < previous else 1 / _LESS
+                previous, start, series = smallest, best, best
                 ratio = self._spectral_ratio(series)
-                bounds, self.largest, self.known = [], {}, {}
+                bounds, self.lower_bounds, self.waves = [], {}, {}
             bounds, sampled = self._add_violated_bounds(series, ratio, margin, bounds)
             kernels, waves = (
                 np.array(one) for one in zip(*map(self._kernel_and_wave, bounds), strict=True)
             )
-            level = [sampled[one.oscillator] * (1 - margin if one.lower else -1 - margin)
+            required = [sampled[one.oscillator] * (1 - margin if one.lower else -1 - margin)
                      for one in bounds]  # fmt: skip
-            share = _maximise_dual(kernels @ waves.T, level - kernels @ start, ridge)
-            series = start + share @ waves
-            bounds = [one for one, size in zip(bounds, share, strict=True) if size > 0]
-        return best, least
+            multipliers = _maximise_dual(kernels @ waves.T, required - kernels @ start, ridge)
+            series = start + multipliers @ waves
+            bounds = [one for one, size in zip(bounds, multipliers, strict=True) if size > 0]
+        return best, smallest
 
     def _spectral_ratio(self, series) -> NDArray[np.float64]:
-        """Return spectrum over target."""
-        return spectral_acceleration(series, self.step, self.grid, self.damping) / self.wanted
+        """Return the ratio of spectrum to target at the matched periods."""
+        return (
+            spectral_acceleration(series, self.step, self.grid, self.damping) / self.target_values
+        )
 
-    def _refine_periods(self, series, enough: float) -> float:
+    def _refine_periods(self, series, limit: float) -> float:
         """Return the misfit at four times as many periods, and more at its maxima.
 
         Maxima join the grid: they are sharp, so samples underestimate them.
         """
-        grid = np.geomspace(self.grid[0], self.grid[self.regular - 1], 4 * self.regular - 3)
-        away, _ = self._misfit(series, grid)
-        inner = away[1:-1]
-        peak = (inner >= away[:-2]) & (inner > away[2:]) & (inner > _SHARP * enough)
-        peak[inner.argmax()] = True
-        near = grid[1:-1][peak, None] * (grid[1] / grid[0]) ** np.linspace(-1, 1, _NEAR)
-        found, wanted = self._misfit(series, near.ravel())
-        most = np.arange(len(near)) * _NEAR + found.reshape(near.shape).argmax(axis=1)
-        most = most[found[most] > enough]
-        self.grid = np.append(self.grid, near.ravel()[most])
-        self.wanted = np.append(self.wanted, wanted[most])
-        return float(max(away.max(), found.max()))
+        grid = np.geomspace(
+            self.grid[0], self.grid[self.regular_size - 1], 4 * self.regular_size - 3
+        )
+        misfits, _ = self._misfit(series, grid)
+        inner = misfits[1:-1]
+        is_peak = (inner >= misfits[:-2]) & (inner > misfits[2:]) & (inner > _SHARP * limit)
+        is_peak[inner.argmax()] = True
+        trials = grid[1:-1][is_peak, None] * (grid[1] / grid[0]) ** np.linspace(-1, 1, _NEAR)
+        trial_misfits, targets = self._misfit(series, trials.ravel())
+        maxima = np.arange(len(trials)) * _NEAR + trial_misfits.reshape(trials.shape).argmax(axis=1)
+        maxima = maxima[trial_misfits[maxima] > limit]
+        self.grid = np.append(self.grid, trials.ravel()[maxima])
+        self.target_values = np.append(self.target_values, targets[maxima])
+        return float(max(misfits.max(), trial_misfits.max()))
 
     def _misfit(self, series, periods) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return |spectrum over target − 1| and target at periods (s)."""
-        wanted = target_at(self.target, periods)
+        """Return |spectrum / target − 1| and the target at periods (s)."""
+        targets = target_at(self.target, periods)
         spectrum = spectral_acceleration(series, self.step, periods, self.damping)
-        return np.abs(spectrum / wanted - 1), wanted
+        return np.abs(spectrum / targets - 1), targets
 
     def _scale_amplitudes(self, series, edge) -> NDArray[np.float64]:
         """Scale the Fourier amplitudes of a motion towards the target."""
         logs = np.log(np.maximum(self.frequency, 1e-9))
         for _ in range(_SCALINGS):
-            lack = -_RELAXED * np.log(self._spectral_ratio(series))
-            factor = self.passed * np.exp(np.interp(logs, -np.log(self.grid[::-1]), lack[::-1]))
+            gains = -_RELAXED * np.log(self._spectral_ratio(series))
+            factor = self.filter_gain * np.exp(
+                np.interp(logs, -np.log(self.grid[::-1]), gains[::-1])
+            )
             series = edge * self._filter_motion(series, factor)
         return series
 
     def _add_violated_bounds(self, series, ratio, margin: float, bounds):
-        """Add violated bounds; return all, and the sampled over the true response of each."""
-        numbers = np.flatnonzero(np.abs(ratio - 1) > margin)
-        found, sampled = list(bounds), {}
-        for i in sorted({*numbers, *(one.oscillator for one in bounds)}):
+        """Return all bounds, with violated ones, and the ratio of sampled to true peak of each."""
+        violated = np.flatnonzero(np.abs(ratio - 1) > margin)
+        all_bounds, sampled = list(bounds), {}
+        for i in sorted({*violated, *(bound.oscillator for bound in bounds)}):
             response = self._oscillator_response(i, series)
             size = np.abs(response)
             sampled[i] = size.max() / ratio[i]  # the largest response may lie between samples
             if ratio[i] < 1 - margin:
-                at = int(size.argmax())
-                first = _Bound(i, at, float(np.sign(response[at])), True)
-                found.append(self.largest.setdefault(i, first))
+                sample = int(size.argmax())
+                first = _Bound(i, sample, float(np.sign(response[sample])), True)
+                all_bounds.append(self.lower_bounds.setdefault(i, first))
             inner = size[1:-1]
-            high = (inner >= size[:-2]) & (inner > size[2:]) & (inner > (1 + margin) * sampled[i])
-            high = np.flatnonzero(high) + 1
-            for at in high[np.argsort(-size[high])][:_MOST_PEAKS]:
-                found.append(_Bound(i, int(at), float(np.sign(response[at])), False))
-        return list(dict.fromkeys(found)), sampled
+            peaks = (inner >= size[:-2]) & (inner > size[2:]) & (inner > (1 + margin) * sampled[i])
+            peaks = np.flatnonzero(peaks) + 1
+            for sample in peaks[np.argsort(-size[peaks])][:_MOST_PEAKS]:
+                all_bounds.append(_Bound(i, int(sample), float(np.sign(response[sample])), False))
+        return list(dict.fromkeys(all_bounds)), sampled
 
     def _oscillator_response(self, number: int, series) -> NDArray[np.float64]:
-        """Return the pseudo-acceleration of an oscillator over its target, also after the motion.
+        """Return pseudo-acceleration / target of an oscillator, during and after the motion.
 
         The recursion is exact for a motion that is straight between samples.
         """
         from scipy.signal import cont2discrete, lfilter
 
         if number not in self.filters:
-            own = 2 * np.pi / self.grid[number]
-            system = [-(own**2) / self.wanted[number]], [1.0, 2 * self.damping * own, own**2]
-            (ahead,), back, _ = cont2discrete(system, self.step, "foh")
-            self.filters[number] = ahead, back
-        return lfilter(*self.filters[number], np.append(series, self.rest))
+            omega = 2 * np.pi / self.grid[number]
+            system = (
+                [-(omega**2) / self.target_values[number]],
+                [1.0, 2 * self.damping * omega, omega**2],
+            )
+            (numerator,), denominator, _ = cont2discrete(system, self.step, "foh")
+            self.filters[number] = numerator, denominator
+        return lfilter(*self.filters[number], np.append(series, self.final_zeros))
 
     def _kernel_and_wave(self, bound: _Bound):
-        """Return kernel k and wave C k of a bound; k · a is its response to a, signed."""
-        if bound not in self.known:
+        """Return kernel k and wave C k of a bound; k · a is its signed response to a motion a."""
+        if bound not in self.waves:
             kernel = np.zeros(self.size)
             impulse = self._oscillator_response(bound.oscillator, np.eye(1, self.size)[0])
-            past = impulse[: bound.sample + 1][::-1][: self.size]
-            kernel[: past.size] = past if bound.lower == (bound.sign > 0) else -past
-            self.known[bound] = kernel, self._remove_final_motion(self._colour_motion(kernel))
-        return self.known[bound]
+            history = impulse[: bound.sample + 1][::-1][: self.size]
+            kernel[: history.size] = history if bound.lower == (bound.sign > 0) else -history
+            self.waves[bound] = kernel, self._remove_final_motion(self._colour_motion(kernel))
+        return self.waves[bound]
 
     def _filter_motion(self, series, factor) -> NDArray[np.float64]:
+        """Multiply the Fourier spectrum of a motion by a factor for each frequency."""
         spectrum = np.fft.rfft(series, self.length) * factor
         return np.fft.irfft(spectrum, self.length)[..., : self.size]
 
     def _colour_motion(self, series) -> NDArray[np.float64]:
-        """Return a series times envelope, filtered, and times envelope again."""
-        return self.envelope * self._filter_motion(self.envelope * series, self.passed)
+        """Multiply a series by the envelope, filter it, and multiply it by the envelope again."""
+        return self.envelope * self._filter_motion(self.envelope * series, self.filter_gain)
 
     def _remove_final_motion(self, series) -> NDArray[np.float64]:
         """Subtract two waves, so that velocity and displacement end at 0."""
         velocity = running_integral(series, self.step)
-        ends = velocity[-1], running_integral(velocity, self.step)[-1]
-        return series - self.correction @ ends @ self.drifts
+        final_motion = velocity[-1], running_integral(velocity, self.step)[-1]
+        return series - self.correction @ final_motion @ self.drifts
 
 
-def _maximise_dual(product, lack, ridge: float) -> NDArray[np.float64]:
+def _maximise_dual(product, deficits, ridge: float) -> NDArray[np.float64]:
     """Return the λ ≥ 0 that maximises λ · lack − λᵀ product λ/2."""
     from scipy.optimize import nnls
 
-    added = ridge * np.diag(np.diag(product))
-    lower = np.linalg.cholesky((product + product.T) / 2 + added)
-    return nnls(lower.T, np.linalg.solve(lower, lack), maxiter=30 * lack.size)[0]
+    regularisation = ridge * np.diag(np.diag(product))
+    factor = np.linalg.cholesky((product + product.T) / 2 + regularisation)
+    return nnls(factor.T, np.linalg.solve(factor, deficits), maxiter=30 * deficits.size)[0]

@@ -10,7 +10,7 @@ from ..base.arguments import positive
 from ..base.errors import InputError
 from ..engine.signals import fast_length
 
-_MOST_ZEROS = 31  # largest number of zeros over samples
+_MOST_ZEROS = 31  # largest number of zeros / number of samples
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,8 @@ class Motion:
         if series.ndim != 1 or series.size < 2:
             raise InputError(f"a motion needs a row of 2 or more samples, not shape {series.shape}")
         if not np.all(np.isfinite(series)):
-            where = int(np.flatnonzero(~np.isfinite(series))[0])
-            raise InputError(f"sample {where} of the motion is {series[where]}")
+            index = int(np.flatnonzero(~np.isfinite(series))[0])
+            raise InputError(f"sample {index} of the motion is {series[index]}")
         step = float(positive("time_step", time_step))
         return cls(series, step, fast_length(2 * series.size))
 

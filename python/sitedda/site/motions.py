@@ -71,21 +71,22 @@ def band_pass(motion, low: float | None, high: float | None = None, order: int =
     """
     from scipy.signal import butter, sosfiltfilt
 
-    given = Motion.of(motion)
-    most = 0.5 / given.time_step
+    ground = Motion.of(motion)
+    nyquist = 0.5 / ground.time_step
     corners = [float(f) for f in (low, high) if f is not None]
-    if not corners or not 0 < corners[0] <= corners[-1] < most or len(set(corners)) < len(corners):
+    increasing = corners == sorted(set(corners))
+    if not corners or not increasing or not 0 < corners[0] <= corners[-1] < nyquist:
         raise InputError(f"corners of {low} and {high} Hz: give one or two, in order, above 0 and "
-                         f"below {most:g} Hz, half of the sampling frequency")  # fmt: skip
+                         f"below {nyquist:g} Hz, half of the sampling frequency")  # fmt: skip
     if not 1 <= order <= 10:
         raise InputError(f"order = {order}: give 1 to 10")
     kind = "bandpass" if len(corners) == 2 else "highpass" if high is None else "lowpass"
     sections = butter(order, corners if len(corners) == 2 else corners[0], kind,
-                      fs=1 / given.time_step, output="sos")  # fmt: skip
-    zeros = np.zeros(int(np.ceil(1.5 * order / corners[0] / given.time_step)))
-    series = np.concatenate([zeros, given.acceleration, zeros])
-    words = f"zero-phase Butterworth, order {order}, {low} to {high} Hz"
-    return of_acceleration(sosfiltfilt(sections, series, padlen=0), given.time_step, words)
+                      fs=1 / ground.time_step, output="sos")  # fmt: skip
+    zeros = np.zeros(int(np.ceil(1.5 * order / corners[0] / ground.time_step)))
+    series = np.concatenate([zeros, ground.acceleration, zeros])
+    method = f"zero-phase Butterworth, order {order}, {low} to {high} Hz"
+    return of_acceleration(sosfiltfilt(sections, series, padlen=0), ground.time_step, method)
 
 
 def resampled(motion, time_step: float) -> xr.Dataset:
@@ -99,13 +100,13 @@ def resampled(motion, time_step: float) -> xr.Dataset:
     """
     from scipy.signal import resample_poly
 
-    given, step = Motion.of(motion), float(positive("time_step", time_step))
-    ratio = Fraction(given.time_step / step).limit_denominator(_MOST_RATIO)
-    if not ratio or abs(float(ratio) * step / given.time_step - 1) > 1e-6 or ratio > _MOST_RATIO:
-        raise InputError(f"time_step = {step:g} s: its ratio to {given.time_step:g} s is not a "
+    ground, step = Motion.of(motion), float(positive("time_step", time_step))
+    ratio = Fraction(ground.time_step / step).limit_denominator(_MOST_RATIO)
+    if not ratio or abs(float(ratio) * step / ground.time_step - 1) > 1e-6 or ratio > _MOST_RATIO:
+        raise InputError(f"time_step = {step:g} s: its ratio to {ground.time_step:g} s is not a "
                          f"quotient of whole numbers up to {_MOST_RATIO}")  # fmt: skip
-    series = resample_poly(given.acceleration, ratio.numerator, ratio.denominator)
-    return of_acceleration(series, step, f"resampled from {given.time_step:g} s")
+    series = resample_poly(ground.acceleration, ratio.numerator, ratio.denominator)
+    return of_acceleration(series, step, f"resampled from {ground.time_step:g} s")
 
 
 def rotated_spectra(
@@ -135,18 +136,18 @@ def rotated_spectra(
         import pyrotd
     except ImportError as trouble:
         raise MissingLibrary("RotDnn needs the library: pip install pyrotd") from trouble
-    one, other = Motion.of(first), Motion.of(second)
-    if abs(one.time_step - other.time_step) > 1e-9 * one.time_step:
-        raise InputError(f"components have time steps of {one.time_step:g} and "
-                         f"{other.time_step:g} s: resample one")  # fmt: skip
-    size = min(one.acceleration.size, other.acceleration.size)
-    at = np.asarray(periods, dtype=float)
-    wanted = list(percentiles)
-    pair = one.acceleration[:size], other.acceleration[:size]
-    found = pyrotd.calc_rotated_spec_accels(
-        one.time_step, *pair, 1 / at, damping, percentiles=wanted
+    x, y = Motion.of(first), Motion.of(second)
+    if abs(x.time_step - y.time_step) > 1e-9 * x.time_step:
+        raise InputError(f"components have time steps of {x.time_step:g} and "
+                         f"{y.time_step:g} s: resample one")  # fmt: skip
+    size = min(x.acceleration.size, y.acceleration.size)
+    grid = np.asarray(periods, dtype=float)
+    levels = list(percentiles)
+    components = x.acceleration[:size], y.acceleration[:size]
+    spectra = pyrotd.calc_rotated_spec_accels(
+        x.time_step, *components, 1 / grid, damping, percentiles=levels
     )
-    return np.array([found.spec_accel[found.percentile == p] for p in wanted])
+    return np.array([spectra.spec_accel[spectra.percentile == p] for p in levels])
 
 
 def scale_to(motion, target: Target, periods: ArrayLike, damping: float = 0.05) -> float:
@@ -160,26 +161,27 @@ def scale_to(motion, target: Target, periods: ArrayLike, damping: float = 0.05) 
     periods : array_like, shape (n,)
         s, such as ``np.geomspace(0.2, 2.0, 50)`` for a band.
     """
-    given, at = Motion.of(motion), np.asarray(periods, dtype=float)
-    own = spectral_acceleration(given.acceleration, given.time_step, at, damping)
-    if not np.all(own > 0):
+    ground, grid = Motion.of(motion), np.asarray(periods, dtype=float)
+    spectrum = spectral_acceleration(ground.acceleration, ground.time_step, grid, damping)
+    if not np.all(spectrum > 0):
         raise InputError("a motion of zeros cannot be scaled")
-    return float(np.exp(np.mean(np.log(target_at(target, at) / own))))
+    return float(np.exp(np.mean(np.log(target_at(target, grid) / spectrum))))
 
 
 def target_at(target: Target, periods: NDArray[np.float64]) -> NDArray[np.float64]:
     """Interpolate a target spectrum (m/s²) at periods (s), linearly in its logarithms."""
     if callable(target):
-        found = np.asarray(target(periods), dtype=float)
+        result = np.asarray(target(periods), dtype=float)
     else:
-        at, values = (np.asarray(one, dtype=float) for one in target)
-        if not (at.min() <= periods.min() * (1 + 1e-9) and periods.max() <= at.max() * (1 + 1e-9)):
-            raise InputError(f"the target covers {at.min():g} to {at.max():g} s, but must cover "
-                             f"{periods.min():g} to {periods.max():g} s")  # fmt: skip
-        found = np.exp(np.interp(np.log(periods), np.log(at), np.log(values)))
-    if found.shape != periods.shape or not np.all(np.isfinite(found) & (found > 0)):
+        grid, values = (np.asarray(axis, dtype=float) for axis in target)
+        low, high = periods.min() * (1 + 1e-9), periods.max() / (1 + 1e-9)
+        if not (grid.min() <= low and high <= grid.max()):
+            raise InputError(f"the target covers {grid.min():g} to {grid.max():g} s, but must "
+                             f"cover {periods.min():g} to {periods.max():g} s")  # fmt: skip
+        result = np.exp(np.interp(np.log(periods), np.log(grid), np.log(values)))
+    if result.shape != periods.shape or not np.all(np.isfinite(result) & (result > 0)):
         raise InputError("the target spectrum must be above 0 at all periods")
-    return found
+    return result
 
 
 # --- selection to a conditional mean spectrum -----------------------------------------------------
@@ -196,9 +198,9 @@ def spectral_correlation(first: ArrayLike, second: ArrayLike) -> NDArray[np.floa
     first, second = np.broadcast_arrays(np.asarray(first, float), np.asarray(second, float))
     low, high = np.minimum(first, second), np.maximum(first, second)
     c1 = 1 - np.cos(np.pi / 2 - 0.366 * np.log(high / np.maximum(low, 0.109)))
-    slow = 1 / (1 + np.exp(np.minimum(100 * high - 5, 500)))
-    near = 1 - 0.105 * (1 - slow) * (high - low) / np.maximum(high - 0.0099, 1e-4)
-    c2 = np.where(high < 0.2, near, 0.0)
+    transition = 1 / (1 + np.exp(np.minimum(100 * high - 5, 500)))
+    reduced = 1 - 0.105 * (1 - transition) * (high - low) / np.maximum(high - 0.0099, 1e-4)
+    c2 = np.where(high < 0.2, reduced, 0.0)
     c3 = np.where(high < 0.109, c2, c1)
     c4 = c1 + 0.5 * (np.sqrt(c3) - c3) * (1 + np.cos(np.pi * low / 0.109))
     return np.where(high < 0.109, c2, np.where(low > 0.109, c1,
@@ -229,10 +231,10 @@ def conditional_mean(
     Baker, J. W. (2011). Conditional mean spectrum: tool for ground-motion selection. Journal of
     Structural Engineering 137(3), 322-331.
     """
-    at, spread = np.asarray(periods, dtype=float), np.asarray(sigma, dtype=float)
-    rho = spectral_correlation(at, period)
-    mean = np.asarray(median, dtype=float) * np.exp(rho * epsilon * spread)
-    return mean, spread * np.sqrt(np.maximum(1 - rho**2, 0.0))
+    grid, sigmas = np.asarray(periods, dtype=float), np.asarray(sigma, dtype=float)
+    rho = spectral_correlation(grid, period)
+    mean = np.asarray(median, dtype=float) * np.exp(rho * epsilon * sigmas)
+    return mean, sigmas * np.sqrt(np.maximum(1 - rho**2, 0.0))
 
 
 @dataclass(frozen=True)
@@ -256,19 +258,21 @@ class Flatfile:
         periods : array_like, optional
             s; periods of the file at which spectra are compared.
         factors : (float, float)
-            Least and largest factor of a record.
+            Smallest and largest factor of a record.
 
         Returns
         -------
         list of (name, factor, misfit)
-            Best first; the misfit is the root of the mean square of ln Sa less that of the target.
+            Best first; the misfit is the root mean square of ln (Sa of the record / target).
         """
-        at = self.periods if periods is None else np.asarray(periods, dtype=float)
-        wanted = np.log(target_at(target, at))
-        known = np.log(self.spectra)
-        logs = np.array([np.interp(np.log(at), np.log(self.periods), one) for one in known])
-        shift = np.clip(np.mean(wanted - logs, axis=1), *np.log(factors))
-        misfit = np.sqrt(np.mean((logs + shift[:, None] - wanted) ** 2, axis=1))
+        grid = self.periods if periods is None else np.asarray(periods, dtype=float)
+        target_logs = np.log(target_at(target, grid))
+        spectrum_logs = np.log(self.spectra)
+        logs = np.array(
+            [np.interp(np.log(grid), np.log(self.periods), row) for row in spectrum_logs]
+        )
+        shift = np.clip(np.mean(target_logs - logs, axis=1), *np.log(factors))
+        misfit = np.sqrt(np.mean((logs + shift[:, None] - target_logs) ** 2, axis=1))
         if not 1 <= count <= len(self.names):
             raise InputError(f"count = {count}: the flatfile has {len(self.names)} records")
         best = np.argsort(misfit, kind="stable")[:count]
@@ -281,8 +285,8 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
     Parameters
     ----------
     file : path
-        A column ``file``, ``record``, ``name`` or NGA-West2's own, and columns of Sa headed
-        ``T0.100S``, ``SA(0.1)`` or ``0.1``.  Records with a value that is not above 0 are left out.
+        A column ``file``, ``record``, ``name`` or that of NGA-West2, and columns of Sa with heads
+        like ``T0.100S``, ``SA(0.1)`` or ``0.1``.  Records with values of 0 or below are omitted.
     unit : float
         Unit of the spectra, m/s² (default: g).
     """
@@ -295,18 +299,20 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
     except ValueError as trouble:
         raise InputError(f"{file}: {trouble}") from None
     heads = {head.strip().lower(): head for head in table}
-    named = [heads[name] for name in _NAMES if name in heads]
-    of = {head: float(found[1]) for head in table if (found := _HEAD.fullmatch(head))}
-    if not named or len(of) < 2:
+    name_columns = [heads[name] for name in _NAMES if name in heads]
+    by_head = {head: float(match[1]) for head in table if (match := _HEAD.fullmatch(head))}
+    if not name_columns or len(by_head) < 2:
         raise InputError(f"{file}: give a column 'file' and two or more columns of spectra, "
                          "such as 'SA(0.1)'")  # fmt: skip
-    columns = sorted(of, key=of.__getitem__)
+    columns = sorted(by_head, key=by_head.__getitem__)
     spectra = table[columns].apply(pd.to_numeric, errors="coerce").to_numpy()
-    unread = np.isnan(spectra).any(axis=1)
-    if unread.any():
-        raise InputError(f"{file}, row {2 + unread.argmax()}: a spectrum cannot be read")
-    good = np.all(spectra > 0, axis=1)
-    if not good.any():
+    is_invalid = np.isnan(spectra).any(axis=1)
+    if is_invalid.any():
+        raise InputError(f"{file}, row {2 + is_invalid.argmax()}: a spectrum cannot be read")
+    is_positive = np.all(spectra > 0, axis=1)
+    if not is_positive.any():
         raise InputError(f"{file} has no record with a spectrum above 0")
-    names = list(table.loc[good, named[0]].str.strip())
-    return Flatfile(names, np.array([of[head] for head in columns]), unit * spectra[good])
+    names = list(table.loc[is_positive, name_columns[0]].str.strip())
+    return Flatfile(
+        names, np.array([by_head[head] for head in columns]), unit * spectra[is_positive]
+    )

@@ -46,8 +46,8 @@ class Histories:
     stress: NDArray[np.float64]  # Pa
     largest_strain: NDArray[np.float64]  # of all steps, also between samples, shape (cells,)
     largest_stress: NDArray[np.float64]  # Pa
-    # Energies, J/m²: "work" at the base, "kinetic", "stored", "slipped" (lost by the branches),
-    # "damped" (lost by the damping of small strains)
+    # Energies, J/m²: "work" at the base, "kinetic", "stored", "slipped" (dissipated by branches),
+    # "damped" (dissipated by the damping of small strains)
     energy: dict[str, float]
     iterations: NDArray[np.int32]  # of each step
 
@@ -72,8 +72,8 @@ class NonlinearResponse(SiteResponse):
     coarse : Histories or None
         Histories with cells and steps of twice the size.
     band : float
-        Hz, up to which cells and steps are small enough.  Accelerations that are returned pass a
-        zero-phase low-pass at it; `histories` has them as computed.
+        Highest frequency that cells and steps resolve, Hz.  Returned accelerations are filtered by
+        a zero-phase low-pass at this frequency; those of `histories` are not.
     """
 
     column: Column
@@ -118,14 +118,14 @@ class NonlinearResponse(SiteResponse):
 
     def _values_at_nodes(self, values: NDArray[np.float64], depth: float) -> NDArray[np.float64]:
         nodes, k = self.histories.interfaces, self._cell_indices(depth)
-        share = (depth - nodes[k]) / (nodes[k + 1] - nodes[k])
-        return values[k] + share * (values[k + 1] - values[k])
+        fraction = (depth - nodes[k]) / (nodes[k + 1] - nodes[k])
+        return values[k] + fraction * (values[k + 1] - values[k])
 
     def _cell_indices(self, depth: ArrayLike) -> NDArray[np.int64]:
-        at, nodes = np.asarray(depth, dtype=float), self.histories.interfaces
-        if not np.all((at >= 0) & (at <= self.column.depth * (1 + 1e-9))):
+        depths, nodes = np.asarray(depth, dtype=float), self.histories.interfaces
+        if not np.all((depths >= 0) & (depths <= self.column.depth * (1 + 1e-9))):
             raise InputError(f"depth must be in 0 … {self.column.depth:g} m, got {depth!r}")
-        return np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
+        return np.clip(np.searchsorted(nodes, depths, side="right") - 1, 0, nodes.size - 2)
 
     def profile(self) -> xr.Dataset:
         """Return peaks of nodes and cells over depth, as :meth:`ColumnResponse.profile`.
@@ -134,23 +134,28 @@ class NonlinearResponse(SiteResponse):
         twice the size change the peak by at most 5 %. Peaks below half of the largest are compared
         with it.
         """
-        found = self._profile_of(self.histories)
+        peaks = self._profile_of(self.histories)
         if self.coarse is not None:
             coarse = self._profile_of(self.coarse)
-            for name, first in (("acceleration", []), ("strain", [0.0])):  # none at the surface
-                fine, other = found[name], coarse[name]
-                at = np.append(first, other[other.dims[0]])
-                changed = np.interp(fine[fine.dims[0]], at, np.append(first, other)) - fine.values
+            for name, surface in (
+                ("acceleration", []),
+                ("strain", [0.0]),
+            ):  # none at the surface
+                fine, rough = peaks[name], coarse[name]
+                depths = np.append(surface, rough[rough.dims[0]])
+                change = (
+                    np.interp(fine[fine.dims[0]], depths, np.append(surface, rough)) - fine.values
+                )
                 scale = np.maximum(fine.values, fine.values.max() / 2)
-                found[f"{name}_converged"] = (fine.dims, np.abs(changed) <= CONVERGED * scale)
-        return found
+                peaks[f"{name}_converged"] = (fine.dims, np.abs(change) <= CONVERGED * scale)
+        return peaks
 
-    def _profile_of(self, kept: Histories) -> xr.Dataset:
+    def _profile_of(self, histories: Histories) -> xr.Dataset:
         return self._peak_profile(
-            kept.interfaces, self._filter_resolved(kept.acceleration),
-            running_integral(kept.acceleration, self.motion.time_step),
-            kept.displacement - self._ground,
-            kept.largest_strain[:, None], kept.largest_stress[:, None],
+            histories.interfaces, self._filter_resolved(histories.acceleration),
+            running_integral(histories.acceleration, self.motion.time_step),
+            histories.displacement - self._ground,
+            histories.largest_strain[:, None], histories.largest_stress[:, None],
         )  # fmt: skip
 
     def coarse_spectrum(self, periods: ArrayLike) -> NDArray[np.float64]:
@@ -171,12 +176,12 @@ class NonlinearResponse(SiteResponse):
         coarse = self._compute_results(self.coarse) if self.coarse else dict.fromkeys(fine, np.nan)
         return {name: (value, abs(value - coarse[name])) for name, value in fine.items()}
 
-    def _compute_results(self, kept: Histories) -> dict[str, float]:
-        surface = self._filter_resolved(kept.acceleration[0])
+    def _compute_results(self, histories: Histories) -> dict[str, float]:
+        surface = self._filter_resolved(histories.acceleration[0])
         spectrum = spectral_acceleration(surface, self.motion.time_step, PERIODS)
         return {
             "pga": float(np.abs(surface).max()),
-            "strain": float(kept.largest_strain.max()),
+            "strain": float(histories.largest_strain.max()),
             **{f"sa_{p:g}": float(sa) for p, sa in zip(PERIODS, spectrum, strict=True)},
         }
 
@@ -191,14 +196,14 @@ class NonlinearResponse(SiteResponse):
 
         Beyond the end, a soil flows at the largest stress of its branches.
         """
-        ends = np.cumsum([0.0, *(layer.thickness for layer in self.column.layers)])
-        layer = np.searchsorted(ends, self.histories.interfaces[:-1] + 1e-9 * ends[-1]) - 1
-        found = {}
+        bottoms = np.cumsum([0.0, *(layer.thickness for layer in self.column.layers)])
+        layer = np.searchsorted(bottoms, self.histories.interfaces[:-1] + 1e-9 * bottoms[-1]) - 1
+        strains = {}
         for i, soil in enumerate(self.branches):
             largest = float(self.histories.largest_strain[layer == i].max())
             if soil is not None and largest > soil.strain[-1]:
-                found[i + 1] = largest
-        return found
+                strains[i + 1] = largest
+        return strains
 
     def __str__(self) -> str:
         lines = [self.words, _describe_fit([b for b in self.branches if b is not None])]
@@ -224,12 +229,12 @@ class NonlinearResponse(SiteResponse):
 
     def _describe_noise(self) -> str:
         """Describe the depths whose peak acceleration does not converge; '' if there are none."""
-        found = self.profile()
-        if self.coarse is None or bool(found.acceleration_converged.all()):
+        profile = self.profile()
+        if self.coarse is None or bool(profile.acceleration_converged.all()):
             return ""
-        depth = found.depth.values[~found.acceleration_converged.values]
+        depth = profile.depth.values[~profile.acceleration_converged.values]
         return (
-            f"peak accelerations do not converge at {depth.size} of {found.depth.size} depths, "
+            f"peak accelerations do not converge at {depth.size} of {profile.depth.size} depths, "
             f"from {depth.min():.3g} to {depth.max():.3g} m"
         )
 
@@ -317,8 +322,8 @@ def nonlinear(
     soils: list[Branches | None] = []
     for curve, ratio in zip(curves, ratios, strict=True):
         if curve is not None and not isinstance(curve, Branches):
-            least = None if damping_curve == "target" else ratio
-            curve = _fit_branches(curve, branches, damping_curve, least, reference)
+            smallest_damping = None if damping_curve == "target" else ratio
+            curve = _fit_branches(curve, branches, damping_curve, smallest_damping, reference)
         soils.append(curve)
     every_soil = [soil or _linear_branches(ratio, reference)
                   for soil, ratio in zip(soils, ratios, strict=True)]  # fmt: skip
@@ -341,8 +346,8 @@ def _linear_branches(ratio: float, reference: float) -> Branches:
     if ratio:
         body = ConstantRatio(ratio, reference).body
         modulus = body.unrelaxed * (1 - body.weight.sum())
-    never, most = np.array([1e30]), float(np.finfo(float).max)
-    return Branches(never, np.array([modulus]), np.ones(1), ratio, most, most, (0.0, 0.0))
+    strain, largest = np.array([1e30]), float(np.finfo(float).max)
+    return Branches(strain, np.array([modulus]), np.ones(1), ratio, largest, largest, (0.0, 0.0))
 
 
 def _run_column(
@@ -351,11 +356,11 @@ def _run_column(
 ) -> Histories:  # fmt: skip
     """Run with cells and steps that resolve a frequency, Hz."""
     cells = [_count_cells(layer, highest) for layer in column.layers]
-    every = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * motion.time_step)))
+    substeps = max(1, int(np.ceil(_STEPS_A_PERIOD * highest * motion.time_step)))
     ground, samples = motion.acceleration, motion.acceleration.size
-    if max(sum(cells), every) * samples > _MOST_VALUES:
+    if max(sum(cells), substeps) * samples > _MOST_VALUES:
         raise InputError(
-            f"{sum(cells)} cells, {samples} samples and {every} steps for each are more than "
+            f"{sum(cells)} cells, {samples} samples and {substeps} steps for each are more than "
             f"{_MOST_VALUES} values: lower highest_frequency, or shorten the motion"
         )
     layers = np.array([
@@ -370,11 +375,13 @@ def _run_column(
         branches[: soil.strain.size, :, i] = np.transpose(rows)
     damping = [soil.least_damping for soil in soils]
     body_strains = [soil.body_strain for soil in soils]
-    fine = np.interp(np.arange((samples - 1) * every + 1) / every, np.arange(samples), ground)
+    series = np.interp(
+        np.arange((samples - 1) * substeps + 1) / substeps, np.arange(samples), ground
+    )
     owners = np.repeat(np.arange(1, len(cells) + 1), cells)
     acceleration, displacement, strain, stress, largest, energy, iterations = checked(
         api.shake_soil, layers, owners, branches, damping, body_strains, reference, dashpot,
-        motion.time_step / every, fine, every, samples,
+        motion.time_step / substeps, series, substeps, samples,
     )  # fmt: skip
     names = ("work", "kinetic", "stored", "slipped", "damped")
     balance = dict(zip(names, map(float, energy), strict=True))
@@ -385,15 +392,15 @@ def _run_column(
 
 def _layer_ratio(i: int, column: Column) -> float:
     """Return the damping ratio of a layer; reject one that depends on frequency."""
-    own = column.layers[i].damping
-    if isinstance(own, ConstantRatio):
-        own = own.ratio
-    if not isinstance(own, float):
+    damping = column.layers[i].damping
+    if isinstance(damping, ConstantRatio):
+        damping = damping.ratio
+    if not isinstance(damping, float):
         raise InputError(
             f"the damping of layer {i + 1} depends on frequency: the nonlinear analysis needs a "
             "constant damping ratio"
         )
-    return own
+    return damping
 
 
 def _count_cells(layer, highest: float) -> int:

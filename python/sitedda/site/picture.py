@@ -43,33 +43,35 @@ def response_figure(response) -> Figure:
     axes["strain"].set(xlabel="peak shear strain (%)", xlim=(0, None))
     for name in ("acceleration", "strain"):
         axes[name].set(ylabel="depth (m)", ylim=(response.column.depth, 0))
-    words = "; ".join(filter(None, (response.words, response.convention)))
-    headline(figure, "Column under a motion", words)
+    subtitle = "; ".join(filter(None, (response.words, response.convention)))
+    headline(figure, "Column under a motion", subtitle)
     return figure
 
 
 def profile_figure(profile) -> Figure:
     """Draw velocities, density and damping of a site over depth."""
     figure = empty_figure((9, 5))
-    left, middle, right = figure.subplots(1, 3, sharey=True, width_ratios=[2, 1, 1])
-    ground = [*profile.layers, *filter(None, [profile.half_space])]
+    velocity, density, damping = figure.subplots(1, 3, sharey=True, width_ratios=[2, 1, 1])
+    media = [*profile.layers, *filter(None, [profile.half_space])]
     bottom = 1.15 * profile.depth if profile.half_space else profile.depth
-    ends = np.append(profile.tops[: len(ground)], bottom)
+    boundaries = np.append(profile.tops[: len(media)], bottom)
 
     def steps(axes, values, color, label=""):
-        axes.stairs(values, ends, orientation="horizontal", baseline=None, color=color, label=label)
+        axes.stairs(
+            values, boundaries, orientation="horizontal", baseline=None, color=color, label=label
+        )
 
-    steps(left, [one.shear_velocity for one in ground], BLOCKS, "$V_s$")
-    if np.isfinite([one.pressure_velocity for one in ground]).all():
-        steps(left, [one.pressure_velocity for one in ground], COLUMN, "$V_p$")
-    left.legend(frameon=False)
-    left.set(xlabel="velocity (m/s)", ylabel="depth (m)", ylim=(bottom, 0), xlim=(0, None))
-    steps(middle, [one.density for one in ground], BLOCKS)
-    middle.set(xlabel="density (kg/m³)")
-    steps(right, [100 * one.damping for one in ground], BLOCKS)
-    right.set(xlabel="damping ratio (%)", xlim=(0, None))
-    mean = f"$V_{{s30}}$ = {profile.mean_velocity():.0f} m/s"
-    headline(figure, f"{profile.file.stem}: {mean}")
+    steps(velocity, [layer.shear_velocity for layer in media], BLOCKS, "$V_s$")
+    if np.isfinite([layer.pressure_velocity for layer in media]).all():
+        steps(velocity, [layer.pressure_velocity for layer in media], COLUMN, "$V_p$")
+    velocity.legend(frameon=False)
+    velocity.set(xlabel="velocity (m/s)", ylabel="depth (m)", ylim=(bottom, 0), xlim=(0, None))
+    steps(density, [layer.density for layer in media], BLOCKS)
+    density.set(xlabel="density (kg/m³)")
+    steps(damping, [100 * layer.damping for layer in media], BLOCKS)
+    damping.set(xlabel="damping ratio (%)", xlim=(0, None))
+    mean_text = f"$V_{{s30}}$ = {profile.mean_velocity():.0f} m/s"
+    headline(figure, f"{profile.file.stem}: {mean_text}")
     return figure
 
 
@@ -111,13 +113,15 @@ _ANALYSES = {"linear": (GREEN, ":"), "equivalent-linear": (RED, "--"),
              "nonlinear": (COLUMN, "-")}  # fmt: skip
 
 
-def _draw_site_panels(axes, responses, others=None) -> None:
+def _draw_site_panels(axes, responses, other_series=None) -> None:
     """Draw spectra, also of others, and profiles by analysis; and the loop of the nonlinear one."""
-    last = responses["nonlinear"]
-    depth = last.column.depth
-    series = {"reference": (last.motion.acceleration, REFERENCE, "-")}
-    series |= {name: (one.acceleration(), *_ANALYSES[name]) for name, one in responses.items()}
-    _draw_spectra(axes["spectra"], last.motion.time_step, series | (others or {}))
+    nonlinear = responses["nonlinear"]
+    depth = nonlinear.column.depth
+    series = {"reference": (nonlinear.motion.acceleration, REFERENCE, "-")}
+    series |= {
+        name: (result.acceleration(), *_ANALYSES[name]) for name, result in responses.items()
+    }
+    _draw_spectra(axes["spectra"], nonlinear.motion.time_step, series | (other_series or {}))
     for name, response in responses.items():
         color, style = _ANALYSES[name]
         profile = response.profile()
@@ -129,46 +133,47 @@ def _draw_site_panels(axes, responses, others=None) -> None:
     axes["stress"].set(xlabel="peak shear stress (kPa)", xlim=(0, None))
     for name in ("acceleration", "strain", "stress"):
         axes[name].set(ylabel="depth (m)", ylim=(depth, 0))
-    _draw_loop(axes["loop"], last)
+    _draw_loop(axes["loop"], nonlinear)
 
 
 def _draw_loop(axes, response) -> None:
     """Draw stress over strain of the cell with the largest strain."""
-    kept = response.histories
-    most = int(kept.largest_strain.argmax())
-    axes.plot(100 * kept.strain[most], kept.stress[most] / 1e3, color=COLUMN, lw=0.6)
-    at = kept.interfaces[most : most + 2].mean()
-    axes.set(xlabel="shear strain (%)", ylabel="shear stress (kPa)", title=f"at {at:.3g} m depth")
+    histories = response.histories
+    cell = int(histories.largest_strain.argmax())
+    axes.plot(100 * histories.strain[cell], histories.stress[cell] / 1e3, color=COLUMN, lw=0.6)
+    depth = histories.interfaces[cell : cell + 2].mean()
+    axes.set(xlabel="shear strain (%)", ylabel="shear stress (kPa)")
+    axes.set_title(f"at {depth:.3g} m depth")
 
 
-def beside_figure(beside) -> Figure:
+def beside_figure(comparison) -> Figure:
     """Draw a run of blocks and its column in one picture."""
-    (depth, peak), (middle, strain) = beside.points, beside.strains
-    blocks = {"blocks (DDA)": (beside.surface, BLOCKS, "-")}
-    if beside.yields:
+    (depth, peak), (middle, strain) = comparison.points, comparison.strains
+    blocks = {"blocks (DDA)": (comparison.surface, BLOCKS, "-")}
+    if comparison.yields:
         figure, axes = _make_panels((14.5, 7.6), _SITE)
-        _draw_site_panels(axes, beside.columns, blocks)
+        _draw_site_panels(axes, comparison.columns, blocks)
         axes["strain"].plot(100 * strain, middle, "o", color=BLOCKS, ms=5)
     else:
         figure, axes = _make_panels((11, 7.6), ["ratio", "spectra", "acceleration"])
-        _draw_ratio(axes["ratio"], beside)
-        _draw_peaks(axes["acceleration"], beside.response, peak)
-        series = {"base": (beside.base, REFERENCE, "-"), **blocks,
-                  "column": (beside.column_surface, COLUMN, "--")}  # fmt: skip
-        _draw_spectra(axes["spectra"], beside.response.motion.time_step, series)
-    _draw_histories(axes["motion"], beside.time, "surface (m/s²)", blocks | {
-        f"column, {beside.words.partition(';')[0]}": (beside.column_surface, COLUMN, "--"),
+        _draw_ratio(axes["ratio"], comparison)
+        _draw_peaks(axes["acceleration"], comparison.response, peak)
+        series = {"base": (comparison.base, REFERENCE, "-"), **blocks,
+                  "column": (comparison.column_surface, COLUMN, "--")}  # fmt: skip
+        _draw_spectra(axes["spectra"], comparison.response.motion.time_step, series)
+    _draw_histories(axes["motion"], comparison.time, "surface (m/s²)", blocks | {
+        f"column, {comparison.words.partition(';')[0]}": (comparison.column_surface, COLUMN, "--"),
     })  # fmt: skip
     axes["acceleration"].plot(peak, depth, "o", color=BLOCKS, ms=5)
-    headline(figure, plain(beside.title))
+    headline(figure, plain(comparison.title))
     return figure
 
 
-def _draw_ratio(axes, beside) -> None:
-    axes.plot(beside.frequency, abs(beside.ratio), color=BLOCKS, lw=0.9, label="blocks (DDA)")
-    axes.plot(beside.frequency, abs(beside.column_ratio), color=COLUMN, lw=0.9, ls="--")
+def _draw_ratio(axes, data) -> None:
+    axes.plot(data.frequency, abs(data.ratio), color=BLOCKS, lw=0.9, label="blocks (DDA)")
+    axes.plot(data.frequency, abs(data.column_ratio), color=COLUMN, lw=0.9, ls="--")
     axes.set(xlabel="frequency (Hz)", ylabel="surface/base", ylim=(0, None))
-    axes.set_xlim(beside.frequency[0], beside.frequency[-1])
+    axes.set_xlim(data.frequency[0], data.frequency[-1])
 
 
 def _draw_spectra(axes, step: float, series) -> None:
@@ -180,12 +185,12 @@ def _draw_spectra(axes, step: float, series) -> None:
     axes.legend(frameon=False, fontsize=8)
 
 
-def _draw_peaks(axes, response, others) -> None:
+def _draw_peaks(axes, response, other_peaks) -> None:
     """Draw peak accelerations of a column over depth, with room for others."""
     profile, depth = response.profile(), response.column.depth
     axes.plot(profile.acceleration, profile.depth, color=COLUMN, ls="--")
-    most = max(others.max(), float(profile.acceleration.max()))
-    axes.set(xlabel="peak acceleration (m/s²)", ylabel="depth (m)", xlim=(0, 1.1 * most),
+    largest = max(other_peaks.max(), float(profile.acceleration.max()))
+    axes.set(xlabel="peak acceleration (m/s²)", ylabel="depth (m)", xlim=(0, 1.1 * largest),
              ylim=(1.03 * depth, -0.03 * depth))  # fmt: skip
 
 
@@ -221,41 +226,41 @@ def surface_figure(surface) -> Figure:
 
 def section_figure(surface, axis: str = "x"):
     """Draw the velocity histories of the points along the surface by their position."""
-    data, place = surface.scene.data, surface.place[:, 0]
+    data, positions = surface.scene.data, surface.place[:, 0]
     traces = data.velocity.sel(point=surface.names, axis=axis).values
-    most = float(abs(traces).max()) or 1.0
-    apart = float(np.median(np.diff(place)))
+    peak = float(abs(traces).max()) or 1.0
+    spacing = float(np.median(np.diff(positions)))
     figure = empty_figure((9.5, 6.0))
     axes = figure.subplots()
     time = data.time.values
-    for x, trace in zip(place, traces.T, strict=True):
-        moved = x + 0.9 * apart * trace / most
-        axes.plot(moved, time, color=BLUE, lw=0.7)
-        axes.fill_betweenx(time, x, moved, where=moved > x, color=BLUE, alpha=0.35, lw=0)
+    for x, trace in zip(positions, traces.T, strict=True):
+        offsets = x + 0.9 * spacing * trace / peak
+        axes.plot(offsets, time, color=BLUE, lw=0.7)
+        axes.fill_betweenx(time, x, offsets, where=offsets > x, color=BLUE, alpha=0.35, lw=0)
     axes.set(xlabel="x (m)", ylabel="time (s)", ylim=(time[-1], time[0]))
     headline(figure, plain(surface.scene.title),
              f"velocity along {axis} of the surface points; the largest, "
-             f"{shown(most, 'm/s')}, has a width of 0.9 of the point spacing")  # fmt: skip
+             f"{shown(peak, 'm/s')}, has a width of 0.9 of the point spacing")  # fmt: skip
     return figure
 
 
 def _draw_map(axes, surface) -> None:
     """Draw amplification by position and frequency; white is 1."""
     ratio = surface.amplification
-    most = max(float(ratio.max()), 1.0 / float(ratio.min()), 1.01)
-    levels, norm = np.geomspace(1.0 / most, most, _LEVELS), LogNorm(1.0 / most, most)
+    limit = max(float(ratio.max()), 1.0 / float(ratio.min()), 1.01)
+    levels, norm = np.geomspace(1.0 / limit, limit, _LEVELS), LogNorm(1.0 / limit, limit)
     grid = surface.place[:, 0], surface.frequency, ratio.T
-    shown = axes.contourf(*grid, levels=levels, cmap="RdBu_r", norm=norm)
+    contours = axes.contourf(*grid, levels=levels, cmap="RdBu_r", norm=norm)
     for x in surface.place[:, 0]:
         axes.axvline(x, color=INK, lw=0.6, ls=":", alpha=0.5)
     ticks = [f for f in _TICKS if surface.frequency[0] <= f <= surface.frequency[-1]]
     axes.set(yscale="log", ylabel="frequency (Hz)")
     axes.set_yticks(ticks, labels=[f"{tick:g}" for tick in ticks])
     axes.minorticks_off()
-    words = f"relative to the {surface.reference}; interpolated between points (dotted)"
-    axes.set_title(plain(words), loc="left", fontsize=10)
-    bar = axes.figure.colorbar(shown, ax=axes, aspect=18, pad=0.02, label="amplification")
-    ratios = [r for r in _RATIOS if 1.0 / most <= r <= most]
+    title = f"relative to the {surface.reference}; interpolated between points (dotted)"
+    axes.set_title(plain(title), loc="left", fontsize=10)
+    bar = axes.figure.colorbar(contours, ax=axes, aspect=18, pad=0.02, label="amplification")
+    ratios = [r for r in _RATIOS if 1.0 / limit <= r <= limit]
     bar.set_ticks(ratios, labels=[f"{r:g}" for r in ratios])
     bar.minorticks_off()
     bar.outline.set_visible(False)

@@ -38,20 +38,20 @@ class Profile(SoilProfile):
             raise InputError(f"base = {base!r}: use 'half_space' or 'rigid'")
         if base == "half_space" and self.half_space is None:
             raise InputError(f"{self.file} has no half-space: add a last row without thickness")
-        below: HalfSpace | str = "rigid"
+        base_medium: HalfSpace | str = "rigid"
         if base != "rigid" and self.half_space is not None:
-            below = HalfSpace(**self._medium(self.half_space, waves))
-        more = {} if convention is None else {"convention": convention}
-        layers = [Layer(one.thickness, **self._medium(one, waves)) for one in self.layers]
-        return Column(layers, below, **more)
+            base_medium = HalfSpace(**self._medium(self.half_space, waves))
+        options = {} if convention is None else {"convention": convention}
+        layers = [Layer(layer.thickness, **self._medium(layer, waves)) for layer in self.layers]
+        return Column(layers, base_medium, **options)
 
-    def _medium(self, one: Ground, waves: str) -> dict[str, float]:
+    def _medium(self, ground: Ground, waves: str) -> dict[str, float]:
         """Return the values of a layer for these waves."""
         if waves == "S":
-            return one.values()
-        if math.isnan(one.pressure_velocity):
-            raise InputError(f"{self.file}, row {one.row}: a column of P waves needs Vp or nu")
-        return one.values() | {"shear_velocity": one.pressure_velocity}
+            return ground.values()
+        if math.isnan(ground.pressure_velocity):
+            raise InputError(f"{self.file}, row {ground.row}: a column of P waves needs Vp or nu")
+        return ground.values() | {"shear_velocity": ground.pressure_velocity}
 
     def curves(
         self, water_table: float = math.inf, pressure_at_rest: float = 0.5
@@ -70,28 +70,28 @@ class Profile(SoilProfile):
         """
         stresses = self.mean_stresses(water_table, pressure_at_rest)
         strengths = self.strengths(water_table, pressure_at_rest)
-        found = []
+        result = []
         for layer, mean, strength in zip(self.layers, stresses, strengths, strict=True):
-            one = _layer_curves(layer, mean, self.file)
-            if one is not None and not math.isnan(strength):
+            curve = _layer_curves(layer, mean, self.file)
+            if curve is not None and not math.isnan(strength):
                 modulus = layer.density * layer.shear_velocity**2
                 try:
-                    one = strength_corrected(one, modulus, strength)
+                    curve = strength_corrected(curve, modulus, strength)
                 except ValueError as trouble:
                     raise InputError(f"{self.file}, row {layer.row}: {trouble}") from None
-            found.append(one)
-        return found
+            result.append(curve)
+        return result
 
     def strength_words(self, water_table: float = math.inf, pressure_at_rest: float = 0.5) -> str:
         """Describe the strength that `curves` imply if the file has none; '' if linear."""
         curves = self.curves(water_table, pressure_at_rest)
         means = self.mean_stresses(water_table, pressure_at_rest)
         lines = []
-        for layer, one, mean in zip(self.layers, curves, means, strict=True):
-            if one is None or not (math.isnan(layer.shear_strength)
+        for layer, curve, mean in zip(self.layers, curves, means, strict=True):
+            if curve is None or not (math.isnan(layer.shear_strength)
                                    and math.isnan(layer.friction_angle)):  # fmt: skip
                 continue
-            strength = one.implied_strength(layer.density * layer.shear_velocity**2)
+            strength = curve.implied_strength(layer.density * layer.shear_velocity**2)
             vertical = mean * 3 / (1 + 2 * pressure_at_rest)
             angle = math.degrees(math.atan2(strength, vertical))
             if not _WEAK <= angle <= _STRONG:
@@ -109,24 +109,24 @@ class Profile(SoilProfile):
 
 def read_profile(file, fill: str = "") -> Profile:
     """Read a site from a CSV file, see `sitedda.build.profile.read_soil_profile`."""
-    found = read_soil_profile(file, fill)
-    return Profile(found.layers, found.half_space, found.file)
+    profile = read_soil_profile(file, fill)
+    return Profile(profile.layers, profile.half_space, profile.file)
 
 
 def _layer_curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None:
-    where = f"{file}, row {layer.row}"
-    name, numbers = parse_curve(layer.curve, where)
-    made: dict[str, Callable[..., SoilCurves]] = {
+    location = f"{file}, row {layer.row}"
+    name, numbers = parse_curve(layer.curve, location)
+    formulas: dict[str, Callable[..., SoilCurves]] = {
         "darendeli": lambda *more: darendeli(stress, *more), "hyperbolic": hyperbolic, "mkz": mkz,
         "gqh": lambda reference, *theta: gqh(reference, theta),
     }  # fmt: skip
     try:
         if name in ("", "linear"):
             return None
-        if name in made:
-            return made[name](*numbers)
+        if name in formulas:
+            return formulas[name](*numbers)
         return SoilCurves(*read_curve_table(file.parent / name), name=Path(name).stem)
     except InputError:
         raise
     except (ValueError, TypeError) as trouble:
-        raise InputError(f"{where}: curve = {layer.curve!r}: {trouble}") from None
+        raise InputError(f"{location}: curve = {layer.curve!r}: {trouble}") from None

@@ -44,10 +44,10 @@ class Toro:
 
     def correlation(self, middles: ArrayLike) -> NDArray[np.float64]:
         """Return the correlation between each layer and the next, by the depths of middles (m)."""
-        at = np.asarray(middles, dtype=float)
-        depth, apart = np.minimum((at[1:] + at[:-1]) / 2, _DEEP), np.diff(at)
+        depths = np.asarray(middles, dtype=float)
+        depth, distance = np.minimum((depths[1:] + depths[:-1]) / 2, _DEEP), np.diff(depths)
         deep = self.rho_200 * ((depth + self.h_0) / (_DEEP + self.h_0)) ** self.b
-        return (1 - deep) * self.rho_0 * np.exp(-apart / self.delta) + deep
+        return (1 - deep) * self.rho_0 * np.exp(-distance / self.delta) + deep
 
 
 TORO = {  # Toro (1995): by V_s30 (A above 750, B to 360, C to 180 m/s, D below), by Geomatrix
@@ -85,12 +85,12 @@ def randomized(
     velocity : str, Toro or None
         Correlation of the velocities, one of `TORO`; None: they are those of the profile.
     sigma : float, optional
-        Standard deviation of ln V_s, instead of the model's.
+        Standard deviation of ln V_s (default: that of the model).
     layering : bool
-        Interfaces by a Poisson process of rate 1.98 (h + 10.86)^−0.89 per m at depth h (m), in
-        place of the profile's; a layer has the soil of the depth of its middle.
+        Draw interfaces by a Poisson process of rate 1.98 (h + 10.86)^−0.89 per m at depth h (m)
+        instead of those of the profile; a layer has the soil at the depth of its middle.
     depth_to_rock : float
-        Standard deviation of the logarithm of the depth of the lowest layer's bottom.
+        Standard deviation of the logarithm of the depth of the bottom of the lowest layer.
     curves : float, optional
         Correlation of G/G_max and damping ratio, such as −0.5, with the standard deviations of
         Darendeli (2001) and one pair of deviates a row; None: curves are not varied.  They stay
@@ -114,40 +114,42 @@ def randomized(
     if curves is not None and not -1 <= curves <= 1:
         raise InputError(f"curves = {curves!r}: give a correlation from -1 to 1")
     positive("clip", clip)
-    known = profile.curves(water_table, pressure_at_rest)
-    found = []
+    originals = profile.curves(water_table, pressure_at_rest)
+    realisations = []
     for number in range(int(count)):
-        draw = _Deviates(np.random.default_rng([int(seed), number]), clip)
-        bottom = profile.depth * math.exp(depth_to_rock * float(draw.normal(1)[0]))
+        deviates = _Deviates(np.random.default_rng([int(seed), number]), clip)
+        bottom = profile.depth * math.exp(depth_to_rock * float(deviates.normal(1)[0]))
         if layering:
-            ends = interfaces(draw.generator, bottom)
+            bottoms = interfaces(deviates.generator, bottom)
         else:
-            ends = np.append(profile.tops[1:-1][profile.tops[1:-1] < bottom], bottom)
-        soils = known if curves is None else [draw.curves(one, curves) for one in known]
-        found.append(_draw_realisation(profile, ends, model, draw, soils))
-    return found
+            bottoms = np.append(profile.tops[1:-1][profile.tops[1:-1] < bottom], bottom)
+        soils = (
+            originals if curves is None else [deviates.curves(curve, curves) for curve in originals]
+        )
+        realisations.append(_draw_realisation(profile, bottoms, model, deviates, soils))
+    return realisations
 
 
 def interfaces(generator: np.random.Generator, depth: float) -> NDArray[np.float64]:
     """Draw depths (m) of layer bottoms down to the lowest by Toro's Poisson process."""
-    power, at, found = _C2 + 1, 0.0, []
+    power, unit_rate_depth, depths = _C2 + 1, 0.0, []
     while True:
-        at += generator.exponential()
-        end = (power * at / _C3 + _C1**power) ** (1 / power) - _C1
-        if end >= depth:
-            return np.array([*found, depth])
-        found.append(end)
+        unit_rate_depth += generator.exponential()
+        bottom = (power * unit_rate_depth / _C3 + _C1**power) ** (1 / power) - _C1
+        if bottom >= depth:
+            return np.array([*depths, depth])
+        depths.append(bottom)
 
 
 def varied_curves(curves: SoilCurves, reduction: float, damping: float) -> SoilCurves:
     """Shift G/G_max and damping ratio by standard deviations of Darendeli (2001, 7.29 and 7.30)."""
     mean = curves.reduction
-    spread = np.exp(-4.23) + np.sqrt(np.maximum(0.25 - (mean - 0.5) ** 2, 0.0) / np.exp(3.62))
-    shares = np.clip(mean + reduction * spread, np.minimum(mean, _STIFFEST), 1.0)
-    shares = np.minimum.accumulate(shares)
-    stress = np.maximum.accumulate(curves.strain * shares)
-    spread = (np.exp(-5.0) + np.exp(-0.25) * np.sqrt(100 * curves.damping)) / 100
-    ratios = np.clip(curves.damping + damping * spread, *_DAMPING)
+    deviation = np.exp(-4.23) + np.sqrt(np.maximum(0.25 - (mean - 0.5) ** 2, 0.0) / np.exp(3.62))
+    reductions = np.clip(mean + reduction * deviation, np.minimum(mean, _STIFFEST), 1.0)
+    reductions = np.minimum.accumulate(reductions)
+    stress = np.maximum.accumulate(curves.strain * reductions)
+    deviation = (np.exp(-5.0) + np.exp(-0.25) * np.sqrt(100 * curves.damping)) / 100
+    ratios = np.clip(curves.damping + damping * deviation, *_DAMPING)
     return replace(curves, reduction=stress / curves.strain, damping=ratios)
 
 
@@ -159,13 +161,14 @@ class _Deviates:
 
     def normal(self, count: int, correlation: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Draw a row with correlations between successive deviates, shape (count - 1,)."""
-        found = self.generator.standard_normal(count)
+        deviates = self.generator.standard_normal(count)
         for i, rho in enumerate(np.broadcast_to(correlation, max(count - 1, 0)), start=1):
-            found[i] = rho * found[i - 1] + math.sqrt(1 - rho**2) * found[i]
-        return truncated(found, self.clip)
+            deviates[i] = rho * deviates[i - 1] + math.sqrt(1 - rho**2) * deviates[i]
+        return truncated(deviates, self.clip)
 
     def curves(self, curves: SoilCurves | None, correlation: float) -> SoilCurves | None:
-        pair = self.normal(2, correlation)  # drawn for linear soil too, so other rows stay
+        # Deviates are drawn for linear soil too, so that those of other rows do not change.
+        pair = self.normal(2, correlation)
         return None if curves is None else varied_curves(curves, *map(float, pair))
 
 
@@ -178,8 +181,8 @@ def truncated(deviates: NDArray[np.float64], clip: float) -> NDArray[np.float64]
 
     low, high = ndtr(-clip), ndtr(clip)
     density = math.exp(-(clip**2) / 2) / math.sqrt(2 * math.pi)
-    spread = math.sqrt(1 - 2 * clip * density / (high - low))
-    return ndtri(low + ndtr(deviates) * (high - low)) / spread
+    deviation = math.sqrt(1 - 2 * clip * density / (high - low))
+    return ndtri(low + ndtr(deviates) * (high - low)) / deviation
 
 
 def _velocity_model(velocity, sigma: float | None) -> Toro | None:
@@ -194,17 +197,21 @@ def _velocity_model(velocity, sigma: float | None) -> Toro | None:
     return velocity if sigma is None else replace(velocity, sigma=float(sigma))
 
 
-def _draw_realisation(profile: Profile, ends, model: Toro | None, draw: _Deviates, soils) -> Site:
+def _draw_realisation(
+    profile: Profile, bottoms, model: Toro | None, deviates: _Deviates, soils
+) -> Site:
     """Draw a realisation with layers down to `ends`, depths in m."""
-    tops = np.concatenate([[0.0], ends[:-1]])
-    middles = (tops + ends) / 2
+    tops = np.concatenate([[0.0], bottoms[:-1]])
+    middles = (tops + bottoms) / 2
     rows = np.searchsorted(profile.tops[1:-1], middles, side="right")
     speeds = np.array([profile.layers[row].shear_velocity for row in rows])
     if model is not None:
-        deviates = draw.normal(ends.size, np.clip(model.correlation(middles), -1.0, 1.0))
-        speeds = speeds * np.exp(model.sigma * deviates)
+        log_deviates = deviates.normal(bottoms.size, np.clip(model.correlation(middles), -1.0, 1.0))
+        speeds = speeds * np.exp(model.sigma * log_deviates)
     layers = [
-        Layer(float(end - top), **(profile.layers[row].values() | {"shear_velocity": float(speed)}))
-        for top, end, row, speed in zip(tops, ends, rows, speeds, strict=True)
+        Layer(
+            float(bottom - top), **(profile.layers[row].values() | {"shear_velocity": float(speed)})
+        )
+        for top, bottom, row, speed in zip(tops, bottoms, rows, speeds, strict=True)
     ]
     return Column(layers, profile.column().base), [soils[row] for row in rows]

@@ -84,8 +84,8 @@ class SiteResponse:
             name: (dim, np.abs(values).max(axis=1), {"units": unit})
             for (name, (dim, unit)), values in zip(_PEAKS.items(), histories, strict=True)
         }
-        places = {"depth": depth, "middle": (depth[:-1] + depth[1:]) / 2}
-        coordinates = {name: (name, values, {"units": "m"}) for name, values in places.items()}
+        depths = {"depth": depth, "middle": (depth[:-1] + depth[1:]) / 2}
+        coordinates = {name: (name, values, {"units": "m"}) for name, values in depths.items()}
         return xr.Dataset(data, coordinates, {"motion": self.words})  # fmt: skip
 
 
@@ -119,7 +119,7 @@ class ColumnResponse(SiteResponse):
     scheme_step: float | None = None
 
     def _wave_field(self, frequencies: NDArray[np.float64], depth: ArrayLike):
-        """Return waves, and what `Column.wave_field` returns at depths (m)."""
+        """Return waves, and the results of `Column.wave_field` at depths (m)."""
         if self.scheme is None:
             waves = Waves.damped(frequencies, self.column.convention)
         else:
@@ -131,9 +131,9 @@ class ColumnResponse(SiteResponse):
     @property
     def _frequencies(self) -> NDArray[np.float64]:
         """Return the frequencies of the motion above 0 and below the Nyquist frequency."""
-        found = self.motion.frequencies[1:]
+        frequencies = self.motion.frequencies[1:]
         limit = np.inf if self.scheme is None else 0.5 / self.motion.time_step * (1 - 1e-9)
-        return found[found < limit]
+        return frequencies[frequencies < limit]
 
     @property
     def unbounded(self) -> str:
@@ -143,10 +143,10 @@ class ColumnResponse(SiteResponse):
             return ""
         if any(layer.damping_at(self._frequencies).any() for layer in self.column.layers):
             return ""
-        within = isinstance(self.column.base, HalfSpace)
-        place = "above a base with a within motion" if within else "on a rigid base"
+        is_half_space = isinstance(self.column.base, HalfSpace)
+        base = "above a base with a within motion" if is_half_space else "on a rigid base"
         return (
-            f"soils without damping {place} have infinite amplification at resonance; give them a "
+            f"soils without damping {base} have infinite amplification at resonance; give them a "
             "damping ratio at small strains"
         )
 
@@ -166,15 +166,15 @@ class ColumnResponse(SiteResponse):
             self.check_bounded()
         omega = 2j * np.pi * self._frequencies
         spectrum = self.motion.spectrum[1 : 1 + omega.size] / omega**order
-        whole = np.zeros(self.motion.frequencies.size, dtype=complex)
-        whole[0], found = first, np.empty((len(ratio), self.motion.acceleration.size))
-        for history, row in zip(found, ratio, strict=True):
-            np.multiply(row, spectrum, out=whole[1 : 1 + omega.size])
-            history[:] = self.motion.history(whole)
-        return found.reshape(*np.shape(depth), found.shape[-1])
+        full_spectrum = np.zeros(self.motion.frequencies.size, dtype=complex)
+        full_spectrum[0], histories = first, np.empty((len(ratio), self.motion.acceleration.size))
+        for history, row in zip(histories, ratio, strict=True):
+            np.multiply(row, spectrum, out=full_spectrum[1 : 1 + omega.size])
+            history[:] = self.motion.history(full_spectrum)
+        return histories.reshape(*np.shape(depth), histories.shape[-1])
 
     def transfer(self, frequencies: ArrayLike, depth: float = 0.0) -> NDArray[np.complex128]:
-        """Return the motion at a depth over the reference motion at ``frequencies`` (Hz)."""
+        """Return motion at a depth / reference motion at ``frequencies`` (Hz)."""
         values = not_negative("frequencies", frequencies)
         return self._displacement_ratio(values.ravel(), depth)[0].reshape(values.shape)
 
@@ -193,7 +193,7 @@ class ColumnResponse(SiteResponse):
         return self._integrate_motion(self._strain_ratio(depth)[0], 2, depth)
 
     def trial_strain(self, depth: ArrayLike) -> NDArray[np.float64]:
-        """Shear strain as `strain`, of a column without damping too: a trial of an iteration."""
+        """Shear strain as `strain`; in iterations, the column may have no damping."""
         return self._integrate_motion(self._strain_ratio(depth)[0], 2, depth, trial=True)
 
     def stress(self, depth: ArrayLike) -> NDArray[np.float64]:
@@ -201,17 +201,17 @@ class ColumnResponse(SiteResponse):
         return self._integrate_motion(self._strain_ratio(depth)[1], 2, depth)
 
     def _displacement_ratio(self, frequencies, depth: ArrayLike) -> NDArray[np.complex128]:
-        """Return displacements at depths over that of the reference motion, shape (depths, n)."""
-        found = []
-        for some in _split(frequencies):
-            *_, at, upgoing, reflections = self._wave_field(some, depth)
-            found.append(upgoing[at] * (1 + reflections[at]))
-        return np.concatenate(found, axis=1)
+        """Return displacements at depths / that of the reference motion, shape (depths, n)."""
+        ratios = []
+        for chunk in _split(frequencies):
+            *_, indices, upgoing, reflections = self._wave_field(chunk, depth)
+            ratios.append(upgoing[indices] * (1 + reflections[indices]))
+        return np.concatenate(ratios, axis=1)
 
     def _strain_ratio(self, depth: ArrayLike) -> NDArray[np.complex128]:
         """Return shear strains ∂u/∂z, z downwards (1/m), and stresses (Pa/m), at depths."""
-        found = [_strains(*self._wave_field(some, depth)) for some in _split(self._frequencies)]
-        return np.concatenate(found, axis=2)
+        ratios = [_strains(*self._wave_field(chunk, depth)) for chunk in _split(self._frequencies)]
+        return np.concatenate(ratios, axis=2)
 
     def profile(self) -> xr.Dataset:
         """Return peaks over depth.
@@ -230,7 +230,7 @@ class ColumnResponse(SiteResponse):
         return self._peak_profile(
             interfaces, accelerations, running_integral(accelerations, self.motion.time_step),
             self.displacement(interfaces),
-            *(self._integrate_motion(one, 2, middles) for one in strains),
+            *(self._integrate_motion(ratio, 2, middles) for ratio in strains),
         )  # fmt: skip
 
     @property
@@ -238,13 +238,13 @@ class ColumnResponse(SiteResponse):
         """Describe the convention of damping ratios; '' if no medium has one."""
         base = [self.column.base] if isinstance(self.column.base, HalfSpace) else []
         ratios = [medium.damping for medium in (*self.column.layers, *base)]
-        plain = [one for one in ratios if one and not isinstance(one, MaterialDamping)]
-        return convention_words(self.column.convention) if plain and self.scheme is None else ""
+        constant = [ratio for ratio in ratios if ratio and not isinstance(ratio, MaterialDamping)]
+        return convention_words(self.column.convention) if constant and self.scheme is None else ""
 
     def __str__(self) -> str:
         reference = intensity(self.motion.acceleration, self.motion.time_step)
-        words = f"{self.words}; {self.convention}" if self.convention else self.words
-        return f"{words}\nreference: {reference}\nsurface:   {self.intensity()}"
+        description = f"{self.words}; {self.convention}" if self.convention else self.words
+        return f"{description}\nreference: {reference}\nsurface:   {self.intensity()}"
 
     def plot(self):
         """Draw surface and reference motion, spectra, and profiles; return the figure."""
@@ -257,21 +257,21 @@ def _split(frequencies: NDArray[np.float64]) -> list[NDArray[np.float64]]:
     return np.array_split(frequencies, 1 + frequencies.size // _AT_ONCE)
 
 
-def _strains(waves: Waves, media, interfaces, at, upgoing, reflections):
+def _strains(waves: Waves, media, interfaces, indices, upgoing, reflections):
     """Return strains and stresses in a field of waves, shape (2, depths, n).
 
     At an interface, strains belong to the medium below, at a rigid base to the one above.
     """
-    found = np.empty((2, len(at), upgoing.shape[1]), dtype=complex)
-    for row, j in enumerate(at):
+    results = np.empty((2, len(indices), upgoing.shape[1]), dtype=complex)
+    for row, j in enumerate(indices):
         rigid = media[j] is None
-        above = j - 1 if rigid else j
-        modulus, density = waves.properties(media[above])
-        number = waves.omega / np.sqrt(modulus / density)
-        up, down = upgoing[above], upgoing[above] * reflections[above]
+        layer = j - 1 if rigid else j
+        modulus, density = waves.properties(media[layer])
+        wavenumber = waves.omega / np.sqrt(modulus / density)
+        upgoing_wave, downgoing_wave = upgoing[layer], upgoing[layer] * reflections[layer]
         if rigid:  # the waves at the bottom of the layer above
-            turn = np.exp(-1j * number * (interfaces[j] - interfaces[above]))
-            up, down = up / turn, down * turn
-        found[0, row] = 1j * number * (up - down)
-        found[1, row] = modulus * found[0, row]
-    return found
+            phase = np.exp(-1j * wavenumber * (interfaces[j] - interfaces[layer]))
+            upgoing_wave, downgoing_wave = upgoing_wave / phase, downgoing_wave * phase
+        results[0, row] = 1j * wavenumber * (upgoing_wave - downgoing_wave)
+        results[1, row] = modulus * results[0, row]
+    return results

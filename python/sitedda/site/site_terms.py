@@ -16,15 +16,15 @@ from ..base.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-_FEWEST = 20  # least number of plane runs, to which nine slopes are fitted
+_FEWEST = 20  # smallest number of plane runs, to which nine slopes are fitted
 _TERMS = 12  # largest number of controls
-_MISSED = 0.1  # least σ of ln AF of a column, over its whole, that adds a control of its own
-_PRODUCT = 0.5  # size of a product of components, over the product of their sizes
-_WORTH = 1.2  # least saving of runs by columns
+_MISSED = 0.1  # smallest unexplained σ / σ of ln AF of a column that adds a control of its own
+_PRODUCT = 0.5  # size of a product of components / product of their sizes
+_WORTH = 1.2  # smallest ratio of numbers of runs, without / with columns, for their use
 _HEADS = {"point": "point", "period": "period (s)", "median": "median ratio", "sampling": "± %",
           "total": "total ± %", "sigma_ln": "σ_ln", "sigma_error": "±", "aggravation": "2-D/1-D",
           "aggravation_sampling": "± %", "saving": "saving"}  # fmt: skip
-_RICHARDSON = 4 / 3  # error of second order over the change by half the cells or steps
+_RICHARDSON = 4 / 3  # error of second order / change due to half the cells or steps
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,10 @@ class SiteTerm:
                  f"intervals of {100 * table.attrs['level']:g} %",
                  rows[list(_HEADS)].to_string(index=False, header=list(_HEADS.values()),
                                               float_format="{:.4g}".format)]  # fmt: skip
-        useless = int((table.saving < _WORTH).sum())
-        if useless:
+        unreduced = int((table.saving < _WORTH).sum())
+        if unreduced:
             lines.append("the columns (control variates) do not reduce the number of plane runs "
-                         f"for {useless} of {table.saving.size} results")  # fmt: skip
+                         f"for {unreduced} of {table.saving.size} results")  # fmt: skip
         return "\n".join(lines)
 
     def to_csv(self, file) -> Path:
@@ -142,23 +142,23 @@ def site_term(
     _check_amplification("column", range(columns), factors)
     control = np.log(factors)
     samples = draw_samples(control, runs, np.random.default_rng(1))
-    found = _log_amplification(plane, samples, shape, folder, workers)
+    logs = _log_amplification(plane, samples, shape, folder, workers)
     changes = {}
     for name, model in (finer or {}).items():
-        at = None if folder is None else Path(folder) / name.replace(" ", "_")
-        changes[name] = (_log_amplification(model, samples[:finer_runs], shape, at, workers)
-                         - found[:finer_runs])  # fmt: skip
-    return term_of(found, control, samples, points, periods, changes, level)
+        path = None if folder is None else Path(folder) / name.replace(" ", "_")
+        changes[name] = (_log_amplification(model, samples[:finer_runs], shape, path, workers)
+                         - logs[:finer_runs])  # fmt: skip
+    return term_of(logs, control, samples, points, periods, changes, level)
 
 
 def draw_samples(control: NDArray, runs: int, generator: np.random.Generator) -> NDArray[np.int_]:
     """Draw the samples of plane runs by ln AF of columns, shape (columns, points, periods)."""
-    chance = _chances(_controls(control))
-    return generator.choice(len(chance), size=runs, p=chance)
+    probabilities = _chances(_controls(control))
+    return generator.choice(len(probabilities), size=runs, p=probabilities)
 
 
 def term_of(
-    found: NDArray[np.float64], control: NDArray[np.float64], samples: NDArray[np.int_], points,
+    logs: NDArray[np.float64], control: NDArray[np.float64], samples: NDArray[np.int_], points,
     periods, changes: Mapping[str, NDArray[np.float64]] | None = None, level: float = 0.95,
 ) -> SiteTerm:  # fmt: skip
     """Return the term of ln AF of plane runs and columns, shape (samples, points, periods).
@@ -168,53 +168,53 @@ def term_of(
     """
     import xarray as xr
 
-    shape, changes = found.shape[1:], changes or {}
+    shape, changes = logs.shape[1:], changes or {}
     terms = _controls(control)
     weights = 1 / _chances(terms)[samples] / len(control)
-    terms = terms[:, : len(found) // 2 - 1]
+    terms = terms[:, : len(logs) // 2 - 1]
     rows = []
     for i, j in np.ndindex(shape):
-        own = control[:, i, j]
-        rest = own - own.mean() - terms @ (terms.T @ own) / len(own)
-        own_terms = [rest / rest.std()] if rest.std() > _MISSED * own.std() else []
-        every = np.column_stack([terms, *own_terms])
-        by_columns, plain = (_estimate(found[:, i, j], basis, samples, weights, own, level)
-                             for basis in (every, every[:, :0]))  # fmt: skip
+        values = control[:, i, j]
+        residual = values - values.mean() - terms @ (terms.T @ values) / len(values)
+        own_terms = [residual / residual.std()] if residual.std() > _MISSED * values.std() else []
+        all_terms = np.column_stack([terms, *own_terms])
+        by_columns, plain = (_estimate(logs[:, i, j], basis, samples, weights, values, level)
+                             for basis in (all_terms, all_terms[:, :0]))  # fmt: skip
         useful = plain["sampling"] ** 2 > _WORTH * by_columns["sampling"] ** 2
         rows.append(by_columns if useful else plain)
     dims = ("point", "period")
     data: dict = {name: (dims, np.reshape([row[name] for row in rows], shape)) for name in rows[0]}
     parts = np.array([
-        _RICHARDSON * np.abs(np.average(one, axis=0, weights=weights[: len(one)]))
-        for one in changes.values()
+        _RICHARDSON * np.abs(np.average(change, axis=0, weights=weights[: len(change)]))
+        for change in changes.values()
     ]).reshape(-1, *shape)  # fmt: skip
     data["discretisation"] = (("error", *dims), parts)
     data["total"] = (dims, data["sampling"][1] + parts.sum(axis=0))
-    at = {"point": list(points), "period": np.atleast_1d(periods), "error": list(changes)}
-    sizes = {"runs": len(found), "columns": len(control), "level": level}
-    return SiteTerm(xr.Dataset(data, at, sizes))
+    axes = {"point": list(points), "period": np.atleast_1d(periods), "error": list(changes)}
+    sizes = {"runs": len(logs), "columns": len(control), "level": level}
+    return SiteTerm(xr.Dataset(data, axes, sizes))
 
 
 def _log_amplification(model, samples, shape, folder, workers) -> NDArray[np.float64]:
     """Return ln AF of samples, which may repeat, shape (samples, points, periods)."""
     from ..study.api import study
 
-    distinct, back = np.unique(samples, return_inverse=True)
-    done = study(model, {"sample": distinct.tolist()}, folder=folder, workers=workers)
-    if (done.status != "complete").any():
-        words = next(one for one in done.message.values if one)
-        raise InputError(f"a plane run fails: {words}")
-    factors = done["value"].values.reshape(-1, *shape)
+    distinct, inverse = np.unique(samples, return_inverse=True)
+    table = study(model, {"sample": distinct.tolist()}, folder=folder, workers=workers)
+    if (table.status != "complete").any():
+        message = next(text for text in table.message.values if text)
+        raise InputError(f"a plane run fails: {message}")
+    factors = table["value"].values.reshape(-1, *shape)
     _check_amplification("plane run", distinct, factors)
-    return np.log(factors)[back]
+    return np.log(factors)[inverse]
 
 
 def _check_amplification(kind: str, samples, factors: NDArray[np.float64]) -> None:
     """Raise InputError if a factor of a sample is not finite and above 0."""
-    bad = ~((factors > 0) & (factors < np.inf)).all(axis=(1, 2))
-    if bad.any():
-        raise InputError(f"{kind} {samples[bad.argmax()]} has an amplification that is not finite "
-                         "and above 0: check its layers")  # fmt: skip
+    is_invalid = ~((factors > 0) & (factors < np.inf)).all(axis=(1, 2))
+    if is_invalid.any():
+        raise InputError(f"{kind} {samples[is_invalid.argmax()]} has an amplification that is not "
+                         "finite and above 0: check its layers")  # fmt: skip
 
 
 def _controls(control) -> NDArray[np.float64]:
@@ -222,20 +222,20 @@ def _controls(control) -> NDArray[np.float64]:
 
     They do not depend on the number of runs, so more runs include those of fewer runs.
     """
-    flat = control.reshape(len(control), -1)
-    parts, size = _orthonormal(flat / np.maximum(flat.std(axis=0), 1e-12))
-    parts, size = parts[:, :_TERMS], size[:_TERMS] / size[:1]
+    columns = control.reshape(len(control), -1)
+    components, size = _orthonormal(columns / np.maximum(columns.std(axis=0), 1e-12))
+    components, size = components[:, :_TERMS], size[:_TERMS] / size[:1]
     first, second = np.triu_indices(size.size)
-    terms = np.hstack([parts, parts[:, first] * parts[:, second]])
+    terms = np.hstack([components, components[:, first] * components[:, second]])
     order = np.argsort(-np.append(size, _PRODUCT * size[first] * size[second]), kind="stable")
     return _orthonormal(terms[:, order[:_TERMS]])[0]
 
 
 def _orthonormal(values) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return principal components with mean 0 and variance 1, and their sizes."""
-    parts, size, _ = np.linalg.svd(values - values.mean(axis=0), full_matrices=False)
-    good = size > 1e-8 * size.max(initial=1e-12)
-    return np.sqrt(len(values)) * parts[:, good], size[good]
+    vectors, size, _ = np.linalg.svd(values - values.mean(axis=0), full_matrices=False)
+    is_nonzero = size > 1e-8 * size.max(initial=1e-12)
+    return np.sqrt(len(values)) * vectors[:, is_nonzero], size[is_nonzero]
 
 
 def _chances(terms) -> NDArray[np.float64]:
@@ -244,31 +244,35 @@ def _chances(terms) -> NDArray[np.float64]:
     return (1 + leverage) / (2 * len(terms))
 
 
-def _estimate(found, terms, samples, weights, control, level: float) -> dict[str, float]:
+def _estimate(logs, terms, samples, weights, control, level: float) -> dict[str, float]:
     """Return mean and σ of plane runs by controls `terms`; `control` is ln AF of the columns."""
     from scipy.special import ndtri, stdtrit
 
-    number, many, total = len(found), len(terms), weights.sum()
-    design = np.column_stack([np.ones(number), terms[samples]])
-    factors = np.linalg.pinv(design.T @ (weights[:, None] * design)) @ (weights * design.T)
-    mean, *slope = factors @ found
-    rest = found - design @ (factors @ found)
-    alone = rest / np.maximum(1 - np.sum(design.T * factors, axis=0), 1e-3)  # without its run
-    sampled = np.sum((factors[0] * alone) ** 2)
-    explained, scatter = np.sum(np.square(slope)), weights @ (rest * alone) / total
-    quantile = float(stdtrit(number - design.shape[1], (1 + level) / 2))
-    half = quantile * np.sqrt(sampled + (explained + scatter) / many)
-    plain = weights @ (found - weights @ found / total) ** 2 / total
+    runs, columns, total = len(logs), len(terms), weights.sum()
+    design = np.column_stack([np.ones(runs), terms[samples]])
+    projection = np.linalg.pinv(design.T @ (weights[:, None] * design)) @ (weights * design.T)
+    mean, *slope = projection @ logs
+    residual = logs - design @ (projection @ logs)
+    loo_residual = residual / np.maximum(
+        1 - np.sum(design.T * projection, axis=0), 1e-3
+    )  # without its run
+    variance = np.sum((projection[0] * loo_residual) ** 2)
+    explained, scatter = np.sum(np.square(slope)), weights @ (residual * loo_residual) / total
+    quantile = float(stdtrit(runs - design.shape[1], (1 + level) / 2))
+    half_width = quantile * np.sqrt(variance + (explained + scatter) / columns)
+    plain_variance = weights @ (logs - weights @ logs / total) ** 2 / total
     sigma = np.sqrt(explained + scatter)
-    off = 2 * (slope @ factors[1:]) * alone + weights / total * (rest * alone - scatter)  # of σ²
-    wide = np.sum(off**2) + 2 * sigma**4 / many
-    beside = (np.var(terms @ slope - control) + scatter) / many
+    influence = 2 * (slope @ projection[1:]) * loo_residual + weights / total * (
+        residual * loo_residual - scatter
+    )  # of σ²
+    sigma_variance = np.sum(influence**2) + 2 * sigma**4 / columns
+    column_variance = (np.var(terms @ slope - control) + scatter) / columns
     return {
         "median": np.exp(mean),
-        "sampling": half,
+        "sampling": half_width,
         "sigma_ln": sigma,
-        "sigma_error": quantile * np.sqrt(wide) / (2 * sigma),
+        "sigma_error": quantile * np.sqrt(sigma_variance) / (2 * sigma),
         "aggravation": np.exp(mean - control.mean()),
-        "aggravation_sampling": quantile * np.sqrt(sampled + beside),
-        "saving": ndtri((1 + level) / 2) ** 2 * plain / half**2 / number,
+        "aggravation_sampling": quantile * np.sqrt(variance + column_variance),
+        "saving": ndtri((1 + level) / 2) ** 2 * plain_variance / half_width**2 / runs,
     }

@@ -61,54 +61,54 @@ def _parse_suite(values: dict, file: Path, folder) -> dict:
     for name in ("profile", "motions"):
         if name not in values:
             raise InputError(f"{name} is missing")
-    here, values = file.parent, dict(values)
+    root, values = file.parent, dict(values)
     name = values.pop("folder", f"{file.stem}_suite")
-    if folder is None and not (isinstance(name, str) and is_below(here, name)):
+    if folder is None and not (isinstance(name, str) and is_below(root, name)):
         raise InputError(f"folder = {name!r} is not below the folder of the file")
     water: dict = {
         n: float(values.pop(n)) for n in ("water_table", "pressure_at_rest") if n in values
     }
-    profile = read_profile(here / values.pop("profile"), values.pop("fill", ""))
-    varied, stepped = (dict(values.pop(table, {})) for table in ("randomize", "nonlinear"))
-    _check_names(varied, "randomize")
-    _check_names(stepped, "nonlinear")
-    if varied:
-        profiles = randomized(profile, varied.pop("count", 1), **varied, **water)
+    profile = read_profile(root / values.pop("profile"), values.pop("fill", ""))
+    random, nonlinear = (dict(values.pop(table, {})) for table in ("randomize", "nonlinear"))
+    _check_names(random, "randomize")
+    _check_names(nonlinear, "nonlinear")
+    if random:
+        profiles = randomized(profile, random.pop("count", 1), **random, **water)
     else:
         profiles = [(profile.column(), profile.curves(**water))]
-    files = motion_files(values.pop("motions"), here)
+    files = motion_files(values.pop("motions"), root)
     reading: dict = {n: kind(values.pop(n)) for n, kind in _READING.items() if n in values}
-    motions = [read_record(one, **reading) for one in files]
+    motions = [read_record(path, **reading) for path in files]
     values["periods"] = _parse_periods(values.get("periods", PERIODS))
-    found = {"profiles": profiles, "motions": motions, "folder": Path(folder or here / name)}
-    return found | values | stepped
+    arguments = {"profiles": profiles, "motions": motions, "folder": Path(folder or root / name)}
+    return arguments | values | nonlinear
 
 
-def motion_files(given, here: Path) -> list[Path]:
+def motion_files(patterns, root: Path) -> list[Path]:
     """Return the distinct files of names, of patterns such as ``records/*.at2``, and of folders."""
-    found: dict[Path, None] = {}
-    for one in [given] if isinstance(given, str) else given:
-        files = [here / name for name in sorted(glob(one, root_dir=here))]
-        if (here / one).is_dir():
-            files = [f for f in sorted((here / one).iterdir()) if f.suffix.lower() in _ENDINGS]
+    distinct: dict[Path, None] = {}
+    for pattern in [patterns] if isinstance(patterns, str) else patterns:
+        files = [root / name for name in sorted(glob(pattern, root_dir=root))]
+        if (root / pattern).is_dir():
+            files = [f for f in sorted((root / pattern).iterdir()) if f.suffix.lower() in _ENDINGS]
         if not files:
-            raise InputError(f"motions: {one!r} matches no record")
-        found |= dict.fromkeys(files)
-    return list(found)
+            raise InputError(f"motions: {pattern!r} matches no record")
+        distinct |= dict.fromkeys(files)
+    return list(distinct)
 
 
-def _parse_periods(given) -> np.ndarray:
+def _parse_periods(periods) -> np.ndarray:
     """Return periods of a list, or of ``{from, to, count}`` at equal ratios."""
-    if not isinstance(given, Mapping):
-        return np.asarray(given, dtype=float)
-    _check_names(given, "periods")
-    if len(given) < 3:
+    if not isinstance(periods, Mapping):
+        return np.asarray(periods, dtype=float)
+    _check_names(periods, "periods")
+    if len(periods) < 3:
         raise InputError("periods: give a list, or `from`, `to` and `count`")
-    return np.geomspace(given["from"], given["to"], int(given["count"]))
+    return np.geomspace(periods["from"], periods["to"], int(periods["count"]))
 
 
 def _check_names(values: Mapping, table: str) -> None:
     for name in values:
         if name not in _KNOWN[table]:
-            where = f"[{table}] " if table else ""
-            raise InputError(f"{where}there is no {name!r}{nearest(name, _KNOWN[table])}")
+            prefix = f"[{table}] " if table else ""
+            raise InputError(f"{prefix}there is no {name!r}{nearest(name, _KNOWN[table])}")

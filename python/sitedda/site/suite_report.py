@@ -23,21 +23,22 @@ def suite_figure(suite, level: int = 0) -> Figure:
     axes = figure.subplots(2, len(names), sharex=True, sharey="row", squeeze=False)
     rows = (("amplification", "", "surface/reference Sa"), ("sa", "sa_", "surface Sa (m/s²)"))
     for column, name in enumerate(names):
-        for row, (of, mark, label) in enumerate(rows):
-            panel, at = axes[row, column], table.period.values
-            part = table[of].sel(analysis=name).transpose("profile", "motion", "period").values
-            _draw_panel(panel, at, part.reshape(-1, at.size), statistics.sel(analysis=name), mark)
+        for row, (quantity, mark, label) in enumerate(rows):
+            panel, periods = axes[row, column], table.period.values
+            cases = table[quantity].sel(analysis=name).transpose("profile", "motion", "period")
+            values = cases.values.reshape(-1, periods.size)
+            _draw_panel(panel, periods, values, statistics.sel(analysis=name), mark)
             panel.set(xscale="log", yscale="log")
             for axis in (panel.xaxis, panel.yaxis):
                 axis.set(major_locator=LogLocator(subs=(1, 2, 3, 5)), major_formatter="{x:g}",
                          minor_formatter=NullFormatter())  # fmt: skip
             if column == 0:
                 panel.set_ylabel(label)
-        own = statistics.sel(analysis=name)
-        weak = own.converged.values < 0.9  # over 10 % of the cases do not converge
-        if weak.any():
-            axes[0, column].plot(own.period.values[weak], own["median"].values[weak], "x",
-                                 color=RED, label="not converged")  # fmt: skip
+        median = statistics["median"].sel(analysis=name)
+        converged = statistics.converged.sel(analysis=name).values
+        weak = median[converged < 0.9]  # periods at which over 10 % of the cases do not converge
+        if weak.size:
+            axes[0, column].plot(weak.period, weak, "x", color=RED, label="not converged")
             axes[0, column].legend(frameon=False, fontsize=8)
         axes[0, column].set_title(name, loc="left", fontsize=11)
         axes[1, column].set_xlabel("period (s)")
@@ -49,8 +50,8 @@ def suite_figure(suite, level: int = 0) -> Figure:
 
 def _draw_panel(axes, period, cases, statistics, mark: str) -> None:
     """Draw the cases, median and band of an analysis."""
-    every = max(1, len(cases) // _MOST)
-    axes.plot(period, cases[::every].T, color=FAINT, lw=0.4, alpha=0.35)
+    stride = max(1, len(cases) // _MOST)
+    axes.plot(period, cases[::stride].T, color=FAINT, lw=0.4, alpha=0.35)
     median = statistics[f"{mark}median"].values
     factor = np.exp(np.nan_to_num(statistics[f"{mark}sigma_ln"].values))
     axes.fill_between(

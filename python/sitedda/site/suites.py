@@ -55,27 +55,27 @@ class Suite:
         """Return statistics of successful cases over ``analysis``, ``level``, ``period``.
 
         ``median`` (exp of the mean logarithm) and ``sigma_ln`` of the amplification, ``sa_median``
-        and ``sa_sigma_ln`` of the surface's Sa, their number ``count``, and the fraction
-        ``converged`` of them.
+        and ``sa_sigma_ln`` of Sa of the surface, the number ``count`` of cases, and the fraction
+        ``converged`` of these.
         """
         import xarray as xr
 
-        found = {"count": self.table.amplification.notnull().sum(_DIMS)}
-        for name, of in (("", "amplification"), ("sa_", "sa")):
-            logarithm = np.log(self.table[of])
-            found[f"{name}median"] = np.exp(logarithm.mean(_DIMS))
-            spread = logarithm.std(_DIMS, ddof=1) if found["count"].max() > 1 else np.nan
-            found[f"{name}sigma_ln"] = spread + 0 * found[f"{name}median"]
-        found["converged"] = self.table.converged.mean(_DIMS)
-        found["sa_median"].attrs["units"] = "m/s^2"
-        return xr.Dataset(found).transpose("analysis", "level", "period")
+        results = {"count": self.table.amplification.notnull().sum(_DIMS)}
+        for prefix, quantity in (("", "amplification"), ("sa_", "sa")):
+            logarithm = np.log(self.table[quantity])
+            results[f"{prefix}median"] = np.exp(logarithm.mean(_DIMS))
+            spread = logarithm.std(_DIMS, ddof=1) if results["count"].max() > 1 else np.nan
+            results[f"{prefix}sigma_ln"] = spread + 0 * results[f"{prefix}median"]
+        results["converged"] = self.table.converged.mean(_DIMS)
+        results["sa_median"].attrs["units"] = "m/s^2"
+        return xr.Dataset(results).transpose("analysis", "level", "period")
 
     def __str__(self) -> str:
-        words = ", ".join(f"{n} {status}" for status, n in sorted(counts(self.table).items()))
+        states = ", ".join(f"{n} {status}" for status, n in sorted(counts(self.table).items()))
         sizes = self.table.sizes
         lines = [
             f"{counted(sizes['profile'], 'profile', 'profiles')}, "
-            f"{counted(sizes['motion'], 'motion', 'motions')}: {words}"
+            f"{counted(sizes['motion'], 'motion', 'motions')}: {states}"
         ]
         for analysis, level, part in self.parts():
             lines += [f"{analysis}, {level}" if sizes["level"] > 1 else analysis]
@@ -88,34 +88,38 @@ class Suite:
     @property
     def doubts(self) -> list[str]:
         """Return warnings about the results, one sentence each."""
-        found = []
+        texts = []
         messages = self.table.message.values[self.table.status.values != "complete"]
         if messages.size:
-            found.append(f"{counted(messages.size, 'case', 'cases')} failed and are excluded; "
+            texts.append(f"{counted(messages.size, 'case', 'cases')} failed and are excluded; "
                          f"first message: {messages[0]}")  # fmt: skip
         if "equivalent-linear" in self.table.analysis.values:
             strain = self.table.strain.sel(analysis="equivalent-linear").values
-            most, of = int((strain > DOUBTFUL_STRAIN).sum()), int(np.isfinite(strain).sum())
-            if most:
-                found.append(f"{most} of {of} equivalent-linear cases have strains beyond "
+            doubtful, total = int((strain > DOUBTFUL_STRAIN).sum()), int(np.isfinite(strain).sum())
+            if doubtful:
+                texts.append(f"{doubtful} of {total} equivalent-linear cases have strains beyond "
                              f"{100 * DOUBTFUL_STRAIN:g} %, so they may not be accurate: "
                              "compare with nonlinear cases")  # fmt: skip
         for analysis, level, part in self.parts():
-            weak = part.period.values[part.converged.values < 0.9]
-            if weak.size:
-                found.append(f"{analysis}, {level}: more than a tenth of the cases do not converge "
-                             "at periods of " + ", ".join(f"{p:.3g}" for p in weak)
+            periods = part.period.values[part.converged.values < 0.9]
+            if periods.size:
+                texts.append(f"{analysis}, {level}: more than a tenth of the cases do not converge "
+                             "at periods of " + ", ".join(f"{p:.3g}" for p in periods)
                              + " s")  # fmt: skip
-        return found
+        return texts
 
     def parts(self):
         """Yield analysis, level in words, and statistics of each."""
-        statistics, about = self.statistics, self.table.level.attrs
-        unit = about.get("units", "").removeprefix("1")  # factors have none
+        statistics, attributes = self.statistics, self.table.level.attrs
+        unit = attributes.get("units", "").removeprefix("1")  # factors have none
         for analysis in self.table.analysis.values:
             for i, level in enumerate(self.table.level.values):
-                words = f"{about.get('measure', 'scale')} {level:g} {unit}"
-                yield str(analysis), words.strip(), statistics.sel(analysis=analysis).isel(level=i)
+                label = f"{attributes.get('measure', 'scale')} {level:g} {unit}"
+                yield (
+                    str(analysis),
+                    label.strip(),
+                    statistics.sel(analysis=analysis).isel(level=i),
+                )
 
     @staticmethod
     def rows_of(part: xr.Dataset) -> list[list[str]]:
@@ -134,9 +138,9 @@ class Suite:
         """Write the table and its statistics to a netCDF file."""
         from ..base.files import written
 
-        whole = self.table.merge(self.statistics.rename(converged="converged_share"))
-        with written(Path(file), "a netCDF file") as beside:
-            whole.to_netcdf(beside, engine="netcdf4")
+        table = self.table.merge(self.statistics.rename(converged="converged_share"))
+        with written(Path(file), "a netCDF file") as path:
+            table.to_netcdf(path, engine="netcdf4")
         return Path(file)
 
     def to_csv(self, file) -> Path:
@@ -150,7 +154,7 @@ class Suite:
         return write(Path(file), text, "a table")
 
     def plot(self, level: int = 0):
-        """Draw cases thin, the median thick and ± σ around it, of a level; return the figure."""
+        """Draw the cases, the median and ± σ of a level; return the figure."""
         from .suite_report import suite_figure
 
         return suite_figure(self, level)
@@ -216,25 +220,26 @@ def suite(
 
     sites = _check_sites(profiles)
     records = _read_motions(motions, levels, measure, period)
-    wanted = list(analyses)
-    if not wanted or not set(wanted) <= set(ANALYSES):
-        raise InputError(f"analyses = {wanted}: use {', '.join(ANALYSES)}")
+    names = list(analyses)
+    if not names or not set(names) <= set(ANALYSES):
+        raise InputError(f"analyses = {names}: use {', '.join(ANALYSES)}")
     grid = np.asarray(periods, dtype=float)
     if grid.ndim != 1 or not grid.size or not np.all(np.isfinite(grid) & (grid > 0)):
         raise InputError("periods must be a row of numbers above 0, s")
     cases = Cases(sites, records, grid, kind, options)
-    motion, level = records.factors.shape
-    axes = {"profile": range(len(sites)), "motion": range(motion), "level": range(level),
-            "analysis": wanted}  # fmt: skip
+    rows, columns = records.factors.shape
+    axes = {"profile": range(len(sites)), "motion": range(rows), "level": range(columns),
+            "analysis": names}  # fmt: skip
     table = study(cases, axes, folder=folder, workers=workers, retry=retry, progress=progress)
     if not {"sa", "strain"} <= set(table.data_vars):
         raise InputError(f"no case succeeds; first message: {table.message.values.ravel()[0]}")
-    _, at, about = records.coordinates[measure]
+    _, values, attributes = records.coordinates[measure]
     table = table.assign_coords(
-        motion=records.coordinates["record"][1], level=("level", at, {"measure": measure} | about)
+        motion=records.coordinates["record"][1],
+        level=("level", values, {"measure": measure} | attributes),
     )
-    reference = np.array([spectral_acceleration(one.acceleration, one.time_step, grid)
-                          for one in records.records])  # fmt: skip
+    reference = np.array([spectral_acceleration(record.acceleration, record.time_step, grid)
+                          for record in records.records])  # fmt: skip
     table["reference"] = xr.DataArray(
         reference[:, None] * records.factors[..., None], dims=("motion", "level", "period"),
         attrs={"units": "m/s^2"},
@@ -262,19 +267,19 @@ class Cases:
         import xarray as xr
 
         column, curves = self.sites[profile]
-        given, factor = self.records.records[motion], float(self.records.factors[motion, level])
-        ground = Motion.of(factor * given.acceleration, given.time_step)
+        record, factor = self.records.records[motion], float(self.records.factors[motion, level])
+        ground = Motion.of(factor * record.acceleration, record.time_step)
         response, strain = self._compute_response(analysis, column, curves, ground)
         spectrum, surface = response.spectrum(self.periods), response.acceleration()
-        good = np.ones(self.periods.size)
+        converged = np.ones(self.periods.size)
         if isinstance(response, NonlinearResponse):
             coarse = response.coarse_spectrum(self.periods)
-            near = np.abs(coarse - spectrum) <= CONVERGED * spectrum
-            good = np.where(np.isnan(coarse), np.nan, near)
-        at = {"period": self.periods}
+            agrees = np.abs(coarse - spectrum) <= CONVERGED * spectrum
+            converged = np.where(np.isnan(coarse), np.nan, agrees)
+        coordinates = {"period": self.periods}
         return {
-            "sa": xr.DataArray(spectrum, at, ("period",), attrs={"units": "m/s^2"}),
-            "converged": xr.DataArray(good, at, ("period",)),
+            "sa": xr.DataArray(spectrum, coordinates, ("period",), attrs={"units": "m/s^2"}),
+            "converged": xr.DataArray(converged, coordinates, ("period",)),
             "pga": float(np.abs(surface).max()),
             "strain": float(np.max(strain)),
         }
@@ -282,9 +287,9 @@ class Cases:
     def _compute_response(self, analysis, column, curves, ground):
         """Return the response, and its largest strain by layers or cells."""
         if analysis == "linear":
-            own = small_strain_column(column, curves)
-            response: SiteResponse = own.response(ground, kind=self.kind)
-            return response, np.abs(response.strain(own.middles)).max(axis=1)
+            linear = small_strain_column(column, curves)
+            response: SiteResponse = linear.response(ground, kind=self.kind)
+            return response, np.abs(response.strain(linear.middles)).max(axis=1)
         if analysis == "equivalent-linear":
             fitted = equivalent_linear(column, curves, ground, kind=self.kind)
             return fitted.response, fitted.largest_strain
@@ -295,30 +300,30 @@ class Cases:
 def _check_sites(profiles) -> list[Site]:
     if isinstance(profiles, Profile):
         return [(profiles.column(), profiles.curves())]
-    found = list(profiles)
-    if not found:
+    sites = list(profiles)
+    if not sites:
         raise InputError("profiles: give at least one")
-    for number, one in enumerate(found):
-        if not (isinstance(one, tuple) and len(one) == 2 and isinstance(one[0], Column)):
+    for number, site in enumerate(sites):
+        if not (isinstance(site, tuple) and len(site) == 2 and isinstance(site[0], Column)):
             raise InputError(f"profile {number}: give a pair of a Column and the curves of its "
                              "layers, or make every entry a Profile")  # fmt: skip
-        if len(one[1]) != len(one[0].layers):
-            raise InputError(f"profile {number}: {len(one[0].layers)} layers need one curve each, "
-                             f"not {len(one[1])}")  # fmt: skip
-    return found
+        if len(site[1]) != len(site[0].layers):
+            raise InputError(f"profile {number}: {len(site[0].layers)} layers need one curve each, "
+                             f"not {len(site[1])}")  # fmt: skip
+    return sites
 
 
 def _read_motions(motions, levels, measure: str, period) -> Records:
     """Return motions, their names, and their factors at the levels."""
     if isinstance(motions, Mapping):
-        named = [(str(name), one) for name, one in motions.items()]
+        named = [(str(name), motion) for name, motion in motions.items()]
     else:
-        named = [(_motion_name(one, i), one) for i, one in enumerate(motions, 1)]
-    found = []
-    for name, one in named:
-        ground = Motion.of(one if hasattr(one, "acceleration") else read_record(one))
-        found.append(Record(name, ground.acceleration, ground.time_step))
-    return Records(found, np.ravel(levels), measure, period=period)
+        named = [(_motion_name(motion, i), motion) for i, motion in enumerate(motions, 1)]
+    records = []
+    for name, motion in named:
+        ground = Motion.of(motion if hasattr(motion, "acceleration") else read_record(motion))
+        records.append(Record(name, ground.acceleration, ground.time_step))
+    return Records(records, np.ravel(levels), measure, period=period)
 
 
 def _motion_name(motion, number: int) -> str:

@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 BANDWIDTH = 40.0  # bandwidth of the window of Konno and Ohmachi
 _BINS = 120  # number of frequencies of the map
 _FINE = 20.0  # smallest number of bins below the lowest frequency, so that no window is empty
-_TOUCHING = 1e-6  # tolerance of points on the surface over the size of the model
+_TOUCHING = 1e-6  # tolerance of points on the surface / size of the model
 
 
 @dataclass(frozen=True)
 class Surface:
-    """The motion of the measured points along the surface over that of a reference."""
+    """Ratios of the motion of measured points along the surface to that of a reference."""
 
     scene: Scene  # scene of the run
     names: list[str]  # names of the points from left to right
@@ -46,7 +46,7 @@ class Surface:
 
     @property
     def aggravation(self) -> NDArray[np.float64]:
-        """Return the amplification in two dimensions over that in one, shape (points, bins)."""
+        """Return the ratio of 2-D to 1-D amplification, shape (points, bins)."""
         return self.amplification / self.column_amplification
 
     @property
@@ -87,7 +87,7 @@ def surface(
     """Compare the measured points on the surface with the free field or the outcrop.
 
     The reference is the surface of the first free field of the model; without one, the motion of
-    an outcrop of the half-space: twice the wave that comes in through a compliant base.
+    an outcrop of the half-space: twice the incoming wave of a compliant base.
 
     Parameters
     ----------
@@ -100,84 +100,83 @@ def surface(
     Raises
     ------
     InputError
-        If nothing comes in through a boundary, no two points are on the surface, the band is
+        If no boundary has an incoming wave, fewer than two points are on the surface, the band is
         empty, or the steps are not equal.
     """
-    felt, words = _reference_motion(history, axis)
+    ground, reference = _reference_motion(history, axis)
     scene = Scene.of(history)
     names = _points_on_surface(scene, history)
     if len(names) < 2:
-        raise InputError(
-            f"{len(names)} measured points are on the surface; at least two are needed"
-        )
+        raise InputError(f"{len(names)} measured points are on the surface: two or more are needed")
     step = equal_step(history.time.values)
-    least, most = 1.0 / (step * felt.size), 0.5 / step
-    if not least <= lowest < highest <= most:
+    minimum, maximum = 1.0 / (step * ground.size), 0.5 / step
+    if not minimum <= lowest < highest <= maximum:
         raise InputError(
-            f"the band from {lowest:g} to {highest:g} Hz does not lie between {least:.4g} Hz, one "
-            f"period in the run, and {most:.4g} Hz, half of the sampling frequency"
+            f"the band from {lowest:g} to {highest:g} Hz does not lie between {minimum:.4g} Hz, "
+            f"one period in the run, and {maximum:.4g} Hz, half of the sampling frequency"
         )
     frequency = np.geomspace(lowest, highest, _BINS)
     series = [history.acceleration.sel(point=name, axis=axis).values for name in names]
-    below = _smooth(felt, step, frequency)
-    if not np.all(below > 0):
-        raise InputError(f"the {words} has no motion along {axis}")
-    pga, pgv = np.transpose([_peak_motion(one, step) for one in series])
-    reference_pga, reference_pgv = _peak_motion(felt, step)
-    place = np.array([history.point_place.sel(point=name).values for name in names])
+    spectrum = _smooth(ground, step, frequency)
+    if not np.all(spectrum > 0):
+        raise InputError(f"the {reference} has no motion along {axis}")
+    pga, pgv = np.transpose([_peak_motion(a, step) for a in series])
+    reference_pga, reference_pgv = _peak_motion(ground, step)
+    positions = np.array([history.point_place.sel(point=name).values for name in names])
     columns = [None] * len(names)
     if axis == "x":
-        columns = _column_motions(history, scene, place, felt, step)
-    found = np.array([_smooth(one, step, frequency) / below for one in series])
-    missing = np.full(frequency.size, np.nan)
-    by_columns = [missing if one is None else _smooth(one, step, frequency) / below
-                  for one in columns]  # fmt: skip
-    return Surface(scene, names, place, frequency, found, pga / reference_pga, pgv / reference_pgv,
-                   words, np.array(by_columns))  # fmt: skip
+        columns = _column_motions(history, scene, positions, ground, step)
+    ratios = np.array([_smooth(a, step, frequency) / spectrum for a in series])
+    unknown = np.full(frequency.size, np.nan)
+    column_ratios = np.array([unknown if a is None else _smooth(a, step, frequency) / spectrum
+                              for a in columns])  # fmt: skip
+    return Surface(scene, names, positions, frequency, ratios, pga / reference_pga,
+                   pgv / reference_pgv, reference, column_ratios)  # fmt: skip
 
 
-def _column_motions(history: xr.Dataset, scene: Scene, place, felt, step: float) -> list:
+def _column_motions(history: xr.Dataset, scene: Scene, positions, reference, step: float) -> list:
     """Return the accelerations of the soil columns below the points; None without a column."""
-    length, scheme = fast_length(2 * felt.size), run_scheme(history)
+    length, scheme = fast_length(2 * reference.size), run_scheme(history)
     bins = np.fft.rfftfreq(length, step)[:-1]
-    small = _TOUCHING * scene.size
+    distance = _TOUCHING * scene.size
 
     def transfer(point) -> NDArray[np.complex128] | None:
-        below = [column_below(history, point, side) for side in (small, -small)]
-        found = next((one for one in below if one), None)
+        below = [column_below(history, point, side) for side in (distance, -distance)]
+        column = next(filter(None, below), None)
+        if column is None:
+            return None
         try:
-            return found and found.scheme_transfer(
-                bins, run_step(history), kind="outcrop", integration=scheme
-            )
+            step = run_step(history)
+            return column.scheme_transfer(bins, step, kind="outcrop", integration=scheme)
         except ValueError:  # undamped resonance
             return None
 
     ground: NDArray | None = np.ones(bins.size)
-    given = input_values(history.attrs).get("boundary", [])
-    sides = [one["side"] for one in given if one["kind"] == "free_field"]
+    boundaries = input_values(history.attrs).get("boundary", [])
+    sides = [group["side"] for group in boundaries if group["kind"] == "free_field"]
     if sides:  # the reference is the surface of the column
         corners = scene.vertices(0)
         edge = corners[:, 0].max() if sides[0] == "right" else corners[:, 0].min()
         ground = transfer((edge, corners[corners[:, 0] == edge, 1].max()))
-    ratios = [transfer(point) for point in place]
-    spectrum = np.fft.rfft(felt, length)[:-1]
+    ratios = [transfer(point) for point in positions]
+    spectrum = np.fft.rfft(reference, length)[:-1]
     return [None if ratio is None or ground is None
-            else np.fft.irfft(np.append(spectrum * ratio / ground, 0.0), length)[: felt.size]
+            else np.fft.irfft(np.append(spectrum * ratio / ground, 0.0), length)[: reference.size]
             for ratio in ratios]  # fmt: skip
 
 
 def _reference_motion(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float64], str]:
     """Return the reference acceleration, m/s², and its description."""
     kinds = list(history.boundary_kind.values) if "boundary_kind" in history else []
-    for kind, factor, words in (
+    for kind, factor, description in (
         ("free_field", 1.0, "surface of {}"),
         ("compliant", 2.0, "outcrop of the half-space below {}"),
     ):
         if kind in kinds:
             boundary = history.isel(boundary=kinds.index(kind))
             name = str(boundary.boundary.values)
-            felt = boundary.incoming_acceleration.sel(axis=axis).values
-            return factor * felt, words.format(name)
+            incoming = boundary.incoming_acceleration.sel(axis=axis).values
+            return factor * incoming, description.format(name)
     raise InputError(
         "no wave enters the model from outside: add free-field sides, or a boundary of "
         "kind = 'compliant' with a motion"
@@ -186,21 +185,21 @@ def _reference_motion(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float6
 
 def _points_on_surface(scene: Scene, history: xr.Dataset) -> list[str]:
     """Return the measured points without a block above, from left to right."""
-    places = scene.vertices(0)
-    (x0, y0), (x1, y1) = places.T, places[scene.next_vertex].T
-    small = _TOUCHING * scene.size
+    vertices = scene.vertices(0)
+    (x0, y0), (x1, y1) = vertices.T, vertices[scene.next_vertex].T
+    distance = _TOUCHING * scene.size
 
     def highest(x: float) -> float:
         crossed = (np.minimum(x0, x1) <= x) & (x <= np.maximum(x0, x1)) & (x0 != x1)
-        share = (x - x0[crossed]) / (x1 - x0)[crossed]
-        return np.max(y0[crossed] + share * (y1 - y0)[crossed], initial=-np.inf)
+        fraction = (x - x0[crossed]) / (x1 - x0)[crossed]
+        return np.max(y0[crossed] + fraction * (y1 - y0)[crossed], initial=-np.inf)
 
-    found = []
+    surface_points = []
     for name, (x, y) in zip(history.point.values, history.point_place.values, strict=True):
-        above = [high for side in (-1, 1) if np.isfinite(high := highest(x + side * small))]
-        if min(above) <= y + 2 * small:
-            found.append((x, str(name)))
-    return [name for _, name in sorted(found)]
+        heights = [high for side in (-1, 1) if np.isfinite(high := highest(x + side * distance))]
+        if min(heights) <= y + 2 * distance:
+            surface_points.append((x, str(name)))
+    return [name for _, name in sorted(surface_points)]
 
 
 def _smooth(series, step: float, frequency) -> NDArray[np.float64]:

@@ -29,16 +29,16 @@ def layered_soils(
     branches of a linear layer are None.
     """
     boxes = _block_boxes(history)
-    foot = history.point_place.sel(point=base).values
-    low = _block_containing(boxes, foot)
+    base_position = history.point_place.sel(point=base).values
+    low = _block_containing(boxes, base_position)
     high = _block_containing(boxes, history.point_place.sel(point=surface).values)
     size = boxes[high, 3] - boxes[high, 1]
     body = history.block_body.values if "block_body" in history else np.zeros(len(boxes))
-    bottom = float(foot[1] if body[low] and body[low] == body[high] else boxes[low, 3])
+    bottom = float(base_position[1] if body[low] and body[low] == body[high] else boxes[low, 3])
     middle = boxes[high, [0, 2]].mean()
-    inside = (boxes[:, 0] <= middle) & (middle < boxes[:, 2])
-    inside &= (boxes[:, 3] > bottom + 1e-6 * size) & (boxes[:, 1] <= boxes[high, 1])
-    stack = np.flatnonzero(inside)
+    is_column = (boxes[:, 0] <= middle) & (middle < boxes[:, 2])
+    is_column &= (boxes[:, 3] > bottom + 1e-6 * size) & (boxes[:, 1] <= boxes[high, 1])
+    stack = np.flatnonzero(is_column)
     stack = stack[np.argsort(-boxes[stack, 1])]
     tops, bottoms = boxes[stack, 3], boxes[stack, 1]
     if not stack.size or np.any(abs(np.append(tops[1:], bottom) - bottoms) > 1e-6 * size):
@@ -63,34 +63,36 @@ def _block_layer(history: xr.Dataset, block: int, thickness: float, damping) -> 
                  damping=damping or 0.0)  # fmt: skip
 
 
-def column_below(history: xr.Dataset, place, side: float) -> Column | None:
+def column_below(history: xr.Dataset, position, side: float) -> Column | None:
     """Return the layers below a surface point (m) of any model, at small strains.
 
     A vertical line at a distance `side` (m) from the point cuts the blocks.  The base is the
     half-space of a compliant base, else rigid.  None: the point is not on top of the line, or there
     is a gap.
     """
-    cut: dict[float, tuple[float, int]] = {}
-    x, top = np.asarray(place, dtype=float)
+    intervals: dict[float, tuple[float, int]] = {}
+    x, top = np.asarray(position, dtype=float)
     for block, polygon in enumerate(_initial_polygons(history)):
         (x0, y0), (x1, y1) = polygon.T, np.roll(polygon, -1, axis=0).T
-        met = (x0 - x - side) * (x1 - x - side) < 0
-        y = np.sort(y0[met] + (x + side - x0[met]) / (x1 - x0)[met] * (y1 - y0)[met])
-        cut |= {high: (low, block) for low, high in zip(y[::2], y[1::2], strict=True)}
-    if not cut or abs(max(cut) - top) > 3 * abs(side):
+        crossed = (x0 - x - side) * (x1 - x - side) < 0
+        y = np.sort(
+            y0[crossed] + (x + side - x0[crossed]) / (x1 - x0)[crossed] * (y1 - y0)[crossed]
+        )
+        intervals |= {high: (low, block) for low, high in zip(y[::2], y[1::2], strict=True)}
+    if not intervals or abs(max(intervals) - top) > 3 * abs(side):
         return None
-    tops = np.sort(list(cut))[::-1]
-    if np.any(abs([cut[high][0] for high in tops[:-1]] - tops[1:]) > 3 * abs(side)):
+    tops = np.sort(list(intervals))[::-1]
+    if np.any(abs([intervals[high][0] for high in tops[:-1]] - tops[1:]) > 3 * abs(side)):
         return None
-    given = input_values(history.attrs)
-    materials, number = given.get("material", []), history.block_material.values.astype(int)
+    groups = input_values(history.attrs)
+    materials, number = groups.get("material", []), history.block_material.values.astype(int)
     layers = [_block_layer(history, b, high - low, damping_of(materials[number[b]]))
-              for high, (low, b) in ((high, cut[high]) for high in tops)]  # fmt: skip
-    for one in given.get("boundary", []):
-        if one["kind"] == "compliant":
-            rock = [one.get("density"), one.get("shear_velocity")]
-            own = layers[-1].density, layers[-1].shear_velocity
-            density, speed = (a or b for a, b in zip(rock, own, strict=True))
+              for high, (low, b) in ((high, intervals[high]) for high in tops)]  # fmt: skip
+    for boundary in groups.get("boundary", []):
+        if boundary["kind"] == "compliant":
+            rock = [boundary.get("density"), boundary.get("shear_velocity")]
+            lowest = layers[-1].density, layers[-1].shear_velocity
+            density, speed = (a or b for a, b in zip(rock, lowest, strict=True))
             return Column(layers, HalfSpace(density=density, shear_velocity=speed))
     return Column(layers)
 
@@ -113,9 +115,9 @@ def _block_boxes(history: xr.Dataset) -> np.ndarray:
     return np.array(boxes)
 
 
-def _block_containing(boxes: np.ndarray, place: np.ndarray) -> int:
-    inside = np.all((boxes[:, :2] - 1e-9 <= place) & (place <= boxes[:, 2:] + 1e-9), axis=1)
-    if not inside.any():
-        x, y = place
+def _block_containing(boxes: np.ndarray, point: np.ndarray) -> int:
+    contains = np.all((boxes[:, :2] - 1e-9 <= point) & (point <= boxes[:, 2:] + 1e-9), axis=1)
+    if not contains.any():
+        x, y = point
         raise InputError(f"no block lies at the measured point ({x:g}, {y:g}) m")
-    return int(np.flatnonzero(inside)[0])
+    return int(np.flatnonzero(contains)[0])
