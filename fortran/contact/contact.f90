@@ -55,7 +55,8 @@ module dda_contact
       !> signed distance to the edge minus `offset`, m; negative in compression
       real(wp), allocatable :: gap(:)
       real(wp), allocatable :: normal(:,:)     !< [2,n] outward normal of the edge
-      !> [6,n] gradients for the block of the vertex and of the edge, see dda_contact_gradients
+      !> [12,n] gradients of gap and slip for the block of the vertex and of the edge, see
+      !> dda_contact_gradients
       real(wp), allocatable :: gradient_v(:,:), gradient_e(:,:)
       ! History
       integer, allocatable :: joint(:)       !< number of the joint material, see dda_contact_joints
@@ -381,8 +382,8 @@ contains
          contacts%spring(2, 0), contacts%tilt(2, 0))
       if (contacts%with_laws .and. .not. allocated(contacts%memory)) &
          allocate (contacts%memory(size(contacts%initial_memory), 0))
-      if (.not. allocated(contacts%gradient_v)) allocate (contacts%gradient_v(6, 0), &
-         contacts%gradient_e(6, 0), contacts%free_force(2, 0))
+      if (.not. allocated(contacts%gradient_v)) allocate (contacts%gradient_v(12, 0), &
+         contacts%gradient_e(12, 0), contacts%free_force(2, 0))
       if (contacts%with_laws .and. .not. allocated(contacts%tangent)) &
          allocate (contacts%tangent(2, 0), contacts%line(2, 0))
       if (contacts%with_damping .and. .not. allocated(contacts%gain)) &

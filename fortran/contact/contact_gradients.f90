@@ -1,9 +1,8 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Gap and slip of a contact, and their gradients in the coordinates q of its blocks.
 !>
-!> Each row is nᵀT or tᵀT (T: `shape_matrix` of dda_blocks).  A list stores only the entries of the
-!> rotation and of the two axial strains: the translation has the entries n and t = (−n₂, n₁), and
-!> the entry of the shear strain follows from the axial ones.
+!> Each row is nᵀT or tᵀT with t = (−n₂, n₁) (T: `shape_matrix` of dda_blocks).  A list stores for
+!> each block the row of the gap, then the row of the slip.
 module dda_contact_gradients
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
@@ -11,8 +10,7 @@ module dda_contact_gradients
    implicit none
    private
    public :: rows_type, acting_rows, add_assumed_forces, assumed_forces, find_rows, &
-      measure_contacts, measure_range, motion_in_step, relative_motion, set_gradient, normal_row, &
-      shear_row
+      measure_contacts, measure_range, motion_in_step, relative_motion, set_gradient
 
    !> Gradients of gap and slip of a contact in the coordinates q of its two blocks.
    type :: rows_type
@@ -24,19 +22,23 @@ module dda_contact_gradients
 
 contains
 
-   !> Compute the stored entries (θ, ε_x, ε_y) of the rows of a material point, first for n, then t.
-   pure subroutine set_gradient(axes, offset, reference, normal, gradient)
+   !> Compute the rows nᵀT and tᵀT of a material point.
+   pure subroutine set_gradient(axes, offset, reference, normal, rows)
       real(wp), intent(in) :: axes(2, 2)    !< R(θ) of the block
       real(wp), intent(in) :: offset(2)     !< lever arm of the forces, m
       real(wp), intent(in) :: reference(2)  !< reference offset ρ of the point, m
       real(wp), intent(in) :: normal(2)     !< outward normal n of the edge
-      real(wp), intent(out) :: gradient(6)  !< stored entries, m
-      real(wp) :: x, y
+      real(wp), intent(out) :: rows(6, 2)   !< rows; 1 or m
+      real(wp) :: xx, yy, xy, yx
 
-      x = axes(1, 1)*normal(1) + axes(2, 1)*normal(2)
-      y = axes(1, 2)*normal(1) + axes(2, 2)*normal(2)
-      gradient = [normal(2)*offset(1) - normal(1)*offset(2), x*reference(1), y*reference(2), &
-         normal(1)*offset(1) + normal(2)*offset(2), -y*reference(1), x*reference(2)]
+      xx = (axes(1, 1)*normal(1) + axes(2, 1)*normal(2))*reference(1)
+      xy = (axes(1, 1)*normal(1) + axes(2, 1)*normal(2))*reference(2)
+      yx = (axes(1, 2)*normal(1) + axes(2, 2)*normal(2))*reference(1)
+      yy = (axes(1, 2)*normal(1) + axes(2, 2)*normal(2))*reference(2)
+      rows(:, 1) = [normal(1), normal(2), normal(2)*offset(1) - normal(1)*offset(2), xx, yy, &
+         0.5_wp*(xy + yx)]
+      rows(:, 2) = [-normal(2), normal(1), normal(1)*offset(1) + normal(2)*offset(2), -yx, xy, &
+         0.5_wp*(xx - yy)]
    end subroutine set_gradient
 
    !> Compute the rows of gap and slip of contact c for its two blocks.
@@ -45,13 +47,10 @@ contains
       integer, intent(in) :: c                     !< number of the contact
       type(rows_type), intent(out) :: rows         !< rows for the coordinates q of the two blocks
 
-      associate (normal => contacts%normal(:, c), of_v => contacts%gradient_v(:, c), &
-         of_e => contacts%gradient_e(:, c))
-         rows%normal_v = normal_row(normal, of_v)
-         rows%normal_e = normal_row(normal, of_e)
-         rows%shear_v = shear_row(normal, of_v)
-         rows%shear_e = shear_row(normal, of_e)
-      end associate
+      rows%normal_v = contacts%gradient_v(:6, c)
+      rows%normal_e = contacts%gradient_e(:6, c)
+      rows%shear_v = contacts%gradient_v(7:, c)
+      rows%shear_e = contacts%gradient_e(7:, c)
    end subroutine find_rows
 
    !> Compute the rows for the forces of contact c in K̂; with dilation, the normal row is tilted.
@@ -93,7 +92,8 @@ contains
       integer :: c
 
       do c = first, last
-         change = relative_motion(contacts, c, d(:, contacts%block_v(c)), d(:, contacts%block_e(c)))
+         call find_motion(contacts%gradient_v(:, c), contacts%gradient_e(:, c), &
+            d(:, contacts%block_v(c)), d(:, contacts%block_e(c)), change)
          contacts%new_gap(c) = contacts%gap(c) + change(1)
          contacts%slip(c) = change(2)
       end do
@@ -142,15 +142,14 @@ contains
       do c = first, last
          v = contacts%block_v(c)
          e = contacts%block_e(c)
-         motion = relative_motion(contacts, c, d(:, v), d(:, e))
+         call find_motion(contacts%gradient_v(:, c), contacts%gradient_e(:, c), d(:, v), d(:, e), &
+            motion)
          if (allocated(contacts%fixed_motion)) motion = motion + contacts%fixed_motion(:, c)
          force = assumed_forces(contacts, c, motion)
-         if (v >= low .and. v <= high) forces(:, v) = forces(:, v) &
-            + (force(1)*normal_row(contacts%normal(:, c), contacts%gradient_v(:, c)) &
-            - force(2)*shear_row(contacts%normal(:, c), contacts%gradient_v(:, c)))
-         if (e >= low .and. e <= high) forces(:, e) = forces(:, e) &
-            - (force(1)*normal_row(contacts%normal(:, c), contacts%gradient_e(:, c)) &
-            - force(2)*shear_row(contacts%normal(:, c), contacts%gradient_e(:, c)))
+         if (v >= low .and. v <= high) call add_force(force(1), force(2), &
+            contacts%gradient_v(:, c), forces(:, v))
+         if (e >= low .and. e <= high) call add_force(-force(1), -force(2), &
+            contacts%gradient_e(:, c), forces(:, e))
       end do
    end subroutine add_assumed_forces
 
@@ -161,40 +160,30 @@ contains
       real(wp), intent(in) :: of_v(6), of_e(6)     !< changes of the blocks of vertex and edge
       real(wp) :: change(2)
 
-      associate (normal => contacts%normal(:, c), gradient_v => contacts%gradient_v(:, c), &
-         gradient_e => contacts%gradient_e(:, c))
-         change = [scalar_product(normal_row(normal, gradient_v), of_v) &
-            - scalar_product(normal_row(normal, gradient_e), of_e), &
-            scalar_product(shear_row(normal, gradient_v), of_v) &
-            - scalar_product(shear_row(normal, gradient_e), of_e)]
-      end associate
+      call find_motion(contacts%gradient_v(:, c), contacts%gradient_e(:, c), of_v, of_e, change)
    end function relative_motion
 
-   !> Return a · b, written out because the compiler would otherwise generate slow gather loads.
-   pure real(wp) function scalar_product(a, b)
-      real(wp), intent(in) :: a(6), b(6)  !< six values of a block
+   !> Compute the changes of a gap and slip due to changes of the coordinates.
+   !> Sums of six are written out, so that the compiler computes four or two terms at once.
+   pure subroutine find_motion(gradient_v, gradient_e, of_v, of_e, change)
+      real(wp), intent(in) :: gradient_v(6, 2), gradient_e(6, 2)  !< rows of both blocks
+      real(wp), intent(in) :: of_v(6), of_e(6)     !< changes of the blocks of vertex and edge
+      real(wp), intent(out) :: change(2)
+      real(wp) :: gap(6), slip(6)
 
-      scalar_product = a(1)*b(1) + a(2)*b(2) + a(3)*b(3) + a(4)*b(4) + a(5)*b(5) + a(6)*b(6)
-   end function scalar_product
+      gap = gradient_v(:, 1)*of_v - gradient_e(:, 1)*of_e
+      slip = gradient_v(:, 2)*of_v - gradient_e(:, 2)*of_e
+      change = [(gap(1) + gap(3) + gap(5)) + (gap(2) + gap(4) + gap(6)), &
+         (slip(1) + slip(3) + slip(5)) + (slip(2) + slip(4) + slip(6))]
+   end subroutine find_motion
 
-   !> Return the row nᵀT of a material point.
-   pure function normal_row(normal, gradient) result(row)
-      real(wp), intent(in) :: normal(2)    !< outward normal n of the edge
-      real(wp), intent(in) :: gradient(6)  !< stored entries, m
-      real(wp) :: row(6)
+   !> Add a normal force N and a shear force −T at a material point to the force on its block.
+   pure subroutine add_force(normal_force, shear_force, rows, force)
+      real(wp), intent(in) :: normal_force, shear_force  !< N and T, N/m
+      real(wp), intent(in) :: rows(6, 2)         !< rows of the block
+      real(wp), intent(inout) :: force(6)        !< force on the block, N
 
-      row = [normal(1), normal(2), gradient(1), gradient(2), gradient(3), &
-         0.5_wp*(gradient(6) - gradient(5))]
-   end function normal_row
-
-   !> Return the row tᵀT of a material point.
-   pure function shear_row(normal, gradient) result(row)
-      real(wp), intent(in) :: normal(2)    !< outward normal n of the edge; t = (−n₂, n₁)
-      real(wp), intent(in) :: gradient(6)  !< stored entries, m
-      real(wp) :: row(6)
-
-      row = [-normal(2), normal(1), gradient(4), gradient(5), gradient(6), &
-         0.5_wp*(gradient(2) - gradient(3))]
-   end function shear_row
+      force = force + (normal_force*rows(:, 1) - shear_force*rows(:, 2))
+   end subroutine add_force
 
 end module dda_contact_gradients

@@ -8,7 +8,7 @@ module dda_ties
    use dda_kinds, only: wp
    use dda_archive, only: archive_type, archive_values => serialise
    use dda_blocks, only: blocks_type
-   use dda_contact_gradients, only: normal_row, set_gradient, shear_row
+   use dda_contact_gradients, only: set_gradient
    use dda_element, only: element_type
    use dda_linear_terms, only: term_tie
    use dda_scheme, only: step_type
@@ -113,8 +113,7 @@ contains
       type(tie_type), intent(in) :: tie           !< tie
       integer, intent(in) :: face                 !< face of the corner, 1 or 2
       type(spring_type), intent(inout) :: spring  !< receives blocks, rows and the gap
-      real(wp) :: normal(2), from(2), reference(2), gradient(6, 2)
-      integer :: side
+      real(wp) :: normal(2), from(2), reference(2)
 
       associate (v => tie%corner(face), e => tie%edge(3 - face), next => blocks%next)
          spring%block = blocks%owner([v, e])
@@ -123,16 +122,12 @@ contains
          spring%stretch(1) = dot_product(normal, from)
          associate (i => spring%block(1), j => spring%block(2))
             call set_gradient(blocks%axes(:, :, i), blocks%vertex(:, v) &
-               - blocks%position(1:2, i), blocks%reference(:, v), normal, gradient(:, 1))
+               - blocks%position(1:2, i), blocks%reference(:, v), normal, spring%row(:, :, 1))
             reference = blocks%reference(:, e) + (blocks%reference(:, next(e)) &
                - blocks%reference(:, e))*(dot_product(from, blocks%along(:, e))/blocks%length(e))
             call set_gradient(blocks%axes(:, :, j), from + (blocks%vertex(:, e) &
-               - blocks%position(1:2, j)), reference, normal, gradient(:, 2))
+               - blocks%position(1:2, j)), reference, normal, spring%row(:, :, 2))
          end associate
-         do side = 1, 2
-            spring%row(:, 1, side) = normal_row(normal, gradient(:, side))
-            spring%row(:, 2, side) = shear_row(normal, gradient(:, side))
-         end do
       end associate
    end subroutine set_geometry
 

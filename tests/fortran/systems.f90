@@ -190,8 +190,8 @@ contains
          contacts%vertex(c) = c
          contacts%edge(c) = c
          contacts%normal(:, c) = random_vector(2)
-         contacts%gradient_v(:, c) = random_vector(6)
-         contacts%gradient_e(:, c) = random_vector(6)
+         contacts%gradient_v(:, c) = random_vector(12)
+         contacts%gradient_e(:, c) = random_vector(12)
          contacts%gap(c) = random(-0.05_wp, 0.05_wp)
          contacts%stretch(c) = random(-0.01_wp, 0.01_wp)
          contacts%state(c) = contact_open

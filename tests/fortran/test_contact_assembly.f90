@@ -67,8 +67,8 @@ contains
       integer, intent(in) :: c
 
       contacts%normal(:, c) = random_vector(2)
-      contacts%gradient_v(:, c) = random_vector(6)
-      contacts%gradient_e(:, c) = random_vector(6)
+      contacts%gradient_v(:, c) = random_vector(12)
+      contacts%gradient_e(:, c) = random_vector(12)
       contacts%gap(c) = random(-1.0_wp, 1.0_wp)
       contacts%stretch(c) = random(-1.0_wp, 1.0_wp)
       contacts%slide_force(c) = random(-1.0_wp, 1.0_wp)

@@ -231,7 +231,7 @@ contains
       call check_close(new%stretch(:4), [0.25_wp, 0.0_wp, 0.0_wp, 0.0_wp], 'histories')
       call check(all(new%joint(:4) == [25000, 0, 0, 0]), 'joints')
       call check_close(new%normal(2, :4), 0.1_wp*retained, 'normals')
-      call check_close(new%gradient_v(6, :4) - new%gradient_e(1, :4), real(retained, wp), &
+      call check_close(new%gradient_v(12, :4) - new%gradient_e(1, :4), real(retained, wp), &
          'gradients')
    end subroutine new_contact_too_deep
 

@@ -222,8 +222,8 @@ contains
             call random_system(system, contacts, laws, 1, 0.0_wp)
             if (size(system%linear%column) == 0) exit
          end do
-         call leave_out_slip(contacts%normal(:, 1), contacts%gradient_v(:, 1), &
-            contacts%gradient_e(:, 1))
+         call leave_out_slip(contacts%gradient_v(:, 1))
+         call leave_out_slip(contacts%gradient_e(:, 1))
          row = gap_row(contacts, 1)
          k = linear_matrix(system)
          x = reshape([flat(system%load), row], [unknowns, 2])
@@ -239,15 +239,13 @@ contains
       opened = count(all_contacts%trial_state(:systems) == contact_open)
    end subroutine pull_contacts
 
-   !> Only a rotation and equal axial strains of its blocks move a contact, and without slip.
-   subroutine leave_out_slip(normal, gradient_v, gradient_e)
-      real(wp), intent(inout) :: normal(2), gradient_v(6), gradient_e(6)
+   !> Only rotation and equal axial strains of a block move a contact, and without slip.
+   subroutine leave_out_slip(rows)
+      real(wp), intent(inout) :: rows(6, 2)
 
-      normal = 0.0_wp
-      gradient_v(4:6) = 0.0_wp
-      gradient_e(4:6) = 0.0_wp
-      gradient_v(3) = gradient_v(2)
-      gradient_e(3) = gradient_e(2)
+      rows([1, 2, 6], 1) = 0.0_wp
+      rows(5, 1) = rows(4, 1)
+      rows(:, 2) = 0.0_wp
    end subroutine leave_out_slip
 
    !> The pattern of systems of two blocks beside each other, and of more blocks without contacts.
