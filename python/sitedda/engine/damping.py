@@ -58,23 +58,13 @@ class MaterialDamping:
 
 @dataclass(frozen=True)
 class ConstantRatio(MaterialDamping):
-    """``&material damping_ratio``: a constant damping ratio in a frequency band.
+    """``&material damping_ratio``: a constant damping ratio in a frequency band."""
 
-    Parameters
-    ----------
-    ratio : float
-        Damping ratio ζ > 0.
-    reference_frequency : float
-        Frequency at which the modulus is that of the input, Hz.
-    band : (float, float), optional
-        Hz; by default 0.1 ... 50; a long time step lowers the upper end.
-    mechanisms : int, optional
-        Number of relaxation mechanisms; by default as many as the accuracy requires.
-    """
-
-    ratio: float
-    reference_frequency: float = 1.0
+    ratio: float  # damping ratio ζ > 0
+    reference_frequency: float = 1.0  # frequency at which the modulus is that of the input, Hz
+    # Hz; by default 0.1 ... 50; a long time step lowers the upper end.
     band: tuple[float, float] | None = None
+    # Number of relaxation mechanisms; by default as many as the accuracy requires.
     mechanisms: int | None = None
 
     def __post_init__(self) -> None:
@@ -126,18 +116,10 @@ def _fit_body(ratio: float, reference: float, band: tuple, mechanisms: int, limi
 
 @dataclass(frozen=True)
 class Rayleigh(MaterialDamping):
-    """``&material rayleigh_alpha, rayleigh_beta``: C = αM + βK.
+    """``&material rayleigh_alpha, rayleigh_beta``: C = αM + βK."""
 
-    Parameters
-    ----------
-    alpha : float
-        1/s, >= 0.
-    beta : float
-        s, >= 0.
-    """
-
-    alpha: float = 0.0
-    beta: float = 0.0
+    alpha: float = 0.0  # 1/s, >= 0
+    beta: float = 0.0  # s, >= 0
 
     def __post_init__(self) -> None:
         not_negative("alpha", self.alpha)

@@ -13,29 +13,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Maximum:
-    """The largest value of a quantity.
+    """The largest value of a quantity."""
 
-    Attributes
-    ----------
-    value : float
-        Largest value; NaN if there is none, for example without measured points.
-    time : float
-        Time at which it was first reached, s.
-    unit : str
-    blocks : tuple of str
-        Name of the block; for a contact, names of the blocks of its vertex and of its edge.
-    points : tuple of str
-        Name of the measured point; for a drift, also of the point below.
-    residual : float
-        The value at the end, or at the present time of a `sitedda.Simulation`.
-    """
-
-    value: float
-    time: float
+    value: float  # largest value; NaN if there is none, for example without measured points
+    time: float  # time at which it was first reached, s
     unit: str
+    # Name of the block; for a contact, names of the blocks of its vertex and of its edge.
     blocks: tuple[str, ...]
-    points: tuple[str, ...]
-    residual: float
+    points: tuple[str, ...]  # name of the measured point; for a drift, also of the point below
+    residual: float  # the value at the end, or at the present time of a `sitedda.Simulation`
 
     def __str__(self) -> str:
         """Return value, position, time and residual as text."""

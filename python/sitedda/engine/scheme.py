@@ -31,63 +31,39 @@ _HUGE = 1e300  # larger numbers of the engine mean "no value"
 
 @dataclass(frozen=True)
 class Vibration:
-    """Free vibration of oscillators under the time integration.
+    """Free vibration of oscillators under the time integration."""
 
-    Attributes
-    ----------
-    damping : ndarray, shape (...)
-        Damping ratio ln(1/|λ|)/|ln λ|; 1 if the oscillator does not oscillate.
-    elongation : ndarray, shape (...)
-        Relative elongation of the period; -1 if the oscillator does not oscillate.
-    ringing : ndarray, shape (...)
-        Number of steps in which a velocity that changes sign at each step decays to 1/e; 0 if its
-        sign does not change, inf if it does not decay.
-    roots : ndarray of complex, shape (..., 2)
-        Eigenvalues of a step; the larger one is first.
-    """
-
+    # Damping ratio ln(1/|λ|)/|ln λ|; 1 if the oscillator does not oscillate; shape (...)
     damping: NDArray[np.float64]
+    # Relative elongation of the period; -1 if the oscillator does not oscillate; shape (...)
     elongation: NDArray[np.float64]
+    # Number of steps in which a velocity that changes sign at each step decays to 1/e; 0 if its
+    # sign does not change, inf if it does not decay; shape (...)
     ringing: NDArray[np.float64]
-    roots: NDArray[np.complex128]
+    roots: NDArray[np.complex128]  # eigenvalues of a step; the larger one is first; shape (..., 2)
 
 
 @dataclass(frozen=True)
 class SteadyFactors:
-    """Factors of the equations in steady vibration exp(iωt), relative to elastic terms.
+    """Factors of the equations in steady vibration exp(iωt), relative to elastic terms."""
 
-    Attributes
-    ----------
-    inertia : ndarray of complex, shape (n,)
-        Factor of the mass M; replaces -ω², 1/s².
-    end_stiffness : ndarray of complex, shape (n,)
-        Factor of stiffness at the end of the step (supports).
-    mean_dashpot, end_dashpot : ndarray of complex, shape (n,)
-        Factors of dashpots on d/Δt, and on the velocity at the end of the step, 1/s.
-    load : ndarray of complex, shape (n,)
-        Factor of loads and body forces.
-    """
-
-    inertia: NDArray[np.complex128]
+    inertia: NDArray[np.complex128]  # factor of the mass M; replaces -ω², 1/s²; shape (n,)
+    # Factor of stiffness at the end of the step (supports); shape (n,)
     end_stiffness: NDArray[np.complex128]
+    # `mean_dashpot`, `end_dashpot`: factors of dashpots on d/Δt, and on the velocity at the end of
+    # the step, 1/s; shape (n,)
     mean_dashpot: NDArray[np.complex128]
     end_dashpot: NDArray[np.complex128]
-    load: NDArray[np.complex128]
+    load: NDArray[np.complex128]  # factor of loads and body forces; shape (n,)
 
 
 @dataclass(frozen=True)
 class Scheme:
-    """A member (θ, χ) of the family of time integration schemes.
+    """A member (θ, χ) of the family of time integration schemes."""
 
-    Attributes
-    ----------
-    theta : float
-        θ, weight of the end of the step in elastic forces, 1/2 ... 1.
-    chi : float
-        χ, weight of the end velocity in the displacement, 1/2 ... 1.
-    """
-
+    # θ, weight of the end of the step in elastic forces, 1/2 ... 1.
     theta: float = 1.0
+    # χ, weight of the end velocity in the displacement, 1/2 ... 1.
     chi: float = 0.5
 
     @classmethod

@@ -27,15 +27,10 @@ _CORNERS = np.geomspace(0.01, 10.0, 61)  # trial values of f₃ over the median 
 
 @dataclass(frozen=True)
 class AmplificationTable:
-    """Median and σ of ln AF given Sa of the rock at the same period.
+    """Median and σ of ln AF given Sa of the rock at the same period."""
 
-    Attributes
-    ----------
-    table : xarray.Dataset
-        ``median`` and ``sigma_ln`` over ``level`` (Sa of the rock, m/s²) and ``period`` (s; 0 is
-        PGA); NaN where no case is near.  ``coefficients`` f₁, f₂, f₃ of each period, ``count``.
-    """
-
+    # ``median`` and ``sigma_ln`` over ``level`` (Sa of the rock, m/s²) and ``period`` (s; 0 is
+    # PGA); NaN where no case is near.  ``coefficients`` f₁, f₂, f₃ of each period, ``count``.
     table: xr.Dataset
 
     def hazard(self, period: float, levels, rates, wanted) -> NDArray[np.float64]:

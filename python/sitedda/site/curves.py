@@ -21,21 +21,11 @@ class SoilCurves:
     """Secant modulus and damping ratio of a soil as functions of the shear strain.
 
     They are interpolated linearly in the logarithm of the strain, constant outside, as in SHAKE.
-
-    Attributes
-    ----------
-    strain : ndarray, shape (n,)
-        Increasing, dimensionless (1e-4 is 0.01 %).
-    reduction : ndarray, shape (n,)
-        G/G_max, in 0 … 1.
-    damping : ndarray, shape (n,)
-        Damping ratio, a fraction.
-    name : str
     """
 
-    strain: NDArray[np.float64]
-    reduction: NDArray[np.float64]
-    damping: NDArray[np.float64]
+    strain: NDArray[np.float64]  # increasing, dimensionless (1e-4 is 0.01 %); shape (n,)
+    reduction: NDArray[np.float64]  # G/G_max, in 0 … 1; shape (n,)
+    damping: NDArray[np.float64]  # damping ratio, a fraction; shape (n,)
     name: str = ""
 
     def __post_init__(self) -> None:

@@ -12,31 +12,16 @@ from .motion import Motion
 
 @dataclass(frozen=True)
 class Intensity:
-    """Intensity measures of an acceleration.
+    """Intensity measures of an acceleration."""
 
-    Attributes
-    ----------
-    peak_acceleration : float
-        m/s².
-    peak_velocity : float
-        m/s, of the acceleration integrated from rest.
-    arias : float
-        Arias intensity π/2g ∫a² dt, m/s.
-    duration : float
-        D5–95, s: between 5 and 95 % of the Arias intensity.
-    mean_period : float
-        T_m of Rathje et al. (2004), s: mean of 1/f over the squared Fourier amplitudes from 0.25 to
-        20 Hz.
-    cumulative_velocity : float
-        ∫|a| dt, m/s.
-    """
-
-    peak_acceleration: float
-    peak_velocity: float
-    arias: float
-    duration: float
+    peak_acceleration: float  # m/s²
+    peak_velocity: float  # m/s, of the acceleration integrated from rest
+    arias: float  # Arias intensity π/2g ∫a² dt, m/s
+    duration: float  # D5–95, s: between 5 and 95 % of the Arias intensity
+    # T_m of Rathje et al. (2004), s: mean of 1/f over the squared Fourier amplitudes from 0.25 to
+    # 20 Hz.
     mean_period: float
-    cumulative_velocity: float
+    cumulative_velocity: float  # ∫|a| dt, m/s
 
     def __str__(self) -> str:
         return (

@@ -38,34 +38,19 @@ _ELASTIC = 4  # number of first steps, in which elastic strains adapt to the new
 
 @dataclass(frozen=True)
 class Mechanism:
-    """The motion of a model whose strength is divided by a factor.
-
-    Attributes
-    ----------
-    factor : float
-    displacement : ndarray, shape (bodies, 3)
-        Mean displacement x, y (m) and rotation (rad) of each body from equilibrium.
-    verdicts : tuple of str
-        Motion of each body: 'stable', 'slides' or 'topples'.
-    names : tuple of str
-        Names of the bodies.
-    moves : bool
-        Whether a block has moved by the displacement that counts as failure.
-    polygons : list of ndarray
-        Outlines of the bodies at equilibrium, shape (vertices, 2), m.
-    joint : str
-        Joint with the largest normal force between moving and stable blocks; empty if none.
-    lines : list of (str, ndarray)
-        Bolts and water: kind ('bolt' or 'water') and line, shape (points, 2), m.
-    """
+    """The motion of a model whose strength is divided by a factor."""
 
     factor: float
+    # Mean displacement x, y (m) and rotation (rad) of each body from equilibrium; shape (bodies, 3)
     displacement: np.ndarray
-    verdicts: tuple[str, ...]
-    names: tuple[str, ...]
-    moves: bool
+    verdicts: tuple[str, ...]  # motion of each body: 'stable', 'slides' or 'topples'
+    names: tuple[str, ...]  # names of the bodies
+    moves: bool  # whether a block has moved by the displacement that counts as failure
+    # Outlines of the bodies at equilibrium, shape (vertices, 2), m.
     polygons: list[np.ndarray] = field(repr=False)
+    # Joint with the largest normal force between moving and stable blocks; empty if none.
     joint: str = ""
+    # Bolts and water: kind ('bolt' or 'water') and line, shape (points, 2), m.
     lines: list[tuple[str, np.ndarray]] = field(default_factory=list, repr=False)
 
     def draw(self, axes=None, title: str = ""):
@@ -129,27 +114,16 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class Safety:
-    """A factor of safety.
+    """A factor of safety."""
 
-    Attributes
-    ----------
-    low, high : float
-        The model stands at `low` and fails at `high`.
-    trials : tuple of Rest
-        All trials, in order.
-    mechanism : Mechanism or None
-        The mechanism of failure; None if the model stands without strength.
-    warning : str
-        Warning about the result; empty if there is none.
-    smaller : tuple of Safety
-        Mechanisms below `least_area`, whose blocks were removed successively.
-    """
-
+    # `low`, `high`: the model stands at `low` and fails at `high`.
     low: float
     high: float
-    trials: tuple[Rest, ...]
+    trials: tuple[Rest, ...]  # all trials, in order
+    # The mechanism of failure; None if the model stands without strength.
     mechanism: Mechanism | None
-    warning: str = ""
+    warning: str = ""  # warning about the result; empty if there is none
+    # Mechanisms below `least_area`, whose blocks were removed successively.
     smaller: tuple["Safety", ...] = ()
 
     @property

@@ -11,29 +11,17 @@ from ..base.numbers import axis_label
 
 @dataclass(frozen=True)
 class Tornado:
-    """Results with one parameter at a time at its low and high value; the widest range first.
+    """Results with one parameter at a time at its low and high value; the widest range first."""
 
-    Attributes
-    ----------
-    names : list of str
-        Names of the parameters.
-    low, high : ndarray, shape (parameters,)
-        Results at the low and high value of each parameter.
-    low_values, high_values : ndarray, shape (parameters,)
-        Low and high value of each parameter.
-    base : float
-        Result at the base values of all parameters.
-    quantity : str
-        Name of the result.
-    """
-
-    names: list[str]
+    names: list[str]  # names of the parameters
+    # `low`, `high`: results at the low and high value of each parameter; shape (parameters,)
     low: np.ndarray
     high: np.ndarray
+    # `low_values`, `high_values`: low and high value of each parameter; shape (parameters,)
     low_values: np.ndarray
     high_values: np.ndarray
-    base: float
-    quantity: str
+    base: float  # result at the base values of all parameters
+    quantity: str  # name of the result
 
     @property
     def swing(self) -> np.ndarray:
@@ -84,29 +72,18 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Sobol' indices: fractions of the variance of a result that parameters cause.
+    """Sobol' indices: fractions of the variance of a result that parameters cause."""
 
-    Attributes
-    ----------
-    names : list of str
-        Names of the parameters.
-    first, total : ndarray, shape (parameters,)
-        Fraction due to each parameter alone, and including its interactions.
-    first_interval, total_interval : ndarray, shape (parameters, 2)
-        Confidence intervals by bootstrap.
-    confidence : float
-        Confidence level of the intervals.
-    quantity : str
-        Name of the result.
-    """
-
-    names: list[str]
+    names: list[str]  # names of the parameters
+    # `first`, `total`: fraction due to each parameter alone, and including its interactions; shape
+    # (parameters,)
     first: np.ndarray
     total: np.ndarray
+    # `first_interval`, `total_interval`: confidence intervals by bootstrap; shape (parameters, 2)
     first_interval: np.ndarray
     total_interval: np.ndarray
-    confidence: float
-    quantity: str
+    confidence: float  # confidence level of the intervals
+    quantity: str  # name of the result
 
     def picture(self):
         """Draw the indices with their confidence intervals; return the figure."""

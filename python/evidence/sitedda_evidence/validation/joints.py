@@ -23,20 +23,12 @@ PER_STEP = 0.25  # Δt / travel time of a wave through a block
 
 @dataclass(frozen=True)
 class Bar:
-    """A bar of bonded blocks with an input motion at one end; it may contain other joints.
+    """A bar of bonded blocks with an input motion at one end; it may contain other joints."""
 
-    Attributes
-    ----------
-    wave : str
-        ``"P"``: motion along the bar; ``"S"``: motion across it, with blocks that cannot rotate.
-    size : float
-        Length of a block, m; the bar is 1 m wide.
-    before, after : int
-        Number of blocks before and after the first joint.
-    """
-
+    # ``"P"``: motion along the bar; ``"S"``: motion across it, with blocks that cannot rotate.
     wave: str = "P"
-    size: float = 1.0
+    size: float = 1.0  # length of a block, m; the bar is 1 m wide
+    # `before`, `after`: number of blocks before and after the first joint.
     before: int = 180
     after: int = 180
 

@@ -19,24 +19,16 @@ ORDER_TOLERANCE = 0.3  # largest difference between the observed order and the o
 
 @dataclass(frozen=True)
 class Bar:
-    """The error bar of a result due to the size of the time step.
+    """The error bar of a result due to the size of the time step."""
 
-    Attributes
-    ----------
-    half : float
-        Half the width of the bar, in the unit of the result; NaN if it exceeds the result.
-    order : float
-        Observed order p: the ratio of successive changes is 2^p; NaN if they do not decrease or are
-        round-off.
-    extrapolated : float
-        Richardson extrapolation if the observed order is that of the scheme; otherwise NaN.
-    converges : bool
-        Whether the changes decrease or are round-off.  Otherwise `half` is only a rough estimate.
-    """
-
+    # Half the width of the bar, in the unit of the result; NaN if it exceeds the result.
     half: float
+    # Observed order p: the ratio of successive changes is 2^p; NaN if they do not decrease or are
+    # round-off.
     order: float
+    # Richardson extrapolation if the observed order is that of the scheme; otherwise NaN.
     extrapolated: float
+    # Whether the changes decrease or are round-off.  Otherwise `half` is only a rough estimate.
     converges: bool
 
 

@@ -78,17 +78,10 @@ class Figure:
 
 @dataclass(frozen=True)
 class Band:
-    """The spread of a result over time in an ensemble of twins.
+    """The spread of a result over time in an ensemble of twins."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (times,)
-        s
-    low, median, high : ndarray, shape (times,)
-        16, 50 and 84 % fractiles of the result.
-    """
-
-    time: np.ndarray
+    time: np.ndarray  # s; shape (times,)
+    # `low`, `median`, `high`: 16, 50 and 84 % fractiles of the result; shape (times,)
     low: np.ndarray
     median: np.ndarray
     high: np.ndarray
