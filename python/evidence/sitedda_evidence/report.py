@@ -68,8 +68,8 @@ def terminal_text(result: Result) -> str:
     for row in result.rows:
         quantity, expected, computed, error, allowed, mark = row_cells(row)
         values = {"computed": computed, "expected": expected, "error": error, "allowed": allowed}
-        words = ", ".join(f"{name} {value}" for name, value in values.items() if value)
-        lines.append(f"  {mark:5s} {quantity}: {words}")
+        text = ", ".join(f"{name} {value}" for name, value in values.items() if value)
+        lines.append(f"  {mark:5s} {quantity}: {text}")
     return "\n".join(lines)
 
 

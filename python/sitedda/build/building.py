@@ -71,9 +71,8 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
             elif name == "polygons":
                 pieces += _import_blocks(values, folder)
             elif hasattr(kinds()[name], "blocks"):
-                pieces += [
-                    _block_values(vars(stone)) for stone in _make_object(name, values).blocks()
-                ]
+                stones = _make_object(name, values).blocks()
+                pieces += [_block_values(vars(stone)) for stone in stones]
             else:
                 objects = _read_objects(name, values, folder)
                 parts[name] += objects
@@ -262,9 +261,8 @@ def _cut_regions(built: Built, parts: dict[str, list], first_joint: str, rings: 
     )  # fmt: skip
     for name, material, joint, polygon, edges in rows:
         joint = joint or first_joint
-        block = _block_values(
-            {"name": name, "material": material, "joint": joint, "polygon": polygon}
-        )
+        piece = {"name": name, "material": material, "joint": joint, "polygon": polygon}
+        block = _block_values(piece)
         edges = tuple(edge or first_joint for edge in edges)
         if any(edge != joint for edge in edges):
             block["edge_joints"] = edges

@@ -45,11 +45,11 @@ class Ground(schema.GroundValues):
             )
         return shapely.orient_polygons(outline)
 
-    def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
+    def groups(self, folder, all_groups) -> tuple[list[tuple[str, dict]], list[str]]:
         """Generate blocks, bodies, region of the core, joints and boundaries; see `kinds`."""
         joints = [("joint", dict(friction_angle=_ANGLE, cohesion=_STRENGTH, name=name,
                                  tensile_strength=_STRENGTH, **variables))
-                  for name, variables in self._side_joints(others).items()]  # fmt: skip
+                  for name, variables in self._side_joints(all_groups).items()]  # fmt: skip
         result = joints + self._ground_bodies() + base_and_sides(self)
         if self.outline is not None:
             values = {"name": self.core_name, "outline": self.core, "joint": f"{self.name} tie",
@@ -153,9 +153,8 @@ def _p_wave_modulus(name: str, material: dict) -> float:
         nu = min(material["poisson_ratio"], _LARGEST_RATIO)
         return material["young_modulus"] * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
     except KeyError:
-        raise InputError(
-            f"material {name!r} needs young_modulus and poisson_ratio, or velocities"
-        ) from None
+        missing = "young_modulus and poisson_ratio, or velocities"
+        raise InputError(f"material {name!r} needs {missing}") from None
 
 
 def _upper_side(outline) -> np.ndarray:

@@ -93,9 +93,7 @@ def _check_lines(file: Path, lines) -> Iterator[Outline]:
     for count, (points, is_closed, name, layer) in enumerate(lines, 1):
         total += len(points)
         if count > MOST_LINES or total > MOST_POINTS:
-            raise InputError(
-                f"{file} contains more than {MOST_LINES} lines or {MOST_POINTS} points"
-            )
+            raise InputError(f"{file} has more than {MOST_LINES} lines or {MOST_POINTS} points")
         points = np.array(points, dtype=float).reshape(-1, 2)
         if not (abs(points) <= _FARTHEST).all():
             raise InputError(
@@ -122,9 +120,8 @@ def _read_text(file: Path) -> str:
 def _read_csv(file: Path, scale):
     """Yield the lines of a CSV file: one per sequence of points with the same name."""
     try:
-        rows = [
-            row for row in csv.reader(_read_text(file).splitlines()) if row and row[0][:1] != "#"
-        ]
+        table = csv.reader(_read_text(file).splitlines())
+        rows = [row for row in table if row and row[0][:1] != "#"]
     except csv.Error as trouble:
         raise InputError(f"{file} cannot be read as CSV: {trouble}") from None
     rows = [[cell.strip() for cell in row] for row in rows]

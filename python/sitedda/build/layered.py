@@ -28,7 +28,7 @@ _CURVES = {
 class LayeredGround(schema.ProfileValues):
     """Level ground from a file of velocities over depth."""
 
-    def groups(self, folder: Path, others) -> tuple[list[tuple[str, dict]], list[str]]:
+    def groups(self, folder: Path, all_groups) -> tuple[list[tuple[str, dict]], list[str]]:
         """Generate the groups, and notes on these; see `kinds`."""
         profile = read_soil_profile(Path(folder) / self.file)
         rigid = not self.base and profile.half_space is None

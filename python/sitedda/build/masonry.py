@@ -71,7 +71,7 @@ class Arch(schema.ArchValues):
         radius, _ = self._right_arc_geometry()
         if self.thickness / 2 >= radius:
             raise InputError(
-                f"thickness = {self.thickness:g} must be less than twice the radius, {radius:g} m"
+                f"thickness = {self.thickness:g} must be below 2 × radius = {2 * radius:g}"
             )
 
     @property
@@ -177,9 +177,8 @@ class Colonnade(schema.ColonnadeValues):
                 block = rectangle(axis - reach, top, axis + reach, top + self.capital_height)
                 stones.append(Stone(f"{name}_capital", block, self.material, self.joint))
         if self.beam_height:
-            stones += _number_stones(
-                f"{self.name}_beam", self._build_beams(), self.material, self.joint
-            )
+            name = f"{self.name}_beam"
+            stones += _number_stones(name, self._build_beams(), self.material, self.joint)
         return stones
 
     def _build_beams(self) -> Iterator[np.ndarray]:

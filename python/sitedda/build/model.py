@@ -108,9 +108,9 @@ class Group:
         """Return whether another group has the same name and values."""
         if not isinstance(other, Group):
             return NotImplemented
-        mine, theirs = self._values, other._values
-        is_equal = self._name == other._name and mine.keys() == theirs.keys()
-        return is_equal and all(np.array_equal(mine[name], theirs[name]) for name in mine)
+        values, other_values = self._values, other._values
+        is_equal = self._name == other._name and values.keys() == other_values.keys()
+        return is_equal and all(np.array_equal(values[name], other_values[name]) for name in values)
 
     __hash__ = None
 
@@ -245,9 +245,8 @@ class Model(Groups):
             return groups
         by_name = {group._values.get("name"): group for group in reversed(groups)}
         if name not in by_name:
-            raise InputError(
-                f"there is no &{kind} named {name!r}{nearest(name, filter(None, by_name))}"
-            )
+            hint = nearest(name, filter(None, by_name))
+            raise InputError(f"there is no &{kind} named {name!r}{hint}")
         return by_name[name]
 
     def remove(self, group: Group) -> None:

@@ -25,9 +25,9 @@ _HEIGHT, _LENGTH = 1, 2  # streams of random numbers
 class Opening(schema.OpeningValues):
     """A door, a window or a niche in a wall."""
 
-    def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
+    def groups(self, folder, all_groups) -> tuple[list[tuple[str, dict]], list[str]]:
         """Raise InputError unless the wall exists; return no groups: the wall makes the blocks."""
-        walls = [values.get("name", MasonryWall.name) for kind, values in others
+        walls = [values.get("name", MasonryWall.name) for kind, values in all_groups
                  if kind == "masonry_wall"]  # fmt: skip
         if self.wall not in walls:
             raise InputError(f"wall = {self.wall!r} is not the name of a &masonry_wall")
@@ -102,9 +102,8 @@ class Opening(schema.OpeningValues):
         for i in range(self.voussoirs):
             stone = _left_part(outline, middle, rays[i])
             stone = _left_part(stone, middle, -rays[i + 1])
-            result.append(
-                (f"{self.name}_{i + 1}", _left_part(stone, ends[i + 1], ends[i] - ends[i + 1]))
-            )
+            stone = _left_part(stone, ends[i + 1], ends[i] - ends[i + 1])
+            result.append((f"{self.name}_{i + 1}", stone))
         for side, ray, end in (("right", rays[0], ends[0]), ("left", -rays[-1], ends[-1])):
             stone = _left_part(outline, middle, -ray)
             sign = 1.0 if side == "right" else -1.0
@@ -125,18 +124,17 @@ class MasonryWall(schema.MasonryWallValues):
         if self.courses * (self.width / length + 1) > MOST_BLOCKS:
             raise InputError(f"courses = {self.courses} would need more than {MOST_BLOCKS} blocks")
 
-    def groups(self, folder, others) -> tuple[list[tuple[str, dict]], list[str]]:
+    def groups(self, folder, all_groups) -> tuple[list[tuple[str, dict]], list[str]]:
         """Generate blocks and tie rods, and no notes; see `kinds`."""
-        own_values = [values for kind, values in others
+        own_values = [values for kind, values in all_groups
                if kind == "opening" and values.get("wall", Opening.wall) == self.name]  # fmt: skip
         openings = [self._make_opening(values) for values in own_values]
         _require_apart(openings)
         stones = [(f"{self.name}_{i}", corners, self.material, self.joint)
                   for i, corners in enumerate(self._stone_corners(openings), 1)]  # fmt: skip
         for item in openings:
-            stones += [
-                (name, corners, item.material, item.joint) for name, corners in item.blocks()
-            ]
+            blocks = item.blocks()
+            stones += [(name, corners, item.material, item.joint) for name, corners in blocks]
         names = ("name", "vertices", "material", "joint")
         result = [("block", dict(zip(names, stone, strict=True))) for stone in stones]
         return result + self._tie_rods(stones), []
@@ -151,12 +149,8 @@ class MasonryWall(schema.MasonryWallValues):
     def _course_levels(self, openings: list[Opening]) -> np.ndarray:
         """Return the levels between courses, m."""
         fixed = [self.bottom, self.bottom + self.height]
-        fixed += [
-            level
-            for opening in openings
-            for _, low, _, high in opening.gaps()
-            for level in (low, high)
-        ]
+        for opening in openings:
+            fixed += [level for gap in opening.gaps() for level in (gap[1], gap[3])]
         fixed = _distinct_levels(fixed, _SAME * (self.width + self.height))
         course, levels = self.height / self.courses, [fixed[0]]
         for part, (low, high) in enumerate(pairwise(fixed)):
@@ -188,9 +182,8 @@ class MasonryWall(schema.MasonryWallValues):
         length = self.stone * fraction
         count = math.ceil(self.width / length) + 2
         if self.bond != "rubble":
-            return (
-                self.left + length * np.arange(count) - (shift * self.stone if course % 2 else 0.0)
-            )
+            offset = shift * self.stone if course % 2 else 0.0
+            return self.left + length * np.arange(count) - offset
         lengths = length * (1 + self.variation * (2 * uniform(self.seed, (_LENGTH, course),
                                                               2 * count) - 1))  # fmt: skip
         joints = self.left - 0.5 * (course % 2) * length + np.cumsum(lengths)
@@ -199,8 +192,8 @@ class MasonryWall(schema.MasonryWallValues):
             nearest = positions[np.argmin(abs(joints[:, None] - positions), axis=1)]
             distance = joints - nearest
             overlap = _OVERLAP * self.stone
-            close = abs(distance) < overlap
-            joints = np.where(close, nearest + np.where(distance < 0, -overlap, overlap), joints)
+            is_close = abs(distance) < overlap
+            joints = np.where(is_close, nearest + np.where(distance < 0, -overlap, overlap), joints)
         return np.unique(joints)
 
     def _stones_between(
@@ -244,13 +237,13 @@ def _require_apart(openings: list[Opening]) -> None:
                                          "heads, overlap")  # fmt: skip
 
 
-def _left_part(polygon: np.ndarray, point: np.ndarray, along: np.ndarray) -> np.ndarray:
+def _left_part(polygon: np.ndarray, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Return the part of a convex polygon (m) to the left of a line, shape (n, 2)."""
     if len(polygon) == 0:
         return polygon
     offset = polygon - point
-    side = along[0] * offset[:, 1] - along[1] * offset[:, 0]
-    side[abs(side) < _SAME * np.linalg.norm(along) * np.ptp(polygon, axis=0).max()] = 0.0
+    side = direction[0] * offset[:, 1] - direction[1] * offset[:, 0]
+    side[abs(side) < _SAME * np.linalg.norm(direction) * np.ptp(polygon, axis=0).max()] = 0.0
     corners = []
     for i in range(len(polygon)):
         j = (i + 1) % len(polygon)

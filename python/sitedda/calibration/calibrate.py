@@ -333,7 +333,6 @@ def _find_warnings(result: Calibration, peak, deviation) -> list[str]:
     if any(shapes_of(result.measured).count(axis=1) == 1):
         texts.append("shapes of one component are not compared, because they fit any mode")
     if result.reduction_error > 100 * _EXACT:
-        texts.append(
-            f"the reduced model has an error of {result.reduction_error:.1e}: narrow the ranges"
-        )
+        error = f"{result.reduction_error:.1e}"
+        texts.append(f"the reduced model has an error of {error}: narrow the ranges")
     return texts

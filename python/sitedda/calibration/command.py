@@ -67,9 +67,8 @@ def _run_calibrate(options: argparse.Namespace) -> int:
         raise InputError(f"--unknown: a name is repeated; the names are {', '.join(unknowns)}")
     if options.record:
         modes = picture.with_name(f"{options.modes.stem}_modes.csv")
-        identified_modes = identify(options.modes, options.record).to_csv(
-            index=False, float_format="%.6g"
-        )
+        table = identify(options.modes, options.record)
+        identified_modes = table.to_csv(index=False, float_format="%.6g")
         identified_modes = f"# written by sitedda\n{identified_modes}"
         print(f"modes: {write(modes, identified_modes, OWN_TABLE, inputs)}")
     result = calibrate(options.file, modes, unknowns, discrepancy=options.discrepancy,

@@ -36,10 +36,10 @@ def draw_calibration(model, result: Calibration, changes=None, contacts: str = "
         shape = result.modes.shapes[number[j] - 1]
         scale = REACH * scene.size / np.linalg.norm(shape[:, :2], axis=1).max()
         motion = (points @ shape.ravel())[data.rows[j]]
-        for row, value in zip(
-            data.rows[j], data.shapes[j] * (data.shapes[j] @ motion), strict=True
-        ):
+        projection = data.shapes[j] * (data.shapes[j] @ motion)
+        for row, value in zip(data.rows[j], projection, strict=True):
             start = points_at[row // 2]
-            end = start + scale * value * np.eye(2)[row % 2]
-            panel.annotate("", end, start, arrowprops={"arrowstyle": "->", "color": RED, "lw": 1.5})
+            tip = start + scale * value * np.eye(2)[row % 2]
+            arrow = {"arrowstyle": "->", "color": RED, "lw": 1.5}
+            panel.annotate("", tip, start, arrowprops=arrow)
     return figure

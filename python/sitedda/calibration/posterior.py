@@ -75,9 +75,8 @@ class Posterior:
 
     def discrepancies(self, z: np.ndarray) -> np.ndarray:
         """Return δ at rows of z."""
-        return np.broadcast_to(
-            self.values(z)[:, -1] if self.discrepancy is None else self.discrepancy, len(z)
-        )
+        discrepancy = self.values(z)[:, -1] if self.discrepancy is None else self.discrepancy
+        return np.broadcast_to(discrepancy, len(z))
 
     def _match_modes(self, numbers, squares, y, delta) -> None:
         """Assign to each measured shape the mode that fits shape and frequency best."""

@@ -46,14 +46,13 @@ def draw_boundaries(axes: Axes, scene: Scene, frame: int) -> list:
             is_support = color == HELD
             label += ", moved" if is_support else ", incoming wave"
             color = MOVED if is_support else color
-        look = {"colors": color, "capstyle": "round", "zorder": 5}
-        axes.add_collection(LineCollection(edges, linewidths=2.2, **look))
-        axes.add_collection(
-            LineCollection(_sign_lines(sign, edges, scene.size), linewidths=1.0, **look)
-        )
+        style = {"colors": color, "capstyle": "round", "zorder": 5}
+        axes.add_collection(LineCollection(edges, linewidths=2.2, **style))
+        lines = _sign_lines(sign, edges, scene.size)
+        axes.add_collection(LineCollection(lines, linewidths=1.0, **style))
         marker = Path.make_compound_path(*(Path(np.multiply(line, [1, -1])) for line in sign))
-        look = {"marker": marker, "ms": 12, "mfc": "none", "lw": 2.2}
-        handles[label] = Line2D([], [], color=color, label=label, **look)
+        style = {"marker": marker, "ms": 12, "mfc": "none", "lw": 2.2}
+        handles[label] = Line2D([], [], color=color, label=label, **style)
     return list(handles.values())
 
 

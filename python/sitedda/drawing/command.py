@@ -37,7 +37,7 @@ def add_movie(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `sitedda movie`."""
     add_files(parser, _make_movie, "MOVIE")
     parser.add_argument(
-        "--fps", type=PICTURES_A_SECOND, default=25.0, help="pictures a second (25)"
+        "--fps", type=PICTURES_A_SECOND, default=25.0, help="frames per second (25)"
     )
     parser.add_argument("--seconds", type=SECONDS, default=10.0, help="duration of the movie (10)")
     parser.add_argument("-q", "--quiet", action="store_true", help="no progress bar")
@@ -98,9 +98,8 @@ def _draw_picture(options: argparse.Namespace) -> int:
     from ..report.style import save_picture
     from .pictures import draw
 
-    target = check_target(
-        options.output or options.file.with_suffix(".blocks.png"), "a picture", [options.file]
-    )
+    target = options.output or options.file.with_suffix(".blocks.png")
+    check_target(target, "a picture", [options.file])
     if options.modes:
         from .modes import draw_modes
 

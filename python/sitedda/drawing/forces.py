@@ -74,10 +74,10 @@ def draw_forces(axes: Axes, scene: Scene, frame: int, vertices, scale: float) ->
 
 def _draw_quiver(axes: Axes, positions, arrows, pivot: str, color: str):
     """Draw arrows (k, 2), m, of equal width at positions (k, 2), m; return the artist."""
-    look = {"edgecolor": PAPER, "linewidth": 0.4, "width": 2.2 / 72, "units": "inches"}
-    look |= {"headwidth": 3.4, "headlength": 3.6, "headaxislength": 3.4, "minlength": 0.6}
+    style = {"edgecolor": PAPER, "linewidth": 0.4, "width": 2.2 / 72, "units": "inches"}
+    style |= {"headwidth": 3.4, "headlength": 3.6, "headaxislength": 3.4, "minlength": 0.6}
     return axes.quiver(*positions.T, *arrows.T, angles="xy", scale_units="xy", scale=1.0,
-                       pivot=pivot, color=color, zorder=4, **look)  # fmt: skip
+                       pivot=pivot, color=color, zorder=4, **style)  # fmt: skip
 
 
 def scale_arrow(length: float, scale: float, unit: str, label: str) -> tuple[float, str]:
@@ -102,8 +102,8 @@ def draw_chains(
     lines = np.stack([start, points[visible], end], axis=1)
     width = _WIDEST * np.clip(size[visible] / scale, 0.04, 1.0)
     colors = np.where(presses[visible], INK, FORCE)
-    look = {"capstyle": "round", "joinstyle": "round", "zorder": 4}
-    return [axes.add_collection(LineCollection(lines, colors=c, linewidths=width + margin, **look))
+    style = {"capstyle": "round", "joinstyle": "round", "zorder": 4}
+    return [axes.add_collection(LineCollection(lines, colors=c, linewidths=width + margin, **style))
             for c, margin in ((PAPER, 1.2), (colors, 0.0))]  # fmt: skip
 
 

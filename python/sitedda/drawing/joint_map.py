@@ -38,10 +38,10 @@ def draw_movements(axes: Axes, scene: Scene, name: str, frame: int, factor: floa
     lines = joint_lines(scene, frame, factor)[visible]
     fraction = placed[visible]
     width = _THIN + (_WIDE - _THIN) * fraction
-    look = {"capstyle": "butt", "zorder": 3}
-    halo = LineCollection(lines, colors=PAPER, linewidths=width + _HALO * fraction, **look)
+    style = {"capstyle": "butt", "zorder": 3}
+    halo = LineCollection(lines, colors=PAPER, linewidths=width + _HALO * fraction, **style)
     coloured = LineCollection(lines, linewidths=width, cmap=JOINT_MAP, norm=Normalize(0.0, 1.0),
-                           array=fraction, **look)  # fmt: skip
+                           array=fraction, **style)  # fmt: skip
     senses = _draw_slip_arrows(axes, scene, frame, lines, visible, placed) if name == "slip" else []
     return [axes.add_collection(halo), axes.add_collection(coloured), *senses]
 
@@ -66,6 +66,6 @@ def _draw_slip_arrows(axes: Axes, scene: Scene, frame: int, lines, visible, frac
         barb = tip - side * 0.4 * reach * (sense * unit - 0.6 * normal)
         barbs.append(np.stack([centre - side * sense * reach * unit, tip, barb], axis=1))
     barbs = np.concatenate(barbs)
-    look = {"capstyle": "round", "joinstyle": "round", "zorder": 5}
-    return [axes.add_collection(LineCollection(barbs, colors=c, linewidths=w, **look))
+    style = {"capstyle": "round", "joinstyle": "round", "zorder": 5}
+    return [axes.add_collection(LineCollection(barbs, colors=c, linewidths=w, **style))
             for c, w in ((PAPER, 2.6), (INK, 1.1))]  # fmt: skip

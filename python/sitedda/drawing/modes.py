@@ -85,7 +85,7 @@ def mode_words(result: Modes) -> list[str]:
 
 
 def draw_modes(
-    source, count: int = 3, contacts: str = "auto", only: Sequence[int] | None = None, words=None
+    source, count: int = 3, contacts: str = "auto", only: Sequence[int] | None = None, subtitle=None
 ) -> Figure:
     """Draw the lowest modes with exaggerated displacements; return the figure.
 
@@ -94,20 +94,20 @@ def draw_modes(
     """
     scene, result = mode_scene(source, count, contacts)
     only = range(len(result.frequency)) if only is None else only
-    words = words or [mode_words(result)[i] for i in only]
+    subtitle = subtitle or [mode_words(result)[i] for i in only]
     low, high = view_box(scene)
-    columns = min(len(words), 3)
-    rows = -(-len(words) // columns)
+    columns = min(len(subtitle), 3)
+    rows = -(-len(subtitle) // columns)
     tall = float(np.clip(_WIDTH * (high - low)[1] / (high - low)[0], 1.2, 6.0))
     figure = empty_figure((_WIDTH * columns + 0.6, (tall + 1.2) * rows + 0.6))
     headline(figure, plain(scene.title))
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes, i, line in zip(panels, only, words, strict=False):
+    for axes, i, line in zip(panels, only, subtitle, strict=False):
         picture = BlockPicture(scene, "displacement", axes=axes, legend=False)
         picture.show((i + 1) * _FRAMES)
         picture.head.note.remove()
         title, _, details = line.partition(", ")
         Head(axes, title, [details.replace(", ", "\n")])
-    for axes in panels[len(words) :]:
+    for axes in panels[len(subtitle) :]:
         axes.set_visible(False)
     return dress(figure)

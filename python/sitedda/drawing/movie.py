@@ -81,10 +81,10 @@ def chosen_frames(scene: Scene, count: int) -> list[int]:
     return np.searchsorted(middle, times).tolist()
 
 
-def _draw_frames(scene: Scene, frames, scheme: str, look: dict) -> Iterator[np.ndarray]:
+def _draw_frames(scene: Scene, frames, scheme: str, options: dict) -> Iterator[np.ndarray]:
     """Yield pictures, shape (height, width, 3), 8 bits; a repeated frame is drawn once."""
-    look = look | {"color": look.get("color") or "displacement", "frames": frames}
-    drawing = BlockPicture(scene, **look)
+    options = options | {"color": options.get("color") or "displacement", "frames": frames}
+    drawing = BlockPicture(scene, **options)
     drawing.show(frames[0])  # the layout reserves space for the keys
     figure = drawing.axes.figure
     canvas = FigureCanvasAgg(figure)

@@ -34,11 +34,11 @@ class PointNames(Artist):
     def __init__(self, axes: Axes, names, positions, marked):
         super().__init__()
         self.marked = np.asarray(marked, dtype=float)
-        look = {"textcoords": "offset points", "fontsize": 8.5, "color": POINT, "zorder": 8}
-        look["path_effects"] = [withStroke(linewidth=2.5, foreground=PAPER)]
-        look["arrowprops"] = {"arrowstyle": "-", "color": POINT, "lw": 0.7, "shrinkA": 0,
+        style = {"textcoords": "offset points", "fontsize": 8.5, "color": POINT, "zorder": 8}
+        style["path_effects"] = [withStroke(linewidth=2.5, foreground=PAPER)]
+        style["arrowprops"] = {"arrowstyle": "-", "color": POINT, "lw": 0.7, "shrinkA": 0,
                               "shrinkB": 0, "relpos": (0.5, 0.5)}  # fmt: skip
-        self.names = [axes.annotate(name, position, xytext=_SIDES[0][:2], **look)
+        self.names = [axes.annotate(name, position, xytext=_SIDES[0][:2], **style)
                       for name, position in zip(names, positions, strict=True)]  # fmt: skip
         for name in self.names:
             name.set_in_layout(False)

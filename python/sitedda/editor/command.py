@@ -29,8 +29,8 @@ def help_editor(options: argparse.Namespace) -> int:
     elif options.what in ("schema", "grammar"):
         from . import description
 
-        made = {"schema": description.json_schema, "grammar": description.text_mate_grammar}
-        print(json.dumps(made[options.what](), indent=1))
+        pages = {"schema": description.json_schema, "grammar": description.text_mate_grammar}
+        print(json.dumps(pages[options.what](), indent=1))
     else:
         print(_describe_commands(options.what))
     return 0

@@ -107,9 +107,8 @@ def _locate_problem(text: str, message: str, file) -> Problem:
     start = min(int(match[2]), len(rows)) - 1
     for name in mentioned[:1]:
         for number in range(start, len(rows)):
-            if occurrence := re.search(
-                rf"(?i)\b{name}\b(?=[\s(\d:,)]*=)", rows[number].split("!")[0]
-            ):
+            code = rows[number].split("!")[0]
+            if occurrence := re.search(rf"(?i)\b{name}\b(?=[\s(\d:,)]*=)", code):
                 return Problem(number, occurrence.start(), occurrence.end(), message)
     return Problem(start, 0, len(rows[start]), message)
 
@@ -156,7 +155,6 @@ def _variable_summary(variable: Variable) -> str:
     kind = variable.kind + (f", at most {variable.size}" if variable.size else "")
     parts = [f"{variable.meaning} ({kind}{', ' + variable.unit if variable.unit else ''})"]
     parts += [f"values: {variable.values}"] if variable.values else []
-    parts += [
-        variable.default if variable.default == "required" else f"default: {variable.default}"
-    ]
+    required = variable.default == "required"
+    parts.append("required" if required else f"default: {variable.default}")
     return "; ".join(parts + ([f"if {variable.when}"] if variable.when else []))

@@ -77,7 +77,6 @@ class Report:
     seconds: float
 
     def __str__(self) -> str:
-        """Return the report as text for a screen."""
         return self.text
 
     @property
@@ -91,9 +90,8 @@ class Report:
             elif rows:
                 column = 3 if row.strip().startswith("->") or rows[-1][3] else 2
                 rows[-1][column] += " " + row.strip().removeprefix("->").strip()
-        return [
-            Line(v, topic, *(_round_numbers(t).strip() for t in texts)) for v, topic, *texts in rows
-        ]
+        return [Line(verdict, topic, *(_round_numbers(text).strip() for text in texts))
+                for verdict, topic, *texts in rows]  # fmt: skip
 
     @property
     def conclusion(self) -> str:
@@ -340,9 +338,8 @@ def transfer(
             if name is not None and name not in names:
                 raise InputError(f"{name!r} is not a measured point; the points are {names}")
         points = [0 if name is None else names.index(name) + 1 for name in (surface, base)]
-        return simulation._call_engine(
-            "transfer_of", contacts, points, axis, frequencies, int(damped)
-        )
+        request = (contacts, points, axis, frequencies, int(damped))
+        return simulation._call_engine("transfer_of", *request)
 
 
 def penalty_for_frequency(
@@ -350,9 +347,7 @@ def penalty_for_frequency(
 ) -> Penalty:
     """Find the normal stiffness with which the first mode has a measured frequency (Hz)."""
     with _open_model(model, changes, variables) as simulation:
-        return Penalty(
-            *map(float, simulation._call_engine("penalty_for", contacts, "frequency", frequency))
-        )
+        return _find_penalty(simulation, contacts, "frequency", frequency)
 
 
 def penalty_for(
@@ -381,9 +376,12 @@ def penalty_for(
     Penalty
     """
     with _open_model(model, changes, variables) as simulation:
-        return Penalty(
-            *map(float, simulation._call_engine("penalty_for", contacts, "shift", 100 * accuracy))
-        )
+        return _find_penalty(simulation, contacts, "shift", 100 * accuracy)
+
+
+def _find_penalty(simulation: Simulation, contacts: str, criterion: str, value: float) -> Penalty:
+    """Find the normal stiffness by the frequency (Hz) or its shift (%)."""
+    return Penalty(*map(float, simulation._call_engine("penalty_for", contacts, criterion, value)))
 
 
 def penalty_for_shift(

@@ -31,9 +31,8 @@ class Body:
     def factor(self, omega: ArrayLike) -> NDArray[np.complex128]:
         """Return complex modulus / modulus of the input, at angular frequencies (rad/s)."""
         frequency = np.asarray(omega, dtype=float)[..., None]
-        return self.unrelaxed * (
-            1 - np.sum(self.weight * self.omega / (self.omega + 1j * frequency), -1)
-        )
+        relaxed = np.sum(self.weight * self.omega / (self.omega + 1j * frequency), -1)
+        return self.unrelaxed * (1 - relaxed)
 
 
 class MaterialDamping:
@@ -80,9 +79,8 @@ class ConstantRatio(MaterialDamping):
     def _body_for_limit(self, limit: float) -> Body:
         """Return the fitted body with relaxation frequencies below a limit, rad/s."""
         band = (0.0, 0.0) if self.band is None else tuple(map(float, self.band))
-        return _fit_body(
-            float(self.ratio), float(self.reference_frequency), band, self.mechanisms or 0, limit
-        )
+        ratio, reference = float(self.ratio), float(self.reference_frequency)
+        return _fit_body(ratio, reference, band, self.mechanisms or 0, limit)
 
     def factors(self, frequency: NDArray[np.float64]) -> Factors:
         """Return the factor of the body on the modulus, and 1 for the density."""
@@ -105,13 +103,8 @@ class ConstantRatio(MaterialDamping):
 def _fit_body(ratio: float, reference: float, band: tuple, mechanisms: int, limit: float) -> Body:
     """Fit a generalised Maxwell body to a damping ratio; see `ConstantRatio`."""
     count, omega, weight, numbers = checked(api.body_of, ratio, reference, band, mechanisms, limit)
-    return Body(
-        omega[:count].copy(),
-        weight[:count].copy(),
-        float(numbers[0]),
-        float(numbers[1]),
-        (float(numbers[2]), float(numbers[3])),
-    )
+    unrelaxed, misfit, low, high = map(float, numbers)
+    return Body(omega[:count].copy(), weight[:count].copy(), unrelaxed, misfit, (low, high))
 
 
 @dataclass(frozen=True)
@@ -157,9 +150,6 @@ def damping_of(material: Mapping) -> MaterialDamping | None:
         return None
     if "rayleigh_frequencies" in material:
         return Rayleigh.at(material["damping_ratio"], material["rayleigh_frequencies"])
-    return ConstantRatio(
-        material["damping_ratio"],
-        material.get("reference_frequency", ConstantRatio.reference_frequency),
-        tuple(material["damping_band"]) if "damping_band" in material else None,
-        material.get("mechanisms"),
-    )
+    reference = material.get("reference_frequency", ConstantRatio.reference_frequency)
+    band = tuple(material["damping_band"]) if "damping_band" in material else None
+    return ConstantRatio(material["damping_ratio"], reference, band, material.get("mechanisms"))

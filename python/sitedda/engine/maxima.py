@@ -26,9 +26,8 @@ class Maximum:
     def __str__(self) -> str:
         """Return value, position, time and residual as text."""
         position = " on ".join(self.blocks) or " over ".join(self.points)
-        return f"{self.value:.4g} {self.unit}, {position} at {self.time:.6g} s; residual " + (
-            f"{self.residual:.4g} {self.unit}"
-        )
+        value, residual = (f"{v:.4g} {self.unit}" for v in (self.value, self.residual))
+        return f"{value}, {position} at {self.time:.6g} s; residual {residual}"
 
 
 def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
@@ -42,16 +41,10 @@ def as_maxima(rows: Iterable, blocks, points) -> dict[str, Maximum]:
         return tuple(str(all_names[int(i)]) for i in numbers if i >= 0)
 
     return {
-        str(name): Maximum(
-            float(value),
-            float(time),
-            str(unit),
-            names(blocks, b),
-            names(points, p),
-            float(residual),
-        )
+        str(name): Maximum(float(value), float(time), str(unit), names(blocks, b),
+                           names(points, p), float(residual))
         for name, unit, value, time, residual, b, p in rows
-    }
+    }  # fmt: skip
 
 
 def maxima_of(data: xr.Dataset) -> dict[str, Maximum]:

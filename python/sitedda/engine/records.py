@@ -104,15 +104,12 @@ def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> 
         raise MissingLibrary("format 'obspy' needs this library: pip install obspy") from trouble
     check_readable(file)
     if not quantity or not unit:
-        raise InputError(
-            "format 'obspy' needs `quantity` and `unit`, because the file states neither"
-        )
+        raise InputError("format 'obspy' needs `quantity` and `unit`: the file states neither")
     trace = obspy.read(str(file))[channel - 1]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "trace.txt"
         np.savetxt(path, trace.data.astype(float), fmt="%.17g")
-        record = read_record(
-            path, "text", quantity, unit, float(trace.stats.delta), drift_order, taper, scale
-        )
+        step = float(trace.stats.delta)
+        record = read_record(path, "text", quantity, unit, step, drift_order, taper, scale)
     record.attrs |= {"file": str(file), "station": trace.id, "format": "obspy"}
     return record

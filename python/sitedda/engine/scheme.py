@@ -104,9 +104,8 @@ class Scheme:
         values = not_negative("frequency", frequency)
         step = float(positive("time_step", time_step))
         numbers, roots = api.scheme_vibration(self.theta, self.chi, step, values.ravel())
-        damping, elongation, _, ringing = (
-            finite_or_inf(row).reshape(values.shape) for row in numbers
-        )
+        rows = [finite_or_inf(row).reshape(values.shape) for row in numbers]
+        damping, elongation, _, ringing = rows
         return Vibration(damping, elongation, ringing, roots.T.reshape(*values.shape, 2))
 
     def steady(

@@ -153,13 +153,11 @@ def _fit_offset(
             f"x has {extrema.size} extrema, but at least three are needed to compute its offset;"
             " give offset, a longer record or a lower floor"
         )
-    mean_extremum = e.mean()
-    slope = np.sum((e - mean_extremum) * (next_extrema - next_extrema.mean())) / np.sum(
-        (e - mean_extremum) ** 2
-    )
+    offsets, next_mean = e - e.mean(), next_extrema.mean()
+    slope = np.sum(offsets * (next_extrema - next_mean)) / np.sum(offsets**2)
     if not slope < 0:
         raise InputError("x does not oscillate about a constant; give offset or a higher floor")
-    return float((next_extrema.mean() - slope * mean_extremum) / (1 - slope))
+    return float((next_mean - slope * e.mean()) / (1 - slope))
 
 
 def _select_crests(
@@ -247,9 +245,8 @@ def smooth_konno_ohmachi(
     frequencies = _check_vector("frequency", frequency)
     amplitudes = _check_vector("spectrum", np.abs(np.asarray(spectrum)))
     if amplitudes.size != frequencies.size:
-        raise InputError(
-            f"spectrum must have the length of frequency, {frequencies.size}, got {amplitudes.size}"
-        )
+        sizes = f"{frequencies.size} and {amplitudes.size}"
+        raise InputError(f"frequency and spectrum must have the same length, got {sizes}")
     if frequencies.size == 0 or frequencies[0] < 0 or np.any(np.diff(frequencies) <= 0):
         raise InputError("frequency must contain increasing values >= 0")
     width = float(positive("bandwidth", bandwidth))
@@ -358,9 +355,8 @@ def response_spectrum(
     step = float(positive("time_step", time_step))
     naturals = _natural_hz(periods, frequencies)
     if not np.all(naturals * step <= _FASTEST):
-        raise InputError(
-            f"periods must be at least {step / _FASTEST:g} s, got {1 / naturals.max():g} s"
-        )
+        shortest = step / _FASTEST
+        raise InputError(f"periods must be at least {shortest:g} s, got {1 / naturals.max():g} s")
     if not 0 <= damping < 1:
         raise InputError(f"damping must be in 0 <= damping < 1, got {damping!r}")
     return ResponseSpectrum(naturals, *api.oscillator_peaks_of(ground, step, naturals, damping))
@@ -370,13 +366,9 @@ def _natural_hz(periods: ArrayLike | None, frequencies: ArrayLike | None) -> NDA
     """Return natural frequencies (Hz) from either periods (s) or frequencies (Hz)."""
     if (periods is None) == (frequencies is None):
         raise InputError("give either `periods` or `frequencies`, not both")
-    name, unit, argument = (
-        ("periods", "s", periods) if frequencies is None else ("frequencies", "Hz", frequencies)
-    )
-    values = _check_vector(name, argument)
-    if not np.all(values > 0):
-        raise InputError(f"{name} must be positive, got {values.min():g} {unit}")
-    return values if frequencies is not None else 1 / values
+    if frequencies is None:
+        return 1 / positive("periods", _check_vector("periods", periods))
+    return positive("frequencies", _check_vector("frequencies", frequencies))
 
 
 def spectral_acceleration(
@@ -439,9 +431,8 @@ def fast_length(minimum: int) -> int:
     """Return the smallest length >= `minimum` without prime factors above 5, for fast FFTs."""
     power = 1 << (minimum - 1).bit_length()
     odd_factors = [3**i * 5**j for i in range(40) for j in range(28)]
-    return min(
-        [power, *(n << max(0, -(-minimum // n) - 1).bit_length() for n in odd_factors if n < power)]
-    )
+    products = (n << max(0, -(-minimum // n) - 1).bit_length() for n in odd_factors if n < power)
+    return min([power, *products])
 
 
 def running_integral(series: ArrayLike, time_step: float) -> NDArray[np.float64]:
@@ -539,9 +530,8 @@ def _check_equidistant(time: ArrayLike, x: ArrayLike) -> tuple[float, NDArray[np
     """Return sampling interval (s) and values of a history; raise InputError if it is uneven."""
     times, values = _check_vector("time", time), _check_vector("x", x)
     if times.size != values.size or times.size < 3:
-        raise InputError(
-            f"time and x must have the same length >= 3, got {times.size} and {values.size}"
-        )
+        sizes = f"{times.size} and {values.size}"
+        raise InputError(f"time and x must have the same length >= 3, got {sizes}")
     step = (times[-1] - times[0]) / (times.size - 1)
     if step <= 0 or np.any(np.abs(np.diff(times) - step) > 1e-3 * step):
         raise InputError("time must be equidistant and increasing")

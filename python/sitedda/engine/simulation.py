@@ -108,11 +108,9 @@ class Simulation:
         self.done = False
 
     def __enter__(self):
-        """Enter a with statement."""
         return self
 
     def __exit__(self, *_):
-        """Free the simulation."""
         self.close()
 
     def __repr__(self) -> str:
@@ -235,12 +233,8 @@ class Simulation:
     def present_stage(self) -> PresentStage:
         """Progress of the present stage."""
         clock = self._read_clock()
-        return PresentStage(
-            steps=int(clock[3] - clock[9]),
-            time=float(clock[0] - clock[10]),
-            planned=int(clock[11]),
-            time_step=float(clock[12]),
-        )
+        steps, time = int(clock[3] - clock[9]), float(clock[0] - clock[10])
+        return PresentStage(steps, time, planned=int(clock[11]), time_step=float(clock[12]))
 
     @property
     def input_text(self) -> str:
@@ -261,9 +255,8 @@ class Simulation:
         """Continue the run with another input; errors name the call, not the generated text."""
         try:
             with self._lock, FILES:  # locks are always acquired in this order, to avoid deadlocks
-                self._call_engine(
-                    "change_input", text.encode("utf-8", "surrogateescape"), label.encode()
-                )
+                data = text.encode("utf-8", "surrogateescape")
+                self._call_engine("change_input", data, label.encode())
         except InputError as error:
             short_call = call if len(call) <= _LONGEST_CALL else f"{call[:_LONGEST_CALL]}…"
             groups = find_groups(self.present_input, self.file, ("block",))
@@ -314,11 +307,8 @@ class Simulation:
     def _read_text(self, name: str) -> bytes:
         """Return a text of the engine, see `make_text` in `api/tables.f90`."""
         with self._lock:
-            return (
-                api.read_text(self._handle, self._call_engine("make_text", name))
-                .astype("u1")
-                .tobytes()
-            )
+            text = api.read_text(self._handle, self._call_engine("make_text", name))
+            return text.astype("u1").tobytes()
 
     def _read_line(self, name: str) -> str:
         """Return a text of the engine without blanks at its ends."""
@@ -614,9 +604,8 @@ class Simulation:
         computed ``factors``, ``solver_iterations``, systems ``handed_over`` to the direct solver;
         ``broken`` bonds.
         """
-        return dict(
-            zip(engine_names("counts"), map(int, self._read_table("counts")[0]), strict=True)
-        )
+        values = map(int, self._read_table("counts")[0])
+        return dict(zip(engine_names("counts"), values, strict=True))
 
     @property
     def solver(self) -> str:
@@ -638,9 +627,8 @@ class Simulation:
         ``assemble``, ``factorise``, ``solve``, ``iterate`` (open-close iteration without solves)
         and ``update`` (new state, energy audit).
         """
-        return dict(
-            zip(engine_names("phases"), map(float, self._read_table("phases")[0]), strict=True)
-        )
+        values = map(float, self._read_table("phases")[0])
+        return dict(zip(engine_names("phases"), values, strict=True))
 
     @property
     def point_motions(self) -> np.ndarray:

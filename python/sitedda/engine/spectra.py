@@ -86,9 +86,8 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
     """
     surface, base = _check_series("surface", surface), _check_series("base", base)
     if surface.shape != base.shape:
-        raise InputError(
-            f"`surface` and `base` differ in number of samples: {surface.size} and {base.size}"
-        )
+        sizes = f"{surface.size} and {base.size}"
+        raise InputError(f"`surface` and `base` differ in number of samples: {sizes}")
     bins = int(padding) * surface.size // 2 + 1
     return checked(api.spectrum_of, surface, base, time_step, padding, taper, bins)
 

@@ -47,9 +47,8 @@ def _show_view(options: argparse.Namespace) -> int:
     from ..output.scene import Scene
     from .page import bars_of
 
-    target = check_target(
-        options.output or options.file.with_suffix(".view.html"), "a page", [options.file]
-    )
+    target = options.output or options.file.with_suffix(".view.html")
+    check_target(target, "a page", [options.file])
     if options.difference and not options.other:
         raise InputError("--difference needs two outputs: sitedda view A.nc B.nc --difference")
     source, color = options.file, options.color
@@ -70,9 +69,8 @@ def _write_report(options: argparse.Namespace) -> int:
     from ..report import write_html
     from .page import report_page
 
-    target = check_target(
-        options.output or options.file.with_suffix(".html"), "a page", [options.file]
-    )
+    target = options.output or options.file.with_suffix(".html")
+    check_target(target, "a page", [options.file])
     _print_page(write_html(report_page(options.file), target), options.open)
     return 0
 
@@ -129,9 +127,8 @@ def _run_record(options: argparse.Namespace) -> int:
 def _read_record_file(options: argparse.Namespace):
     """Read a record; an error also names the options that may supply a missing value."""
     try:
-        return read_record(
-            options.file, options.format, options.quantity, options.unit, options.time_step
-        )
+        description = options.format, options.quantity, options.unit
+        return read_record(options.file, *description, options.time_step)
     except InputError as trouble:
         hints = [option for cause, option in _OPTIONS.items() if cause in str(trouble)]
         raise InputError("; ".join([str(trouble), *(f"try {hint}" for hint in hints)])) from trouble

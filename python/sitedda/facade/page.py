@@ -179,9 +179,8 @@ def _group_table(scene: Scene, name: str, title: str) -> Table | None:
     groups = scene.groups.get(name, [])
     defaults = {variable.name: variable.default.partition(":")[0].strip("'")
                 for variable in GROUPS[name].variables}  # fmt: skip
-    changed_names = [
-        k for group in groups for k, v in group.items() if _shorten_value(v) != defaults.get(k)
-    ]
+    variables = [pair for group in groups for pair in group.items()]
+    changed_names = [k for k, v in variables if _shorten_value(v) != defaults.get(k)]
     heads = list(dict.fromkeys(changed_names))
     if not heads:
         return None

@@ -90,8 +90,8 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
             width_ratios=[1, 1.9],
             height_ratios=[1, 1, 2.1],
         )
-        look = {"color": "material", "legend": False, "title": "The model"}
-        BlockPicture(scene, axes=axes["profile"], **look).show(scene.frames - 1)
+        style = {"color": "material", "legend": False, "title": "The model"}
+        BlockPicture(scene, axes=axes["profile"], **style).show(scene.frames - 1)
     else:
         figure = empty_figure((11, _SITE_HEIGHT), None)
         title_height = _draw_title(figure, history, result.peak.frequency)
@@ -105,14 +105,14 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
 def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
     """Draw the model and its forces or displacements, and below them two panels of curves."""
     last, floor = [scene.frames - 1], rounding(scene)
-    least = max(floor["m"], LEAST_DRAWN * scene.size * (not shaken))
-    moved = limits_of(scene, "displacement", last).most > least
+    smallest = max(floor["m"], LEAST_DRAWN * scene.size * (not shaken))
+    moving = limits_of(scene, "displacement", last).most > smallest
     samples = history.sizes.get("time", 0) > 2
     points = samples and "point_place" in history and len(scene.points()) > 0
-    curves = [c for c in curves_of(scene) if abs(c[1]).max() > least] if points else []
-    below = ["moved"] * bool(moved and not shaken) + ["curves"] * bool(curves)
+    curves = [c for c in curves_of(scene) if abs(c[1]).max() > smallest] if points else []
+    below = ["moved"] * bool(moving and not shaken) + ["curves"] * bool(curves)
     below += ["spectra"] * bool(shaken and _drop_fallen(scene, curves))
-    below += ["energies"] * bool(samples and moved)
+    below += ["energies"] * bool(samples and moving)
     below = below[:2] if len(below) > 1 else []
     figure = empty_figure((11, 8))
     _draw_title(figure, history)
@@ -124,14 +124,14 @@ def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
     end = scene.frames - 1
     pictures = [_draw_blocks(panels[0], scene, "The model", 0, color="material")]
     if shaken:
-        pictures.append(_draw_movements(panels[1], scene, least))
+        pictures.append(_draw_movements(panels[1], scene, smallest))
     else:
-        look = {"color": "compression", "contacts": "force"}
-        pictures.append(_draw_blocks(panels[1], scene, "Forces at the end", end, **look))
+        style = {"color": "compression", "contacts": "force"}
+        pictures.append(_draw_blocks(panels[1], scene, "Forces at the end", end, **style))
     tall = [_row_height(scene, pictures)] + [_PANEL] * bool(below)
     for axes, name in zip(panels[2:], below, strict=False):
         if name == "moved":
-            tall[1] = _row_height(scene, [_draw_movements(axes, scene, least)])
+            tall[1] = _row_height(scene, [_draw_movements(axes, scene, smallest)])
         else:
             _draw_panel(axes, name, scene, history, curves)
     grid.set_height_ratios(tall)
@@ -177,15 +177,15 @@ def _draw_blocks(axes, scene: Scene, title: str, frame: int, **look) -> BlockPic
     return picture
 
 
-def _draw_movements(axes, scene: Scene, least: float) -> BlockPicture:
+def _draw_movements(axes, scene: Scene, smallest: float) -> BlockPicture:
     """Draw displacements, and the larger of slip and opening if it exceeds `least` (m)."""
     last = scene.frames - 1
     slip, gap = (movement_limits(scene, name, [last]).high for name in ("slip", "opening"))
     contacts = "slip" if slip >= gap else "opening"
-    if max(slip, gap) <= least:
+    if max(slip, gap) <= smallest:
         contacts = None
-    look = {"color": "displacement", "contacts": contacts}
-    return _draw_blocks(axes, scene, "Displacements at the end", last, **look)
+    style = {"color": "displacement", "contacts": contacts}
+    return _draw_blocks(axes, scene, "Displacements at the end", last, **style)
 
 
 def _draw_title(figure, history, *frequencies: float) -> float:
@@ -200,8 +200,8 @@ def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:
     """Return the height (inches) of a row of pictures of blocks with their keys."""
     width, height = np.subtract(*view_box(scene)[::-1])
     tall = float(np.clip(_BLOCKS_WIDTH * height / width, 1.2, 4.0))
-    return max(tall, *(one.keys.height for one in pictures)) + _TITLES + 0.18 * max(
-        one.head.lines for one in pictures)  # fmt: skip
+    return max(tall, *(panel.keys.height for panel in pictures)) + _TITLES + 0.18 * max(
+        panel.head.lines for panel in pictures)  # fmt: skip
 
 
 def record_panels(motion: xr.Dataset, file) -> Path:
@@ -221,9 +221,8 @@ def record_panels(motion: xr.Dataset, file) -> Path:
     panels["spectrum"].plot(PERIODS, acceleration_spectrum(acceleration, step), color=BLUE)
     spectrum_axes(panels["spectrum"])
     panels["arias"].plot(motion.time, arias_growth(acceleration, step), color=BLUE, lw=1.2)
-    panels["arias"].set(
-        xlabel="time (s)", ylabel="Arias intensity (m/s)", xlim=(0, float(motion.time[-1]))
-    )
+    panels["arias"].set(xlabel="time (s)", ylabel="Arias intensity (m/s)")
+    panels["arias"].set_xlim(0, float(motion.time[-1]))
     title = motion.attrs.get("station", "") or motion.attrs["file"]
     headline(figure, plain(title))
     return save_picture(figure, file, [motion.attrs["file"]], dpi=130)

@@ -33,13 +33,13 @@ def purpose_of(source: xr.Dataset | Scene) -> Purpose:
             return Purpose("site", scene, amplifications(scene.data)[0])
         except (AttributeError, KeyError, ValueError):  # no amplification: the points do not move
             return Purpose("site", scene)
-    if along := _surface_of_run(scene):
-        return Purpose("surface", scene, along)
+    if axis := _surface_of_run(scene):
+        return Purpose("surface", scene, axis)
     groups = scene.groups
-    moved = any(one["moved"] for one in scene.supports() + scene.boundaries(0))
+    moving = any(group["moved"] for group in scene.supports() + scene.boundaries(0))
     base = any(name.startswith("base") for name in groups.get("control", [{}])[0])
     dynamic = float(scene.data.time[-1]) > float(scene.data.time[0])
-    shaken = (moved or base or groups.get("motion")) and dynamic
+    shaken = (moving or base or groups.get("motion")) and dynamic
     return Purpose("shake" if shaken else "forces", scene)
 
 

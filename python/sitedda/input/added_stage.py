@@ -47,13 +47,10 @@ def with_stage(
     """
     for name_of_value in values:
         if name_of_value not in ADDED:
-            raise InputError(
-                f"an added stage cannot have {name_of_value}; use only {', '.join(ADDED)}"
-            )
+            allowed = ", ".join(ADDED)
+            raise InputError(f"an added stage cannot have {name_of_value}; use only {allowed}")
     groups = find_groups(text, file, ("block",))
-    control = next(
-        (name_of_value.values for name_of_value in groups if name_of_value.name == "control"), {}
-    )
+    control = next((group.values for group in groups if group.name == "control"), {})
     stages = [name_of_value for name_of_value in groups if name_of_value.name == "stage"]
     end = present.last(control.get("time_step_control") == "adaptive")
     remainder = present.planned - end

@@ -27,17 +27,15 @@ def single_groups() -> tuple[str, ...]:
 @cache
 def variable_kinds() -> dict[str, dict[str, str]]:
     """Return the kind of each variable of each group."""
-    return {
-        name: {v.name: _variable_kind(v) for v in group.variables} for name, group in GROUPS.items()
-    }
+    return {name: {v.name: _variable_kind(v) for v in group.variables}
+            for name, group in GROUPS.items()}  # fmt: skip
 
 
 @cache
 def _sizes() -> dict[str, dict[str, int]]:
     """Return the largest length of each variable of each group; 0 for scalars."""
-    return {
-        name: {v.name: int(v.size or 0) for v in group.variables} for name, group in GROUPS.items()
-    }
+    return {name: {v.name: int(v.size or 0) for v in group.variables}
+            for name, group in GROUPS.items()}  # fmt: skip
 
 
 def _variable_kind(variable: Variable) -> str:

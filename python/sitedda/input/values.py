@@ -63,9 +63,8 @@ class Values:
         ]
         given_names = {name for name, value in given.items() if is_given(value)}
         for variable in variables_used:
-            setattr(
-                self, variable.name, given.pop(variable.name, getattr(type(self), variable.name))
-            )
+            default = getattr(type(self), variable.name)
+            setattr(self, variable.name, given.pop(variable.name, default))
         if given:
             raise TypeError(f"{type(self).__name__} has no {', '.join(given)}")
         for variable in variables_used:
@@ -104,21 +103,21 @@ class Values:
         elif entry.kind in ("real", "integer"):
             _check_number(name, value, entry.values)
 
-    def _check_relations(self, given: set[str]) -> None:
+    def _check_relations(self, variables: set[str]) -> None:
         """Raise InputError if a variable lacks others that it needs, or excludes another one.
 
         The schema defines the needed and the excluded variables.
         """
         for names in filter(None, self.needs.split("; ")):
-            if given.isdisjoint(names.split(" or ")):
+            if variables.isdisjoint(names.split(" or ")):
                 raise InputError(f"give {names}")
         for variable in self.variables:
-            if variable.name not in given:
+            if variable.name not in variables:
                 continue
-            for names in filter(given.__contains__, variable.excludes.split(", ")):
+            for names in filter(variables.__contains__, variable.excludes.split(", ")):
                 raise InputError(f"give either {variable.name} or {names}, not both")
             for names in filter(None, variable.needs.split(", ")):
-                if given.isdisjoint(names.split(" or ")):
+                if variables.isdisjoint(names.split(" or ")):
                     raise InputError(f"{variable.name} needs {names}")
 
     def _check_values(self) -> None:

@@ -41,9 +41,8 @@ class Checker:
             )
             process = self._process
         self._publish({"kind": "check", "version": version, "state": "running"})
-        threading.Thread(
-            target=self._report_findings, args=(process, text, version), daemon=True
-        ).start()
+        arguments = (process, text, version)
+        threading.Thread(target=self._report_findings, args=arguments, daemon=True).start()
 
     def _report_findings(self, process: subprocess.Popen, text: str, version: int) -> None:
         """Send the input to the checking process, wait for its findings and report them."""

@@ -69,9 +69,8 @@ class Document:
         peers = [peer for peer in groups if peer.name == group]
         if peers and not kind.repeats:
             raise InputError(f"&{group} exists already")
-        line = _refer_to_existing(
-            EXAMPLES.get(group) or kind.example or f"&{group} /", kind, groups
-        )
+        example = EXAMPLES.get(group) or kind.example or f"&{group} /"
+        line = _refer_to_existing(example, kind, groups)
         start = peers[-1].end if peers else self._insertion_point(kind, groups)
         line = _make_angle_unique(_make_name_unique(line, peers), peers)
         self._replace_text(f"{self.text[:start]}\n{line}{self.text[start:]}", "")

@@ -199,9 +199,8 @@ class LiveServer:
         self.guard = Guard(host, self.port, notebook)
         self._loop: asyncio.AbstractEventLoop | None = None
         self._worker = ThreadPoolExecutor(1, "commands")
-        self.session = Session(
-            folder, self.journal, bundled_files, self.publish, lambda: bool(self.sockets)
-        )
+        callbacks = self.publish, lambda: bool(self.sockets)
+        self.session = Session(folder, self.journal, bundled_files, *callbacks)
 
     def _open_last_sockets(self, host: str) -> list[socket.socket]:
         """Return sockets at the port of the last server of the folder, or at a free port."""

@@ -332,9 +332,8 @@ class Session:
             if self.run is None or self.run.result is None:
                 raise InputError(f"a run must end before its {what} is saved; stop or wait")
             self.publish({"kind": "saving", "what": what})
-        threading.Thread(
-            target=self._save_and_report, args=(what, target), name="save", daemon=True
-        ).start()
+        save, arguments = self._save_and_report, (what, target)
+        threading.Thread(target=save, args=arguments, name="save", daemon=True).start()
 
     def _save_and_report(self, kind: str, target: Path) -> None:
         """Write a file and send its name, or the error, to the page."""

@@ -39,9 +39,8 @@ class LiveWidget(anywidget.AnyWidget):
                 raise SiteddaError(output_text.strip())
             output_text += line
         threading.Thread(target=server.stdout.read, daemon=True).start()  # keeps the pipe empty
-        redirect_page = Path(output_text.partition("to enter, open ")[2].strip()).read_text(
-            encoding="utf-8"
-        )
+        path = Path(output_text.partition("to enter, open ")[2].strip())
+        redirect_page = path.read_text(encoding="utf-8")
         address = unescape(re.search(r"href='(.+?)'", redirect_page)[1])
         # The address contains the token; unlike traits, messages are not stored in the notebook.
         self.on_msg(lambda widget, *_: widget.send({"address": address}))

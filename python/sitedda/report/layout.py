@@ -53,16 +53,15 @@ def headline(figure: Figure, title: str, subtitle: str = "") -> float:
     def below_top(distance: float):
         return figure.transFigure + ScaledTranslation(0, -distance, figure.dpi_scale_trans)
 
-    look = {"fontsize": 13, "fontweight": "bold", "color": INK}
+    style = {"fontsize": 13, "fontweight": "bold", "color": INK}
     if figure.get_layout_engine() is None:
-        figure.text(0.01, 1.0, title, transform=below_top(_EDGE), va="top", **look)
+        figure.text(0.01, 1.0, title, transform=below_top(_EDGE), va="top", **style)
     else:
         # Blank lines of the title reserve space for the text in the layout.
         blank_lines = "\n" * (subtitle.count("\n") + 1) if subtitle else ""
-        figure.suptitle(title + blank_lines, x=0.01, ha="left", **look)
-    figure.text(
-        0.01, 1.0, subtitle, transform=below_top(title_height), va="top", fontsize=9.5, color=FAINT
-    )
+        figure.suptitle(title + blank_lines, x=0.01, ha="left", **style)
+    position = below_top(title_height)
+    figure.text(0.01, 1.0, subtitle, transform=position, va="top", fontsize=9.5, color=FAINT)
     return title_height + (subtitle.count("\n") + 1) * 9.5 * _LINE
 
 

@@ -27,9 +27,8 @@ from .colors import EDGE, PAPER, RULE, SCHEMES, STONE
 
 _LAYOUTS, _TOLERANCE = 20, 5e-4  # largest number of layout passes, tolerance of axes positions
 # Colours from light to strong: lighter than block outlines, with other hues than `MAGNITUDE`.
-JOINT_MAP = LinearSegmentedColormap.from_list(
-    "joints", ["#ffd9a8", "#ff8c42", "#e5352b", "#a3003f"]
-)
+_SHADES = ["#ffd9a8", "#ff8c42", "#e5352b", "#a3003f"]
+JOINT_MAP = LinearSegmentedColormap.from_list("joints", _SHADES)
 
 
 def __getattr__(name: str) -> str:

@@ -33,10 +33,8 @@ def folded(text: str, width: float, size: float, bold: bool = False, most_lines:
     for line in text.split("\n"):
         columns = len(line) + 1
         pieces_of_line = [line]
-        while (
-            columns > 1 and max(_line_width(piece, size, bold) for piece in pieces_of_line) > width
-        ):
-            widest = max(_line_width(piece, size, bold) for piece in pieces_of_line)
+        while columns > 1 and max(_line_width(part, size, bold) for part in pieces_of_line) > width:
+            widest = max(_line_width(part, size, bold) for part in pieces_of_line)
             columns = max(1, min(columns - 1, int(columns * max(width / widest, 0.5))))
             pieces_of_line = wrap(line, columns) or [line]
         lines += pieces_of_line

@@ -171,9 +171,9 @@ def _compute_columns(
     if damping is None:
         damped = any(layer.damping for layer in column.layers)
         sources = "and the materials" if damped else "alone"
-        response = column.response(
-            ground, step, kind="within", scheme=integration[0], scheme_step=integration[1]
-        )
+        scheme, time_step = integration
+        response = column.response(ground, step, kind="within", scheme=scheme,
+                                   scheme_step=time_step)  # fmt: skip
         description = f"damped like the blocks, by the time integration {sources}"
     else:
         fixed = replace(column, layers=[replace(la, damping=damping) for la in column.layers])

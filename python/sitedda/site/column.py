@@ -75,9 +75,7 @@ class Column:
             raise InputError("layers must contain at least one Layer, got none")
         for number, layer in enumerate(layers, start=1):
             if not isinstance(layer, Layer):
-                raise InputError(
-                    f"layers must contain Layer objects, got {layer!r} as item {number}"
-                )
+                raise InputError(f"layers must be Layer objects, got {layer!r} as item {number}")
         is_half_space = isinstance(self.base, HalfSpace) and not isinstance(self.base, Layer)
         if not is_half_space and self.base != "rigid":
             raise InputError(f"base must be 'rigid' or a HalfSpace, got {self.base!r}")
@@ -274,9 +272,8 @@ class Column:
             Depths, m, from the surface to the base.
         """
         interfaces = self._interfaces
-        cuts = np.union1d(
-            interfaces, [_move_to_interface("depth", depth, interfaces) for depth in depths]
-        )
+        depths = [_move_to_interface("depth", depth, interfaces) for depth in depths]
+        cuts = np.union1d(interfaces, depths)
         owners = np.searchsorted(interfaces, (cuts[:-1] + cuts[1:]) / 2) - 1
         base = self.base if isinstance(self.base, HalfSpace) else None
         return [*(self.layers[owner] for owner in owners), base], cuts
@@ -379,9 +376,8 @@ def _refine_peak(transfer: Callable, low: float, high: float) -> Peak:
     def inverse_square(frequency: float) -> float:
         return 1 / abs(np.asarray(transfer(np.array([frequency])))[0]) ** 2
 
-    minimum = minimize_scalar(
-        inverse_square, bounds=(low, high), method="bounded", options={"xatol": 1e-12 * high}
-    )
+    options = {"bounds": (low, high), "method": "bounded", "options": {"xatol": 1e-12 * high}}
+    minimum = minimize_scalar(inverse_square, **options)
     amplitude = 1 / np.sqrt(minimum.fun)
     if amplitude > _UNBOUNDED:
         raise InputError(f"the peak near {minimum.x:g} Hz is unbounded: the column has no damping")

@@ -266,9 +266,8 @@ class Waves:
         def properties(medium: HalfSpace):
             modulus = density = np.ones(frequencies.shape, dtype=complex)
             if isinstance(medium.damping, MaterialDamping):
-                modulus, density = medium.damping.scheme_factors(
-                    frequencies, factors, scheme, float(time_step)
-                )
+                state = frequencies, factors, scheme, float(time_step)
+                modulus, density = medium.damping.scheme_factors(*state)
             return medium.shear_modulus * modulus, medium.density * density
 
         # The frequency is complex and moduli are unchanged: only ω²/G and ratios of moduli matter.

@@ -171,9 +171,8 @@ class _Matching:
                 ratio = self._spectral_ratio(series)
                 bounds, self.lower_bounds, self.waves = [], {}, {}
             bounds, sampled = self._add_violated_bounds(series, ratio, margin, bounds)
-            kernels, waves = (
-                np.array(one) for one in zip(*map(self._kernel_and_wave, bounds), strict=True)
-            )
+            pairs = map(self._kernel_and_wave, bounds)
+            kernels, waves = map(np.array, zip(*pairs, strict=True))
             required = [sampled[one.oscillator] * (1 - margin if one.lower else -1 - margin)
                      for one in bounds]  # fmt: skip
             multipliers = _maximise_dual(kernels @ waves.T, required - kernels @ start, ridge)

@@ -65,9 +65,8 @@ def _parse_suite(values: dict, file: Path, folder) -> dict:
     name = values.pop("folder", f"{file.stem}_suite")
     if folder is None and not (isinstance(name, str) and is_below(root, name)):
         raise InputError(f"folder = {name!r} is not below the folder of the file")
-    water: dict = {
-        n: float(values.pop(n)) for n in ("water_table", "pressure_at_rest") if n in values
-    }
+    names = ("water_table", "pressure_at_rest")
+    water: dict = {n: float(values.pop(n)) for n in names if n in values}
     profile = read_profile(root / values.pop("profile"), values.pop("fill", ""))
     random, nonlinear = (dict(values.pop(table, {})) for table in ("randomize", "nonlinear"))
     _check_names(random, "randomize")

@@ -53,8 +53,7 @@ class Bodies:
                 outlines.append(self._polygons[cells[0]])
                 continue
             grid = 1e-9 * float(self.radii[self.of[cells[0]]])
-            union = shapely.union_all(
-                [shapely.Polygon(self._polygons[i]) for i in cells], grid_size=grid
-            )
+            polygons = [shapely.Polygon(self._polygons[i]) for i in cells]
+            union = shapely.union_all(polygons, grid_size=grid)
             outlines.append(np.array(union.exterior.coords)[:-1])
         return outlines

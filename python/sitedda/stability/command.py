@@ -35,24 +35,20 @@ def _run_safety(options: argparse.Namespace) -> int:
     from ..report.style import save_picture
     from . import mechanism, safety
 
-    changes, share = dict(options.set), options.displacement
+    settings = {"displacement": options.displacement, "changes": dict(options.set)}
     picture = options.output or Path(f"{options.file.stem}_mechanism.png")
     check_target(picture, "a picture", [options.file])
     if options.factor is None:
-        found = safety(
-            options.file, tolerance=options.tolerance, displacement=share, changes=changes,
-            least_area=options.least_area,
-            progress=_show_trial if sys.stderr.isatty() else None,
-        )  # fmt: skip
-        moving = found.mechanism
+        result = safety(options.file, tolerance=options.tolerance, least_area=options.least_area,
+                        progress=_show_trial if sys.stderr.isatty() else None,
+                        **settings)  # fmt: skip
+        moving = result.mechanism
     else:
-        found = moving = mechanism(
-            options.file, options.factor, displacement=share, changes=changes
-        )
-    print(json.dumps(found.to_dict(), indent=1) if options.json else found)
+        result = moving = mechanism(options.file, options.factor, **settings)
+    print(json.dumps(result.to_dict(), indent=1) if options.json else result)
     if moving is None:
         return 0
-    picture = save_picture(found.draw().figure, picture, [options.file], dpi=130)
+    picture = save_picture(result.draw().figure, picture, [options.file], dpi=130)
     if not options.json:
         print(f"\npicture: {picture}")
     return 0
@@ -97,21 +93,21 @@ def _run_pushover(options: argparse.Namespace) -> int:
     picture = options.output or options.file.with_name(f"{options.file.stem}_pushover.png")
     check_target(picture, "a picture", [options.file])
     changes = dict(options.set)
-    found = pushover(options.file, options.point, load=options.load, sense=options.sense,
+    curve = pushover(options.file, options.point, load=options.load, sense=options.sense,
                      displacement=options.displacement, steps=options.steps,
                      changes=changes)  # fmt: skip
-    print(found)
+    print(curve)
     limits = None
     if options.limits:
         limits = limit_analysis(options.file, direction=(options.sense, 0.0), changes=changes)
         print(f"limit analysis: {limits.lower.factor:.4g} without dilation (lowest of "
               f"{limits.starts} starts), {limits.upper.factor:.4g} with dilation")  # fmt: skip
-    picture = save_picture(found.draw(limits), picture, [options.file], dpi=130)
+    picture = save_picture(curve.draw(limits), picture, [options.file], dpi=130)
     print(f"picture: {picture}")
-    table = write(picture.with_suffix(".csv"), found.to_csv(), OWN_TABLE, [options.file])
+    table = write(picture.with_suffix(".csv"), curve.to_csv(), OWN_TABLE, [options.file])
     print(f"curve: {table}")
     if spectrum:
-        point = performance_point(found, spectrum, method=options.method)
+        point = performance_point(curve, spectrum, method=options.method)
         print(f"performance: {point}")
         figure = picture.with_name(f"{picture.stem}_performance{picture.suffix}")
         print(f"picture: {save_picture(point.draw(), figure, [options.file], dpi=130)}")

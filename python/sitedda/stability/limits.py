@@ -265,9 +265,8 @@ def travelling_axle(
     result = programme.limit(solve(worst_position))
     loads = np.where(factors >= _UNLIMITED, np.inf, factors * programme.weight)
     load = result.factor * programme.weight
-    result = replace(
-        result, title=f"Axles of {load:.4g} N/m at the worst position, x = {worst_position:.4g} m"
-    )
+    title = f"Axles of {load:.4g} N/m at the worst position, x = {worst_position:.4g} m"
+    result = replace(result, title=title)
     return Travel(stations, loads, float(worst_position), load, result)
 
 
@@ -527,9 +526,9 @@ class _Programme:
         vertex, edge = contacts["vertex"], contacts["edge"]
         points, normals = scene.contact_points(0, contacts)
         start = scene.vertices(0)[edge]
-        along = scene.vertices(0)[scene.next_vertex[edge]] - start
-        length = np.linalg.norm(along, axis=1)
-        fraction = np.sum((points - start) * along, axis=1) / length**2
+        edges = scene.vertices(0)[scene.next_vertex[edge]] - start
+        length = np.linalg.norm(edges, axis=1)
+        fraction = np.sum((points - start) * edges, axis=1) / length**2
         depth = np.sum((points - start) * normals, axis=1) / length
         on_edge = (fraction > _CORNER) & (fraction < 1 - _CORNER) & (abs(depth) < _CORNER)
         faces = scene.interfaces
@@ -574,9 +573,9 @@ class _Programme:
             owners = [group.get("from_block", ""), *inner, group.get("to_block", "")]
             pairs = zip(points, owners, strict=True)
             blocks = [self._block_at(point, str(name).strip()) for point, name in pairs]
-            along = np.diff(points, axis=0)
-            along /= np.linalg.norm(along, axis=1)[:, None]
-            force = np.pad(along, ((0, 1), (0, 0))) - np.pad(along, ((1, 0), (0, 0)))
+            direction = np.diff(points, axis=0)
+            direction /= np.linalg.norm(direction, axis=1)[:, None]
+            force = np.pad(direction, ((0, 1), (0, 0))) - np.pad(direction, ((1, 0), (0, 0)))
             limit = group.get("yield_force")
             limit = np.inf if limit is None else float(limit)
             column = self._block_forces(blocks, points, force).reshape(-1, 1)

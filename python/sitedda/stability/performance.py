@@ -104,12 +104,12 @@ def performance_point(pushover: Pushover, spectrum, *, method: str = "n2") -> Pe
     return Performance(method, period, demand, capacity, at_point, curve, line, elastic)
 
 
-def _spectrum_function(given) -> Callable:
+def _spectrum_function(spectrum) -> Callable:
     """Return S_Ae (m/s²) as a function of periods (s); raise InputError if it is invalid."""
-    if callable(given):
-        return given
+    if callable(spectrum):
+        return spectrum
     try:
-        periods, values = np.array(given, dtype=float)
+        periods, values = np.array(spectrum, dtype=float)
     except (TypeError, ValueError):
         periods = values = np.zeros(0)
     if len(periods) < 2 or not (np.diff(periods) > 0).all() or not (values >= 0).all():
@@ -155,16 +155,16 @@ def _plastic_oscillator(displacement: np.ndarray, resistance: np.ndarray):
 def _rocking_oscillator(displacement: np.ndarray, resistance: np.ndarray):
     """Return T_s (s), capacity (m), corners and strength (m/s²) of the method 'mechanism'."""
     peak = int(np.argmax(resistance))
-    behind, falling = displacement[peak:], resistance[peak:]
-    if len(falling) < 3 or not falling[-1] < _LEFT * falling[0]:
+    displacements, resistances = displacement[peak:], resistance[peak:]
+    if len(resistances) < 3 or not resistances[-1] < _LEFT * resistances[0]:
         raise InputError("method = 'mechanism' requires a curve that falls below 0.8 of its peak: "
                          "increase the displacement, or use 'n2'")  # fmt: skip
-    tail = behind >= behind[0] + _LATE * (behind[-1] - behind[0])
-    slope, height = np.polyfit(behind[tail], falling[tail], 1)
+    tail = displacements >= displacements[0] + _LATE * (displacements[-1] - displacements[0])
+    slope, height = np.polyfit(displacements[tail], resistances[tail], 1)
     end = -height / slope
     capacity = _CAPACITY * end
     secant = _SECANT * capacity
-    strength = float(np.interp(secant, behind, falling))
+    strength = float(np.interp(secant, displacements, resistances))
     line = np.array([(0.0, 0.0), (secant, strength), (end, 0.0)])
     return 2 * math.pi * math.sqrt(secant / strength), capacity, line, strength
 

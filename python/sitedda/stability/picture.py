@@ -47,8 +47,8 @@ def draw_mechanism(result, axes=None, title: str = "", subtitle: str = ""):
 def _draw_blocks(axes, polygons, verdicts, width: float) -> None:
     """Draw blocks coloured by their verdicts; `width` is that of their outlines in points."""
     fills = [FILLS[verdict] for verdict in verdicts]
-    look = {"facecolors": fills, "edgecolors": EDGE, "linewidths": width}
-    axes.add_collection(PolyCollection(polygons, **look))
+    style = {"facecolors": fills, "edgecolors": EDGE, "linewidths": width}
+    axes.add_collection(PolyCollection(polygons, **style))
 
 
 def _draw_lines(axes, lines) -> list:
@@ -64,12 +64,12 @@ def _draw_thrust(axes, result, thrust: np.ndarray):
     """Draw the line of thrust through the joints of each block; its width shows the force."""
     segments, forces = [], []
     for i in range(len(result.polygons)):
-        mine = thrust[(thrust[:, :2] == i).any(axis=1)]
-        if len(mine) > 1:
-            middle = mine[:, 2:4].mean(axis=0)
-            ends = [mine[1, 2:4]] if len(mine) == 2 else [middle] * len(mine)
-            segments += [[point[2:4], end] for point, end in zip(mine, ends, strict=False)]
-            forces += [np.hypot(*point[4:6]) for point, _ in zip(mine, ends, strict=False)]
+        rows = thrust[(thrust[:, :2] == i).any(axis=1)]
+        if len(rows) > 1:
+            middle = rows[:, 2:4].mean(axis=0)
+            ends = [rows[1, 2:4]] if len(rows) == 2 else [middle] * len(rows)
+            segments += [[point[2:4], end] for point, end in zip(rows, ends, strict=False)]
+            forces += [np.hypot(*point[4:6]) for point, _ in zip(rows, ends, strict=False)]
     widths = 0.5 + 3.0 * np.array(forces) / max(forces, default=1.0)
     line = LineCollection(segments, colors=RED, linewidths=widths, label="line of thrust")
     axes.add_collection(line)

@@ -185,8 +185,8 @@ class _LoadedBlocks:
             centres = simulation.coordinates[:, :2]
             density = [float(group["density"]) for group in scene.groups["material"]]
             mass = np.array(density)[scene.material] * scene.areas()
-            each = zip(polygons, centres, strict=True)
-            polar = mass * [_gyration_squared(polygon - centre) for polygon, centre in each]
+            pairs = zip(polygons, centres, strict=True)
+            polar = mass * [_gyration_squared(polygon - centre) for polygon, centre in pairs]
             pattern = _mode_forces(simulation, mass) if load == "mode" else np.ones(len(mass))
             bodies = Bodies(polygons, simulation.block_bodies, list(scene.names))
         lowest = float(np.concatenate(polygons)[:, 1].min())
@@ -275,8 +275,8 @@ class _PushoverRun:
                 path = self._controlling_displacement(change, motion - previous_motion)
                 steps.append((path, balance))
                 excess = self._next_load_excess(excess, factor, steps)
-                ahead = max(_extrapolate_factor(steps), _BACK * balance)
-                factor = min(factor, ahead) + excess
+                extrapolated = max(_extrapolate_factor(steps), _BACK * balance)
+                factor = min(factor, extrapolated) + excess
             polygons = run.polygons
         return self._make_pushover(rows, states, polygons, ending)
 

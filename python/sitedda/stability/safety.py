@@ -82,8 +82,8 @@ class Mechanism:
         listing = ", ".join(names[:_NAMED]) + (" …" if len(names) > _NAMED else "")
         verb = "moves" if len(names) == 1 else "move"
         joint = f", on joint {self.joint!r}" if self.joint else ""
-        share = 100 * moving / total
-        return f"{listing} {verb}: {moving:.4g} m², {share:.3g} % of the model{joint}"
+        per_cent = 100 * moving / total
+        return f"{listing} {verb}: {moving:.4g} m², {per_cent:.3g} % of the model{joint}"
 
     def to_dict(self) -> dict:
         """Return numbers, texts and lists, for example for JSON."""
@@ -169,14 +169,14 @@ class Safety:
             return f"stands even with all strengths divided by {self.low:g}"
         if self.low == 0.0:
             return f"fails even with all strengths multiplied by {1 / self.high:g}"
-        words = (f"factor of safety {self.factor:.4g}: stands with all strengths divided "
+        text = (f"factor of safety {self.factor:.4g}: stands with all strengths divided "
                  f"by {self.low:.6g}, fails at {self.high:.6g}")  # fmt: skip
         if self.mechanism is None or "stable" not in self.mechanism.verdicts:
-            return words
+            return text
         moving, total = self.mechanism.areas
-        words += f"; {self.mechanism.words}" if moving > 0.0 else ""
+        text += f"; {self.mechanism.words}" if moving > 0.0 else ""
         small = 0.0 < moving < _SMALL * total
-        return words + "; set least_area to find the factor of larger mechanisms" * small
+        return text + "; set least_area to find the factor of larger mechanisms" * small
 
     def __str__(self) -> str:
         """Return trials, mechanism and result as text."""

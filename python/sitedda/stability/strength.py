@@ -38,7 +38,6 @@ class Rest:
     coordinates: np.ndarray | None  # block coordinates at equilibrium, shape (blocks, 6)
 
     def __str__(self) -> str:
-        """Return factor and outcome."""
         return f"{self.factor:10.6g}  {'stands' if self.stands else 'fails'}"
 
 

@@ -97,9 +97,9 @@ def short_names(paths) -> dict[str, str]:
 
 def _short_name(path: str, length: int | None) -> str:
     """Return the last `length` words of the path of a variable as a name; None: all words."""
-    words = re.findall(r"\w+", path.replace("*", "all"))
-    words = words if length is None else words[-length:]
-    name = "_".join(words) or "parameter"
+    parts = re.findall(r"\w+", path.replace("*", "all"))
+    parts = parts if length is None else parts[-length:]
+    name = "_".join(parts) or "parameter"
     return f"p_{name}" if not name[0].isalpha() or name in RESERVED else name
 
 
@@ -126,9 +126,8 @@ def _axes_of_mapping(parameters: Mapping) -> list[Axis]:
         variable, name = path, names[path]
         if isinstance(values, tuple) and len(values) == 2 and isinstance(values[0], str):
             name, (variable, values) = path, values
-        axes.append(
-            Points(name, {variable: _as_list(path, values)}, {variable: name}, number=False)
-        )
+        points = {variable: _as_list(path, values)}
+        axes.append(Points(name, points, {variable: name}, number=False))
     return axes
 
 

@@ -66,9 +66,8 @@ class Work:
     def fail(self, folder: Path, message: str, kind: str) -> dict:
         """Write the failure of a case, and the settings on which it depends."""
         settings: dict = {"limits": self.limits} if kind in _LIMITED else {}
-        if (
-            folder / WARNINGS
-        ).exists():  # the run is complete, but the extraction of a result failed
+        is_complete = (folder / WARNINGS).exists()
+        if is_complete:  # the extraction of a result has failed
             settings["asked"] = self.requested
         return write_result(folder, "failed", message, kind=kind, **settings)
 

@@ -40,9 +40,7 @@ def add_study(parser: argparse.ArgumentParser) -> None:
         command = commands.add_parser(name, help=description)
         meaning = "the study" + ", or its folder" * (name in ("collect", "status"))
         command.add_argument("file", type=Path, metavar="FILE.toml", help=meaning)
-        command.add_argument(
-            "--folder", type=Path, help="folder of the study, instead of the one in the file"
-        )
+        command.add_argument("--folder", type=Path, help="folder of the study (as in the file)")
         command.set_defaults(act=_run_command, part=action, slurm=False, dask="")
         if name == "status":
             continue
@@ -141,9 +139,8 @@ def _collect_command(options: argparse.Namespace) -> str:
 
 def _write_script(settings: Settings, options: argparse.Namespace) -> Path:
     """Write inputs and Slurm script of a study; return the path of the script."""
-    return write_batch(
-        _write_plan(settings, options.file), replace(settings.slurm, program=options.program)
-    )
+    slurm = replace(settings.slurm, program=options.program)
+    return write_batch(_write_plan(settings, options.file), slurm)
 
 
 def _collect_results(options: argparse.Namespace) -> int:

@@ -23,9 +23,8 @@ def connected(address: str, ca: str = "", certificate: str = "", key: str = "") 
         from distributed import Client
         from distributed.security import Security
     except ImportError as trouble:
-        raise InputError("--dask needs the package distributed: pip install sitedda[study]") from (
-            trouble
-        )
+        text = "--dask needs the package distributed: pip install sitedda[study]"
+        raise InputError(text) from trouble
     if bool(certificate) != bool(key) or (certificate and not ca):
         raise InputError("TLS needs all three: --tls-ca, --tls-cert, --tls-key")
     if certificate and not address.startswith("tls://"):

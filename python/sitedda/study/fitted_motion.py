@@ -99,9 +99,8 @@ def _filtered_noise(seed: int, count: int, step: float, ground: float) -> np.nda
     white_noise = np.random.Generator(np.random.Philox(seed)).standard_normal(count)
     r = np.fft.rfftfreq(2 * count, step) / ground
     damping_term = 2j * _GROUND_DAMPING * r
-    return np.fft.irfft(
-        np.fft.rfft(white_noise, 2 * count) * (1 + damping_term) / (1 - r**2 + damping_term)
-    )[:count]
+    transfer = (1 + damping_term) / (1 - r**2 + damping_term)
+    return np.fft.irfft(np.fft.rfft(white_noise, 2 * count) * transfer)[:count]
 
 
 def _envelope(count: int) -> np.ndarray:

@@ -72,9 +72,9 @@ class FragilityBounds:
         label = f"{self.confidence:.0%} confidence"
         axes.fill_between(x, *self.band(x), color=BLUE, alpha=0.18, lw=0, label=label)
         self._draw_curve(axes, x)
-        drawn = self.trials > 0
-        fractions = self.failures[drawn] / self.trials[drawn]
-        axes.plot(self.intensity[drawn], fractions, "o", color=INK, ms=5,
+        has_trials = self.trials > 0
+        fractions = self.failures[has_trials] / self.trials[has_trials]
+        axes.plot(self.intensity[has_trials], fractions, "o", color=INK, ms=5,
                   label="failed cases / cases of the level")  # fmt: skip
         if self.design is not None:
             axes.axvline(self.design, color=INK, ls=":", lw=1, label="design level")
@@ -233,11 +233,11 @@ def _horizon_warning(table, quantity: str) -> str:
     if horizon is None:
         return (f"the horizon of {name}, after which values are random samples, is unknown; "
                 "a study with task = 'accuracy' computes this horizon")  # fmt: skip
-    late, cases = int((horizon < table["end_s"]).sum()), int(horizon.notnull().sum())
-    if late == 0:
+    late_cases, cases = int((horizon < table["end_s"]).sum()), int(horizon.notnull().sum())
+    if late_cases == 0:
         return ""
-    return (f"{late} of {cases} cases end after the horizon of {name}: each of these values is "
-            "a random sample")  # fmt: skip
+    return (f"{late_cases} of {cases} cases end after the horizon of {name}: each of these values "
+            "is a random sample")  # fmt: skip
 
 
 def _check_counts(x, k, n, confidence) -> None:
@@ -285,9 +285,8 @@ def _information_matrix(p, x, k, n) -> np.ndarray:
         for j in range(2):
             e, f = h * np.eye(2)[i], h * np.eye(2)[j]
             terms = [(p + e + f, 1), (p + e - f, -1), (p - e + f, -1), (p - e - f, 1)]
-            matrix[i, j] = sum(s * _negative_log_likelihood(q, x, k, n) for q, s in terms) / (
-                4 * h * h
-            )
+            total = sum(s * _negative_log_likelihood(q, x, k, n) for q, s in terms)
+            matrix[i, j] = total / (4 * h * h)
     return matrix
 
 
@@ -295,7 +294,7 @@ def _profile_interval(i, optimum, covariance, limit, x, k, n) -> tuple[float, fl
     """Return the interval of exp(p_i) within which the profile log-likelihood drops by `limit`."""
     from scipy.optimize import brentq, minimize_scalar
 
-    least, step = _negative_log_likelihood(optimum, x, k, n), np.sqrt(covariance[i, i])
+    minimum, step = _negative_log_likelihood(optimum, x, k, n), np.sqrt(covariance[i, i])
     start = optimum[1 - i]
 
     def excess(value: float) -> float:
@@ -306,7 +305,7 @@ def _profile_interval(i, optimum, covariance, limit, x, k, n) -> tuple[float, fl
         bounds = start - reach, start + reach
         fit = minimize_scalar(negative_log_likelihood, bounds=bounds, method="bounded",
                               options={"xatol": 1e-10})  # fmt: skip
-        return fit.fun - least - limit
+        return fit.fun - minimum - limit
 
     limits = []
     for sign, unbounded in ((-1, 0.0), (1, np.inf)):

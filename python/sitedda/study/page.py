@@ -63,9 +63,7 @@ def _parameter_table(table) -> Table:
     for name, coordinate in table.coords.items():
         if set(coordinate.dims) <= set(table.status.dims) and coordinate.dims:
             values = np.asarray(coordinate.values).ravel()
-            listing = ", ".join(_format_value(v) for v in values[:8]) + (
-                " …" if values.size > 8 else ""
-            )
+            listing = ", ".join(map(_format_value, values[:8])) + " …" * (values.size > 8)
             changes, unit = (str(coordinate.attrs.get(key, "")) for key in ("changes", "units"))
             rows.append([name, changes, unit.replace("^2", "²"), str(values.size), listing])
     return Table(["parameter", "variable of the input", "unit", "count", "values"], rows)

@@ -143,9 +143,7 @@ def make_plan(model, parameters, results=None, folder=None, fixed=None, task="ru
     default = DEFAULT if task == "run" and not callable(model) else ()
     quantities = quantities_of(default if results is None else results)
     if quantities and not default:
-        raise InputError(
-            "results cannot be selected if a function computes them; omit the argument results"
-        )
+        raise InputError("a function computes the results: omit the argument `results`")
     axes = axes_of(parameters)
     path = None if folder is None else Path(folder).absolute()
     return Plan(model, axes, quantities, task, dict(flat_changes(fixed or {})), path)

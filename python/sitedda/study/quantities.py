@@ -122,11 +122,9 @@ class Output:
             self.attributes = {name: self._data.getncattr(name) for name in self._data.ncattrs()}
 
     def __enter__(self) -> "Output":
-        """Return the output."""
         return self
 
     def __exit__(self, *_) -> None:
-        """Close the file."""
         with FILES:
             self._data.close()
 
@@ -380,9 +378,8 @@ def _find_index(path: str, kind: str, name: str | None, names) -> int:
 def split_value(label: str, value) -> dict:
     """Convert the value of a function (number, array, DataArray, mapping) to numbers and arrays."""
     if isinstance(value, Mapping):
-        return {
-            k: v for name, item in value.items() for k, v in split_value(str(name), item).items()
-        }
+        parts = [split_value(str(name), item) for name, item in value.items()]
+        return {key: item for part in parts for key, item in part.items()}
     if hasattr(value, "dims") and hasattr(value, "coords"):
         coordinates = {d: np.asarray(value[d].values) for d in value.dims}
         units = str(value.attrs.get("units", ""))

@@ -69,9 +69,8 @@ class Records:
             raise InputError("give at least one record, and levels above 0")
         checked_name(self.measure)
         motions = [self._read_motion(record) for record in self.records]
-        sizes = np.array(
-            [self._raw_measure(*pair) for pair in zip(self.records, motions, strict=True)]
-        )
+        pairs = zip(self.records, motions, strict=True)
+        sizes = np.array([self._raw_measure(*pair) for pair in pairs])
         power = 0.5 if self.measure == "arias" else 1.0
         self.factors = (levels[None, :] / sizes[:, None]) ** power
         names = [_record_name(record) for record in self.records]

@@ -78,9 +78,8 @@ def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sam
 
 def sobol(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
     """Return a scrambled Sobol' sample (`scipy.stats.qmc`); see `latin_hypercube`."""
-    return Points(
-        name, _values_at_points(distributions, _sobol_points(count, len(distributions), seed))
-    )
+    points = _sobol_points(count, len(distributions), seed)
+    return Points(name, _values_at_points(distributions, points))
 
 
 def saltelli(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:

@@ -90,17 +90,11 @@ def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
     if "model" not in values:
         raise InputError("model is missing: give the name of the input file")
     parent = file.parent
-    folder = folder or parent / _path_in_folder(
-        parent, "folder", values.get("folder", f"{file.stem}_study")
-    )
-    plan = make_plan(
-        parent / values["model"],
-        _parse_axes(values, parent),
-        values.get("results"),
-        folder,
-        values.get("fixed"),
-        _parse_task(values),
-    )
+    name = values.get("folder", f"{file.stem}_study")
+    folder = folder or parent / _path_in_folder(parent, "folder", name)
+    axes, results = _parse_axes(values, parent), values.get("results")
+    model, fixed = parent / values["model"], values.get("fixed")
+    plan = make_plan(model, axes, results, folder, fixed, _parse_task(values))
     table = folder / "table.nc"
     if "table" in values:
         table = parent / _path_in_folder(parent, "table", values["table"])
@@ -108,13 +102,9 @@ def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:
     check_limits(memory, time_limit)
     slurm = dict(values.get("slurm", {}))
     _check_names(slurm, "slurm")
-    return Settings(
-        plan,
-        table.absolute(),
-        Slurm.of_study(slurm),
-        {"time_limit": time_limit, "memory": None if memory is None else 1e6 * memory},
-        check_figures(values.get("figures", []), plan),
-    )
+    limits = {"time_limit": time_limit, "memory": None if memory is None else 1e6 * memory}
+    figures = check_figures(values.get("figures", []), plan)
+    return Settings(plan, table.absolute(), Slurm.of_study(slurm), limits, figures)
 
 
 def _parse_task(values: dict):
@@ -126,9 +116,7 @@ def _parse_task(values: dict):
     if len(tasks) > 1:
         raise InputError(f"[{table}] and [{tasks[1]}] are two tasks: remove one")
     if "task" in values or "results" in values:
-        raise InputError(
-            f"[{table}] defines the task and its results: remove the keys `task` and `results`"
-        )
+        raise InputError(f"[{table}] defines task and results: remove the keys `task`, `results`")
     options = dict(values[table])
     _check_names(options, table)
     for entry in fields(_TASKS[table]):
@@ -200,11 +188,9 @@ def _parse_values(path: str, values):
         if space is None:
             raise InputError(f"parameter {path!r}: spacing must be 'linear' or 'log'")
         if space is np.geomspace and values["from"] * values["to"] <= 0:
-            raise InputError(
-                f"parameter {path!r}: spacing = 'log' requires `from` and `to` of the same sign"
-            )
-        ends = float(values["from"]), float(values["to"])
-        numbers = space(*ends, int(values["count"])).tolist()
+            raise InputError(f"parameter {path!r}: 'log' requires `from`, `to` of the same sign")
+        limits = float(values["from"]), float(values["to"])
+        numbers = space(*limits, int(values["count"])).tolist()
         if isinstance(values["from"], int) and all(number.is_integer() for number in numbers):
             numbers = list(map(int, numbers))  # seeds and counts must be integers
     return (changes, numbers) if changes else numbers
@@ -261,9 +247,7 @@ def _parse_synthetic(values: dict) -> list:
     elif {"periods", "values"} <= set(spectrum):
         target = (spectrum["periods"], spectrum["values"])
     else:
-        raise InputError(
-            "[records.synthetic] spectrum: give `eurocode8`, or `periods` and `values`"
-        )
+        raise InputError("[records.synthetic] spectrum: give eurocode8, or periods and values")
     first_seed, count = values.pop("first_seed", 1), values.pop("count", 1)
     if "periods" in values:
         if len(values["periods"]) != 2:

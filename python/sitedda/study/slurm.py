@@ -129,9 +129,7 @@ class Slurm:
     def of_study(cls, values: Mapping) -> "Slurm":
         """Return the options in a study file, which must not name files to write or execute."""
         if "program" in values:
-            raise InputError(
-                "program: a study must not name the executable; use sitedda study plan --program"
-            )
+            raise InputError("a study must not name the program: use sitedda study plan --program")
         options = cls(**values)
         for option in options.options:
             if (name := option.lstrip("-").partition("=")[0]) not in _HARMLESS:

@@ -244,10 +244,8 @@ class _Bracket:
         lowest, highest = min(results), max(results)
         interval = f"for {trials.parameter} from {low:g} to {high:g} ({len(results)} runs)"
         if highest - lowest <= _FLAT * max(abs(lowest), abs(highest)):
-            text = (
-                f"{trials.name} does not depend on {trials.parameter}: it is {lowest:g} {interval}"
-            )
-            return trials.failure("flat", text)
+            text = f"{trials.name} does not depend on {trials.parameter}:"
+            return trials.failure("flat", f"{text} it is {lowest:g} {interval}")
         side = "above" if trials.target > highest else "below"
         text = (f"{trials.name} is between {lowest:g} and {highest:g} {interval}; the target "
                  f"{trials.target:g} is {side} all these values")  # fmt: skip

@@ -106,9 +106,7 @@ def refuse_links(study: Path, file: Path) -> Path:
     for name in file.relative_to(study).parts:
         path = path / name
         if name == ".." or path.is_symlink():
-            raise OutputError(
-                f"{path} is a symbolic link; a study reads only files of its own folder"
-            )
+            raise OutputError(f"{path} is a symbolic link: a study reads only files of its folder")
     return file
 
 

@@ -132,9 +132,7 @@ class _Results:
             if reference["dims"] != shape["dims"]:
                 raise OutputError(f"{name} has dimensions {reference['dims']} in one case and "
                                   f"{shape['dims']} in case {number}")  # fmt: skip
-            reference["shape"] = [
-                max(p) for p in zip(reference["shape"], shape["shape"], strict=True)
-            ]
+            reference["shape"] = list(map(max, reference["shape"], shape["shape"]))
         if result.get("shapes"):
             self.with_arrays.append(number)
 

@@ -45,9 +45,7 @@ def check_limits(memory: float | None, time_limit: float) -> None:
         number = isinstance(value, Real) and not isinstance(value, bool)
         is_unlimited = value == float("inf") or (name == "memory" and value is None)
         if not is_unlimited and not (number and 0 < value <= _LARGEST_LIMIT):
-            raise InputError(
-                f"{name} = {value!r}: give a number above 0, at most {_LARGEST_LIMIT:g}"
-            )
+            raise InputError(f"{name} = {value!r} must be above 0 and at most {_LARGEST_LIMIT:g}")
 
 
 class Workers(Executor):
@@ -68,9 +66,8 @@ class Workers(Executor):
         self._tasks: queue.SimpleQueue = queue.SimpleQueue()
         self._closed = threading.Event()
         self._processes: set[subprocess.Popen] = set()
-        self._threads = [
-            threading.Thread(target=self._feed_process, daemon=True) for _ in range(count)
-        ]
+        target = self._feed_process
+        self._threads = [threading.Thread(target=target, daemon=True) for _ in range(count)]
         for thread in self._threads:
             thread.start()
 

@@ -236,7 +236,7 @@ ERRORS = {
         ((np.arange(9), np.zeros(9), 1, 0.0), "x has 0 decaying crests, but 2 are needed"),
     ],
     smooth_konno_ohmachi: [
-        (([1.0, 2.0], [1.0]), "spectrum must have the length"),
+        (([1.0, 2.0], [1.0]), "frequency and spectrum must have the same length"),
         (([2.0, 1.0], [1.0, 1.0]), "frequency must contain increasing"),
         (([-1.0, 1.0], [1.0, 1.0]), "frequency must contain increasing"),
         (([1.0, 2.0], [1.0, np.nan]), "spectrum must be finite, got nan"),
@@ -248,7 +248,7 @@ ERRORS = {
         (([1.0], 0.1, [1.0]), "at least two samples, got 1"),
         (([1.0, np.inf], 0.1, [1.0]), "acceleration must be finite, got inf"),
         (([1.0, 1.0], 0.0, [1.0]), "time_step .* got 0"),
-        (([1.0, 1.0], 0.1, [1.0, 0.0]), "periods must be positive, got 0"),
+        (([1.0, 1.0], 0.1, [1.0, 0.0]), "periods must be finite and positive, got 0"),
         (([1.0, 1.0], 0.1, [1.0, 5e-6]), "periods must be at least 1e-05 s, got 5e-06 s"),
         (([1.0, 1.0], 0.1), "either `periods` or `frequencies`"),
         (([1.0, 1.0], 0.1, [1.0], 1.0), "damping .* got 1"),

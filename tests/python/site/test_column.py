@@ -408,7 +408,7 @@ GOOD = Layer(1.0, density=2000.0, shear_velocity=200.0)
         (lambda: Layer(1.0, density=1.0, shear_modulus=4.0, shear_velocity=3.0), "agree"),
         (lambda: Layer(1.0, density=1.0, shear_modulus=1.0, damping=-0.1), "damping .* got -0.1"),
         (lambda: Column([]), "layers must contain at least one"),
-        (lambda: Column([GOOD, 3]), "layers must contain Layer objects, got 3 as item 2"),
+        (lambda: Column([GOOD, 3]), "layers must be Layer objects, got 3 as item 2"),
         (lambda: Column([GOOD], "soft"), "base must be .* got 'soft'"),
         (lambda: Column([GOOD], GOOD), "base must be"),
         (lambda: Column([GOOD], convention="voigt"), "convention must be one of .* got 'voigt'"),

@@ -206,11 +206,11 @@ def _add_penalty_rows(outcome: Outcome, runs: dict) -> float:
         theory = float(Scheme().vibration(omega / 2 / np.pi, 1e-5).damping)
         worst = max(worst, abs(decay.damping_exact / theory - 1))
         tip = _linear_tip_displacement(model, result["time"], 1e-5)
-        at = f"at k = {factor} E"
-        outcome.compare(f"frequency {at} (Hz)", "Fig. 6", None, float(omega / 2 / np.pi),
+        results = f"at k = {factor} E"
+        outcome.compare(f"frequency {results} (Hz)", "Fig. 6", None, float(omega / 2 / np.pi),
             decay.frequency, "discrete theory K x = ω² M x", 5)  # fmt: skip
-        outcome.compare(f"damping ratio {at}", "Fig. 6", None, theory, decay.damping_exact)
-        outcome.compare(f"largest displacement {at} (mm)", "Fig. 6", None,
+        outcome.compare(f"damping ratio {results}", "Fig. 6", None, theory, decay.damping_exact)
+        outcome.compare(f"largest displacement {results} (mm)", "Fig. 6", None,
             1e3 * float(abs(tip).max()), 1e3 * float(abs(result["tip"]).max()))  # fmt: skip
     soft, stiff = (_measure_decrement(runs[("penalty", f)], _discrete_model(f)) for f in (1, 100))
     ratio = stiff.damping_exact / stiff.frequency / (soft.damping_exact / soft.frequency)
@@ -256,8 +256,8 @@ def _draw_kinetic_damping(drawing, runs) -> None:
         interval = full["time"] <= 0.5
         time, motion = full["time"][interval], 1e3 * full["tip"][interval]
         tip.plot(time, motion, color=BLUE, label="full dynamic")
-        look = {"color": RED, "label": "1 % kinetic damping"}
-        tip.plot(damped["time"], 1e3 * damped["tip"], "--", **look)
+        style = {"color": RED, "label": "1 % kinetic damping"}
+        tip.plot(damped["time"], 1e3 * damped["tip"], "--", **style)
         tip.axvline(_END_OF_LOAD, color="0.6", lw=0.8, ls=":")
         tip.set(xlabel="time (s)", ylabel="v of the free end (mm)", xlim=(0, 0.5), title="Fig. 4")
         tip.legend(loc="upper right", ncols=2)

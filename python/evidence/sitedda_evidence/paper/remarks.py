@@ -124,8 +124,8 @@ def _exact_peak(normal_stiffness: float):
     """Return the peak of the exact transfer function of table I at a penalty (N/m)."""
     contact = {"normal_stiffness": normal_stiffness}
     model = DiscreteModel.of(input_file("layers_table1.nml"), contact=contact)
-    places = ("middle", "base", "displacement")
-    return refined_peak(lambda f: model.transfer_function(f, 1e-3, *places), (11.0, 15.5), 30)
+    positions = ("middle", "base", "displacement")
+    return refined_peak(lambda f: model.transfer_function(f, 1e-3, *positions), (11.0, 15.5), 30)
 
 
 def _engine_transfer_peak(**changes):

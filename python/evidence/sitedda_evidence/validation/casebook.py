@@ -74,9 +74,9 @@ def arch_by_friction(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _find_thinnest(cuts: str, friction: float, stones: int, between, tolerance: float):
+def _find_thinnest(cuts: str, friction: float, stones: int, bracket, tolerance: float):
     """Return a bracket of the smallest t/R at which the arch is stable."""
-    return bisect(lambda t: _is_arch_stable(t, cuts, friction, stones), *between, tolerance)
+    return bisect(lambda t: _is_arch_stable(t, cuts, friction, stones), *bracket, tolerance)
 
 
 def _is_arch_stable(thickness: float, cuts: str, friction: float, stones: int) -> bool:

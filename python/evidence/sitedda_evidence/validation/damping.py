@@ -210,8 +210,8 @@ def _uniform_column(damping, **options) -> Column:
 
 def _stiff_stack_transfer(layers: int, **body: float):
     """Return the transfer function of layers of the rock of table I with stiff joints."""
-    still = nml.motion("shaking", np.zeros(3), 1.0)
-    text = column_text(layers, ROCK, (1e-4, 10), still, HEIGHT, STIFF_JOINTS * ROCK[1], body,
+    static = nml.motion("shaking", np.zeros(3), 1.0)
+    text = column_text(layers, ROCK, (1e-4, 10), static, HEIGHT, STIFF_JOINTS * ROCK[1], body,
                        integration="midpoint")  # fmt: skip
     with nml.temporary_input(text) as file:
         return transfer(file, FREQUENCIES)

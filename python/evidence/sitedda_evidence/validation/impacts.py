@@ -196,9 +196,9 @@ class _Corner:
         restitution = float(random.choice([0.0, 0.0, 0.3, 0.8]))
         body = cls(size, tilt, random.uniform(0.05, 1.0), restitution, before, before, "")
         rows, softness = body.contact()
-        normal, along = rows @ before
+        normal, direction = rows @ before
         if near_limit:
-            p, q = np.linalg.solve(softness, [-(1 + restitution) * normal, -along])
+            p, q = np.linalg.solve(softness, [-(1 + restitution) * normal, -direction])
             body.friction = abs(q / p) * random.uniform(0.98, 1.02)
         if normal > -0.1 or not 0.02 < body.friction < 2.0:
             return None

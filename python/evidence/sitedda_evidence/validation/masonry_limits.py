@@ -83,12 +83,12 @@ def tilting_wall(short: bool) -> Outcome:
     for axis, (size, limit) in zip(axes, TILT.items(), strict=True):
         if short and size != (3, 6):
             continue
-        stands = partial(_is_wall_stable, *size)
+        is_stable = partial(_is_wall_stable, *size)
         low, high = 0.95 * limit, limit
         if short:
-            low, high = (low if stands(low) else 0.0), (2 * limit if stands(high) else high)
+            low, high = (low if is_stable(low) else 0.0), (2 * limit if is_stable(high) else high)
         else:
-            low, high = bisect(stands, 0.85 * limit, 1.05 * limit, 1e-3)
+            low, high = bisect(is_stable, 0.85 * limit, 1.05 * limit, 1e-3)
         name = f"{size[0]} bricks × {size[1]} courses"
         rows.append(at_most(f"{name}: smallest angle of collapse / upper limit", high / limit, 1.0))
         rows.append(at_most(f"{name}: 1 − largest stable angle / upper limit", 1.0 - low / limit,

@@ -154,10 +154,10 @@ def _run_ridge(length: int, poisson: float):
     weight = np.exp(-1j * omega * history.time.values)
     wave = weight @ _ricker_wavelet(frequency, history.time.values - delay)[0]
     motions = np.einsum("t,tpa->pa", weight, history.displacement.values) / wave
-    along = np.arange(length)
+    tangents = np.arange(length)
     computed = np.linalg.norm(abs(motions), axis=1)
-    exact = _LARGEST * abs(np.sin(omega / SPEED * along))
-    return np.sqrt(2) * along[1:], computed[1:], exact[1:], computed[0]
+    exact = _LARGEST * abs(np.sin(omega / SPEED * tangents))
+    return np.sqrt(2) * tangents[1:], computed[1:], exact[1:], computed[0]
 
 
 @case(

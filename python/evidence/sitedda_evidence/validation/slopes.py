@@ -39,7 +39,7 @@ def goodman_bray(friction: float, bolt: float = 0.0) -> Model:
     model.material("rock", density=25000.0 / GRAVITY, young_modulus=1e13, poisson_ratio=0.2)
     model.joint("joint", friction_angle=math.degrees(math.atan(friction)))
     heights = [4.0 * n if n <= 10 else 40.0 - 6.0 * (n - 10) for n in range(1, 17)]
-    steps = [(-10.0 * n, n - 1.0 + up) for n in range(1, 17) for up in (0.0, 1.0)]
+    steps = [(-10.0 * n, n - 1.0 + uphill) for n in range(1, 17) for uphill in (0.0, 1.0)]
     base = [(-170.0, -5.0), (10.0, -5.0), (10.0, 0.0), (0.0, 0.0), *steps, (-170.0, 16.0)]
     model.block(np.array(base), name="base")
     for n, height in enumerate(heights, 1):

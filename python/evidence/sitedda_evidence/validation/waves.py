@@ -287,13 +287,13 @@ def _chain_mode(count: int) -> tuple[float, np.ndarray]:
     stiffness = np.zeros((3 * count, 3 * count))
     for i in range(count):
         for y in (-0.5, 0.5):
-            along, across = np.zeros(3 * count), np.zeros(3 * count)
-            along[3 * i : 3 * i + 3], across[3 * i : 3 * i + 3] = (1, 0, -y), (0, 1, -0.5 * h)
+            normal, shear = np.zeros(3 * count), np.zeros(3 * count)
+            normal[3 * i : 3 * i + 3], shear[3 * i : 3 * i + 3] = (1, 0, -y), (0, 1, -0.5 * h)
             if i:
-                along[3 * i - 3 : 3 * i] = (-1, 0, y)
-                across[3 * i - 3 : 3 * i] = (0, -1, -0.5 * h)
-            stiffness += stiffness_k * np.outer(along, along)
-            stiffness += stiffness_k / SHEAR_RATIO * np.outer(across, across)
+                normal[3 * i - 3 : 3 * i] = (-1, 0, y)
+                shear[3 * i - 3 : 3 * i] = (0, -1, -0.5 * h)
+            stiffness += stiffness_k * np.outer(normal, normal)
+            stiffness += stiffness_k / SHEAR_RATIO * np.outer(shear, shear)
     mass = DENSITY * h * np.tile([1.0, 1.0, (1 + h**2) / 12], count)
     values, shapes = eigh(stiffness, np.diag(mass), subset_by_index=[0, 0])
     return float(np.sqrt(values[0]) / (2 * np.pi)), shapes[:, 0] / np.abs(shapes[:, 0]).max()

@@ -52,7 +52,6 @@ class Blocks:
     merged: int = 0  # number of slivers that have been merged with a neighbour
 
     def __len__(self) -> int:
-        """Return the number of blocks."""
         return len(self.polygons)
 
     @property
@@ -289,9 +288,8 @@ class _Cut:
             cycles, count = merge_slivers(network, faces, kinds, limit, self.settings.least_angle)
         keep = [i for i, cycle in enumerate(cycles) if cycle and kinds[i] >= 0]
         inner = [inner.get(i, []) for i in keep]
-        result = self._order_blocks(
-            network, [cycles[i] for i in keep], [keys[kinds[i]] for i in keep], inner
-        )
+        cycles, keys = [cycles[i] for i in keep], [keys[kinds[i]] for i in keep]
+        result = self._order_blocks(network, cycles, keys, inner)
         result.area, result.dead_ends, result.loops = self.domain.area, dead, len(loops)
         result.merged = count
         self._judge_slivers(result, mean, limit)
@@ -355,8 +353,8 @@ class _Cut:
         node, face = tree.query(shapely.points(network.nodes[nodes]), predicate="within")
         result: dict[int, list[np.ndarray]] = {}
         for n in np.unique(node):
-            around = face[node == n]
-            f = int(around[faces.areas[around].argmin()])
+            candidates = face[node == n]
+            f = int(candidates[faces.areas[candidates].argmin()])
             point = self._point_inside(network, faces.cycles[f])
             if shapely.contains_xy(self.domain, *point):
                 result.setdefault(f, []).append(_outer_cycle(network, faces, part == parts[n]))

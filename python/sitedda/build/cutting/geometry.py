@@ -167,9 +167,8 @@ class JointSet(schema.JointSetValues):
                 ends, tilt = np.array([[s0 - 2 * reach, s0 + 2 * reach]]), angles[k : k + 1]
                 if self.trace_length:
                     ends, tilt = self._draw_traces(side, k, s0 - reach, s0 + reach)
-                lines.append(
-                    _segments_on_line(origin, ends, side * offsets[k], tilt, along, normal)
-                )
+                offset = side * offsets[k]
+                lines.append(_segments_on_line(origin, ends, offset, tilt, along, normal))
         return np.concatenate(lines) if lines else np.zeros((0, 2, 2))
 
     def _draw_angles(self, stream, count: int) -> np.ndarray:
@@ -234,11 +233,11 @@ class JointSet(schema.JointSetValues):
         return draw_lengths(numbers, *self._distribution_arguments(name))
 
 
-def _segments_on_line(origin, ends, p: float, angles, along, normal) -> np.ndarray:
+def _segments_on_line(origin, ends, p: float, angles, direction, normal) -> np.ndarray:
     """Return segments on a line at a distance p (m) from the origin, turned about their middles."""
     middle, half = ends.mean(axis=1), 0.5 * (ends[:, 1] - ends[:, 0])
-    foot = origin + middle[:, None] * along + p * np.asarray(normal)
-    arm = np.outer(np.cos(angles), along) + np.outer(np.sin(angles), normal)
+    foot = origin + middle[:, None] * direction + p * np.asarray(normal)
+    arm = np.outer(np.cos(angles), direction) + np.outer(np.sin(angles), normal)
     arm *= half[:, None]
     return np.stack([foot - arm, foot + arm], axis=1)
 

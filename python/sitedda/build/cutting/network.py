@@ -122,19 +122,19 @@ def _overlapping_pairs(network: Network, tolerance: float):
     tree = shapely.STRtree(boxes)
     start, portion, total = 0, 256, 0
     while start < len(boxes):
-        one, other = tree.query(boxes[start : start + portion])
-        one = one + start
+        first, second = tree.query(boxes[start : start + portion])
+        first = first + start
         start += portion
-        keep = one < other
-        total += len(one)
+        keep = first < second
+        total += len(first)
         if total > MOST_CANDIDATES:
             raise InputError(
                 f"more than {MOST_CANDIDATES:.0e} pairs of joints have overlapping bounding boxes; "
                 "use fewer or shorter joints"
             )
-        portion = max(1, 2 * portion if len(one) < _CANDIDATES else portion // 2)
-        order = np.lexsort((other[keep], one[keep]))
-        yield one[keep][order], other[keep][order]
+        portion = max(1, 2 * portion if len(first) < _CANDIDATES else portion // 2)
+        order = np.lexsort((second[keep], first[keep]))
+        yield first[keep][order], second[keep][order]
 
 
 def cross_product(a, b):
@@ -219,12 +219,14 @@ def _find_touching(network, edge, node, tolerance):
     return hits, fraction[hits], a[hits] + fraction[hits, None] * along[hits]
 
 
-def _find_crossings(network, one, other, mask):
+def _find_crossings(network, first, second, mask):
     """Return which pairs of edges cross between their ends, at which fractions and positions."""
-    foreign = (network.edges[one][:, :, None] != network.edges[other][:, None, :]).all(axis=(1, 2))
+    foreign = (network.edges[first][:, :, None] != network.edges[second][:, None, :]).all(
+        axis=(1, 2)
+    )
     pairs = np.flatnonzero(mask & foreign)
-    a, b = network.nodes[network.edges[one[pairs]]].swapaxes(0, 1)
-    c, d = network.nodes[network.edges[other[pairs]]].swapaxes(0, 1)
+    a, b = network.nodes[network.edges[first[pairs]]].swapaxes(0, 1)
+    c, d = network.nodes[network.edges[second[pairs]]].swapaxes(0, 1)
     r, s, offset = b - a, d - c, c - a
     sine = cross_product(r, s)
     parallel = sine == 0
@@ -265,9 +267,8 @@ def _split_edges(network, edge, fraction, node, positions, kinds, shifted, targe
     same_edge = edge[1:] == edge[:-1]
     edges = np.column_stack([node[:-1], node[1:]])[same_edge]
     source = edge[:-1][same_edge]
-    return Network(
-        nodes, kinds, edges, network.labels[source], network.outline[source], network.moved
-    )
+    labels, outline = network.labels[source], network.outline[source]
+    return Network(nodes, kinds, edges, labels, outline, network.moved)
 
 
 def _merge_nodes(network: Network, tolerance: float, rigid: bool) -> Network:
@@ -361,7 +362,7 @@ def _biconnected_parts(nodes: int, edges) -> np.ndarray:
     ends = edges.ravel()
     order = np.argsort(ends, kind="stable")
     begin = np.searchsorted(ends[order], np.arange(nodes + 1)).tolist()
-    around = (order // 2).tolist()
+    incident = (order // 2).tolist()
     neighbour = edges[order // 2, 1 - order % 2].tolist()
     part = [-1] * len(edges)
     depth, low = [0] * nodes, [0] * nodes
@@ -378,7 +379,7 @@ def _biconnected_parts(nodes: int, edges) -> np.ndarray:
             i = cursor[v]
             if i < begin[v + 1]:
                 cursor[v] = i + 1
-                e, w = around[i], neighbour[i]
+                e, w = incident[i], neighbour[i]
                 if e == entered[-1] or depth[w] > depth[v]:
                     continue
                 pending.append(e)

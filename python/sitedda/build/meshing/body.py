@@ -153,9 +153,8 @@ class _Body:
 
     def _body_network(self) -> Network:
         """Return outlines and dividing lines of the body, split at their crossings."""
-        self.names = sorted(
-            {name for part in self.parts for _, names in part.rings for name in names}
-        )
+        all_names = [names for part in self.parts for _, names in part.rings]
+        self.names = sorted(set().union(*all_names))
         number = {name: i for i, name in enumerate(self.names)}
         nodes, edges, labels, outline, kinds, count = [], [], [], [], [], 0
         joints = [names for part in self.parts for _, names in part.rings]
@@ -169,9 +168,8 @@ class _Body:
             count += len(ring)
         for graph, shape in zip(self._dividing_lines(), self.shapes, strict=False):
             shape = shape if self.cells == "voronoi" else self.domain
-            graph = fit_to_outlines(
-                graph, self.rings, _CORNER_REACH[self.cells], _LINE_REACH[self.cells]
-            )
+            reach = _CORNER_REACH[self.cells], _LINE_REACH[self.cells]
+            graph = fit_to_outlines(graph, self.rings, *reach)
             inner = _clip_graph(graph, shape)
             nodes.append(inner.nodes)
             edges.append(inner.edges + count)

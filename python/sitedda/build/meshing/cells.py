@@ -99,10 +99,10 @@ class Cells:
         for k in reflex:
             rays = self._ray_points(cycle, k, _NEAR * size)
             for end, point in [*self._visible_corners(cycle, k), *rays]:
-                one, other = self._split_cycle(cycle, k, end, point)
-                if min(len(one), len(other)) < 3:
+                first, second = self._split_cycle(cycle, k, end, point)
+                if min(len(first), len(second)) < 3:
                     continue
-                rating = min(self._rate_half(half, point, size) for half in (one, other))
+                rating = min(self._rate_half(half, point, size) for half in (first, second))
                 rating = round(rating + 0.05 * (point is None), _DIGITS)
                 if rating > best_rating:
                     best_rating, result = rating, (k, end, point)
@@ -191,15 +191,15 @@ class Cells:
     def _split(self, i: int, k: int, end: int, point) -> tuple[int, int]:
         """Split a cell; return the indices of the two new cells."""
         cycle = self.cycles[i]
-        one, other = self._split_cycle(cycle, k, end, point)
+        first, second = self._split_cycle(cycle, k, end, point)
         if point is not None:
             node_index = len(self.nodes)
             self.nodes.append(point)
-            halves = (one, other)
-            one, other = ([node_index if n < 0 else n for n in half] for half in halves)
+            halves = (first, second)
+            first, second = ([node_index if n < 0 else n for n in half] for half in halves)
             self._insert_node(cycle[end], cycle[(end + 1) % len(cycle)], node_index)
-        self.cycles[i] = one
-        self.cycles.append(other)
+        self.cycles[i] = first
+        self.cycles.append(second)
         self.kinds.append(self.kinds[i])
         self._register_edges(i)
         self._register_edges(len(self.cycles) - 1)

@@ -41,5 +41,5 @@ def divide_quadrangle(shape, size: float) -> Graph | None:
     nodes = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)
     number = np.arange(len(nodes)).reshape(counts + 1)
     upward = np.column_stack([number[:-1].ravel(), number[1:].ravel()])
-    across = np.column_stack([number[:, :-1].ravel(), number[:, 1:].ravel()])
-    return Graph(nodes, np.concatenate([upward, across]), np.full(len(nodes), size))
+    transverse = np.column_stack([number[:, :-1].ravel(), number[:, 1:].ravel()])
+    return Graph(nodes, np.concatenate([upward, transverse]), np.full(len(nodes), size))

@@ -78,18 +78,18 @@ def names_of(*scenes: Scene) -> list[str]:
             for i, (scene, title) in enumerate(zip(scenes, titles, strict=True))]  # fmt: skip
 
 
-def check_alike(one: Scene, other: Scene) -> None:
+def check_alike(first: Scene, second: Scene) -> None:
     """Raise InputError for two scenes whose difference is meaningless."""
-    if one.names != other.names:
-        pairs = zip(one.names, other.names, strict=False)
+    if first.names != second.names:
+        pairs = zip(first.names, second.names, strict=False)
         mismatch = next((pair for pair in pairs if pair[0] != pair[1]), None)
         reason = f"{mismatch[0]!r} is not {mismatch[1]!r}" if mismatch else "one has more"
-        raise InputError(f"runs of {one.blocks} and {other.blocks} blocks have no difference: "
+        raise InputError(f"runs of {first.blocks} and {second.blocks} blocks have no difference: "
                          f"{reason}; show them side by side")  # fmt: skip
-    if one.frames != other.frames or not np.allclose(one.time, other.time, rtol=1e-9):
-        raise InputError(f"runs have no difference if times differ: {one.frames} frames up to "
-                         f"{one.time[-1]:g} s, {other.frames} frames up to {other.time[-1]:g} s; "
-                         "show them side by side")  # fmt: skip
+    if first.frames != second.frames or not np.allclose(first.time, second.time, rtol=1e-9):
+        raise InputError(f"runs have no difference if times differ: {first.frames} frames up to "
+                         f"{first.time[-1]:g} s, {second.frames} frames up to "
+                         f"{second.time[-1]:g} s; show them side by side")  # fmt: skip
 
 
 def _color_stops(shades) -> list[list[int]]:

@@ -302,8 +302,8 @@ def _add_contacts(result: Encoded, scene: Scene, frames: np.ndarray, budget: int
     forces = [Channel.rooted(name, values, _COARSE) for name, values in parts]
     _add_channels(streams, forces, "force_channels")
     pair, position = np.divmod(pairs, _PLACES)
-    places = np.column_stack([*np.divmod(pair, vertices), position])
-    streams.put_array("pairs", places, "<i4")
+    positions = np.column_stack([*np.divmod(pair, vertices), position])
+    streams.put_array("pairs", positions, "<i4")
     if streams.size > budget:
         result.meta["no_forces"] = too_long
         return

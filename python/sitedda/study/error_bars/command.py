@@ -19,9 +19,7 @@ def add_accuracy(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="also run N twins, each with one displaced block; report 16, 50 and 84 %% fractiles",
     )
-    parser.add_argument(
-        "-o", "--output", type=picture_name, help="picture of the ensemble (FILE_bands.png)"
-    )
+    parser.add_argument("-o", "--output", type=picture_name, help="picture (FILE_bands.png)")
     parser.add_argument("--folder", type=Path,
                         help="folder of the runs, to resume them (a temporary one)")  # fmt: skip
     parser.add_argument("-w", "--workers", type=WORKERS, help="processes (one per processor)")

@@ -37,9 +37,8 @@ def horizon(time: np.ndarray, run: np.ndarray, twin: np.ndarray) -> float:
     if not is_different.any():
         return math.inf
     last_equal = max(int(np.argmax(is_different)) - 1, 0)
-    return min(
-        float(time[last_equal]), _fit_growth(time, np.abs(run - twin) / largest, last_equal + 1)
-    )
+    growth = _fit_growth(time, np.abs(run - twin) / largest, last_equal + 1)
+    return min(float(time[last_equal]), growth)
 
 
 def _fit_growth(time: np.ndarray, difference: np.ndarray, end: int) -> float:

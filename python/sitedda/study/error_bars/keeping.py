@@ -49,9 +49,8 @@ def stored_accuracy(attributes: Mapping) -> Accuracy | None:
         return None
     try:
         content = json.loads(text, parse_constant=float)
-        figures = {
-            name: Figure(**_null_to_nan(values)) for name, values in content["figures"].items()
-        }
+        numbers = {name: _null_to_nan(values) for name, values in content["figures"].items()}
+        figures = {name: Figure(**values) for name, values in numbers.items()}
         end = _null_to_nan({"end": content["end_s"]})["end"]
         bands = {name: Band(**{key: np.array(row, float) for key, row in band.items()})
                  for name, band in content.get("bands", {}).items()}  # fmt: skip

@@ -115,9 +115,8 @@ def linear_figures(model, changes: Mapping, history, facts: Facts) -> dict[str, 
         coarse, medium, fine, *stiffer_run = steps
         penalty = penalty_error(value, stiffer_run[0]) if stiffer_run else 0.0
         bar = bar_of_steps(coarse, medium, fine, facts.order)
-        table[name] = replace(
-            figure_of(name, (coarse, medium, fine), bar, penalty, _STEPS), run=value
-        )
+        figure = figure_of(name, (coarse, medium, fine), bar, penalty, _STEPS)
+        table[name] = replace(figure, run=value)
     return table
 
 
@@ -141,8 +140,8 @@ def _measured_points(history) -> list[_Point]:
 
 def _has_died_out(point: _Point) -> bool:
     """Return whether the acceleration of a point is small at the end of the run; see `_DECAYED`."""
-    end = point.acceleration[-(len(point.acceleration) // 20 + 1) :]
-    return bool(np.abs(end).max() < _DECAYED * np.abs(point.acceleration).max())
+    final = point.acceleration[-(len(point.acceleration) // 20 + 1) :]
+    return bool(np.abs(final).max() < _DECAYED * np.abs(point.acceleration).max())
 
 
 def _rate_ratios(frequency: np.ndarray, step: float, chi: float) -> tuple[np.ndarray, np.ndarray]:

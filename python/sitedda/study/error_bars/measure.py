@@ -165,9 +165,8 @@ def _estimate_figures(facts: Facts, runs: list[dict[str, float]]) -> dict[str, F
             continue
         coarse, medium, fine = (run[name] for run in runs[: len(STEPS)])
         penalty = penalty_error(runs[0][name], runs[len(STEPS)][name]) if facts.penalty else 0.0
-        figures[name] = figure_of(
-            name, (coarse, medium, fine), bar_of_steps(coarse, medium, fine, facts.order), penalty
-        )
+        numbers = (coarse, medium, fine)
+        figures[name] = figure_of(name, numbers, bar_of_steps(*numbers, facts.order), penalty)
     return figures
 
 

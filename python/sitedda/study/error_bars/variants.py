@@ -58,9 +58,9 @@ class Facts:
     @property
     def is_damped(self) -> bool:
         """Return whether a material or joint has damping."""
-        return any(map(damping_of, self.groups.get("material", []))) or any(
-            joint.get("damping", 0.0) > 0.0 for joint in self.groups.get("joint", [])
-        )
+        joints = self.groups.get("joint", [])
+        materials = self.groups.get("material", [])
+        return any(map(damping_of, materials)) or any(j.get("damping", 0.0) > 0.0 for j in joints)
 
 
 def facts_of(model, changes: Mapping) -> Facts:
