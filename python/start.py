@@ -27,7 +27,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome")  # of the tests of 
 
 def call(*command, **options):
     """Run a command; end with its status if it fails."""
-    status = subprocess.run([str(word) for word in command], cwd=HERE, **options).returncode
+    status = subprocess.run([str(argument) for argument in command], cwd=HERE, **options).returncode
     if status:
         sys.exit(f"failed ({status}): {' '.join(map(str, command))}")
 

@@ -75,10 +75,10 @@ def _exit_status(arguments: list[str] | None, interruption: Interruption) -> int
         return carry_out(arguments)
     except SystemExit:
         raise
-    except BaseException as trouble:
+    except BaseException as error:
         interruption.ignore()
         ending = (
-            (InterruptedRun.kind, "interrupted") if interruption.heard else _expected_error(trouble)
+            (InterruptedRun.kind, "interrupted") if interruption.heard else _expected_error(error)
         )
         if ending is None:
             raise
@@ -103,20 +103,20 @@ def _require_address_space(size: int) -> None:
     """Raise OutOfMemory if fewer bytes of address space are free: OpenBLAS would abort or hang."""
     try:
         mmap.mmap(-1, size, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=0).close()
-    except OSError as trouble:
+    except OSError as error:
         need = f"the libraries need {size // 2**20} MiB of address space"
-        raise OutOfMemory(f"there is not enough memory: {need}") from trouble
+        raise OutOfMemory(f"there is not enough memory: {need}") from error
 
 
-def _expected_error(trouble: BaseException) -> tuple[int, str] | None:
+def _expected_error(error: BaseException) -> tuple[int, str] | None:
     """Return exit status and message of an expected error; None for a defect of the program."""
-    if isinstance(trouble, KeyboardInterrupt):
+    if isinstance(error, KeyboardInterrupt):
         return InterruptedRun.kind, "interrupted"
-    if isinstance(trouble, SiteddaError):
-        return trouble.kind, str(trouble)
-    if lacks_memory(trouble):
+    if isinstance(error, SiteddaError):
+        return error.kind, str(error)
+    if lacks_memory(error):
         return OutOfMemory.kind, "there is not enough memory"
-    name = getattr(trouble, "name", None) or "sitedda"
-    if isinstance(trouble, ImportError) and (name := name.partition(".")[0]) != "sitedda":
+    name = getattr(error, "name", None) or "sitedda"
+    if isinstance(error, ImportError) and (name := name.partition(".")[0]) != "sitedda":
         return 1, f"the library {name} is missing or broken: pip install {name}"
     return None

@@ -56,8 +56,8 @@ def check_target(file, kind: str, inputs: Iterable = ()) -> Path:
         if file.parent.is_dir():
             return file
         raise OutputError(f"{file}: the folder {file.parent} does not exist") from None
-    except (OSError, ValueError) as trouble:
-        reason = getattr(trouble, "strerror", None) or trouble
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
         raise OutputError(f"{file} cannot be written: {reason}") from None
     if stat.S_ISDIR(status.st_mode):
         raise OutputError(f"{file} is a folder, not a file name")
@@ -91,8 +91,8 @@ def _may_replace(file: Path, kind: str) -> bool:
     try:
         with os.fdopen(os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as stream:
             first_bytes = stream.read(min(_HEAD, os.fstat(stream.fileno()).st_size))
-    except OSError as trouble:
-        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+    except OSError as error:
+        raise OutputError(f"{file} cannot be read: {error.strerror}") from error
     return bool(re.match(_KINDS[kind], first_bytes, re.DOTALL | re.IGNORECASE))
 
 
@@ -124,9 +124,9 @@ def written(file, kind: str, inputs: Iterable = (), sync: bool = True) -> Iterat
                     draft.unlink(missing_ok=True)
     except OutputError:
         raise
-    except OSError as trouble:
-        reason = trouble.strerror or trouble
-        raise OutputError(f"{file} cannot be written: {reason}") from trouble
+    except OSError as error:
+        reason = error.strerror or error
+        raise OutputError(f"{file} cannot be written: {reason}") from error
 
 
 def write(file, data: bytes | str, kind: str, inputs: Iterable = (), sync: bool = True) -> Path:
@@ -154,8 +154,8 @@ def make_folder(folder) -> Path:
     folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as trouble:
-        raise OutputError(f"{folder} cannot be created: {trouble.strerror}") from trouble
+    except OSError as error:
+        raise OutputError(f"{folder} cannot be created: {error.strerror}") from error
     return folder
 
 

@@ -22,10 +22,10 @@ def check_readable(file) -> int:
     path = file_path(file)
     try:
         status = os.stat(path)
-    except FileNotFoundError as trouble:
-        raise InputError(f"{file}: there is no such file") from trouble
-    except (OSError, ValueError) as trouble:
-        raise _unreadable_error(file, trouble) from trouble
+    except FileNotFoundError as error:
+        raise InputError(f"{file}: there is no such file") from error
+    except (OSError, ValueError) as error:
+        raise _unreadable_error(file, error) from error
     if not stat.S_ISREG(status.st_mode):
         raise OutputError(f"{file} cannot be read, because it is not a regular file")
     return status.st_size
@@ -38,8 +38,8 @@ def read_bounded(file, limit: int) -> bytes:
         with Path(file).open("rb") as stream:
             # Reading up to `limit` would allocate that much memory before any byte is read.
             data = stream.read(size + 1) if size <= limit else b""
-    except OSError as trouble:
-        raise _unreadable_error(file, trouble) from trouble
+    except OSError as error:
+        raise _unreadable_error(file, error) from error
     if max(size, len(data)) > limit:
         raise InputError(f"{file} is larger than {limit} bytes: it is {size} bytes long")
     return data

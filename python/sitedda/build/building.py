@@ -324,8 +324,10 @@ def _comment_out(text: str, groups: Sequence[ParsedGroup]) -> str:
     parts, start = [], 0
     for item in groups:
         line = text.rfind("\n", 0, item.start) + 1
-        tail = text[item.end :].split("\n", 1)[0].strip()
-        separate = not text[max(line, start) : item.start].strip() and (not tail or tail[0] == "!")
+        rest_of_line = text[item.end :].split("\n", 1)[0].strip()
+        separate = not text[max(line, start) : item.start].strip() and (
+            not rest_of_line or rest_of_line[0] == "!"
+        )
         group = text[item.start : item.end]
         parts.append(text[start : item.start])
         comment, blanks = "! " + group.replace("\n", "\n! "), re.sub(r"[^\n]", " ", group)

@@ -57,15 +57,15 @@ class Ground(schema.GroundValues):
             result.append(("region", values))
         return result, []
 
-    def _side_joints(self, others) -> dict[str, dict]:
+    def _side_joints(self, all_groups) -> dict[str, dict]:
         """Return the variables of the joints at the core and at the sides, by joint name."""
         ties: dict[str, dict] = {f"{self.name} side": {}}
         if self.outline is None:
             return ties
-        if any("restitution" in item for kind, item in others if kind == "joint"):
+        if any("restitution" in item for kind, item in all_groups if kind == "joint"):
             # Restitution requires the stiffness of &contact, not a stiffness per area.
             return ties | {f"{self.name} tie": {}}
-        materials = {item.get("name", ""): item for kind, item in others if kind == "material"}
+        materials = {item.get("name", ""): item for kind, item in all_groups if kind == "material"}
         stiffness = 0.0
         for name in (self.material, self.core_material or self.material):
             name = name or next(iter(materials), "")

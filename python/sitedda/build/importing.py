@@ -69,8 +69,8 @@ def read_outlines(
         raise InputError(f"{file} has {size} bytes, more than {MOST_BYTES}")
     try:
         outlines = list(_check_lines(file, reader(file, scale)))
-    except OSError as trouble:
-        raise OutputError(f"{file} cannot be read: {trouble.strerror}") from trouble
+    except OSError as error:
+        raise OutputError(f"{file} cannot be read: {error.strerror}") from error
     except RecursionError:
         raise InputError(f"{file}: nested too deeply") from None
     if layer is not None:
@@ -122,8 +122,8 @@ def _read_csv(file: Path, scale):
     try:
         table = csv.reader(_read_text(file).splitlines())
         rows = [row for row in table if row and row[0][:1] != "#"]
-    except csv.Error as trouble:
-        raise InputError(f"{file} cannot be read as CSV: {trouble}") from None
+    except csv.Error as error:
+        raise InputError(f"{file} cannot be read as CSV: {error}") from None
     rows = [[cell.strip() for cell in row] for row in rows]
     if not rows:
         return
@@ -158,8 +158,8 @@ def _read_wkt(file: Path, scale):
             raise InputError(f"{file}, line {number}: nested too deeply")
         try:
             shape = shapely.from_wkt(line)
-        except (shapely.errors.ShapelyError, UnicodeError) as trouble:
-            reason = str(trouble).splitlines()[0][:100]
+        except (shapely.errors.ShapelyError, UnicodeError) as error:
+            reason = str(error).splitlines()[0][:100]
             raise InputError(f"{file}, line {number}: {reason}") from None
         yield from _shape_lines(file, shape, scale or 1.0, "", "")
 
@@ -195,8 +195,8 @@ def _read_geojson(file: Path, scale):
         raise InputError(f"{file}: nested too deeply")
     try:
         data = json.loads(text)
-    except ValueError as trouble:
-        raise InputError(f"{file} is not JSON: {trouble}") from None
+    except ValueError as error:
+        raise InputError(f"{file} is not JSON: {error}") from None
     features = data.get("features", [data]) if isinstance(data, dict) else None
     if not isinstance(features, list):
         raise InputError(f"{file} is not GeoJSON: it contains no features")
@@ -229,10 +229,10 @@ def _read_dxf(file: Path, scale):
         ) from None
     try:
         drawing = ezdxf.readfile(file)
-    except OSError as trouble:
-        raise InputError(f"{file} is not a DXF file: {trouble}") from None
-    except Exception as trouble:  # a third-party parser may raise any exception
-        reason = (str(trouble).splitlines() or [type(trouble).__name__])[0][:100]
+    except OSError as error:
+        raise InputError(f"{file} is not a DXF file: {error}") from None
+    except Exception as error:  # a third-party parser may raise any exception
+        reason = (str(error).splitlines() or [type(error).__name__])[0][:100]
         raise InputError(f"{file} cannot be read as DXF: {reason}") from None
     unit = scale or _UNITS.get(drawing.units, 1.0)
     budget = [MOST_LINES]
@@ -269,5 +269,5 @@ def _entity_lines(file: Path, entity, budget: list[int], depth: int):
             yield points, curve.is_closed, entity.dxf.get("layer", "")
     except InputError:
         raise
-    except Exception as trouble:  # a broken entity may raise any exception
-        raise InputError(f"{file}: an entity {kind} cannot be read: {trouble}") from None
+    except Exception as error:  # a broken entity may raise any exception
+        raise InputError(f"{file}: an entity {kind} cannot be read: {error}") from None

@@ -29,7 +29,7 @@ class LayeredGround(schema.ProfileValues):
     """Level ground from a file of velocities over depth."""
 
     def groups(self, folder: Path, all_groups) -> tuple[list[tuple[str, dict]], list[str]]:
-        """Generate the groups, and notes on these; see `kinds`."""
+        """Generate the groups of the ground, and notes for the user; see `kinds`."""
         profile = read_soil_profile(Path(folder) / self.file)
         rigid = not self.base and profile.half_space is None
         self._check_profile(profile)

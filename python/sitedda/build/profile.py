@@ -210,8 +210,8 @@ def read_rows(file: Path) -> list[tuple[int, list[str]]]:
     for number, line in lines:
         try:
             cells = next(csv.reader([line], delimiter=mark, skipinitialspace=True))
-        except csv.Error as trouble:
-            raise InputError(f"{file}, row {number}: {trouble}") from None
+        except csv.Error as error:
+            raise InputError(f"{file}, row {number}: {error}") from None
         result.append((number, [cell.strip() for cell in cells]))
     return result
 
@@ -363,7 +363,7 @@ def read_curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])
         if numbers.ndim != 2 or numbers.shape[1] != 3:
             raise ValueError("three columns are required: strain, G/G_max and damping ratio")
-    except (ValueError, IndexError) as trouble:
-        raise InputError(f"{file}: {trouble}") from None
+    except (ValueError, IndexError) as error:
+        raise InputError(f"{file}: {error}") from None
     strain, reduction, damping = numbers.T
     return strain, reduction, damping

@@ -55,8 +55,8 @@ def measured_modes(source) -> pd.DataFrame:
     else:
         try:
             table, prefix = pd.DataFrame(source), ""
-        except (TypeError, ValueError) as trouble:
-            raise InputError(f"the measured modes are not a table: {trouble}") from None
+        except (TypeError, ValueError) as error:
+            raise InputError(f"the measured modes are not a table: {error}") from None
         table.index = [label if isinstance(label, str) else f"mode {i}"
                        for i, label in enumerate(table.index, 1)]  # fmt: skip
     if not table.columns.is_unique:
@@ -79,8 +79,8 @@ def _complete_row(line: str, row: pd.Series) -> dict[str, float]:
     """Return the values of a row of a table, with frequency and deviation from low and high."""
     try:
         values = {n: _COLUMNS.get(n, FINITE).check(n, value) for n, value in row.items()}
-    except InputError as trouble:
-        raise InputError(f"{line}: {trouble}") from None
+    except InputError as error:
+        raise InputError(f"{line}: {error}") from None
     low, high = values.pop("low", None), values.pop("high", None)
     if low and high:
         if not low < high:

@@ -60,8 +60,8 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
         table = table[list(channels)].rename(columns=channels)
     try:
         table = table.set_axis(table.index.astype(float)).astype(float)
-    except (TypeError, ValueError) as trouble:
-        raise InputError(f"{label} is not a table of numbers by time (s): {trouble}") from None
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{label} is not a table of numbers by time (s): {error}") from None
     if table.shape[0] < 2 or table.shape[1] < 1:
         raise InputError(f"{label} has {table.shape[0]} samples of {table.shape[1]} channels: give "
                          "at least two samples of a channel")  # fmt: skip

@@ -44,8 +44,13 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
     centre = np.column_stack([np.bincount(pair_index, abs(push) * x, k) for x in positions.T])
     loaded = weight > 0
     blocks = np.column_stack([pair // scene.blocks, pair % scene.blocks])
-    presses = np.bincount(pair_index, push, k) > 0
-    return centre[loaded] / weight[loaded, None], total[loaded], blocks[loaded], presses[loaded]
+    is_compressed = np.bincount(pair_index, push, k) > 0
+    return (
+        centre[loaded] / weight[loaded, None],
+        total[loaded],
+        blocks[loaded],
+        is_compressed[loaded],
+    )
 
 
 def force_scale(scene: Scene, frames) -> float:
@@ -92,7 +97,7 @@ def draw_chains(
     axes: Axes, scene: Scene, frame: int, factor: float, vertices, scale: float
 ) -> list:
     """Draw lines from centroid to centroid through contacts, wider for larger forces."""
-    points, force, blocks, presses = resultants(scene, frame, vertices)
+    points, force, blocks, is_compressed = resultants(scene, frame, vertices)
     size = np.linalg.norm(force, axis=1)
     visible = size > _LEAST * scale
     if not scale > 0 or not visible.any():
@@ -101,7 +106,7 @@ def draw_chains(
     start, end = centre[blocks[visible]].transpose(1, 0, 2)
     lines = np.stack([start, points[visible], end], axis=1)
     width = _WIDEST * np.clip(size[visible] / scale, 0.04, 1.0)
-    colors = np.where(presses[visible], INK, FORCE)
+    colors = np.where(is_compressed[visible], INK, FORCE)
     style = {"capstyle": "round", "joinstyle": "round", "zorder": 4}
     return [axes.add_collection(LineCollection(lines, colors=c, linewidths=width + margin, **style))
             for c, margin in ((PAPER, 1.2), (colors, 0.0))]  # fmt: skip

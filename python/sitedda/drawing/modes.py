@@ -48,7 +48,7 @@ def _make_scene(model: Scene, q: np.ndarray, result: Modes) -> Scene:
     keep = [n for n in ("block", "block_material", "edge_joint", "block_body", "edge_welded",
                         "vertex_block") if n in model.data]  # fmt: skip
     frames = len(q)
-    none = {f"contact_{n}": ("contact", np.zeros(0, dtype=int)) for n in
+    no_values = {f"contact_{n}": ("contact", np.zeros(0, dtype=int)) for n in
             ("frame", "vertex", "edge", "state", "bonded", "gap", "normal_force",
              "shear_force")}  # fmt: skip
     zeros = (("frame", "block", "component"), np.zeros((frames, model.blocks, 3)))
@@ -62,7 +62,7 @@ def _make_scene(model: Scene, q: np.ndarray, result: Modes) -> Scene:
             "frame_time": ("frame", np.arange(frames) / _FRAMES),
             "frame_stage": ("frame", 1 + np.maximum(np.arange(frames) - 1, 0) // _FRAMES),
         }
-        | none,
+        | no_values,
         attrs=model.data.attrs | {"stages": "\n".join(mode_words(result)), "loops": 1},
     )
     scene = Scene(data)
@@ -98,8 +98,8 @@ def draw_modes(
     low, high = view_box(scene)
     columns = min(len(subtitle), 3)
     rows = -(-len(subtitle) // columns)
-    tall = float(np.clip(_WIDTH * (high - low)[1] / (high - low)[0], 1.2, 6.0))
-    figure = empty_figure((_WIDTH * columns + 0.6, (tall + 1.2) * rows + 0.6))
+    height = float(np.clip(_WIDTH * (high - low)[1] / (high - low)[0], 1.2, 6.0))
+    figure = empty_figure((_WIDTH * columns + 0.6, (height + 1.2) * rows + 0.6))
     headline(figure, plain(scene.title))
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes, i, line in zip(panels, only, subtitle, strict=False):

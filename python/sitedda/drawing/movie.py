@@ -161,10 +161,10 @@ def ffmpeg() -> str:
         return program
     try:
         return importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe()
-    except (ImportError, RuntimeError) as trouble:
+    except (ImportError, RuntimeError) as error:
         raise MissingLibrary(
             "an MP4 needs ffmpeg: install ffmpeg, or pip install 'sitedda[movie]'; or write a .gif"
-        ) from trouble
+        ) from error
 
 
 def animate(source, fps: float = 25.0, seconds: float = 10.0, absolute: bool = False, **look):

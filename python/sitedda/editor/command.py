@@ -48,6 +48,6 @@ def _describe_commands(what: str) -> str:
         import shtab
 
         return shtab.complete(whole_parser(), shell=what)
-    except ImportError as trouble:
+    except ImportError as error:
         message = f"{what} needs a library: pip install 'sitedda[editor]'"
-        raise MissingLibrary(message) from trouble
+        raise MissingLibrary(message) from error

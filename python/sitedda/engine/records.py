@@ -100,8 +100,8 @@ def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> 
     """Read a trace of an obspy stream and pass it to the engine as plain text."""
     try:
         import obspy
-    except ImportError as trouble:
-        raise MissingLibrary("format 'obspy' needs this library: pip install obspy") from trouble
+    except ImportError as error:
+        raise MissingLibrary("format 'obspy' needs this library: pip install obspy") from error
     check_readable(file)
     if not quantity or not unit:
         raise InputError("format 'obspy' needs `quantity` and `unit`: the file states neither")

@@ -616,8 +616,8 @@ class Simulation:
         """Return notes on removed and merged blocks and on slivers."""
         from ..build.cutting.small_blocks import in_words, slivers
 
-        of_cut = in_words(self.built.slivers)
-        notes = [note for note in self.built.messages if note != of_cut]
+        cut_note = in_words(self.built.slivers)  # replaced by a note on the present slivers
+        notes = [note for note in self.built.messages if note != cut_note]
         return "\n".join(filter(None, [*notes, in_words(slivers(self.polygons, self.block_names))]))
 
     def phase_times(self) -> dict[str, float]:

@@ -129,9 +129,9 @@ def _read_record_file(options: argparse.Namespace):
     try:
         description = options.format, options.quantity, options.unit
         return read_record(options.file, *description, options.time_step)
-    except InputError as trouble:
-        hints = [option for cause, option in _OPTIONS.items() if cause in str(trouble)]
-        raise InputError("; ".join([str(trouble), *(f"try {hint}" for hint in hints)])) from trouble
+    except InputError as error:
+        hints = [option for cause, option in _OPTIONS.items() if cause in str(error)]
+        raise InputError("; ".join([str(error), *(f"try {hint}" for hint in hints)])) from error
 
 
 def _confirm_overwriting(file: Path) -> None:

@@ -35,8 +35,8 @@ def model_fragment(model) -> str:
             blocks = len(simulation.block_names)
             facts.append(("blocks", f"{blocks:,}"))
             picture = _draw_picture(simulation, blocks)
-    except SiteddaError as trouble:
-        return fragment(Facts([*facts, ("cannot run yet", str(trouble))]))
+    except SiteddaError as error:
+        return fragment(Facts([*facts, ("cannot run yet", str(error))]))
     return fragment(Facts(facts), *picture)
 
 

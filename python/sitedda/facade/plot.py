@@ -128,14 +128,14 @@ def _draw_general_picture(scene: Scene, history, shaken: bool) -> Figure:
     else:
         style = {"color": "compression", "contacts": "force"}
         pictures.append(_draw_blocks(panels[1], scene, "Forces at the end", end, **style))
-    tall = [_row_height(scene, pictures)] + [_PANEL] * bool(below)
+    height = [_row_height(scene, pictures)] + [_PANEL] * bool(below)
     for axes, name in zip(panels[2:], below, strict=False):
         if name == "moved":
-            tall[1] = _row_height(scene, [_draw_movements(axes, scene, smallest)])
+            height[1] = _row_height(scene, [_draw_movements(axes, scene, smallest)])
         else:
             _draw_panel(axes, name, scene, history, curves)
-    grid.set_height_ratios(tall)
-    figure.set_size_inches(11, 0.7 + sum(tall))
+    grid.set_height_ratios(height)
+    figure.set_size_inches(11, 0.7 + sum(height))
     for axes in panels[2 + len(below) :]:
         axes.remove()
     return figure

@@ -62,8 +62,8 @@ def _change_text(path: str, value) -> str | None:
     """Return a new value as text; None, if the default is restored."""
     try:
         return value if value is None or isinstance(value, Typed) else value_text(value)
-    except TypeError as trouble:
-        raise InputError(f"{path}: {trouble}") from trouble
+    except TypeError as error:
+        raise InputError(f"{path}: {error}") from error
 
 
 def changes_text(changes: Mapping) -> str:

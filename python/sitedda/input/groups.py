@@ -102,8 +102,8 @@ def _as_text(value) -> str:
         raise InputError("a text must be one line")
     try:
         value.encode("utf-8", "surrogateescape")
-    except UnicodeEncodeError as trouble:
-        raise InputError(f"character {trouble.start + 1} of {value!r} is not valid") from None
+    except UnicodeEncodeError as error:
+        raise InputError(f"character {error.start + 1} of {value!r} is not valid") from None
     return value
 
 

@@ -304,11 +304,11 @@ def _open_sockets(host: str, port: int) -> list[socket.socket]:
     """Return listening sockets; raise OutputError if the host or port cannot be used."""
     try:
         return bind_sockets(port, host)
-    except (OSError, OverflowError, UnicodeError) as trouble:
-        reason = getattr(trouble, "strerror", None) or trouble
-        if isinstance(trouble, UnicodeError):
+    except (OSError, OverflowError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or error
+        if isinstance(error, UnicodeError):
             reason = "this host name is invalid"
-        raise OutputError(f"the server cannot use {host!r}, port {port}: {reason}") from trouble
+        raise OutputError(f"the server cannot use {host!r}, port {port}: {reason}") from error
 
 
 def run_server(

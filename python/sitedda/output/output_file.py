@@ -123,11 +123,11 @@ def _errors_as_damage(make_error: Callable[[str], OutputError]) -> Iterator[None
     try:
         with FILES:
             yield
-    except Exception as trouble:
-        if lacks_memory(trouble):
+    except Exception as error:
+        if lacks_memory(error):
             raise
-        lines = str(trouble).strip().splitlines() or [type(trouble).__name__]
-        raise make_error(lines[0]) from trouble
+        lines = str(error).strip().splitlines() or [type(error).__name__]
+        raise make_error(lines[0]) from error
 
 
 def _check_structure(data: xr.Dataset) -> None:

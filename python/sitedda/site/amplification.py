@@ -58,15 +58,15 @@ class AmplificationTable:
         from scipy.special import ndtr
 
         part = self.table.sel(period=period)
-        good = np.isfinite(part["median"].values)
-        logs = np.log(part.level.values[good])
+        valid = np.isfinite(part["median"].values)
+        logs = np.log(part.level.values[valid])
         fine = np.geomspace(np.min(levels), np.max(levels), 2000)
         rate = np.exp(np.interp(np.log(fine), np.log(levels), np.log(rates)))
-        middle, falls = np.sqrt(fine[1:] * fine[:-1]), -np.diff(rate)
-        median = np.interp(np.log(middle), logs, np.log(part["median"].values[good]))
-        sigma = np.interp(np.log(middle), logs, part.sigma_ln.values[good])
-        above = np.log(np.asarray(wanted, dtype=float)[:, None] / middle) - median
-        return (ndtr(-above / np.maximum(sigma, 1e-9)) * falls).sum(axis=1)
+        middle, rate_steps = np.sqrt(fine[1:] * fine[:-1]), -np.diff(rate)
+        median = np.interp(np.log(middle), logs, np.log(part["median"].values[valid]))
+        sigma = np.interp(np.log(middle), logs, part.sigma_ln.values[valid])
+        excess = np.log(np.asarray(wanted, dtype=float)[:, None] / middle) - median
+        return (ndtr(-excess / np.maximum(sigma, 1e-9)) * rate_steps).sum(axis=1)
 
     def to_openquake(self, file, code: str = "A", vs30: float = 760.0) -> Path:
         """Write the amplification functions for OpenQuake: levels in g, PGA and SA(T), sigmas.

@@ -80,11 +80,13 @@ class Beside:
                   ("  at", [p.frequency for p in peaks], "Hz")]  # fmt: skip
         last_rows, nonlinear = [], []
         if self.yields:
-            strains = [float(one.profile().strain.max()) for one in self.columns.values()]
-            strains = [100 * float(one) for one in (self.strains[1].max(initial=0.0), *strains)]
+            strains = [float(column.profile().strain.max()) for column in self.columns.values()]
+            strains = [
+                100 * float(column) for column in (self.strains[1].max(initial=0.0), *strains)
+            ]
             last_rows = [("largest shear strain", strains, "%")]
             nonlinear = ["", "nonlinear column", str(self.response)]
-        series = {name: one.acceleration() for name, one in self.columns.items()}
+        series = {name: column.acceleration() for name, column in self.columns.items()}
         lines = tabulate_motions({"blocks": self.surface} | series, step, first_rows, last_rows)
         return "\n".join([f"column: {self.words}", *lines, *nonlinear])
 
@@ -118,9 +120,9 @@ def beside(
     InputError
         If the model is not layered, points are missing or the steps are not equal.
     """
-    found = amplifications(history)
-    if found:
-        surface, base = surface or found[0].surface, base or found[0].base
+    pairs = amplifications(history)
+    if pairs:
+        surface, base = surface or pairs[0].surface, base or pairs[0].base
     names = [str(name) for name in history.point.values] if "point" in history.coords else []
     for role, name in (("surface", surface), ("base", base)):
         if name not in names:
@@ -128,7 +130,7 @@ def beside(
                 f"no measured point {name!r} for the {role}: name it by --{role}; there are "
                 + (", ".join(names) or "none")
             )
-    if any(one.get("base_motion_x") for one in input_values(history.attrs).get("control", [])):
+    if any(group.get("base_motion_x") for group in input_values(history.attrs).get("control", [])):
         raise InputError(
             "with base_motion_x, the coordinates move with the base, so the base point does not "
             "move: set motion_x of the fixed points instead"
@@ -137,16 +139,16 @@ def beside(
     series = {name: history.acceleration.sel(point=name).sel(axis="x").values for name in names}
     step = equal_step(history.time.values)
     ground, integration = series[base], (run_scheme(history), run_step(history))
-    columns, words = _compute_columns(column, soils, ground, step, integration, damping)
+    columns, description = _compute_columns(column, soils, ground, step, integration, damping)
     frequency, ratio = spectral_ratio(series[surface], ground, step, 8)
     band = (frequency >= 0.2) & (frequency <= min(25.0, 0.4 / step))
     top = float(history.point_place.sel(point=surface).values[1])
     points, strains = _peaks_over_depth(history, series, top, column.depth)
-    ratios = {name: _surface_over_base(one, ground, step, frequency[band])
-              for name, one in columns.items()}  # fmt: skip
+    ratios = {name: _surface_over_base(group, ground, step, frequency[band])
+              for name, group in columns.items()}  # fmt: skip
     title = str(history.attrs.get("title", ""))
     return Beside(columns, series[surface], ground, frequency[band], ratio[band], ratios, points,
-                  strains, words, title)  # fmt: skip
+                  strains, description, title)  # fmt: skip
 
 
 def _compute_columns(

@@ -58,8 +58,8 @@ def _compute_surface(options: argparse.Namespace) -> int:
 
     try:
         result = surface(open_output(options.file), options.axis, options.lowest, options.highest)
-    except ValueError as trouble:
-        raise InputError(f"{options.file}: {trouble}") from trouble
+    except ValueError as error:
+        raise InputError(f"{options.file}: {error}") from error
     print(result)
     name = "section" if options.section else "surface"
     picture = options.output or options.file.with_name(f"{options.file.stem}_{name}.png")
@@ -96,8 +96,8 @@ def _compute_profile(options: argparse.Namespace) -> int:
         else:
             result = profile.column().response(motion, kind=kind)
         print(result)
-    except ValueError as trouble:
-        raise InputError(f"{path}: {trouble}") from trouble
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from error
     if options.output is None:  # otherwise the output names the picture of the response
         _save_figure(profile.plot(), picture, path)
     _save_figure(result.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
@@ -141,8 +141,8 @@ def _compare_with_column(options: argparse.Namespace) -> int:
     history = open_output(path)
     try:
         result = beside(history, options.surface, options.base, options.damping)
-    except ValueError as trouble:
-        raise InputError(f"{options.file}: {trouble}") from trouble
+    except ValueError as error:
+        raise InputError(f"{options.file}: {error}") from error
     print(result)
     picture = options.output or path.with_name(f"{path.stem}_site.png")
     _save_figure(result.plot(), picture, options.file)

@@ -29,8 +29,8 @@ class SoilCurves:
     name: str = ""
 
     def __post_init__(self) -> None:
-        given = self.strain, self.reduction, self.damping
-        arrays = [np.array(values, dtype=float) for values in given]
+        values_given = self.strain, self.reduction, self.damping
+        arrays = [np.array(values, dtype=float) for values in values_given]
         strain, reduction, damping = arrays
         if strain.ndim != 1 or strain.size < 2 or any(a.shape != strain.shape for a in arrays):
             raise InputError("strain, reduction and damping must have equal lengths of at least 2")

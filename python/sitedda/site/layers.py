@@ -296,8 +296,8 @@ def recursion(
         modulus, density = properties[first[j]]
         if previous != (previous := (first[j], thickness)):
             decay = np.exp(-1j * omega * thickness / np.sqrt(modulus / density))
-            twice = decay**2
-        reflected = reflections[j] * twice
+            decay_squared = decay**2
+        reflected = reflections[j] * decay_squared
         if first[j + 1] == first[j]:  # nothing is reflected within a medium
             steps[j], reflections[j + 1] = decay, reflected
             continue

@@ -91,7 +91,7 @@ def matched(
     """
     low, high = map(float, periods)
     if not 0 < low < high:
-        raise InputError(f"periods = {periods}: give the shortest and the longest, above 0, s")
+        raise InputError(f"periods = {periods}: give the shortest and the longest period (s, > 0)")
     ground = Motion.of(motion)
     subdivisions = int(np.ceil(ground.time_step / (low / _FINE) - 1e-9))
     if subdivisions > 1:

@@ -134,8 +134,8 @@ def rotated_spectra(
     """
     try:
         import pyrotd
-    except ImportError as trouble:
-        raise MissingLibrary("RotDnn needs the library: pip install pyrotd") from trouble
+    except ImportError as error:
+        raise MissingLibrary("RotDnn needs the library: pip install pyrotd") from error
     x, y = Motion.of(first), Motion.of(second)
     if abs(x.time_step - y.time_step) > 1e-9 * x.time_step:
         raise InputError(f"components have time steps of {x.time_step:g} and "
@@ -296,8 +296,8 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
     try:
         table = pd.read_csv(data, dtype=str, encoding="utf-8-sig", encoding_errors="replace",
                             keep_default_na=False)  # fmt: skip
-    except ValueError as trouble:
-        raise InputError(f"{file}: {trouble}") from None
+    except ValueError as error:
+        raise InputError(f"{file}: {error}") from None
     heads = {head.strip().lower(): head for head in table}
     name_columns = [heads[name] for name in _NAMES if name in heads]
     by_head = {head: float(match[1]) for head in table if (match := _HEAD.fullmatch(head))}

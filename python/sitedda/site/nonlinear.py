@@ -235,17 +235,17 @@ def _describe_fit(soils: list[Branches]) -> str:
     if not soils:
         return ""
     modulus, damping = np.max([soil.misfit for soil in soils], axis=0)
-    words = f"{soils[0].strain.size} branches, moduli within {100 * modulus:.2g} %"
+    text = f"{soils[0].strain.size} branches, moduli within {100 * modulus:.2g} %"
     if damping:
-        words += f", damping ratios within {100 * damping:.2g} percentage points"
+        text += f", damping ratios within {100 * damping:.2g} percentage points"
     if damping > _MOST_OFF:
-        words += f" – more than {100 * _MOST_OFF:.1g}: the damping curve is not fitted"
-    return f"{words} (strains of 0.001 to 1 %)"
+        text += f" – more than {100 * _MOST_OFF:.1g}: the damping curve is not fitted"
+    return f"{text} (strains of 0.001 to 1 %)"
 
 
 def _result_label(name: str) -> str:
-    known = {"pga": "surface PGA", "strain": "largest strain"}
-    return known.get(name, f"surface Sa at {name.removeprefix('sa_')} s")
+    labels = {"pga": "surface PGA", "strain": "largest strain"}
+    return labels.get(name, f"surface Sa at {name.removeprefix('sa_')} s")
 
 
 def nonlinear(

@@ -197,9 +197,9 @@ def _draw_peaks(axes, response, other_peaks) -> None:
 def surface_figure(surface) -> Figure:
     """Draw amplification along the surface, peaks and the model below each other."""
     low, high = view_box(surface.scene)
-    tall = _WIDTH * (high - low)[1] / (high - low)[0]
-    figure = empty_figure((9.5, 5.0 + tall))
-    map_, peaks, blocks = figure.subplots(3, 1, height_ratios=[3, 1.0, tall + 0.4])
+    height = _WIDTH * (high - low)[1] / (high - low)[0]
+    figure = empty_figure((9.5, 5.0 + height))
+    map_, peaks, blocks = figure.subplots(3, 1, height_ratios=[3, 1.0, height + 0.4])
     _draw_map(map_, surface)
     for values, color, label in (
         (surface.peak_acceleration, BLOCKS, "peak acceleration"),

@@ -77,8 +77,8 @@ class Profile(SoilProfile):
                 modulus = layer.density * layer.shear_velocity**2
                 try:
                     curve = strength_corrected(curve, modulus, strength)
-                except ValueError as trouble:
-                    raise InputError(f"{self.file}, row {layer.row}: {trouble}") from None
+                except ValueError as error:
+                    raise InputError(f"{self.file}, row {layer.row}: {error}") from None
             result.append(curve)
         return result
 
@@ -128,5 +128,5 @@ def _layer_curves(layer: Ground, stress: float, file: Path) -> SoilCurves | None
         return SoilCurves(*read_curve_table(file.parent / name), name=Path(name).stem)
     except InputError:
         raise
-    except (ValueError, TypeError) as trouble:
-        raise InputError(f"{location}: curve = {layer.curve!r}: {trouble}") from None
+    except (ValueError, TypeError) as error:
+        raise InputError(f"{location}: curve = {layer.curve!r}: {error}") from None

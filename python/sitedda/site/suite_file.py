@@ -52,8 +52,8 @@ def read_suite(file, folder=None) -> dict:
     try:
         values = tomllib.loads(read_bounded(file, _LARGEST).decode("utf-8"))
         return _parse_suite(values, file, folder)
-    except (ValueError, TypeError, ArithmeticError, RecursionError) as trouble:
-        raise InputError(f"{file}: {trouble}") from None
+    except (ValueError, TypeError, ArithmeticError, RecursionError) as error:
+        raise InputError(f"{file}: {error}") from None
 
 
 def _parse_suite(values: dict, file: Path, folder) -> dict:

@@ -23,11 +23,11 @@ def suite_figure(suite, level: int = 0) -> Figure:
     axes = figure.subplots(2, len(names), sharex=True, sharey="row", squeeze=False)
     rows = (("amplification", "", "surface/reference Sa"), ("sa", "sa_", "surface Sa (m/s²)"))
     for column, name in enumerate(names):
-        for row, (quantity, mark, label) in enumerate(rows):
+        for row, (quantity, prefix, label) in enumerate(rows):
             panel, periods = axes[row, column], table.period.values
             cases = table[quantity].sel(analysis=name).transpose("profile", "motion", "period")
             values = cases.values.reshape(-1, periods.size)
-            _draw_panel(panel, periods, values, statistics.sel(analysis=name), mark)
+            _draw_panel(panel, periods, values, statistics.sel(analysis=name), prefix)
             panel.set(xscale="log", yscale="log")
             for axis in (panel.xaxis, panel.yaxis):
                 axis.set(major_locator=LogLocator(subs=(1, 2, 3, 5)), major_formatter="{x:g}",
@@ -48,12 +48,12 @@ def suite_figure(suite, level: int = 0) -> Figure:
     return figure
 
 
-def _draw_panel(axes, period, cases, statistics, mark: str) -> None:
+def _draw_panel(axes, period, cases, statistics, prefix: str) -> None:
     """Draw the cases, median and band of an analysis."""
     stride = max(1, len(cases) // _MOST)
     axes.plot(period, cases[::stride].T, color=FAINT, lw=0.4, alpha=0.35)
-    median = statistics[f"{mark}median"].values
-    factor = np.exp(np.nan_to_num(statistics[f"{mark}sigma_ln"].values))
+    median = statistics[f"{prefix}median"].values
+    factor = np.exp(np.nan_to_num(statistics[f"{prefix}sigma_ln"].values))
     axes.fill_between(
         period, median / factor, median * factor, color=BLUE, alpha=0.2, lw=0, label="± σ"
     )

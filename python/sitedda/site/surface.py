@@ -141,8 +141,8 @@ def _column_motions(history: xr.Dataset, scene: Scene, positions, reference, ste
     distance = _TOUCHING * scene.size
 
     def transfer(point) -> NDArray[np.complex128] | None:
-        below = [column_below(history, point, side) for side in (distance, -distance)]
-        column = next(filter(None, below), None)
+        columns = [column_below(history, point, side) for side in (distance, -distance)]
+        column = next(filter(None, columns), None)
         if column is None:
             return None
         try:

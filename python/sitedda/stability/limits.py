@@ -113,8 +113,8 @@ class Limit:
         """Return resultants of closed joints: both blocks (from 0), x, y (m), N and T (N/m)."""
         _, firsts, joint = np.unique(np.column_stack([self.blocks, self.normals.round(9)]), axis=0,
                                     return_index=True, return_inverse=True)  # fmt: skip
-        press = self.normal_force[:, None] * self.points
-        values = np.column_stack([press, self.normal_force, self.shear_force])
+        weighted = self.normal_force[:, None] * self.points
+        values = np.column_stack([weighted, self.normal_force, self.shear_force])
         total = np.array([np.bincount(joint.ravel(), column) for column in values.T]).T
         loaded = total[:, 2] > _CORNER * self.normal_force.max(initial=0.0)
         centres = total[loaded, :2] / total[loaded, 2:3]
@@ -446,12 +446,12 @@ class _Programme:
             raise InputError("limit analysis requires weight: set gravity of &control")
         density = [float(group["density"]) for group in self.scene.groups.get("material", [])]
         mass = np.array(density)[self.scene.material] * self.scene.areas()
-        pull = np.linalg.norm(gravity)
-        self.unit = float(np.median(mass) * pull)
-        self.weight, self.down = float(mass.sum() * pull), gravity / pull
-        none = np.zeros((len(mass), 1))
-        self.dead = np.hstack([mass[:, None] * gravity / self.unit, none])
-        self.live = np.hstack([mass[:, None] * pull * direction / self.unit, none])
+        g = np.linalg.norm(gravity)
+        self.unit = float(np.median(mass) * g)
+        self.weight, self.down = float(mass.sum() * g), gravity / g
+        zeros = np.zeros((len(mass), 1))
+        self.dead = np.hstack([mass[:, None] * gravity / self.unit, zeros])
+        self.live = np.hstack([mass[:, None] * g * direction / self.unit, zeros])
         self.centres = Rings.of(self.polygons).centroids()
         self.radii: np.ndarray = np.array([
             np.linalg.norm(polygon - centre, axis=1).max()
@@ -487,22 +487,22 @@ class _Programme:
             return np.array(values, dtype=float)[scene.interface_joints]
 
         half = 0.5 * self.length
-        none = np.zeros(corners)
-        self.cohesion = np.append(np.repeat(strength("cohesion", 0.0) * half, 2), none)
+        zeros = np.zeros(corners)
+        self.cohesion = np.append(np.repeat(strength("cohesion", 0.0) * half, 2), zeros)
         self.tensile = strength("tensile_strength", 0.0)
-        self.tension = np.append(np.repeat(self.tensile * half, 2), none)
+        self.tension = np.append(np.repeat(self.tensile * half, 2), zeros)
         self.most = strength("crushing_strength", np.inf) + self.tensile
         self.crushing = np.flatnonzero(np.isfinite(self.most))
 
-    def _bound_moments(self, joint: np.ndarray, side: np.ndarray, pressed: np.ndarray) -> None:
+    def _bound_moments(self, joint: np.ndarray, side: np.ndarray, compression: np.ndarray) -> None:
         """Bound moments of the sign `side` by the tangents at N + f_t L = `pressed`, N/m."""
         length, strength = self.length[joint], self.most[joint]
-        slope = 0.5 - pressed / (strength * length)
+        slope = 0.5 - compression / (strength * length)
         rows, n = np.arange(len(joint)), len(self.points)
         values = np.concatenate([0.5 * side - slope, -0.5 * side - slope])
         columns = np.concatenate([2 * joint, 2 * joint + 1])
         matrix = coo_array((values, (np.tile(rows, 2), columns)), shape=(len(joint), n))
-        bound = slope * self.tensile[joint] * length + pressed**2 / (2 * strength * length)
+        bound = slope * self.tensile[joint] * length + compression**2 / (2 * strength * length)
         self._cuts.append((matrix, bound))
 
     def _add_tangents(self, normal: np.ndarray, limit: float) -> bool:
@@ -512,13 +512,13 @@ class _Programme:
         """
         j = self.crushing
         ends = normal[2 * j], normal[2 * j + 1]
-        length, pressed = self.length[j], ends[0] + ends[1] + self.tensile[j] * self.length[j]
+        length, compression = self.length[j], ends[0] + ends[1] + self.tensile[j] * self.length[j]
         moment = 0.5 * (ends[0] - ends[1])  # eccentricity / L
-        excess = abs(moment) - 0.5 * pressed * (1 - pressed / (self.most[j] * length))
-        worse = excess > _CRUSHED * np.maximum(pressed, self.unit)
-        if worse.any():
-            self._bound_moments(j[worse], np.sign(moment[worse]), pressed[worse])
-        return bool(worse.any() and (excess / self.unit).max() > limit)
+        excess = abs(moment) - 0.5 * compression * (1 - compression / (self.most[j] * length))
+        exceeds = excess > _CRUSHED * np.maximum(compression, self.unit)
+        if exceeds.any():
+            self._bound_moments(j[exceeds], np.sign(moment[exceeds]), compression[exceeds])
+        return bool(exceeds.any() and (excess / self.unit).max() > limit)
 
     def _single_corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return vertices, edges and normals (k, 2) of corners on edges that belong to no joint."""
@@ -699,12 +699,14 @@ class _Programme:
         velocity = -multipliers.reshape(-1, 3)
         velocity[:, 2] /= self.radii
         forces = result.x[: 2 * n] * self.unit
-        pulls = result.x[size - 1 - len(bolts) : -1] * self.unit
+        bolt_forces = result.x[size - 1 - len(bolts) : -1] * self.unit
         tolerance = _MOVES[0] * abs(multipliers).max() + _MOVES[1] * penalty.max()
         low, high = result.lower.marginals[:-1], -result.upper.marginals[:-1]
         motions = [-result.ineqlin.marginals, low, high]
         binding = tuple(np.flatnonzero(motion > tolerance) for motion in motions)
-        return _Solution(float(result.x[-1]), forces[:n], forces[n:], pulls, velocity, binding)
+        return _Solution(
+            float(result.x[-1]), forces[:n], forces[n:], bolt_forces, velocity, binding
+        )
 
     def limit(self, solution: _Solution) -> Limit:
         """Convert a solution to a `Limit`."""
@@ -715,14 +717,13 @@ class _Programme:
             velocity = np.zeros_like(velocity)
         displacement = velocity * np.column_stack([np.ones((len(velocity), 2)), self.radii])
         work = self.unit * solution.factor * np.sum(self.live * displacement)
+        pairs = zip(self.bolts, solution.bolts, strict=True)
+        bolt_force = {name: float(force) for (name, *_), force in pairs if name}
         limit = Limit(
             np.inf if unlimited else solution.factor, velocity,
             _judge_blocks(velocity, self.radii), False,
             tuple(self.scene.names), self.blocks, self.points, self.normals, solution.normal,
-            solution.shear, self.polygons,
-            {name: float(pull) for (name, *_), pull in zip(self.bolts, solution.bolts, strict=True)
-             if name},
-            lines=lines_of(self.scene.groups),
+            solution.shear, self.polygons, bolt_force, lines=lines_of(self.scene.groups),
         )  # fmt: skip
         slip_work = abs(limit.openings[:, 1]) * abs(solution.shear)
         return replace(limit, slides=bool(slip_work.sum() > _SLIDES * work))
@@ -747,15 +748,15 @@ def _undilated_limit(programme: _Programme, upper: _Solution) -> tuple[_Solution
     return min(ends, key=lambda end: end.factor), len(starts)
 
 
-def _find_limit(programme: _Programme, pressed: np.ndarray, cache: dict) -> _Solution | None:
+def _find_limit(programme: _Programme, normal: np.ndarray, cache: dict) -> _Solution | None:
     """Return the limit without dilation from starting normal forces `pressed`; None if not found.
 
     `cache` contains the limits of mechanisms by their binding constraints.
     """
     for i in range(_PROGRAMMES):
-        bound = np.maximum(0.0, programme.cohesion + programme.friction * pressed)
+        bound = np.maximum(0.0, programme.cohesion + programme.friction * normal)
         try:
-            solution = programme.solve(np.zeros(len(pressed)), bound, rounds=0, prestress=_LITTLE)
+            solution = programme.solve(np.zeros(len(normal)), bound, rounds=0, prestress=_LITTLE)
         except InputError:
             return None
         if solution.factor >= _UNLIMITED:
@@ -765,7 +766,7 @@ def _find_limit(programme: _Programme, pressed: np.ndarray, cache: dict) -> _Sol
             cache[key] = _least_load(programme, solution)
         if cache[key] is not None:
             return cache[key]
-        pressed = pressed + _GAIN / (_GAIN + i) * (solution.normal - pressed)
+        normal = normal + _GAIN / (_GAIN + i) * (solution.normal - normal)
     return None
 
 

@@ -159,8 +159,8 @@ def _rocking_oscillator(displacement: np.ndarray, resistance: np.ndarray):
     if len(resistances) < 3 or not resistances[-1] < _LEFT * resistances[0]:
         raise InputError("method = 'mechanism' requires a curve that falls below 0.8 of its peak: "
                          "increase the displacement, or use 'n2'")  # fmt: skip
-    tail = displacements >= displacements[0] + _LATE * (displacements[-1] - displacements[0])
-    slope, height = np.polyfit(displacements[tail], resistances[tail], 1)
+    is_tail = displacements >= displacements[0] + _LATE * (displacements[-1] - displacements[0])
+    slope, height = np.polyfit(displacements[is_tail], resistances[is_tail], 1)
     end = -height / slope
     capacity = _CAPACITY * end
     secant = _SECANT * capacity

@@ -128,8 +128,8 @@ def performance_figure(result):
     axes.plot(1e3 * result.demand, demand, "o", color=RED, label="performance point")
     axes.axvline(1e3 * result.capacity, color=RED, lw=0.8, label="capacity")
     width = 1.3e3 * max(result.demand, result.capacity)
-    tall = 1.3 * max(height, float(result.spectrum[:, 1].max()))
-    axes.set(xlim=(0, width), ylim=(0, tall), xlabel="displacement of the oscillator (mm)",
+    top = 1.3 * max(height, float(result.spectrum[:, 1].max()))
+    axes.set(xlim=(0, width), ylim=(0, top), xlabel="displacement of the oscillator (mm)",
              ylabel="acceleration (m/s²)")  # fmt: skip
     axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     Head(axes, "Stands" if result.stands else "Fails", [str(result)])

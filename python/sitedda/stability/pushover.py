@@ -249,8 +249,8 @@ class _PushoverRun:
                 self._apply_load(run, factor)
                 try:
                     ended = run.advance()
-                except (ConvergenceError, SolverError) as trouble:
-                    ending = f"{_UNCONVERGED}: {trouble}"
+                except (ConvergenceError, SolverError) as error:
+                    ending = f"{_UNCONVERGED}: {error}"
                     break
                 current = run.coordinates
                 change, step = current - previous, run.time - time
@@ -357,8 +357,8 @@ def _extrapolate_factor(steps: list[tuple[float, float]]) -> float:
     """Return the factor at equilibrium, extrapolated to the end of the last step."""
     if len(steps) < 2:
         return steps[-1][1]
-    (earlier, higher), (motion, balance) = steps[-2:]
-    return balance + (balance - higher) * motion / earlier
+    (previous, previous_balance), (motion, balance) = steps[-2:]
+    return balance + (balance - previous_balance) * motion / previous
 
 
 def _gyration_squared(offsets: np.ndarray) -> float:

@@ -194,7 +194,7 @@ def _are_moving(verdicts: tuple[str, ...]) -> np.ndarray:
 
 
 def bisect(
-    stands: Callable[[float], bool], low: float, high: float, tolerance: float
+    is_stable: Callable[[float], bool], low: float, high: float, tolerance: float
 ) -> tuple[float, float]:
     """Bisect a bracket between a value at which a model stands, `low`, and one at which it fails.
 
@@ -203,7 +203,7 @@ def bisect(
     """
     while abs(high - low) > tolerance * max(abs(low), abs(high)):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if stands(middle) else (low, middle)
+        low, high = (middle, high) if is_stable(middle) else (low, middle)
     return low, high
 
 
@@ -285,8 +285,8 @@ class _Trials:
     def undisturbed_factor(self) -> float:
         """Return the largest factor at which the model stands with small displacements."""
 
-        def is_undisturbed(rest: Rest) -> bool:
-            peak, limit = self.largest(rest.coordinates, self.reference)
+        def is_undisturbed(trial: Rest) -> bool:
+            peak, limit = self.largest(trial.coordinates, self.reference)
             return peak <= _UNDISTURBED * limit
 
         return max(rest.factor for rest in self.done if rest.stands and is_undisturbed(rest))
@@ -386,8 +386,8 @@ def _release_mechanism(trials: _Trials, factor: float, start_factor: float | Non
     Static steps are computed until a block has moved by the allowed displacement.
     """
     gravity = trials.model.control.gravity
-    pull = 0.0 if gravity is None else float(np.linalg.norm(gravity))
-    unit = math.sqrt(float(trials.allowed_displacement.min()) / (pull or 1.0))
+    g = 0.0 if gravity is None else float(np.linalg.norm(gravity))
+    unit = math.sqrt(float(trials.allowed_displacement.min()) / (g or 1.0))
     moves = ended = False
     with released(trials.model, factor, start_factor, _STEP * unit, _STEPS, trials.removed) as run:
         run.advance(_ELASTIC)

@@ -177,8 +177,8 @@ def come_to_rest(model: Model, factor: float) -> Rest:
             while not simulation.advance():
                 pass
             return Rest(factor, True, simulation.summary, simulation.coordinates)
-    except (ConvergenceError, SolverError) as trouble:
-        return Rest(factor, False, str(trouble), None)
+    except (ConvergenceError, SolverError) as error:
+        return Rest(factor, False, str(error), None)
 
 
 def lines_of(groups) -> list[tuple[str, np.ndarray]]:

@@ -84,7 +84,7 @@ def move_supports(
     model = static_model(source, changes)
     with Simulation(model) as simulation:
         scene, names = Scene.of(simulation), list(simulation.block_names)
-        stiffness, pull = simulation.normal_stiffness, float(np.linalg.norm(simulation.gravity))
+        stiffness, g = simulation.normal_stiffness, float(np.linalg.norm(simulation.gravity))
     density = [float(group["density"]) for group in scene.groups["material"]]
     mass = np.array(density)[scene.material] * scene.areas()
     blocks = [blocks] if isinstance(blocks, str) else list(blocks)
@@ -93,7 +93,7 @@ def move_supports(
     indices = [names.index(name) for name in blocks]
     increment = (np.linalg.norm(shift) + abs(rotation) * scene.size) / steps
     time_step = math.sqrt(max(float(np.median(mass)) / (_STEADY * stiffness),
-                              _FOLLOWS * increment / max(pull, 1e-9)))  # fmt: skip
+                              _FOLLOWS * increment / max(g, 1e-9)))  # fmt: skip
     _prescribe_movement(model, [names[i] for i in indices], shift, rotation, steps, time_step)
     model.control(time_step=time_step, dynamic_factor=0.0, integration="backward_euler",
                   time_step_control="adaptive", max_displacement_ratio=0.1)  # fmt: skip
@@ -137,11 +137,11 @@ def _run_increments(model: Model, indices: list[int], mass: np.ndarray, steps: i
             if i == steps:
                 break
             try:
-                goal = begin + (i + 1) * run.duration / steps
-                while run.time < goal * (1 - 1e-9):
+                target_time = begin + (i + 1) * run.duration / steps
+                while run.time < target_time * (1 - 1e-9):
                     run.advance()
-            except (ConvergenceError, SolverError) as trouble:
-                ending = str(trouble)
+            except (ConvergenceError, SolverError) as error:
+                ending = str(error)
                 break
         return Movement(np.array(fractions), np.array(reactions), np.array(moves),
                         tuple(run.block_names), run.polygons, ending)  # fmt: skip

@@ -22,9 +22,9 @@ def connected(address: str, ca: str = "", certificate: str = "", key: str = "") 
     try:
         from distributed import Client
         from distributed.security import Security
-    except ImportError as trouble:
+    except ImportError as error:
         text = "--dask needs the package distributed: pip install sitedda[study]"
-        raise InputError(text) from trouble
+        raise InputError(text) from error
     if bool(certificate) != bool(key) or (certificate and not ca):
         raise InputError("TLS needs all three: --tls-ca, --tls-cert, --tls-key")
     if certificate and not address.startswith("tls://"):
@@ -35,8 +35,8 @@ def connected(address: str, ca: str = "", certificate: str = "", key: str = "") 
                             require_encryption=True)  # fmt: skip
     try:
         client = Client(address, security=security, timeout=20)
-    except (OSError, ValueError, TimeoutError) as trouble:
-        raise OutputError(f"no Dask scheduler responds at {address}: {trouble}") from trouble
+    except (OSError, ValueError, TimeoutError) as error:
+        raise OutputError(f"no Dask scheduler responds at {address}: {error}") from error
     try:
         yield client
     finally:

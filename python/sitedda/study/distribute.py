@@ -68,8 +68,8 @@ class _CaseLoop:
             key = self.busy.popleft() if wait else self.fresh.popleft()
             try:
                 future = self.executor.submit(carry_out, self.work, key, wait)
-            except (BrokenExecutor, RuntimeError) as trouble:
-                raise _lost_executor_error(trouble) from trouble
+            except (BrokenExecutor, RuntimeError) as error:
+                raise _lost_executor_error(error) from error
             self.running[future] = key
             future.add_done_callback(self.ended.put)
 
@@ -81,14 +81,14 @@ class _CaseLoop:
             return self._record_failure(
                 key, f"the time limit of {self.work.time_limit:g} s is exceeded", "time"
             )
-        except (BrokenExecutor, CancelledError) as trouble:
-            raise _lost_executor_error(trouble) from trouble
+        except (BrokenExecutor, CancelledError) as error:
+            raise _lost_executor_error(error) from error
         except SiteddaError:
             raise
-        except Exception as trouble:
-            if not isinstance(trouble, WorkerDied) and type(trouble).__name__ != "KilledWorker":
+        except Exception as error:
+            if not isinstance(error, WorkerDied) and type(error).__name__ != "KilledWorker":
                 raise
-            return self._resubmit_or_fail(key, trouble)
+            return self._resubmit_or_fail(key, error)
         if result["status"] == "busy":
             self.busy.append(key)
             return None

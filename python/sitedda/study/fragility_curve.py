@@ -38,11 +38,13 @@ class FragilityBounds:
         """Return lower and upper bounds of the probability at each level (Clopper and Pearson)."""
         from scipy.special import betaincinv
 
-        k, n, tail = self.failures, self.trials, (1 - self.confidence) / 2
+        k, n, tail_probability = self.failures, self.trials, (1 - self.confidence) / 2
         low, high = np.zeros(len(k)), np.ones(len(k))
         has_failures, below_n = k > 0, k < n
-        low[has_failures] = betaincinv(k[has_failures], n[has_failures] - k[has_failures] + 1, tail)
-        high[below_n] = betaincinv(k[below_n] + 1, n[below_n] - k[below_n], 1 - tail)
+        low[has_failures] = betaincinv(
+            k[has_failures], n[has_failures] - k[has_failures] + 1, tail_probability
+        )
+        high[below_n] = betaincinv(k[below_n] + 1, n[below_n] - k[below_n], 1 - tail_probability)
         return low, high
 
     def band(self, intensity) -> tuple[np.ndarray, np.ndarray]:

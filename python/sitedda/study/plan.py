@@ -216,8 +216,8 @@ class _StudyFiles:
         if key not in self.names:
             try:
                 data = file.data if hasattr(file, "data") else read_bounded(key, _LARGEST)
-            except SiteddaError as trouble:
-                raise InputError(f"{source}: {trouble}") from trouble
+            except SiteddaError as error:
+                raise InputError(f"{source}: {error}") from error
             self.names[key] = keep_file(self.study, data, getattr(key, "suffix", ".txt"))
         return self.names[key]
 

@@ -115,8 +115,8 @@ class Output:
         with FILES:
             try:
                 self._data = netCDF4.Dataset(file)
-            except OSError as trouble:
-                raise OutputError(f"{file} cannot be read as an output: {trouble}") from trouble
+            except OSError as error:
+                raise OutputError(f"{file} cannot be read as an output: {error}") from error
             self._data.set_auto_maskandscale(False)
             self._data.set_auto_chartostring(False)
             self.attributes = {name: self._data.getncattr(name) for name in self._data.ncattrs()}

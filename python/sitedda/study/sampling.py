@@ -52,8 +52,8 @@ def distribution(values: Mapping):
         raise InputError(f"distribution = {kind!r}: use {', '.join(_KINDS)}")
     try:
         return _KINDS[kind](**{name: FINITE.check(name, number) for name, number in values.items()})
-    except TypeError as trouble:
-        raise InputError(f"distribution {kind!r}: {trouble}") from None
+    except TypeError as error:
+        raise InputError(f"distribution {kind!r}: {error}") from None
 
 
 def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:

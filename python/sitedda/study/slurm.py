@@ -182,9 +182,9 @@ def submit(script: Path) -> str:
     """Submit a script by sbatch; return the output of sbatch."""
     try:
         reply = subprocess.run(["sbatch", str(script)], capture_output=True, text=True, check=False)
-    except OSError as trouble:
-        raise OutputError(f"sbatch cannot be started: {trouble.strerror}; on a machine with "
-                          f"Slurm, run sbatch {shlex.quote(str(script))}") from trouble  # fmt: skip
+    except OSError as error:
+        raise OutputError(f"sbatch cannot be started: {error.strerror}; on a machine with "
+                          f"Slurm, run sbatch {shlex.quote(str(script))}") from error  # fmt: skip
     if reply.returncode:
         raise OutputError(f"sbatch rejects {script}: {reply.stderr.strip()}")
     return reply.stdout.strip()

@@ -118,8 +118,8 @@ def locked(folder: Path, wait: bool) -> Iterator[bool]:
     """
     try:
         handle = os.open(folder / "lock", os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
-    except OSError as trouble:
-        raise OutputError(f"{folder / 'lock'} cannot be opened: {trouble.strerror}") from trouble
+    except OSError as error:
+        raise OutputError(f"{folder / 'lock'} cannot be opened: {error.strerror}") from error
     try:
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
@@ -188,10 +188,10 @@ def read_arrays(folder: Path) -> dict[str, np.ndarray]:
         with os.fdopen(handle, "rb") as stream:
             names = np.load(stream, allow_pickle=False).tolist()
             return {str(name): np.load(stream, allow_pickle=False) for name in names}
-    except Exception as trouble:  # NumPy does not convert errors of its header reader
-        if lacks_memory(trouble):
+    except Exception as error:  # NumPy does not convert errors of its header reader
+        if lacks_memory(error):
             raise
-        raise OutputError(f"{folder / 'result.npy'} cannot be read: {trouble}") from trouble
+        raise OutputError(f"{folder / 'result.npy'} cannot be read: {error}") from error
 
 
 def read_manifest(study: Path) -> dict:

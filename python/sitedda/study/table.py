@@ -85,9 +85,9 @@ def _replace_zarr(results: _Results, file: Path) -> None:
             shutil.rmtree(scratch, ignore_errors=True)
     except OutputError:
         raise
-    except OSError as trouble:
-        reason = trouble.strerror or trouble
-        raise OutputError(f"{file} cannot be written: {reason}") from trouble
+    except OSError as error:
+        reason = error.strerror or error
+        raise OutputError(f"{file} cannot be written: {reason}") from error
 
 
 class _Results:
@@ -290,8 +290,8 @@ def _write_zarr_folder(results: _Results, file: Path) -> None:
     """Write a table in zarr, case by case."""
     try:
         import zarr
-    except ImportError as trouble:
-        raise MissingLibrary("a .zarr table requires zarr: pip install zarr") from trouble
+    except ImportError as error:
+        raise MissingLibrary("a .zarr table requires zarr: pip install zarr") from error
     frame = results.dataset(arrays=False)
     for name in frame.variables:
         if frame[name].dtype == object:

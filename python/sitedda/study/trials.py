@@ -19,8 +19,8 @@ def bracket_of(bracket) -> tuple[float, float]:
     """Return two different numbers in increasing order."""
     try:
         low, high = sorted(FINITE.check("between", value) for value in bracket)
-    except (TypeError, ValueError) as trouble:
-        if isinstance(trouble, InputError):
+    except (TypeError, ValueError) as error:
+        if isinstance(error, InputError):
             raise
         raise InputError(f"between = {bracket!r} must be two numbers") from None
     if low == high:

@@ -118,9 +118,9 @@ def _serialise_task(*task) -> bytes:
         return dumps(task)
     try:
         data = pickle.dumps(task)
-    except (pickle.PicklingError, AttributeError, TypeError) as trouble:
-        raise InputError(f"the task cannot be sent to a process: {trouble}; define functions in "
-                         "a module, or pip install cloudpickle") from trouble  # fmt: skip
+    except (pickle.PicklingError, AttributeError, TypeError) as error:
+        raise InputError(f"the task cannot be sent to a process: {error}; define functions in "
+                         "a module, or pip install cloudpickle") from error  # fmt: skip
     if b"__main__" in data:
         raise InputError(
             "a function that is defined in the main program or a notebook requires cloudpickle: "
@@ -157,8 +157,8 @@ class _Process:
                 self._end_process(signal.SIGKILL)
                 raise TaskTooLong("the task exceeded its time limit")
             succeeded, value = self.connection.recv()
-        except (EOFError, OSError) as trouble:
-            raise WorkerDied(self._end_process(None)) from trouble
+        except (EOFError, OSError) as error:
+            raise WorkerDied(self._end_process(None)) from error
         if not succeeded:
             raise value
         return value

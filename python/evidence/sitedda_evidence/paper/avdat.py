@@ -50,7 +50,7 @@ _LOW_PENALTIES = (1e8, 2e8)  # N/m, penalties at which the drums are fitted
 _STEPS = (1e-3, 1e-2)  # s
 _GRAVITY_TIME = 15.0  # s, printed
 _TOLERANCE = 1e-3  # fraction of the sag within which the settled top drum stays
-_LOOSE_TOLERANCE = 0.1  # fraction of the sag that shows the effect of the criterion
+_LOOSE_TOLERANCE = 0.1  # the same for a looser criterion of settlement
 _NEGLIGIBLE = 1e-6  # m, smaller horizontal displacements are negligible
 _UNEVEN = (1e-7, 3e-7, 1e-6)  # m, unevenness of columns under the original rules
 _UNEVEN_PENALTIES = (1e8, 1e9, 2e9, 4e9, 1e10, 1e11)  # N/m
@@ -391,9 +391,9 @@ def _add_uneven_table(outcome: Outcome, runs: dict) -> None:
         f" rules {fine} at 1 ms, {coarse} at 10 ms; sitedda {collapses}")  # fmt: skip
 
 
-def _add_gravity_notes(outcome: Outcome, runs: dict, wrong: list) -> None:
+def _add_gravity_notes(outcome: Outcome, runs: dict, different: list) -> None:
     """Add notes on why verdicts and settling times differ from table IV."""
-    names = ", ".join(f"{k:.0e} at {step:g} s" for k, step in wrong)
+    names = ", ".join(f"{k:.0e} at {step:g} s" for k, step in different)
     band = _DEAD_BAND * (DRUMS * HEIGHT + 1.0) / 2
     sag = -runs[("gravity", 1e-3, 5e9)]["sag"][-1]
     soft_run, mass = runs[("gravity", 1e-2, 1e7)], DENSITY * WIDTH * HEIGHT * DRUMS

@@ -64,9 +64,9 @@ def _noise_motion() -> dict:
 def _ground_motion() -> dict:
     """Return the ground motion: acceleration, velocity and displacement at each step (SI)."""
     history = run(input_file("ground.nml")).history
-    take = {name: -history[name].isel(point=0, axis=0).values
+    interval = {name: -history[name].isel(point=0, axis=0).values
             for name in ("acceleration", "velocity", "displacement")}  # fmt: skip
-    return take | {"time": history.time.values}
+    return interval | {"time": history.time.values}
 
 
 @cache

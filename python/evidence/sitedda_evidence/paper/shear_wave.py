@@ -97,8 +97,8 @@ def _run_case(case: tuple) -> dict:
     """Run a case; return time (s) and displacements of base and M1 along x (m)."""
     history = run(input_file(_INPUT), **wave_changes(case)).history
     sideways = history.displacement.isel(axis=0)
-    take = {name: sideways.sel(point=name).values for name in ("base", "M1")}
-    return take | {"time": history.time.values}
+    interval = {name: sideways.sel(point=name).values for name in ("base", "M1")}
+    return interval | {"time": history.time.values}
 
 
 @cache

@@ -258,15 +258,15 @@ def joints_in_series(short: bool) -> Outcome:
     return Outcome(rows, figure)
 
 
-def _stop_band(two, four) -> tuple[float, float]:
+def _stop_band(two_joints, four_joints) -> tuple[float, float]:
     """Return the widest band of ω/ω(ξ = ½) with cos² 2Φ > 1, in which Φ is not real.
 
     With X_N = |T_N|⁻² − 1, X₄/X₂ = 4 cos² 2Φ.  The arguments are (ω/ω(ξ = ½), T) of two and four
     joints.
     """
-    ratio = two[0]
+    ratio = two_joints[0]
     with np.errstate(divide="ignore", invalid="ignore"):
-        squares = [np.abs(transmitted) ** -2 - 1 for _, transmitted in (two, four)]
+        squares = [np.abs(transmitted) ** -2 - 1 for _, transmitted in (two_joints, four_joints)]
         stopped = (squares[1] > 4 * squares[0]) & (ratio > 0.4) & (ratio < 1.2)
     turns = np.flatnonzero(np.diff(stopped))
     widest = np.argmax(np.where(stopped[turns[:-1] + 1], np.diff(turns), 0))

@@ -129,8 +129,8 @@ def _run_ridge(length: int, poisson: float):
 
     def motion(name: str, delay_of_edge: float) -> None:
         times = (time + delay_of_edge, time - delay_of_edge)
-        early, late = (_ricker_wavelet(frequency, at)[1] for at in times)
-        values = early - late
+        advance, delay = (_ricker_wavelet(frequency, at)[1] for at in times)
+        values = advance - delay
         model.motion(name, values.tolist(), step, "acceleration", drift_order=0)
 
     for j in range(length):

@@ -256,12 +256,12 @@ def overturning(short: bool) -> Outcome:
     rows, histories = [], []
     for ratio in ratios:
         limit = _overturning_amplitude(ratio)
-        for side, falls in ((0.95, False), (1.05, True)):
+        for side, topples in ((0.95, False), (1.05, True)):
             base, duration = _sine_cycle(side * limit, ratio)
             run = _run_audited(2e-4, duration, 0.0, base, 1e13)
             fell = bool(abs(run[1]).max() > 0.5 * np.pi - 0.3)
             factor_text = f"{side:g} × the limit amplitude {limit / nml.GRAVITY:.3f} g"
-            rows.append(yes_or_no(f"overturns at ω/p = {ratio:g}, {factor_text}", falls, fell))
+            rows.append(yes_or_no(f"overturns at ω/p = {ratio:g}, {factor_text}", topples, fell))
             rows.append(at_most(f"energy residual / work, ω/p = {ratio:g}, {side:g} × the limit",
                 run[2], 1e-6))  # fmt: skip
             histories.append((ratio, side, run, housner(duration, 0.0, base)))

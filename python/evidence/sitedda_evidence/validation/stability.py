@@ -29,9 +29,9 @@ def has_equilibrium(model: Model) -> bool:
     return True
 
 
-def _bisect_limit(stands, low: float, high: float) -> float:
+def _bisect_limit(is_stable, low: float, high: float) -> float:
     """Return the value above which a model stands, by bisection between two values."""
-    return 0.5 * sum(bisect(stands, high, low, 1e-6))
+    return 0.5 * sum(bisect(is_stable, high, low, 1e-6))
 
 
 RADIUS = 5.0  # radius of the centre line, m
@@ -76,13 +76,13 @@ def arch(short: bool) -> Outcome:
     for count in (15,) if short else (15, 27):
         limit = _bisect_limit(lambda t, n=count: has_equilibrium(half_circle(n, t)), 0.05, 0.2)
         lines.append((count, limit, 0.1075, limit / 0.1075 - 1))
-        for side, falls in ((1.03, False), (0.97, True)):
+        for side, collapses in ((1.03, False), (0.97, True)):
             result = _run_arch(count, side * limit)
             label = f"{count} voussoirs, {side:g} × the limit t/R = {limit:.5f}: the arch falls"
-            rows.append(yes_or_no(label, falls, result["falls"]))
+            rows.append(yes_or_no(label, collapses, result["falls"]))
             label = f"{count} voussoirs, {side:g} × the limit: energy residual / work of gravity"
             rows.append(at_most(label, result["audit"], 1e-6))
-            if not falls:
+            if not collapses:
                 label = f"{count} voussoirs, {side:g} × the limit: final kinetic energy / m g R"
                 rows.append(at_most(label, result["kinetic"], 1e-9))
             pictures.append((f"{count} voussoirs, {side:g} × the limit", result))
@@ -179,9 +179,9 @@ def toppling(short: bool) -> Outcome:
     mu = np.tan(np.radians(limit))
     label = "limit of tan φ, limit equilibrium; expected: printed value"
     rows, pictures = [relative(label, 0.7855, mu, 2e-3)], []
-    for side, falls in ((1.05, False), (0.95, True)):
+    for side, topples in ((1.05, False), (0.95, True)):
         result = _run_slope(side * mu)
-        rows.append(yes_or_no(f"tan φ = {side:g} × {mu:.4f}: the slope falls", falls,
+        rows.append(yes_or_no(f"tan φ = {side:g} × {mu:.4f}: the slope falls", topples,
             result["falls"]))  # fmt: skip
         label = f"tan φ = {side:g} × {mu:.4f}: energy residual / work of gravity"
         rows.append(at_most(label, result["audit"], 1e-6))

@@ -344,8 +344,8 @@ def slip_joint(short: bool) -> Outcome:
     for ratio in ratios:
         data, _ = _run_slip_joint(ratio, per_wave)
         transmitted = _energy_flux(data, "above", per_wave) / incident / (ratio / 0.5) ** 2
-        below, incoming = (_point_velocity(one, "below") for one in (data, reference))
-        square = _squared_velocity(below - ratio / 0.5 * incoming, data, per_wave)
+        velocity, incoming = (_point_velocity(run, "below") for run in (data, reference))
+        square = _squared_velocity(velocity - ratio / 0.5 * incoming, data, per_wave)
         reflected = square / incident / (ratio / 0.5) ** 2
         coefficients = np.sqrt([transmitted, reflected, max(0.0, 1 - transmitted - reflected)])
         expected = clipped_sine(1 / (ratio * arriving))

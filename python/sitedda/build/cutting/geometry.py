@@ -66,16 +66,28 @@ class Tunnel(schema.TunnelValues):
     @property
     def outline(self) -> np.ndarray:
         """Return the corners, shape (n, 2), m, counter-clockwise; those of an ellipse lie on it."""
-        half, tall = self.width / 2, self.height / 2
+        half_width, half_height = self.width / 2, self.height / 2
         if self.shape == "rectangle":
-            corners = np.array([[-half, -tall], [half, -tall], [half, tall], [-half, tall]])
+            corners = np.array(
+                [
+                    [-half_width, -half_height],
+                    [half_width, -half_height],
+                    [half_width, half_height],
+                    [-half_width, half_height],
+                ]
+            )
         elif self.shape == "circle":
             angle = 2 * np.pi * (np.arange(self.sides) + 0.5) / self.sides
-            corners = np.column_stack([half * np.cos(angle), tall * np.sin(angle)])
+            corners = np.column_stack([half_width * np.cos(angle), half_height * np.sin(angle)])
         else:
             angle = np.linspace(0, np.pi, self.sides // 2 + 1)
-            roof = half * np.column_stack([np.cos(angle), np.sin(angle)])
-            corners = np.vstack([[[-half, -tall], [half, -tall]], roof + (0, tall - half)])
+            roof = half_width * np.column_stack([np.cos(angle), np.sin(angle)])
+            corners = np.vstack(
+                [
+                    [[-half_width, -half_height], [half_width, -half_height]],
+                    roof + (0, half_height - half_width),
+                ]
+            )
         return corners + self.centre
 
 

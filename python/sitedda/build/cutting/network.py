@@ -152,7 +152,7 @@ def _find_splits(network: Network, tolerance: float, rigid: bool):
     outlines come last.
     """
     edge, fraction, node, positions, kinds, shifted, targets, on_outline = ([] for _ in range(8))
-    fresh = len(network.nodes)
+    next_node = len(network.nodes)
     for first, second in _overlapping_pairs(network, tolerance):
         touched = np.zeros(len(first), dtype=bool)
         for edges_a, edges_b in ((first, second), (second, first)):
@@ -173,8 +173,8 @@ def _find_splits(network: Network, tolerance: float, rigid: bool):
                 targets.append(points[movable])
                 on_outline.append(network.outline[edges_a[hits]][movable])
         hits, along, fraction_b, points = _find_crossings(network, first, second, ~touched)
-        node_index = fresh + np.arange(len(hits))
-        fresh += len(hits)
+        node_index = next_node + np.arange(len(hits))
+        next_node += len(hits)
         edge += [first[hits], second[hits]]
         fraction += [along, fraction_b]
         node += [node_index, node_index]
@@ -183,8 +183,8 @@ def _find_splits(network: Network, tolerance: float, rigid: bool):
         kinds.append(CROSSING - outlines)
     join = np.concatenate
     if not edge:
-        none = np.zeros(0, dtype=int)
-        return none, np.zeros(0), none, np.zeros((0, 2)), none, none, np.zeros((0, 2))
+        empty = np.zeros(0, dtype=int)
+        return empty, np.zeros(0), empty, np.zeros((0, 2)), empty, empty, np.zeros((0, 2))
     order = np.argsort(join(on_outline), kind="stable")
     shifted, targets = join(shifted)[order], join(targets)[order]
     split = np.array([join(edge), join(node)]), join(fraction)
@@ -341,10 +341,10 @@ def without_dead_ends(network: Network) -> tuple[Network, int, list[np.ndarray]]
     anchored = np.unique(parts[pruned.outline])
     keep = np.isin(parts, anchored)
     sizes = np.bincount(parts, minlength=parts.max(initial=0) + 1)
-    loose = ~keep & (sizes[parts] > 1)
-    _, first_edge = np.unique(parts[loose], return_index=True)
-    positions = [pruned.nodes[pruned.edges[loose][i, 0]] for i in first_edge]
-    return pruned.subset(keep), dead + int((~keep & ~loose).sum()), positions
+    is_loop = ~keep & (sizes[parts] > 1)
+    _, first_edge = np.unique(parts[is_loop], return_index=True)
+    positions = [pruned.nodes[pruned.edges[is_loop][i, 0]] for i in first_edge]
+    return pruned.subset(keep), dead + int((~keep & ~is_loop).sum()), positions
 
 
 def _remove_dangling_edges(network: Network) -> Network:

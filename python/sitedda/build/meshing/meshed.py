@@ -57,8 +57,10 @@ def mesh_blocks(
             for body, members in _bodies_of_mesh(mesh, pieces):
                 repeated = [pieces[i].name for i in members if i in sources]
                 if repeated or body in bodies:
-                    earlier = sources[members[0]] if repeated else bodies[body]
-                    raise InputError(f"{(repeated or [body])[0]!r} is already meshed by {earlier}")
+                    previous_labels = sources[members[0]] if repeated else bodies[body]
+                    raise InputError(
+                        f"{(repeated or [body])[0]!r} is already meshed by {previous_labels}"
+                    )
                 bodies[body] = source
                 sources |= dict.fromkeys(members, source)
                 cut = _cut_body(mesh, [pieces[i] for i in members], materials)

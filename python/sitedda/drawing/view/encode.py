@@ -95,13 +95,13 @@ def encode(scene: Scene, budget: int) -> Encoded:
     result = Encoded()
     _add_model(result, scene)
     room = budget - result.size
-    lean = _estimate_size(scene, lean=False) * scene.frames > 0.7 * room
-    cost = _estimate_size(scene, lean)
+    reduced = _estimate_size(scene, reduced=False) * scene.frames > 0.7 * room
+    cost = _estimate_size(scene, reduced)
     count = scene.frames if cost * scene.frames < room else max(2, int(0.95 * room / cost))
     while True:
         frames = np.unique(np.linspace(0, scene.frames - 1, count).round().astype(int))
         streams = Encoded()
-        _add_channels(streams, motion_channels(scene, frames, lean), "channels")
+        _add_channels(streams, motion_channels(scene, frames, reduced), "channels")
         if streams.size <= room or count <= 2:
             break
         count = max(2, int(0.93 * count * room / streams.size))
@@ -111,7 +111,7 @@ def encode(scene: Scene, budget: int) -> Encoded:
         "time": [float(scene.time[f]) for f in frames],
         "all_frames": scene.frames,
         "base": np.round(scene.base[frames], 12).tolist(),
-        "coarse": bool(lean),
+        "coarse": bool(reduced),
         "removals": _find_removals(scene, frames),
         "stages": [[name, begin] for name, begin in scene.stage_starts()],
         "stage_frames": _stage_frames(scene, frames),
@@ -165,7 +165,7 @@ def _add_model(result: Encoded, scene: Scene) -> None:
     result.meta["faces"] = len(faces)
 
 
-def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channel]:
+def motion_channels(scene: Scene, frames: np.ndarray, reduced: bool) -> list[Channel]:
     """Return displacements, rotations, strains, speeds and stresses of blocks as channels."""
     start = scene.coordinates(0)
     change = np.stack([scene.coordinates(f) for f in frames]) - start
@@ -178,20 +178,20 @@ def motion_channels(scene: Scene, frames: np.ndarray, lean: bool) -> list[Channe
     for k, name in enumerate(names):
         quantum = quanta[0 if k < 2 else 1 if k == 2 else 2] * scene.size
         largest = float(abs(change[..., k]).max())
-        steps = _LEAST_STEPS if lean and k < 3 else 0 if lean else _FINE
+        steps = _LEAST_STEPS if reduced and k < 3 else 0 if reduced else _FINE
         if steps and largest:
             quantum = min(quantum, largest / steps)
         channels.append(Channel(name, change[..., k], quantum))
     speed = np.stack([np.hypot(*scene.rates(f)[:, :2].T) for f in frames])
     stress = np.stack([scene.stress(f) for f in frames])
-    if lean:
+    if reduced:
         colors = {"speed": speed, "compression": -principal_stresses(stress)[1]}
     else:
         parts = (stress[..., k] for k in range(3))
         colors = {"speed": speed} | dict(zip(("sx", "sy", "txy"), parts, strict=True))
     for name in scene.own_quantities:
         colors[name] = np.stack([scene.own_quantity(name, f) for f in frames])
-    steps = _COARSE if lean else _FINE
+    steps = _COARSE if reduced else _FINE
     return channels + [Channel.rooted(name, values, steps) for name, values in colors.items()]
 
 
@@ -219,12 +219,12 @@ def _add_channels(result: Encoded, channels: list[Channel], key: str) -> None:
     result.meta[key] = described
 
 
-def _estimate_size(scene: Scene, lean: bool) -> float:
+def _estimate_size(scene: Scene, reduced: bool) -> float:
     """Estimate the characters per frame from consecutive frames in the middle of the run."""
     begin = max(0, (scene.frames - _SAMPLE) // 2)
     frames = np.arange(begin, min(scene.frames, begin + _SAMPLE))
     total = 0
-    for channel in motion_channels(scene, frames, lean):
+    for channel in motion_channels(scene, frames, reduced):
         integers = channel.whole
         steps = np.diff(integers, axis=0) if len(frames) > 1 else integers
         total += len(zlib.compress(planes(steps)[0], _LEVEL))
