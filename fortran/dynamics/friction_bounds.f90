@@ -110,6 +110,8 @@ contains
       real(wp) :: length, along
       logical :: keeps_direction
 
+      ! The first change counts as an increase, so half of it is applied: the whole change would
+      ! need 8 to 16 % more iterations in hard walls.
       length = norm2(change)
       along = dot_product(change, bounds%change)
       keeps_direction = length >= bounds%length .and. along > least_cosine*length*bounds%length

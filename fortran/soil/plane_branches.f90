@@ -95,7 +95,7 @@ contains
    !> Add the contribution of a segment beyond the cap to ∫ p dt and, by Gauss's rule, ∫ t ∂p/∂e dt.
    pure subroutine add_beyond_cap(foot, along, cap, start, from, to, mean, slope)
       real(wp), intent(in) :: foot(2), along(2), cap  !< q, t̂, y
-      real(wp), intent(in) :: start, from, to         !< s₀; ends t of the segment
+      real(wp), intent(in) :: start, from, to         !< s₀; first and last t of the segment
       real(wp), intent(inout) :: mean(2), slope(2, 2)
       real(wp), parameter :: node = 0.577350269189625764_wp  !< Gauss point of the two-point rule
       real(wp) :: at, p(2), of_point(2, 2), ends(2), r(2)

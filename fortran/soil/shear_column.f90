@@ -125,7 +125,7 @@ contains
       end do
    end subroutine iterate_newton
 
-   !> Compute stresses, tangents and residual forces at increments of the nodes.
+   !> Compute stresses, tangents and residual forces for given displacement increments of the nodes.
    pure subroutine find_forces(column, state, time_step, load, d, stress, tangent, residual, scale)
       type(shear_column_type), intent(in) :: column  !< column
       type(shear_state_type), intent(in) :: state    !< state at the start of the step

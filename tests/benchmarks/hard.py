@@ -74,9 +74,9 @@ def cases(law: str, adaptive: bool = False) -> dict[str, str]:
     """Return inputs by name."""
     table = {}
     for i, (start, ms, angle) in enumerate(product(STARTS, STEPS, ANGLES)):
-        blocks = SIZES[i % len(SIZES)]
-        text = model(law, start, blocks, ms * 1e-3, STEPS[ms], angle, adaptive)
-        table[f"{law}: {start}, {blocks} at {ms} ms, {angle} degrees"] = text
+        block_count = SIZES[i % len(SIZES)]
+        text = model(law, start, block_count, ms * 1e-3, STEPS[ms], angle, adaptive)
+        table[f"{law}: {start}, {block_count} at {ms} ms, {angle} degrees"] = text
     return table
 
 

@@ -229,7 +229,7 @@ contains
       copy = vertices + spread(shift, 2, size(vertices, 2))
    end function shifted
 
-   !> Set blocks of the gathered outlines, all of one material, ready for steps.
+   !> Create blocks of one material from the outlines, ready for time steps.
    subroutine make_rock_blocks(outlines, blocks)
       type(outlines_type), intent(in) :: outlines
       type(blocks_type), intent(out) :: blocks

@@ -149,7 +149,7 @@ class Observations:
             a, b = self.table.iloc[i], self.table.iloc[j]
             if self.number[i] == self.number[j]:
                 raise InputError(f"{b.name}: two measured modes match mode {self.number[i] + 1} "
-                                 "of the model: number both")  # fmt: skip
+                                 "of the model: give both a number")  # fmt: skip
             gap = (a.frequency - b.frequency) / np.hypot(a.deviation, b.deviation)
             if gap > _ORDER_TOLERANCE and self.table["mode"].iloc[[i, j]].isna().any():
                 raise InputError(

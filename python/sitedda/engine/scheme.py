@@ -133,7 +133,7 @@ def scheme_damping(
     """Return the damping ratio that the time integration adds to a steady harmonic motion.
 
     Half the loss factor of the complex modulus: 2ζ = (a + b)τ/(1 − abτ²) with a = 2θ − 1,
-    b = 2χ − 1 and τ = tan(ωΔt/2); tan(ωΔt/2) in the DDA member.
+    b = 2χ − 1 and τ = tan(ωΔt/2).  In the DDA member, 2ζ = τ.
 
     Parameters
     ----------

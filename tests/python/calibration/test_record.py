@@ -15,7 +15,7 @@ SHEAR, BED = "joint[bed].shear_stiffness_per_area", "boundary[ground].stiffness_
 
 
 def stack(folder) -> sitedda.Model:
-    """Four blocks on springs that follow white noise along both axes."""
+    """Four blocks on springs whose supports move as white noise along both axes."""
     random = np.random.default_rng(1)
     model = sitedda.Model("stack", time_step=STEP, steps=STEPS, gravity=[0, -9.81], settle=True)
     model.output(history_interval=4)

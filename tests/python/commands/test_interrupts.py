@@ -53,10 +53,10 @@ def stopped(command, after: float, number, folder) -> tuple[int, float, list[str
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["interrupt", "terminate"])
-@pytest.mark.parametrize("after", [0.12, 0.4, 1.5])
-def test_signals_end_static_analyses_at_any_time(tmp_path, number, after):
+@pytest.mark.parametrize("delay", [0.12, 0.4, 1.5])
+def test_signals_end_static_analyses_at_any_time(tmp_path, number, delay):
     command = [executable("sitedda"), "safety", *STATIC]
-    status, seconds, output = stopped(command, after, number, tmp_path)
+    status, seconds, output = stopped(command, delay, number, tmp_path)
     assert (status, output) == (6, ["sitedda: interrupted"])
     assert seconds < SOON
     assert list(tmp_path.iterdir()) == []

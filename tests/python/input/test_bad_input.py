@@ -27,7 +27,7 @@ def moved(**values) -> list:
     return changed(tower(), "motion", **values)
 
 
-def record(text: str, **values) -> dict:
+def with_record(text: str, **values) -> dict:
     """Return the tower with a record file of this text as motion."""
     values_of_record = {"values": None, "quantity": None, "time_step": None, "file": "record.txt"}
     values_of_record |= {"quantity": "acceleration", "unit": "m/s2", "format": "text"} | values
@@ -93,8 +93,8 @@ CASES = [
     shaped("overlap", [SQUARE, rectangle(0.5, 0.5, 1, 1)], "overlaps", "0.5 m"),
     more("fixed point outside", "fixed_point", "99", "outside every block", x=99.0, y=0.5),
     bad("one sample", "motion", "too few samples", values=[0.5]),
-    refused("record of one sample", record("0.0 1.0\n"), "&motion", "record.txt", "sample"),
-    refused("empty record", record(""), "&motion", "record.txt"),
+    refused("record of one sample", with_record("0.0 1.0\n"), "&motion", "record.txt", "sample"),
+    refused("empty record", with_record(""), "&motion", "record.txt"),
     # Numbers
     bad("density missing", "material", "density", density=None),
     bad("not a number", "control", "time_step", "NaN", time_step=np.nan),
@@ -230,10 +230,11 @@ CASES = [
     bad("value", "motion", "values", "NaN", values=[0.0, np.nan, 1.0]),
     bad("gap in values", "motion", "values", "Inf", values=[0.0, np.inf, 1.0]),
     refused(
-        "letters in a record", record("0.0 1.0\n0.1 abc\n0.2 1.0\n"), "&motion", "record.txt", "abc"
+        "letters in a record", with_record("0.0 1.0\n0.1 abc\n0.2 1.0\n"), "&motion", "record.txt",
+        "abc",
     ),
-    refused("record NaN", record("0.0 1.0\n0.1 NaN\n0.2 1.0\n"), "&motion", "record.txt"),
-    refused("record format", record("0.0 1.0\n", format="xls"), "&motion", "'xls'"),
+    refused("record NaN", with_record("0.0 1.0\n0.1 NaN\n0.2 1.0\n"), "&motion", "record.txt"),
+    refused("record format", with_record("0.0 1.0\n", format="xls"), "&motion", "'xls'"),
     more("load", "load", "time", x=1.0, y=0.5, time=[0.0]),
     more("load backwards", "load", "time", x=1.0, y=0.5, time=[1.0, 0.0], force_x=[1.0, 2.0]),
     more("load of other length", "load", "force_x", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1.0]),

@@ -215,9 +215,9 @@ def test_accelerations_are_limited_to_the_resolved_band():
     """The band of a nonlinear run limits accelerations; unconverged depths are marked."""
     column = Column([Layer(10.0, density=1800.0, shear_velocity=150.0)],
                     HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
-    ground, step = 4 * noise(0.01, 1500, 10, seed=1), 0.01
-    found = nonlinear(column, [darendeli(6e4)], ground, step, highest_frequency=12.5)
-    frequency = np.fft.rfftfreq(ground.size, step)
+    motion, step = 4 * noise(0.01, 1500, 10, seed=1), 0.01
+    found = nonlinear(column, [darendeli(6e4)], motion, step, highest_frequency=12.5)
+    frequency = np.fft.rfftfreq(motion.size, step)
     passed, raw = (np.abs(np.fft.rfft(one)) for one in
                    (found.acceleration(0.0), found.histories.acceleration[0]))  # fmt: skip
     assert passed[frequency > 25].max() < 0.2 * raw[frequency > 25].max()

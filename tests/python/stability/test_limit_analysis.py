@@ -118,7 +118,7 @@ def test_two_blocks_slide_where_friction_is_least(floor, between, which):
 
 
 @pytest.mark.parametrize("direction", [LEFT, RIGHT])
-def test_a_stack_turns_about_the_joint_that_is_most_slender(direction):
+def test_a_stack_topples_about_the_joint_below_its_most_slender_part(direction):
     """The part of a stack above a joint topples at the lever arm of its centre."""
     sizes = [(3.0, 1.0), (2.0, 1.5), (0.9, 1.0), (0.8, 1.2)]  # width, height, from below
     blocks, bottom = {"base": BASE}, 0.0

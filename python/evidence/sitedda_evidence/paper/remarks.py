@@ -302,7 +302,7 @@ def _add_column_rows(outcome: Outcome, runs: dict) -> None:
             avdat.printed_range(k), None, meshed,
             f"meshed drums; {plain:.2f} Hz with plane sections", 3)  # fmt: skip
     for frequency, band, name in zip(_BAND_CENTRES, avdat.BANDS, ("first", "second"), strict=True):
-        outcome.compare(f"peak frequency of spectra top / base, noise, {name} measured band (Hz)",
+        outcome.compare(f"peak of the spectral ratio top / base under noise, {name} band (Hz)",
             "Fig. 19", band, None, runs["noise", frequency],
             "joints of 2.12e8 N/m" if name == "first" else "1.95 times as stiff", 3)  # fmt: skip
     drum = avdat.DENSITY * avdat.GRAVITY * avdat.WIDTH * avdat.HEIGHT
