@@ -60,7 +60,7 @@ contains
    !> no bond is intact (with bonds, walls of 1,000 bricks would take 1.2 to 1.7 times as long); the
    !> last regions have reduced the residual.  In the first iteration, enough states must change to
    !> require a new factorisation, but not too many.  The same condition in later iterations would
-   !> make shaken walls of 10,000 bricks take 1.25 times as long, but sudden gravity 0.8 times.
+   !> make shaken walls of 10,000 bricks take 1.25 times as long.
    pure logical function can_be_divided(iteration, system, contacts)
       type(open_close_type), intent(in) :: iteration  !< open–close iteration of the step
       type(system_type), intent(in) :: system  !< equations of the step
