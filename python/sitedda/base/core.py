@@ -18,7 +18,7 @@ from .._core import (  # noqa: E402
     api_runs,
     api_schemes,
     api_soils,
-)  # fmt: skip
+)
 from .errors import SiteddaError  # noqa: E402
 
 api = SimpleNamespace()  # the routines of all files in `api/`

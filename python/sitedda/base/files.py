@@ -40,7 +40,7 @@ _KINDS = {
     OWN_TABLE: rb"displacement \(m\),largest \(m\),|# written by sitedda",
     "the example": rb"(?!)",  # a file with other content is never replaced
     "part of a study": rb'\{"format": \d|#!/bin/bash\n#SBATCH --job-name=|[0-9a-f]{32}\n',
-}  # fmt: skip
+}
 
 
 def check_target(file, kind: str, inputs: Iterable = ()) -> Path:

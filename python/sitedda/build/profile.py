@@ -127,8 +127,7 @@ class SoilProfile:
         for layer, mean in zip(self.layers, means, strict=True):
             vertical = mean * 3 / (1 + 2 * pressure_at_rest)
             parts = [layer.shear_strength, vertical * math.tan(math.radians(layer.friction_angle))]
-            values.append(math.nan if all(map(math.isnan, parts))
-                         else float(np.nansum(parts)))  # fmt: skip
+            values.append(math.nan if all(map(math.isnan, parts)) else float(np.nansum(parts)))
         return values
 
     def __str__(self) -> str:

@@ -147,10 +147,6 @@ def calibrate(
     contacts, changes, **variables
         See `sitedda.modes`.
 
-    Returns
-    -------
-    Calibration
-
     Raises
     ------
     InputError

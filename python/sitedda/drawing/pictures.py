@@ -253,10 +253,9 @@ class BlockPicture:
         if self.color == "material":
             polygons.set_facecolor([STONES[m % len(STONES)] for m in scene.material])
             return [
-                Patch(fc=STONES[m % len(STONES)], ec=EDGE, lw=0.7,
-                      label=scene.material_names[m])
+                Patch(fc=STONES[m % len(STONES)], ec=EDGE, lw=0.7, label=scene.material_names[m])
                 for m in np.unique(scene.material)
-            ]  # fmt: skip
+            ]
         kind = QUANTITIES[self.color]
         self.limits = extremes = limits_of(scene, self.color, frames, self.since)
         if extremes.most <= self.rounding[kind.unit]:

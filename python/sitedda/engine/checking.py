@@ -323,10 +323,6 @@ def transfer(
         See `modes`.
     changes, **variables
         Variables to change in the input, see `Simulation`.
-
-    Returns
-    -------
-    ndarray of complex, shape (n,)
     """
     frequencies = np.ascontiguousarray(np.atleast_1d(not_negative("frequencies", frequencies)))
     if direction not in ("x", "y"):
@@ -370,10 +366,6 @@ def penalty_for(
         See `modes`.
     changes, **variables
         Variables to change in the input, see `Simulation`.
-
-    Returns
-    -------
-    Penalty
     """
     with _open_model(model, changes, variables) as simulation:
         return _find_penalty(simulation, contacts, "shift", 100 * accuracy)

@@ -98,11 +98,6 @@ def log_decrement(
         which for one decaying mode satisfy e[k+1] - c = -q (e[k] - c) exactly.
     floor : float
         Smallest prominence of an extremum, as fraction of the range of x; smaller ones are noise.
-
-    Returns
-    -------
-    Decrement
-        Damping ratios, frequency, crests used and the scatter of their decay.
     """
     step, values = _check_equidistant(time, x)
     if not 0 < floor < 1:
@@ -227,11 +222,6 @@ def smooth_konno_ohmachi(
     centres : array_like, shape (m,), optional
         Frequencies of the result, Hz; by default ``frequency``.
 
-    Returns
-    -------
-    ndarray, shape (m,)
-        Smoothed amplitudes, in the unit of ``spectrum``.
-
     Raises
     ------
     InputError
@@ -339,11 +329,6 @@ def response_spectrum(
     frequencies : array_like, shape (n,)
         Natural frequencies, Hz, > 0, instead of periods.
 
-    Returns
-    -------
-    ResponseSpectrum
-        Largest displacement, velocity and acceleration of each oscillator.
-
     References
     ----------
     Nigam, N. C. & Jennings, P. C. (1969). Calculation of response spectra from strong-motion
@@ -386,11 +371,6 @@ def spectral_acceleration(
         Natural periods, s, > 0.
     damping : float
         Damping ratio, 0 <= ζ < 1.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        Unit of the ground acceleration.
     """
     longest = 1 / _natural_hz(periods, None).min()
     zeros = np.zeros(int(np.ceil(longest / float(positive("time_step", time_step)))) + 1)
@@ -409,10 +389,6 @@ def low_pass(length: int, time_step: float, frequency: float) -> NDArray[np.comp
         Sampling interval, s.
     frequency : float
         Corner frequency (half power), Hz.
-
-    Returns
-    -------
-    ndarray, shape (length // 2 + 1,)
     """
     warped = np.tan(np.pi * np.minimum(np.fft.rfftfreq(length, time_step) * time_step, 0.4999))
     s = 1j * warped / np.tan(np.pi * min(frequency * time_step, 0.45))
@@ -459,7 +435,7 @@ def arias_growth(acceleration: ArrayLike, time_step: float) -> NDArray[np.float6
 
 
 def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None = None) -> float:
-    """Return the interpolated frequency of the highest peak of the amplitude spectrum.
+    """Return the interpolated frequency (Hz) of the highest peak of the amplitude spectrum.
 
     The mean is removed, a Hann window is applied, and the record is padded with zeros; a parabola
     through the logarithms of three amplitudes locates the peak.
@@ -472,11 +448,6 @@ def dominant_frequency(x: ArrayLike, dt: float, band: tuple[float, float] | None
         Sampling interval, s.
     band : (float, float), optional
         Band to search, Hz; by default from 0 to the Nyquist frequency.
-
-    Returns
-    -------
-    float
-        Frequency, Hz.
     """
     from scipy.signal.windows import hann
 

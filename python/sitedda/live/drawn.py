@@ -106,7 +106,7 @@ def marks(scene: Scene) -> dict:
                 "edges": np.hstack([entry["start"], entry["end"]]).round(6).ravel().tolist(),
             }
             for entry in scene.boundaries(0)
-        ],  # fmt: skip
+        ],
         "loads": [
             relative_to_centre({name: float(v) for name, v in entry.items()})
             for entry in scene.loads()

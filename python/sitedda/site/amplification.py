@@ -34,7 +34,7 @@ class AmplificationTable:
     table: xr.Dataset
 
     def hazard(self, period: float, levels, rates, wanted) -> NDArray[np.float64]:
-        """Compute rates of exceedance at the surface by convolution with the rock hazard curve.
+        """Compute rates of exceedance (1/year) of the surface by convolution with those of rock.
 
         Parameters
         ----------
@@ -44,11 +44,6 @@ class AmplificationTable:
             Sa of the rock (m/s²), and its rates of exceedance (1/year).
         wanted : array_like, shape (m,)
             Sa of the surface, m/s².
-
-        Returns
-        -------
-        ndarray, shape (m,)
-            1/year.
 
         References
         ----------

@@ -145,11 +145,6 @@ class Column:
             depth (twice the upgoing wave; at an interface, of the medium below).  At a rigid base
             they are equal.  The default suits points of a model; records in :meth:`response` are
             outcrop motions.
-
-        Returns
-        -------
-        ndarray of complex128, shape of ``frequencies``
-            Transfer function, dimensionless.
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.damped(values.ravel(), self.convention)
@@ -216,11 +211,6 @@ class Column:
             Δt, s; if given, the peak of :meth:`scheme_transfer`, else of :meth:`transfer`.
         integration, theta
             As for :meth:`scheme_transfer`.
-
-        Returns
-        -------
-        Peak
-            Frequency, Hz, and amplification.
         """
         mode_spacing = 0.5 / self.travel_time
         low, high = _checked_band((0.0, mode_spacing) if band is None else band)

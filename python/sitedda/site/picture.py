@@ -109,8 +109,7 @@ def _draw_histories(axes, time, label: str, series) -> None:
     axes.legend(frameon=False, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 
-_ANALYSES = {"linear": (GREEN, ":"), "equivalent-linear": (RED, "--"),
-             "nonlinear": (COLUMN, "-")}  # fmt: skip
+_ANALYSES = {"linear": (GREEN, ":"), "equivalent-linear": (RED, "--"), "nonlinear": (COLUMN, "-")}
 
 
 def _draw_site_panels(axes, responses, other_series=None) -> None:

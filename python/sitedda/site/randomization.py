@@ -100,10 +100,6 @@ def randomized(
         rescaled to the standard deviation of the model.
     water_table, pressure_at_rest : float
         See `Profile.curves`.
-
-    Returns
-    -------
-    list of (Column, list of SoilCurves or None)
     """
     model = _velocity_model(velocity, sigma)
     if count != int(count) or count < 1:

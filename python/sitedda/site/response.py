@@ -86,7 +86,7 @@ class SiteResponse:
         }
         depths = {"depth": depth, "middle": (depth[:-1] + depth[1:]) / 2}
         coordinates = {name: (name, values, {"units": "m"}) for name, values in depths.items()}
-        return xr.Dataset(data, coordinates, {"motion": self.words})  # fmt: skip
+        return xr.Dataset(data, coordinates, {"motion": self.words})
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,7 @@ def solve_for(
     changes: Mapping | None = None,
     **variables,
 ):
-    """Find the value of a parameter at which a result has a target value; or several at once.
+    """Find the value of a parameter, or of several, at which results have target values.
 
     Parameters
     ----------
@@ -138,11 +138,6 @@ def solve_for(
         Whether a jump of the result past the target counts as a root (one parameter only).
     changes, **variables
         Changes of the input for all runs, see `Simulation`.
-
-    Returns
-    -------
-    Root or Roots
-        Roots if there are several parameters.
 
     Raises
     ------

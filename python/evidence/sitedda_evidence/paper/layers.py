@@ -275,8 +275,7 @@ def _draw_amplification(drawing, table, runs, ground) -> None:
                   lw=1.2, label=f"1-D column, D = {per_cent(_shake_damping(table))}")  # fmt: skip
         for (x, y), name, face in ((case["dda"], "DDA", BLUE), (case["shake"], "SHAKE", "w")):
             axis.plot(x, y, "o", ms=7, mfc=face, mec=INK, label=f"paper, {name}: {y} at {x} Hz")
-        axis.set(xlabel="frequency (Hz)", ylabel="spectral amplification", xlim=_BAND,
-                 ylim=(0, 32))  # fmt: skip
+        axis.set(xlabel="frequency (Hz)", ylabel="spectral amplification", xlim=_BAND, ylim=(0, 32))
         axis.text(0.02, 0.95, f"sitedda {peak.amplitude:.2f} at {peak.frequency:.2f} Hz",
                   transform=axis.transAxes, va="top", color=BLUE)  # fmt: skip
         axis.legend(loc="upper right", fontsize=7.5)
