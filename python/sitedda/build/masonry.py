@@ -70,9 +70,8 @@ class Arch(schema.ArchValues):
             raise InputError(f"voussoirs = {self.voussoirs} of a pointed arch must be even")
         radius, _ = self._right_arc_geometry()
         if self.thickness / 2 >= radius:
-            raise InputError(
-                f"thickness = {self.thickness:g} must be below 2 × radius = {2 * radius:g}"
-            )
+            limit = f"must be less than twice the radius, {radius:g} m"
+            raise InputError(f"thickness = {self.thickness:g} {limit}")
 
     @property
     def is_pointed(self) -> bool:

@@ -116,7 +116,8 @@ def _parse_task(values: dict):
     if len(tasks) > 1:
         raise InputError(f"[{table}] and [{tasks[1]}] are two tasks: remove one")
     if "task" in values or "results" in values:
-        raise InputError(f"[{table}] defines task and results: remove the keys `task`, `results`")
+        advice = "remove the keys `task` and `results`"
+        raise InputError(f"[{table}] defines the task and its results: {advice}")
     options = dict(values[table])
     _check_names(options, table)
     for entry in fields(_TASKS[table]):
