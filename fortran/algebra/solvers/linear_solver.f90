@@ -223,8 +223,8 @@ contains
    end subroutine solve
 
    !> Solve K x = b with an earlier factor of nearly the same K, if there is one.
-   !> If low accuracy suffices, an iteration with the assembled matrix costs less (3 % of the time in
-   !> shaken walls of 1,000 bricks).
+   !> If low accuracy suffices, an iteration with the assembled matrix takes less time (3 %
+   !> in shaken walls of 1,000 bricks).
    subroutine reuse_factor(solver, equations, x, reduction, success)
       type(solver_type), intent(inout) :: solver      !< solver and counts
       class(equations_type), intent(in) :: equations  !< K x = b
