@@ -171,9 +171,8 @@ def calibrate(
         NOT_NEGATIVE.check("discrepancy", discrepancy)
     count = len(prior)
     terms = observations, mean, deviation, discrepancy
-    posterior, peaks, error, best, contact_warnings = _fit_contacts(
-        model, tuple(unknowns), terms, seed, contacts, changes
-    )
+    fit = _fit_contacts(model, tuple(unknowns), terms, seed, contacts, changes)
+    posterior, peaks, error, best, contact_warnings = fit
     peak = peaks[0][0]
     draws, weights, evidence, sigma, effective_fraction = posterior.draw_weighted(peaks, seed)
     chosen = draws[np.random.default_rng(seed).choice(len(draws), samples, p=weights)]

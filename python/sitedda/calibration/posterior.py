@@ -243,8 +243,7 @@ def _select_distant(points, distance: float) -> list[int]:
     """Return indices of points that are farther than a distance from all selected before."""
     selected: list[int] = []
     for i, point in enumerate(points):
-        if len(selected) < _MOST_PEAKS and all(
-            np.linalg.norm(point - points[k]) > distance for k in selected
-        ):
+        is_distant = all(np.linalg.norm(point - points[k]) > distance for k in selected)
+        if len(selected) < _MOST_PEAKS and is_distant:
             selected.append(i)
     return selected

@@ -45,12 +45,8 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
     loaded = weight > 0
     blocks = np.column_stack([pair // scene.blocks, pair % scene.blocks])
     is_compressed = np.bincount(pair_index, push, k) > 0
-    return (
-        centre[loaded] / weight[loaded, None],
-        total[loaded],
-        blocks[loaded],
-        is_compressed[loaded],
-    )
+    centres = centre[loaded] / weight[loaded, None]
+    return centres, total[loaded], blocks[loaded], is_compressed[loaded]
 
 
 def force_scale(scene: Scene, frames) -> float:

@@ -57,9 +57,8 @@ class PolyData:
         counts[self.kind] = len(self.offsets)
         numbers = " ".join(f'NumberOf{kind}="{count}"' for kind, count in counts.items())
         cells = "".join(_array_xml(name, v, appended) for name, v in self.cells.items())
-        topology = _array_xml("connectivity", self.connectivity, appended) + _array_xml(
-            "offsets", self.offsets, appended
-        )
+        topology = _array_xml("connectivity", self.connectivity, appended)
+        topology += _array_xml("offsets", self.offsets, appended)
         at_points = "".join(_array_xml(name, v, appended) for name, v in self.point_data.items())
         points = _array_xml("Points", self.points, appended)
         fields = "".join(_text_xml(name, texts) for name, texts in self.field.items())

@@ -50,11 +50,8 @@ def language_server() -> LanguageServer:
     def describe(params: types.HoverParams) -> types.Hover | None:
         text = server.workspace.get_text_document(params.text_document.uri).source
         markdown = hover(text, params.position.line, params.position.character)
-        return (
-            types.Hover(types.MarkupContent(types.MarkupKind.Markdown, markdown))
-            if markdown
-            else None
-        )
+        content = types.MarkupContent(types.MarkupKind.Markdown, markdown)
+        return types.Hover(content) if markdown else None
 
     return server
 

@@ -78,13 +78,9 @@ class Document:
     def _insertion_point(self, kind, groups: list[ParsedGroup]) -> int:
         """Return the position after the last group that precedes this kind in the schema."""
         order = list(GROUPS)
-        predecessors = [
-            existing_group
-            for existing_group in groups
-            if existing_group.name in order[: order.index(kind.name)]
-        ]
-        return max((existing_group.end for existing_group in predecessors),
-                   default=len(self.text.rstrip()))  # fmt: skip
+        kinds = order[: order.index(kind.name)]
+        ends = [existing.end for existing in groups if existing.name in kinds]
+        return max(ends, default=len(self.text.rstrip()))
 
     def take_out(self, group: str, number: int) -> None:
         """Remove a group, and its lines if they contain nothing else."""

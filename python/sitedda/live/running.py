@@ -199,11 +199,7 @@ class LiveRun:
         """Repeat the actions that followed the checkpoint from which the run continues."""
         simulation = self._simulation
         current_key = _input_key(simulation)
-        matches = [
-            i
-            for i, stored_action in enumerate(self.actions, 1)
-            if stored_action["mark"] == current_key
-        ]
+        matches = [i for i, a in enumerate(self.actions, 1) if a["mark"] == current_key]
         for action in self.actions[max(matches, default=0) :]:
             if simulation.steps < action["step"]:
                 simulation.advance(action["step"] - simulation.steps)
@@ -248,10 +244,8 @@ class LiveRun:
         if self.status != "running":
             return
         interval = _FRAME if self._watched() else _IDLE_FRAME
-        if (
-            time_now - self._last_frame > interval
-            and time.thread_time() - self._time_used > self._frame_cost / _FRAME_FRACTION
-        ):
+        is_affordable = time.thread_time() - self._time_used > self._frame_cost / _FRAME_FRACTION
+        if time_now - self._last_frame > interval and is_affordable:
             self._send_frame()
         if time_now - self._last_report > _STATUS:
             self._send_progress()
@@ -331,15 +325,9 @@ class LiveRun:
             self._speeds = [*self._speeds[-40:], (clock, simulation.time)]
             (t0, s0), (t1, s1) = self._speeds[0], self._speeds[-1]
             remaining = (simulation.duration - s1) * (t1 - t0) / (s1 - s0) if s1 > s0 else None
-            self.words |= {
-                "time": simulation.time,
-                "duration": simulation.duration,
-                "step": simulation.steps,
-                "iterations": simulation.iterations,
-                "time_step": simulation.time_step,
-                "left": remaining,
-                "summary": simulation.summary,
-            }
+            names = ("time", "duration", "iterations", "time_step", "summary")
+            self.words |= {name: getattr(simulation, name) for name in names}
+            self.words |= {"step": simulation.steps, "left": remaining}
         self._publish(self.described())
 
     def _send_frame(self) -> None:

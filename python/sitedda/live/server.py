@@ -326,7 +326,7 @@ def run_server(
     `file`: input to open; None: continue the session of the last server of the folder, if any.
     `host`, `port`: address at which the server listens; port 0: the last one of the folder, or a
     free one.
-    `show`: whether to open a browser.
+    `open_browser`: whether to open a browser.
     `notebook`: whether notebooks on this machine may show the page.
     """
     gc.set_threshold(*_COLLECT)

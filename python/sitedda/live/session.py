@@ -134,11 +134,10 @@ class Session:
             file = self.bundled_files.examples[name][1]
             self.open_text(file.read_text(encoding="utf-8"), file)
         elif source == "file":
-            if not is_below(self.folder, name) or not (self.folder / name).resolve().is_relative_to(
-                self.folder.resolve()
-            ):
+            file, folder = self.folder / name, self.folder.resolve()
+            if not is_below(self.folder, name) or not file.resolve().is_relative_to(folder):
                 raise InputError(f"{name!r} is not a file in {self.folder}")
-            self.open_file(self.folder / name)
+            self.open_file(file)
         else:
             raise InputError(f"{source!r} cannot be opened")
 

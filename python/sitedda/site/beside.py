@@ -203,10 +203,7 @@ def _peaks_over_depth(history, series, top: float, depth: float):
     points = [(min(z, depth), np.abs(series[name]).max()) for z, name in inner]
     u = [history.displacement.sel(point=name).sel(axis="x").values for _, name in inner]
     strains = [
-        (
-            high + (low - high) / 2,
-            np.abs(u[i] - u[i + 1]).max() / (low - high),
-        )
+        (high + (low - high) / 2, np.abs(u[i] - u[i + 1]).max() / (low - high))
         for i, ((high, _), (low, _)) in enumerate(itertools.pairwise(inner))
         if low - high > 1e-6 * depth
     ]

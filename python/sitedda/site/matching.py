@@ -173,27 +173,25 @@ class _Matching:
             bounds, sampled = self._add_violated_bounds(series, ratio, margin, bounds)
             pairs = map(self._kernel_and_wave, bounds)
             kernels, waves = map(np.array, zip(*pairs, strict=True))
-            required = [sampled[one.oscillator] * (1 - margin if one.lower else -1 - margin)
-                     for one in bounds]  # fmt: skip
+            required = [sampled[bound.oscillator] * (1 - margin if bound.lower else -1 - margin)
+                        for bound in bounds]  # fmt: skip
             multipliers = _maximise_dual(kernels @ waves.T, required - kernels @ start, ridge)
             series = start + multipliers @ waves
-            bounds = [one for one, size in zip(bounds, multipliers, strict=True) if size > 0]
+            bounds = [bound for bound, size in zip(bounds, multipliers, strict=True) if size > 0]
         return best, smallest
 
     def _spectral_ratio(self, series) -> NDArray[np.float64]:
         """Return the ratio of spectrum to target at the matched periods."""
-        return (
-            spectral_acceleration(series, self.step, self.grid, self.damping) / self.target_values
-        )
+        spectrum = spectral_acceleration(series, self.step, self.grid, self.damping)
+        return spectrum / self.target_values
 
     def _refine_periods(self, series, limit: float) -> float:
         """Return the misfit at four times as many periods, and more at its maxima.
 
         Maxima join the grid: they are sharp, so samples underestimate them.
         """
-        grid = np.geomspace(
-            self.grid[0], self.grid[self.regular_size - 1], 4 * self.regular_size - 3
-        )
+        last = self.regular_size - 1
+        grid = np.geomspace(self.grid[0], self.grid[last], 4 * last + 1)
         misfits, _ = self._misfit(series, grid)
         inner = misfits[1:-1]
         is_peak = (inner >= misfits[:-2]) & (inner > misfits[2:]) & (inner > _SHARP * limit)
@@ -217,9 +215,8 @@ class _Matching:
         logs = np.log(np.maximum(self.frequency, 1e-9))
         for _ in range(_SCALINGS):
             gains = -_RELAXED * np.log(self._spectral_ratio(series))
-            factor = self.filter_gain * np.exp(
-                np.interp(logs, -np.log(self.grid[::-1]), gains[::-1])
-            )
+            gain = np.exp(np.interp(logs, -np.log(self.grid[::-1]), gains[::-1]))
+            factor = self.filter_gain * gain
             series = edge * self._filter_motion(series, factor)
         return series
 

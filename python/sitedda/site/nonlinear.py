@@ -119,15 +119,11 @@ class NonlinearResponse(SiteResponse):
         peaks = self._profile_of(self.histories)
         if self.coarse is not None:
             coarse = self._profile_of(self.coarse)
-            for name, surface in (
-                ("acceleration", []),
-                ("strain", [0.0]),
-            ):  # none at the surface
+            # No strain is computed at the surface, at which it is 0.
+            for name, surface in (("acceleration", []), ("strain", [0.0])):
                 fine, rough = peaks[name], coarse[name]
-                depths = np.append(surface, rough[rough.dims[0]])
-                change = (
-                    np.interp(fine[fine.dims[0]], depths, np.append(surface, rough)) - fine.values
-                )
+                depths, values = (np.append(surface, v) for v in (rough[rough.dims[0]], rough))
+                change = np.interp(fine[fine.dims[0]], depths, values) - fine.values
                 scale = np.maximum(fine.values, fine.values.max() / 2)
                 peaks[f"{name}_converged"] = (fine.dims, np.abs(change) <= CONVERGED * scale)
         return peaks
@@ -357,9 +353,8 @@ def _run_column(
         branches[: soil.strain.size, :, i] = np.transpose(rows)
     damping = [soil.least_damping for soil in soils]
     body_strains = [soil.body_strain for soil in soils]
-    series = np.interp(
-        np.arange((samples - 1) * substeps + 1) / substeps, np.arange(samples), ground
-    )
+    fractions = np.arange((samples - 1) * substeps + 1) / substeps
+    series = np.interp(fractions, np.arange(samples), ground)
     owners = np.repeat(np.arange(1, len(cells) + 1), cells)
     acceleration, displacement, strain, stress, largest, energy, iterations = checked(
         api.shake_soil, layers, owners, branches, damping, body_strains, reference, dashpot,

@@ -57,9 +57,8 @@ def profile_figure(profile) -> Figure:
     boundaries = np.append(profile.tops[: len(media)], bottom)
 
     def steps(axes, values, color, label=""):
-        axes.stairs(
-            values, boundaries, orientation="horizontal", baseline=None, color=color, label=label
-        )
+        style = {"orientation": "horizontal", "baseline": None, "color": color, "label": label}
+        axes.stairs(values, boundaries, **style)
 
     steps(velocity, [layer.shear_velocity for layer in media], BLOCKS, "$V_s$")
     if np.isfinite([layer.pressure_velocity for layer in media]).all():
@@ -117,9 +116,7 @@ def _draw_site_panels(axes, responses, other_series=None) -> None:
     nonlinear = responses["nonlinear"]
     depth = nonlinear.column.depth
     series = {"reference": (nonlinear.motion.acceleration, REFERENCE, "-")}
-    series |= {
-        name: (result.acceleration(), *_ANALYSES[name]) for name, result in responses.items()
-    }
+    series |= {name: (r.acceleration(), *_ANALYSES[name]) for name, r in responses.items()}
     _draw_spectra(axes["spectra"], nonlinear.motion.time_step, series | (other_series or {}))
     for name, response in responses.items():
         color, style = _ANALYSES[name]

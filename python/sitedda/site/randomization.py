@@ -119,9 +119,9 @@ def randomized(
             bottoms = interfaces(deviates.generator, bottom)
         else:
             bottoms = np.append(profile.tops[1:-1][profile.tops[1:-1] < bottom], bottom)
-        soils = (
-            originals if curves is None else [deviates.curves(curve, curves) for curve in originals]
-        )
+        soils = originals
+        if curves is not None:
+            soils = [deviates.curves(curve, curves) for curve in originals]
         realisations.append(_draw_realisation(profile, bottoms, model, deviates, soils))
     return realisations
 
@@ -196,7 +196,7 @@ def _velocity_model(velocity, sigma: float | None) -> Toro | None:
 def _draw_realisation(
     profile: Profile, bottoms, model: Toro | None, deviates: _Deviates, soils
 ) -> Site:
-    """Draw a realisation with layers down to `ends`, depths in m."""
+    """Draw a realisation with layers whose bottoms are at depths `bottoms`, m."""
     tops = np.concatenate([[0.0], bottoms[:-1]])
     middles = (tops + bottoms) / 2
     rows = np.searchsorted(profile.tops[1:-1], middles, side="right")
@@ -204,10 +204,8 @@ def _draw_realisation(
     if model is not None:
         log_deviates = deviates.normal(bottoms.size, np.clip(model.correlation(middles), -1.0, 1.0))
         speeds = speeds * np.exp(model.sigma * log_deviates)
-    layers = [
-        Layer(
-            float(bottom - top), **(profile.layers[row].values() | {"shear_velocity": float(speed)})
-        )
-        for top, bottom, row, speed in zip(tops, bottoms, rows, speeds, strict=True)
-    ]
+    values = [profile.layers[row].values() | {"shear_velocity": float(speed)}
+              for row, speed in zip(rows, speeds, strict=True)]  # fmt: skip
+    thicknesses = (bottoms - tops).tolist()
+    layers = [Layer(h, **soil) for h, soil in zip(thicknesses, values, strict=True)]
     return Column(layers, profile.column().base), [soils[row] for row in rows]

@@ -248,18 +248,17 @@ def _estimate(logs, terms, samples, weights, control, level: float) -> dict[str,
     projection = np.linalg.pinv(design.T @ (weights[:, None] * design)) @ (weights * design.T)
     mean, *slope = projection @ logs
     residual = logs - design @ (projection @ logs)
-    loo_residual = residual / np.maximum(
-        1 - np.sum(design.T * projection, axis=0), 1e-3
-    )  # without its run
+    leverage = np.sum(design.T * projection, axis=0)
+    loo_residual = residual / np.maximum(1 - leverage, 1e-3)  # of a fit without the same run
     variance = np.sum((projection[0] * loo_residual) ** 2)
     explained, scatter = np.sum(np.square(slope)), weights @ (residual * loo_residual) / total
     quantile = float(stdtrit(runs - design.shape[1], (1 + level) / 2))
     half_width = quantile * np.sqrt(variance + (explained + scatter) / columns)
     plain_variance = weights @ (logs - weights @ logs / total) ** 2 / total
     sigma = np.sqrt(explained + scatter)
-    influence = 2 * (slope @ projection[1:]) * loo_residual + weights / total * (
-        residual * loo_residual - scatter
-    )  # of σ²
+    # Influence of each run on σ².
+    influence = 2 * (slope @ projection[1:]) * loo_residual
+    influence += weights / total * (residual * loo_residual - scatter)
     sigma_variance = np.sum(influence**2) + 2 * sigma**4 / columns
     column_variance = (np.var(terms @ slope - control) + scatter) / columns
     return {

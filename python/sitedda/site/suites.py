@@ -110,11 +110,8 @@ class Suite:
         for analysis in self.table.analysis.values:
             for i, level in enumerate(self.table.level.values):
                 label = f"{attributes.get('measure', 'scale')} {level:g} {unit}"
-                yield (
-                    str(analysis),
-                    label.strip(),
-                    statistics.sel(analysis=analysis).isel(level=i),
-                )
+                part = statistics.sel(analysis=analysis).isel(level=i)
+                yield str(analysis), label.strip(), part
 
     @staticmethod
     def rows_of(part: xr.Dataset) -> list[list[str]]:
@@ -229,10 +226,8 @@ def suite(
     if not {"sa", "strain"} <= set(table.data_vars):
         raise InputError(f"no case succeeds; first message: {table.message.values.ravel()[0]}")
     _, values, attributes = records.coordinates[measure]
-    table = table.assign_coords(
-        motion=records.coordinates["record"][1],
-        level=("level", values, {"measure": measure} | attributes),
-    )
+    level = ("level", values, {"measure": measure} | attributes)
+    table = table.assign_coords(motion=records.coordinates["record"][1], level=level)
     reference = np.array([spectral_acceleration(record.acceleration, record.time_step, grid)
                           for record in records.records])  # fmt: skip
     table["reference"] = xr.DataArray(

@@ -75,9 +75,8 @@ def column_below(history: xr.Dataset, position, side: float) -> Column | None:
     for block, polygon in enumerate(_initial_polygons(history)):
         (x0, y0), (x1, y1) = polygon.T, np.roll(polygon, -1, axis=0).T
         crossed = (x0 - x - side) * (x1 - x - side) < 0
-        y = np.sort(
-            y0[crossed] + (x + side - x0[crossed]) / (x1 - x0)[crossed] * (y1 - y0)[crossed]
-        )
+        fraction = (x + side - x0[crossed]) / (x1 - x0)[crossed]
+        y = np.sort(y0[crossed] + fraction * (y1 - y0)[crossed])
         intervals |= {high: (low, block) for low, high in zip(y[::2], y[1::2], strict=True)}
     if not intervals or abs(max(intervals) - top) > 3 * abs(side):
         return None

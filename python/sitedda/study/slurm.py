@@ -120,9 +120,8 @@ class Slurm:
             number = isinstance(value, int | float) and not isinstance(value, bool)
             if not number or not 0 <= value < math.inf or (name == "each" and value != int(value)):
                 raise InputError(f"{name} = {value!r}: give a number of 0 or more")
-        if isinstance(self.options, str) or not all(
-            isinstance(text, str) for text in (self.program, self.time, *self.options)
-        ):
+        texts = (self.program, self.time, *self.options)
+        if isinstance(self.options, str) or not all(isinstance(text, str) for text in texts):
             raise InputError("program and time must be strings, options a list of strings")
 
     @classmethod

@@ -20,14 +20,10 @@ class Mesh(schema.MeshValues):
         if self.size is not None:
             return self.size
         try:
-            velocity = (
-                material.get("shear_velocity")
-                or (
-                    material["young_modulus"]
-                    / (2 * (1 + material["poisson_ratio"]) * material["density"])
-                )
-                ** 0.5
-            )
+            velocity = material.get("shear_velocity")
+            if not velocity:
+                divisor = 2 * (1 + material["poisson_ratio"]) * material["density"]
+                velocity = (material["young_modulus"] / divisor) ** 0.5
         except (KeyError, ZeroDivisionError):
             raise InputError(
                 f"frequency: material {name!r} needs young_modulus and poisson_ratio, or velocities"
