@@ -26,7 +26,7 @@ _LINEAR_TOLERANCE = 1e-3  # relative difference of frequencies of family and mod
 _TRIALS = 12  # largest number of values at which the contacts that gravity closes are found
 _REFERENCE = {"control.settle": False}  # change after which all touching contacts are closed
 _ROUNDS = 6  # largest number of bases
-# Limits of warnings: misfit and range over their deviation, correlation, effective fraction.
+# Limits of warnings: misfit / deviation, range / prior range, correlation, effective fraction.
 _LARGE_MISFIT, _WIDE, _CORRELATED, _FEW = 2.0, 0.8, 0.9, 0.2
 SILENT = ("small vibrations do not determine friction, cohesion, tensile strength and joint "
           "opening: their uncertainty is unchanged")  # fmt: skip

@@ -24,7 +24,7 @@ class Body:
 
     omega: NDArray[np.float64]
     weight: NDArray[np.float64]
-    unrelaxed: float  # unrelaxed modulus over the modulus of the input
+    unrelaxed: float  # unrelaxed modulus / modulus of the input
     misfit: float  # largest relative error of the damping ratio in the band
     band: tuple[float, float]  # lowest and highest frequency of the fit, Hz
 

@@ -51,7 +51,7 @@ class Decrement:
     damping_exact : float
         ζ = δ / √(4π²n² + δ²) with δ = ln(A0/An), exact for a viscously damped oscillator.
     frequency : float
-        Damped frequency, cycles between the first and the last crest over their time, Hz.
+        Damped frequency: number of cycles / time between the first and the last crest, Hz.
     times : ndarray, shape (n + 1,)
         Times of the crests used, s.
     crests : ndarray, shape (n + 1,)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 G = 9.80665  # m/s²
 _FEWEST = 10  # smallest number of cases at a period for a fit
 _KERNEL = 0.5  # half-width in ln Sa of the window of σ
-_CORNERS = np.geomspace(0.01, 10.0, 61)  # trial values of f₃ over the median Sa
+_CORNERS = np.geomspace(0.01, 10.0, 61)  # trial values of f₃ / median Sa
 
 
 @dataclass(frozen=True)

@@ -140,7 +140,7 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
     Parameters
     ----------
     reference_strain : float
-        γ_r = τ_max/G_max: the shear strength over the modulus at small strain.
+        γ_r = τ_max/G_max: shear strength / modulus at small strains.
     theta : array_like, shape (5,)
         θ₁ … θ₅.
 

@@ -311,8 +311,8 @@ def safety(
     tolerance : float
         Width of the last bracket as a fraction of its upper end.
     displacement : float
-        Largest displacement of a block from the equilibrium with strong joints, over the median
-        radius of the blocks (of cells: over the radius of their body).
+        Largest displacement of a block from the equilibrium with strong joints / median radius of
+        the blocks (for cells: / radius of their body).
     least_area : float
         Smallest area of a mechanism, m².  The blocks of smaller mechanisms are removed, and the
         factor is that of the remaining model.

@@ -116,9 +116,9 @@ def _dask_executor(options: argparse.Namespace):
     """Return a context with the executor of a Dask cluster, or with None."""
     if not options.dask:
         return nullcontext()
-    from .dask import connected
+    from .dask import dask_client
 
-    return connected(options.dask, options.tls_ca, options.tls_cert, options.tls_key)
+    return dask_client(options.dask, options.tls_ca, options.tls_cert, options.tls_key)
 
 
 def _plan_study(options: argparse.Namespace) -> int:

@@ -12,7 +12,7 @@ from ..base.errors import InputError, OutputError
 
 
 @contextmanager
-def connected(address: str, ca: str = "", certificate: str = "", key: str = "") -> Iterator:
+def dask_client(address: str, ca: str = "", certificate: str = "", key: str = "") -> Iterator:
     """Yield a client of a scheduler, and close the client at the end.
 
     `address`: such as ``tcp://host:8786``, or ``tls://host:8786`` with the following files.

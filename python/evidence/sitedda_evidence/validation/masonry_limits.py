@@ -21,7 +21,7 @@ COLLAPSE = 5e-3  # displacement of a vertex that counts as collapse, m
 
 
 def arch(friction: float, thickness: float) -> Model:
-    """Return a half-circle arch of 27 voussoirs; `thickness` is a fraction of the radius."""
+    """Return a semicircular arch of 27 voussoirs; `thickness` is a fraction of the radius."""
     model = half_circle(27, thickness, friction)
     model.contact(normal_stiffness=1e11, shear_ratio=0.1)
     return model

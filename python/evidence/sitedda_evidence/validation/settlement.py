@@ -80,7 +80,7 @@ class SettledWall(NamedTuple):
 
 
 def _run_wall(size: int, penalty: float, time_step: float, steps: int) -> SettledWall:
-    """Run a wall under gravity with a penalty (over E) and a time step (s)."""
+    """Run a wall under gravity with a penalty (/ E) and a time step (s)."""
     courses = WALLS[size][1]
     with nml.simulation(wall_text(size, penalty, time_step, steps)) as wall:
         time, total, work, balance, iterations = [0.0], [0.0], [0.0], [0.0], 0

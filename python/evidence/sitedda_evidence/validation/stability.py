@@ -39,7 +39,7 @@ ARCH_FRICTION = np.tan(np.radians(60.0))  # friction coefficient without sliding
 
 
 def half_circle(stones: int, thickness: float, friction=ARCH_FRICTION, cuts="radial") -> Model:
-    """Return a half-circle arch on fixed ground; `thickness` is a fraction of the radius."""
+    """Return a semicircular arch on fixed ground; `thickness` is a fraction of the radius."""
     model = Model("Half-circle arch", time_step=2e-3, gravity=(0.0, -GRAVITY))
     model.material("stone", density=DENSITY, young_modulus=STIFF, poisson_ratio=0.0)
     model.joint("dry", friction_angle=float(np.degrees(np.arctan(friction))))

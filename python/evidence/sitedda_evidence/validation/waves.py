@@ -241,7 +241,7 @@ def _delay_samples(first: np.ndarray, second: np.ndarray) -> float:
     " joints allow bending. Two springs k_n at the edges of a joint of width w, at intervals h,"
     " yield EI = k_n w² h/2. The expected frequency is that of the chain of rigid blocks and joint"
     " springs (eigenvalues, scipy). Its limit for many blocks is the Euler–Bernoulli beam.",
-    "A standard case; springs of a joint: derived here.",
+    "A standard case; the stiffness of the joint springs is derived here.",
 )
 def cantilever(short: bool) -> Outcome:
     """Check the first frequency of 10 blocks and its convergence to the continuum."""
