@@ -24,6 +24,7 @@ module dda_response_spectrum
    real(wp), parameter :: min_period = 0.02_wp, max_period = 5.0_wp  !< periods, s
    integer, parameter :: periods = 80  !< number of periods of a spectrum, at equal ratios
    integer, parameter :: samples_per_period = 50        !< samples for a peak error below 0.2 %
+   integer, parameter :: together = 8                   !< oscillators in one vector operation
    real(wp), parameter :: coarsest = 0.5_wp*max_period  !< longest step that resolves any period, s
    real(wp), parameter :: finest = 0.005_wp*min_period     !< step required by free vibration, s
    real(wp), parameter :: same_step = 1.0e-9_wp         !< relative difference: rounding of times
@@ -157,34 +158,76 @@ contains
       end_factor = -h*ramp
    end subroutine set_factors
 
-   !> Largest displacement, velocity (relative) and absolute acceleration of an oscillator.
-   !> The oscillator is initially at rest; its values are evaluated up to the last sample.
+   !> Largest displacement, velocity (relative) and absolute acceleration of oscillators.
+   !> They are initially at rest; their values are evaluated up to the last sample.
    pure function oscillator_peaks(acceleration, time_step, frequency, damping_ratio) result(peaks)
       real(wp), intent(in) :: acceleration(:)  !< acceleration of the ground, [samples], m/s²
       real(wp), intent(in) :: time_step             !< time between samples, s
-      real(wp), intent(in) :: frequency        !< natural frequency, Hz
+      real(wp), intent(in) :: frequency(:)     !< natural frequencies, Hz
       real(wp), intent(in) :: damping_ratio    !< ζ, at least 0 and below 1
-      real(wp) :: peaks(3)                   !< m, m/s, m/s²
-      complex(wp) :: eigenvalue, q, decay, start_factor, end_factor
-      real(wp) :: a(0:1), u, v
-      integer :: sample, part, parts
+      real(wp) :: peaks(3, size(frequency))  !< m, m/s, m/s²
+      real(wp) :: of_group(3, together)
+      integer :: parts(size(frequency)), first, last, i
 
-      eigenvalue = eigenvalue_of(frequency, damping_ratio)
       parts = ceiling(samples_per_period*frequency*time_step)
-      call set_factors(eigenvalue, time_step/parts, decay, start_factor, end_factor)
-      q = (0.0_wp, 0.0_wp)
-      peaks = 0.0_wp
-      do sample = 2, size(acceleration)
-         do part = 1, parts
-            a = acceleration(sample - 1) + [part - 1, part] &
-               *((acceleration(sample) - acceleration(sample - 1))/parts)
-            q = decay*q + start_factor*a(0) + end_factor*a(1)
-            u = q%im/eigenvalue%im
-            v = q%re + eigenvalue%re*u
-            peaks = max(peaks, abs([u, v, abs(eigenvalue)**2*u - 2.0_wp*eigenvalue%re*v]))
+      first = 1
+      do while (first <= size(frequency))
+         last = first
+         do while (last < min(first + together - 1, size(frequency)))
+            if (parts(last + 1) /= parts(first)) exit
+            last = last + 1
          end do
+         call find_group_peaks(acceleration, time_step, parts(first), eigenvalue_of( &
+            frequency([(min(i, last), i=first, first + together - 1)]), damping_ratio), of_group)
+         peaks(:, first:last) = of_group(:, :last - first + 1)
+         first = last + 1
       end do
    end function oscillator_peaks
+
+   !> The same of a group, whose oscillators are moved together in vector operations.
+   pure subroutine find_group_peaks(acceleration, time_step, parts, eigenvalue, peaks)
+      real(wp), intent(in) :: acceleration(:)  !< acceleration of the ground, [samples], m/s²
+      real(wp), intent(in) :: time_step        !< time between samples, s
+      integer, intent(in) :: parts             !< parts of each time step
+      complex(wp), intent(in) :: eigenvalue(together)  !< λ, 1/s
+      real(wp), intent(out) :: peaks(3, together)      !< m, m/s, m/s²
+      complex(wp), dimension(together) :: decay, start_factor, end_factor
+      real(wp), dimension(together, 2) :: by, before, after, q  ! real and imaginary parts
+      real(wp), dimension(together) :: largest_u, largest_v, largest_a, drag, square
+      real(wp) :: start, finish, change, next(2), u, v
+      integer :: sample, part, i
+
+      call set_factors(eigenvalue, time_step/parts, decay, start_factor, end_factor)
+      by = reshape([decay%re, decay%im], shape(by))
+      before = reshape([start_factor%re, start_factor%im], shape(before))
+      after = reshape([end_factor%re, end_factor%im], shape(after))
+      drag = -2.0_wp*eigenvalue%re
+      square = abs(eigenvalue)**2
+      q = 0.0_wp
+      largest_u = 0.0_wp
+      largest_v = 0.0_wp
+      largest_a = 0.0_wp
+      do sample = 2, size(acceleration)
+         change = (acceleration(sample) - acceleration(sample - 1))/parts
+         do part = 1, parts
+            start = acceleration(sample - 1) + (part - 1)*change
+            finish = acceleration(sample - 1) + part*change
+            do i = 1, together
+               next(1) = by(i, 1)*q(i, 1) - by(i, 2)*q(i, 2) + before(i, 1)*start &
+                  + after(i, 1)*finish
+               next(2) = by(i, 2)*q(i, 1) + by(i, 1)*q(i, 2) + before(i, 2)*start &
+                  + after(i, 2)*finish
+               q(i, :) = next
+               u = next(2)/eigenvalue(i)%im
+               v = next(1) + eigenvalue(i)%re*u
+               largest_u(i) = max(largest_u(i), abs(u))
+               largest_v(i) = max(largest_v(i), abs(v))
+               largest_a(i) = max(largest_a(i), abs(square(i)*u + drag(i)*v))
+            end do
+         end do
+      end do
+      peaks = transpose(reshape([largest_u, largest_v, largest_a], [together, 3]))
+   end subroutine find_group_peaks
 
    !> Real and imaginary parts.
    pure function parts_of(z) result(parts)

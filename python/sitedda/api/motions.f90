@@ -85,11 +85,8 @@ contains
       integer(c_int), intent(in) :: n, oscillators
       real(c_double), intent(in) :: acceleration(n), time_step, frequency(oscillators), damping
       real(c_double), intent(out) :: largest(3, oscillators)
-      integer :: i
 
-      do i = 1, oscillators
-         largest(:, i) = oscillator_peaks(acceleration, time_step, frequency(i), damping)
-      end do
+      largest = oscillator_peaks(acceleration, time_step, frequency, damping)
    end subroutine oscillator_peaks_of
 
 end module api_motions
