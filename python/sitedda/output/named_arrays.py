@@ -8,6 +8,7 @@ the times, would take half the time of the steps of a run.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from types import EllipsisType
 from typing import Any
 
@@ -15,22 +16,20 @@ import numpy as np
 
 
 class NamedArray:
-    """Array with named dimensions, see `xarray.DataArray`."""
+    """Array with named dimensions, see `xarray.DataArray`.
 
-    def __init__(self, dims: tuple[str, ...], values, labels: Mapping[str, list[str]]):
+    `source` is an array, or a variable of a file, which is read on first use.
+    """
+
+    def __init__(self, dims: tuple[str, ...], source: Any, labels: Mapping[str, list[str]]):
         self.dims = dims
-        self.values = np.asarray(values)
-        self._labels = labels
+        self.dtype, self.shape = source.dtype, source.shape
+        self._source, self._labels = source, labels
 
-    @property
-    def dtype(self) -> np.dtype:
-        """Return the type of the values."""
-        return self.values.dtype
-
-    @property
-    def nbytes(self) -> int:
-        """Return the number of bytes of the values."""
-        return self.values.nbytes
+    @cached_property
+    def values(self) -> np.ndarray:
+        """Return the values."""
+        return np.asarray(self._source[...])
 
     def __getitem__(self, index: int | slice | EllipsisType) -> NamedArray:
         values = self.values[index]
@@ -38,6 +37,8 @@ class NamedArray:
 
     def isel(self, **indices: int) -> NamedArray:
         """Select values by the index along each given dimension that exists."""
+        if not indices.keys() & set(self.dims):
+            return self
         key = tuple(indices.get(name, slice(None)) for name in self.dims)
         dims = tuple(name for name in self.dims if name not in indices)
         return NamedArray(dims, self.values[key], self._labels)
@@ -57,12 +58,11 @@ class NamedArray:
 
 
 class NamedArrays:
-    """Variables with attributes in memory, see `xarray.Dataset`."""
+    """Variables with attributes, see `xarray.Dataset`."""
 
-    def __init__(self, variables: Mapping[str, tuple[tuple[str, ...], Any]], attrs, source: str):
-        self._labels = {name: values.tolist() for name, (dims, values) in variables.items()
-                        if dims == (name,) and values.dtype.kind == "U"}  # fmt: skip
-        self.variables = {n: NamedArray(*pair, self._labels) for n, pair in variables.items()}
+    def __init__(self, variables: Mapping[str, NamedArray], labels, attrs, source: str):
+        self.variables = variables
+        self._labels = labels
         self.attrs = attrs
         self.encoding = {"source": source}
 
@@ -70,7 +70,7 @@ class NamedArrays:
     def sizes(self) -> dict[str, int]:
         """Return the length of each dimension."""
         return {name: length for array in self.variables.values()
-                for name, length in zip(array.dims, array.values.shape, strict=True)}  # fmt: skip
+                for name, length in zip(array.dims, array.shape, strict=True)}  # fmt: skip
 
     @property
     def coords(self) -> list[str]:
@@ -91,8 +91,8 @@ class NamedArrays:
     def isel(self, **indices: int) -> NamedArrays:
         """Select all variables by the index along each given dimension."""
         arrays = {name: array.isel(**indices) for name, array in self.variables.items()}
-        pairs = {name: (array.dims, array.values) for name, array in arrays.items()}
-        return NamedArrays(pairs, self.attrs, self.encoding["source"])
+        labels = {name: values for name, values in self._labels.items() if name not in indices}
+        return NamedArrays(arrays, labels, self.attrs, self.encoding["source"])
 
     def sel(self, **labels: str) -> NamedArrays:
         """Select all variables by the label along each given dimension."""
@@ -108,16 +108,19 @@ def _find_labels(labels: Mapping[str, list[str]], requested: Mapping[str, str]) 
 
 
 def read_netcdf(file) -> NamedArrays:
-    """Read a whole netCDF file; arrays of characters are converted to texts."""
+    """Open a netCDF file; variables are read on first use, arrays of characters become texts."""
     import netCDF4
 
-    with netCDF4.Dataset(file) as data:
-        data.set_auto_maskandscale(False)
-        data.set_auto_chartostring(False)
-        variables = {}
-        for name, variable in data.variables.items():
-            dims, values = variable.dimensions, variable[...]
-            if variable.dtype == "S1" and dims:
-                dims, values = dims[:-1], netCDF4.chartostring(values, encoding="utf-8")
-            variables[name] = dims, np.asarray(values)
-        return NamedArrays(variables, {n: data.getncattr(n) for n in data.ncattrs()}, str(file))
+    data = netCDF4.Dataset(file)  # it is closed when no variable is in use
+    data.set_auto_maskandscale(False)
+    data.set_auto_chartostring(False)
+    variables: dict[str, NamedArray] = {}
+    labels: dict[str, list[str]] = {}
+    for name, variable in data.variables.items():
+        dims, source = variable.dimensions, variable
+        if variable.dtype == "S1" and dims:
+            dims, source = dims[:-1], netCDF4.chartostring(variable[...], encoding="utf-8")
+            if dims == (name,):
+                labels[name] = source.tolist()
+        variables[name] = NamedArray(dims, source, labels)
+    return NamedArrays(variables, labels, {n: data.getncattr(n) for n in data.ncattrs()}, str(file))

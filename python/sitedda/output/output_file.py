@@ -58,11 +58,15 @@ def open_output(file) -> xr.Dataset:
 
 
 def read_output(file) -> NamedArrays:
-    """Read an output into memory for verdict and pictures; errors as in `open_output`."""
+    """Open an output for verdict and pictures; variables are read on first use, unchecked.
+
+    Other errors are as in `open_output`.
+    """
     check_readable(file)
     with _errors_as_damage(_unreadable_error(file)):
         data = read_netcdf(file)
-    _check_run(data)
+    _check_structure(data)
+    _check_order(data)
     return data
 
 
