@@ -10,6 +10,8 @@ import mmap
 import os
 import sys
 import warnings
+from importlib.machinery import ModuleSpec, PathFinder
+from importlib.util import LazyLoader
 
 from .base.errors import InterruptedRun, OutOfMemory, SiteddaError, lacks_memory
 from .base.stop import Interruption
@@ -24,24 +26,31 @@ _SCIPY_ROOM = 2**27  # part of the reserved bytes that SciPy needs for its own O
 # does not use them, and the import of dask takes 0.4 s.  Matplotlib imports its 3-D axes.
 # Studies import these libraries, because a study may run on dask and call any function.
 _UNUSED = ("cubed", "cupy", "dask", "pint", "sparse", "mpl_toolkits.mplot3d")
-_OBJECTS = 20_000  # new objects before a garbage collection; with 700, 6 % of a run is collection
+# Modules that matplotlib imports, but that the program hardly uses; they are loaded on first use.
+_LATER = ("fontTools.agl", "matplotlib.category", "matplotlib.dates", "matplotlib.widgets")
+# New objects before a garbage collection; with 700, collection takes 10 % of a run.
+_OBJECTS = 200_000
 
 _plain_showwarning = warnings.showwarning
 
 
 class _ImportWatcher:
-    """Finder that finds no module, but is called before each import.
+    """Finder that is called before each import; it finds only the modules `_LATER`.
 
     Before SciPy is imported, the finder checks the available memory. It also disables the generated
     documentation of matplotlib's classes, which takes 0.05 s.
     """
 
-    def find_spec(self, name: str, path=None, target=None) -> None:
+    def find_spec(self, name: str, path=None, target=None) -> ModuleSpec | None:
         """See `importlib.abc.MetaPathFinder.find_spec`."""
+        if name in _LATER and (spec := PathFinder.find_spec(name, path)) and spec.loader:
+            spec.loader = LazyLoader(spec.loader)
+            return spec
         if name == "scipy":
             _require_address_space(_SCIPY_ROOM)
         if name == "matplotlib.patches" and (artist := sys.modules.get("matplotlib.artist")):
             vars(artist)["kwdoc"] = lambda _: ""
+        return None
 
 
 def main(arguments: list[str] | None = None) -> int:
