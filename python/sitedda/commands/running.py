@@ -22,7 +22,7 @@ from ..output.verdict_lines import NO_BARS
 from .check import check_input
 
 _BAR_FORMAT = "{l_bar}{bar}| {n:.5g}/{total:.5g} s [{elapsed}<{remaining}]"
-_DRAWN_FREQUENCIES = 2500  # number of computed frequencies, three per pixel of a picture
+_DRAWN_FREQUENCIES = 1250  # number of computed frequencies, three for two pixels of a picture
 
 
 def add_run(parser: argparse.ArgumentParser) -> None:

@@ -25,6 +25,7 @@ from ..report.colors import BLUE, COLORS, FAINT, GREY, INK, ORANGE
 from ..report.layout import legend_above
 from ..report.words import folded, plain
 from ..site.column import damped_amplification
+from ..site.response import ColumnResponse
 from ..site.twin import layered_soils
 
 if TYPE_CHECKING:
@@ -40,6 +41,8 @@ _LETTER = 0.02  # width of a letter of the name of a stage over the width of a p
 _LEAST_WIDTH = 0.04  # smallest width of a named stage over the width of a panel
 _TEXT_HEIGHT = 1.8  # inches, largest length of a vertical text in a panel
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz; damping is reported here if there is no amplification peak
+_DRAWN_FREQUENCY = 100.0  # Hz; higher ones change drawn peak accelerations by less than 0.3 %
+_SMOOTHED = 3000  # largest number of bins of a smoothed ratio, which is padded with zeros 8 times
 _SAMPLES = 1500  # largest number of drawn samples of energies
 
 
@@ -125,21 +128,22 @@ def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
 
 def draw_profile(axes: Axes, result) -> None:
     """Draw peak accelerations of run and column, and the shear-wave velocity, over depth."""
-    column = result.response.column
+    response, column = result.response, result.response.column
+    if isinstance(response, ColumnResponse):
+        response = response.resolving(_DRAWN_FREQUENCY)
     ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
-    theory = abs(result.response.acceleration(ends)).max(axis=1)
+    theory = abs(response.acceleration(ends)).max(axis=1)
     depth, peak = result.points
     axes.plot(theory, ends, color=ORANGE, ls="--", label="1-D column")
     axes.plot(peak, depth, "o", color=BLUE, ms=5, clip_on=False, label="this run", zorder=4)
     largest = 1.1 * max(float(theory.max()), float(peak.max()))
     axes.set(xlabel="peak acceleration (m/s²)", ylabel="depth (m)", xlim=(0, largest),
              ylim=(column.depth, 0))  # fmt: skip
-    velocity_axes = axes.twiny()
-    speeds = [layer.shear_velocity for layer in column.layers]
-    velocity_axes.stairs(speeds, ends, orientation="horizontal", baseline=None, color=GREY, lw=1.1)
-    velocity_axes.set_xlabel("shear-wave velocity (m/s), grey", color=GREY, fontsize=9)
-    velocity_axes.set_xlim(0, 1.25 * max(speeds))
-    velocity_axes.tick_params(labelcolor=GREY, labelsize=8)
+    speeds = np.array([layer.shear_velocity for layer in column.layers])
+    axes.stairs(0.8 * largest * speeds / speeds.max(), ends, orientation="horizontal",
+                baseline=None, color=GREY, lw=1.1)  # fmt: skip
+    span = " … ".join(dict.fromkeys(f"{speed:.3g}" for speed in (speeds.min(), speeds.max())))
+    axes.set_title(f"shear-wave velocity (grey): {span} m/s", loc="left", fontsize=9)
     axes.legend(frameon=False, fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, -0.2), ncols=2)
 
 
@@ -178,13 +182,15 @@ def draw_ratio(axes: Axes, history, result: Amplification, discrete) -> None:
     """Draw the amplification of the run and of the theory."""
     axes.plot(result.frequency, result.ratio, color=BLUE, lw=1.5, label="this run")
     # Centres are frequencies of bins, so that each window contains a sample.
-    centres = result.frequency[:: max(1, result.frequency.size // 150)]
-    curve = smooth_konno_ohmachi(result.frequency, result.ratio, 40.0, centres)
+    every = slice(None, None, 1 + result.frequency.size // _SMOOTHED)
+    bins, ratio = result.frequency[every], result.ratio[every]
+    centres = bins[:: max(1, bins.size // 150)]
+    curve = smooth_konno_ohmachi(bins, ratio, 40.0, centres)
     axes.plot(centres, curve, color=GREY, lw=1.0, label="smoothed, Konno–Ohmachi, b = 40")
     if discrete is not None:
         label = "transfer function of the discrete model"
-        axes.plot(result.frequency, abs(discrete), color=INK, lw=1.1, ls=":", label=label)
-    _draw_theory(axes, history, result)
+        axes.plot(bins, abs(discrete[every]), color=INK, lw=1.1, ls=":", label=label)
+    _draw_theory(axes, history, result, bins)
     peak = result.peak
     axes.plot(peak.frequency, peak.amplitude, "o", color=BLUE, ms=5)
     right = peak.frequency > 0.6 * result.frequency[-1]
@@ -257,7 +263,7 @@ def mark_stages(axes: Axes, scene: Scene, named: bool = True) -> None:
                           textcoords="offset points", zorder=1, **style)  # fmt: skip
 
 
-def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None:
+def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification, frequencies) -> None:
     """Draw the amplification of the one-dimensional column, damped by scheme and materials."""
     try:
         column = layered_soils(history, result.surface, result.base)[0]
@@ -269,9 +275,9 @@ def _draw_theory(axes: Axes, history: xr.Dataset, result: Amplification) -> None
     has_damping = any(layer.damping for layer in column.layers)
     uniform = len({(layer.shear_velocity, layer.density) for layer in column.layers}) == 1
     if uniform and not has_damping:
-        damping = scheme_damping(result.frequency, time_step, scheme)
-        theory = damped_amplification(result.frequency, column.depth, speed, damping)
+        damping = scheme_damping(frequencies, time_step, scheme)
+        theory = damped_amplification(frequencies, column.depth, speed, damping)
     else:
-        theory = abs(column.scheme_transfer(result.frequency, time_step, integration=scheme))
+        theory = abs(column.scheme_transfer(frequencies, time_step, integration=scheme))
     label = "1-D theory with damping of the scheme" + " and the materials" * has_damping
-    axes.plot(result.frequency, np.asarray(theory), color=ORANGE, lw=1.2, ls="--", label=label)
+    axes.plot(frequencies, np.asarray(theory), color=ORANGE, lw=1.2, ls="--", label=label)

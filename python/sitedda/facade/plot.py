@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..drawing.pictures import BlockPicture, view_box
 from ..drawing.quantities import limits_of, movement_limits, rounding
 from ..engine.signals import arias_growth
 from ..output.energies import budget
@@ -41,6 +40,8 @@ from .purpose import LEAST_DRAWN, Purpose, purpose_of
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from ..drawing.pictures import BlockPicture
 
 _RECORD_UNITS = {"acceleration": "m/s²", "velocity": "m/s", "displacement": "m"}
 _BLOCKS_WIDTH = 3.5  # inches, width of the blocks in a picture with two columns
@@ -90,8 +91,8 @@ def _site_picture(scene: Scene, history, result: Amplification, discrete) -> Fig
             width_ratios=[1, 1.9],
             height_ratios=[1, 1, 2.1],
         )
-        style = {"color": "material", "legend": False, "title": "The model"}
-        BlockPicture(scene, axes=axes["profile"], **style).show(scene.frames - 1)
+        style = {"color": "material", "legend": False}
+        _draw_blocks(axes["profile"], scene, "The model", scene.frames - 1, **style)
     else:
         figure = empty_figure((11, _SITE_HEIGHT), None)
         title_height = _draw_title(figure, history, result.peak.frequency)
@@ -172,6 +173,8 @@ def _drop_fallen(scene: Scene, curves) -> list[tuple]:
 
 def _draw_blocks(axes, scene: Scene, title: str, frame: int, **look) -> BlockPicture:
     """Draw the blocks of a frame under a title; return the picture."""
+    from ..drawing.pictures import BlockPicture  # 0.01 s
+
     picture = BlockPicture(scene, axes=axes, title=title, **look)
     picture.show(frame)
     return picture
@@ -198,6 +201,8 @@ def _draw_title(figure, history, *frequencies: float) -> float:
 
 def _row_height(scene: Scene, pictures: list[BlockPicture]) -> float:
     """Return the height (inches) of a row of pictures of blocks with their keys."""
+    from ..drawing.pictures import view_box
+
     width, height = np.subtract(*view_box(scene)[::-1])
     tall = float(np.clip(_BLOCKS_WIDTH * height / width, 1.2, 4.0))
     return max(tall, *(panel.keys.height for panel in pictures)) + _TITLES + 0.18 * max(

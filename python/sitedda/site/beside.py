@@ -17,7 +17,6 @@ from ..input.input_text import input_values
 from ..output.response import amplifications, spectral_ratio
 from ..output.verdict import run_scheme, run_step
 from .column import Column
-from .compare import analyses, tabulate_motions
 from .layers import convention_words
 from .motion import equal_step
 from .response import ColumnResponse, SiteResponse
@@ -72,6 +71,8 @@ class Beside:
         return "nonlinear" in self.columns
 
     def __str__(self) -> str:
+        from .compare import tabulate_motions
+
         step = self.response.motion.time_step
         low, high = self.frequency[0], self.frequency[-1]
         ratios = [self.ratio, *self.column_ratios.values()]
@@ -164,6 +165,8 @@ def _compute_columns(
     The motion has samples at `step` (s); the run has a time integration scheme and Δt (s).
     """
     if any(soils):
+        from .compare import analyses
+
         if damping is not None:
             raise InputError("yielding soil has the damping of its curves: omit --damping")
         results = analyses(column, soils, ground, step, kind="within")
