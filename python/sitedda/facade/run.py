@@ -215,7 +215,10 @@ def _run_or_resume(
                 warnings.warn(warning, PeakWarning, stacklevel=3)
         if not complete:
             file_written = file_written.with_name(file_written.name + ".partial")
-        history = output_file.read_output(file_written) if light else output_file.load(file_written)
+        if light:
+            history = output_file.read_output(file_written, written=not resume)
+        else:
+            history = output_file.load(file_written)
     if not light:
         _register_accessor()
     summary = history.attrs["step_control"]

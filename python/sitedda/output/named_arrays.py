@@ -7,6 +7,7 @@ the times, would take half the time of the steps of a run.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from types import EllipsisType
@@ -25,6 +26,11 @@ class NamedArray:
         self.dims = dims
         self.dtype, self.shape = source.dtype, source.shape
         self._source, self._labels = source, labels
+
+    @property
+    def nbytes(self) -> int:
+        """Return the number of bytes of the values."""
+        return math.prod(self.shape) * self.dtype.itemsize
 
     @cached_property
     def values(self) -> np.ndarray:
