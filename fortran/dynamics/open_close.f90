@@ -38,8 +38,9 @@ module dda_open_close
    integer, parameter :: most_short_steps = 6        !< very short steps before a whole step
    integer, parameter :: few_solves = 45  !< number of first solutions in which `rounding` applies
    !> largest number of rounds if Δt cannot be reduced: each has a phase with free and a phase with
-   !> frozen friction bounds, because one may converge if the other does not
-   integer, parameter :: most_bound_rounds = 4
+   !> frozen friction bounds, because one may converge if the other does not.  With 4 rounds, 5 of
+   !> 216 hard walls of Plesha, continuously yielding and restituting joints would not converge
+   integer, parameter :: most_bound_rounds = 8
    !> iteration limit with frozen bounds over the limit with free bounds: frozen bounds converge
    !> slowly but reliably, in about 200 iterations for a wall of 120 bricks at Δt = 20 ms
    integer, parameter :: patience = 8
