@@ -77,7 +77,7 @@ def _draw_accelerations(panels, history, series: dict) -> None:
         axes.plot(history.time, values, color=color, lw=0.6)
         axes.set(xlim=(0, float(history.time[-1])), ylim=(-1.08 * largest, 1.08 * largest))
         label = f"acceleration of {plain(name)} (m/s²), largest {abs(values).max():.3g}"
-        axes.set_title(label, loc="left", fontsize=9)
+        axes.set_title(label, loc="left", y=1.0, fontsize=9)
     panels[0].tick_params(labelbottom=False)
     panels[-1].set_xlabel("time (s)")
 
@@ -143,7 +143,7 @@ def draw_profile(axes: Axes, result) -> None:
     axes.stairs(0.8 * largest * speeds / speeds.max(), ends, orientation="horizontal",
                 baseline=None, color=GREY, lw=1.1)  # fmt: skip
     span = " … ".join(dict.fromkeys(f"{speed:.3g}" for speed in (speeds.min(), speeds.max())))
-    axes.set_title(f"shear-wave velocity (grey): {span} m/s", loc="left", fontsize=9)
+    axes.set_title(f"shear-wave velocity (grey): {span} m/s", loc="left", y=1.0, fontsize=9)
     axes.legend(frameon=False, fontsize=8.5, loc="upper left", bbox_to_anchor=(0.0, -0.2), ncols=2)
 
 
