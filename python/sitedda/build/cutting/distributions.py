@@ -28,9 +28,8 @@ def uniform(seed: int, stream: tuple[int, ...], count: int) -> np.ndarray:
     """
     kind, *index = stream
     counter = np.array([0, *index, 0, 0, 0][:4], dtype=np.uint64)
-    integers = np.random.Philox(key=np.array([seed, kind], np.uint64), counter=counter).random_raw(
-        count
-    )
+    generator = np.random.Philox(key=np.array([seed, kind], np.uint64), counter=counter)
+    integers = generator.random_raw(count)
     return ((integers >> np.uint64(12)).astype(float) + 0.5) * 2.0**-52
 
 

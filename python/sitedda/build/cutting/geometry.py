@@ -66,28 +66,16 @@ class Tunnel(schema.TunnelValues):
     @property
     def outline(self) -> np.ndarray:
         """Return the corners, shape (n, 2), m, counter-clockwise; those of an ellipse lie on it."""
-        half_width, half_height = self.width / 2, self.height / 2
+        a, b = self.width / 2, self.height / 2  # semi-axes
         if self.shape == "rectangle":
-            corners = np.array(
-                [
-                    [-half_width, -half_height],
-                    [half_width, -half_height],
-                    [half_width, half_height],
-                    [-half_width, half_height],
-                ]
-            )
+            corners = np.array([[-a, -b], [a, -b], [a, b], [-a, b]])
         elif self.shape == "circle":
             angle = 2 * np.pi * (np.arange(self.sides) + 0.5) / self.sides
-            corners = np.column_stack([half_width * np.cos(angle), half_height * np.sin(angle)])
+            corners = np.column_stack([a * np.cos(angle), b * np.sin(angle)])
         else:
             angle = np.linspace(0, np.pi, self.sides // 2 + 1)
-            roof = half_width * np.column_stack([np.cos(angle), np.sin(angle)])
-            corners = np.vstack(
-                [
-                    [[-half_width, -half_height], [half_width, -half_height]],
-                    roof + (0, half_height - half_width),
-                ]
-            )
+            roof = a * np.column_stack([np.cos(angle), np.sin(angle)])
+            corners = np.vstack([[[-a, -b], [a, -b]], roof + (0, b - a)])
         return corners + self.centre
 
 
