@@ -314,11 +314,11 @@ contains
    contains
 
       !> Append a strength, if it is given.
-      subroutine append_strength(name, given, value)
+      subroutine append_strength(name, unreduced, value)
          character(len=*), intent(in) :: name   !< name of the variable
-         real(wp), intent(in) :: given, value   !< value in the input; divided value
+         real(wp), intent(in) :: unreduced, value   !< value in the input; divided value
 
-         if (is_set(given)) strengths = [strengths, reduced_type(name, value)]
+         if (is_set(unreduced)) strengths = [strengths, reduced_type(name, value)]
       end subroutine append_strength
    end subroutine reduce_solid
 
