@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 import weakref
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -405,54 +404,7 @@ def test_a_resting_block_weighs_half_on_each_contact(write_input):
         assert_allclose(simulation.stresses[1, 1], -0.5 * 2000 * 10 * 1.0, rtol=1e-6)
 
 
-def test_state_arrays_are_copies(write_input):
-    with sitedda.Simulation(write_input(flying_block())) as simulation:
-        simulation.coordinates[:] = np.nan
-        simulation.rates[:] = 7.0
-        assert np.all(np.isfinite(simulation.coordinates))
-        assert_array_equal(simulation.rates, 0.0)
-        before = simulation.coordinates
-        simulation.rates = [[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]]
-        simulation.advance(3)
-        assert before[0, 0] == 1.0
-
-
-@pytest.mark.parametrize("values", [np.zeros(6), np.zeros((2, 6)), np.zeros((6, 1)), 1.0, []])
-def test_rates_of_another_shape_are_refused(write_input, values):
-    with sitedda.Simulation(write_input(flying_block())) as simulation:
-        with pytest.raises(ValueError, match=r"shape \(1, 6\)"):
-            simulation.rates = values
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_rates_must_be_finite(write_input, value):
-    with sitedda.Simulation(write_input(flying_block())) as simulation:
-        with pytest.raises(sitedda.InputError, match="rates must be finite"):
-            simulation.rates = np.full((1, 6), value)
-        assert_array_equal(simulation.rates, 0.0)
-
-
 # --- Opening and closing -------------------------------------------------------------------------
-
-
-def test_a_closed_simulation_is_reported_as_closed(write_input):
-    simulation = sitedda.Simulation(write_input(tower()))
-    simulation.close()
-    simulation.close()
-    for method in (
-        simulation.advance,
-        simulation.finish,
-        lambda: simulation.coordinates,
-        lambda: simulation.contacts,
-        lambda: simulation.energies,
-        lambda: simulation.polygons,
-        lambda: simulation.point_motions,
-        lambda: simulation.time,
-        lambda: simulation.title,
-        lambda: setattr(simulation, "rates", np.zeros((4, 6))),
-    ):
-        with pytest.raises(sitedda.SiteddaError, match="closed"):
-            method()
 
 
 def test_a_forgotten_simulation_is_freed_and_its_file_closed(write_input, tmp_path):
@@ -468,21 +420,6 @@ def test_a_forgotten_simulation_is_freed_and_its_file_closed(write_input, tmp_pa
     assert not (tmp_path / "out.nc").exists()
 
 
-def test_many_simulations_one_after_the_other(write_input):
-    file = write_input(flying_block(steps=1))
-    for _ in range(2000):
-        sitedda.Simulation(file).advance()
-
-
-def test_an_input_error_leaves_no_open_file(write_input):
-    invalid_input = write_input(changed(tower(), "control", steps=-1), "bad.nml")
-    with sitedda.Simulation(write_input(tower(steps=5))) as simulation:
-        for _ in range(100):
-            with pytest.raises(sitedda.InputError):
-                sitedda.Simulation(invalid_input)
-        assert simulation.advance(5)
-
-
 def test_two_simulations_at_once_are_independent(write_input, same_bits, tmp_path):
     files = write_input(tower(2, steps=60), "a.nml"), write_input(tower(5, steps=60), "b.nml")
     simulations = [sitedda.Simulation(file, tmp_path / f"{file.stem}.nc") for file in files]
@@ -495,20 +432,6 @@ def test_two_simulations_at_once_are_independent(write_input, same_bits, tmp_pat
         same_bits(sitedda.run(file).history, tmp_path / f"{file.stem}.nc")
 
 
-def test_simulations_in_threads_are_bit_identical(write_input):
-    files = [write_input(tower(n, steps=400), f"{n}.nml") for n in (1, 2, 3, 4, 5, 6)]
-
-    def last_state(file):
-        with sitedda.Simulation(file) as simulation:
-            simulation.advance(400)
-            return simulation.coordinates
-
-    single_states = [last_state(file) for file in files]
-    with ThreadPoolExecutor(3) as pool:
-        for one, other in zip(single_states, pool.map(last_state, files), strict=True):
-            assert_array_equal(one, other)
-
-
 def test_whole_runs_in_threads_do_not_crash(write_input):
     """The file libraries are not thread-safe; a separate process protects the tests."""
     file = write_input(tower(3, steps=2000))
@@ -519,8 +442,8 @@ import sitedda
 def last(_):
     return float(sitedda.run({str(file)!r}, False).history.displacement[-1, 1, 0])
 with ThreadPoolExecutor(8) as pool:
-    found = set(pool.map(last, range(80)))
-sys.exit(0 if len(found) == 1 else 7)
+    displacements = set(pool.map(last, range(80)))
+sys.exit(0 if len(displacements) == 1 else 7)
 """
     process = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=DEADLINE
@@ -561,15 +484,8 @@ KINDS = [
 
 @pytest.mark.parametrize(("kind", "number", "parent"), KINDS)
 def test_errors_survive_a_pickle_and_a_copy(kind, number, parent):
-    error = sitedda.SiteddaError.of(number, "step 3: what and where")
+    error = sitedda.SiteddaError.of(number, "step 3: größer")
     assert type(error) is kind and isinstance(error, parent)
     for clone in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
         assert type(clone) is kind
-        assert (str(clone), clone.kind) == ("step 3: what and where", kind.kind)
-
-
-def test_an_engine_error_can_be_pickled(write_input):
-    with pytest.raises(sitedda.InputError) as error_info:
-        sitedda.run(write_input(tower()), time_step=-1.0)
-    twin = pickle.loads(pickle.dumps(error_info.value))
-    assert str(twin) == str(error_info.value) and "time_step" in str(twin)
+        assert (str(clone), clone.kind) == ("step 3: größer", kind.kind)
