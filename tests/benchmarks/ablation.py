@@ -189,9 +189,8 @@ class Engine:
         arguments = shlex.split(files[-1])
         program = self.folder / "native"
         arguments[arguments.index("-o") + 1] = str(program)
-        arguments.insert(
-            arguments.index("-o") + 2, str(object_file)
-        )  # before the library with the original
+        # Before the library, which contains the original.
+        arguments.insert(arguments.index("-o") + 2, str(object_file))
         subprocess.run(arguments, cwd=self.build, check=True, capture_output=True)
         return program
 
@@ -262,9 +261,7 @@ def variants(prefixes: list[str]) -> dict[str, tuple[Path, str]]:
 
 def row(name: str, results: dict, before: dict) -> str:
     """Return a table row: ratios over the cases that both engines complete, and the others."""
-    common_cases = [
-        c for c in before if isinstance(before[c], dict) and isinstance(results[c], dict)
-    ]
+    common_cases = [c for c in before if {type(before[c]), type(results[c])} == {dict}]
     ratios = []
     for key in ("iterations", "factors", "applications", "seconds"):
         sum_of_cases = sum(before[c][key] for c in common_cases)

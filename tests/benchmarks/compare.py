@@ -55,9 +55,8 @@ def layered(layers: int) -> str:
 
 def settling(make: Callable[[int], Model], blocks: int, time_step: float) -> str:
     """Return the input of a model with about `blocks` blocks under its weight."""
-    return (
-        make(blocks).text(PENALTY, time_step, LONG, 0, "auto") + "&output history_interval = 1 /\n"
-    )
+    text = make(blocks).text(PENALTY, time_step, LONG, 0, "auto")
+    return text + "&output history_interval = 1 /\n"
 
 
 def resting(blocks: int) -> str:

@@ -114,12 +114,10 @@ def model(
     for i, (polygon, stress) in enumerate(zip(base_model.polygons, base_model.stress, strict=True)):
         coordinates = ", ".join(map(repr, polygon.ravel().tolist()))
         name = f"brick_{i}" if i else "base"
-        lines.append(
-            f"&block name = '{name}', material = 'm{-stress:.0f}', vertices = {coordinates} /"
-        )
-    lines += [
-        f"&fixed_point x = {x!r}, y = {y!r}, block = {b + 1} /" for x, y, b in base_model.fixed
-    ]
+        variables = f"name = '{name}', material = 'm{-stress:.0f}', vertices = {coordinates}"
+        lines.append(f"&block {variables} /")
+    template = "&fixed_point x = {!r}, y = {!r}, block = {} /"
+    lines += [template.format(x, y, b + 1) for x, y, b in base_model.fixed]
     if groups == "bolts":
         lines.append(bolts(base_model))
     return "\n".join(lines) + "\n"
@@ -148,9 +146,8 @@ def row(law: str, fixed: dict, adaptive: dict | None) -> str:
     cells = f"| {law} | {len(complete_runs)} of {len(fixed)} |"
     if adaptive is not None:
         cells += f" {sum(isinstance(r, dict) for r in adaptive.values())} of {len(adaptive)} |"
-    return cells + " {} / {} / {} | {:.1f} |".format(
-        *sums, sum(r["seconds"] for r in complete_runs)
-    )
+    seconds = sum(r["seconds"] for r in complete_runs)
+    return cells + " {} / {} / {} | {:.1f} |".format(*sums, seconds)
 
 
 def main() -> None:

@@ -226,9 +226,8 @@ def rivals(results: list[dict], rival: str, phase: str) -> list[tuple[int, float
     """Return blocks and milliseconds of SOR, or of the plain step."""
     walls = [result for result in results if "error" not in result and "wall" in result["model"]]
     if rival == "sor":
-        selection = [
-            result for result in walls if result["solver_asked"] == "sor" and phase in result
-        ]
+        runs = [result for result in walls if phase in result]
+        selection = [result for result in runs if result["solver_asked"] == "sor"]
         return sorted((result["blocks"], 1e3 * result[phase]["step"]) for result in selection)
     selection = [result for result in walls if "plain" in result.get(phase, {})]
     return sorted((result["blocks"], 1e3 * result[phase]["plain"]) for result in selection)

@@ -87,9 +87,8 @@ def prove(release: str, source: Path, output: Path, systems: Path) -> None:
     """Source and wheel in the two systems of a release."""
     bare, full = systems / release, systems / f"{release}-build"
     make_systems(release, bare, full)
-    took = timed(
-        inside, full, "pip", "wheel", "-q", "--no-deps", "-w", "/tmp", deliver(source, full)
-    )
+    pip = ("pip", "wheel", "-q", "--no-deps", "-w", "/tmp")
+    took = timed(inside, full, *pip, deliver(source, full))
     plain = next((full / "tmp").glob("sitedda-*.whl"))
     inside(full, "pip", "install", "-q", f"/tmp/{plain.name}")
     print(f"{release}, source: built in {took[0]:.0f} s, {took[1]:.0f} s of processors")

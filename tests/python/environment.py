@@ -7,9 +7,8 @@ import sys
 import time
 from pathlib import Path
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), ""
-)
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+BROWSER = next(filter(None, map(shutil.which, NAMES)), "")
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 DEADLINE = 900  # wall-clock limit of a test that hangs, s; also sufficient on a busy machine
 
@@ -29,3 +28,9 @@ def wait_for(condition, process: subprocess.Popen | None = None) -> None:
         assert process is None or process.poll() is None, process.communicate()
         assert time.monotonic() < end, "the condition remains false"
         time.sleep(0.02)
+
+
+def captured(command, **options) -> subprocess.CompletedProcess:
+    """Run a command to its end; return its status and output as text."""
+    options = {"timeout": DEADLINE} | options
+    return subprocess.run(command, capture_output=True, text=True, **options)

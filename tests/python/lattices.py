@@ -58,7 +58,6 @@ def moved(model, columns: int = 10, rows: int = 3) -> np.ndarray:
         at_end = False
         while not at_end:
             at_end = simulation.advance(10)
-            displacements.append(
-                (simulation.coordinates - first)[order, :2].reshape(rows, columns, 2)
-            )
+            change = (simulation.coordinates - first)[order, :2]
+            displacements.append(change.reshape(rows, columns, 2))
     return np.array(displacements)

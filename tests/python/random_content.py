@@ -321,9 +321,8 @@ def _more(rng, box, wide, tall) -> list:
         for i in range(rng.randint(1, 3)):
             x = rng.uniform(0.1, 0.9) * box[0]
             ends = {"from_": [x, 0.4 * tall], "to": [x, -0.5 * tall]}
-            groups.append(
-                group("bolt", name=f"bolt {i}", **ends, axial_stiffness=1e8, pretension=1e4)
-            )
+            tie = {"axial_stiffness": 1e8, "pretension": 1e4}
+            groups.append(group("bolt", name=f"bolt {i}", **ends, **tie))
     if rng.random() < 0.5:
         level = rng.uniform(-0.5, 0.5) * tall
         groups.append(group("water", surface=[-0.4 * wide, level, box[0] + 0.4 * wide, level]))

@@ -19,9 +19,8 @@ def test_each_remedy_and_constant_exists_in_its_file():
     assert sum(name.startswith("without") for name in variants) == len(ablation.REMEDIES)
     for name, (file, text) in variants.items():
         before = file.read_text().splitlines()
-        changed = [
-            pair for pair in zip(before, text.splitlines(), strict=False) if len(set(pair)) > 1
-        ]
+        pairs = zip(before, text.splitlines(), strict=False)
+        changed = [pair for pair in pairs if len(set(pair)) > 1]
         assert changed, name
         if not name.startswith("without"):
             assert len(changed) == 1 and f":: {name.split()[1]} = " in changed[0][0], name

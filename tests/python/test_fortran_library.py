@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from environment import executable
+from environment import captured, executable
 
 import sitedda
 
@@ -65,9 +65,8 @@ def test_the_program_prints_results_of_a_run(crest, root, tmp_path):
     fields = process.stdout.splitlines()[-1].split()
     assert fields[:1] + fields[2:5] == ["largest", "m", "at", "t"]
     assert float(fields[1]) == pytest.approx(displacement.max(), rel=1e-5)
-    assert float(fields[6]) == pytest.approx(
-        float(run.history.time[displacement.argmax()]), abs=1e-3
-    )
+    time = float(run.history.time[displacement.argmax()])
+    assert float(fields[6]) == pytest.approx(time, abs=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -79,5 +78,5 @@ def test_the_program_prints_results_of_a_run(crest, root, tmp_path):
 )
 def test_errors_are_returned_to_the_program(crest, root, tmp_path, file, point, message):
     (tmp_path / "wedge.nml").write_text((root / "inputs" / "wedge.nml").read_text())
-    process = subprocess.run([crest, file, point], cwd=tmp_path, capture_output=True, text=True)
+    process = captured([crest, file, point], cwd=tmp_path)
     assert (process.returncode, process.stderr.count("\n")) == (1, 1) and message in process.stderr

@@ -85,9 +85,8 @@ def test_a_tutorial_runs_as_a_notebook(name, tmp_path, monkeypatch):
     nbformat, nbclient = map(pytest.importorskip, ("nbformat", "nbclient"))
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
     page = ROOT / f"docs/tutorials/{name}.md"
-    book = nbformat.from_dict(
-        runpy.run_path(ROOT / "docs/notebooks.py")["notebook"](page, tmp_path)
-    )
+    notebook = runpy.run_path(ROOT / "docs/notebooks.py")["notebook"]
+    book = nbformat.from_dict(notebook(page, tmp_path))
     nbformat.validate(book)
     resources = {"metadata": {"path": tmp_path}}
     nbclient.NotebookClient(book, timeout=DEADLINE, resources=resources).execute()
@@ -196,9 +195,8 @@ def test_the_reference_is_generated_from_the_schema(root, tmp_path, of):
 
 
 def test_the_references_have_every_group_and_variable(root):
-    inputs, outputs = (
-        (root / f"docs/{kind}_reference.md").read_text() for kind in ("input", "output")
-    )
+    pages = [root / f"docs/{kind}_reference.md" for kind in ("input", "output")]
+    inputs, outputs = (page.read_text() for page in pages)
     for group in GROUPS.values():
         assert f"### `&{group.name}`" in inputs
     for name in VARIABLES:

@@ -3,12 +3,11 @@
 
 import ast
 import re
-import subprocess
 import tomllib
 from pathlib import Path
 
 import pytest
-from environment import executable
+from environment import captured, executable
 from fortran_source import (
     bound_names,
     functions_called,
@@ -33,9 +32,7 @@ DOCUMENTED = 0.7  # fraction of all arguments; those of public procedures all ar
     ids=" ".join,
 )
 def test_linters_find_nothing(command):
-    process = subprocess.run(
-        [executable(command[0]), *command[1:]], cwd=ROOT, capture_output=True, text=True
-    )
+    process = captured([executable(command[0]), *command[1:]], cwd=ROOT)
     assert process.returncode == 0, process.stdout + process.stderr
 
 
@@ -124,16 +121,14 @@ def _imports() -> dict[tuple[str, ...], set[tuple[str, ...]]]:
     used: dict[tuple[str, ...], set[tuple[str, ...]]] = {}
     for name, file in files.items():
         tree = ast.parse(file.read_text())
-        types = [
-            n for n in ast.walk(tree) if isinstance(n, ast.If) and "TYPE_CH" in ast.dump(n.test)
-        ]
+        conditions = [node for node in ast.walk(tree) if isinstance(node, ast.If)]
+        types = [node for node in conditions if "TYPE_CH" in ast.dump(node.test)]
         skipped = {id(inner) for node in types for inner in ast.walk(node)}
         used[name] = set()
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and node.level and id(node) not in skipped:
-                base = name[: -node.level] + tuple(
-                    (node.module or "").split(".") * bool(node.module)
-                )
+                parts = (node.module or "").split(".") * bool(node.module)
+                base = name[: -node.level] + tuple(parts)
                 modules = [(*base, alias.name) for alias in node.names]
                 packages = [module if module in files else base for module in modules]
                 used[name] |= {

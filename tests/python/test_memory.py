@@ -26,9 +26,8 @@ def test_a_model_that_does_not_fit_is_refused_before_it_is_built(binary, write_i
     file = write_input(wall(20_000, "jacobi"))
     process = limited(binary.path, LITTLE, "run", file, folder=tmp_path)
     assert process.returncode == 7, process.stderr
-    needed = re.search(
-        r"of \d+ blocks needs ([\d.]+) GB of memory, ([\d.]+) GB are", process.stderr
-    )
+    pattern = r"of \d+ blocks needs ([\d.]+) GB of memory, ([\d.]+) GB are"
+    needed = re.search(pattern, process.stderr)
     assert float(needed[1]) > float(needed[2])
     assert [file_found.name for file_found in tmp_path.iterdir()] == [file.name]
 

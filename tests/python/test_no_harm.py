@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from environment import DEADLINE, executable
+from environment import DEADLINE, captured, executable
 from model_text import changed, namelist, tower
 from test_command import NEVER_ENDING
 
@@ -306,12 +306,10 @@ def test_write_protected_files_are_not_replaced(workdir, program):
     (workdir / "o.nc").chmod(0o444)
     content = (workdir / "o.nc").read_bytes()
     process = program("run", "m.nml", "-q", "-o", "o.nc", folder=workdir)
-    assert (
-        process.returncode == 5 and "o.nc is write-protected and is not replaced" in process.stderr
-    )
-    assert (workdir / "o.nc").read_bytes() == content and (
-        workdir / "o.nc"
-    ).stat().st_mode & 0o777 == 0o444
+    assert process.returncode == 5
+    assert "o.nc is write-protected and is not replaced" in process.stderr
+    assert (workdir / "o.nc").read_bytes() == content
+    assert (workdir / "o.nc").stat().st_mode & 0o777 == 0o444
 
 
 @pytest.fixture
@@ -332,14 +330,7 @@ def test_a_folder_without_permission_is_reported(shut, name, message):
     if user and name == "sitedda":
         pytest.skip("a superuser's interpreter is seldom open to others")
     options = {"env": os.environ | {"HOME": "/"}, "timeout": DEADLINE, **user}
-    process = subprocess.run(
-        [executable(name), *message],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        **options,
-    )
+    process = captured([executable(name), *message], cwd=folder, **options)
     assert process.returncode == 5 and "Permission denied" in process.stderr, process.stderr
     assert len(process.stderr.splitlines()) == 1 and os.listdir(folder) == ["m.nml"]
 

@@ -5,7 +5,6 @@ import ast
 import importlib.metadata
 import importlib.util
 import re
-import subprocess
 import sys
 import threading
 import time
@@ -13,7 +12,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from environment import DEADLINE
+from environment import captured
 from model_text import namelist, tower
 
 import sitedda
@@ -28,9 +27,7 @@ HEAVY = ("ezdxf", "matplotlib", "netCDF4", "pandas", "scipy", "shapely", "tqdm",
 
 def python(code: str, folder=None) -> str:
     """Return the output of a fresh interpreter."""
-    process = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, timeout=DEADLINE
-    )
+    process = captured([sys.executable, "-c", code], cwd=folder)
     assert process.returncode == 0, process.stderr
     return process.stdout.strip()
 
@@ -92,7 +89,7 @@ def test_names_of_packages_are_listed_before_their_import(name):
 def test_commands_of_the_evidence_name_their_package():
     code = "import sys, importlib.metadata as m; m.entry_points = lambda **_: ()\n{}"
     code = code.format("from sitedda.command import main; print(main(['paper', 'layers']))")
-    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    process = captured([sys.executable, "-c", code])
     assert (process.returncode, process.stdout) == (0, "1\n")
     assert process.stderr == (
         "sitedda: sitedda paper needs the distribution sitedda-evidence: in a clone, "
@@ -110,9 +107,7 @@ def test_the_package_is_marked_as_typed():
 
 
 def test_the_package_runs_as_a_module():
-    process = subprocess.run(
-        [sys.executable, "-m", "sitedda", "--version"], capture_output=True, text=True
-    )
+    process = captured([sys.executable, "-m", "sitedda", "--version"])
     assert (process.returncode, process.stdout) == (0, f"sitedda {sitedda.__version__}\n")
 
 
@@ -263,7 +258,6 @@ def test_lack_of_memory_is_one_sentence(monkeypatch, megabytes):
     monkeypatch.syspath_prepend(ROOT / "tests" / "robustness")
     from little_memory import COMMANDS, failures
 
-    commands = {
-        name: COMMANDS[name] for name in (("check", "draw") if megabytes == 327 else ("run",))
-    }
+    names = ("check", "draw") if megabytes == 327 else ("run",)
+    commands = {name: COMMANDS[name] for name in names}
     assert failures([megabytes], commands) == []

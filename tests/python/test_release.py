@@ -9,7 +9,7 @@ import sys
 import tomllib
 
 import pytest
-from environment import executable
+from environment import captured, executable
 
 import sitedda
 
@@ -52,16 +52,14 @@ def test_recipes_follow_the_style_of_their_collections(root, file, width):
         "--stdin-filename=recipe.py",
         "-",
     )
-    process = subprocess.run([*ruff, *options], input=text, capture_output=True, text=True)
+    process = captured([*ruff, *options], input=text)
     assert process.returncode == 0, process.stdout
 
 
 def test_recipes_name_every_library_that_the_package_needs(root):
     """Otherwise, users would detect a missing library at installation."""
     project = tomllib.loads((root / "pyproject.toml").read_text())["project"]
-    needed = {
-        re.match(r"[\w-]+", requirement)[0].lower() for requirement in project["dependencies"]
-    }
+    needed = {re.match(r"[\w-]+", text)[0].lower() for text in project["dependencies"]}
     other_names = {"numpy": "numpy|scipy-bundle", "pandas": "pandas|scipy-bundle"}
     for file in ("conda/meta.yaml", "spack/package.py", "easybuild/sitedda-0.3.0-foss-2025b.eb"):
         text = (root / "docs/packaging" / file).read_text().lower()
@@ -218,6 +216,6 @@ def test_metadata_agree(root):
                         for name in ("codemeta.json", ".zenodo.json"))  # fmt: skip
     assert codemeta["description"] == project["description"] == zenodo["description"].rstrip(".")
     citation = (root / "CITATION.cff").read_text()
-    assert all(
-        keyword in project["keywords"] and keyword in citation for keyword in zenodo["keywords"]
-    )
+    keywords = zenodo["keywords"]
+    assert set(keywords) <= set(project["keywords"])
+    assert all(keyword in citation for keyword in keywords)

@@ -4,7 +4,6 @@
 import gc
 import multiprocessing
 import os
-import subprocess
 import sys
 import textwrap
 import threading
@@ -12,8 +11,8 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from environment import DEADLINE
-from model_text import flying_block, namelist, tower
+from environment import DEADLINE, captured
+from model_text import flying_block, namelist, tower, without
 
 import sitedda
 from sitedda.engine import api, checked
@@ -58,8 +57,8 @@ def test_arrays_of_any_layout_are_read_correctly(values, write_input):
     [
         *((r"shape \(4, 6\)", v) for v in (RIGHT[:3], RIGHT.T, RIGHT.ravel(), RIGHT[None], 3.0)),
         *(("rates must be finite", np.where(RIGHT == 0, v, RIGHT)) for v in (np.nan, np.inf)),
-        *(("", v) for v in (np.zeros((4, 0)), None, "fast", [["x"] * 6] * 4, RIGHT * 1j)),
-        *(("", v) for v in ([[1.0] * 6, [1.0] * 5], np.full((4, 6), object()))),
+        *((None, v) for v in (np.zeros((4, 0)), None, "fast", [["x"] * 6] * 4, RIGHT * 1j)),
+        *((None, v) for v in ([[1.0] * 6, [1.0] * 5], np.full((4, 6), object()))),
     ],
     ids=lambda values: str(np.shape(values) if isinstance(values, np.ndarray) else type(values)),
 )
@@ -202,9 +201,7 @@ def test_runs_in_other_processes_are_bit_identical(method, write_input):
 def test_threads_of_the_engine_survive_a_fork(write_input, tmp_path):
     """The wall is large enough for several threads; it runs before and after a fork."""
     wall = ("wall", {"brick_length": 0.5, "brick_height": 0.2, "bricks": 20, "courses": 12})
-    groups = [
-        group for group in flying_block(steps=4) if group[0] not in ("block", "measured_point")
-    ]
+    groups = without(without(flying_block(steps=4), "block"), "measured_point")
     file = write_input([*groups, wall])
     script = tmp_path / "forks.py"
     script.write_text(
@@ -226,9 +223,7 @@ def test_threads_of_the_engine_survive_a_fork(write_input, tmp_path):
         """)
     )
     environment = os.environ | {"OMP_NUM_THREADS": "2"}
-    process = subprocess.run(
-        [sys.executable, script], env=environment, capture_output=True, text=True
-    )
+    process = captured([sys.executable, script], env=environment)
     assert process.returncode == 0, process.stderr
 
 

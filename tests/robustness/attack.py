@@ -207,9 +207,8 @@ def hostile_name(case: Case, rng: random.Random, good: dict) -> None:
     """Let an input name another place of its output, or set a trap at a file to be written."""
     trap_kind = rng.choice(["link", "dangling", "pipe", "device", "folder", "mine", "hard link"])
     if rng.random() < 0.3:
-        name = rng.choice(
-            [*HOSTILE_TEXTS, "../victim", "{above}/victim", "{above}/new.nc", "m.nml"]
-        )
+        targets = ["../victim", "{above}/victim", "{above}/new.nc", "m.nml"]
+        name = rng.choice([*HOSTILE_TEXTS, *targets])
         quoted = name.replace("'", "''")
         case.files["m.nml"] = re.sub(rb"'o\.nc'", lambda _: f"'{quoted}'".encode(), good["m.nml"])
         case.words = ["run", "m.nml", "-q", "--no-plot"]
@@ -474,11 +473,8 @@ class Yard:
                 content = os.readlink(path) if stat.S_ISLNK(status.st_mode) else b""
                 if stat.S_ISREG(status.st_mode):
                     content = hashlib.sha256(path.read_bytes()).digest()
-                states[str(path.relative_to(self.above))] = (
-                    status.st_mode,
-                    status.st_rdev,
-                    content,
-                )
+                state = (status.st_mode, status.st_rdev, content)
+                states[str(path.relative_to(self.above))] = state
         return states
 
 

@@ -50,9 +50,9 @@ def retype(rng, variables, attributes) -> str:
     name = rng.choice(sorted(variables))
     kind, dimensions, values, its = variables[name]
     new_type = rng.choice(["i1", "i4", "f4", "f8", "S1"])
-    new_values = (
-        np.full(values.shape, b"x") if new_type == "S1" else np.zeros(values.shape, new_type)
-    )
+    new_values = np.zeros(values.shape, new_type)
+    if new_type == "S1":
+        new_values = np.full(values.shape, b"x")
     variables[name] = [new_type, dimensions, new_values, its]
     return f"{name} of {new_type}"
 
@@ -99,9 +99,8 @@ def shorten(rng, variables, attributes) -> str:
     for variable in variables.values():
         for axis, dimension in enumerate(variable[1]):
             if dimension == name:
-                variable[2] = np.take(
-                    variable[2], range(min(length, variable[2].shape[axis])), axis
-                )
+                positions = range(min(length, variable[2].shape[axis]))
+                variable[2] = np.take(variable[2], positions, axis)
     return f"{name} of {length}"
 
 

@@ -186,9 +186,8 @@ def judge_columns(count: int, seed: int) -> int:
                     print(
                         f"column {number}: {name} {figures[name]}, but {reference_values[name]:.6g}"
                     )
-    print(
-        f"{count * len(SURFACE) - outside_bar} of {count * len(SURFACE)} figures inside their bar"
-    )
+    total = count * len(SURFACE)
+    print(f"{total - outside_bar} of {total} figures inside their bar")
     print("largest errors:", ", ".join(f"{n} {100 * v:.2g} %" for n, v in largest_errors.items()))
     return int(outside_bar > 0 or max(largest_errors.values()) > 0.01)
 
@@ -220,9 +219,8 @@ def main(arguments: list[str]) -> int:
             if options.verbose and set(verdicts.values()) != {"inside"}:
                 print(f"pair {number}: {verdicts}", flush=True)
     for rocks, counter in counts.items():
-        print(
-            "rocking:" if rocks else "sliding:", ", ".join(f"{n} {w}" for w, n in counter.items())
-        )
+        counts = ", ".join(f"{n} {w}" for w, n in counter.items())
+        print("rocking:" if rocks else "sliding:", counts)
     inside_bar, outside_bar, without_bar = (sum(c[w] for c in counts.values())
                                             for w in counts[True])  # fmt: skip
     print(f"{inside_bar} of {inside_bar + outside_bar + without_bar} figures inside their bar")

@@ -40,13 +40,7 @@ MEMORY_LIMIT = 2 * 1024**3  # bytes of address space of the probe
 LONGEST_MESSAGE = 2000  # bytes; users must be able to read it
 
 MAKERS = {"input": mutated_input, "record": mutated_record}
-FILES = (
-    "csv",
-    "wkt",
-    "geojson",
-    "dxf",
-    "nc",
-)  # kinds of files that the package reads, by extension
+FILES = ("csv", "wkt", "geojson", "dxf", "nc")
 
 
 class Probe:
@@ -205,9 +199,8 @@ def main() -> int:
                    keep=Path("fuzz_failures"), time_limit=TIME_LIMIT, any_memory=False)  # fmt: skip
     command = [options.probe] if options.probe else PYTHON_PROBE
     failures = 0
-    kinds = {"input": options.inputs, "record": options.records} | dict.fromkeys(
-        FILES, options.files
-    )
+    kinds = {"input": options.inputs, "record": options.records}
+    kinds |= dict.fromkeys(FILES, options.files)
     for kind, count in kinds.items():
         seeds = range(options.seed, options.seed + count)
         probe_command = PYTHON_PROBE if kind in FILES else command

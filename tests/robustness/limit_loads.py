@@ -264,9 +264,8 @@ def bound(loaded: Loaded, limit: Limit, dilates: bool = True) -> tuple[float, fl
         )
     for a, b, yield_force in loaded.bolts:
         direction = (centres[b] - centres[a]) / np.linalg.norm(centres[b] - centres[a])
-        dissipation += yield_force * max(
-            0.0, direction @ (displacements[b, :2] - displacements[a, :2])
-        )
+        elongation = direction @ (displacements[b, :2] - displacements[a, :2])
+        dissipation += yield_force * max(0.0, elongation)
     return (dissipation - np.sum(dead * displacements)) / np.sum(live * displacements), lack
 
 

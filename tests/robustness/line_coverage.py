@@ -51,9 +51,8 @@ def run_tests(folder: Path) -> None:
     # These complete runs are slow without optimisation and reach no other lines.
     slow = ["--ignore", ROOT / "tests" / "python" / "input" / "test_every_input.py"]
     for command in (suites, [*python, *slow, ROOT / "tests" / "python"]):
-        process = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True
-        )
+        options = {"cwd": folder, "env": environment, "capture_output": True, "text": True}
+        process = subprocess.run(command, **options)
         print(process.stdout.strip().splitlines()[-1])
         if process.returncode:
             print(f"failed ({process.returncode}): {command[-1]}")
@@ -112,13 +111,11 @@ def report(counts: dict[Path, dict[int, int]]) -> int:
             if count == 0 and location in explanations:
                 used_reasons.add(location)
             elif count == 0:
-                unexplained.append(
-                    f"{file}:{number} ({names[number]}): {texts[number - 1].strip()}"
-                )
+                text = texts[number - 1].strip()
+                unexplained.append(f"{file}:{number} ({names[number]}): {text}")
     for name, (reached_lines, lines) in floors.items():
-        print(
-            f"{name:10} {reached_lines:6} of {lines:6} lines {100 * reached_lines / lines:6.1f} %"
-        )
+        percent = 100 * reached_lines / lines
+        print(f"{name:10} {reached_lines:6} of {lines:6} lines {percent:6.1f} %")
     reached_lines, lines = (sum(floor[i] for floor in floors.values()) for i in (0, 1))
     percentage = 100 * reached_lines / lines
     print(f"{'all':10} {reached_lines:6} of {lines:6} lines {percentage:6.2f} %, least {LEAST}")

@@ -274,9 +274,8 @@ def killer(engine: Engine, mutant: Mutant, limit: float) -> str:
 def unchanged_fails(engine: Engine, killers: set[str]) -> set[str]:
     """Return those of the tests that fail without a mutant."""
     pytest_names = [name for name in killers if name.startswith("tests/") and "::" in name]
-    return {
-        n for n in pytest_names if engine.run(engine.python, "-m", "pytest", "-q", n).returncode
-    }
+    command = (engine.python, "-m", "pytest", "-q")
+    return {n for n in pytest_names if engine.run(*command, n).returncode}
 
 
 def main() -> int:

@@ -81,9 +81,8 @@ class Trial:
         elif self.victim == "worker":
             children = Path(f"/proc/{client.pid}/task/{client.pid}/children")
             threads = Path(f"/proc/{client.pid}/task").glob("*/children")
-            processes = [
-                int(pid) for file in [children, *threads] for pid in file.read_text().split()
-            ]
+            texts = [file.read_text() for file in [children, *threads]]
+            processes = [int(pid) for text in texts for pid in text.split()]
             if processes:
                 os.kill(self.rng.choice(processes), signal.SIGKILL)
         elif self.victim == "dask worker":

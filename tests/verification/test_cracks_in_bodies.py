@@ -199,9 +199,8 @@ class Notched(Body):
         on_line = np.maximum(abs(f.start[:, 1]), abs(f.end[:, 1])) < 1e-9
         is_notched = on_line & (np.maximum(f.start[:, 0], f.end[:, 0]) < length + 1e-9)
         for cells in (f.first[is_notched], f.second[is_notched]):
-            high = abs(
-                ((self.centres[cells] - f.start[is_notched]) * f.normal[is_notched]).sum(axis=1)
-            )
+            arms = self.centres[cells] - f.start[is_notched]
+            high = abs((arms * f.normal[is_notched]).sum(axis=1))
             np.add.at(self.rest, cells, 0.5 * f.length[is_notched] * high)
         self.strain[is_notched] = 0.0
         normal = f.normal[is_notched]

@@ -16,9 +16,8 @@ REFERENCE = 1e-6  # v_0, m/s
 
 def driven(displacements, step: float, every=1, **law):
     """Return the history of a block with a given displacement (m) along its joint in each step."""
-    return nml.history(
-        nml.driven_block(step, len(displacements) - 1, law, displacements, step, every)
-    )
+    steps = len(displacements) - 1
+    return nml.history(nml.driven_block(step, steps, law, displacements, step, every))
 
 
 def shear_and_slip(data) -> tuple[np.ndarray, np.ndarray]:
@@ -156,9 +155,7 @@ def test_a_spring_slider_has_stick_slip_below_its_critical_stiffness(fraction, s
     b, velocity, step, steps = 0.015, 3e-4, 4e-3, 10000
     spring = 1.0 / (1.0 / (fraction * (b - A) * LOAD / SLIP) - 1.0 / 1e12)
     start = steady(velocity, b) * LOAD
-    displacement = (
-        velocity * step * steps * np.linspace(0.0, 1.2, 13)
-    )  # the motion continues to the end
+    displacement = velocity * step * steps * np.linspace(0.0, 1.2, 13)  # the motion continues
     text = nml.pressed_block(
         step, steps, rate_state(b) | {"initial_age": SLIP / velocity},
         nml.fixed_block("driver", nml.rectangle(2.0, 0.1, 0.5, 0.5), "rock", "j", motion_x="drive"),

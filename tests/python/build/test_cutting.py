@@ -472,9 +472,8 @@ def test_a_hole_stays_empty_and_an_excavation_keeps_its_blocks():
     empty = cut([Region(outline=SQUARE)], [joint], holes=[Hole(outline=outline, joint="wall")])
     assert len(empty) == 2 and areas(empty).sum() == pytest.approx(96, rel=1e-12)
     assert all(names.count("wall") == 3 for names in empty.edge_joints)
-    full = cut(
-        [Region(outline=SQUARE)], [joint], excavations=[Excavation(name="pit", outline=outline)]
-    )
+    pit = Excavation(name="pit", outline=outline)
+    full = cut([Region(outline=SQUARE)], [joint], excavations=[pit])
     assert sorted(full.names) == ["pit_1", "pit_2", "rock_1", "rock_2"]
 
 

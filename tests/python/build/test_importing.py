@@ -208,10 +208,8 @@ def test_nesting_of_inserted_blocks_is_limited(tmp_path):
 def test_damaged_files_are_read_or_refused(data, kind, tmp_path):
     intact = tmp_path / f"whole.{kind}"
     if not intact.exists():
-        texts = {
-            "geojson": geojson(POLYGON, LINE, name="a", layer="b"),
-            "csv": "x,y\n0,0\n1,2\n3,4\n",
-        }
+        texts = {"geojson": geojson(POLYGON, LINE, name="a", layer="b")}
+        texts["csv"] = "x,y\n0,0\n1,2\n3,4\n"
         texts["wkt"] = "POLYGON ((0 0, 4 0, 0 3, 0 0))\n"
         if kind == "dxf":
             drawing(tmp_path).rename(intact)
@@ -228,6 +226,5 @@ def test_damaged_files_are_read_or_refused(data, kind, tmp_path):
         outlines = read_outlines(damaged)
     except SiteddaError:
         return
-    assert all(
-        np.isfinite(outline.points).all() and len(outline.points) >= 2 for outline in outlines
-    )
+    points = [outline.points for outline in outlines]
+    assert all(np.isfinite(p).all() and len(p) >= 2 for p in points)

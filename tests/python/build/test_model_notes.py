@@ -226,10 +226,8 @@ def test_a_fixed_point_of_a_later_stage_counts(write_input):
         if name == "fixed_point":
             groups[at] = (name, values | {"name": "grip", "direction": "xy"})
     groups[0][1].pop("steps")
-    stages = [
-        group("stage", name="fall", steps=2),
-        group("stage", name="hold", steps=2, hold="grip"),
-    ]
+    stages = [group("stage", name=name, steps=2) for name in ("fall", "hold")]
+    stages[1][1]["hold"] = "grip"
     assert notes_of([*groups, *stages], write_input) == []
 
 
@@ -276,9 +274,8 @@ def test_large_strains_and_penetrations_are_reported_at_the_end(output_of, write
     row = next(line for line in unwrapped(output) if "a vertex of block" in line)
     depth = float(re.search(r"penetrates (\S+) m into block", row)[1])
     assert depth == pytest.approx(2500 * GRAVITY / 2 / 1e5, rel=1e-3), row
-    assert (
-        re.search(r"12\.2\d* % of the size .* limit 5 %", row) and "has a strain of" not in output
-    )
+    assert re.search(r"12\.2\d* % of the size .* limit 5 %", row)
+    assert "has a strain of" not in output
 
     weak = changed(pile(settle=True), "material", young_modulus=2e5)
     output = output_of("run", write_input(weak), "-q")
@@ -346,11 +343,8 @@ def test_a_compliant_base_without_motion_is_reported(write_input):
             "base", kind, side="bottom", **({"motion_x": motion} if motion else {})
         )
         with sitedda.Simulation(write_input(changed_model.to_namelist())) as run:
-            assert message in run.notes and bool(run.notes) == bool(message), (
-                kind,
-                motion,
-                run.notes,
-            )
+            assert message in run.notes, (kind, motion)
+            assert bool(run.notes) == bool(message), run.notes
 
 
 def without_motion(model) -> str:

@@ -297,9 +297,8 @@ def test_curves_end_at_the_strength_of_the_file(site):
     friction = (4 * 1800 + 3 * 1850) * 9.80665 * math.tan(math.radians(33))
     assert profile.strengths() == pytest.approx([40e3, friction])
     assert profile.strengths(2.0)[1] < friction  # below water
-    plain = read_profile(
-        site((head + rows).replace("40, ,", ", ,").replace(", 33,", ", ,"), "b.csv")
-    )
+    text = (head + rows).replace("40, ,", ", ,").replace(", 33,", ", ,")
+    plain = read_profile(site(text, "b.csv"))
     for layer, one, other, strength in zip(
         profile.layers, profile.curves(), plain.curves(), profile.strengths(), strict=True
     ):

@@ -15,7 +15,7 @@ import threading
 
 import pytest
 import xarray as xr
-from environment import DEADLINE, executable, wait_for
+from environment import DEADLINE, captured, executable, wait_for
 from model_text import DRY, changed, group, rectangle, tower, without
 
 from sitedda.errors import AuditWarning, CostWarning
@@ -161,9 +161,7 @@ def test_the_bar_is_for_terminals_and_a_closed_terminal_is_no_error(write_input,
     subprocess.run(command, stdout=subprocess.DEVNULL, stderr=writer_end, cwd=tmp_path, check=True)
     reader, writer = os.pipe()
     os.close(reader)
-    process = subprocess.run(
-        command, stdout=writer, stderr=subprocess.PIPE, cwd=tmp_path, check=False
-    )
+    process = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, cwd=tmp_path)
     os.close(writer)
     assert process.returncode == 128 + signal.SIGPIPE and not process.stderr
     os.close(writer_end)
@@ -389,12 +387,11 @@ def test_help_of_the_executable_names_every_option(binary):
 
 
 def test_the_executable_needs_no_python(binary, write_input, tmp_path):
-    linked = subprocess.run([shutil.which("ldd"), binary.path], capture_output=True, text=True)
+    linked = captured([shutil.which("ldd"), binary.path])
     assert "libpython" not in linked.stdout
     bare = {key: value for key, value in os.environ.items() if not key.startswith("PYTHON")}
-    process = subprocess.run([binary.path, "run", write_input(tower(steps=5)), "-q"], cwd=tmp_path,
-                             env=bare | {"PATH": "/nowhere"}, capture_output=True,
-                             text=True)  # fmt: skip
+    command = [binary.path, "run", write_input(tower(steps=5)), "-q"]
+    process = captured(command, cwd=tmp_path, env=bare | {"PATH": "/nowhere"})
     assert process.returncode == 0, process.stderr
 
 

@@ -97,9 +97,8 @@ def outputs(tmp_path_factory) -> Path:
 )  # fmt: skip
 def test_commands_that_show_outputs_end_in_one_sentence(tmp_path, outputs, command):
     command = [outputs / argument if argument.endswith(".nc") else argument for argument in command]
-    status, seconds, output = stopped(
-        [executable("sitedda"), *command], 0.2, signal.SIGTERM, tmp_path
-    )
+    command = [executable("sitedda"), *command]
+    status, seconds, output = stopped(command, 0.2, signal.SIGTERM, tmp_path)
     assert (status, output) == (6, ["sitedda: interrupted"])
     assert seconds < SOON
     assert not [file for file in tmp_path.iterdir() if file.is_file()]

@@ -257,9 +257,8 @@ def test_spectra_of_a_shake_are_those_of_its_figures(run, root):
 
 def test_the_energy_budget_is_closed(run):
     energies = budget(run.history)
-    assert sum(energies.parts.values()) == pytest.approx(
-        energies.given + energies.residual, rel=1e-9
-    )
+    total = energies.given + energies.residual
+    assert sum(energies.parts.values()) == pytest.approx(total, rel=1e-9)
     assert all((values >= 0).all() for values in energies.parts.values())
     assert {"kinetic", "loss by slip"} <= set(energies.parts)
 

@@ -2,13 +2,13 @@
 """Pictures, movies, VTK files, the verdict and reports of a run, without a browser."""
 
 import re
-import subprocess
 import sys
 import xml.etree.ElementTree as xml
 from functools import partial
 
 import numpy as np
 import pytest
+from environment import captured
 from matplotlib.text import Text
 from model_text import ROCK, changed, flying_block, group, rectangle, tower
 from PIL import Image
@@ -161,7 +161,7 @@ def test_the_matplotlib_backend_does_not_change(run, tmp_path):
         "assert matplotlib.get_backend() == 'svg';"
         "import sys; assert 'matplotlib.pyplot' not in sys.modules"
     )
-    process = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    process = captured([sys.executable, "-c", code])
     assert process.returncode == 0, process.stderr
 
 
@@ -223,9 +223,7 @@ def test_a_gif_moves(run, tmp_path):
 
 def test_an_mp4_has_the_requested_number_of_pictures(run, tmp_path):
     file = write_movie(run, tmp_path / "x.mp4", fps=5, seconds=1)
-    process = subprocess.run(
-        [ffmpeg(), "-i", file, "-f", "null", "-"], capture_output=True, text=True
-    )
+    process = captured([ffmpeg(), "-i", file, "-f", "null", "-"])
     assert "Video: h264" in process.stderr and "frame=    5" in process.stderr
 
 
@@ -344,9 +342,7 @@ def test_the_verdict_reports_movement_and_slip(run):
         <= values["largest_displacement_m"]
         <= 1.1 * peak_displacement
     )
-    assert values["largest_tilt_rad"] >= max(
-        largest_rotation(frame) for frame in range(scene.frames)
-    )
+    assert values["largest_tilt_rad"] >= max(map(largest_rotation, range(scene.frames)))
     text = str(run.verdict)
     assert "PGA" in text and "Arias" in text and text.startswith("Blocks moved by up to ")
 

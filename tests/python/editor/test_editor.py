@@ -54,9 +54,8 @@ def test_completion_offers_every_group_and_variable_once():
     assert {offer.word for offer in offers("", 0, 0)} == {f"&{name}" for name in GROUPS}
     for name, group in GROUPS.items():
         text = f"&{name} "
-        assert [offer.word for offer in offers(text, 0, len(text))] == [
-            v.name for v in group.variables
-        ]
+        names = [variable.name for variable in group.variables]
+        assert [offer.word for offer in offers(text, 0, len(text))] == names
         for v in group.variables:
             hover_text = hover(f"&{name} {v.name} = ", 0, len(name) + 2)
             assert v.meaning in hover_text and v.unit in hover_text and v.default in hover_text

@@ -113,9 +113,7 @@ def test_rupture_lets_the_block_fall():
     history = hanging(steps=3000, rupture_elongation=0.025).run().history
     assert history.bolt_state[-1, 0] == 4
     assert history.bolt_force[-1, 0] == 0.0
-    elongation = math.sqrt(
-        float(history.energy_yield[-1]) / (0.5 * STIFFNESS)
-    )  # elongation when broken
+    elongation = math.sqrt(float(history.energy_yield[-1]) / (0.5 * STIFFNESS))  # at rupture
     omega = math.sqrt(STIFFNESS / MASS)
     speed = 10.0 / omega * math.sqrt(1.0 - (1.0 - 0.025 * omega**2 / 10.0) ** 2)
     assert 0.025 <= elongation < 0.025 + speed * 1e-4  # it breaks in the step of this elongation

@@ -21,9 +21,8 @@ def finding(text: str, topic: str) -> str:
 
 def numbers_of(report) -> np.ndarray:
     """All numbers in the text of a report."""
-    return np.array(
-        [report.omega_max, *report.bracket, report.residual, report.shift, *report.band]
-    )
+    limits = [*report.bracket, report.residual, report.shift, *report.band]
+    return np.array([report.omega_max, *limits])
 
 
 # --- Damping over the band of the record ---------------------------------------------------------

@@ -32,9 +32,8 @@ def test_the_check_reports_the_reflection_of_dashpots(integration, fraction):
     assert percent(message, "of the amplitude due to the block size") == pytest.approx(
         100 * (omega / slowest) ** 2 / 48, rel=0.02
     )
-    assert percent(message, "due to the time") == pytest.approx(
-        100 * omega * 1e-3 * fraction, rel=0.02
-    )
+    expected = 100 * omega * 1e-3 * fraction
+    assert percent(message, "due to the time") == pytest.approx(expected, rel=0.02)
     # The table of docs/boundaries.md for ν = ¼: 0.0003 at 30° and 0.0039 at 45° for P waves.
     degrees = [int(n) for n in re.findall(r"(\d+)°", message)]
     assert degrees[0] <= 50

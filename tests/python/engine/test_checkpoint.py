@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
-from environment import DEADLINE, wait_for
+from environment import DEADLINE, captured, wait_for
 from model_text import changed, tower
 
 import sitedda
@@ -425,9 +425,7 @@ def test_a_full_disk_ends_in_one_message_and_the_run_can_be_resumed(
 
     file = write_input(shaken_tower(4000, 100))
     arguments = [binary.path, "run", file, "-q", "-o", tmp_path / "out.nc"]
-    process = subprocess.run(
-        arguments, preexec_fn=limit, capture_output=True, text=True, check=False
-    )
+    process = captured(arguments, preexec_fn=limit)
     assert process.returncode == 5
     assert len(process.stderr.strip().splitlines()) == 1, process.stderr
     assert "out.nc" in process.stderr and "File too large" in process.stderr
@@ -505,5 +503,5 @@ simulation.finish()
 def test_a_short_campaign(root, binary, arguments):
     script = root / "tests" / "robustness" / arguments[0]
     command = [sys.executable, script, *arguments[1:], "--program", binary.path]
-    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    process = captured(command)
     assert process.returncode == 0, process.stdout + process.stderr

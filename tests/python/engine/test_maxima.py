@@ -298,9 +298,8 @@ def test_on_a_half_space_displacements_are_relative_to_the_outcrop(root, tmp_pat
     assert history.attrs["maxima_base"] == "relative to the outcrop motion of its base"
     outcrop = 2.0 * history.incoming_displacement.sel(boundary="base").values
     displacement = np.linalg.norm(history.displacement.values - outcrop[:, None], axis=2).max()
-    assert run.verdict.values["largest_point_displacement_m"] == pytest.approx(
-        displacement, rel=1e-3
-    )
+    largest = run.verdict.values["largest_point_displacement_m"]
+    assert largest == pytest.approx(displacement, rel=1e-3)
     assert displacement < 0.5 * np.linalg.norm(history.displacement.values, axis=2).max()
 
 
@@ -490,9 +489,8 @@ def test_a_resumed_run_has_the_same_maxima(write_input, tmp_path, same_bits):
             run.maxima  # noqa: B018  looking changes nothing
         resumed_run = sitedda.resume(file, tmp_path / f"{steps}.nc")
         same_bits(reference.history, resumed_run.history)
-        assert repr(resumed_run.maxima) == repr(
-            reference.maxima
-        )  # texts, because NaN differs from NaN
+        # Texts, because NaN differs from NaN.
+        assert repr(resumed_run.maxima) == repr(reference.maxima)
 
 
 def wide_wall(count: int) -> list:

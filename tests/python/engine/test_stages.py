@@ -269,9 +269,8 @@ def test_a_block_that_falls_and_rests_is_reported(write_input, binary, tmp_path)
     process = binary("run", write_input(groups), folder=tmp_path)
     assert message in " ".join(process.stdout.split())
     header_line = next(line for line in process.stdout.splitlines() if "where, when" in line)
-    line = next(
-        row for row in process.stdout.splitlines() if row.startswith("distance from input ")
-    )
+    lines = process.stdout.splitlines()
+    line = next(row for row in lines if row.startswith("distance from input "))
     columns = ((header_line.index("at the end"), "300 mm"),
                (header_line.index("where"), "stone, including settlement"))  # fmt: skip
     assert all(line[at:].startswith(message) for at, message in columns)

@@ -41,9 +41,8 @@ def serialised(root):
     contact = (root / "fortran" / "contact" / "contact.f90").read_text()
     texts_of_lists = "".join(re.findall(r"subroutine for_each_\w+.*?end subroutine", contact, re.S))
     folders = ("state", "algebra/solvers", "elements")
-    parts = [
-        path.read_text() for name in folders for path in (root / "fortran" / name).glob("*.f90")
-    ]
+    files = [path for name in folders for path in (root / "fortran" / name).glob("*.f90")]
+    parts = [path.read_text() for path in files]
     return re.sub(r"!.*", "", "\n".join([text_of_mark, texts_of_lists, *parts]))
 
 
@@ -62,9 +61,8 @@ def test_every_component_is_saved_or_declared_unsaved(root, serialised, folder, 
     text = source_of(root / "fortran" / folder, name)
     component_names = components(text, name)
     declaration = re.search(rf":: {name}\n(.*?)^ *end type", text, re.M | re.S)[1]
-    unsaved_names = set(", ".join(re.findall(r"! unsaved, .*: (.*)", declaration)).split(", ")) - {
-        ""
-    }
+    texts = re.findall(r"! unsaved, .*: (.*)", declaration)
+    unsaved_names = set(", ".join(texts).split(", ")) - {""}
     saved_names = {part for part in component_names if re.search(rf"%{part}\b", serialised)}
     missing_names = component_names - saved_names - unsaved_names
     assert not missing_names, f"{name}: {missing_names} are neither saved nor declared unsaved"

@@ -296,15 +296,13 @@ def test_joints_of_other_laws_come_to_rest_by_frozen_friction_bounds(tmp_path):
 def assert_at_rest(model, friction: float, law: str, folder) -> None:
     """Blocks come to rest under sudden weight, and no contact exceeds its friction."""
     model.stress[:] = 0.0
-    text = model.text(1e12, 1e-3, 1000, 10, "auto").replace(
-        "&control ", "&control settle = .true., "
-    )
+    text = model.text(1e12, 1e-3, 1000, 10, "auto")
+    text = text.replace("&control ", "&control settle = .true., ")
     file = folder / "blocks.nml"
     file.write_text(text.replace("friction_angle = 35.0", f"friction_angle = {friction}{law}"))
     with sitedda.Simulation(file) as simulation:
         assert int(re.search(r"at rest after (\d+) static steps", simulation.summary)[1]) > 5
-        normal, shear = (
-            simulation.contacts[f"{direction}_force"] for direction in ("normal", "shear")
-        )
+        contacts = simulation.contacts
+        normal, shear = contacts["normal_force"], contacts["shear_force"]
     assert normal.max() > 1e5
     assert np.all(abs(shear) <= math.tan(math.radians(friction)) * normal + 1.0)

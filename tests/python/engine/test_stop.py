@@ -92,9 +92,8 @@ def test_rest_comes_after_the_motions(write_input):
     end = float(run.history.time[-1])
     assert 0.8 <= end < 4.0 and run.history.attrs["ending"].endswith("within 0.2 s")
     changed_input = changed(resting(), "motion", values=[0.0] * 31)  # the motion lasts 3 s
-    assert float(ended(changed_input, write_input).history.time[-1]) == pytest.approx(
-        3.2, abs=1.5e-3
-    )
+    time = float(ended(changed_input, write_input).history.time[-1])
+    assert time == pytest.approx(3.2, abs=1.5e-3)
 
 
 def test_rest_comes_after_the_loads_on_edges(write_input):

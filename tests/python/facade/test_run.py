@@ -4,7 +4,6 @@
 import copy
 import gc
 import pickle
-import subprocess
 import sys
 import time
 import weakref
@@ -12,7 +11,7 @@ import weakref
 import numpy as np
 import pytest
 import xarray as xr
-from environment import DEADLINE
+from environment import captured
 from model_text import changed, flying_block, rectangle, tower, without
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -83,9 +82,7 @@ def test_pint_reads_every_unit(write_input):
     response = sitedda.Column([layer]).response(history.acceleration[:, 0, 0], 1e-3)
     levels = [Records([Record("a", np.ones(9), 0.01)], [1.0], measure=m, period=0.5)
               for m in ("scale", "pga", "pgv", "sa", "arias")]  # fmt: skip
-    texts = [
-        about["units"] for level in levels for *_, about in level.coordinates.values() if about
-    ]
+    texts = [a["units"] for level in levels for *_, a in level.coordinates.values() if a]
     for data in (history, response.profile()):
         texts += [v.attrs["units"] for v in data.variables.values() if "units" in v.attrs]
     for text in (*texts, *history.coordinate_unit.values, *history.rate_unit.values):
@@ -163,9 +160,8 @@ def test_output_is_written_to_the_given_path(write_input, tmp_path, monkeypatch)
 
 def test_progress_receives_the_run(write_input):
     calls = []
-    sitedda.run(
-        write_input(tower(steps=500)), progress=lambda s: calls.append((s.time, s.duration))
-    )
+    file = write_input(tower(steps=500))
+    sitedda.run(file, progress=lambda s: calls.append((s.time, s.duration)))
     times = [time for time, _ in calls]
     assert times == sorted(times) and len(times) >= 2
     assert times[-1] == pytest.approx(0.5, rel=1e-12)
@@ -207,10 +203,8 @@ def test_phases_add_up_to_the_time_of_the_steps(write_input):
         run.advance(1500)
         elapsed = time.perf_counter() - begun
         phase_times = run.phase_times()
-    unused_phases = (
-        "search",
-        "factorise",
-    )  # not needed, because neighbours and states do not change
+    # Not needed, because neighbours and states do not change.
+    unused_phases = ("search", "factorise")
     assert all(seconds > 0 for name, seconds in phase_times.items() if name not in unused_phases)
     assert 0.3 * elapsed < sum(phase_times.values()) <= elapsed
 
@@ -445,9 +439,7 @@ with ThreadPoolExecutor(8) as pool:
     displacements = set(pool.map(last, range(80)))
 sys.exit(0 if len(displacements) == 1 else 7)
 """
-    process = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, timeout=DEADLINE
-    )
+    process = captured([sys.executable, "-c", code])
     assert process.returncode == 0, process.stderr
 
 

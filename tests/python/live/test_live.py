@@ -7,7 +7,6 @@ import os
 import random
 import runpy
 import stat
-import subprocess
 import sys
 import threading
 from contextlib import suppress
@@ -17,7 +16,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from environment import DEADLINE, wait_for
+from environment import DEADLINE, captured, wait_for
 from live_server import Client, LiveProcess, connect, live, talk
 from model_text import DRY, ROCK, group, namelist, rectangle
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
@@ -76,18 +75,14 @@ def test_a_run_imports_nothing_of_the_server(folder):
         "found = [m for m in sys.modules if m.startswith(('tornado', 'sitedda.live'))]; "
         "assert not found, found"
     )
-    process = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True
-    )
+    process = captured([sys.executable, "-c", code], cwd=folder)
     assert process.returncode == 0, process.stderr
 
 
 def test_without_the_library_one_sentence_says_what_to_install(folder):
     code = "import sys; sys.modules['tornado'] = None; from sitedda.program import main; "
-    process = subprocess.run(
-        [sys.executable, "-c", f"{code}sys.exit(main(['live', '--no-open']))"],
-        cwd=folder, capture_output=True, text=True,
-    )  # fmt: skip
+    command = [sys.executable, "-c", f"{code}sys.exit(main(['live', '--no-open']))"]
+    process = captured(command, cwd=folder)
     assert process.returncode == 1 and "pip install 'sitedda[live]'" in process.stderr
     assert "Traceback" not in process.stderr
 
@@ -240,9 +235,8 @@ def test_the_saved_script_is_bit_identical_with_changes_outside_stages(
     change = {"joint[1].friction_angle": "2"}
     _, (script, namelist), data = steered(folder, tmp_path / "state", 60, "change", change,
                                           "script", "namelist")  # fmt: skip
-    assert (
-        "! only in the script: at t = 0.06 s: joint[1].friction_angle = 2" in namelist.read_text()
-    )
+    note = "! only in the script: at t = 0.06 s: joint[1].friction_angle = 2"
+    assert note in namelist.read_text()
     monkeypatch.chdir(folder)
     runpy.run_path(str(script))
     with sitedda.open_output(folder / "saved.nc") as repeated_run:
@@ -305,9 +299,8 @@ def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
     assert end["status"] == "failed" and "does not converge" in end["verdict"]["failure"]
     assert end["verdict"]["blocks"] == [1, 0]
     report_text = unescape(report.read_text())
-    assert (
-        "the run failed." in report_text and f"failed: {end['verdict']['failure']}" in report_text
-    )
+    assert "the run failed." in report_text
+    assert f"failed: {end['verdict']['failure']}" in report_text
 
 
 # --- the guard -------------------------------------------------------------------------------
@@ -389,9 +382,8 @@ def hostile_messages(seed: int, count: int) -> list:
     for _ in range(count):
         kind = draw.randrange(5)
         if kind == 0:
-            messages.append(
-                "".join(chr(draw.randrange(1, 0xD000)) for _ in range(draw.randrange(80)))
-            )
+            letters = [chr(draw.randrange(1, 0xD000)) for _ in range(draw.randrange(80))]
+            messages.append("".join(letters))
         elif kind == 1:
             messages.append(bytes(draw.randrange(256) for _ in range(draw.randrange(80))))
         elif kind == 2:

@@ -185,9 +185,7 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
         press(page, f"save the {kind}")
         until(page, f"page.saves.fields.{kind}.words.textContent.startsWith('saved')")
     picture(page, "save")
-    saved_files = {
-        file.suffix: file for file in served.folder.iterdir() if "input" not in file.name
-    }
+    saved_files = {f.suffix: f for f in served.folder.iterdir() if "input" not in f.name}
     assert saved_files.keys() >= {".nml", ".py", ".html", ".mp4", ".nc"}
     assert page.complaints == []
     repeated_run = sitedda.run(saved_files[".nml"]).history

@@ -249,11 +249,8 @@ def test_an_output_contains_derived_values_of_its_input(tmp_path):
     with sitedda.Simulation(file) as run:
         assert contact["normal_stiffness"] == run.normal_stiffness
         assert json.loads(run.input_values) == values | {"output": values["output"]}
-    assert (control["integration"], control["settle"], control["gravity"]) == (
-        "dda",
-        True,
-        [0, -9.81],
-    )
+    assert (control["integration"], control["settle"]) == ("dda", True)
+    assert control["gravity"] == [0, -9.81]
     shear = material["young_modulus"] / (2 * (1 + material["poisson_ratio"]))
     assert shear == pytest.approx(2400 * 400**2, rel=1e-12)
     assert values["joint"] == [values["joint"][0] | {"law": "coulomb", "cohesion": 1e4}]

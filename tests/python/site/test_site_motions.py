@@ -35,9 +35,8 @@ def ricker(frequency, samples=2000, at=10.0):
 
 def final_motion(found) -> float:
     """Return the larger ratio of final to peak value of velocity and displacement."""
-    return max(
-        abs(v[-1]) / abs(v).max() for v in (found.velocity.values, found.displacement.values)
-    )
+    histories = (found.velocity.values, found.displacement.values)
+    return max(abs(v[-1]) / abs(v).max() for v in histories)
 
 
 def test_a_band_pass_has_no_phase_shift_and_ends_at_rest():
@@ -180,9 +179,8 @@ def test_a_match_that_fails_is_an_error(record):
 def known():
     """Return a suite whose amplification is a formula with known scatter."""
     random = np.random.default_rng(1)
-    rock = np.geomspace(0.2, 8.0, 12)[None, :, None] * np.exp(
-        0.3 * random.standard_normal((40, 1, 3))
-    )
+    deviations = random.standard_normal((40, 1, 3))
+    rock = np.geomspace(0.2, 8.0, 12)[None, :, None] * np.exp(0.3 * deviations)
     noise = 0.25 * random.standard_normal(rock.shape)
     factor = 2.0 * ((rock + 1.0) / 1.0) ** -0.6 * np.exp(noise)
     dims = ("motion", "level", "period")

@@ -62,10 +62,8 @@ def test_a_hill_amplifies_most_at_its_top():
 def test_the_picture_of_a_run_shows_amplification_along_its_surface():
     history = ground(HILL).history
     assert purpose_of(history).kind == "surface"
-    assert [axes.get_ylabel() for axes in run_picture(history).axes[:2]] == [
-        "frequency (Hz)",
-        "ratio",
-    ]
+    labels = [axes.get_ylabel() for axes in run_picture(history).axes[:2]]
+    assert labels == ["frequency (Hz)", "ratio"]
     few = history.isel(point=slice(2, None))
     assert purpose_of(few).kind == "shake"
 

@@ -172,10 +172,8 @@ def arch(friction: float, ratio=0.165, count=15, half=76.4) -> sitedda.Model:
     """Voussoirs of a circular arch of radius 5 m on two fixed abutments."""
     half = math.radians(half)
     span, rise = 10.0 * math.sin(half), 5.0 * (1 - math.cos(half))
-    shapes = Arch(
-        span=span, rise=rise, thickness=5.0 * ratio, voussoirs=count, abutment=2.0
-    ).blocks()
-    blocks = {stone.name: stone.polygon for stone in shapes}
+    geometry = Arch(span=span, rise=rise, thickness=5.0 * ratio, voussoirs=count, abutment=2.0)
+    blocks = {stone.name: stone.polygon for stone in geometry.blocks()}
     fixed = [name for name in blocks if name.endswith(("left", "right"))]
     return assembly(blocks, friction, held=fixed)
 
@@ -297,9 +295,8 @@ def test_backfill_ends_with_its_surface_and_strengthens_an_arch():
     beside = Backfill([(4, 1), (10, 1)], 18e3, 30.0)  # no soil at the block, x = 1 to 3 m
     assert sitedda.limit_analysis(squat(), backfill=beside).upper.factor == pytest.approx(0.5)
     model = arch(0.6)
-    stones = [
-        mass_and_centre(polygon)[1] for polygon in sitedda.limit_analysis(model).upper.polygons
-    ]
+    polygons = sitedda.limit_analysis(model).upper.polygons
+    stones = [mass_and_centre(polygon)[1] for polygon in polygons]
     line = sorted(tuple(point) for point in stones if point[1] > 2.5)
     bare = sitedda.travelling_axle(model, line, positions=9)
     fill = Backfill([(-9, 5), (9, 5)], 18e3, 30.0)

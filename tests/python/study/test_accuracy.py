@@ -107,9 +107,8 @@ def test_results_after_the_horizon_are_random_samples():
     yielding_figure = replace(decided_figure, doubt=YIELD)
     assert _mark_undecided(yielding_figure, 2.0, 3.0) is yielding_figure
     assert _mark_undecided(yielding_figure, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
-    doubts_of_both = Accuracy(
-        {"a": undecided, "b": _mark_undecided(decided_figure, 3.0, 1.0)}
-    ).doubts()
+    penalty_figure = _mark_undecided(decided_figure, 3.0, 1.0)
+    doubts_of_both = Accuracy({"a": undecided, "b": penalty_figure}).doubts()
     assert doubts_of_both == [("bars", "beyond the horizon (first: 2.5 s), random samples: a, b")]
 
 
@@ -204,26 +203,21 @@ def test_an_existing_run_is_not_repeated(write_input, tmp_path):
 
 def test_runs_print_their_error_bars(write_input, python_program, tmp_path):
     file = write_input(SLIDE.replace("time_step = 2e-3", "time_step = 5e-3"))
-    process = python_program.ok(
-        "accuracy", str(file), "--quiet", "--set", "joint.friction_angle=25"
-    )
+    options = ("--quiet", "--set", "joint.friction_angle=25")
+    process = python_program.ok("accuracy", file, *options)
     assert "largest_slip_m" in process.stdout
     assert " ± " in process.stdout
     run = sitedda.run(file, changes={"joint.friction_angle": 25.0})
-    line_of_slip = next(
-        line for line in process.stdout.splitlines() if line.startswith("largest_slip_m")
-    )
+    lines = process.stdout.splitlines()
+    line_of_slip = next(line for line in lines if line.startswith("largest_slip_m"))
     assert str(run.accuracy()["largest_slip_m"]) in line_of_slip
-    process = python_program.ok(
-        "run", str(file), "--accuracy", "-q", "--no-plot", "-o", str(tmp_path / "o.nc"), "--report"
-    )
+    options = ("--accuracy", "-q", "--no-plot", "-o", tmp_path / "o.nc", "--report")
+    process = python_program.ok("run", file, *options)
     assert " ± " in process.stdout
-    stored_figures = stored_accuracy(load(tmp_path / "o.nc").attrs)
-    line_of_slip = with_bar(
-        1e3 * stored_figures["largest_slip_m"].finest, 1e3 * stored_figures["largest_slip_m"].bar
-    )
+    slip = stored_accuracy(load(tmp_path / "o.nc").attrs)["largest_slip_m"]
+    line_of_slip = with_bar(1e3 * slip.finest, 1e3 * slip.bar)
     assert re.search(rf"^slip +{re.escape(line_of_slip)} mm", process.stdout, re.M)
-    assert str(stored_figures["largest_slip_m"]) in (tmp_path / "o.html").read_text()
+    assert str(slip) in (tmp_path / "o.html").read_text()
 
 
 def test_equal_warnings_of_runs_are_printed_once():
@@ -271,9 +265,8 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
     assert run.history.attrs["contacts_changed"] == "no"
     figures = run.accuracy()
     assert figures.runs == {}
-    loaded = write_input(
-        f"{file.read_text()}&traction side = 'top', normal = 1e3 /\n", "loaded.nml"
-    )
+    traction = "&traction side = 'top', normal = 1e3 /\n"
+    loaded = write_input(f"{file.read_text()}{traction}", "loaded.nml")
     assert is_linear(run.history, facts_of(file, {}))
     assert not is_linear(run.history, facts_of(loaded, {}))
     runs = sitedda.accuracy(file, names, workers=2)

@@ -170,10 +170,8 @@ def test_five_cases_without_a_root(values, bracket, mode):
     model = slider(5.0, 20.0, 4.0, 0.3, duration=1.5)
     if mode == "jump":  # the block falls off the floor or stays on it
         model.stop(displacement=2.5)
-    arguments = {
-        "parameter": "joint[plane].friction_angle",
-        "result": "joint_slip[base].last",
-    } | values
+    friction = "joint[plane].friction_angle"
+    arguments = {"parameter": friction, "result": "joint_slip[base].last"} | values
     if mode == "jump":
         arguments |= {
             "result": lambda run: float(run.history.joint_slip[-1, 0] > 0.05),

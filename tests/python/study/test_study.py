@@ -271,15 +271,13 @@ def test_processes_that_die_are_reported(tmp_path):
     kinds = ["well", "killed", "exits", "memory", "well too"]
     with_endless = {"kind": [*kinds, "endless"]}
     limits = {"workers": 2, "memory": 2e9, "time_limit": 1.0}
-    table = sitedda.study(
-        study_functions.troubled, with_endless, folder=tmp_path / "study", **limits
-    )
+    folder = tmp_path / "study"
+    table = sitedda.study(study_functions.troubled, with_endless, folder=folder, **limits)
     status = table.status.values.tolist()
     assert status == ["complete", "failed", "failed", "failed", "complete", "failed"]
     messages = table.message.values.tolist()
-    assert (
-        "signal 9" in messages[1] and "status 3" in messages[2] and "memory" in messages[3].lower()
-    )
+    assert "signal 9" in messages[1] and "status 3" in messages[2]
+    assert "memory" in messages[3].lower()
     assert "time limit of 1 s" in messages[5]
 
 
