@@ -27,8 +27,8 @@ from pathlib import Path
 from threading import Lock
 
 import xarray as xr
+from common import ROOT, changed, parse_options
 from compare import SINGLE, resting, settling, shaken
-from layered_site import ROOT, changed, parse_options
 from speed_models import FRICTION_ANGLE, packing, touching_wall, wall
 
 DYNAMICS, ALGEBRA = ROOT / "fortran" / "dynamics", ROOT / "fortran" / "algebra"

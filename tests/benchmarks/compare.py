@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from layered_site import INPUT, changed, parse_options, processor_time
+from common import INPUT, changed, parse_options, processor_time
 from speed_models import YOUNG_MODULUS, Model, touching_wall, wall
 
 import sitedda

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import ablation
 import numpy as np
-from layered_site import parse_options
+from common import parse_options
 from speed_models import GRAVITY, HEAD_JOINT, wall
 
 ANGLES = (12, 20, 30, 40, 55, 70)

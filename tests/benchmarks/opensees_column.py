@@ -11,7 +11,7 @@ the loops of the lowest cells.  Requires `openseespy==3.7.0.6` with `openseespyl
 from pathlib import Path
 
 import numpy as np
-from layered_site import parse_options
+from common import parse_options
 
 import sitedda
 from sitedda import Column, Layer

@@ -9,7 +9,7 @@ run, the least of three, over that at 1 E.  --docs draws docs/howto/penalty.png.
 import re
 import time
 
-from layered_site import ROOT, parse_options
+from common import ROOT, parse_options
 
 import sitedda
 

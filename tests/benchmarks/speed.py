@@ -25,7 +25,7 @@ import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from layered_site import ROOT, parse_options, processor
+from common import ROOT, parse_options, processor
 from speed_models import MODELS, PERIOD, TOUCHING, YOUNG_MODULUS
 
 DOCS = ROOT / "docs"
