@@ -1,9 +1,15 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> Files for the tests of records: paths of the data, and scratch files that tests write.
 module record_files
+   use testing, only: check
    implicit none
    private
-   public :: data_file, write_scratch, remove_scratch, contents, scratch_name
+   public :: data_file, loma_prieta, write_scratch, write_changed, remove_scratch, contents, &
+      scratch_name
+
+   !> the record of the project, as a name for `data_file`
+   character(len=*), parameter :: loma_prieta = &
+      '../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'
 
    !> A blank and letters beyond ASCII: paths are bytes to the reader.
    !> in the working folder
@@ -34,6 +40,16 @@ contains
       write (unit) bytes
       close (unit)
    end subroutine write_scratch
+
+   !> Write bytes with another text instead of the first occurrence of `old`, which must exist.
+   subroutine write_changed(bytes, old, new)
+      character(len=*), intent(in) :: bytes, old, new
+      integer :: at
+
+      at = index(bytes, old)
+      call check(at > 0, "the file has '"//old//"'")
+      call write_scratch(bytes(:at - 1)//new//bytes(at + len(old):))
+   end subroutine write_changed
 
    subroutine remove_scratch()
       integer :: unit, status

@@ -24,7 +24,8 @@ module systems
    implicit none
    private
    public :: add_spring, dense_of, diagonal_of, energy, flat, gap_row, gradient, linear_matrix, &
-      pattern_of, random_system, slip_row, stiffness, unknowns
+      normal_force, pattern_of, random_system, shear_stiffness, slip_row, stiffness, unbalanced, &
+      unknowns
 
    real(wp), parameter :: stiffness = 1.0e3_wp
    real(wp), parameter :: shear_stiffness = stiffness/2.5_wp
@@ -235,6 +236,34 @@ contains
       row = [of_vertex, -of_edge]
       if (block_v == 2) row = [-of_edge, of_vertex]
    end function placed
+
+   !> Normal force of contact c at the displacements of the system, N/m.
+   pure real(wp) function normal_force(system, contacts, c)
+      type(system_type), intent(in) :: system
+      type(contacts_type), intent(in) :: contacts
+      integer, intent(in) :: c
+
+      normal_force = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), &
+         flat(system%d))))
+   end function normal_force
+
+   !> Forces on the blocks at d by the law of friction, in the geometry before the step, N/m.
+   pure function unbalanced(system, contacts, mu) result(residual)
+      type(system_type), intent(in) :: system
+      type(contacts_type), intent(in) :: contacts
+      real(wp), intent(in) :: mu  !< tan φ
+      real(wp) :: residual(unknowns), normal, shear
+      integer :: c
+
+      residual = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
+      do c = 1, contacts%n
+         normal = normal_force(system, contacts, c)
+         shear = shear_stiffness*(contacts%stretch(c) + dot_product(slip_row(contacts, c), &
+            flat(system%d)))
+         shear = max(-mu*normal, min(mu*normal, shear))
+         residual = residual + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
+      end do
+   end function unbalanced
 
    !> ½ dᵀBd − fᵀd + Σ ½ k min(gap, 0)²; with sliders ½ k_s s² up to their bounds, linear beyond.
    pure real(wp) function energy(system, contacts, d, bounds)

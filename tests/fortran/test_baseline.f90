@@ -7,7 +7,7 @@ module test_baseline
       velocity_at, acceleration_at
    use dda_record, only: record_type, read_record
    use dda_taper, only: cosine_taper
-   use record_files, only: data_file
+   use record_files, only: data_file, loma_prieta
    use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
 
@@ -274,9 +274,7 @@ contains
    subroutine a_real_record()
       type(record_type) :: record
 
-      call read_record(record, &
-         data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), 'auto', &
-         'acceleration', '', error)
+      call read_record(record, data_file(loma_prieta), 'auto', 'acceleration', '', error)
       call check_no_error(error, 'Loma Prieta')
       if (allocated(error)) return
       call make_motion_curve(curve, 'acceleration', record%values, record%time_step, error)

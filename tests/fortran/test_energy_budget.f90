@@ -11,11 +11,14 @@ module test_energy_budget
    use dda_time_step, only: advance
    use models, only: begin, block_text, contact_text, control_text, joint_text, on_floor, &
       rectangle, relative_balance, rock, turned
-   use testing, only: case, check, check_close, check_no_error, error
+   use testing, only: check, check_close, check_no_error, error
    implicit none
 
    character(len=*), parameter :: gravity = 'gravity = 0.0 -9.81 '
-   !> Rounding, and the way times the force that the open–close iteration may be off by.
+   !> 0.4 s of displacement in samples of 0.05 s
+   character(len=*), parameter :: shake = " &motion name = 'shake' quantity = 'displacement' "// &
+      'time_step = 0.05 values = 0.0 0.01 0.04 0.03 -0.02 -0.04 -0.01 0.01 0.0 /'
+   !> Rounding, and displacement × the tolerated error of forces in the open–close iteration
    real(wp), parameter :: rounding = 5.0e-8_wp
    type(simulation_type) :: simulation
 
@@ -52,9 +55,28 @@ contains
       end do
       call check_no_error(error, 'all steps close')
       call check_close(max_error, 0.0_wp, 'balance', absolute=rounding)
-      call check(loss <= rounding, 'friction, fracture and the scheme only take energy')
+      call check(loss <= rounding, 'friction, fracture and the scheme only dissipate energy')
       if (is_isolated) call check(growth <= rounding, 'the total never grows')
    end subroutine audit
+
+   !> Audit a model of rock with dry joints under gravity, and other groups.
+   subroutine audit_dry(time_step, steps, stiffness, friction, groups, settings, is_isolated)
+      real(wp), intent(in) :: time_step, stiffness, friction  !< s, N/m, °
+      integer, intent(in) :: steps
+      character(len=*), intent(in) :: groups
+      character(len=*), intent(in), optional :: settings  !< in &control
+      logical, intent(in), optional :: is_isolated
+      character(len=:), allocatable :: control
+      logical :: isolated
+
+      control = gravity
+      if (present(settings)) control = control//settings
+      isolated = .true.
+      if (present(is_isolated)) isolated = is_isolated
+      call begin(simulation, control_text(time_step, steps, control)//contact_text(stiffness, '')// &
+         rock//joint_text(friction, 0.0_wp, 0.0_wp)//groups)
+      call audit(steps, isolated)
+   end subroutine audit_dry
 
    subroutine free_fall()
       call begin(simulation, control_text(1.0e-3_wp, 1000, gravity)//rock// &
@@ -66,7 +88,7 @@ contains
       call check_close(simulation%energy%value(energy_gravity), -0.5_wp*2500.0_wp*9.81_wp**2, &
          'gravity', relative=1.0e-10_wp)
       call check_close(simulation%energy%value(energy_algorithmic), 0.0_wp, &
-         'the scheme takes nothing', absolute=1.0e-6_wp)
+         'the scheme dissipates nothing', absolute=1.0e-6_wp)
    end subroutine free_fall
 
    subroutine bounce()
@@ -74,11 +96,8 @@ contains
       integer :: i
 
       do i = 1, 3
-         call case('bounce')
-         call begin(simulation, control_text(time_step(i), 1000, gravity)//contact_text(1.0e9_wp, &
-            '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
+         call audit_dry(time_step(i), nint(0.1_wp/time_step(i)), 1.0e9_wp, 30.0_wp, &
             on_floor(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
-         call audit(nint(0.1_wp/time_step(i)), .true.)
          call check(simulation%energy%value(energy_algorithmic) > 0.0_wp, 'the scheme damps')
       end do
    end subroutine bounce
@@ -100,10 +119,8 @@ contains
 
    !> Falls on a corner and tumbles: large rotations under contact.
    subroutine tumbling()
-      call begin(simulation, control_text(2.0e-4_wp, 5000, gravity)//contact_text(1.0e9_wp, '')// &
-         rock//joint_text(35.0_wp, 0.0_wp, 0.0_wp)// &
+      call audit_dry(2.0e-4_wp, 5000, 1.0e9_wp, 35.0_wp, &
          on_floor(turned(rectangle(0.9_wp, 0.9_wp, 1.6_wp, 1.4_wp), 0.9_wp)))
-      call audit(5000, .true.)
       call check(abs(simulation%energy%value(energy_geometric)) < 0.02_wp &
          *abs(simulation%energy%value(energy_gravity)), 'exact geometry adds little')
    end subroutine tumbling
@@ -113,12 +130,8 @@ contains
       integer :: i
 
       do i = 1, 4
-         call case('a stack settles')
-         call begin(simulation, control_text(time_step(i), 300, gravity)//contact_text(1.0e12_wp, &
-            '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
-            on_floor()//' &layers left = -2.0 bottom = 0.0 width = 4.0 thickness = 1.0 '// &
-            'count = 15 /')
-         call audit(300, .true.)
+         call audit_dry(time_step(i), 300, 1.0e12_wp, 30.0_wp, on_floor()// &
+            ' &layers left = -2.0 bottom = 0.0 width = 4.0 thickness = 1.0 count = 15 /')
       end do
    end subroutine settling_stack
 
@@ -127,43 +140,27 @@ contains
       integer :: i
 
       do i = 1, 3
-         call case('a wall settles')
-         call begin(simulation, control_text(time_step(i), 200, gravity)//contact_text(1.0e11_wp, &
-            '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
-            on_floor()//' &wall left = -1.5 bottom = 0.0 brick_length = 0.6 brick_height = 0.3 '// &
-            'bricks = 5 courses = 10 /')
-         call audit(200, .true.)
+         call audit_dry(time_step(i), 200, 1.0e11_wp, 30.0_wp, on_floor()//' &wall left = -1.5 '// &
+            'bottom = 0.0 brick_length = 0.6 brick_height = 0.3 bricks = 5 courses = 10 /')
       end do
    end subroutine settling_wall
 
    !> Fixed points that follow a sine: their work is the input.
    subroutine shaken_base()
-      call begin(simulation, control_text(1.0e-3_wp, 500, gravity)//contact_text(1.0e9_wp, '')// &
-         rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
-         on_floor(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp), point_text="motion_x = 'shake'"))
-      call audit(500, .false.)
+      call audit_dry(1.0e-3_wp, 500, 1.0e9_wp, 15.0_wp, shake//on_floor(rectangle(-0.5_wp, 0.0_wp, &
+         0.5_wp, 1.0_wp), point_text="motion_x = 'shake'"), is_isolated=.false.)
       call check(abs(simulation%energy%value(energy_input)) > 0.0_wp &
          .and. simulation%energy%value(energy_friction) > 0.0_wp, 'the base works, the block slips')
    end subroutine shaken_base
 
-   !> 0.4 s of displacement in samples of 0.05 s.
-   pure function shake() result(text)
-      character(len=:), allocatable :: text
-
-      text = " &motion name = 'shake' quantity = 'displacement' time_step = 0.05"// &
-         ' values = 0.0 0.01 0.04 0.03 -0.02 -0.04 -0.01 0.01 0.0 /'
-   end function shake
-
    !> The same shaking as acceleration of the base, in its frame.
    subroutine base_acceleration()
-      call begin(simulation, control_text(1.0e-3_wp, 500, gravity//"base_motion_x = 'shake'")// &
-         contact_text(1.0e9_wp, '')//rock//joint_text(15.0_wp, 0.0_wp, 0.0_wp)//shake()// &
-         on_floor(rectangle(-0.5_wp, 0.0_wp, 0.5_wp, 1.0_wp)))
-      call audit(500, .false.)
+      call audit_dry(1.0e-3_wp, 500, 1.0e9_wp, 15.0_wp, shake//on_floor(rectangle(-0.5_wp, 0.0_wp, &
+         0.5_wp, 1.0_wp)), "base_motion_x = 'shake'", .false.)
       call check(abs(simulation%energy%value(energy_input)) > 0.0_wp, 'it works')
    end subroutine base_acceleration
 
-   !> Force times way of a free block.
+   !> Force × displacement of a free block.
    subroutine load()
       call begin(simulation, control_text(1.0e-3_wp, 1000, '')//rock//joint_text(0.0_wp, 0.0_wp, &
          0.0_wp)//block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
@@ -183,15 +180,13 @@ contains
          '0.0 6.0e4 /')
       call audit(3000, .false.)
       call check(simulation%counters%broken == 2, 'both break')
-      call check(simulation%energy%value(energy_fracture) > 0.0_wp, 'and take energy')
+      call check(simulation%energy%value(energy_fracture) > 0.0_wp, 'broken bonds dissipate energy')
    end subroutine breaking_bonds
 
    subroutine dynamic_factor()
-      call begin(simulation, control_text(1.0e-3_wp, 500, gravity//'dynamic_factor = 0.97')// &
-         contact_text(1.0e9_wp, '')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
-         on_floor(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)))
-      call audit(500, .true.)
-      call check(simulation%energy%value(energy_kinetic_damping) > 0.0_wp, 'it takes energy')
+      call audit_dry(1.0e-3_wp, 500, 1.0e9_wp, 30.0_wp, &
+         on_floor(rectangle(-0.5_wp, 0.001_wp, 0.5_wp, 1.0_wp)), 'dynamic_factor = 0.97')
+      call check(simulation%energy%value(energy_kinetic_damping) > 0.0_wp, 'it dissipates energy')
    end subroutine dynamic_factor
 
 end module test_energy_budget

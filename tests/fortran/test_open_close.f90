@@ -15,8 +15,8 @@ module test_open_close
    use dda_linear_solver, only: analyse, choose_solver, solver_type
    use dda_simulation, only: simulation_type
    use models, only: begin, contact_text, control_text, random, random_vector, relative_balance, run
-   use systems, only: energy, flat, gap_row, gradient, linear_matrix, pattern_of, random_system, &
-      slip_row, stiffness, unknowns
+   use systems, only: energy, flat, gap_row, gradient, linear_matrix, normal_force, pattern_of, &
+      random_system, stiffness, unbalanced, unknowns
    use dda_text, only: to_text
    use testing, only: case, check, check_close, check_fails, check_no_error, error
    implicit none
@@ -455,22 +455,15 @@ contains
       type(system_type), intent(in) :: system
       type(contacts_type), intent(in) :: contacts
       real(wp), intent(in) :: mu
-      real(wp) :: unbalanced(unknowns), normal, shear, largest
+      real(wp) :: largest
       integer :: c
 
-      unbalanced = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
       largest = maxval(abs(system%load))
       do c = 1, contacts%n
-         normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), &
-            flat(system%d))))
-         shear = stiffness/2.5_wp*(contacts%stretch(c) + dot_product(slip_row(contacts, c), &
-            flat(system%d)))
-         shear = max(-mu*normal, min(mu*normal, shear))
-         unbalanced = unbalanced + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
-         largest = max(largest, normal)
+         largest = max(largest, normal_force(system, contacts, c))
       end do
-      call check_close(unbalanced, 0.0_wp*unbalanced, 'forces in balance', &
-         absolute=1.0e-9_wp*largest)
+      call check_close(unbalanced(system, contacts, mu), spread(0.0_wp, 1, unknowns), &
+         'forces in balance', absolute=1.0e-9_wp*largest)
    end subroutine check_balance
 
    subroutine no_contacts()

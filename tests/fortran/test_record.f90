@@ -3,7 +3,8 @@
 module test_record
    use dda_kinds, only: wp, pi
    use dda_record, only: record_type, read_record
-   use record_files, only: contents, data_file, remove_scratch, scratch_name, write_scratch
+   use record_files, only: contents, data_file, loma_prieta, remove_scratch, scratch_name, &
+      write_changed
    use testing, only: check, check_close, check_fails, check_no_error, error
    implicit none
 
@@ -130,19 +131,14 @@ contains
       call remove_scratch()
    end subroutine headers_of_other_kinds
 
-   !> A file with one part of text instead of another; an amplitude of 0: the first sample is
-   !> gone.
+   !> Read a file with a changed text.  A blank quantity means that the first sample was removed.
    subroutine expect_changed(bytes, old, new, quantity, amplitude, time_step)
       character(len=*), intent(in) :: bytes, old, new, quantity
       real(wp), intent(in) :: amplitude, time_step
       character(len=:), allocatable :: unit
       real(wp) :: wave(samples)
-      integer :: at
 
-      at = index(bytes, old)
-      call check(at > 0, "the file has '"//old//"'")
-      if (at == 0) return
-      call write_scratch(bytes(:at - 1)//new//bytes(at + len(old):))
+      call write_changed(bytes, old, new)
       unit = ''
       if (quantity == '') unit = 'gal'
       call read_record(record, scratch_name, 'auto', '', unit, error)
@@ -195,12 +191,9 @@ contains
       call check_no_error(error, 'the same step')
    end subroutine time_steps_must_agree
 
-   !> The record of the Loma Prieta earthquake that the project carries; numbers from its own
-   !> header.
+   !> The record of the Loma Prieta earthquake, against the numbers of its own header.
    subroutine a_real_smc_record()
-      call read_record(record, &
-         data_file('../../../inputs/records/LomaPrieta1989_USGS1002_APEEL2_133.smc'), 'auto', &
-         'acceleration', '', error)
+      call read_record(record, data_file(loma_prieta), 'auto', 'acceleration', '', error)
       call check_no_error(error, 'Loma Prieta')
       if (allocated(error)) return
       call check(size(record%values) == 7183, 'number of samples')

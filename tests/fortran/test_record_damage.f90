@@ -5,7 +5,7 @@ module test_record_damage
    use dda_kinds, only: wp
    use dda_errors, only: error_file, error_input
    use dda_record, only: record_type, read_record
-   use record_files, only: data_file, write_scratch, contents, scratch_name
+   use record_files, only: data_file, write_changed, write_scratch, contents, scratch_name
    use testing, only: check, check_fails, check_no_error, error
    implicit none
 
@@ -178,14 +178,8 @@ contains
    !> Replace the first occurrence in a good file; the damage must be found and named.
    subroutine damaged(suffix, old, new, names)
       character(len=*), intent(in) :: suffix, old, new, names
-      character(len=:), allocatable :: bytes
-      integer :: at
 
-      bytes = contents(data_file('sine'//suffix))
-      at = index(bytes, old)
-      call check(at > 0, "the file has '"//old//"'")
-      if (at == 0) return
-      call write_scratch(bytes(:at - 1)//new//bytes(at + len(old):))
+      call write_changed(contents(data_file('sine'//suffix)), old, new)
       call expect_error('auto', names)
    end subroutine damaged
 

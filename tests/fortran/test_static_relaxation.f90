@@ -9,13 +9,12 @@ module test_static_relaxation
       open_close_type
    use dda_static_relaxation, only: solve_statics, relax
    use dda_system, only: system_type
-   use systems, only: flat, gap_row, linear_matrix, random_system, slip_row, stiffness, unknowns
+   use systems, only: flat, linear_matrix, random_system, shear_stiffness, unbalanced, unknowns
    use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
    integer, parameter :: n_contacts = 20                    !< contacts
    integer, parameter :: most_steps = 40
-   real(wp), parameter :: shear_stiffness = stiffness/2.5_wp !< as in `random_system`
    type(system_type) :: system
    type(contacts_type) :: contacts
    type(laws_type) :: laws
@@ -53,23 +52,6 @@ contains
       contacts%gap(:n) = contacts%new_gap(:n)
       contacts%stretch(:n) = contacts%shear_force(:n)/shear_stiffness
    end subroutine accept
-
-   !> Forces on the blocks at d by the law, in the geometry before the step.
-   function unbalanced(mu) result(residual)
-      real(wp), intent(in) :: mu
-      real(wp) :: residual(unknowns), normal, shear
-      integer :: c
-
-      residual = flat(system%load) - matmul(linear_matrix(system), flat(system%d))
-      do c = 1, contacts%n
-         normal = max(0.0_wp, -stiffness*(contacts%gap(c) + dot_product(gap_row(contacts, c), &
-            flat(system%d))))
-         shear = shear_stiffness*(contacts%stretch(c) + dot_product(slip_row(contacts, c), &
-            flat(system%d)))
-         shear = max(-mu*normal, min(mu*normal, shear))
-         residual = residual + normal*gap_row(contacts, c) - shear*slip_row(contacts, c)
-      end do
-   end function unbalanced
 
    !> Without friction, the steps end at the solution of the open–close iteration.
    subroutine without_friction()
@@ -120,7 +102,7 @@ contains
          do step = 1, most_steps
             call relax(iteration, system, solver, contacts, laws, error)
             call check_no_error(error, 'relaxes')
-            residual = unbalanced(mu)
+            residual = unbalanced(system, contacts, mu)
             call check_close(iteration%unbalanced_work, dot_product(residual, flat(system%d)), &
                'work of unbalanced forces', absolute=1.0e-12_wp, relative=1.0e-6_wp)
             if (iteration%converged) exit

@@ -48,7 +48,7 @@ contains
    subroutine numbers_beyond_the_range()
       call check(state_of('1e400') == number_large, '1e400')
       call check(state_of('-1e99999999999999') == number_large, 'an exponent beyond any integer')
-      call check(state_of('1e300') == number_found .or. state_of('1e299') == number_found, '1e299')
+      call check(state_of('1e299') == number_found, '1e299')
    end subroutine numbers_beyond_the_range
 
    subroutine numbers_that_run_together()

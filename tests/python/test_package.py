@@ -111,9 +111,10 @@ def test_the_package_runs_as_a_module():
     assert (process.returncode, process.stdout) == (0, f"sitedda {sitedda.__version__}\n")
 
 
-@pytest.mark.parametrize(
-    "module", ["sitedda.plot", "sitedda.drawing", "sitedda_evidence.catalogue"]
-)
+DRAWING = [f"sitedda.{name}" for name in ("plot", "drawing", "movie", "pictures")]
+
+
+@pytest.mark.parametrize("module", [*DRAWING, "sitedda_evidence.catalogue"])
 def test_drawing_leaves_the_backend_of_matplotlib_alone(module):
     code = f"import matplotlib; matplotlib.use('svg'); import {module}"
     assert python(f"{code}; print(matplotlib.get_backend())") == "svg"

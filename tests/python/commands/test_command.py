@@ -244,25 +244,6 @@ def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_
     assert len(process.stderr.strip().splitlines()) == 1
 
 
-def test_an_output_never_replaces_the_input(program, write_input, tmp_path):
-    file = write_input(tower(steps=3))
-    text = file.read_bytes()
-    process = program("run", file, "-q", "-o", tmp_path / "model.nml")
-    assert file.read_bytes() == text
-    assert process.returncode in (1, 5) and "model.nml" in process.stderr
-
-
-def test_an_output_never_replaces_the_record(program, write_input, tmp_path):
-    record = tmp_path / "record.txt"
-    record.write_text("".join(f"{0.01 * i} {(-1) ** i}\n" for i in range(20)))
-    shaken_input = changed(tower(steps=3), "motion", values=None, time_step=None, file="record.txt",
-                     format="text", unit="m/s2")  # fmt: skip
-    text = record.read_bytes()
-    process = program("run", write_input(shaken_input), "-q", "-o", tmp_path / "record.txt")
-    assert record.read_bytes() == text
-    assert process.returncode in (1, 5) and "record.txt" in process.stderr
-
-
 def test_an_output_that_is_a_folder_is_refused_before_the_run(program, write_input, tmp_path):
     (tmp_path / "folder.nc").mkdir()
     process = program("run", write_input(tower(steps=50)), "-q", "-o", tmp_path / "folder.nc")

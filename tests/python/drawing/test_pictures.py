@@ -2,7 +2,6 @@
 """Pictures, movies, VTK files, the verdict and reports of a run, without a browser."""
 
 import re
-import sys
 import xml.etree.ElementTree as xml
 from functools import partial
 
@@ -152,17 +151,6 @@ def test_a_wrong_look_is_refused(run):
         run.draw(color="blue")
     with pytest.raises(ValueError, match="contacts must be one of"):
         draw(run, contacts="all")
-
-
-def test_the_matplotlib_backend_does_not_change(run, tmp_path):
-    code = (
-        "import matplotlib; matplotlib.use('svg'); import sitedda, sitedda.plot, sitedda.pictures;"
-        "import sitedda_evidence.catalogue, sitedda.movie;"
-        "assert matplotlib.get_backend() == 'svg';"
-        "import sys; assert 'matplotlib.pyplot' not in sys.modules"
-    )
-    process = captured([sys.executable, "-c", code])
-    assert process.returncode == 0, process.stderr
 
 
 def test_a_site_picture_states_the_damping_of_the_model(write_input):

@@ -278,11 +278,6 @@ def test_the_factor_of_safety_does_not_depend_on_cells(cells):
     result.mechanism.draw()
 
 
-def test_limit_analysis_is_of_rigid_blocks():
-    with pytest.raises(sitedda.InputError, match="bodies that bend"):
-        sitedda.limit_analysis(wedge(4))
-
-
 @pytest.mark.parametrize("damping", [{}, CONSTANT], ids=["elastic", "damped"])
 def test_threads_and_resumed_runs_are_bit_identical(damping, tmp_path, same_everywhere):
     cells = cells_of((0, 0, 8, 1), 1.0)

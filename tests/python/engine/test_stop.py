@@ -157,13 +157,14 @@ def bouncing(**output) -> list:
     return [*groups, ("output", output)]
 
 
-def test_an_adaptive_run_resumes_with_its_own_time_step(write_input, tmp_path, same_bits):
-    file = write_input(bouncing(block_interval=10))
-    reference = sitedda.run(file)
-    with sitedda.Simulation(file, tmp_path / "out.nc") as simulation:
-        simulation.advance(41)
-        assert simulation.time_step < 2e-3
-    same_bits(reference.history, sitedda.resume(file, tmp_path / "out.nc").history)
+@pytest.mark.parametrize(
+    "output", [{"block_interval": 10}, {"history_seconds": 7e-3, "block_seconds": 0.05}], ids=str
+)
+def test_an_adaptive_run_resumes_with_its_own_time_step(write_input, same_bits, in_parts, output):
+    file = write_input(bouncing(**output))
+    history = sitedda.run(file).history
+    assert "history_seconds" in output or history.time_step[41] < 2e-3
+    same_bits(history, in_parts(file, 41))
 
 
 def test_samples_of_adaptive_steps_are_at_equal_times(write_input):
@@ -178,12 +179,6 @@ def test_samples_of_adaptive_steps_are_at_equal_times(write_input):
     assert fall.frame_time.values[:7] == pytest.approx(time, abs=1e-14)
     height = fall.block_coordinates.sel(block="brick", coordinate="y").values
     assert height[:7] == pytest.approx(1.51 - 0.5 * GRAVITY * time**2, abs=1e-12)
-
-
-def test_steps_that_meet_output_times_resume_bit_identically(write_input, same_bits, in_parts):
-    file = write_input(bouncing(history_seconds=7e-3, block_seconds=0.05))
-    reference = sitedda.run(file)
-    same_bits(reference.history, in_parts(file, 41))
 
 
 @pytest.mark.parametrize(

@@ -183,17 +183,6 @@ def test_an_interrupted_run_keeps_its_results(write_input, tmp_path):
     assert final.read_bytes() == older
 
 
-def test_an_error_of_the_caller_is_not_replaced(write_input, tmp_path):
-    def fail(simulation):
-        raise RuntimeError("mine")
-
-    with pytest.raises(RuntimeError, match="mine"):
-        sitedda.run(write_input(tower(steps=5000)), tmp_path / "out.nc", progress=fail)
-    with xr.open_dataset(tmp_path / "out.nc.partial", engine="netcdf4") as dataset:
-        assert dataset.attrs["complete"] == "no"
-    assert not (tmp_path / "out.nc").exists()
-
-
 def test_phases_add_up_to_the_time_of_the_steps(write_input):
     """After the first call, the phases contain all time of the steps, and no more."""
     with sitedda.Simulation(write_input(tower(steps=2000))) as run:
@@ -444,23 +433,6 @@ sys.exit(0 if len(displacements) == 1 else 7)
 
 
 # --- Errors --------------------------------------------------------------------------------------
-
-
-def test_a_missing_input_is_named(tmp_path):
-    with pytest.raises(sitedda.InputError, match="nowhere.nml"):
-        sitedda.run(tmp_path / "nowhere.nml")
-
-
-def test_an_output_folder_that_does_not_exist_is_named(write_input, tmp_path):
-    with pytest.raises(sitedda.OutputError, match="no/such/out.nc"):
-        sitedda.run(write_input(tower()), tmp_path / "no/such/out.nc")
-
-
-def test_an_output_that_is_a_folder_is_refused_and_named(write_input, tmp_path):
-    (tmp_path / "folder.nc").mkdir()
-    with pytest.raises(sitedda.OutputError, match="folder.nc"):
-        sitedda.run(write_input(tower(steps=3)), tmp_path / "folder.nc")
-    assert (tmp_path / "folder.nc").is_dir()
 
 
 KINDS = [

@@ -216,6 +216,7 @@ def test_a_confined_block_is_stable_only_with_dilation():
         (lambda m: m.control(gravity=(0.0, 0.0)), "requires weight"),
         (lambda m: m.control(gravity=(9.0, -9.0)), "no factor of the load"),
         (lambda m: m.clear("fixed_point"), "no support"),
+        (lambda m: m.mesh(blocks="block", size=0.5), "bodies that bend"),
     ],
 )
 def test_unsupported_models_are_errors(change, message):
