@@ -10,7 +10,7 @@ import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from model_text import group, tower
-from test_view import shaken_grid, sliding_blocks
+from test_view import shaken_grid
 
 import sitedda
 from sitedda.drawing.forces import resultants
@@ -26,15 +26,6 @@ from sitedda.scene import Scene
 from sitedda.stability.safety import Mechanism, Safety
 from sitedda.style import INK, JOINT_MAP, RESTING, SCHEMES, dress, new_figure, save_picture
 from sitedda.vtk import write_vtk
-
-
-@pytest.fixture(scope="module")
-def run(tmp_path_factory) -> sitedda.Run:
-    from model_text import namelist
-
-    file = tmp_path_factory.mktemp("looks") / "slide.nml"
-    file.write_text(namelist(sliding_blocks()), encoding="utf-8")
-    return sitedda.run(file)
 
 
 @pytest.fixture
@@ -195,8 +186,7 @@ def test_a_figure_has_the_colours_of_its_scheme(run, scheme):
     figure.canvas.draw()
     colours = SCHEMES[scheme]
     assert to_hex(figure.get_facecolor()) == colours["paper"]
-    parts = figure.axes
-    for axes in parts:
+    for axes in figure.axes:
         assert not axes.spines["top"].get_visible()
         assert to_hex(axes.xaxis.label.get_color()) == colours["ink"]
         assert to_hex(axes.spines["bottom"].get_edgecolor()) == colours["faint"]

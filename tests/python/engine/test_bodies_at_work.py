@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bodies in time steps against closed forms: spinning disc, Hertz, non-matching meshes."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import shapely
@@ -26,10 +28,8 @@ def angular_momentum(run, areas, moments):
     x, y = position[:, :2].T
     orbit = areas * (x * rate[:, 1] - y * rate[:, 0])
     a, b, c = moments[:, 0, 0], moments[:, 1, 1], moments[:, 0, 1]
-    moment_of_rates = (
-        (a + b) * rate[:, 2] + c * (rate[:, 4] - rate[:, 3]) + 0.5 * (a - b) * rate[:, 5]
-    )
-    return (orbit + moment_of_rates).sum()
+    spin = (a + b) * rate[:, 2] + c * (rate[:, 4] - rate[:, 3]) + 0.5 * (a - b) * rate[:, 5]
+    return (orbit + spin).sum()
 
 
 def test_a_spinning_disc():
@@ -119,12 +119,8 @@ def rows_of(left, right, low, count, shift=0.0):
     """Four rows of cells from `low` over 1 m; their inner joints are displaced by `shift`."""
     x, y = np.linspace(left, right, count + 1), np.linspace(low, low + 1, 5)
     x[1:-1] += shift
-    sides = list(zip(x, x[1:], strict=False))
-    return [
-        np.array([[a, c], [b, c], [b, d], [a, d]])
-        for c, d in zip(y, y[1:], strict=False)
-        for a, b in sides
-    ]
+    rows = [(c, d, a, b) for c, d in pairwise(y) for a, b in pairwise(x)]
+    return [np.array([[a, c], [b, c], [b, d], [a, d]]) for c, d, a, b in rows]
 
 
 APART = {

@@ -19,19 +19,12 @@ def slider(floor="edges", speed: float = 6.0, load=None, steps=900, reverse=Fals
     """A block of 1 m x 1 m on a floor whose joint changes at x = 0; smoother sides."""
     sides = ["", "side", "side", "side"]
     outline = [-4.0, -1.0, 4.0, -1.0, 4.0, 0.0, 0.0, 0.0, -4.0, 0.0]
-    if floor == "edges":
-        joints = ["side", "side", "smooth", "rough", "side"]
-        floors = [group("block", name="floor", vertices=outline, edge_joints=joints)]
-    else:
-        floors = [
-            group(
-                "block",
-                name=name,
-                vertices=rectangle(left, -1.0, 4.0, 1.0),
-                edge_joints=["side", "side", name, "side"],
-            )
-            for name, left in (("rough", -4.0), ("smooth", 0.0))
-        ]
+    joints = ["side", "side", "smooth", "rough", "side"]
+    floors = [group("block", name="floor", vertices=outline, edge_joints=joints)]
+    if floor == "blocks":
+        floors = [group("block", name=name, vertices=rectangle(left, -1.0, 4.0, 1.0),
+                        edge_joints=["side", "side", name, "side"])
+                  for name, left in (("rough", -4.0), ("smooth", 0.0))]  # fmt: skip
     block = {"name": "slider", "vertices": rectangle(-1.3, 0.0, 1.0, 1.0), "material": "moving"}
     blocks = [*floors, ("block", block | {"joint": "top", "edge_joints": sides})]
     if reverse:
@@ -55,7 +48,7 @@ def slider(floor="edges", speed: float = 6.0, load=None, steps=900, reverse=Fals
     ]
 
 
-def followed(file, interval: int = 5, push: float = 0.0):
+def sampled_contacts(file, interval: int = 5, push: float = 0.0):
     """Contacts of the slider with positions of their vertices, and its coordinates, at intervals.
 
     If the slider is pushed, to a speed in m/s, it first comes to rest.
@@ -82,7 +75,7 @@ def followed(file, interval: int = 5, push: float = 0.0):
 def test_friction_follows_the_edge_below(write_input, floor):
     tan = {joint: np.tan(np.deg2rad(angle)) for joint, angle in ANGLES.items()}
     before, after = [], []
-    for contacts, left in followed(write_input(slider(floor, 0.0, steps=1300)), push=6.0):
+    for contacts, left in sampled_contacts(write_input(slider(floor, 0.0, steps=1300)), push=6.0):
         is_pressed = contacts["normal_force"] > 1e-3 * WEIGHT
         joint, x = contacts["joint"][is_pressed], contacts["x"][is_pressed]
         assert set(joint) <= {ROUGH, SMOOTH}
@@ -90,10 +83,9 @@ def test_friction_follows_the_edge_below(write_input, floor):
         assert (joint[x > 0.01] == SMOOTH).all()
         sliding = is_pressed & (contacts["state"] == SLIDE)
         bound = contacts["normal_force"] * [tan[j] for j in contacts["joint"]]
-        np.testing.assert_allclose(
-            np.abs(contacts["shear_force"][sliding]), bound[sliding], atol=1e-8 * WEIGHT
-        )
-        force = -np.abs(contacts["shear_force"][sliding]).sum()
+        shear = np.abs(contacts["shear_force"][sliding])
+        np.testing.assert_allclose(shear, bound[sliding], atol=1e-8 * WEIGHT)
+        force = -shear.sum()
         normal = contacts["normal_force"].sum()
         if left + 1.0 < -0.02:
             before.append((force, -tan[ROUGH] * normal))
@@ -103,16 +95,15 @@ def test_friction_follows_the_edge_below(write_input, floor):
     for forces in (before, after):
         force, expected = np.transpose(forces)
         np.testing.assert_allclose(force, expected, atol=1e-8 * WEIGHT)
-    assert np.mean([force for force, _ in after[-20:]]) == pytest.approx(
-        -tan[SMOOTH] * WEIGHT, rel=0.05
-    )
+    mean = np.mean([force for force, _ in after[-20:]])
+    assert mean == pytest.approx(-tan[SMOOTH] * WEIGHT, rel=0.05)
 
 
 @pytest.mark.parametrize("floor", ["edges", "blocks"])
 def test_the_order_of_the_blocks_does_not_matter(write_input, floor):
     def forces(reverse):
         file = write_input(slider(floor, 0.0, steps=1300, reverse=reverse), f"{reverse}.nml")
-        for contacts, left in followed(file, 50, push=6.0):
+        for contacts, left in sampled_contacts(file, 50, push=6.0):
             is_closed = contacts["normal_force"] > 0.0
             columns = ("normal_force", "shear_force", "joint")
             rows = sorted(zip(*(contacts[name][is_closed] for name in columns), strict=True))
@@ -134,7 +125,7 @@ def test_a_corner_at_the_end_of_an_edge_does_not_change_its_joint(write_input, o
     block["vertices"] = rectangle(offset, 0.0, 1.0, 1.0)
     load["x"] = 0.5
     xs, joints = [], set()
-    for contacts, _ in followed(write_input(groups), 1):
+    for contacts, _ in sampled_contacts(write_input(groups), 1):
         corner = np.abs(contacts["x"]) < 0.1
         is_pressed = corner & (contacts["normal_force"] > 0.01 * WEIGHT)
         xs += list(contacts["x"][is_pressed])
@@ -181,9 +172,7 @@ def test_bad_edge_joints_are_refused(write_input, program, joints, phrases):
     floor = next(values for name, values in groups if name == "block")
     floor["edge_joints"] = joints
     file = write_input(groups)
-    line = 1 + next(
-        i for i, text in enumerate(file.read_text().splitlines()) if text.startswith("&block")
-    )
+    line = 1 + file.read_text().partition("&block")[0].count("\n")
     process = program("run", file)
     assert process.returncode == 1
     message = process.stdout + process.stderr

@@ -66,10 +66,8 @@ def test_blocks_of_soil_agree_with_column_analyses(tmp_path, capsys):
     assert list(comparison.columns) == ["nonlinear", "equivalent-linear"]
     assert "without damping on a rigid base" in str(comparison)
     periods = [0.1, 0.2, 0.5, 1.0]
-    spectra = [
-        spectral_acceleration(motion, 2e-3, periods)
-        for motion in (comparison.surface, comparison.column_surface)
-    ]
+    motions = (comparison.surface, comparison.column_surface)
+    spectra = [spectral_acceleration(motion, 2e-3, periods) for motion in motions]
     assert spectra[0] == pytest.approx(spectra[1], rel=0.015)
     assert "equivalent-linear" in str(comparison) and "largest shear strain" in str(comparison)
     comparison.plot().savefig(tmp_path / "both.png")
@@ -82,10 +80,9 @@ def test_compared_columns_have_the_small_strain_damping():
     ground = 1e-4 * np.concatenate([sine(2.0, 1.0, 1000), np.zeros(1000)])
     soil = DARENDELI | {"mean_stress": 2.5e4, "plasticity_index": 100.0}
     comparison = beside(shaken_column(ground, 10, soil).run().history, "top", "base")
-    branches = Branches.of(darendeli(2.5e4, 100.0), 30)
-    assert comparison.columns["nonlinear"].branches[0].misfit == pytest.approx(
-        branches.misfit, rel=1e-4
-    )
+    expected = Branches.of(darendeli(2.5e4, 100.0), 30).misfit
+    misfit = comparison.columns["nonlinear"].branches[0].misfit
+    assert misfit == pytest.approx(expected, rel=1e-4)
     assert list(comparison.columns) == ["nonlinear", "equivalent-linear", "linear"]
     peaks = [np.abs(column.acceleration()[:2001]).max() for column in comparison.columns.values()]
     assert peaks == pytest.approx([np.abs(comparison.surface).max()] * 3, rel=0.05)
@@ -128,10 +125,8 @@ def test_the_engine_has_the_curves_of_the_package(name):
     assert list(map(float, points)) == pytest.approx(curve.reduction_at([1e-3, 1e-2]), rel=0.02)
     pattern = r"within (\S+) %(?:, damping ratios within (\S+) percentage points)?"
     points = re.search(pattern, report).groups()
-    branches = Branches.of(curve, 60, soil.get("damping_curve", "target")).misfit
-    assert [float(number or 0) for number in points] == pytest.approx(
-        100 * np.array(branches), rel=2e-3
-    )
+    misfit = 100 * np.array(Branches.of(curve, 60, soil.get("damping_curve", "target")).misfit)
+    assert [float(number or 0) for number in points] == pytest.approx(misfit, rel=2e-3)
 
 
 @pytest.mark.parametrize("plasticity, is_warned", [(200.0, True), (100.0, False)])
@@ -165,19 +160,16 @@ def test_at_small_strains_soil_is_linear_with_a_damping_ratio():
     """With 1e-7 of the motion, a linear material with the same damping ratio moves equally."""
     ground = 1e-7 * sine(2.0, 1.0, 400)
     soil = MASING | {"damping_ratio": 0.02}
-    soil_motion, linear_motion = (
-        moved(shaken_column(ground, 4, law, "dda").run().history)
-        for law in (soil, {"damping_ratio": 0.02})
-    )
+    models = [shaken_column(ground, 4, law, "dda") for law in (soil, {"damping_ratio": 0.02})]
+    soil_motion, linear_motion = (moved(model.run().history) for model in models)
     assert np.abs(soil_motion - linear_motion).max() < 0.02 * np.abs(linear_motion).max()
 
 
 def test_modes_use_the_small_strain_modulus():
     ground = sine(2.0, 1.0, 4)
-    law, linear = (
-        sitedda.modes(shaken_column(ground, 8, own), count=6).frequency for own in (MASING, {})
-    )
-    np.testing.assert_allclose(law, linear, rtol=1e-12)
+    models = [shaken_column(ground, 8, law) for law in (MASING, {})]
+    soil, linear = (sitedda.modes(model, count=6).frequency for model in models)
+    np.testing.assert_allclose(soil, linear, rtol=1e-12)
 
 
 @pytest.mark.parametrize("soil", [MASING | {"damping_ratio": 0.01}, DARENDELI])
@@ -188,10 +180,8 @@ def test_a_run_is_bit_identical_everywhere(soil, tmp_path, same_everywhere):
 def test_a_study_runs_over_the_values_of_a_law(tmp_path):
     """Plastic soil and deep soil yield later, so they dissipate less energy."""
     file = shaken_column(sine(2.0, 1.0, 400), 4, DARENDELI).write(tmp_path / "column.nml")
-    values = {
-        "material.soil.plasticity_index": [0.0, 50.0],
-        "material.soil.mean_stress": [5e4, 2e5],
-    }
+    values = {"material.soil.plasticity_index": [0.0, 50.0]}
+    values |= {"material.soil.mean_stress": [5e4, 2e5]}
     table = sitedda.study(file, values, ["energy_plastic.last"], folder=tmp_path / "cases")
     dissipated = table["energy_plastic.last"].values
     assert np.all(np.diff(dissipated, axis=0) < 0) and np.all(np.diff(dissipated, axis=1) < 0)
@@ -220,10 +210,7 @@ def test_a_change_of_law_keeps_stresses(first, second):
     "soil, message",
     [
         ({"law": "hysteretic"}, "curve is missing"),
-        (
-            {"law": "hysteretic", "curve": "darendeli"},
-            "mean_stress is missing: curve = 'darendeli' needs it",
-        ),
+        ({"law": "hysteretic", "curve": "darendeli"}, "mean_stress is missing"),
         ({"law": "hysteretic", "curve": "mkz"}, "needs reference_strain or shear_strength"),
         (MASING | {"shear_strength": 1e5}, "reference_strain or shear_strength, not both"),
         (MASING | {"curve": "gqh"}, "curve_fit is missing"),

@@ -38,9 +38,8 @@ def test_the_column_with_a_scheme_has_the_complex_modulus(name):
     assert_allclose(response, 1 / np.cos(phase), rtol=1e-9)
     base = HalfSpace(density=2200.0, shear_velocity=800.0)
     contrast = density * speed / (2200.0 * 800.0)
-    response = Column(column.layers, base).scheme_transfer(
-        frequency, step, kind="outcrop", integration=name
-    )
+    column = Column(column.layers, base)
+    response = column.scheme_transfer(frequency, step, kind="outcrop", integration=name)
     assert_allclose(response, 1 / (np.cos(phase) + 1j * contrast * np.sin(phase)), rtol=1e-9)
 
 

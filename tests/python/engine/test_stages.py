@@ -161,9 +161,8 @@ def test_loads_of_time_zero_act_and_motions_do_not(write_input):
 
 def test_blocks_that_do_not_come_to_rest_are_named(write_input, binary):
     file = write_input(slope(friction=20.0))
-    with pytest.raises(
-        sitedda.ConvergenceError, match=r"does not settle.*block .*unbalanced force"
-    ):
+    message = r"does not settle.*block .*unbalanced force"
+    with pytest.raises(sitedda.ConvergenceError, match=message):
         sitedda.Simulation(file)
     process = binary("run", file)
     assert process.returncode == 3
@@ -203,10 +202,8 @@ def test_a_summary_states_forces_below_rounding_errors(write_input):
 
 def brick_on_base(size: float, brick: float, inclination: float) -> list:
     """A brick with φ = 30° on a fixed base; gravity is rotated from the vertical (degrees)."""
-    blocks = {
-        "base": rectangle(-0.5 * size, -size, size, size),
-        "brick": rectangle(-0.5 * brick, 0.0, brick, 0.5 * brick),
-    }
+    blocks = {"base": rectangle(-0.5 * size, -size, size, size)}
+    blocks["brick"] = rectangle(-0.5 * brick, 0.0, brick, 0.5 * brick)
     supports = [("base", x * size, -0.9 * size) for x in (-0.4, 0.4)]
     supports.append(("base", 0.0, -0.2 * size))
     angle = math.radians(inclination)
@@ -265,14 +262,12 @@ def test_a_block_that_falls_and_rests_is_reported(write_input, binary, tmp_path)
     assert run.verdict.values["displacement_from_drawn_m"] == pytest.approx(0.3, abs=1e-3)
     printed_text = "300 mm at the end; stone, including settlement"
     assert dict(run.verdict.lines)["distance from input"] == printed_text
-    process = binary("run", write_input(groups), folder=tmp_path)
-    assert message in " ".join(process.stdout.split())
-    header_line = next(line for line in process.stdout.splitlines() if "where, when" in line)
-    lines = process.stdout.splitlines()
-    line = next(row for row in lines if row.startswith("distance from input "))
-    columns = ((header_line.index("at the end"), "300 mm"),
-               (header_line.index("where"), "stone, including settlement"))  # fmt: skip
-    assert all(line[at:].startswith(message) for at, message in columns)
+    output = binary("run", write_input(groups), folder=tmp_path).stdout
+    assert message in " ".join(output.split())
+    header = next(line for line in output.splitlines() if "where, when" in line)
+    line = next(row for row in output.splitlines() if row.startswith("distance from input "))
+    assert line[header.index("at the end") :].startswith("300 mm")
+    assert line[header.index("where") :].startswith("stone, including settlement")
 
 
 # Three blocks of a beam on two piers; the blocks are glued to each other, but not to the piers.
@@ -402,10 +397,8 @@ def test_a_released_support_has_no_reaction(write_input):
     """A block on two supports rotates about the remaining one."""
     groups = model({"bar": rectangle(0.0, 0.0, 4.0, 0.5)}, points=[("end", "bar", 4.0, 0.25)])
     groups = changed(groups, "control", settle=None, steps=None)
-    groups[3:3] = [
-        group("fixed_point", name="stay", x=0.2, y=0.25),
-        group("fixed_point", name="prop", x=3.8, y=0.25),
-    ]
+    groups[3:3] = [group("fixed_point", name=name, x=x, y=0.25)
+                   for name, x in (("stay", 0.2), ("prop", 3.8))]  # fmt: skip
     groups[-1:-1] = [
         group("stage", name="rest", kind="static"),
         group("stage", name="go", steps=100, release="prop", zero_displacements=True),
@@ -465,9 +458,7 @@ def test_a_stage_fixes_points_at_their_present_position(write_input, tmp_path, b
         assert run.energies["changed"] == pytest.approx(stopped(speed), rel=1e-3)
     assert sitedda.resume(file, tmp_path / "hold.nc").complete
     with xr.open_dataset(tmp_path / "hold.nc") as data:
-        assert data.displacement.values[41:, 0] == pytest.approx(
-            np.broadcast_to(fall, (60, 2)), abs=1e-4
-        )
+        assert abs(data.displacement.values[41:, 0] - fall).max() < 1e-4
         assert abs(float(data.energy_balance[-1])) < 1e-9 * mass
     sitedda.run(file, output=tmp_path / "whole.nc")
     same_bits(tmp_path / "whole.nc", tmp_path / "hold.nc")
@@ -523,21 +514,18 @@ def catches(process: int, number: signal.Signals) -> bool:
 def test_a_static_stage_stops_on_request(write_input, tmp_path, binary):
     """A wall of 10,000 bricks needs a minute of static steps; a signal ends them at once."""
     wall = {"brick_length": 1.0, "brick_height": 0.5, "bricks": 100, "courses": 100}
-    file = write_input(
-        [
-            group("control", time_step=1e-3, gravity=[0.0, -9.81]),
-            group("contact", normal_stiffness=1e12),
-            ("material", dict(ROCK)),
-            ("joint", dict(DRY)),
-            ("wall", wall),
-            *(group("fixed_point", x=x + 0.5, y=0.25) for x in range(100)),
-            group("stage", name="rest", kind="static"),
-        ]
-    )
+    groups = [
+        group("control", time_step=1e-3, gravity=[0.0, -9.81]),
+        group("contact", normal_stiffness=1e12),
+        ("material", dict(ROCK)),
+        ("joint", dict(DRY)),
+        ("wall", wall),
+        *(group("fixed_point", x=x + 0.5, y=0.25) for x in range(100)),
+        group("stage", name="rest", kind="static"),
+    ]
     output = tmp_path / "out.nc"
-    child = subprocess.Popen(
-        [binary.path, "run", file, "-o", output, "-q"], stderr=subprocess.PIPE, text=True
-    )
+    command = [binary.path, "run", write_input(groups), "-o", output, "-q"]
+    child = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
     while not catches(child.pid, signal.SIGTERM):
         time.sleep(0.01)
     child.send_signal(signal.SIGTERM)

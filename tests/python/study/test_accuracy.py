@@ -95,15 +95,12 @@ def test_results_after_the_horizon_are_random_samples():
     undecided = _mark_undecided(figure, 3.5, 3.0)
     assert undecided.doubt.startswith("beyond the horizon of 3 s, a random sample: 1, 1.1, 0.8")
     assert undecided.bar == figure.bar
-    limit = _estimate_figures(
-        Facts({}, 1, 0.0), [{"largest_slip_m": value} for value in (1.0, 1.1, 1.12)]
-    )
-    decided_figure = replace(limit["largest_slip_m"], decided=2.5)
+    runs[2]["largest_slip_m"] = 1.12
+    limit = _estimate_figures(Facts({}, 1, 0.0), runs)["largest_slip_m"]
+    decided_figure = replace(limit, decided=2.5)
     assert _mark_undecided(decided_figure, 2.0, 1.0) is decided_figure
-    assert (
-        _mark_undecided(decided_figure, 3.0, 1.0).doubt
-        == "beyond the horizon of 2.5 s, a random sample"
-    )
+    doubt = _mark_undecided(decided_figure, 3.0, 1.0).doubt
+    assert doubt == "beyond the horizon of 2.5 s, a random sample"
     yielding_figure = replace(decided_figure, doubt=YIELD)
     assert _mark_undecided(yielding_figure, 2.0, 3.0) is yielding_figure
     assert _mark_undecided(yielding_figure, 3.5, 3.0).doubt.startswith("beyond the horizon of 3 s")
@@ -129,10 +126,9 @@ def test_missing_convergence_has_a_cause(write_input, damping, message):
 
 @pytest.mark.parametrize("fraction", [0.03, -0.2])
 def test_error_due_to_the_penalty(fraction):
-    assert penalty_error(2.0 + fraction, 2.0 + fraction / 2.0) == pytest.approx(
-        abs(fraction), rel=1e-12
-    )
-    assert penalty_error(2.0 + fraction, 2.0 + fraction / 4.0) == pytest.approx(1.5 * abs(fraction))
+    error = abs(fraction)
+    assert penalty_error(2.0 + fraction, 2.0 + fraction / 2.0) == pytest.approx(error, rel=1e-12)
+    assert penalty_error(2.0 + fraction, 2.0 + fraction / 4.0) == pytest.approx(1.5 * error)
 
 
 @pytest.mark.parametrize(
@@ -276,10 +272,7 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
         limit = other.finest if math.isnan(other.extrapolated) else other.extrapolated
         assert one.finest == pytest.approx(limit, rel=1e-2)
         assert one.bar < 0.25 * other.bar  # with a transfer function, small steps cost no time
-    assert (
-        figures["largest_displacement_m"].doubt
-        == "no error bar: in a linear run only measured points have error bars"
-    )
+    assert "only measured points" in figures["largest_displacement_m"].doubt
 
 
 def test_an_undamped_resonance_does_not_converge():
@@ -321,15 +314,12 @@ def test_a_displaced_block_keeps_its_bonds(write_input):
 
 def test_a_twin_displaces_no_block_that_stages_remove(write_input):
     """Otherwise the twin would equal the run, and all results would seem predictable."""
-    model = write_input(
-        SLIDE.replace("duration = 1.5, ", "")
-        .replace("settle = .true.,", "")
-        .replace("base_motion_x = 'push'", "")
-        + "&block name = 'top', vertices = -1 1 1 1 1 2 -1 2 /\n"
-        "&stage name = 'rest', kind = 'static' /\n"
-        "&stage name = 'dig', kind = 'static', remove = 'to*' /\n"
-        "&stage name = 'shake', steps = 5, motions = 'push' /\n"
-    )
+    text = SLIDE.replace("duration = 1.5, ", "").replace("settle = .true.,", "")
+    text = text.replace("base_motion_x = 'push'", "")
+    text += "&block name = 'top', vertices = -1 1 1 1 1 2 -1 2 /\n"
+    text += "&stage name = 'rest', kind = 'static' /\n"
+    text += "&stage name = 'dig', kind = 'static', remove = 'to*' /\n"
+    model = write_input(f"{text}&stage name = 'shake', steps = 5, motions = 'push' /\n")
     assert facts_of(model, {}).remaining == (2, 1)  # block, floor
     with (
         pytest.raises(sitedda.InputError, match="'top', which is removed before"),
@@ -388,13 +378,13 @@ def test_displaced_blocks_show_the_same_horizon(write_input, tmp_path):
     run, *twins = (histories_of(file, output, block) for block in ("", "b00", "b13", "b21", "b23"))
     times = run["history_energy_kinetic"].coordinates["look"]
 
-    def parted(name):
+    def horizons(name):
         return [horizon(times, run[name].values, twin[name].values) for twin in twins]
 
-    motions = parted("history_energy_kinetic")
+    motions = horizons("history_energy_kinetic")
     assert 1.0 < min(motions) and max(motions) < 1.2 * min(motions)
     for name in run:  # not before the motions, in which a shift of 1e-9 grows
-        assert min(parted(name)) > 0.8 * min(motions), name
+        assert min(horizons(name)) > 0.8 * min(motions), name
 
 
 def test_an_ensemble_gives_bands(write_input):
@@ -447,10 +437,8 @@ def test_a_study_with_error_bars_contains_horizons(write_input):
 
 
 def test_rounding_errors_are_not_reported(write_input):
-    resting_input = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''").replace(
-        "1.5,", "0.05,"
-    )
-    run = sitedda.run(write_input(resting_input))
+    resting_input = SLIDE.replace("base_motion_x = 'push'", "base_motion_x = ''")
+    run = sitedda.run(write_input(resting_input.replace("1.5,", "0.05,")))
     assert run.verdict.happened.startswith("The model is at rest")
     names = {line.name for line in run.verdict.figures}
     assert not {"displacement", "tilt", "velocity", "point displacement"} & names
