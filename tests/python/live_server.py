@@ -43,12 +43,12 @@ class LiveProcess:
             stderr=subprocess.PIPE,
             text=True,
         )
-        self.said = ""
-        while "Ctrl-C" not in self.said:
+        self.printed = ""
+        while "Ctrl-C" not in self.printed:
             line = self.process.stdout.readline()
             assert line, self.process.stderr.read()
-            self.said += line
-        self.redirect_page = Path(re.search(r"to enter, open (\S+)", self.said)[1])
+            self.printed += line
+        self.redirect_page = Path(re.search(r"to enter, open (\S+)", self.printed)[1])
         target = re.search(r"url=(\S+?)'", self.redirect_page.read_text())[1]
         self.address, _, self.token = target.partition("#")
 
@@ -116,9 +116,13 @@ class Client:
         self.messages.append(json.loads(data))
         return self.messages[-1]
 
-    async def until(self, wanted) -> dict:
-        """Return the first message from now on for which `wanted` is true."""
-        while not wanted(message := await self.hear()):
+    async def open(self, name: str = "pile.nml") -> None:
+        """Open a file of the folder."""
+        await self.ask("open", source="file", name=name)
+
+    async def until(self, condition) -> dict:
+        """Return the first message from now on that meets a condition."""
+        while not condition(message := await self.hear()):
             assert message["kind"] != "refused", message
         return message
 
@@ -144,7 +148,7 @@ def talk(conversation: Coroutine):
 
 async def connect(server: LiveProcess, **headers):
     """Return a connection without a token; `headers` replace those of the page."""
-    given = {"Host": server.host, "Origin": server.address.rstrip("/")} | headers
-    given = {name: value for name, value in given.items() if value is not None}
-    request = HTTPRequest(f"ws://{server.host}/socket", headers=given)
+    headers = {"Host": server.host, "Origin": server.address.rstrip("/")} | headers
+    headers = {name: value for name, value in headers.items() if value is not None}
+    request = HTTPRequest(f"ws://{server.host}/socket", headers=headers)
     return await websocket_connect(request, max_message_size=2**30)

@@ -3,7 +3,6 @@
 
 import asyncio
 import json
-import os
 import random
 import runpy
 import stat
@@ -11,6 +10,7 @@ import sys
 import threading
 from contextlib import suppress
 from html import unescape
+from pathlib import Path
 from types import SimpleNamespace
 from unittest.mock import Mock
 
@@ -61,8 +61,14 @@ def folder(tmp_path):
     return path
 
 
-def same_bits(one, other) -> bool:
-    return all(np.array_equal(one[name].values, other[name].values) for name in COMPARED)
+@pytest.fixture
+def server(folder, tmp_path):
+    with live(folder, tmp_path / "state") as process:
+        yield process
+
+
+def same_bits(*outputs) -> bool:
+    return all(np.array_equal(*(output[name] for output in outputs)) for name in COMPARED)
 
 
 # --- independence of other parts--------------------------------------------------------------
@@ -161,31 +167,30 @@ def test_many_blocks_are_drawn_from_a_file_as_from_text(root, monkeypatch):
         monkeypatch.setattr(drawn, "_FILE_BLOCKS", limit)
         pictures.append(drawn.draw_model(file.read_text(), file))
     assert len(block_files) == 1 and not block_files[0].exists()
-    one, other = pictures
-    assert one.message == other.message and one.notes == other.notes
+    from_text, from_file = pictures
+    assert from_text.message == from_file.message and from_text.notes == from_file.notes
 
 
 # --- the run ---------------------------------------------------------------------------------
 
 
-def test_a_later_page_receives_the_valid_picture(folder, tmp_path):
-    async def use(server):
+def test_a_later_page_receives_the_valid_picture(server):
+    async def use():
         async with Client(server) as first:
-            await first.ask("open", source="file", name="pile.nml")
+            await first.open()
             valid_message = await first.until(lambda m: m["kind"] == "good")
             async with Client(server) as later_page:
                 assert await later_page.until(lambda m: m["kind"] == "good") == valid_message
 
-    with live(folder, tmp_path / "state") as server:
-        talk(use(server))
+    talk(use())
 
 
-def steered(folder, state, steps: int, command: str, values: dict, *kinds: str) -> tuple:
+def steered(server, steps: int, command: str, values: dict, *kinds: str) -> tuple:
     """Change a settled run after some steps and complete it; return messages, files and output."""
 
-    async def use(server):
+    async def use():
         async with Client(server) as page:
-            await page.ask("open", source="file", name="pile.nml")
+            await page.open()
             await page.until(lambda m: m["kind"] == "good")
             await page.ask("rest")
             await page.status("paused")
@@ -198,66 +203,61 @@ def steered(folder, state, steps: int, command: str, values: dict, *kinds: str) 
             files = [await page.saved("output", "live")]
             return page.messages, [*files, *[await page.saved(kind, "saved") for kind in kinds]]
 
-    with live(folder, state) as server:
-        messages, (output, *files) = talk(use(server))
+    messages, (output, *files) = talk(use())
     with sitedda.open_output(output) as data:
         return messages, files, data.load()
 
 
-def test_the_saved_namelist_is_bit_identical(folder, tmp_path):
+def test_the_saved_namelist_is_bit_identical(server):
     stage = {"name": "digging", "remove": "low"}
     kinds = ("namelist", "script", "report")
-    messages, (saved_files, script, report), data = steered(folder, tmp_path / "state", 50, "stage",
-                                                            stage, *kinds)  # fmt: skip
+    messages, (namelist, script, report), data = steered(server, 50, "stage", stage, *kinds)
     last_message = next(m for m in messages if m["kind"] == "run" and m["status"] == "done")
     assert last_message["verdict"]["lines"] and last_message["verdict"]["charts"]
     assert sum(m["kind"] == "frame" for m in messages) > 2
-    assert "&stage name = 'digging'" in saved_files.read_text()
-    assert same_bits(data, sitedda.run(saved_files).history)
+    assert "&stage name = 'digging'" in namelist.read_text()
+    assert same_bits(data, sitedda.run(namelist).history)
     assert report.read_text().startswith("<!doctype html>")
     assert "run.begin_stage(name='digging', remove='low')" in script.read_text()
 
 
-def test_a_new_friction_as_a_stage_is_bit_identical(folder, tmp_path):
+def test_a_new_friction_as_a_stage_is_bit_identical(server):
     text = PILE.replace("gravity = 0.0, -9.81", "gravity = -2.0, -9.81")
-    (folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
+    (server.folder / "pile.nml").write_text(f"{text}&joint name = 'ice', friction_angle = 1 /\n")
     stage = {"name": "wet", "change_joints": "dry -> ice"}
-    _, (saved_files,), data = steered(folder, tmp_path / "state", 50, "stage", stage, "namelist")
-    assert "in the script alone" not in saved_files.read_text()
+    _, (namelist,), data = steered(server, 50, "stage", stage, "namelist")
+    assert "in the script alone" not in namelist.read_text()
     displacement = data.displacement.sel(point="top", axis="x")
     assert abs(displacement.sel(time=0.05, method="nearest")) < 1e-3 < 0.1 < abs(displacement[-1])
-    assert same_bits(data, sitedda.run(saved_files).history)
+    assert same_bits(data, sitedda.run(namelist).history)
 
 
-def test_the_saved_script_is_bit_identical_with_changes_outside_stages(
-    folder, tmp_path, monkeypatch
-):
+def test_the_saved_script_is_bit_identical_with_changes_outside_stages(server, monkeypatch):
     change = {"joint[1].friction_angle": "2"}
-    _, (script, namelist), data = steered(folder, tmp_path / "state", 60, "change", change,
-                                          "script", "namelist")  # fmt: skip
+    kinds = ("script", "namelist")
+    _, (script, namelist), data = steered(server, 60, "change", change, *kinds)
     note = "! only in the script: at t = 0.06 s: joint[1].friction_angle = 2"
     assert note in namelist.read_text()
-    monkeypatch.chdir(folder)
+    monkeypatch.chdir(server.folder)
     runpy.run_path(str(script))
-    with sitedda.open_output(folder / "saved.nc") as repeated_run:
+    with sitedda.open_output("saved.nc") as repeated_run:
         assert same_bits(data, repeated_run)
 
 
-def test_two_pages_show_the_same_run_and_a_later_one_shows_it_from_its_start(folder, tmp_path):
-    async def use(server):
-        async with Client(server) as one, Client(server) as other:
-            await one.ask("open", source="file", name="pile.nml")
-            await one.ask("run")
-            await one.status("done")
-            await other.status("done")
+def test_two_pages_show_the_same_run_and_a_later_one_shows_it_from_its_start(server):
+    async def use():
+        async with Client(server) as first, Client(server) as second:
+            await first.open()
+            await first.ask("run")
+            await first.status("done")
+            await second.status("done")
             async with Client(server) as later_page:
                 await later_page.status("done")
                 times = [[m["time"] for m in page.messages if m["kind"] == "frame"]
-                         for page in (one, other, later_page)]  # fmt: skip
+                         for page in (first, second, later_page)]  # fmt: skip
                 assert times[0] == times[1] and times[2] and times[2][-1] == times[0][-1]
 
-    with live(folder, tmp_path / "state") as server:
-        talk(use(server))
+    talk(use())
 
 
 def test_displacements_of_frames_are_relative_to_equilibrium_as_in_the_output(folder):
@@ -284,18 +284,17 @@ def failing() -> str:
     return text.replace("&fixed_point", "&fixed_point motion_x = 'm',")
 
 
-def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
-    (folder / "fails.nml").write_text(failing())
+def test_a_step_that_fails_names_its_blocks(server):
+    (server.folder / "fails.nml").write_text(failing())
 
-    async def use(server):
+    async def use():
         async with Client(server) as page:
-            await page.ask("open", source="file", name="fails.nml")
+            await page.open("fails.nml")
             await page.ask("run")
             return await page.status("failed", "done"), await page.saved("report", "why")
 
-    with live(folder, tmp_path / "state") as server:
-        end, report = talk(use(server))
-        assert server.process.poll() is None
+    end, report = talk(use())
+    assert server.process.poll() is None
     assert end["status"] == "failed" and "does not converge" in end["verdict"]["failure"]
     assert end["verdict"]["blocks"] == [1, 0]
     report_text = unescape(report.read_text())
@@ -306,16 +305,14 @@ def test_a_step_that_fails_names_its_blocks(folder, tmp_path):
 # --- the guard -------------------------------------------------------------------------------
 
 
-def test_the_token_is_private_and_not_in_an_argument(folder, tmp_path):
-    with live(folder, tmp_path / "state") as server:
-        assert stat.S_IMODE(server.redirect_page.stat().st_mode) == 0o600
-        assert stat.S_IMODE(server.redirect_page.parent.stat().st_mode) == 0o700
-        assert server.token not in server.said
-        with open(f"/proc/{server.process.pid}/cmdline", "rb") as stream:
-            assert server.token.encode() not in stream.read()
-        assert server.host.startswith("127.0.0.1:")
-        assert server.end() == 0
-        assert not server.redirect_page.exists()
+def test_the_token_is_private_and_not_in_an_argument(server):
+    assert stat.S_IMODE(server.redirect_page.stat().st_mode) == 0o600
+    assert stat.S_IMODE(server.redirect_page.parent.stat().st_mode) == 0o700
+    assert server.token not in server.printed
+    assert server.token.encode() not in Path(f"/proc/{server.process.pid}/cmdline").read_bytes()
+    assert server.host.startswith("127.0.0.1:")
+    assert server.end() == 0
+    assert not server.redirect_page.exists()
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
@@ -326,8 +323,8 @@ def test_a_server_for_other_machines_prints_a_warning(folder, tmp_path, host):
         assert has_warning == (host != "127.0.0.1")
 
 
-def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
-    async def use(server):
+def test_wrong_tokens_origins_and_hosts_are_refused(server):
+    async def use():
         for first_message in ("", "{}", "[]", '{"token": 3}', json.dumps({"token": "x" * 43}),
                               "{" * 9000, json.dumps({"token": server.token[:-1]}),
                               '{"do": "run"}'):  # fmt: skip
@@ -344,12 +341,11 @@ def test_wrong_tokens_origins_and_hosts_are_refused(folder, tmp_path):
         async with Client(server) as page:  # the server still responds
             assert page.messages[-1]["screen"] == "start"
 
-    with live(folder, tmp_path / "state") as server:
-        talk(use(server))
+    talk(use())
 
 
-def test_answers_have_a_strict_policy_and_only_files_of_the_page(folder, tmp_path):
-    async def use(server):
+def test_answers_have_a_strict_policy_and_only_files_of_the_page(server):
+    async def use():
         client = AsyncHTTPClient(force_instance=True)
 
         async def get(path, **headers):
@@ -368,8 +364,7 @@ def test_answers_have_a_strict_policy_and_only_files_of_the_page(folder, tmp_pat
         assert (await get("", Host="evil.example")).code == 403
         assert (await get("live/main.js")).headers["Content-Type"].startswith("text/javascript")
 
-    with live(folder, tmp_path / "state") as server:
-        talk(use(server))
+    talk(use())
 
 
 def hostile_messages(seed: int, count: int) -> list:
@@ -396,14 +391,14 @@ def hostile_messages(seed: int, count: int) -> list:
     return messages
 
 
-def test_malformed_and_oversized_messages_change_and_write_nothing(folder, tmp_path):
-    before = {f: f.read_bytes() for f in folder.iterdir()}
+def test_malformed_and_oversized_messages_change_and_write_nothing(server):
+    before = {f: f.read_bytes() for f in server.folder.iterdir()}
 
-    async def use(server):
+    async def use():
         async with Client(server) as page:
             for message in hostile_messages(1, 200):
                 await page.socket.write_message(message, binary=isinstance(message, bytes))
-            await page.ask("open", source="file", name="../../../etc/passwd")
+            await page.open("../../../etc/passwd")
             await page.ask("undo")
             count = 0
             while count < 202:
@@ -417,30 +412,25 @@ def test_malformed_and_oversized_messages_change_and_write_nothing(folder, tmp_p
         async with Client(server) as page:
             assert page.messages[-1]["screen"] == "start"
 
-    with live(folder, tmp_path / "state") as server:
-        talk(use(server))
-        assert server.process.poll() is None
-    assert {f: f.read_bytes() for f in folder.iterdir()} == before
+    talk(use())
+    assert server.process.poll() is None
+    assert {f: f.read_bytes() for f in server.folder.iterdir()} == before
 
 
-def test_files_are_saved_only_in_the_folder_and_never_replace_others(folder, tmp_path):
+def test_files_are_saved_only_in_the_folder_and_never_replace_others(server, folder, tmp_path):
     (folder / "out").symlink_to(tmp_path)
     (folder / "mine.py").write_text("print('mine')\n")
     names = ["../x", "/tmp/x", "out/x", "", " ", "a\nb", "x/../../y", "no_folder/x", "mine"]
 
-    async def use(server):
+    async def use():
         async with Client(server) as page:
-            await page.ask("open", source="file", name="pile.nml")
-            for name in names:
-                await page.ask("save", what="script", name=name)
+            await page.open()
+            for kind, name in [*(("script", name) for name in names), ("namelist", "pile")]:
+                await page.ask("save", what=kind, name=name)
                 while (await page.hear())["kind"] != "refused":
                     pass
-            await page.ask("save", what="namelist", name="pile")  # the opened file does not change
-            while (await page.hear())["kind"] != "refused":
-                pass
 
-    with live(folder, tmp_path / "state") as server:
-        talk(use(server))
+    talk(use())
     assert (folder / "mine.py").read_text() == "print('mine')\n"
     assert (folder / "pile.nml").read_text() == PILE
     assert not list(tmp_path.glob("*.py"))
@@ -456,7 +446,7 @@ def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
 
     async def begin(server):
         async with Client(server) as page:
-            await page.ask("open", source="file", name="pile.nml")
+            await page.open()
             await page.ask("set", group="joint", number=1, variable="friction_angle", value="20")
             await page.until(lambda m: m["kind"] == "model" and "friction_angle = 20" in m["text"])
             await page.ask("step", steps=draw.randrange(10, 60))
@@ -466,14 +456,14 @@ def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
             await page.ask("run")
             await asyncio.sleep(draw.random() * 0.4)
 
-    async def go_on(server):
+    async def resume(server):
         async with Client(server) as page:
             page_model = await page.until(lambda m: m["kind"] == "model")
             assert "friction_angle = 20" in page_model["text"] and page_model["running"]
             if not page.messages or page.messages[-1].get("status") != "done":
                 await page.ask("run")
             await page.status("done")
-            return await page.saved("output", "end"), await page.saved("namelist", "end")
+            return [await page.saved(kind, "end") for kind in ("output", "namelist")]
 
     server = LiveProcess(folder, state)
     try:
@@ -481,43 +471,37 @@ def test_a_killed_server_loses_neither_model_nor_run(folder, tmp_path, seed):
     finally:
         server.kill()
     with live(folder, state) as server:
-        output, saved_files = talk(go_on(server))
+        output, namelist = talk(resume(server))
     with sitedda.open_output(output) as data:
-        assert same_bits(data, sitedda.run(saved_files).history)
+        assert same_bits(data, sitedda.run(namelist).history)
 
 
-def test_two_servers_of_one_folder_have_separate_sessions(folder, tmp_path):
-    with live(folder, tmp_path / "state") as one, live(folder, tmp_path / "state") as other:
-        assert one.redirect_page.parent != other.redirect_page.parent
-        wait_for(lambda: os.path.exists(other.redirect_page))
-
-
-def test_a_restarted_server_has_the_same_port(folder, tmp_path):
-    with live(folder, tmp_path / "state") as server:
-        address = server.address
-        with live(folder, tmp_path / "state") as other:  # a second server of the folder
-            assert other.address != address
-        assert server.end() == 0
-    with live(folder, tmp_path / "state") as server:
-        assert server.address == address
-        (server.redirect_page.parent / "port.json").write_text('{"port": 700000}')
-    with live(folder, tmp_path / "state") as server:
-        assert server.process.poll() is None
-
-
-def test_a_damaged_journal_leads_to_the_start_page(folder, tmp_path):
+def test_servers_of_one_folder_are_separate_and_restart_at_their_port(server, folder, tmp_path):
     state = tmp_path / "state"
-    with live(folder, state) as server:
-        private = server.redirect_page.parent
+    with live(folder, state) as second:
+        assert second.address != server.address
+        assert second.redirect_page.parent != server.redirect_page.parent
+        wait_for(second.redirect_page.exists)
+    assert server.end() == 0
+    with live(folder, state) as restarted:
+        assert restarted.address == server.address
+        (restarted.redirect_page.parent / "port.json").write_text('{"port": 700000}')
+    with live(folder, state) as restarted:
+        assert restarted.process.poll() is None
+
+
+def test_a_damaged_journal_leads_to_the_start_page(server, folder, tmp_path):
+    server.kill()
+    private = server.redirect_page.parent
     (private / "model.json").write_text('{"text": 3')
     (private / "run.json").write_text("[]")
 
-    async def use(server):
-        async with Client(server) as page:
+    async def use(restarted):
+        async with Client(restarted) as page:
             assert page.messages[-1]["screen"] == "start"
 
-    with live(folder, state) as server:
-        talk(use(server))
+    with live(folder, tmp_path / "state") as restarted:
+        talk(use(restarted))
 
 
 def test_any_failure_to_save_is_reported_to_the_page(tmp_path):

@@ -26,6 +26,7 @@ PICTURES = os.environ.get("SITEDDA_PICTURES")
 ENDLESS = PILE.replace("duration = 0.6", "duration = 6e5").replace(
     "interval = 20", "interval = 1000\n   history_interval = 1000"
 )  # few data, because the run is longer than the test
+OPEN_ALL = "all => all.forEach((details) => { details.open = true; })"
 OVER = "page.run && ['done', 'failed', 'stopped'].includes(page.run.status)"
 
 
@@ -97,6 +98,17 @@ def begun(page, name: str):
     return page
 
 
+@pytest.fixture
+def page_of(served, opened):
+    """Return an opener of pages with a model."""
+
+    def open_model(text: str):
+        (served.folder / "pile.nml").write_text(text)
+        return begun(opened(served), "pile.nml")
+
+    return open_model
+
+
 def over(page) -> None:
     """Wait until the run has ended and is drawn completely."""
     until(page, OVER)
@@ -121,12 +133,16 @@ def field(page, group: str, variable: str):
     return element
 
 
-def give(page, group: str, **numbers) -> None:
+def type_into(element, text: str) -> None:
+    """Replace the text of a field."""
+    element.fill(text)
+    element.press("Enter")
+
+
+def type_numbers(page, group: str, **numbers) -> None:
     """Type numbers into fields of a group."""
     for variable, text in numbers.items():
-        element = field(page, group, variable)
-        element.fill(text)
-        element.press("Enter")
+        type_into(field(page, group, variable), text)
         holds(page, f"{variable} = {text}")
 
 
@@ -149,21 +165,21 @@ def test_from_nothing_to_a_shaken_slope_with_its_movie_and_report(served, opened
         page.wait_for_timeout(8000)
     picture(page, "start")
     begun(page, "An empty model")
-    give(page, "measured_point 1", x="35", y="18")
-    give(page, "region 1", outline="0, 0, 90, 0, 60, 30, 30, 30")
-    give(page, "measured_point 1", x="40", y="30")
+    type_numbers(page, "measured_point 1", x="35", y="18")
+    type_numbers(page, "region 1", outline="0, 0, 90, 0, 60, 30, 30, 30")
+    type_numbers(page, "measured_point 1", x="40", y="30")
     add(page, "joint")
-    give(page, "joint 2", friction_angle="38")
+    type_numbers(page, "joint 2", friction_angle="38")
     for number, (angle, spacing) in enumerate([("20", "5"), ("105", "7")], 1):
         add(page, "joint_set")
-        give(page, f"joint_set {number}", angle=angle, spacing=spacing)
+        type_numbers(page, f"joint_set {number}", angle=angle, spacing=spacing)
     add(page, "motion")
     with edited(page):
         page.get_by_label("shipped record").select_option(index=1)
     with edited(page):
         field(page, "boundary 1", "motion_x").select_option("shaking")
-    give(page, "control 1", duration="8" if PICTURES else "0.5", time_step="1e-3")
-    give(page, "motion 1", scale="2")
+    type_numbers(page, "control 1", duration="8" if PICTURES else "0.5", time_step="1e-3")
+    type_numbers(page, "motion 1", scale="2")
     blocks = page.evaluate("page.view.model.n")
     assert blocks > 40
     picture(page, "model")
@@ -200,28 +216,24 @@ def test_an_invalid_value_is_reported_at_its_field_and_the_picture_remains(serve
     heads = page.locator("details.group > summary").all_inner_texts()
     assert "control\ntime step 0.001 s" in heads and not any("_" in head for head in heads)
     title = "([group, values]) => page.forms.title(values, page.forms.kinds.get(group))"
-    for group, value, texts in (
+    for group, value, text in (
         ("contact", {"normal_stiffness": "15446984225.7"}, "15.45 GN/m"),
         ("control", {"gravity": "0.0, -9.81234567"}, "0, −9.812 m/s²"),
         ("control", {"analysis": "plane_strain"}, "plane strain"),
     ):
-        assert page.evaluate(title, [group, value]).endswith(f" {texts}")
-    page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
+        assert page.evaluate(title, [group, value]).endswith(f" {text}")
+    page.locator("details").evaluate_all(OPEN_ALL)
     field(page, "control 1", "settle").wait_for()
-    placeholders = "all => all.map((one) => one.placeholder || one.textContent).join('\\n')"
+    placeholders = "all => all.map((item) => item.placeholder || item.textContent).join('\\n')"
     texts = page.locator("#panel-form :is(.row option, input)").evaluate_all(placeholders)
     assert "plane strain" in texts and "_" not in texts and ".true." not in texts
     before = page.evaluate("page.view.model.n")
-    for text, texts in (("95", "0 and 89"), ("steep", "steep")):
-        one = field(page, "joint 1", "friction_angle")
-        one.fill(text)
-        one.press("Enter")
+    for text, message in (("95", "0 and 89"), ("steep", "steep")):
+        type_into(field(page, "joint 1", "friction_angle"), text)
         script = "document.querySelector('.row:has([aria-invalid=true]) .wrong')?.textContent"
-        until(page, f"({script} || '').includes('{texts}')")
+        until(page, f"({script} || '').includes('{message}')")
     assert page.evaluate("page.view.model.n") == before
-    one.fill("33")
-    one.press("Enter")
-    holds(page, "friction_angle = 33")
+    type_numbers(page, "joint 1", friction_angle="33")
     assert page.evaluate("document.querySelector('[aria-invalid=true]') === null")
     press(page, "Undo", "page.model.text.includes('friction_angle = 95')")
     with edited(page):
@@ -258,7 +270,7 @@ def test_the_page_has_no_accessibility_errors_on_phones_and_in_dark_mode(served,
     for options in ({}, {"color_scheme": "dark"}, {"viewport": {"width": 400, "height": 800}}):
         page = opened(served, **options)
 
-        def look(label: str, page=page, options=options) -> None:
+        def check_page(label: str, page=page, options=options) -> None:
             page.evaluate(script)
             violations = page.evaluate("axe.run().then((r) => r.violations.map((v) => "
                                   "[v.id, v.nodes.map((n) => n.html.slice(0, 90))]))")  # fmt: skip
@@ -266,27 +278,26 @@ def test_the_page_has_no_accessibility_errors_on_phones_and_in_dark_mode(served,
             fits_width = "document.scrollingElement.scrollWidth <= innerWidth"
             assert page.evaluate(fits_width), (label, options)
 
-        look("start")
+        check_page("start")
         begun(page, "pile.nml")
-        page.locator("details").evaluate_all("all => all.forEach((one) => { one.open = true; })")
-        look("forms")
+        page.locator("details").evaluate_all(OPEN_ALL)
+        check_page("forms")
         press(page, "Check", "page.check?.state === 'done'")
         assert page.locator("#verdict table").is_visible(), page.locator("#verdict").inner_text()
-        look("check")
+        check_page("check")
         page.get_by_role("tab", name="Text").click()
-        look("text")
+        check_page("text")
         press(page, "Run")
         over(page)
-        look("run")
+        check_page("run")
         page.get_by_role("tab", name="Save").click()
-        look("save")
+        check_page("save")
         press(page, "Start page", "!document.getElementById('start').hidden")
         assert page.complaints == []
 
 
-def test_names_of_points_do_not_overlap(served, opened):
-    (served.folder / "crowded.nml").write_text(random_model(32))
-    page = begun(opened(served), "crowded.nml")
+def test_names_of_points_do_not_overlap(page_of):
+    page = page_of(random_model(32))
     boxes = page.evaluate(
         """() => { const v = page.view, boxes = [], half = 5;
         v.write = (c, text, x, y) =>
@@ -294,8 +305,8 @@ def test_names_of_points_do_not_overlap(served, opened):
         v.overlaid = ''; v.drawOverlay(); return boxes; }"""
     )
     assert len(boxes) == 3
-    for one, other in combinations(boxes, 2):
-        assert one[0] >= other[2] or other[0] >= one[2] or one[1] >= other[3] or other[1] >= one[3]
+    for (left, bottom, right, top), other in combinations(boxes, 2):
+        assert left >= other[2] or other[0] >= right or bottom >= other[3] or other[1] >= top
 
 
 def test_keys_control_the_page(served, opened):
@@ -329,9 +340,8 @@ def test_keys_control_the_page(served, opened):
     assert page.evaluate("page.view.camera.scale") > scale
 
 
-def test_a_page_that_is_reloaded_or_opened_again_shows_model_and_run(served, opened):
-    (served.folder / "pile.nml").write_text(ENDLESS)
-    page = begun(opened(served), "pile.nml")
+def test_a_page_that_is_reloaded_or_opened_again_shows_model_and_run(served, opened, page_of):
+    page = page_of(ENDLESS)
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 3")
     page.reload()
     until(page, "window.page?.run?.status === 'running' && page.view.model?.frames > 3")
@@ -343,9 +353,8 @@ def test_a_page_that_is_reloaded_or_opened_again_shows_model_and_run(served, ope
     drawn(page)
 
 
-def test_a_joint_can_be_clicked_and_shows_the_forces_between_its_blocks(served, opened):
-    (served.folder / "pile.nml").write_text(PILE)
-    page = begun(opened(served), "pile.nml")
+def test_a_joint_can_be_clicked_and_shows_the_forces_between_its_blocks(page_of):
+    page = page_of(PILE)
     press(page, "Run")
     over(page)
     at = page.evaluate(
@@ -369,9 +378,8 @@ def test_a_joint_can_be_clicked_and_shows_the_forces_between_its_blocks(served, 
     assert forces[0] == forces[1] > 0
 
 
-def test_a_step_that_fails_shows_the_failed_contact(served, opened):
-    (served.folder / "fails.nml").write_text(failing())
-    page = begun(opened(served), "fails.nml")
+def test_a_step_that_fails_shows_the_failed_contact(page_of):
+    page = page_of(failing())
     press(page, "Run")
     over(page)
     assert page.evaluate("page.view.failing") == [1, 0]
@@ -382,9 +390,8 @@ def test_a_step_that_fails_shows_the_failed_contact(served, opened):
     picture(page, "failed")
 
 
-def test_a_replaced_joint_is_a_stage_of_the_saved_namelist(served, opened):
-    (served.folder / "pile.nml").write_text(f"{ENDLESS}&joint name = 'ice', friction_angle = 1 /\n")
-    page = begun(opened(served), "pile.nml")
+def test_a_replaced_joint_is_a_stage_of_the_saved_namelist(served, page_of):
+    page = page_of(f"{ENDLESS}&joint name = 'ice', friction_angle = 1 /\n")
     press(page, "Run", "page.run?.status === 'running' && page.view.model.frames > 2")
     press(page, "Pause", "page.run.status === 'paused'")
     page.get_by_label("replace joint").select_option(index=1)
@@ -396,34 +403,30 @@ def test_a_replaced_joint_is_a_stage_of_the_saved_namelist(served, opened):
     assert " -> ice'" in (served.folder / "pile_live.nml").read_text()
 
 
-def test_a_group_remains_open_if_the_form_is_rebuilt_at_once(served, opened):
-    (served.folder / "pile.nml").write_text(PILE)
-    page = begun(opened(served), "pile.nml")
+def test_a_group_remains_open_if_the_form_is_rebuilt_at_once(page_of):
+    page = page_of(PILE)
     assert page.evaluate(
         "() => { const box = () => document.querySelector('[data-group=\"joint 1\"]');"
         " box().querySelector('summary').click(); page.forms.build(); return box().open; }"
     )
 
 
-def test_a_field_shows_the_present_or_the_pending_value(served, opened):
-    (served.folder / "pile.nml").write_text(PILE)
-    page = begun(opened(served), "pile.nml")
+def test_a_field_shows_the_present_or_the_pending_value(page_of):
+    page = page_of(PILE)
     press(page, "Rest", "page.run?.status === 'paused'")
     friction = page.locator('[data-change="joint[1].friction_angle"]')
-    runs = friction.input_value()
+    initial_value = friction.input_value()
     page.evaluate("() => { page.changes.ask = () => true; }")  # the server receives no change
-    friction.fill("25")
-    friction.press("Enter")
+    type_into(friction, "25")
 
-    waits = page.locator(".change-panel .wrong", has_text="not yet")
-    assert f"not yet changed from {runs}" in waits.inner_text()
+    pending = page.locator(".change-panel .wrong", has_text="not yet")
+    assert f"not yet changed from {initial_value}" in pending.inner_text()
     page.evaluate("() => { page.changes.ask = page.ask; page.ask('change', "
                   "{values: {'joint[1].friction_angle': '25'}}); }")  # fmt: skip
     until(page, "page.run.actions.length === 1")
     until(page, "!document.querySelector('.change-panel').textContent.includes('not yet')")
     assert friction.input_value() == "25"
-    friction.fill("95")
-    friction.press("Enter")
+    type_into(friction, "95")
     until(page, "document.querySelector('#said').classList.contains('bad')")
     assert friction.input_value() == "25"
     press(page, "Run")
@@ -433,14 +436,13 @@ def test_a_field_shows_the_present_or_the_pending_value(served, opened):
     until(page, "document.querySelector('#said').textContent.includes('has ended')")
     press(page, "Edit the model", "page.run === null")
     press(page, "Rest", "page.run?.status === 'paused'")
-    assert friction.input_value() == runs and page.evaluate("page.run.actions") == []
+    assert friction.input_value() == initial_value and page.evaluate("page.run.actions") == []
     assert page.complaints == []
 
 
-def test_another_model_fills_the_view_and_selections_are_cleared(served, opened):
-    for name, text in (("pile.nml", PILE), ("fails.nml", failing())):
-        (served.folder / name).write_text(text)
-    page = begun(opened(served), "pile.nml")
+def test_another_model_fills_the_view_and_selections_are_cleared(served, page_of):
+    (served.folder / "fails.nml").write_text(failing())
+    page = page_of(PILE)
     fitted_scale = page.evaluate("page.view.camera.scale")
     page.evaluate("page.view.pick(1)")
     page.evaluate("page.view.setColor('displacement')")

@@ -19,15 +19,15 @@ def strata_profile():
     def profile(layers, rock, curves=()):
         media = [*((layer, layer.thickness) for layer in layers), (rock, 0.0)]
         soils = [
-            (site.NonlinearProperty("", one.strain, one.reduction, "mod_reduc"),
-             site.NonlinearProperty("", one.strain, one.damping, "damping"))
-            for one in curves
+            (site.NonlinearProperty("", curve.strain, curve.reduction, "mod_reduc"),
+             site.NonlinearProperty("", curve.strain, curve.damping, "damping"))
+            for curve in curves
         ] or [(None, layer.damping) for layer in layers]  # fmt: skip
         pairs = zip(media, [*soils, (None, rock.damping)], strict=True)
         return site.Profile([
-            site.Layer(site.SoilType(str(i), one.density * 9.80665e-3, *soil), thickness,
-                       one.shear_velocity)
-            for i, ((one, thickness), soil) in enumerate(pairs)
+            site.Layer(site.SoilType(str(i), medium.density * 9.80665e-3, *soil), thickness,
+                       medium.shear_velocity)
+            for i, ((medium, thickness), soil) in enumerate(pairs)
         ])  # fmt: skip
 
     return profile

@@ -88,8 +88,8 @@ def test_columns_agree_with_pystrata(convention, strata_transfer, seed, field):
     bottom = column.depth - column.layers[last].thickness + within
     assert_allclose(column.transfer(FREQUENCIES, top, bottom, field), inner, rtol=1e-6)
     # The half-space does not affect within/within; the kind of motion does not affect a rigid base.
-    other = replace(column, base="rigid").transfer(FREQUENCIES, kind=field)
-    assert_allclose(other, rigid, rtol=1e-6)
+    rigid_transfer = replace(column, base="rigid").transfer(FREQUENCIES, kind=field)
+    assert_allclose(rigid_transfer, rigid, rtol=1e-6)
 
 
 # --- Closed forms --------------------------------------------------------------------------------
@@ -126,9 +126,9 @@ def test_equations_9_and_10_at_the_resonance():
     resonance = 300.0 / (4 * 15.0)
     assert_allclose(damped_amplification(resonance, 15.0, 300.0, 0.05), 2 / (np.pi * 0.05))
     assert undamped_amplification(resonance, 15.0, 300.0) > 1e15
-    other = np.array([0.0, 2.0])
-    undamped = undamped_amplification(other, 15.0, 300.0)
-    assert_allclose(damped_amplification(other, 15.0, 300.0, 0.0), undamped)
+    frequencies = np.array([0.0, 2.0])
+    undamped = undamped_amplification(frequencies, 15.0, 300.0)
+    assert_allclose(damped_amplification(frequencies, 15.0, 300.0, 0.0), undamped)
 
 
 def test_layer_on_half_space_has_the_impedance_ratio_as_peak():
@@ -311,17 +311,18 @@ def test_results_do_not_depend_on_units(seed, base, length, mass):
     column = random_column(seed, base)
     rock = column.base if base == "rigid" else rescaled(column.base, length, mass)
     layers = [rescaled(layer, length, mass) for layer in column.layers]
-    other = replace(column, layers=layers, base=rock)
-    assert_allclose(other.transfer(FREQUENCIES), column.transfer(FREQUENCIES), rtol=1e-9)
+    rescaled_column = replace(column, layers=layers, base=rock)
+    assert_allclose(rescaled_column.transfer(FREQUENCIES), column.transfer(FREQUENCIES), rtol=1e-9)
 
 
 @settings(max_examples=40, deadline=None)
-@given(seed=seeds, base=bases, share=st.floats(0.01, 0.99), which=seeds)
-def test_splitting_a_layer_changes_nothing(seed, base, share, which):
+@given(seed=seeds, base=bases, fraction=st.floats(0.01, 0.99), number=seeds)
+def test_splitting_a_layer_changes_nothing(seed, base, fraction, number):
     column = random_column(seed, base)
-    index = which % len(column.layers)
+    index = number % len(column.layers)
     layer = column.layers[index]
-    halves = [replace(layer, thickness=layer.thickness * part) for part in (share, 1 - share)]
+    thicknesses = (fraction * layer.thickness, (1 - fraction) * layer.thickness)
+    halves = [replace(layer, thickness=thickness) for thickness in thicknesses]
     layers = [*column.layers[:index], *halves, *column.layers[index + 1 :]]
     for field in ("within", "outcrop"):
         assert_allclose(replace(column, layers=layers).transfer(FREQUENCIES, kind=field),
@@ -329,10 +330,10 @@ def test_splitting_a_layer_changes_nothing(seed, base, share, which):
 
 
 @settings(max_examples=40, deadline=None)
-@given(seed=seeds, base=bases, share=st.floats(0.0, 1.0))
-def test_transfer_functions_multiply(seed, base, share):
+@given(seed=seeds, base=bases, fraction=st.floats(0.0, 1.0))
+def test_transfer_functions_multiply(seed, base, fraction):
     column = random_column(seed, base)
-    middle = share * column.depth
+    middle = fraction * column.depth
     product = column.transfer(FREQUENCIES, 0.0, middle) * column.transfer(FREQUENCIES, middle)
     assert_allclose(product, column.transfer(FREQUENCIES), rtol=1e-9)
     assert_allclose(column.transfer(FREQUENCIES, middle, middle), 1.0, rtol=1e-12)

@@ -45,9 +45,9 @@ PRENOLIN = Column([Layer(20.0, density=2000.0, shear_velocity=300.0)])  # its fi
 MASING = {"damping_curve": "masing", "branches": 60, "highest_frequency": 50}
 
 
-def shaken(column, curves, ground, step=0.002, **more):
+def shaken(column, curves, ground, step=0.002, **settings):
     """Return a run without its coarser comparison run."""
-    return nonlinear(column, curves, ground, step, compare=False, **more)
+    return nonlinear(column, curves, ground, step, compare=False, **settings)
 
 
 def noise(step, samples, highest, seed=3):
@@ -114,9 +114,9 @@ def test_branches_fit_modulus_and_damping_of_darendeli(plasticity, stress):
 
 def test_a_poor_fit_of_the_damping_curve_is_reported():
     """A damping of 5 % at small strains requires a quarter of the modulus, which slips at once."""
-    for plasticity, said in ((200.0, True), (100.0, False)):
-        words = str(shaken(SOFT, [darendeli(25e3, plasticity)], sine(1.0, 0.1, duration=1.0)))
-        assert ("the damping curve is not fitted" in words) == said
+    for plasticity, is_reported in ((200.0, True), (100.0, False)):
+        report = str(shaken(SOFT, [darendeli(25e3, plasticity)], sine(1.0, 0.1, duration=1.0)))
+        assert ("the damping curve is not fitted" in report) == is_reported
 
 
 def test_more_branches_fit_better():
@@ -133,18 +133,19 @@ def test_a_simple_wave_in_a_hyperbola_is_exact(speed):
     pushed = np.where(time < rise, speed / rise * (1 - np.cos(2 * np.pi * time / rise)), 0.0)
     column = Column([Layer(80.0, density=2000.0, shear_velocity=c0)])
     settings = MASING | {"branches": 100, "highest_frequency": 100.0}
-    found = shaken(column, [backbone(reference)], pushed, step, **settings)
+    run = shaken(column, [backbone(reference)], pushed, step, **settings)
     fine = np.linspace(0, rise, 2001)
     velocity = speed * (fine / rise - np.sin(2 * np.pi * fine / rise) / (2 * np.pi))
     x = np.expm1(velocity / (c0 * reference))
-    cells = found.histories.strain.shape[0]
+    cells = run.histories.strain.shape[0]
     height = 80.0 / cells * 0.5 + 20.0  # m, centre of a cell above the base
     arrival = fine + height * (1 + x) / c0
-    strain = found.strain(80.0 - height) / reference
+    strain = run.strain(80.0 - height) / reference
     assert strain.max() == pytest.approx(x[-1], rel=5e-3)
-    wanted = np.interp(time, arrival, x, left=0.0)
-    until = time < min(0.34, (60 + 60 - 20) / c0)  # before reflections from the surface arrive
-    assert np.abs(np.abs(strain) - wanted)[until].max() < 0.03 * x[-1]
+    exact = np.interp(time, arrival, x, left=0.0)
+    # before reflections from the surface arrive
+    unreflected = time < min(0.34, (60 + 60 - 20) / c0)
+    assert np.abs(np.abs(strain) - exact)[unreflected].max() < 0.03 * x[-1]
 
 
 def test_small_strains_agree_with_the_transfer_function():
@@ -152,36 +153,36 @@ def test_small_strains_agree_with_the_transfer_function():
     base = HalfSpace(density=2400.0, shear_velocity=900.0)
     ground = noise(0.002, 8000, 10.0)
     layers = [Layer(6.0, density=1900.0, shear_velocity=v) for v in (200.0, 300.0)]
-    damped = Column([replace(one, damping=ConstantRatio(0.02)) for one in layers], base)
+    damped = Column([replace(layer, damping=ConstantRatio(0.02)) for layer in layers], base)
     response = damped.response(ground, 0.002)
     exact = response.acceleration()
     curves = SoilCurves(*np.array([[1e-6, 1, 0.02], [1e-3, 0.5, 0.1], [1e-1, 0.01, 0.3]]).T)
-    soil = shaken(Column(layers, base), [curves] * 2, 1e-7 * ground)
-    plain = shaken(damped, [None] * 2, ground)
-    for found in (1e7 * soil.acceleration(), plain.acceleration()):
-        assert np.abs(found - exact).max() < 5e-3 * np.abs(exact).max()
+    soil_run = shaken(Column(layers, base), [curves] * 2, 1e-7 * ground)
+    linear_run = shaken(damped, [None] * 2, ground)
+    for acceleration in (1e7 * soil_run.acceleration(), linear_run.acceleration()):
+        assert np.abs(acceleration - exact).max() < 5e-3 * np.abs(exact).max()
     strain = response.strain(3.0)
-    assert plain.strain(3.0) == pytest.approx(strain, abs=0.01 * strain.max())
-    assert plain.displacement() == pytest.approx(response.displacement(), abs=2e-4)
+    assert linear_run.strain(3.0) == pytest.approx(strain, abs=0.01 * strain.max())
+    assert linear_run.displacement() == pytest.approx(response.displacement(), abs=2e-4)
 
 
 @pytest.mark.parametrize("base", ["rigid", HalfSpace(density=2300.0, shear_velocity=700.0)])
 @pytest.mark.parametrize("amplitude", [0.1, 3.0])
 def test_the_work_at_the_base_balances_the_energies(base, amplitude):
-    found = shaken(replace(PRENOLIN, base=base), [darendeli(1e5, 15.0)], sine(2.0, amplitude))
-    energy = dict(found.histories.energy)
+    run = shaken(replace(PRENOLIN, base=base), [darendeli(1e5, 15.0)], sine(2.0, amplitude))
+    energy = dict(run.histories.energy)
     work = energy.pop("work")
     assert sum(energy.values()) == pytest.approx(work, rel=1e-9)
     assert energy["slipped"] > 0 and energy["damped"] > 0
-    assert np.median(found.histories.iterations) <= 8
-    assert found.histories.iterations.max() <= 20
+    assert np.median(run.histories.iterations) <= 8
+    assert run.histories.iterations.max() <= 20
 
 
 def test_strains_of_a_rigid_base_column_tend_to_published_ones():
     """PRENOLIN's P1 by sem2dpack (nested yield surfaces): 5.95 γ_ref in steady state."""
-    found = shaken(PRENOLIN, [backbone(3.65e-4)], sine(2.0, 1.0), **MASING)
-    late = found.histories.strain[-1, -1000:] / 3.65e-4  # last two seconds
-    assert (late.max() - late.min()) / 2 == pytest.approx(5.95, abs=0.3)
+    run = shaken(PRENOLIN, [backbone(3.65e-4)], sine(2.0, 1.0), **MASING)
+    steady_strain = run.histories.strain[-1, -1000:] / 3.65e-4  # last two seconds
+    assert (steady_strain.max() - steady_strain.min()) / 2 == pytest.approx(5.95, abs=0.3)
 
 
 def test_the_start_of_shaking_affects_largest_strains_but_not_loops():
@@ -192,23 +193,23 @@ def test_the_start_of_shaking_affects_largest_strains_but_not_loops():
     runs = [shaken(PRENOLIN, [hyperbolic(3.65e-4)], form * wave, **MASING)
             for form in (ramp, (1 - np.cos(np.pi * ramp)) / 2)]  # fmt: skip
     strains = [run.histories.strain[-1] / 3.65e-4 for run in runs]
-    late = [np.ptp(strain[2000:]) / 2 for strain in strains]
-    assert late == pytest.approx([9.19, 9.19], rel=0.01)
-    largest = [np.abs(strain).max() for strain in strains]
-    assert largest[1] > 1.2 * largest[0] > 2.5 * late[0]
+    amplitudes = [np.ptp(strain[2000:]) / 2 for strain in strains]
+    assert amplitudes == pytest.approx([9.19, 9.19], rel=0.01)
+    largest_strains = [np.abs(strain).max() for strain in strains]
+    assert largest_strains[1] > 1.2 * largest_strains[0] > 2.5 * amplitudes[0]
 
 
 def test_unconverged_peak_accelerations_are_reported():
     curves = [backbone(3.65e-4)]
-    found = nonlinear(PRENOLIN, curves, sine(2.0, 2.0), 0.002, damping_curve="masing")
-    assert "pga" in found.unconverged
-    assert "do not converge with cells and steps: surface PGA" in str(found)
+    strong = nonlinear(PRENOLIN, curves, sine(2.0, 2.0), 0.002, damping_curve="masing")
+    assert "pga" in strong.unconverged
+    assert "do not converge with cells and steps: surface PGA" in str(strong)
     quiet = nonlinear(PRENOLIN, curves, sine(2.0, 0.01), 0.002, damping_curve="masing")
     assert not quiet.unconverged and "do not converge" not in str(quiet)
     profile = quiet.profile()
     assert profile.acceleration_converged.all() and profile.strain_converged.all()
-    alone = shaken(PRENOLIN, curves, sine(2.0, 0.01))
-    assert np.isnan(alone.figures["pga"][1])
+    without_comparison = shaken(PRENOLIN, curves, sine(2.0, 0.01))
+    assert np.isnan(without_comparison.figures["pga"][1])
 
 
 def test_accelerations_are_limited_to_the_resolved_band():
@@ -216,13 +217,13 @@ def test_accelerations_are_limited_to_the_resolved_band():
     column = Column([Layer(10.0, density=1800.0, shear_velocity=150.0)],
                     HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
     motion, step = 4 * noise(0.01, 1500, 10, seed=1), 0.01
-    found = nonlinear(column, [darendeli(6e4)], motion, step, highest_frequency=12.5)
+    run = nonlinear(column, [darendeli(6e4)], motion, step, highest_frequency=12.5)
     frequency = np.fft.rfftfreq(motion.size, step)
-    passed, raw = (np.abs(np.fft.rfft(one)) for one in
-                   (found.acceleration(0.0), found.histories.acceleration[0]))  # fmt: skip
-    assert passed[frequency > 25].max() < 0.2 * raw[frequency > 25].max()
-    assert np.abs(passed - raw)[frequency < 6].max() < 0.01 * raw.max()
-    profile = found.profile()
+    filtered, raw = (np.abs(np.fft.rfft(acceleration)) for acceleration in
+                     (run.acceleration(0.0), run.histories.acceleration[0]))  # fmt: skip
+    assert filtered[frequency > 25].max() < 0.2 * raw[frequency > 25].max()
+    assert np.abs(filtered - raw)[frequency < 6].max() < 0.01 * raw.max()
+    profile = run.profile()
     assert profile.acceleration_converged.dtype == bool
     assert profile.strain_converged.sizes == profile.strain.sizes
 
@@ -244,9 +245,9 @@ def test_three_analyses_agree_for_small_strains_only(record, tmp_path):
         HalfSpace(density=2200.0, shear_velocity=800.0),
     )
     curves = [darendeli(s, 15.0) for s in (25e3, 75e3, 125e3, 175e3)]
-    small = analyses(column, curves, 0.01 * record.acceleration.values, STEP, compare=False)
+    weak = analyses(column, curves, 0.01 * record.acceleration.values, STEP, compare=False)
     periods = [0.2, 0.5, 1.0]
-    linear, fitted, yielding = (r.spectrum(periods) for r in small.responses.values())
+    linear, fitted, yielding = (r.spectrum(periods) for r in weak.responses.values())
     assert fitted == pytest.approx(linear, rel=0.05)
     assert yielding == pytest.approx(fitted, rel=0.05)
     strong = analyses(column, curves, 2 * record.acceleration.values, STEP)
@@ -260,42 +261,42 @@ def test_three_analyses_agree_for_small_strains_only(record, tmp_path):
 
 
 def test_strains_beyond_the_curves_are_reported():
-    found = shaken(SOFT, [darendeli(2e4)], sine(1.0, 6.0))
-    assert list(found.beyond_curves) == [1]
-    assert "strains exceed the curves, so the soil flows: layer 1" in str(found)
-    within = shaken(SOFT, [darendeli(2e4)], sine(1.0, 0.1))
-    assert not within.beyond_curves and "exceed the curves" not in str(within)
+    strong = shaken(SOFT, [darendeli(2e4)], sine(1.0, 6.0))
+    assert list(strong.beyond_curves) == [1]
+    assert "strains exceed the curves, so the soil flows: layer 1" in str(strong)
+    weak = shaken(SOFT, [darendeli(2e4)], sine(1.0, 0.1))
+    assert not weak.beyond_curves and "exceed the curves" not in str(weak)
 
 
 def test_ignored_damping_of_the_half_space_is_reported():
-    for damping, said in ((0.02, True), (0.0, False)):
+    for damping, is_reported in ((0.02, True), (0.0, False)):
         base = HalfSpace(density=2200.0, shear_velocity=800.0, damping=damping)
-        found = shaken(replace(SOFT, base=base), [darendeli(2e4)], sine(1.0, 0.1))
-        assert ("the damping of the half-space is ignored" in str(found)) == said
+        run = shaken(replace(SOFT, base=base), [darendeli(2e4)], sine(1.0, 0.1))
+        assert ("the damping of the half-space is ignored" in str(run)) == is_reported
 
 
 def test_largest_strains_include_all_steps():
     """A sample of the motion has 25 steps here; the largest strain lies between two samples."""
     coarse = sine(1.0, 1.0, step=0.025, duration=3.0)
-    fine = np.interp(np.arange(3001) / 25, np.arange(coarse.size), coarse)
-    kept = shaken(SOFT, [darendeli(5e4)], coarse, 0.025).histories
-    exact = shaken(SOFT, [darendeli(5e4)], fine, 0.001).histories
-    assert kept.largest_strain == pytest.approx(np.abs(exact.strain).max(axis=1), rel=1e-9)
-    assert kept.largest_stress == pytest.approx(np.abs(exact.stress).max(axis=1), rel=1e-9)
-    assert np.all(kept.largest_strain >= np.abs(kept.strain).max(axis=1))
-    assert kept.largest_strain[-1] > np.abs(kept.strain[-1]).max()
+    interpolated = np.interp(np.arange(3001) / 25, np.arange(coarse.size), coarse)
+    histories = shaken(SOFT, [darendeli(5e4)], coarse, 0.025).histories
+    fine = shaken(SOFT, [darendeli(5e4)], interpolated, 0.001).histories
+    assert histories.largest_strain == pytest.approx(np.abs(fine.strain).max(axis=1), rel=1e-9)
+    assert histories.largest_stress == pytest.approx(np.abs(fine.stress).max(axis=1), rel=1e-9)
+    assert np.all(histories.largest_strain >= np.abs(histories.strain).max(axis=1))
+    assert histories.largest_strain[-1] > np.abs(histories.strain[-1]).max()
 
 
 def test_misfits_are_limited_to_the_range_of_the_curves():
     """A table that ends at 0.1 % does not define larger strains."""
     full = backbone(1e-3)
-    kept = full.strain <= 1e-3
-    short = SoilCurves(full.strain[kept], full.reduction[kept], full.damping[kept])
-    assert Branches.of(short).misfit[0] < 0.01
+    selection = full.strain <= 1e-3
+    limited = SoilCurves(full.strain[selection], full.reduction[selection], full.damping[selection])
+    assert Branches.of(limited).misfit[0] < 0.01
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         ({"curves": []}, "curves: give 1, one per layer, not 0"),
         ({"kind": "up"}, "kind must be one of outcrop, within, got 'up'"),
@@ -309,7 +310,7 @@ def test_misfits_are_limited_to_the_range_of_the_curves():
         ),
     ],
 )
-def test_invalid_arguments_are_reported(changes, words):
+def test_invalid_arguments_are_reported(changes, message):
     arguments = {"column": SOFT, "curves": [hyperbolic(1e-3)]} | changes
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(ValueError, match=message):
         nonlinear(motion=sine(1.0, 1.0), time_step=0.002, **arguments)

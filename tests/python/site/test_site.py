@@ -47,20 +47,20 @@ def test_soil_like_its_half_space_only_delays_the_outcrop():
     """The motion at the surface is that of the outcrop, delayed by the travel time."""
     column = Column([Layer(80.0, density=2200.0, shear_velocity=800.0)], ROCK)
     pulse = ricker()
-    late = column.response(pulse, STEP).acceleration()
+    surface_acceleration = column.response(pulse, STEP).acceleration()
     shift = round(80.0 / 800.0 / STEP)
-    assert late[shift:] == pytest.approx(pulse[:-shift], abs=1e-9)
+    assert surface_acceleration[shift:] == pytest.approx(pulse[:-shift], abs=1e-9)
 
 
 def test_a_within_motion_is_the_sum_of_both_waves():
     """Upgoing v and downgoing v of a uniform half-space at depth h: v(t) + v(t − 2h/V)."""
     column = Column([Layer(80.0, density=2200.0, shear_velocity=800.0)], ROCK)
     pulse = ricker()
-    deep = column.response(pulse, STEP).acceleration(80.0)
+    base_acceleration = column.response(pulse, STEP).acceleration(80.0)
     shift = round(2 * 80.0 / 800.0 / STEP)
     expected = pulse / 2
     expected[shift:] += pulse[:-shift] / 2
-    assert deep == pytest.approx(expected, abs=1e-9)
+    assert base_acceleration == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -73,10 +73,10 @@ def test_long_free_vibration_does_not_wrap_around(base, kind, stiff):
     below = Layer(15.0, density=1800.0, shear_velocity=stiff[0], damping=stiff[1])
     column = Column([soil, below], base)
     pulse = ricker(2.0, 1000, 1.5)
-    longer = np.append(pulse, np.zeros(20 * pulse.size))
-    exact = column.response(longer, STEP, kind=kind).acceleration()[: pulse.size]
-    found = column.response(pulse, STEP, kind=kind).acceleration()
-    assert found == pytest.approx(exact, abs=2e-3 * abs(exact).max())
+    extended_pulse = np.append(pulse, np.zeros(20 * pulse.size))
+    exact = column.response(extended_pulse, STEP, kind=kind).acceleration()[: pulse.size]
+    acceleration = column.response(pulse, STEP, kind=kind).acceleration()
+    assert acceleration == pytest.approx(exact, abs=2e-3 * abs(exact).max())
 
 
 def test_endless_free_vibration_is_reported():
@@ -101,9 +101,9 @@ def test_no_quantity_of_an_unbounded_motion_is_returned(quantity):
 
 def test_arguments_of_a_response_are_checked():
     response = Column([replace(UNDAMPED, damping=0.05)], ROCK).response(ricker(), STEP)
-    for bad in ("deep", 31.0, [1.0, -1.0]):
+    for depth in ("deep", 31.0, [1.0, -1.0]):
         with pytest.raises(InputError, match="depth must"):
-            response.acceleration(bad)
+            response.acceleration(depth)
     with pytest.raises(InputError, match="frequencies must"):
         response.transfer([1.0, -1.0])
     assert response.transfer(1.0) == response.transfer([1.0])[0]
@@ -119,21 +119,21 @@ def test_damping_at_frequencies_other_than_1_hz_bounds_the_motion():
 
     soil = Layer(30.0, density=1800.0, shear_velocity=240.0, damping=ratio)
     damped = Column([replace(soil, damping=0.05)]).response(ricker(), STEP)
-    found = Column([soil]).response(ricker(), STEP)
-    assert found.unbounded == ""
-    wanted = damped.acceleration()
-    assert found.acceleration() == pytest.approx(wanted, abs=0.05 * np.abs(wanted).max())
+    response = Column([soil]).response(ricker(), STEP)
+    assert response.unbounded == ""
+    expected = damped.acceleration()
+    assert response.acceleration() == pytest.approx(expected, abs=0.05 * np.abs(expected).max())
 
 
 def test_analyses_omit_each_unbounded_column():
     """Linear soil without damping on a rigid base: only the nonlinear analysis has a result."""
-    found = analyses(Column([UNDAMPED]), [None], ricker(), STEP)
-    assert list(found.responses) == ["nonlinear"]
-    text = str(found)
+    comparison = analyses(Column([UNDAMPED]), [None], ricker(), STEP)
+    assert list(comparison.responses) == ["nonlinear"]
+    text = str(comparison)
     for name in ("linear", "equivalent-linear"):
         assert f"the {name} column is omitted: soils without damping on a rigid base" in text
     assert "% strain" not in text
-    found.plot()
+    comparison.plot()
 
 
 @pytest.mark.parametrize("depth", [0.0, 3.7, 12.0, 20.0])
@@ -220,8 +220,8 @@ def by_pystrata(ground, acceleration, step, samples):
     calculator(motion, ground, outcrop)
     assert max(ground.max_error) < 1e-7
     above = motion.calc_time_series(calculator.calc_accel_tf(outcrop, surface))
-    reduction, damping = np.array([[np.ravel(one.shear_mod_reduc)[0], np.ravel(one.damping)[0]]
-                                   for one in list(ground)[:-1]], dtype=float).T  # fmt: skip
+    reduction, damping = np.array([[np.ravel(layer.shear_mod_reduc)[0], np.ravel(layer.damping)[0]]
+                                   for layer in list(ground)[:-1]], dtype=float).T  # fmt: skip
     return reduction, damping, gravity * above[:samples]
 
 
@@ -248,11 +248,11 @@ def test_equivalent_linear_results_agree_with_pystrata(record, strata_profile):
 def test_curves_of_darendeli_are_those_of_pystrata():
     pystrata = pytest.importorskip("pystrata")
     for stress, plasticity in ((19e3, 15.0), (200e3, 0.0), (80e3, 60.0)):
-        mine = darendeli(stress, plasticity)
+        curves = darendeli(stress, plasticity)
         settings = (18.0, plasticity, 1.0, stress / 1e3)
-        theirs = pystrata.site.DarendeliSoilType(*settings, strains=mine.strain)
-        assert mine.reduction == pytest.approx(theirs.mod_reduc.values, rel=1e-6)
-        assert mine.damping == pytest.approx(theirs.damping.values, rel=1e-3)
+        soil = pystrata.site.DarendeliSoilType(*settings, strains=curves.strain)
+        assert curves.reduction == pytest.approx(soil.mod_reduc.values, rel=1e-6)
+        assert curves.damping == pytest.approx(soil.damping.values, rel=1e-3)
 
 
 def test_too_large_damping_for_a_convention_is_an_error():
@@ -261,8 +261,8 @@ def test_too_large_damping_for_a_convention_is_an_error():
     curves, strong = [hyperbolic(2e-4)], 40.0 * ricker(2.0, 2000, 1.5)
     with pytest.raises(ValueError, match=r"layer 1 has a damping ratio of 0\.5\d+ .*'shake91'"):
         equivalent_linear(Column(layers, ROCK), curves, strong, STEP)
-    other = equivalent_linear(Column(layers, ROCK, "shake91"), curves, strong, STEP)
-    assert other.damping[0] > 0.5
+    shake91 = equivalent_linear(Column(layers, ROCK, "shake91"), curves, strong, STEP)
+    assert shake91.damping[0] > 0.5
     weak = equivalent_linear(Column(layers, ROCK), curves, 0.01 * strong, STEP)
     assert weak.damping[0] < 0.5
 
@@ -271,9 +271,9 @@ def test_small_motion_is_linear(record):
     """For vanishing strain the result is that of the column with the smallest damping."""
     layers = [Layer(10.0, density=1800.0, shear_velocity=250.0)]
     curves = darendeli(100e3, 0.0)
-    small = equivalent_linear(Column(layers, ROCK), [curves], 1e-7 * sweep(), STEP)
-    assert small.reduction == pytest.approx([1.0], abs=1e-2)
-    assert small.damping == pytest.approx([curves.damping[0]], rel=1e-2)
+    fitted = equivalent_linear(Column(layers, ROCK), [curves], 1e-7 * sweep(), STEP)
+    assert fitted.reduction == pytest.approx([1.0], abs=1e-2)
+    assert fitted.damping == pytest.approx([curves.damping[0]], rel=1e-2)
 
 
 def test_hyperbola_has_masings_damping():
@@ -297,17 +297,17 @@ def test_damping_of_the_time_integration(record):
 def test_intensity_of_a_sine():
     """Closed forms of a sine: Arias A²T/2, duration 0.9 T, mean period, CAV 2AT/π."""
     time = STEP * np.arange(4001)
-    found = intensity(3.0 * np.sin(2 * np.pi * 2.0 * time), STEP)
-    assert found.peak_acceleration == pytest.approx(3.0)
-    assert found.arias == pytest.approx(np.pi / (2 * 9.80665) * 9.0 * 20.0 / 2, rel=1e-4)
-    assert found.duration == pytest.approx(0.9 * 20.0, rel=1e-2)
-    assert found.mean_period == pytest.approx(0.5, rel=1e-2)
-    assert found.cumulative_velocity == pytest.approx(2 * 3.0 * 20.0 / np.pi, rel=1e-3)
-    assert "D5–95" in str(found)
+    measures = intensity(3.0 * np.sin(2 * np.pi * 2.0 * time), STEP)
+    assert measures.peak_acceleration == pytest.approx(3.0)
+    assert measures.arias == pytest.approx(np.pi / (2 * 9.80665) * 9.0 * 20.0 / 2, rel=1e-4)
+    assert measures.duration == pytest.approx(0.9 * 20.0, rel=1e-2)
+    assert measures.mean_period == pytest.approx(0.5, rel=1e-2)
+    assert measures.cumulative_velocity == pytest.approx(2 * 3.0 * 20.0 / np.pi, rel=1e-3)
+    assert "D5–95" in str(measures)
 
 
 @pytest.mark.parametrize(
-    ("act", "words"),
+    ("call", "message"),
     [
         (lambda c: c.response([1.0], STEP), "2 or more samples"),
         (lambda c: c.response([1.0, np.nan], STEP), "sample 1"),
@@ -324,10 +324,10 @@ def test_intensity_of_a_sine():
         (lambda c: intensity(np.zeros(5), STEP), "no acceleration"),
     ],
 )
-def test_bad_arguments_are_named(act, words):
+def test_invalid_arguments_are_reported(call, message):
     column = Column([Layer(15.0, density=2000.0, shear_velocity=200.0, damping=0.05)])
-    with pytest.raises(ValueError, match=words):
-        act(column)
+    with pytest.raises(ValueError, match=message):
+        call(column)
 
 
 def test_curves_of_a_soil_type_of_pystrata():
@@ -354,9 +354,9 @@ def test_blocks_and_column_in_one_picture(root, tmp_path, python_program):
     text = text.replace("records/", f"{root}/inputs/records/")
     text = re.sub(r"steps = \d+", "steps = 12000", text)
     (tmp_path / "site.nml").write_text(text)
-    done = python_program.ok("site", "site.nml", "-o", "both.png", folder=tmp_path)
+    process = python_program.ok("site", "site.nml", "-o", "both.png", folder=tmp_path)
     assert (tmp_path / "both.png").stat().st_size > 20_000
-    rows = re.findall(r"^(surface .*?)\s{2,}([\d.e+-]+)\s+([\d.e+-]+)", done.stdout, re.M)
+    rows = re.findall(r"^(surface .*?)\s{2,}([\d.e+-]+)\s+([\d.e+-]+)", process.stdout, re.M)
     assert len(rows) >= 5
     for name, blocks, column in rows:
         assert float(blocks) == pytest.approx(float(column), rel=0.05), name
@@ -385,15 +385,16 @@ def test_blocks_and_column_in_python(root, damping):
     """Joints make the blocks slightly softer; damping of materials acts in the column too."""
     material = {f"material.{name}": value for name, value in DAMPED[damping].items()}
     run = sitedda.run(root / "inputs/layered_site.nml", steps=6000, changes=material)
-    both = beside(run.history)
-    assert ("and the materials" in str(both)) == bool(material)
-    assert both.response.column.depth == pytest.approx(15.0)
-    assert abs(both.column_surface).max() == pytest.approx(abs(both.surface).max(), rel=0.05)
+    comparison = beside(run.history)
+    assert ("and the materials" in str(comparison)) == bool(material)
+    assert comparison.response.column.depth == pytest.approx(15.0)
+    peak = abs(comparison.surface).max()
+    assert abs(comparison.column_surface).max() == pytest.approx(peak, rel=0.05)
     spectra = [spectral_acceleration(series, 1e-3, [0.2, 0.5, 1.0, 2.0])
-               for series in (both.surface, both.column_surface)]  # fmt: skip
+               for series in (comparison.surface, comparison.column_surface)]  # fmt: skip
     assert spectra[0] == pytest.approx(spectra[1], rel=0.012)
     sampled = beside(run.history.isel(time=slice(None, None, 4)))  # every fourth step
-    peaks = [abs(one.column_surface).max() for one in (sampled, both)]
+    peaks = [abs(analysis.column_surface).max() for analysis in (sampled, comparison)]
     assert peaks[0] == pytest.approx(peaks[1], rel=0.005)  # 3 % with Δt = 4 ms in the column
 
 
@@ -420,11 +421,11 @@ def test_two_equivalent_linear_solutions_are_reported():
                     HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
     curves = [darendeli(mean_stress=1e5, plasticity_index=15.0)] * 5
     assert not equivalent_linear(column, curves, 0.1 * pulse, 0.02).doubt
-    found = equivalent_linear(column, curves, 1.2 * pulse, 0.02, tolerance=1e-6)
-    assert found.largest_strain.max() == pytest.approx(0.0063, rel=0.02)
-    assert found.other_strain == pytest.approx(0.0492, rel=0.02)
-    most = f"{100 * found.largest_strain.max():.3g} % strain: above 0.5 % the equivalent-linear"
-    assert most in str(found)
-    assert "A second solution, of 4.92 % strain, also satisfies the curves" in str(found)
-    alone = equivalent_linear(column, curves, 1.6 * pulse, 0.02, tolerance=1e-6)
-    assert alone.doubt and np.isnan(alone.other_strain) and "second solution" not in alone.doubt
+    ambiguous = equivalent_linear(column, curves, 1.2 * pulse, 0.02, tolerance=1e-6)
+    assert ambiguous.largest_strain.max() == pytest.approx(0.0063, rel=0.02)
+    assert ambiguous.other_strain == pytest.approx(0.0492, rel=0.02)
+    largest_strain = f"{100 * ambiguous.largest_strain.max():.3g} % strain"
+    assert f"{largest_strain}: above 0.5 % the equivalent-linear" in str(ambiguous)
+    assert "A second solution, of 4.92 % strain, also satisfies the curves" in str(ambiguous)
+    unique = equivalent_linear(column, curves, 1.6 * pulse, 0.02, tolerance=1e-6)
+    assert unique.doubt and np.isnan(unique.other_strain) and "second solution" not in unique.doubt

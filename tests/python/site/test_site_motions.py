@@ -33,75 +33,77 @@ def ricker(frequency, samples=2000, at=10.0):
     return of_acceleration(test_site.ricker(frequency, samples, at, STEP), STEP)
 
 
-def final_motion(found) -> float:
+def final_motion(motion) -> float:
     """Return the larger ratio of final to peak value of velocity and displacement."""
-    histories = (found.velocity.values, found.displacement.values)
+    histories = (motion.velocity.values, motion.displacement.values)
     return max(abs(v[-1]) / abs(v).max() for v in histories)
 
 
 def test_a_band_pass_has_no_phase_shift_and_ends_at_rest():
     """Two passes of a Butterworth filter: 1/(1 + (f/f_c)^2n) at f, a half at the corner."""
-    given = ricker(2.0)
-    found = band_pass(given, 0.2, 2.0)
-    shift = (found.time.size - given.time.size) // 2
-    peak = int(abs(found.acceleration.values).argmax())
-    assert peak - shift == int(abs(given.acceleration.values).argmax())
+    motion = ricker(2.0)
+    filtered = band_pass(motion, 0.2, 2.0)
+    shift = (filtered.time.size - motion.time.size) // 2
+    peak = int(abs(filtered.acceleration.values).argmax())
+    assert peak - shift == int(abs(motion.acceleration.values).argmax())
     n = 1 << 15
-    ratio = np.fft.rfft(found.acceleration, n) / np.fft.rfft(given.acceleration, n)
+    ratio = np.fft.rfft(filtered.acceleration, n) / np.fft.rfft(motion.acceleration, n)
     frequency = np.fft.rfftfreq(n, STEP)
-    away = np.tan(np.pi * frequency * STEP)  # the bilinear transform
+    warped = np.tan(np.pi * frequency * STEP)  # the bilinear transform
     low, high = np.tan(np.pi * 0.2 * STEP), np.tan(np.pi * 2.0 * STEP)
     with np.errstate(divide="ignore"):
-        s = (away**2 - low * high) / (away * (high - low))
-    inside = (frequency > 0.3) & (frequency < 4)
-    np.testing.assert_allclose(abs(ratio)[inside], (1 / (1 + s**8))[inside], atol=1e-3)
-    assert final_motion(found) < 1e-3
+        s = (warped**2 - low * high) / (warped * (high - low))
+    pass_band = (frequency > 0.3) & (frequency < 4)
+    np.testing.assert_allclose(abs(ratio)[pass_band], (1 / (1 + s**8))[pass_band], atol=1e-3)
+    assert final_motion(filtered) < 1e-3
     with pytest.raises(InputError, match="corners of 3 and 2 Hz"):
-        band_pass(given, 3, 2)
+        band_pass(motion, 3, 2)
     with pytest.raises(InputError, match="below 50 Hz"):
-        band_pass(given, 0.1, 60)
+        band_pass(motion, 0.1, 60)
 
 
 def test_resampling_keeps_frequencies_below_both_limits():
-    given = ricker(2.0)
-    fine = resampled(given, STEP / 3)
-    np.testing.assert_allclose(fine.acceleration[::3], given.acceleration, atol=2e-3)
+    motion = ricker(2.0)
+    fine = resampled(motion, STEP / 3)
+    np.testing.assert_allclose(fine.acceleration[::3], motion.acceleration, atol=2e-3)
     x = (np.pi * 2.0 * (fine.time.values - 10.0)) ** 2
     np.testing.assert_allclose(fine.acceleration, (1 - 2 * x) * np.exp(-x), atol=2e-3)
     time = STEP * np.arange(2000)
     fast = of_acceleration(np.sin(2 * np.pi * 40 * time), STEP)
     assert abs(resampled(fast, 2 * STEP).acceleration.values[50:-50]).max() < 0.01
     with pytest.raises(InputError, match="whole numbers"):
-        resampled(given, STEP / np.pi / 400)
+        resampled(motion, STEP / np.pi / 400)
 
 
 def test_rotated_spectra_are_those_of_all_directions(record):
     pyrotd = pytest.importorskip("pyrotd")
-    other = record.assign(acceleration=0.6 * record.acceleration.shift(time=40, fill_value=0.0))
+    second = record.assign(acceleration=0.6 * record.acceleration.shift(time=40, fill_value=0.0))
     periods = np.array([0.2, 0.5, 1.0])
-    ours = rotated_spectra(record, other, periods, (0, 50, 100))
+    spectra = rotated_spectra(record, second, periods, (0, 50, 100))
     step = float(record.time[1])
-    x, y = record.acceleration.values, other.acceleration.values
-    theirs = pyrotd.calc_rotated_spec_accels(step, x, y, 1 / periods, 0.05)
-    np.testing.assert_array_equal(ours[1], theirs.spec_accel[theirs.percentile == 50])
-    turned = [spectral_acceleration(np.cos(t) * x + np.sin(t) * y, step, periods)
+    x, y = record.acceleration.values, second.acceleration.values
+    reference = pyrotd.calc_rotated_spec_accels(step, x, y, 1 / periods, 0.05)
+    np.testing.assert_array_equal(spectra[1], reference.spec_accel[reference.percentile == 50])
+    rotated = [spectral_acceleration(np.cos(t) * x + np.sin(t) * y, step, periods)
               for t in np.radians(np.arange(0, 180, 15))]  # fmt: skip
-    assert np.all(np.max(turned, axis=0) <= ours[2] * 1.01)
-    assert np.all(np.min(turned, axis=0) >= ours[0] * 0.99)
-    short = other.isel(time=slice(None, None, 2))
+    assert np.all(np.max(rotated, axis=0) <= spectra[2] * 1.01)
+    assert np.all(np.min(rotated, axis=0) >= spectra[0] * 0.99)
+    coarse = second.isel(time=slice(None, None, 2))
     with pytest.raises(InputError, match="resample one"):
-        rotated_spectra(record, short, periods)
+        rotated_spectra(record, coarse, periods)
 
 
 def test_scaling_and_selection_to_a_conditional_mean(record, tmp_path):
     periods = np.array([0.1, 0.15, 0.25, 0.4, 0.65, 1.0, 1.4, 2.0])
-    own = spectral_acceleration(record.acceleration.values, float(record.time[1]), periods)
-    assert scale_to(record, (periods, 2.5 * own), periods) == pytest.approx(2.5)
+    spectrum = spectral_acceleration(record.acceleration.values, float(record.time[1]), periods)
+    assert scale_to(record, (periods, 2.5 * spectrum), periods) == pytest.approx(2.5)
     assert spectral_correlation(1.0, 1.0) == pytest.approx(1.0)
     # Baker and Jayaram (2008): 1 - cos(π/2 - .366 ln(T_max/max(T_min, .109))) beyond .109 s
     assert spectral_correlation(0.2, 1.0) == pytest.approx(1 - np.sin(0.366 * np.log(5)))
-    ends = spectral_correlation(0.05, np.array([0.109 - 1e-9, 0.109 + 1e-9, 0.2 - 1e-9, 0.2]))
-    assert np.all((ends > 0) & (ends < 1)) and abs(ends[0] - ends[1]) < 1e-3
+    period = np.array([0.109 - 1e-9, 0.109 + 1e-9, 0.2 - 1e-9, 0.2])
+    correlations = spectral_correlation(0.05, period)
+    assert np.all((correlations > 0) & (correlations < 1))
+    assert abs(correlations[0] - correlations[1]) < 1e-3
     median, sigma = 1 / periods, np.full(8, 0.6)
     mean, spread = conditional_mean(periods, median, sigma, 1.0, 2.0)
     assert mean[5] == pytest.approx(np.exp(1.2)) and spread[5] == pytest.approx(0.0, abs=1e-7)
@@ -111,13 +113,13 @@ def test_scaling_and_selection_to_a_conditional_mean(record, tmp_path):
     flat.insert(0, "file", [*rows, "broken.at2"])
     file = tmp_path / "flat.csv"
     flat.to_csv(file, index=False)
-    found = read_flatfile(file)
-    assert len(found.names) == 3  # the record without a spectrum is omitted
-    best = found.select((periods, mean), 2, found.periods[1:-1])
+    flatfile = read_flatfile(file)
+    assert len(flatfile.names) == 3  # the record without a spectrum is omitted
+    best = flatfile.select((periods, mean), 2, flatfile.periods[1:-1])
     assert [one[0] for one in best] == ["tilt0.0.at2", "tilt0.3.at2"]
     assert best[0][1] == pytest.approx(2.0, rel=1e-3) and best[0][2] < 1e-2
     with pytest.raises(InputError, match="has 3 records"):
-        found.select((periods, mean), 4, found.periods[1:-1])
+        flatfile.select((periods, mean), 4, flatfile.periods[1:-1])
 
 
 def test_spectra_of_asce_7_and_ec8_2024_have_their_corners():
@@ -144,24 +146,24 @@ def test_spectra_of_asce_7_and_ec8_2024_have_their_corners():
         pytest.param(asce7(3.0, 0.8), (0.02, 5.0), marks=pytest.mark.slow, id="ASCE 7, 50 Hz"),
     ],
 )
-def test_a_matched_motion_has_the_spectrum_and_ends_at_rest(record, target, band):
-    found = matched(record, target, band)
-    step, periods = float(found.time[1]), np.geomspace(*band, 8000)  # dense for narrow peaks
-    got = spectral_acceleration(found.acceleration.values, step, periods)
-    assert np.abs(got / target(periods) - 1).max() < 0.05
-    assert found.attrs["misfit"] < 0.05
-    assert final_motion(found) < 1e-9
-    first = slice(0, 200)  # the beginning remains weak
-    assert abs(found.acceleration.values[first]).max() < 0.3 * abs(found.acceleration.values).max()
+def test_a_result_has_the_spectrum_and_ends_at_rest(record, target, band):
+    motion = matched(record, target, band)
+    step, periods = float(motion.time[1]), np.geomspace(*band, 8000)  # dense for narrow peaks
+    spectrum = spectral_acceleration(motion.acceleration.values, step, periods)
+    assert np.abs(spectrum / target(periods) - 1).max() < 0.05
+    assert motion.attrs["misfit"] < 0.05
+    assert final_motion(motion) < 1e-9
+    size = abs(motion.acceleration.values)
+    assert size[:200].max() < 0.3 * size.max()  # the beginning remains weak
 
 
 @pytest.mark.parametrize("seed", [1, 3])
 def test_a_short_motion_is_matched_at_long_periods(seed):
     """Oscillators of 4 s vibrate longer than the motion of 10 s."""
     target = eurocode8(2.0, "B")
-    given = synthetic(seed, target, 10.0, 0.02, (0.1, 2.0))[0]
-    found = matched(of_acceleration(given.acceleration, given.time_step), target, (0.4, 4.0))
-    assert found.attrs["misfit"] < 0.05 and final_motion(found) < 1e-9
+    motion = synthetic(seed, target, 10.0, 0.02, (0.1, 2.0))[0]
+    result = matched(of_acceleration(motion.acceleration, motion.time_step), target, (0.4, 4.0))
+    assert result.attrs["misfit"] < 0.05 and final_motion(result) < 1e-9
 
 
 def test_a_match_that_fails_is_an_error(record):
@@ -176,7 +178,7 @@ def test_a_match_that_fails_is_an_error(record):
 
 
 @pytest.fixture(scope="module")
-def known():
+def known_suite():
     """Return a suite whose amplification is a formula with known scatter."""
     random = np.random.default_rng(1)
     deviations = random.standard_normal((40, 1, 3))
@@ -192,17 +194,17 @@ def known():
     return Suite(table)
 
 
-def test_a_table_has_the_known_amplification_and_scatter(known):
+def test_a_table_has_the_known_amplification_and_scatter(known_suite):
     levels = [0.5, 1.0, 2.0, 4.0]
-    found = amplification_table(known, levels, "nonlinear").table
-    wanted = 2.0 * (1 + np.array(levels)) ** -0.6
-    np.testing.assert_allclose(found["median"].values.T, np.tile(wanted, (3, 1)), rtol=0.05)
-    np.testing.assert_allclose(found.sigma_ln, 0.25, atol=0.05)
-    assert found.period.values[0] == 0  # PGA
-    far = amplification_table(known, [0.001, 1.0], "nonlinear").table
-    assert np.isnan(far["median"].values[0]).all()  # no motion has this level
+    table = amplification_table(known_suite, levels, "nonlinear").table
+    expected = 2.0 * (1 + np.array(levels)) ** -0.6
+    np.testing.assert_allclose(table["median"].values.T, np.tile(expected, (3, 1)), rtol=0.05)
+    np.testing.assert_allclose(table.sigma_ln, 0.25, atol=0.05)
+    assert table.period.values[0] == 0  # PGA
+    sparse = amplification_table(known_suite, [0.001, 1.0], "nonlinear").table
+    assert np.isnan(sparse["median"].values[0]).all()  # no motion has this level
     with pytest.raises(InputError, match="the suite has nonlinear"):
-        amplification_table(known, levels, "linear")
+        amplification_table(known_suite, levels, "linear")
 
 
 def openquake_convolution(table, imt, rock_levels, poes, soil_levels):
@@ -212,9 +214,9 @@ def openquake_convolution(table, imt, rock_levels, poes, soil_levels):
     return norm.sf(np.log(soil_levels[:, None] / middle), np.log(median), sigma) @ -np.diff(poes)
 
 
-def test_openquake_reads_the_table_and_convolves_equally(known, tmp_path):
-    found = amplification_table(known, np.geomspace(0.3, 6.0, 25), "nonlinear")
-    file = found.to_openquake(tmp_path / "af.csv", "S1", 760)
+def test_openquake_reads_the_table_and_convolves_equally(known_suite, tmp_path):
+    amplification = amplification_table(known_suite, np.geomspace(0.3, 6.0, 25), "nonlinear")
+    file = amplification.to_openquake(tmp_path / "af.csv", "S1", 760)
     lines = file.read_text().splitlines()
     assert lines[0] == '#,,"vs30_ref=760"'
     assert lines[1] == "ampcode,level,PGA,SA(0.2),SA(1),sigma_PGA,sigma_SA(0.2),sigma_SA(1)"
@@ -222,12 +224,12 @@ def test_openquake_reads_the_table_and_convolves_equally(known, tmp_path):
     assert (table.ampcode == "S1").all() and len(table) == 25
     rock = np.geomspace(0.005, 2.0, 400)  # g
     poes = 1e-2 * (rock / 0.01 + 1) ** -2.0
-    wanted = np.geomspace(0.08, 0.4, 9)
-    by_rule = openquake_convolution(table, "SA(1)", rock, poes, wanted)
-    ours = found.hazard(1.0, 9.80665 * rock, poes, 9.80665 * wanted)
-    np.testing.assert_allclose(ours, by_rule, rtol=0.02)
+    soil_levels = np.geomspace(0.08, 0.4, 9)
+    by_rule = openquake_convolution(table, "SA(1)", rock, poes, soil_levels)
+    probabilities = amplification.hazard(1.0, 9.80665 * rock, poes, 9.80665 * soil_levels)
+    np.testing.assert_allclose(probabilities, by_rule, rtol=0.02)
     with pytest.raises(InputError, match="code = 'A B'"):
-        found.to_openquake(tmp_path / "x.csv", "A B")
+        amplification.to_openquake(tmp_path / "x.csv", "A B")
     pytest.importorskip("openquake.hazardlib", reason="OpenQuake is not installed")
     from openquake.baselib.general import DictArray
     from openquake.hazardlib.site_amplification import AmplFunction, Amplifier
@@ -235,9 +237,9 @@ def test_openquake_reads_the_table_and_convolves_equally(known, tmp_path):
     levels = {imt: list(rock) for imt in ("PGA", "SA(0.2)", "SA(1)")}
     frame = AmplFunction.read_df(str(file))
     assert frame.vs30_ref == 760
-    theirs = Amplifier(DictArray(levels), frame, wanted)
-    amplified = theirs.amplify_one(b"S1", "SA(1)", list(poes))[:, 0]
-    np.testing.assert_allclose(ours, amplified, rtol=0.05)
+    amplifier = Amplifier(DictArray(levels), frame, soil_levels)
+    amplified = amplifier.amplify_one(b"S1", "SA(1)", list(poes))[:, 0]
+    np.testing.assert_allclose(probabilities, amplified, rtol=0.05)
 
 
 def test_amplification_decreases_with_intensity():
@@ -245,9 +247,9 @@ def test_amplification_decreases_with_intensity():
                     HalfSpace(density=2200.0, shear_velocity=760.0))  # fmt: skip
     motions = [ricker(f, 800, 4.0) for f in np.geomspace(1.0, 4.0, 30)]
     levels = [0.1, 0.3, 1.0, 3.0]
-    found = suite([(column, [darendeli(1e5, 15.0)])], motions, ["equivalent-linear"],
+    result = suite([(column, [darendeli(1e5, 15.0)])], motions, ["equivalent-linear"],
                   periods=[0.05, 0.4], levels=levels, measure="pga", workers=1)  # fmt: skip
-    reference = found.table.reference
-    table = amplification_table(found, [0.3, 1.0]).table
+    reference = result.table.reference
+    table = amplification_table(result, [0.3, 1.0]).table
     assert (table["median"].sel(level=1.0) < table["median"].sel(level=0.3)).all()
     assert reference.sel(period=0.05).values[:, 1] == pytest.approx(0.3, rel=0.07)

@@ -51,10 +51,10 @@ def test_gaps_are_reported_with_their_heading_and_filled(bore):
     with pytest.raises(InputError, match=r"row 3: Vs \(ft/s\) has a gap; .* fill = 'above'"):
         read_profile(bore)
     assert read_profile(bore, "above").layers[1].shear_velocity == pytest.approx(500 * 0.3048)
-    between = 500 + 300 * (17.5 - 5) / (37.5 - 5)  # at the depths of the layer centres
-    found = read_profile(bore, "interpolate").layers[1]
-    assert found.shear_velocity == pytest.approx(between * 0.3048)
-    assert found.density == pytest.approx(118 * 16.018463, rel=1e-6)
+    velocity = 500 + 300 * (17.5 - 5) / (37.5 - 5)  # at the depths of the layer centres
+    layer = read_profile(bore, "interpolate").layers[1]
+    assert layer.shear_velocity == pytest.approx(velocity * 0.3048)
+    assert layer.density == pytest.approx(118 * 16.018463, rel=1e-6)
     bore.write_text(BORE.replace("0, 500,", "0, ,").replace("10, ,", "10, 600,"))
     with pytest.raises(InputError, match=r"row 2: the gap of Vs \(ft/s\) cannot .* no row above"):
         read_profile(bore, "above")
@@ -65,25 +65,26 @@ def test_a_suite_has_the_results_of_its_cases(bore):
     sites = randomized(read_profile(bore, "above"), 2, curves=-0.5)
     motions = {"a": shaking(1), "b": shaking(2)}
     periods = [0.1, 0.5, 2.0]
-    found = suite(sites, motions, periods=periods, levels=[1.0, 3.0], workers=1)
-    table = found.table
+    result = suite(sites, motions, periods=periods, levels=[1.0, 3.0], workers=1)
+    table = result.table
     assert dict(table.status.sizes) == {"profile": 2, "motion": 2, "level": 2, "analysis": 3}
     assert (table.status == "complete").all()
     ground = 3.0 * motions["b"].acceleration.values
     column, curves = sites[1]
-    three = {
+    responses = {
         "linear": small_strain_column(column, curves).response(ground, STEP),
         "equivalent-linear": equivalent_linear(column, curves, ground, STEP).response,
         "nonlinear": nonlinear(column, curves, ground, STEP),
     }
     rock = spectral_acceleration(ground, STEP, periods)
-    for name, one in three.items():
-        near = 1e-6 if name == "nonlinear" else 1e-9  # yielding amplifies rounding of the factor
+    for name, response in responses.items():
+        # yielding amplifies rounding of the factor
+        rtol = 1e-6 if name == "nonlinear" else 1e-9
         case = table.sel(analysis=name, motion="b").isel(profile=1, level=1)
-        np.testing.assert_allclose(case.sa, one.spectrum(periods), rtol=near)
-        np.testing.assert_allclose(case.amplification, one.spectrum(periods) / rock, rtol=near)
+        np.testing.assert_allclose(case.sa, response.spectrum(periods), rtol)
+        np.testing.assert_allclose(case.amplification, response.spectrum(periods) / rock, rtol)
     factors = np.log(table.amplification.sel(analysis="linear").isel(level=0).values).reshape(4, 3)
-    statistics = found.statistics.sel(analysis="linear").isel(level=0)
+    statistics = result.statistics.sel(analysis="linear").isel(level=0)
     np.testing.assert_allclose(statistics["median"], np.exp(factors.mean(0)))
     np.testing.assert_allclose(statistics.sigma_ln, factors.std(0, ddof=1))
     assert (statistics["count"] == 4).all()
@@ -95,27 +96,27 @@ def test_the_command_continues_an_interrupted_suite(bore, python_program):
     for name in ("one", "two"):
         series = shaking(len(name) + ord(name[0])).acceleration.values / 9.80665
         (folder / f"{name}.at2").write_text(text + "\n".join(f"{v:.7E}" for v in series) + "\n")
-    asked = "profile = 'bore.csv'\nfill = 'above'\nmotions = '*.at2'\nanalyses = ['linear']\n"
-    (folder / "suite.toml").write_text(asked + "randomize = {count = 3}\n")
-    done = python_program("site", folder / "suite.toml", "-q")
-    assert done.returncode == 0, done.stderr
-    assert "6 complete" in done.stdout
+    settings = "profile = 'bore.csv'\nfill = 'above'\nmotions = '*.at2'\nanalyses = ['linear']\n"
+    (folder / "suite.toml").write_text(settings + "randomize = {count = 3}\n")
+    process = python_program("site", folder / "suite.toml", "-q")
+    assert process.returncode == 0, process.stderr
+    assert "6 complete" in process.stdout
     results = list((folder / "suite_suite").rglob("result.json"))
     assert len(results) == 6
-    found = json.loads(results[0].read_text())
+    first_result = json.loads(results[0].read_text())
     results[0].unlink()
-    for other in results[1:]:  # existing results are not computed again
-        other.write_text(other.read_text().replace('"seconds": ', '"seconds": 1'))
+    for file in results[1:]:  # existing results are not computed again
+        file.write_text(file.read_text().replace('"seconds": ', '"seconds": 1'))
     python_program("site", folder / "suite.toml", "-q")
-    assert json.loads(results[0].read_text())["numbers"] == found["numbers"]
-    assert all('"seconds": 1' in other.read_text() for other in results[1:])
+    assert json.loads(results[0].read_text())["numbers"] == first_result["numbers"]
+    assert all('"seconds": 1' in file.read_text() for file in results[1:])
     rows = (folder / "suite_suite" / "suite.csv").read_text().splitlines()
     assert rows[0].startswith("analysis,level,period_s,median,sigma_ln,count,converged")
     assert len(rows) == 21
     assert "Site response of a suite" in (folder / "suite_suite" / "suite.html").read_text()
-    (folder / "suite.toml").write_text(asked + "randomise = {count = 3}\n")
-    done = python_program("site", folder / "suite.toml", "-q")
-    assert done.returncode != 0 and "there is no 'randomise'" in done.stderr
+    (folder / "suite.toml").write_text(settings + "randomise = {count = 3}\n")
+    process = python_program("site", folder / "suite.toml", "-q")
+    assert process.returncode != 0 and "there is no 'randomise'" in process.stderr
 
 
 @pytest.mark.parametrize("unit", ["g", "m/s2", "furlong"])
@@ -129,19 +130,19 @@ def test_the_file_of_a_suite_states_the_unit_of_text_records(bore, unit):
         with pytest.raises(InputError, match=r"suite\.toml: .*one\.txt.*furlong"):
             read_suite(file)
         return
-    (found,) = read_suite(file)["motions"]
+    (motion,) = read_suite(file)["motions"]
     factor = 9.80665 if unit == "g" else 1.0
-    assert found.acceleration.values / factor == pytest.approx(series, abs=0.02)
-    assert float(found.time[1]) == pytest.approx(STEP)
+    assert motion.acceleration.values / factor == pytest.approx(series, abs=0.02)
+    assert float(motion.time[1]) == pytest.approx(STEP)
 
 
 def test_failed_cases_are_excluded_and_reported(bore):
     column, curves = randomized(read_profile(bore, "above"), 1, velocity=None)[0]
-    bad = SoilCurves([1e-6, 1e-2], [1, 0.9], [0.6, 0.6])  # more than the convention permits
-    found = suite([(column, curves), (column, [bad] * len(curves))], [shaking(1)],
+    excessive = SoilCurves([1e-6, 1e-2], [1, 0.9], [0.6, 0.6])  # more than the convention permits
+    result = suite([(column, curves), (column, [excessive] * len(curves))], [shaking(1)],
                   ["equivalent-linear"], periods=[0.2, 1.0], workers=1)  # fmt: skip
-    assert (found.statistics["count"] == 1).all()
-    assert "1 case failed" in str(found) and "damping ratio of 0.6" in str(found)
+    assert (result.statistics["count"] == 1).all()
+    assert "1 case failed" in str(result) and "damping ratio of 0.6" in str(result)
 
 
 def test_median_and_sigma_agree_with_pystrata(bore, strata_profile):
@@ -152,11 +153,11 @@ def test_median_and_sigma_agree_with_pystrata(bore, strata_profile):
     motion = shaking(4, 1.0, 3000, step)
     ground, periods = motion.acceleration.values, np.geomspace(0.1, 3.0, 20)
     names = ["linear", "equivalent-linear"]
-    ours = suite(sites, [motion], names, periods=periods, workers=2).statistics
+    statistics = suite(sites, [motion], names, periods=periods, workers=2).statistics
     length = 1 << (2 * ground.size - 1).bit_length()
     padded = np.concatenate([ground / 9.80665, np.zeros(length - ground.size)])
     rock = pystrata.motion.TimeSeriesMotion("", "", step, padded)
-    found = {name: [] for name in names}
+    reference = {name: [] for name in names}
     for column, curves in sites:
         for name in names:
             profile = strata_profile(column.layers, column.base, curves)
@@ -168,13 +169,13 @@ def test_median_and_sigma_agree_with_pystrata(bore, strata_profile):
             calc(rock, profile, outcrop)
             ratio = calc.calc_accel_tf(outcrop, profile.location("outcrop", index=0))
             freqs = 1 / periods
-            up = rock.calc_osc_accels(freqs, 0.05, ratio)
-            found[name].append(np.log(up / rock.calc_osc_accels(freqs, 0.05)))
+            surface_accels = rock.calc_osc_accels(freqs, 0.05, ratio)
+            reference[name].append(np.log(surface_accels / rock.calc_osc_accels(freqs, 0.05)))
     for name in names:
-        theirs = np.array(found[name])
-        mine = ours.sel(analysis=name).isel(level=0)
-        np.testing.assert_allclose(mine["median"], np.exp(theirs.mean(0)), rtol=0.01)
-        np.testing.assert_allclose(mine.sigma_ln, theirs.std(0, ddof=1), atol=0.01)
+        factors = np.array(reference[name])
+        result = statistics.sel(analysis=name).isel(level=0)
+        np.testing.assert_allclose(result["median"], np.exp(factors.mean(0)), rtol=0.01)
+        np.testing.assert_allclose(result.sigma_ln, factors.std(0, ddof=1), atol=0.01)
 
 
 # --- random profiles -----------------------------------------------------------------------------
@@ -199,29 +200,29 @@ def test_velocities_have_the_statistics_of_the_published_model(tmp_path, name):
     assert np.abs(deviates.std(0) - 1).max() < 4 * np.sqrt(0.5 / count)
     assert np.abs(deviates).max() < 2 / 0.8796  # truncated at 2 σ, scaled to the σ of the model
     middles = 2.5 + 5.0 * np.arange(12)
-    wanted = model.correlation(middles)
-    mean, apart = (middles[1:] + middles[:-1]) / 2, 5.0
+    correlations = model.correlation(middles)
+    mean, distance = (middles[1:] + middles[:-1]) / 2, 5.0
     deep = model.rho_200 * ((mean + model.h_0) / (200 + model.h_0)) ** model.b
-    formula = (1 - deep) * model.rho_0 * np.exp(-apart / model.delta) + deep
-    np.testing.assert_allclose(wanted, formula, rtol=1e-12)
-    got = [np.corrcoef(deviates[:, i], deviates[:, i + 1])[0, 1] for i in range(11)]
-    error = (1 - wanted**2) / np.sqrt(count)
-    assert np.all(np.abs(got - wanted) < 4 * error + 0.03)
-    far = np.corrcoef(deviates[:, 0], deviates[:, 2])[0, 1]  # a first-order chain
-    assert abs(far - wanted[0] * wanted[1]) < 4 / np.sqrt(count) + 0.03
+    formula = (1 - deep) * model.rho_0 * np.exp(-distance / model.delta) + deep
+    np.testing.assert_allclose(correlations, formula, rtol=1e-12)
+    sampled = [np.corrcoef(deviates[:, i], deviates[:, i + 1])[0, 1] for i in range(11)]
+    error = (1 - correlations**2) / np.sqrt(count)
+    assert np.all(np.abs(sampled - correlations) < 4 * error + 0.03)
+    second_neighbours = np.corrcoef(deviates[:, 0], deviates[:, 2])[0, 1]  # a first-order chain
+    assert abs(second_neighbours - correlations[0] * correlations[1]) < 4 / np.sqrt(count) + 0.03
 
 
 def test_layering_has_the_published_rate():
     generator, count, depth = np.random.default_rng(3), 1000, 100.0
-    ours = [interfaces(generator, depth) for _ in range(count)]
-    assert all(one[-1] == depth and np.all(np.diff(one) > 0) for one in ours)
+    by_sitedda = [interfaces(generator, depth) for _ in range(count)]
+    assert all(depths[-1] == depth and np.all(np.diff(depths) > 0) for depths in by_sitedda)
     np.random.seed(3)
     thick = pytest.importorskip("pystrata.variation").ToroThicknessVariation()
-    theirs = [np.cumsum([t for t, _ in thick.iter_thickness(depth)]) for _ in range(count)]
+    reference = [np.cumsum([t for t, _ in thick.iter_thickness(depth)]) for _ in range(count)]
     for low, high in ((0, 10), (10, 30), (30, 90)):
         rate = 1.98 / 0.11 * ((high + 10.86) ** 0.11 - (low + 10.86) ** 0.11)
-        for sample in (ours, theirs):
-            number = np.mean([np.sum((one > low) & (one < high)) for one in sample])
+        for sample in (by_sitedda, reference):
+            number = np.mean([np.sum((depths > low) & (depths < high)) for depths in sample])
             assert abs(number - rate) < 4 * np.sqrt(rate / count)  # Poisson
 
 
@@ -231,13 +232,13 @@ def test_depth_to_rock_and_curves_vary_as_published(tmp_path):
     depth = np.log([column.depth / profile.depth for column, _ in sites])
     assert abs(depth.std() - 0.3) < 4 * 0.3 * np.sqrt(0.5 / 1000)
     assert abs(depth.mean()) < 4 * 0.3 / np.sqrt(1000)
-    deepest = max(sites, key=lambda one: one[0].depth)[0]
+    deepest = max(sites, key=lambda realisation: realisation[0].depth)[0]
     assert deepest.layers[-1].thickness > 5 and len(deepest.layers) == 12
     mean = profile.curves()[0]
-    at = 1e-4  # strain far from both limits
-    moduli = np.array([curves[0].reduction_at(at) for _, curves in sites])
-    ratios = np.array([curves[0].damping_at(at) for _, curves in sites])
-    g, d = float(mean.reduction_at(at)), float(mean.damping_at(at))
+    strain = 1e-4  # strain far from both limits
+    moduli = np.array([curves[0].reduction_at(strain) for _, curves in sites])
+    ratios = np.array([curves[0].damping_at(strain) for _, curves in sites])
+    g, d = float(mean.reduction_at(strain)), float(mean.damping_at(strain))
     spread = np.exp(-4.23) + np.sqrt(0.25 / np.exp(3.62) - (g - 0.5) ** 2 / np.exp(3.62))
     assert moduli.std() == pytest.approx(spread, rel=0.1)
     spread = (np.exp(-5) + np.exp(-0.25) * np.sqrt(100 * d)) / 100
@@ -247,10 +248,10 @@ def test_depth_to_rock_and_curves_vary_as_published(tmp_path):
 
 @pytest.mark.parametrize("deviates", [(2.27, 2.27), (-2.27, -2.27), (-2.27, 2.27), (9.0, -9.0)])
 def test_varied_curves_remain_valid(deviates):
-    found = varied_curves(darendeli(1e5, 15.0), *deviates)
-    assert np.all((found.damping >= 0.001) & (found.damping <= 0.15))
-    assert np.all(np.diff(found.reduction) <= 1e-15)
-    assert np.all(np.diff(found.strain * found.reduction) >= -1e-18)
+    curves = varied_curves(darendeli(1e5, 15.0), *deviates)
+    assert np.all((curves.damping >= 0.001) & (curves.damping <= 0.15))
+    assert np.all(np.diff(curves.reduction) <= 1e-15)
+    assert np.all(np.diff(curves.strain * curves.reduction) >= -1e-18)
 
 
 def test_realisations_do_not_depend_on_their_number_and_seeds_differ(tmp_path):
@@ -262,7 +263,7 @@ def test_realisations_do_not_depend_on_their_number_and_seeds_differ(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
         ({"velocity": "USGS E"}, "velocity = 'USGS E'"),
         ({"count": 0}, "count = 0"),
@@ -271,6 +272,6 @@ def test_realisations_do_not_depend_on_their_number_and_seeds_differ(tmp_path):
         ({"depth_to_rock": -0.1}, "depth_to_rock = -0.1"),
     ],
 )
-def test_invalid_randomisation_is_refused(tmp_path, values, words):
-    with pytest.raises(InputError, match=words):
+def test_invalid_randomisation_is_refused(tmp_path, values, message):
+    with pytest.raises(InputError, match=message):
         randomized(uniform(tmp_path), **{"count": 1, **values})

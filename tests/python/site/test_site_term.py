@@ -22,10 +22,10 @@ def columns(sample):
 def plane(sample):
     """The first point equals the column plus 0.03; the second is independent of it."""
     noise = np.random.default_rng([6, sample]).standard_normal((2, 2))
-    own = np.log(columns(sample))
-    own[0] += 0.2 + 0.03 * noise[0]
-    own[1] = 0.5 * noise[1]
-    return np.exp(own)
+    logs = np.log(columns(sample))
+    logs[0] += 0.2 + 0.03 * noise[0]
+    logs[1] = 0.5 * noise[1]
+    return np.exp(logs)
 
 
 def finer(sample):
@@ -42,7 +42,7 @@ def failing(sample):
 )
 def test_intervals_have_their_nominal_coverage(noise, columns, least, most):
     """y = 0.2 + 1.1 x + 0.3 x² + noise with x normal, σ 0.3; 300 repetitions of 40 runs."""
-    generator, right, saving = np.random.default_rng(1), [], []
+    generator, covered, saving = np.random.default_rng(1), [], []
     mean = 0.2 + 0.3 * 0.09
     sigma = np.sqrt((1.1 * 0.3) ** 2 + 2 * (0.3 * 0.09) ** 2 + (0.3 * noise) ** 2)
     for _ in range(300):
@@ -50,35 +50,36 @@ def test_intervals_have_their_nominal_coverage(noise, columns, least, most):
         control[:, 0, 0] = 0.8 * control[:, 0, 1] + 0.6 * control[:, 0, 0]
         samples = draw_samples(control, 40, generator)
         x = control[samples, :, 1:]
-        away = 0.3 * noise * generator.standard_normal((columns, 1, 1))[samples]
-        result = np.tile(0.2 + 1.1 * x + 0.3 * x**2 + away, 2)
+        deviations = 0.3 * noise * generator.standard_normal((columns, 1, 1))[samples]
+        result = np.tile(0.2 + 1.1 * x + 0.3 * x**2 + deviations, 2)
         table = term_of(result, control, samples, ["top"], [0.5, 1.0]).table.drop_dims("error")
-        found = table.isel(point=0, period=1)
-        right.append([
-            abs(np.log(found["median"]) - mean) <= found["sampling"],
-            abs(found["sigma_ln"] - sigma) <= found["sigma_error"],
-            abs(np.log(found["aggravation"]) - mean) <= found["aggravation_sampling"],
+        estimate = table.isel(point=0, period=1)
+        covered.append([
+            abs(np.log(estimate["median"]) - mean) <= estimate["sampling"],
+            abs(estimate["sigma_ln"] - sigma) <= estimate["sigma_error"],
+            abs(np.log(estimate["aggravation"]) - mean) <= estimate["aggravation_sampling"],
         ])  # fmt: skip
-        saving.append(found.saving)
+        saving.append(estimate.saving)
     # Confidence intervals of σ are less accurate: they need a fourth moment, here of 40 runs.
-    assert np.all(np.abs(np.mean(right, axis=0) - 0.95) < [0.05, 0.08, 0.05])
+    assert np.all(np.abs(np.mean(covered, axis=0) - 0.95) < [0.05, 0.08, 0.05])
     assert least <= np.median(saving) <= most
 
 
 def test_a_term_reports_results_without_saving(tmp_path):
-    found = site_term(plane, columns, ["near", "far"], [0.2, 1.0], runs=40, columns=2000,
+    term = site_term(plane, columns, ["near", "far"], [0.2, 1.0], runs=40, columns=2000,
                       finer={"mesh": finer}, finer_runs=2, workers=1)  # fmt: skip
-    table = found.table
+    table = term.table
     assert (table.saving.sel(point="near") > 10).all()
     assert (table.saving.sel(point="far") < 1.2).all()
     assert (np.abs(np.log(table["median"].sel(point="near")) - 0.2) < 0.03).all()
     np.testing.assert_allclose(table.discretisation.sel(error="mesh"), np.log(1.01) * 4 / 3)
     np.testing.assert_allclose(table.total - table.sampling, np.log(1.01) * 4 / 3)
-    far = table.sel(point="far")
-    assert (np.abs(np.log(far["median"])) < 1.5 * far.sampling).all()  # the exact mean is 0
-    assert far.sampling.values == pytest.approx(2.02 * 0.5 / np.sqrt(40), rel=0.4)  # plain sampling
-    assert "do not reduce the number of plane runs for 2 of 4 results" in str(found)
-    lines = found.to_csv(tmp_path / "term.csv").read_text().splitlines()
+    independent = table.sel(point="far")
+    mean, error = np.log(independent["median"]), independent.sampling
+    assert (np.abs(mean) < 1.5 * error).all()  # the exact mean is 0
+    assert error.values == pytest.approx(2.02 * 0.5 / np.sqrt(40), rel=0.4)  # plain sampling
+    assert "do not reduce the number of plane runs for 2 of 4 results" in str(term)
+    lines = term.to_csv(tmp_path / "term.csv").read_text().splitlines()
     assert lines[0].startswith("point,period,median,") and len(lines) == 5
 
 

@@ -26,37 +26,37 @@ def ground(hill=(), sides="free_field") -> sitedda.Run:
 
 def test_level_ground_equals_its_free_field():
     run = ground()
-    found = surface(run.history, lowest=10.0, highest=50.0)
-    assert found.names == ["p0", "p1", "p2", "p3", "p4"] and "free field left" in found.reference
+    result = surface(run.history, lowest=10.0, highest=50.0)
+    assert result.names == ["p0", "p1", "p2", "p3", "p4"] and "free field left" in result.reference
     corner = 0  # as that of the column at which its surface is measured
-    np.testing.assert_allclose(found.amplification, 1.0, atol=1e-4)
-    np.testing.assert_allclose(found.amplification[corner], 1.0, atol=1e-6)
-    np.testing.assert_allclose(found.peak_acceleration[corner], 1.0, atol=1e-6)
+    np.testing.assert_allclose(result.amplification, 1.0, atol=1e-4)
+    np.testing.assert_allclose(result.amplification[corner], 1.0, atol=1e-6)
+    np.testing.assert_allclose(result.peak_acceleration[corner], 1.0, atol=1e-6)
     for side in ("left", "right"):
         assert run.verdict.values[f"side_departure[free field {side}]"] < 1e-8
 
 
 def test_a_hill_amplifies_most_at_its_top():
     run = ground(HILL)
-    found = surface(run.history, lowest=10.0, highest=50.0)
-    assert int(np.argmax(found.peak_acceleration)) == 2
+    result = surface(run.history, lowest=10.0, highest=50.0)
+    assert int(np.argmax(result.peak_acceleration)) == 2
     top = run.history.acceleration.sel(point="p2", axis="x").values
     field = run.history.incoming_acceleration.sel(boundary="free field left", axis="x").values
-    assert found.peak_acceleration[2] == pytest.approx(abs(top).max() / abs(field).max())
+    assert result.peak_acceleration[2] == pytest.approx(abs(top).max() / abs(field).max())
     departure = run.verdict.values["side_departure[free field left]"]
     assert 0.01 < departure < 0.3
-    assert found.plot().axes
+    assert result.plot().axes
     # Level points have the column of the free field; the point on the hill has one layer more.
-    np.testing.assert_allclose(found.column_amplification[[0, 1, 3, 4]], 1.0, rtol=1e-5)
-    np.testing.assert_allclose(found.aggravation[1], found.amplification[1], rtol=1e-5)
+    np.testing.assert_allclose(result.column_amplification[[0, 1, 3, 4]], 1.0, rtol=1e-5)
+    np.testing.assert_allclose(result.aggravation[1], result.amplification[1], rtol=1e-5)
     rock = HalfSpace(density=ROCK["density"], shear_velocity=ROCK["shear_velocity"])
     soil = [Layer(1.0, density=DENSITY + 100 * j, shear_modulus=MODULUS * (2 - 0.5 * j) / 2.5)
             for j in (2, 2, 1, 0)]  # fmt: skip
-    at = {"frequencies": found.frequency, "time_step": 1e-3, "kind": "outcrop"}
+    at = {"frequencies": result.frequency, "time_step": 1e-3, "kind": "outcrop"}
     level, high = (abs(Column(soil[i:], rock).scheme_transfer(**at)) for i in (1, 0))
     # The ratio of spectra smoothed by one window is the smooth ratio of the columns.
-    np.testing.assert_allclose(found.column_amplification[2, :90], (high / level)[:90], rtol=0.06)
-    assert found.aggravation_factor[2] != pytest.approx(1.0, abs=0.02)
+    np.testing.assert_allclose(result.column_amplification[2, :90], (high / level)[:90], rtol=0.06)
+    assert result.aggravation_factor[2] != pytest.approx(1.0, abs=0.02)
 
 
 def test_the_picture_of_a_run_shows_amplification_along_its_surface():
@@ -75,15 +75,15 @@ def test_without_a_free_field_the_outcrop_of_the_half_space_is_the_reference():
     model = stack(20, motion=pulse, integration="midpoint", time_step=2e-3, duration=4.0)
     model.measured_point("edge", 0.0, 20.0)
     history = model.run().history
-    found = surface(history, lowest=1.0, highest=8.0)
-    assert found.reference == "outcrop of the half-space below base"
+    result = surface(history, lowest=1.0, highest=8.0)
+    assert result.reference == "outcrop of the half-space below base"
     outcrop = 2 * history.incoming_acceleration.sel(boundary="base", axis="x").values
     bins, spectrum = sitedda.fourier_spectrum(outcrop, 2e-3, padding=5)
-    both = [abs(spectrum), abs(spectrum) * outcrop_ratio(bins)]
-    below, above = (smooth_konno_ohmachi(bins, one, 40.0, found.frequency) for one in both)
-    np.testing.assert_allclose(found.amplification[1], above / below, rtol=0.02)
-    np.testing.assert_allclose(found.aggravation, 1.0, rtol=0.03)  # no two-dimensional effects
-    assert found.aggravation_factor == pytest.approx(1.0, rel=0.01)
+    below, above = (smooth_konno_ohmachi(bins, abs(spectrum) * ratio, 40.0, result.frequency)
+                    for ratio in (1.0, outcrop_ratio(bins)))  # fmt: skip
+    np.testing.assert_allclose(result.amplification[1], above / below, rtol=0.02)
+    np.testing.assert_allclose(result.aggravation, 1.0, rtol=0.03)  # no two-dimensional effects
+    assert result.aggravation_factor == pytest.approx(1.0, rel=0.01)
 
 
 def test_the_column_has_the_time_step_of_the_run_at_any_sampling_interval():
@@ -100,18 +100,18 @@ def test_the_column_has_the_time_step_of_the_run_at_any_sampling_interval():
 
 
 @pytest.mark.parametrize(
-    ("sides", "values", "words"),
+    ("sides", "values", "message"),
     [
         ("free_field", {"highest": 1e4}, "half of the sampling frequency"),
         ("free_field", {"lowest": 1.0}, "one period in the run"),
         ("none", {}, "no wave enters the model from outside"),
     ],
 )
-def test_unsuitable_runs_are_refused(sides, values, words):
+def test_unsuitable_runs_are_refused(sides, values, message):
     history = ground().history
     if sides == "none":
         history = history.drop_vars("boundary_kind")
-    with pytest.raises(ValueError, match=words):
+    with pytest.raises(ValueError, match=message):
         surface(history, **values)
 
 
@@ -121,9 +121,9 @@ def test_the_command_prints_and_draws_amplification(main, tmp_path):
         model.measured_point(f"at {x:g}", x, 4.0 if x else 3.0)
     sitedda.run(model.write(tmp_path / "hill.nml"), output=tmp_path / "hill.nc")
     band = ("--lowest", "10", "--highest", "50")
-    done = main.ok("surface", tmp_path / "hill.nc", *band, folder=tmp_path)
-    assert "relative to the surface of free field left" in done.stdout and "at 5" in done.stdout
-    assert "2-D/1-D" in done.stdout
+    process = main.ok("surface", tmp_path / "hill.nc", *band, folder=tmp_path)
+    for text in ("relative to the surface of free field left", "at 5", "2-D/1-D"):
+        assert text in process.stdout
     assert (tmp_path / "hill_surface.png").stat().st_size > 10_000
-    done = main("surface", tmp_path / "hill.nc", folder=tmp_path)
-    assert done.returncode == 1 and "one period in the run" in done.stderr
+    process = main("surface", tmp_path / "hill.nc", folder=tmp_path)
+    assert process.returncode == 1 and "one period in the run" in process.stderr
