@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bad input: one message with file, group and value from both programs, and no changed files."""
 
+import re
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -29,293 +31,277 @@ def moved(**values) -> list:
 
 def with_record(text: str, **values) -> dict:
     """Return the tower with a record file of this text as motion."""
-    values_of_record = {"values": None, "quantity": None, "time_step": None, "file": "record.txt"}
-    values_of_record |= {"quantity": "acceleration", "unit": "m/s2", "format": "text"} | values
-    return {"groups": moved(**values_of_record), "record.txt": text}
+    source = {"values": None, "time_step": None, "file": "record.txt"}
+    format = {"quantity": "acceleration", "unit": "m/s2", "format": "text"}
+    return {"groups": moved(**source | format | values), "record.txt": text}
 
 
 def refused(case: str, groups, group: str, *phrases: str):
-    """Return a case: name, input, group that the message must name, and its required words."""
+    """Return a case: name, input, group that the message must name, and its required phrases."""
     return pytest.param(groups, group, phrases, id=case)
 
 
-def bad(case: str, group: str, /, *arguments: str, contact=(), **values):
-    """Return the tower with changed variables of a group and of &contact."""
+def invalid(case: str, group: str, /, *phrases: str, contact=(), **values):
+    """Return a case: the tower with changed variables of a group and of &contact."""
     groups = changed(changed(tower(), "contact", **dict(contact)), group, **values)
-    return refused(case, groups, f"&{group}", *arguments)
+    return refused(case, groups, f"&{group}", *phrases)
 
 
-def rough(case: str, *arguments: str, **values):
-    """Return the tower with a changed rough joint."""
-    law = {"law": "barton_bandis", "cohesion": None, "tensile_strength": None, "jrc": 8.0}
-    law |= {"jcs": 1e8, "normal_stiffness_per_area": 1e9, "max_closure": 1e-4}
-    return bad(case, "joint", *arguments, **law | values)
+def joint_of(law: str, case: str, /, *phrases: str, **values):
+    """Return a case: the tower with a joint of a law and changed variables of it."""
+    strengths = {} if law == "cohesive" else {"cohesion": None, "tensile_strength": None}
+    return invalid(case, "joint", *phrases, **{"law": law} | strengths | LAWS[law] | values)
 
 
-def worn(case: str, *arguments: str, **values):
-    """Return the tower with a changed joint of law 'plesha'."""
-    law = {"law": "plesha", "cohesion": None, "tensile_strength": None}
-    return bad(case, "joint", *arguments, **law | values)
+LAWS = {
+    "barton_bandis": {"jrc": 8.0, "jcs": 1e8, "normal_stiffness_per_area": 1e9,
+                      "max_closure": 1e-4},
+    "plesha": {},
+    "rate_state": {"direct_effect": 0.01, "threshold_velocity": 1e-6},
+    "cohesive": {"cohesion": 1e5, "tensile_strength": 1e5, "fracture_energy": 4.0,
+                 "normal_stiffness_per_area": 1e9},
+}  # fmt: skip
+barton_bandis, plesha, rate_state, cohesive = (partial(joint_of, law) for law in LAWS)
 
 
-def flowing(case: str, *arguments: str, **values):
-    """Return the tower with a changed joint of law 'rate_state'."""
-    law = {"law": "rate_state", "cohesion": None, "tensile_strength": None}
-    law |= {"direct_effect": 0.01, "threshold_velocity": 1e-6}
-    return bad(case, "joint", *arguments, **law | values)
-
-
-def softening(case: str, *arguments: str, **values):
-    """Return the tower with a changed joint of law 'cohesive'."""
-    law = {"law": "cohesive", "cohesion": 1e5, "tensile_strength": 1e5, "fracture_energy": 4.0}
-    return bad(case, "joint", *arguments, **law | {"normal_stiffness_per_area": 1e9} | values)
-
-
-def shaped(case: str, outlines: list, *arguments: str):
+def of_blocks(case: str, outlines: list, *phrases: str):
     """Return a case with blocks of these outlines."""
-    return refused(case, blocks(*outlines), "&block", *arguments)
+    return refused(case, blocks(*outlines), "&block", *phrases)
 
 
-def more(case: str, group: str, /, *arguments: str, **values):
+def with_group(case: str, group: str, /, *phrases: str, **values):
     """Return a case with the tower and one more group."""
-    return refused(case, [*tower(), (group, values)], f"&{group}", *arguments)
+    return refused(case, [*tower(), (group, values)], f"&{group}", *phrases)
 
 
 CASES = [
     # The most frequent ones
-    more("unknown group", "blok", "no such group", "&block", x=1.0),
-    bad("unknown variable", "control", "time_stop", time_stop=1.0),
-    bad("missing record", "motion", "gone.smc", values=None, file="gone.smc"),
-    bad("negative density", "material", "density", "-5", density=-5.0),
-    bad("zero time step", "control", "time_step = 0", time_step=0.0),
-    shaped("self-crossing", [[0.0, 0, 1, 1, 1, 0, 0, 1]], "crosses"),
-    shaped("clockwise", [[0.0, 0, 0, 1, 1, 1, 1, 0]], "clockwise"),
-    shaped("overlap", [SQUARE, rectangle(0.5, 0.5, 1, 1)], "overlaps", "0.5 m"),
-    more("fixed point outside", "fixed_point", "99", "outside every block", x=99.0, y=0.5),
-    bad("one sample", "motion", "too few samples", values=[0.5]),
+    with_group("unknown group", "blok", "no such group", "&block", x=1.0),
+    invalid("unknown variable", "control", "time_stop", time_stop=1.0),
+    invalid("missing record", "motion", "gone.smc", values=None, file="gone.smc"),
+    invalid("negative density", "material", "density", "-5", density=-5.0),
+    invalid("zero time step", "control", "time_step = 0", time_step=0.0),
+    of_blocks("self-crossing", [[0.0, 0, 1, 1, 1, 0, 0, 1]], "crosses"),
+    of_blocks("clockwise", [[0.0, 0, 0, 1, 1, 1, 1, 0]], "clockwise"),
+    of_blocks("overlap", [SQUARE, rectangle(0.5, 0.5, 1, 1)], "overlaps", "0.5 m"),
+    with_group("fixed point outside", "fixed_point", "99", "outside every block", x=99.0, y=0.5),
+    invalid("one sample", "motion", "too few samples", values=[0.5]),
     refused("record of one sample", with_record("0.0 1.0\n"), "&motion", "record.txt", "sample"),
     refused("empty record", with_record(""), "&motion", "record.txt"),
     # Numbers
-    bad("density missing", "material", "density", density=None),
-    bad("not a number", "control", "time_step", "NaN", time_step=np.nan),
-    bad("infinite", "material", "density", "Inf", density=np.inf),
-    bad("Poisson", "material", "poisson_ratio", "0.5", poisson_ratio=0.5),
-    bad("Poisson missing", "material", "poisson_ratio", poisson_ratio=None),
-    bad("no stiffness", "material", "young_modulus", young_modulus=0.0),
-    bad("stiffness missing", "material", "young_modulus is missing", young_modulus=None),
-    bad("friction missing", "joint", "friction_angle", friction_angle=None),
-    bad("tension", "joint", "tensile_strength = -5", tensile_strength=-5.0),
-    bad("time step missing", "control", "time_step is missing", time_step=None),
-    bad("no room to move", "control", "ratio = 0", max_displacement_ratio=0.0),
-    bad("step control", "control", "'often'", time_step_control="often"),
-    bad("endless gravity", "control", "gravity", gravity=[0.0, 1e40]),
-    bad("shear springs", "contact", "shear_ratio = -2", shear_ratio=-2.0),
-    bad("one iteration", "contact", "max_iterations = 1", max_iterations=1),
-    bad("any force", "contact", "force_tolerance = 1", force_tolerance=1.0),
-    bad("no supports", "contact", "fixed_point_ratio = 0", fixed_point_ratio=0.0),
-    bad("frames", "output", "block_interval = -1", block_interval=-1),
-    bad("friction", "joint", "friction_angle", "90", friction_angle=90.0),
-    flowing("friction without a direct effect", "direct_effect is missing", direct_effect=None),
-    flowing("a state without a distance", "state_distance is missing", evolution_effect=0.01),
-    flowing("an age of nothing", "initial_age", initial_age=0.0),
-    flowing("friction that rebounds", "excludes restitution", restitution=0.5),
-    flowing("friction with dashpots", "excludes damping", damping=1e5),
-    flowing("yielding without roughness", "initial_friction_angle is missing",
-            law="continuously_yielding", direct_effect=None, threshold_velocity=None),
-    flowing("a joint that slip strengthens", "initial_friction_angle = 20 is below",
-            law="continuously_yielding", direct_effect=None, threshold_velocity=None,
-            friction_angle=30.0, initial_friction_angle=20.0, roughness=1e-3),
-    softening(
-        "bonds without a fracture energy", "fracture_energy is missing", fracture_energy=None
-    ),
-    softening(
-        "bonds without tension", "cohesion and tensile_strength above 0", tensile_strength=None
-    ),
-    softening("bonds without stiffness", "normal_stiffness_per_area is missing",
-              normal_stiffness_per_area=None),
-    softening("bonds that break at once", "fracture_energy = 4 N/m",
-              "energy stored at the strength, 5 N/m", "break at once"),
-    worn("asperities steeper than friction", "asperity_angle = 40 is above friction_angle",
-         "slip back by itself", asperity_angle=40.0, friction_angle=30.0),
-    worn("asperities that no force climbs", "asperity_angle = 40", "add up to more than 89",
-         friction_angle=60.0, asperity_angle=40.0),
-    worn("asperities without an angle", "asperity_angle is missing"),
-    worn(
-        "shear stiffness of a rough joint alone",
-        "needs normal_stiffness_per_area",
-        asperity_angle=4.0,
-        shear_stiffness_per_area=1e9,
-    ),
-    worn("a rough joint that jumps back", "1000 times the shear stiffness", "jump back",
-         asperity_angle=10.0, contact={"shear_ratio": 1e3}),
-    bad("a solver that is gone", "control", "'banded'", "'direct'", solver="banded"),
-    bad("joint law", "joint", "law", "'mohr'", "'mohr_coulomb'", law="mohr"),
-    bad("residual above peak", "joint", "residual_friction_angle = 80", "above the peak",
-        law="mohr_coulomb", residual_friction_angle=80.0),
-    bad("residual cohesion above peak", "joint", "residual_cohesion", "above the peak",
-        law="mohr_coulomb", residual_cohesion=1e14, cohesion=1e3),
-    bad("residual strength without its law", "joint", "residual_cohesion", "'mohr_coulomb'",
-        "'coulomb'", residual_cohesion=1e3),
-    bad("more dilation than friction", "joint", "dilation_angle = 59", "energy", law="mohr_coulomb",
-        dilation_angle=59.0),
-    bad("a limit of no dilation", "joint", "dilation_slip", law="mohr_coulomb", dilation_slip=0.1),
-    rough("negative closure", "max_closure", "positive", max_closure=-1e-3),
-    rough("no closure", "max_closure", "missing", normal_stiffness_per_area=None),
-    rough("two closures", "compressive_strength", compressive_strength=1e8),
-    rough("closure beyond the formulas", "jrc = 0.5", "range", normal_stiffness_per_area=None,
-          max_closure=None, jrc=0.5, compressive_strength=1.1e8),
-    rough("no roughness", "jrc is missing", jrc=None),
-    bad("four points", "joint", "contact_points = 4", "2, 3, 5, 9 or 17", contact_points=4),
-    bad("points of augmented contacts", "joint", "contact_points", "penetration_tolerance",
-        contact=AUGMENTED, contact_points=3),
-    bad("a law under the original rules", "joint", "original",
-        contact={"contact_rules": "original"}, law="mohr_coulomb"),
-    bad("a law with augmented contacts", "joint", "penetration_tolerance", contact=AUGMENTED,
-        law="mohr_coulomb"),
-    bad("cohesion", "joint", "cohesion", "-1", cohesion=-1.0),
-    bad("no steps", "control", "duration", "steps", steps=None),
-    bad("both", "control", "duration", "steps", duration=1.0),
-    bad("half steps", "control", "steps = 1.5", steps=1.5),
-    bad("negative steps", "control", "steps = -3", steps=-3),
-    bad("too short", "control", "duration", steps=None, duration=1e-5),
-    bad("dynamic factor", "control", "dynamic_factor", dynamic_factor=1.2),
-    bad("gravity", "control", "gravity", "NaN", gravity=[0.0, np.nan]),
-    bad("one gravity", "control", "gravity", "is missing", gravity=-9.81),
-    bad("stiffness", "contact", "normal_stiffness", normal_stiffness=-1.0),
-    bad("interval", "output", "history_interval", history_interval=0),
-    bad("text", "control", "fast", time_step="fast"),
-    bad("word", "control", "analysis", "'3d'", analysis="3d"),
-    bad("solver", "control", "solver", "'magic'", solver="magic"),
-    bad("layers", "layers", "thickness", "-1", thickness=-1.0),
-    bad("no layers", "layers", "count", "0", count=0),
-    bad("no width", "layers", "width is missing", width=None),
-    more("no drums", "drums", "height = 0", width=1.0, height=0.0),
-    more("no bricks", "wall", "brick_height", brick_length=1.0),
+    invalid("density missing", "material", "density", density=None),
+    invalid("not a number", "control", "time_step", "NaN", time_step=np.nan),
+    invalid("infinite", "material", "density", "Inf", density=np.inf),
+    invalid("Poisson", "material", "poisson_ratio", "0.5", poisson_ratio=0.5),
+    invalid("Poisson missing", "material", "poisson_ratio", poisson_ratio=None),
+    invalid("no stiffness", "material", "young_modulus", young_modulus=0.0),
+    invalid("stiffness missing", "material", "young_modulus is missing", young_modulus=None),
+    invalid("friction missing", "joint", "friction_angle", friction_angle=None),
+    invalid("tension", "joint", "tensile_strength = -5", tensile_strength=-5.0),
+    invalid("time step missing", "control", "time_step is missing", time_step=None),
+    invalid("no room to move", "control", "ratio = 0", max_displacement_ratio=0.0),
+    invalid("step control", "control", "'often'", time_step_control="often"),
+    invalid("endless gravity", "control", "gravity", gravity=[0.0, 1e40]),
+    invalid("shear springs", "contact", "shear_ratio = -2", shear_ratio=-2.0),
+    invalid("one iteration", "contact", "max_iterations = 1", max_iterations=1),
+    invalid("any force", "contact", "force_tolerance = 1", force_tolerance=1.0),
+    invalid("no supports", "contact", "fixed_point_ratio = 0", fixed_point_ratio=0.0),
+    invalid("frames", "output", "block_interval = -1", block_interval=-1),
+    invalid("friction", "joint", "friction_angle", "90", friction_angle=90.0),
+    rate_state("friction without a direct effect", "direct_effect is missing", direct_effect=None),
+    rate_state("a state without a distance", "state_distance is missing", evolution_effect=0.01),
+    rate_state("an age of nothing", "initial_age", initial_age=0.0),
+    rate_state("friction that rebounds", "excludes restitution", restitution=0.5),
+    rate_state("friction with dashpots", "excludes damping", damping=1e5),
+    rate_state("yielding without roughness", "initial_friction_angle is missing",
+               law="continuously_yielding", direct_effect=None, threshold_velocity=None),
+    rate_state("a joint that slip strengthens", "initial_friction_angle = 20 is below",
+               law="continuously_yielding", direct_effect=None, threshold_velocity=None,
+               friction_angle=30.0, initial_friction_angle=20.0, roughness=1e-3),
+    cohesive("bonds without a fracture energy", "fracture_energy is missing", fracture_energy=None),
+    cohesive("bonds without tension", "cohesion and tensile_strength above 0",
+             tensile_strength=None),
+    cohesive("bonds without stiffness", "normal_stiffness_per_area is missing",
+             normal_stiffness_per_area=None),
+    cohesive("bonds that break at once", "fracture_energy = 4 N/m",
+             "energy stored at the strength, 5 N/m", "break at once"),
+    plesha("asperities steeper than friction", "asperity_angle = 40 is above friction_angle",
+           "slip back by itself", asperity_angle=40.0, friction_angle=30.0),
+    plesha("asperities that no force climbs", "asperity_angle = 40", "add up to more than 89",
+           friction_angle=60.0, asperity_angle=40.0),
+    plesha("asperities without an angle", "asperity_angle is missing"),
+    plesha("shear stiffness of a rough joint alone", "needs normal_stiffness_per_area",
+           asperity_angle=4.0, shear_stiffness_per_area=1e9),
+    plesha("a rough joint that jumps back", "1000 times the shear stiffness", "jump back",
+           asperity_angle=10.0, contact={"shear_ratio": 1e3}),
+    invalid("a solver that is gone", "control", "'banded'", "'direct'", solver="banded"),
+    invalid("joint law", "joint", "law", "'mohr'", "'mohr_coulomb'", law="mohr"),
+    invalid("residual above peak", "joint", "residual_friction_angle = 80", "above the peak",
+            law="mohr_coulomb", residual_friction_angle=80.0),
+    invalid("residual cohesion above peak", "joint", "residual_cohesion", "above the peak",
+            law="mohr_coulomb", residual_cohesion=1e14, cohesion=1e3),
+    invalid("residual strength without its law", "joint", "residual_cohesion", "'mohr_coulomb'",
+            "'coulomb'", residual_cohesion=1e3),
+    invalid("more dilation than friction", "joint", "dilation_angle = 59", "energy",
+            law="mohr_coulomb", dilation_angle=59.0),
+    invalid("a limit of no dilation", "joint", "dilation_slip", law="mohr_coulomb",
+            dilation_slip=0.1),
+    barton_bandis("negative closure", "max_closure", "positive", max_closure=-1e-3),
+    barton_bandis("no closure", "max_closure", "missing", normal_stiffness_per_area=None),
+    barton_bandis("two closures", "compressive_strength", compressive_strength=1e8),
+    barton_bandis("closure beyond the formulas", "jrc = 0.5", "range", max_closure=None,
+                  normal_stiffness_per_area=None, jrc=0.5, compressive_strength=1.1e8),
+    barton_bandis("no roughness", "jrc is missing", jrc=None),
+    invalid("four points", "joint", "contact_points = 4", "2, 3, 5, 9 or 17", contact_points=4),
+    invalid("points of augmented contacts", "joint", "contact_points", "penetration_tolerance",
+            contact=AUGMENTED, contact_points=3),
+    invalid("a law under the original rules", "joint", "original",
+            contact={"contact_rules": "original"}, law="mohr_coulomb"),
+    invalid("a law with augmented contacts", "joint", "penetration_tolerance", contact=AUGMENTED,
+            law="mohr_coulomb"),
+    invalid("cohesion", "joint", "cohesion", "-1", cohesion=-1.0),
+    invalid("no steps", "control", "duration", "steps", steps=None),
+    invalid("both", "control", "duration", "steps", duration=1.0),
+    invalid("half steps", "control", "steps = 1.5", steps=1.5),
+    invalid("negative steps", "control", "steps = -3", steps=-3),
+    invalid("too short", "control", "duration", steps=None, duration=1e-5),
+    invalid("dynamic factor", "control", "dynamic_factor", dynamic_factor=1.2),
+    invalid("gravity", "control", "gravity", "NaN", gravity=[0.0, np.nan]),
+    invalid("one gravity", "control", "gravity", "is missing", gravity=-9.81),
+    invalid("stiffness", "contact", "normal_stiffness", normal_stiffness=-1.0),
+    invalid("interval", "output", "history_interval", history_interval=0),
+    invalid("text", "control", "fast", time_step="fast"),
+    invalid("word", "control", "analysis", "'3d'", analysis="3d"),
+    invalid("solver", "control", "solver", "'magic'", solver="magic"),
+    invalid("layers", "layers", "thickness", "-1", thickness=-1.0),
+    invalid("no layers", "layers", "count", "0", count=0),
+    invalid("no width", "layers", "width is missing", width=None),
+    with_group("no drums", "drums", "height = 0", width=1.0, height=0.0),
+    with_group("no bricks", "wall", "brick_height", brick_length=1.0),
     # Names
-    bad("material name", "layers", "material", "'gold'", material="gold"),
-    bad("joint name", "layers", "joint", "'glue'", joint="glue"),
-    bad("motion name", "fixed_point", "motion_x", "'x'", motion_x="x"),
-    bad("motion across what is held", "fixed_point", "not fixed", direction="y"),
-    bad("base motion", "control", "base_motion_y", "'x'", base_motion_y="x"),
-    bad("block name", "measured_point", "block", "'no'", block="no"),
-    bad("other block", "measured_point", "layer_1", block="layer_1"),
+    invalid("material name", "layers", "material", "'gold'", material="gold"),
+    invalid("joint name", "layers", "joint", "'glue'", joint="glue"),
+    invalid("motion name", "fixed_point", "motion_x", "'x'", motion_x="x"),
+    invalid("motion across what is held", "fixed_point", "not fixed", direction="y"),
+    invalid("base motion", "control", "base_motion_y", "'x'", base_motion_y="x"),
+    invalid("block name", "measured_point", "block", "'no'", block="no"),
+    invalid("other block", "measured_point", "layer_1", block="layer_1"),
     refused("twice", [*tower(), ("material", tower()[3][1])], "&material", "'rock'", "twice"),
-    more("two titles", "run", "only once", title="b"),
-    bad("point twice", "measured_point", "twice", name="surface"),
-    bad("nameless", "measured_point", "name", name=None),
-    bad("nameless motion", "motion", "name is missing", name=None),
-    more("joint twice", "joint", "twice", name="bedding", friction_angle=3.0),
-    bad("half a place", "fixed_point", "y is missing", y=None),
-    bad("direction", "fixed_point", "direction = 'z'", direction="z"),
+    with_group("two titles", "run", "only once", title="b"),
+    invalid("point twice", "measured_point", "twice", name="surface"),
+    invalid("nameless", "measured_point", "name", name=None),
+    invalid("nameless motion", "motion", "name is missing", name=None),
+    with_group("joint twice", "joint", "twice", name="bedding", friction_angle=3.0),
+    invalid("half a place", "fixed_point", "y is missing", y=None),
+    invalid("direction", "fixed_point", "direction = 'z'", direction="z"),
     # Shapes
-    shaped("two corners", [[0.0, 0.0, 1.0, 0.0]], "2", "at least 3"),
-    shaped("no corners", [[]], "vertices"),
-    shaped("half a corner", [[0.0, 0, 1, 0, 1, 1, 0]], "vertices"),
-    shaped("flat", [[0.0, 0, 1, 0, 2, 0]], "vertices"),
-    shaped("corner twice", [[0.0, 0, 1, 0, 1, 0, 1, 1, 0, 1]], "repeats a vertex"),
-    shaped("touches itself", [[0.0, 0, 4, 0, 4, 2, 2, 0, 0, 2]], "touches itself"),
-    shaped("vertex not a number", [[0.0, 0, 1, np.nan, 1, 1]], "vertices", "NaN"),
-    shaped("inside another", [rectangle(0, 0, 3, 3), rectangle(1, 1, 1, 1)], "overlaps"),
-    shaped("the same twice", [SQUARE, SQUARE], "overlaps"),
-    shaped("a cross of two", [rectangle(-2, 0, 5, 1), rectangle(0, -2, 1, 5)], "overlaps"),
+    of_blocks("two corners", [[0.0, 0.0, 1.0, 0.0]], "2", "at least 3"),
+    of_blocks("no corners", [[]], "vertices"),
+    of_blocks("half a corner", [[0.0, 0, 1, 0, 1, 1, 0]], "vertices"),
+    of_blocks("flat", [[0.0, 0, 1, 0, 2, 0]], "vertices"),
+    of_blocks("corner twice", [[0.0, 0, 1, 0, 1, 0, 1, 1, 0, 1]], "repeats a vertex"),
+    of_blocks("touches itself", [[0.0, 0, 4, 0, 4, 2, 2, 0, 0, 2]], "touches itself"),
+    of_blocks("vertex not a number", [[0.0, 0, 1, np.nan, 1, 1]], "vertices", "NaN"),
+    of_blocks("inside another", [rectangle(0, 0, 3, 3), rectangle(1, 1, 1, 1)], "overlaps"),
+    of_blocks("the same twice", [SQUARE, SQUARE], "overlaps"),
+    of_blocks("a cross of two", [rectangle(-2, 0, 5, 1), rectangle(0, -2, 1, 5)], "overlaps"),
     # Records, motions, loads
-    bad("both sources", "motion", "file", "values", file="record.txt"),
-    bad("no source", "motion", "file", "values", values=None),
-    bad("quantity", "motion", "'jerk'", quantity="jerk"),
-    bad("unit", "motion", "'gal'", unit="gal"),
-    bad("motion step", "motion", "time_step", "-0.01", time_step=-0.01),
-    bad("no motion step", "motion", "time_step", time_step=None),
-    bad("taper", "motion", "taper = 2", taper=2.0),
-    bad("drift", "motion", "drift_order = 7", drift_order=7),
-    bad("value", "motion", "values", "NaN", values=[0.0, np.nan, 1.0]),
-    bad("gap in values", "motion", "values", "Inf", values=[0.0, np.inf, 1.0]),
-    refused(
-        "letters in a record", with_record("0.0 1.0\n0.1 abc\n0.2 1.0\n"), "&motion", "record.txt",
-        "abc",
-    ),
+    invalid("both sources", "motion", "file", "values", file="record.txt"),
+    invalid("no source", "motion", "file", "values", values=None),
+    invalid("quantity", "motion", "'jerk'", quantity="jerk"),
+    invalid("unit", "motion", "'gal'", unit="gal"),
+    invalid("motion step", "motion", "time_step", "-0.01", time_step=-0.01),
+    invalid("no motion step", "motion", "time_step", time_step=None),
+    invalid("taper", "motion", "taper = 2", taper=2.0),
+    invalid("drift", "motion", "drift_order = 7", drift_order=7),
+    invalid("value", "motion", "values", "NaN", values=[0.0, np.nan, 1.0]),
+    invalid("gap in values", "motion", "values", "Inf", values=[0.0, np.inf, 1.0]),
+    refused("letters in a record", with_record("0.0 1.0\n0.1 abc\n0.2 1.0\n"), "&motion",
+            "record.txt", "abc"),
     refused("record NaN", with_record("0.0 1.0\n0.1 NaN\n0.2 1.0\n"), "&motion", "record.txt"),
     refused("record format", with_record("0.0 1.0\n", format="xls"), "&motion", "'xls'"),
-    more("load", "load", "time", x=1.0, y=0.5, time=[0.0]),
-    more("load backwards", "load", "time", x=1.0, y=0.5, time=[1.0, 0.0], force_x=[1.0, 2.0]),
-    more("load of other length", "load", "force_x", x=1.0, y=0.5, time=[0.0, 1.0], force_x=[1.0]),
-    more("amplification point", "amplification", "surface", "'top'", surface="top", lowest=1.0,
-         highest=9.0),
-    more("amplification band", "amplification", "highest", lowest=9.0, highest=1.0),
+    with_group("load", "load", "time", x=1.0, y=0.5, time=[0.0]),
+    with_group("load backwards", "load", "time", x=1.0, y=0.5, time=[1.0, 0.0], force_x=[1.0, 2.0]),
+    with_group("load of other length", "load", "force_x", x=1.0, y=0.5, time=[0.0, 1.0],
+               force_x=[1.0]),
+    with_group("amplification point", "amplification", "surface", "'top'", surface="top",
+               lowest=1.0, highest=9.0),
+    with_group("amplification band", "amplification", "highest", lowest=9.0, highest=1.0),
 ]  # fmt: skip
 
-# Texts that are not namelists: name, text, required words of the message.
+# Texts that are not namelists: name, text, required phrases of the message.
 TOWER = namelist(tower())
-TEXTS = [
-    ("no slash", TOWER.replace("/\n&contact", "\n&contact"), ["&control", "slash"]),
-    ("no last slash", TOWER.rstrip().removesuffix("/"), ["&output", "slash"]),
-    ("open quote", TOWER.replace("'tower.nc'", "'tower.nc"), ["&output", "quote"]),
-    ("prose", "shake it well\n" + TOWER, ["line 1", "'shake'"]),
-    ("prose in other letters", "xx" + "地" * 30 + "\n" + TOWER, ["line 1", "地"]),
-    ("stray word", TOWER.replace("&contact", "oops\n&contact"), ["line ", "'oops'"]),
-    ("nameless group", "& time_step = 1 /\n" + TOWER, ["line 1"]),
-    ("empty", "", ["&control"]),
-    ("only a comment", "! nothing yet\n", ["&control"]),
-    ("no control", namelist(without(tower(), "control")), ["&control"]),
-    ("no material", namelist(without(tower(), "material")), ["&material"]),
-    ("no joint", namelist(without(tower(), "joint")), ["&joint"]),
-    ("no blocks", namelist(without(without(flying_block(), "block"), "measured_point")), ["block"]),
-    ("two values", TOWER.replace("time_step = 0.001", "time_step = 0.001, 0.002"), ["&control"]),
-    ("decimal comma", TOWER.replace("density = 2643.0", "density = 2643,5"), ["&material"]),
-    ("a megabyte of noise", "&control " + "x" * 1_000_000 + " /\n", ["&control"]),
-    ("a null byte", TOWER.replace("steps = 60", "steps = 6\0"), ["not a text file", "zero"]),
-    ("a picture", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" * 20, ["not a text file"]),
-]
+TEXTS = {
+    "no slash": (TOWER.replace("/\n&contact", "\n&contact"), "&control", "slash"),
+    "no last slash": (TOWER.rstrip().removesuffix("/"), "&output", "slash"),
+    "open quote": (TOWER.replace("'tower.nc'", "'tower.nc"), "&output", "quote"),
+    "prose": ("shake it well\n" + TOWER, "line 1", "'shake'"),
+    "prose in other letters": ("xx" + "地" * 30 + "\n" + TOWER, "line 1", "地"),
+    "stray word": (TOWER.replace("&contact", "oops\n&contact"), "line ", "'oops'"),
+    "nameless group": ("& time_step = 1 /\n" + TOWER, "line 1"),
+    "empty": ("", "&control"),
+    "only a comment": ("! nothing yet\n", "&control"),
+    "no control": (namelist(without(tower(), "control")), "&control"),
+    "no material": (namelist(without(tower(), "material")), "&material"),
+    "no joint": (namelist(without(tower(), "joint")), "&joint"),
+    "no blocks": (namelist(without(without(flying_block(), "block"), "measured_point")), "block"),
+    "two values": (TOWER.replace("time_step = 0.001", "time_step = 0.001, 0.002"), "&control"),
+    "decimal comma": (TOWER.replace("density = 2643.0", "density = 2643,5"), "&material"),
+    "a megabyte of noise": ("&control " + "x" * 1_000_000 + " /\n", "&control"),
+    "a null byte": (TOWER.replace("steps = 60", "steps = 6\0"), "not a text file", "zero"),
+    "a picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" * 20, "not a text file"),
+}
 
 
-def both_complain(file, phrases, binary, main, folder):
-    """Check that both programs refuse an input with one message, and keep the older output."""
-    final = folder / "tower.nc"
-    final.write_bytes(OLD)
-    messages = []
-    for program in (binary, main):
-        process = program("run", file, "--quiet", "--output", final)
-        assert process.returncode == 1, (program.name, process.stdout, process.stderr)
-        lines = process.stderr.strip().splitlines()
-        assert len(lines) == 1, process.stderr
-        messages.append(lines[0].removeprefix(f"{program.name}: "))
-    assert messages[0] == messages[1]
-    assert str(file) in messages[0]
-    for phrase in phrases:
-        assert phrase in messages[0], f"{phrase!r} is not in {messages[0]!r}"
-    assert final.read_bytes() == OLD
-    assert not list(folder.glob("*.partial"))
-    with pytest.raises(sitedda.InputError) as error_info:
-        sitedda.run(file)
-    assert str(error_info.value) == messages[0]
+@pytest.fixture
+def both_refuse(binary, main, tmp_path):
+    """Return a check that both programs refuse an input with one message, and keep the output."""
+
+    def check(file, phrases) -> None:
+        output = tmp_path / "tower.nc"
+        output.write_bytes(OLD)
+        messages = []
+        for program in (binary, main):
+            process = program("run", file, "--quiet", "--output", output)
+            assert process.returncode == 1, (program.name, process.stdout, process.stderr)
+            lines = process.stderr.strip().splitlines()
+            assert len(lines) == 1, process.stderr
+            messages.append(lines[0].removeprefix(f"{program.name}: "))
+        assert messages[0] == messages[1]
+        for phrase in (str(file), *phrases):
+            assert phrase in messages[0], f"{phrase!r} is not in {messages[0]!r}"
+        assert output.read_bytes() == OLD
+        assert not list(tmp_path.glob("*.partial"))
+        with pytest.raises(sitedda.InputError, match=f"^{re.escape(messages[0])}$"):
+            sitedda.run(file)
+
+    return check
 
 
 @pytest.mark.parametrize(("groups", "group", "phrases"), CASES)
-def test_invalid_values_are_refused(groups, group, phrases, write_input, binary, main, tmp_path):
+def test_invalid_values_are_refused(groups, group, phrases, write_input, both_refuse, tmp_path):
     if isinstance(groups, dict):
         (tmp_path / "record.txt").write_text(groups["record.txt"])
         groups = groups["groups"]
-    both_complain(write_input(groups), [group, *phrases], binary, main, tmp_path)
+    both_refuse(write_input(groups), [group, *phrases])
 
 
-@pytest.mark.parametrize(
-    ("text", "phrases"), [row[1:] for row in TEXTS], ids=[row[0] for row in TEXTS]
-)
-def test_texts_that_are_not_namelists_are_refused(
-    text, phrases, write_input, binary, main, tmp_path
-):
-    file = write_input(text)
-    both_complain(file, phrases, binary, main, tmp_path)
+@pytest.mark.parametrize("name", TEXTS)
+def test_texts_that_are_not_namelists_are_refused(name, write_input, both_refuse):
+    text, *phrases = TEXTS[name]
+    both_refuse(write_input(text), phrases)
 
 
-def test_a_missing_file_is_named(binary, main, tmp_path):
-    both_complain(tmp_path / "gone.nml", ["no such file"], binary, main, tmp_path)
+def test_a_missing_file_is_named(both_refuse, tmp_path):
+    both_refuse(tmp_path / "gone.nml", ["no such file"])
 
 
 def test_a_folder_is_refused_as_input(binary, main, tmp_path):
     (tmp_path / "folder.nml").mkdir()
-    process = [program("run", tmp_path / "folder.nml") for program in (binary, main)]
-    assert {d.returncode for d in process} <= {1, 5}
-    assert all("folder.nml" in d.stderr and "Traceback" not in d.stderr for d in process)
+    for program in (binary, main):
+        process = program("run", tmp_path / "folder.nml")
+        assert process.returncode in (1, 5)
+        assert "folder.nml" in process.stderr and "Traceback" not in process.stderr
 
 
 @pytest.mark.parametrize("line", [3, 40, 1000])
@@ -328,14 +314,13 @@ def test_the_message_gives_the_line_of_the_group(line, write_input):
 
 
 def test_a_word_instead_of_a_number_is_not_reported_as_a_variable(write_input):
-    with pytest.raises(sitedda.InputError) as error_info:
+    with pytest.raises(sitedda.InputError, match="^((?!no variable).)*$"):
         sitedda.run(write_input(changed(tower(), "control", time_step="fast")))
-    assert "no variable" not in str(error_info.value)
 
 
 # --- What must not be refused --------------------------------------------------------------------
 
-ODD = {
+UNUSUAL = {
     "windows line ends": lambda text: text.replace(b"\n", b"\r\n"),
     "byte-order mark": lambda text: b"\xef\xbb\xbf" + text,
     "both": lambda text: b"\xef\xbb\xbf" + text.replace(b"\n", b"\r\n"),
@@ -348,11 +333,11 @@ ODD = {
 }
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize("name", UNUSUAL)
 def test_unusual_valid_texts_run_equally(name, write_input, binary, main, tmp_path, same_bits):
     plain_file = write_input(tower(steps=10))
     expected = sitedda.run(plain_file).history
-    unusual_file = write_input(ODD[name](plain_file.read_bytes()), "odd.nml")
+    unusual_file = write_input(UNUSUAL[name](plain_file.read_bytes()), "odd.nml")
     for program in (binary, main):
         program.ok("run", unusual_file, "--quiet", "--output", tmp_path / "odd.nc")
         same_bits(expected, tmp_path / "odd.nc", attributes=("title", "step_control"))
@@ -427,18 +412,18 @@ def test_an_input_with_all_variables_runs(write_input):
 
 
 @pytest.mark.parametrize(
-    ("number_of_group", "variable"),
+    ("group_index", "variable"),
     [(i, variable) for i, (_, values) in enumerate(EVERYTHING) for variable in values],
     ids=[f"{name}-{variable}" for name, values in EVERYTHING for variable in values],
 )
-def test_invalid_values_of_each_variable(number_of_group, variable, write_input):
+def test_invalid_values_of_each_variable(group_index, variable, write_input):
     """Each is refused with file and group, or the results are finite."""
-    group, values = EVERYTHING[number_of_group]
+    group, values = EVERYTHING[group_index]
     text = namelist(EVERYTHING)
     line = namelist([(group, {variable: values[variable]})]).splitlines()[1]
     number = not isinstance(values[variable], str | bool)
     for value in [*NO_NUMBERS, *EXTREMES, *STRANGE]:
-        at = text.index(line, text.index(namelist([EVERYTHING[number_of_group]])))
+        at = text.index(line, text.index(namelist([EVERYTHING[group_index]])))
         file = write_input(text[:at] + f"   {variable} = {value}" + text[at + len(line) :])
         begin = time.process_time()
         try:
