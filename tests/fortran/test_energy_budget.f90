@@ -73,8 +73,8 @@ contains
       if (present(settings)) control = control//settings
       isolated = .true.
       if (present(is_isolated)) isolated = is_isolated
-      call begin(simulation, control_text(time_step, steps, control)//contact_text(stiffness, '')// &
-         rock//joint_text(friction, 0.0_wp, 0.0_wp)//groups)
+      call begin(simulation, control_text(time_step, steps, control)//rock// &
+         contact_text(stiffness, '')//joint_text(friction, 0.0_wp, 0.0_wp)//groups)
       call audit(steps, isolated)
    end subroutine audit_dry
 
