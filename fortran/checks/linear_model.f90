@@ -19,7 +19,8 @@ module dda_linear_model
    use dda_contact, only: contacts_type, is_point, contact_open, contact_slide, contact_stick
    use dda_elements, only: list_linear_terms
    use dda_friction, only: laws_type, shear_stiffness_of
-   use dda_joint_contact, only: acts_before_end, closure_of, state_of
+   use dda_joint_contact, only: state_of
+   use dda_joint_law, only: weakened
    use dda_doubts, only: doubt_type
    use dda_joint_ends, only: bending_doubts
    use dda_equilibrium, only: equilibrium_type, equilibrate
@@ -361,7 +362,8 @@ contains
       associate (law => laws%slot(contacts%joint(c))%law)
          term%of_penalty = .not. law%normal_per_area
          if (law%cohesive) return  ! cohesive bonds act as other bonds
-         if (.not. acts_before_end(contacts, law, c)) term%instant = at_end
+         if (.not. law%brittle .or. law%crushes .or. contacts%memory(weakened, c) >= 1.0_wp) &
+            term%instant = at_end
       end associate
    end subroutine set_law_properties
 
@@ -374,8 +376,9 @@ contains
       slope = laws%normal_stiffness
       if (laws%plain) return
       associate (law => laws%slot(contacts%joint(c))%law)
-         slope = law%tangent(state_of(contacts, law, c), max(0.0_wp, closure_of(contacts, law, c, &
-            contacts%gap(c))))
+         associate (state => state_of(contacts, law, c))
+            slope = law%tangent(state, max(0.0_wp, law%lift(state) - contacts%gap(c)))
+         end associate
       end associate
    end function normal_slope
 

@@ -34,7 +34,7 @@ module dda_barton_bandis
       procedure :: closure
       procedure :: stored
       procedure :: strength
-      procedure :: find_reduced_strengths
+      procedure :: reduced_strengths
       procedure :: check_and_derive
       procedure, private :: last_closure
    end type barton_bandis_type
@@ -179,13 +179,12 @@ contains
    end function strength
 
    !> Return the shear strength, divided by a reduction factor.
-   pure function find_reduced_strengths(law, joint, factor) result(strengths)
+   pure function reduced_strengths(law, factor) result(strengths)
       class(barton_bandis_type), intent(in) :: law  !< law of the joint
-      type(joint_type), intent(in) :: joint         !< input of the law
       real(wp), intent(in) :: factor                !< above 0
       type(strength_type), allocatable :: strengths(:)
 
-      strengths = [strength_type('strength_reduction', factor*joint%strength_reduction)]
-   end function find_reduced_strengths
+      strengths = [strength_type('strength_reduction', factor*law%reduction)]
+   end function reduced_strengths
 
 end module dda_barton_bandis

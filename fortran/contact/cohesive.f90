@@ -14,8 +14,7 @@
 !> dissipated energy is a function of D, g(D) = ∫ e λ(D)² dD.
 module dda_cohesive
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, strength_type, &
-      reduced_angle
+   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, strength_type
    use dda_group_values, only: unset
    use dda_material, only: joint_type
    use dda_text, only: quoted, to_text
@@ -37,10 +36,9 @@ module dda_cohesive
       logical :: exponential = .false.   !< softening is exponential; else linear
    contains
       procedure :: strength
-      procedure :: find_reduced_strengths
       procedure :: tension
       procedure :: damage
-      procedure :: dissipated
+      procedure :: acting_damage
       procedure :: bond_energy
       procedure :: check_and_derive
    end type cohesive_type
@@ -54,7 +52,8 @@ module dda_cohesive
 
 contains
 
-   !> Create the law of a joint material, but do not set its stiffness.
+   !> Create the law of a joint material, but do not set its stiffness.  All strengths and energies
+   !> are reduced by the same factor, so openings and slips at failure do not change.
    pure type(cohesive_type) function new_cohesive(joint) result(law)
       type(joint_type), intent(in) :: joint  !< checked input
 
@@ -65,6 +64,11 @@ contains
       law%law_columns(:2) = [column_type('fracture_energy_lower', of_contact=.true.), &
          column_type('fracture_energy_upper', of_contact=.true.)]
       law%cohesive = .true.
+      law%inputs = [strength_type('friction_angle', joint%friction_angle, is_angle=.true.), &
+         strength_type('cohesion', joint%cohesion), &
+         strength_type('tensile_strength', joint%tensile_strength), &
+         strength_type('fracture_energy', joint%fracture_energy), &
+         strength_type('shear_fracture_energy', joint%shear_fracture_energy)]
       law%points = 3
    end function new_cohesive
 
@@ -117,21 +121,6 @@ contains
       strength = law%friction*max(normal_force, 0.0_wp)
    end function strength
 
-   !> Return tan φ, c, T and both fracture energies, divided by a reduction factor.
-   !> Openings and slips at failure are thus unchanged.
-   pure function find_reduced_strengths(law, joint, factor) result(strengths)
-      class(cohesive_type), intent(in) :: law  !< law of the joint
-      type(joint_type), intent(in) :: joint    !< input of the law
-      real(wp), intent(in) :: factor           !< above 0
-      type(strength_type), allocatable :: strengths(:)
-
-      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
-         strength_type('cohesion', joint%cohesion/factor), &
-         strength_type('tensile_strength', joint%tensile_strength/factor), &
-         strength_type('fracture_energy', joint%fracture_energy/factor), &
-         strength_type('shear_fracture_energy', joint%shear_fracture_energy/factor)]
-   end function find_reduced_strengths
-
    !> Return the largest tension of an undamaged bond, N/m.
    pure real(wp) function tension(law, state)  ! total
       class(cohesive_type), intent(in) :: law      !< law of the joint
@@ -159,8 +148,25 @@ contains
       damage = max(before, 1.0_wp - left/mixture%measure)
    end function damage
 
+   !> Return the damage D* that acts in a step so that the step dissipates the fracture energy.
+   pure real(wp) function acting_damage(law, opening, slip, before) result(acting)
+      class(cohesive_type), intent(in) :: law         !< law of the joint
+      real(wp), intent(in) :: opening(2), slip(2)     !< values at the start and end of the step, m
+      real(wp), intent(in) :: before                  !< damage at the start of the step
+      real(wp) :: after, energy(2), surplus
+
+      acting = before
+      after = law%damage(opening(2), slip(2), before)
+      if (.not. after > before) return
+      energy = [law%bond_energy(opening(1), slip(1)), law%bond_energy(opening(2), slip(2))]
+      surplus = energy(2)*(after - before) - dissipated_energy(law, opening(2), slip(2), before, &
+         after)
+      if (energy(2) > energy(1)) acting = before + max(0.0_wp, min(after - before, &
+         surplus/(energy(2) - energy(1))))
+   end function acting_damage
+
    !> Return the fracture energy, N/m, dissipated by growing damage in the mode of opening and slip.
-   pure real(wp) function dissipated(law, opening, slip, from, to)
+   pure real(wp) function dissipated_energy(law, opening, slip, from, to) result(dissipated)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
       real(wp), intent(in) :: from, to         !< damage before and after
@@ -171,7 +177,7 @@ contains
       mixture = mixed_mode(law, opening, slip)
       dissipated = mixture%onset*(dissipated_fraction(law, mixture%ultimate, to) &
          - dissipated_fraction(law, mixture%ultimate, from))
-   end function dissipated
+   end function dissipated_energy
 
    !> Return the energy of the bond minus the energy of the parallel contact without friction, N/m.
    pure real(wp) function bond_energy(law, opening, slip) result(energy)

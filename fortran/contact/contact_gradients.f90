@@ -6,11 +6,10 @@
 module dda_contact_gradients
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
-   use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
    implicit none
    private
-   public :: rows_type, acting_rows, add_assumed_forces, assumed_forces, find_rows, &
-      measure_contacts, measure_range, motion_in_step, relative_motion, set_gradient
+   public :: rows_type, acting_rows, add_assumed_forces, assumed_forces, find_rows, measure_range, &
+      motion_in_step, relative_motion, set_gradient
 
    !> Gradients of gap and slip of a contact in the coordinates q of its two blocks.
    type :: rows_type
@@ -66,22 +65,6 @@ contains
          rows%normal_e = rows%normal_e - rise*rows%shear_e
       end associate
    end subroutine acting_rows
-
-   !> Compute gap and slip of all contacts at d.
-   subroutine measure_contacts(contacts, d)
-      type(contacts_type), intent(inout) :: contacts  !< contacts of this step
-      real(wp), intent(in), contiguous :: d(:,:)  !< [6,blocks] increments of the coordinates
-      integer :: p
-
-      if (contacts%n < parallel_from) then
-         call measure_range(contacts, d, 1, contacts%n)
-         return
-      end if
-      !$omp parallel do schedule(static)
-      do p = 1, pieces(contacts%n)
-         call measure_range(contacts, d, first_of(p, contacts%n), last_of(p, contacts%n))
-      end do
-   end subroutine measure_contacts
 
    !> Compute gap and slip of contacts first … last.
    pure subroutine measure_range(contacts, d, first, last)

@@ -8,8 +8,8 @@
 !> its value at the start of a step, sτ = τ_m − (τ_m − sτ_0) exp[−k_s|Δu|/(τ_m (1 − r))].
 module dda_continuously_yielding
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, reduced_angle, &
-      slip_path, strength_type
+   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, slip_path, &
+      strength_type
    use dda_material, only: joint_type
    use dda_text, only: to_text
    implicit none
@@ -28,7 +28,6 @@ module dda_continuously_yielding
       real(wp) :: roughness = 1.0_wp  !< R, m
    contains
       procedure :: strength
-      procedure :: find_reduced_strengths
       procedure :: flow => slip_curve
       procedure :: state_after_slip
       procedure :: check_and_derive
@@ -45,6 +44,8 @@ contains
       law%roughness = joint%roughness
       law%law_columns(:2) = [column_type('reversal'), column_type('slip_direction')]
       law%has_slip_curve = .true.
+      law%inputs = [strength_type('friction_angle', joint%friction_angle, is_angle=.true.), &
+         strength_type('initial_friction_angle', joint%initial_friction_angle, is_angle=.true.)]
    end function new_continuously_yielding
 
    !> Check that the strength decreases with damage.
@@ -78,18 +79,6 @@ contains
 
       strength = tan(angle(law, state))*max(normal_force, 0.0_wp)
    end function strength
-
-   !> Return tan φ and tan φ_m0, divided by a reduction factor.
-   pure function find_reduced_strengths(law, joint, factor) result(strengths)
-      class(continuously_yielding_type), intent(in) :: law  !< law of the joint
-      type(joint_type), intent(in) :: joint                 !< input of the law
-      real(wp), intent(in) :: factor                        !< above 0
-      type(strength_type), allocatable :: strengths(:)
-
-      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
-         strength_type('initial_friction_angle', &
-         reduced_angle(joint%initial_friction_angle, factor))]
-   end function find_reduced_strengths
 
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine slip_curve(law, state, normal_force, stretch, shear_force, tangent)

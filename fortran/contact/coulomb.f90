@@ -8,8 +8,7 @@
 module dda_coulomb
    use dda_kinds, only: wp, pi
    use dda_contact, only: contact_open, contact_slide, contact_stick
-   use dda_joint_law, only: joint_law_type, joint_state_type, response_type, strength_type, &
-      reduced_angle, weakened
+   use dda_joint_law, only: joint_law_type, joint_state_type, response_type, strength_type, weakened
    use dda_material, only: joint_type
    implicit none
    private
@@ -22,7 +21,6 @@ module dda_coulomb
       real(wp) :: tensile = 0.0_wp    !< tensile strength before the bond breaks, Pa
    contains
       procedure :: strength
-      procedure :: find_reduced_strengths
       procedure :: tension
    end type coulomb_type
 
@@ -47,6 +45,9 @@ contains
       law%cohesion = joint%cohesion
       law%tensile = joint%tensile_strength
       law%brittle = max(joint%cohesion, joint%tensile_strength) > 0.0_wp
+      law%inputs = [strength_type('friction_angle', joint%friction_angle, is_angle=.true.), &
+         strength_type('cohesion', joint%cohesion), &
+         strength_type('tensile_strength', joint%tensile_strength)]
    end function new_coulomb
 
    !> Return the largest shear force, N/m.
@@ -58,18 +59,6 @@ contains
       strength = law%friction*max(normal_force, 0.0_wp) &
          + (1.0_wp - state%memory(weakened))*law%cohesion*state%length
    end function strength
-
-   !> Return tan φ, c and T, divided by a reduction factor.
-   pure function find_reduced_strengths(law, joint, factor) result(strengths)
-      class(coulomb_type), intent(in) :: law  !< law of the joint
-      type(joint_type), intent(in) :: joint   !< input of the law
-      real(wp), intent(in) :: factor          !< above 0
-      type(strength_type), allocatable :: strengths(:)
-
-      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
-         strength_type('cohesion', joint%cohesion/factor), &
-         strength_type('tensile_strength', joint%tensile_strength/factor)]
-   end function find_reduced_strengths
 
    !> Return the largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total

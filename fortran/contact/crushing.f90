@@ -29,7 +29,6 @@ module dda_crushing
       procedure :: stored
       procedure :: state_after_slip
       procedure :: lift
-      procedure :: find_reduced_strengths
       procedure, private :: limit
    end type crushing_type
 
@@ -46,6 +45,9 @@ contains
       law%law_columns(1) = column_type('crushed')
       law%curved = .true.
       law%crushes = .true.
+      law%inputs = [law%inputs, strength_type('crushing_strength', joint%crushing_strength)]
+      if (joint%crushing_energy /= unset) law%inputs = [law%inputs, &
+         strength_type('crushing_energy', joint%crushing_energy)]
       law%points = 17
    end function new_crushing
 
@@ -118,18 +120,5 @@ contains
 
       lift = -state%memory(crushed)
    end function lift
-
-   !> Return tan φ, c, T, σ_c and G_c, divided by a factor; plastic closure at failure is unchanged.
-   pure function find_reduced_strengths(law, joint, factor) result(strengths)
-      class(crushing_type), intent(in) :: law  !< law of the joint
-      type(joint_type), intent(in) :: joint    !< input of the law
-      real(wp), intent(in) :: factor           !< above 0
-      type(strength_type), allocatable :: strengths(:)
-
-      strengths = [law%coulomb_type%find_reduced_strengths(joint, factor), &
-         strength_type('crushing_strength', joint%crushing_strength/factor)]
-      if (joint%crushing_energy /= unset) strengths = [strengths, &
-         strength_type('crushing_energy', joint%crushing_energy/factor)]
-   end function find_reduced_strengths
 
 end module dda_crushing

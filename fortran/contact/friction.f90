@@ -10,10 +10,10 @@ module dda_friction
    use dda_contact, only: contacts_type, contact_open, contact_slide, is_carried, is_struck
    use dda_coulomb, only: coulomb_contact_type, respond
    use dda_joint_bond, only: add_bond, bond_after, is_cohesive, slider_stretch
-   use dda_joint_contact, only: acts_before_end, assumed_state, directed_state, frozen_friction, &
-      joint_bound, joint_response, joint_slide, limit_friction, store_state, state_of, &
-      opens_at_centre, slip_lifts
-   use dda_joint_law, only: add_columns, column_type, response_type, shared, weakened
+   use dda_joint_contact, only: assumed_state, frozen_friction, joint_bound, joint_response, &
+      joint_slide, limit_friction, store_state, state_of
+   use dda_joint_law, only: add_columns, column_type, joint_state_type, response_type, shared, &
+      weakened
    use dda_joint_laws, only: law_slot_type, create_joint_law
    use dda_material, only: joint_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -165,7 +165,7 @@ contains
       at = acting(contacts, laws, c, [gap, stretch])
       if (.not. laws%plain) then
          associate (law => laws%slot(contacts%joint(c))%law)
-            response = joint_response(contacts, law, c, at(1), at(2))
+            response = joint_response(law, state_of(contacts, law, c), at(1), at(2))
             if (is_cohesive(contacts, law, c)) call add_bond(contacts, law, c, laws%theta, gap, &
                stretch, response)
          end associate
@@ -192,9 +192,11 @@ contains
       if (laws%plain) then
          bound = laws%friction(contacts%joint(c))*max(0.0_wp, contacts%normal_force(c))
       else
-         call joint_bound(contacts, laws%slot(contacts%joint(c))%law, c, acting(contacts, laws, &
-            c, [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]), bound, lifting, &
-            difference)
+         associate (law => laws%slot(contacts%joint(c))%law)
+            call joint_bound(law, state_of(contacts, law, c), contacts%shear_force(c), &
+               acting(contacts, laws, c, [contacts%new_gap(c), contacts%stretch(c) &
+               + contacts%slip(c)]), bound, lifting, difference)
+         end associate
       end if
    end subroutine find_bound
 
@@ -203,12 +205,14 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step, with frozen bounds
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
+      type(joint_state_type) :: state
 
       bound = contacts%frozen_bound(c)
       if (laws%plain) return
       associate (law => laws%slot(contacts%joint(c))%law)
-         bound = frozen_friction(contacts, law, c, directed_state(contacts, law, c, &
-            assumed_state(contacts, law, c), contacts%slide_force(c)))
+         state = assumed_state(law, state_of(contacts, law, c))
+         state%slip_sign = sign(1.0_wp, contacts%slide_force(c))
+         bound = frozen_friction(law, state)
          if (law%has_slip_curve) bound = huge(bound)  ! the line of the curve applies at any force
       end associate
    end function frozen_bound_of
@@ -259,15 +263,17 @@ contains
       end associate
    end function same_branch
 
-   !> .true. if contact c acts at t₀ + θΔt, θ < 1: it is bonded and its law permits this.
+   !> .true. if contact c acts at t₀ + θΔt, θ < 1: it is bonded and cannot slip or crush.
    elemental logical function acts_at_theta(contacts, laws, c) result(acts)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c         !< number of the contact
 
       acts = contacts%bonded(c) .and. laws%theta < 1.0_wp
-      if (acts .and. .not. laws%plain) &
-         acts = acts_before_end(contacts, laws%slot(contacts%joint(c))%law, c)
+      if (laws%plain .or. .not. acts) return
+      associate (law => laws%slot(contacts%joint(c))%law)
+         acts = law%brittle .and. .not. law%crushes .and. contacts%memory(weakened, c) < 1.0_wp
+      end associate
    end function acts_at_theta
 
    !> Return the shear stiffness of contact c, N/m.
@@ -395,10 +401,11 @@ contains
       associate (law => laws%slot(contacts%joint(c))%law)
          slip_counts = contacts%trial_state(c) == contact_slide .or. &
             (law%has_slip_curve .and. contacts%trial_state(c) /= contact_open)
-         if (slip_counts .and. law%dilates) slip_counts = slip_lifts(contacts, law, c)
+         if (slip_counts .and. law%dilates) slip_counts = contacts%was_closed(c)
          if (slip_counts .or. .not. contacts%with_net_slip) return
-         slip_counts = contacts%trial_past_centre(c)
-         if (.not. slip_counts) slip_counts = opens_at_centre(contacts, law, c)
+         ! A contact may open while slip returns to zero net slip.
+         slip_counts = contacts%trial_past_centre(c) .or. (law%has_centre .and. &
+            contacts%was_closed(c) .and. contacts%trial_state(c) == contact_open)
       end associate
    end function slip_counts
 

@@ -73,9 +73,9 @@ contains
       call transfer_unmatched(new, old, history, same_edge=.true.)
       call transfer_unmatched(new, old, history, same_edge=.false.)
       call subtract_offsets(new, history)
-      if (force_remains(old, history)) call transfer_forces(new, old, history)
+      call transfer_forces(new, old, history)
       call clear_index(history, old)
-      if (has_started) call reject_deep_contacts(new, history)
+      if (has_started) call drop_deep_contacts(new, history)
    end subroutine inherit
 
    !> Copy histories of contacts with the same position in both lists, and initialise the others.
@@ -351,21 +351,6 @@ contains
          distance - pressed)
    end function transferred_offset
 
-   !> .true. if an old contact without a successor was still in compression.
-   pure logical function force_remains(old, history)
-      type(contacts_type), intent(in) :: old     !< list of the last step
-      type(history_type), intent(in) :: history  !< index of the unmatched contacts
-      integer :: k, c
-
-      force_remains = .false.
-      do k = 1, history%n_unmatched
-         c = history%unmatched(k)
-         if (c > old%n) exit
-         force_remains = force_remains .or. (.not. history%transferred(c) .and. &
-            old%new_gap(c) < 0.0_wp)
-      end do
-   end function force_remains
-
    !> Transfer the force of old contacts without a successor to another contact of the same vertex.
    !> Both have the same direction.  For example, a vertex slides across the joint of two blocks.
    subroutine transfer_forces(new, old, history)
@@ -389,25 +374,10 @@ contains
       end do
    end subroutine transfer_forces
 
-   !> Reject new contacts whose penetration exceeds the displacement in a step.
+   !> Remove new contacts whose penetration exceeds the displacement in a step.
    !> Their vertices were already inside the block and are now near another edge of the block.
-   subroutine reject_deep_contacts(new, history)
-      type(contacts_type), intent(inout) :: new     !< list with history
-      type(history_type), intent(inout) :: history  !< index of the unmatched contacts
-      integer :: k, c
-
-      do k = 1, history%n_unmatched
-         c = history%unmatched(k)
-         if (c > new%n) exit
-         if (history%matched(c) .or. .not. new%offset(c) < -history%max_penetration) cycle
-         if (is_point(new, c)) cycle  ! points inherit a history from neighbours
-         call drop_rejected(new, history)
-         exit
-      end do
-   end subroutine reject_deep_contacts
-
-   !> Remove the rejected contacts from the list.
-   subroutine drop_rejected(new, history)
+   !> Points remain, because they inherit a history from neighbours.
+   subroutine drop_deep_contacts(new, history)
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< `matched` is compacted too
       logical :: keep(new%n)
@@ -417,9 +387,10 @@ contains
          keep(c) = history%matched(c) .or. new%offset(c) >= -history%max_penetration .or. &
             is_point(new, c)
       end do
+      if (all(keep)) return
       history%matched(:count(keep)) = pack(history%matched(:new%n), keep)
       call filter_contacts(new, keep)
-   end subroutine drop_rejected
+   end subroutine drop_deep_contacts
 
    !> Find the old contact without a successor whose force passes to penetrating contact c; 0: none.
    !> Both contacts have the same vertex and direction.

@@ -9,7 +9,7 @@
 module dda_joint_bond
    use dda_kinds, only: wp
    use dda_contact, only: contacts_type
-   use dda_cohesive, only: dissipation_bounds
+   use dda_cohesive, only: cohesive_type, dissipation_bounds
    use dda_joint_contact, only: state_of
    use dda_joint_law, only: joint_law_type, joint_state_type, net_slip, response_type, slip_path, &
       weakened
@@ -30,14 +30,11 @@ contains
    end function is_cohesive
 
    !> Return the normal and shear stiffness of an undamaged bond, N/m.
-   pure function bond_springs(contacts, law, c) result(springs)
-      type(contacts_type), intent(in) :: contacts  !< list with joint laws
+   pure function bond_springs(law, state) result(springs)
       class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
+      type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp) :: springs(2)
-      type(joint_state_type) :: state
 
-      state = state_of(contacts, law, c)
       springs = [law%initial_spring(state), law%shear_spring(state)]
    end function bond_springs
 
@@ -52,7 +49,7 @@ contains
       real(wp) :: forces(2)
 
       associate (slip => stretch - contacts%stretch(c), acting => contacts%acting_damage(c))
-         forces = bond_springs(contacts, law, c)*[-contacts%gap(c) - theta*(gap &
+         forces = bond_springs(law, state_of(contacts, law, c))*[-contacts%gap(c) - theta*(gap &
             - contacts%gap(c)), contacts%memory(net_slip, c) + contacts%stretch(c) + theta*slip]
          response%normal_force = acting*response%normal_force + (1.0_wp - acting)*forces(1)
          response%shear_force = acting*response%slider + (1.0_wp - acting)*forces(2)
@@ -67,7 +64,8 @@ contains
       real(wp), intent(in) :: theta                 !< θ, 0 … 1: bonds act at t₀ + θΔt
       real(wp), intent(inout) :: springs(2), forces(2)  !< normal and shear value, N/m
 
-      associate (acting => contacts%acting_damage(c), bond => bond_springs(contacts, law, c))
+      associate (acting => contacts%acting_damage(c), &
+         bond => bond_springs(law, state_of(contacts, law, c)))
          springs = acting*springs + (1.0_wp - acting)*theta*bond
          forces = acting*forces + (1.0_wp - acting)*bond*[-contacts%gap(c), &
             contacts%memory(net_slip, c) + contacts%stretch(c)]
@@ -93,70 +91,63 @@ contains
          - (slider_stretch(contacts, law, c) - contacts%stretch(c))
    end function new_slip
 
-   !> Return the damage of contact c at the end of the step.
-   pure real(wp) function new_damage(contacts, law, c) result(damage)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
-      class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
-
-      damage = law%damage(contacts%new_gap(c), new_slip(contacts, law, c), &
-         max(contacts%memory(weakened, c), contacts%acting_damage(c)))
-   end function new_damage
-
    !> Return the damage D* of contact c that dissipates the fracture energy at the solution.
    pure real(wp) function energy_consistent_damage(contacts, law, c) result(acting_damage)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step with trial forces
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
-      real(wp) :: damage, slip, energy(2), surplus
 
-      slip = new_slip(contacts, law, c)
-      associate (before => contacts%memory(weakened, c), opening => contacts%new_gap(c))
-         damage = law%damage(opening, slip, before)
-         acting_damage = before
-         if (.not. damage > before) return
-         energy = [law%bond_energy(contacts%gap(c), contacts%memory(net_slip, c)), &
-            law%bond_energy(opening, slip)]
-         surplus = energy(2)*(damage - before) - law%dissipated(opening, slip, before, damage)
-         if (energy(2) > energy(1)) acting_damage = before + max(0.0_wp, min(damage - before, &
-            surplus/(energy(2) - energy(1))))
-      end associate
+      acting_damage = contacts%memory(weakened, c)
+      select type (law)
+      class is (cohesive_type)
+         acting_damage = law%acting_damage([contacts%gap(c), contacts%new_gap(c)], &
+            [contacts%memory(net_slip, c), new_slip(contacts, law, c)], acting_damage)
+      end select
    end function energy_consistent_damage
 
    !> Return the dissipation of contact c in the converged step by friction and by fracture, J/m.
-   pure function bond_losses(contacts, law, c) result(losses)
+   pure function bond_losses(contacts, law, c, after) result(losses)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
-      real(wp) :: losses(2), springs(2), slip, rise(2)
+      type(joint_state_type), intent(in) :: after  !< state after the step
+      real(wp) :: losses(2), rise(2)
 
-      springs = bond_springs(contacts, law, c)
-      slip = new_slip(contacts, law, c)
-      associate (acting => contacts%acting_damage(c), before => contacts%memory(net_slip, c))
-         rise = [acting - contacts%memory(weakened, c), new_damage(contacts, law, c) - acting]
-         losses(1) = acting*contacts%slider(c)*(slip - before) + springs(2)*(rise(1)*before &
-            *contacts%stretch(c) + rise(2)*slip*slider_stretch(contacts, law, c))
-         losses(2) = contacts%length(c)*(rise(1)*law%bond_energy(contacts%gap(c), before) &
-            + rise(2)*law%bond_energy(contacts%new_gap(c), slip))
-      end associate
+      losses = 0.0_wp
+      select type (law)
+      class is (cohesive_type)
+         associate (acting => contacts%acting_damage(c), before => contacts%memory(net_slip, c), &
+            slip => after%memory(net_slip))
+            rise = [acting - contacts%memory(weakened, c), after%memory(weakened) - acting]
+            losses(1) = acting*contacts%slider(c)*(slip - before) + law%shear_spring(after) &
+               *(rise(1)*before*contacts%stretch(c) + rise(2)*slip*slider_stretch(contacts, law, c))
+            losses(2) = contacts%length(c)*(rise(1)*law%bond_energy(contacts%gap(c), before) &
+               + rise(2)*law%bond_energy(contacts%new_gap(c), slip))
+         end associate
+      end select
    end function bond_losses
 
    !> Return the state of contact c after the converged step.
-   pure type(joint_state_type) function bond_after(contacts, law, c) result(state)
+   pure type(joint_state_type) function bond_after(contacts, law, c) result(after)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
+      real(wp) :: energies(2)
 
-      state = state_of(contacts, law, c)
-      state%memory(net_slip) = new_slip(contacts, law, c)
-      state%memory(slip_path) = state%memory(slip_path) &
-         + abs(state%memory(net_slip) - contacts%memory(net_slip, c))
-      state%memory(weakened) = new_damage(contacts, law, c)
-      state%memory(dissipation_bounds) = state%memory(dissipation_bounds) &
-         + (state%memory(weakened) &
-         - contacts%memory(weakened, c)) &
-         *[law%bond_energy(contacts%gap(c), contacts%memory(net_slip, c)), &
-         law%bond_energy(contacts%new_gap(c), state%memory(net_slip))]
+      after = state_of(contacts, law, c)
+      select type (law)
+      class is (cohesive_type)
+         associate (slip => after%memory(net_slip), before => contacts%memory(net_slip, c), &
+            damage => after%memory(weakened))
+            slip = new_slip(contacts, law, c)
+            after%memory(slip_path) = after%memory(slip_path) + abs(slip - before)
+            damage = law%damage(contacts%new_gap(c), slip, max(damage, contacts%acting_damage(c)))
+            energies = [law%bond_energy(contacts%gap(c), before), &
+               law%bond_energy(contacts%new_gap(c), slip)]
+            after%memory(dissipation_bounds) = after%memory(dissipation_bounds) &
+               + (damage - contacts%memory(weakened, c))*energies
+         end associate
+      end select
    end function bond_after
 
 end module dda_joint_bond

@@ -10,10 +10,9 @@ module dda_joint_contact
    use dda_joint_law, only: joint_law_type, joint_state_type, net_slip, response_type, weakened
    implicit none
    private
-   public :: state_of, assumed_state, store_state, joint_response, acts_before_end, closure_of, &
-      linearise_normal, linearise_shear, line_of, tilt_line, joint_bound, directed_state, &
-      frozen_friction, joint_slide, limit_friction, joint_energy, centre_shift, opens_at_centre, &
-      slip_lifts, most_closings
+   public :: state_of, assumed_state, store_state, joint_response, linearise_normal, &
+      linearise_shear, line_of, tilt_line, joint_bound, frozen_friction, joint_slide, &
+      limit_friction, joint_energy, start_energy, centre_shift, most_closings
 
    integer, parameter :: most_closings = 8 !< after more closings in a step, contacts first slide
    !> first assumed force over initial spring force
@@ -21,16 +20,26 @@ module dda_joint_contact
 
 contains
 
-   !> Read the memory of contact c.
+   !> Return the state of contact c at the start of the step, with its frozen quantities.
+   !> There is no lift in the step in which c closes, because the normal force would jump.
    pure type(joint_state_type) function state_of(contacts, law, c) result(state)
       type(contacts_type), intent(in) :: contacts  !< list with joint laws
       class(joint_law_type), intent(in) :: law     !< law of the contact
       integer, intent(in) :: c                     !< number of the contact
 
       state = joint_state_type(contacts%length(c), contacts%stiffness_fraction(c), &
+         bonded=contacts%bonded(c), was_closed=contacts%was_closed(c), &
+         lifts=law%dilates .and. contacts%was_closed(c), close_count=contacts%close_count(c), &
          stretch=contacts%stretch(c), time_step=contacts%time_step, &
          normal_force=contacts%normal_force(c), closure=-contacts%new_gap(c))
       state%memory(:law%columns) = contacts%memory(law%row(:law%columns), c)
+      if (contacts%with_net_slip) state%past_centre = contacts%past_centre(c)
+      if (.not. allocated(contacts%frozen_bound)) return
+      state%frozen_bound = contacts%frozen_bound(c)
+      if (.not. state%lifts) return
+      state%frozen = state%frozen_bound
+      if (state%bonded) state%frozen = max(state%frozen, tiny(1.0_wp))  ! cohesion in tension
+      state%lifting = contacts%frozen_lifting(c)
    end function state_of
 
    !> Store the memory of contact c.
@@ -43,25 +52,23 @@ contains
       contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
    end subroutine store_state
 
-   !> Return the state of contact c at the start of the step, or at zero net slip if slip passes it.
-   pure type(joint_state_type) function assumed_state(contacts, law, c) result(state)
-      type(contacts_type), intent(in) :: contacts  !< list with joint laws
+   !> Return the state from which slip is assumed to start: a contact that is assumed to pass zero net
+   !> slip has slipped back to it.
+   pure type(joint_state_type) function assumed_state(law, state) result(start)
       class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
 
-      state = state_of(contacts, law, c)
-      if (starts_at_centre(contacts, c)) state = law%state_after_slip(state, &
-         -state%memory(net_slip), 0.0_wp)
+      start = state
+      if (state%past_centre) start = state_at_centre(law, state)
    end function assumed_state
 
-   !> .true. if contact c is assumed to slip back to zero net slip before it slips further.
-   pure logical function starts_at_centre(contacts, c)
-      type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      integer, intent(in) :: c                     !< number of the contact
+   !> Return the state after slip back to zero net slip.
+   pure type(joint_state_type) function state_at_centre(law, state) result(centre)
+      class(joint_law_type), intent(in) :: law     !< law of the contact
+      type(joint_state_type), intent(in) :: state  !< state at the start of the step
 
-      starts_at_centre = contacts%with_net_slip
-      if (starts_at_centre) starts_at_centre = contacts%past_centre(c)
-   end function starts_at_centre
+      centre = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
+   end function state_at_centre
 
    !> Return the stretch that contact c loses by slip back to zero net slip, m.
    pure real(wp) function centre_shift(contacts, c) result(shift)
@@ -69,95 +76,36 @@ contains
       integer, intent(in) :: c                     !< number of the contact
 
       shift = 0.0_wp
-      if (starts_at_centre(contacts, c)) shift = contacts%memory(net_slip, c)
+      if (.not. contacts%with_net_slip) return
+      if (contacts%past_centre(c)) shift = contacts%memory(net_slip, c)
    end function centre_shift
 
-   !> .true. if contact c acts at t₀ + θΔt: it is bonded and cannot slip or crush.
-   pure logical function acts_before_end(contacts, law, c)
-      type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
-
-      acts_before_end = law%brittle .and. .not. law%crushes .and. &
-         contacts%memory(weakened, c) < 1.0_wp
-   end function acts_before_end
-
-   !> Return the closure of contact c at a gap, m, with the lift at the start of the step.
-   pure real(wp) function closure_of(contacts, law, c, gap) result(closure)
-      type(contacts_type), intent(in) :: contacts  !< list with joint laws
-      class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
-      real(wp), intent(in) :: gap                  !< m
-
-      closure = -gap
-      if (law%dilates .or. law%crushes) closure = law%lift(state_of(contacts, law, c)) - gap
-   end function closure_of
-
-   !> .true. if slip in this step lifts contact c.
-   !> There is no lift in the step in which c closes, because the normal force would jump.
-   pure logical function slip_lifts(contacts, law, c)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
-
-      slip_lifts = law%dilates
-      if (slip_lifts) slip_lifts = contacts%was_closed(c)
-   end function slip_lifts
-
-   !> .true. if contact c has opened in this step while slip returns to zero net slip.
-   pure logical function opens_at_centre(contacts, law, c)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step with their solution
-      class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
-
-      opens_at_centre = law%has_centre .and. contacts%trial_state(c) == contact_open
-      if (opens_at_centre) opens_at_centre = contacts%was_closed(c)
-   end function opens_at_centre
-
    !> Compute the forces for a gap and a trial stretch at the instant at which the contact acts.
-   pure type(response_type) function joint_response(contacts, law, c, gap, stretch) &
-      result(response)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
+   !> Frozen friction acts from zero net slip, if slip has passed it.
+   pure type(response_type) function joint_response(law, start, gap, stretch) result(response)
       class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
+      type(joint_state_type), intent(in) :: start  !< state at the start of the step
       real(wp), intent(in) :: gap, stretch         !< m
-      type(joint_state_type) :: state
-      logical :: breaks_first, dilates
+      type(joint_state_type) :: state, sliding
+      logical :: breaks_first
 
-      state = directed_state(contacts, law, c, state_of(contacts, law, c), stretch)
-      state%slip_sign = slip_direction(law, state, closure_of(contacts, law, c, gap), stretch)
-      dilates = slip_lifts(contacts, law, c)
-      call find_forces(contacts, law, c, state, gap, stretch, breaks_first, response)
-      if (allocated(contacts%frozen_bound) .and. .not. (breaks_first .or. (dilates .and. &
+      state = start
+      state%slip_sign = slip_direction(law, state, law%lift(state) - gap, stretch)
+      call find_forces(law, state, gap, stretch, breaks_first, response)
+      if (state%frozen_bound >= 0.0_wp .and. .not. (breaks_first .or. (state%lifts .and. &
          response%state /= contact_open))) then
          if (law%has_slip_curve) then
-            call apply_slip_curve(law, state, contacts%frozen_bound(c), stretch, response)
+            call apply_slip_curve(law, state, state%frozen_bound, stretch, response)
          else
-            call drag(contacts, law, c, state, stretch, response)
+            sliding = sliding_state(law, state, response%past_centre, state%slip_sign)
+            call limit_friction(response, frozen_friction(law, sliding), law%shear_spring(state) &
+               *merge(stretch + state%memory(net_slip), stretch, response%past_centre))
          end if
       end if
       response%slider = response%shear_force
       if (.not. law%cohesive .and. response%state /= contact_open) &
-         response%strength_ratio = overload(contacts, law, c, state, response, breaks_first)
+         response%strength_ratio = overload(law, state, response, breaks_first)
    end function joint_response
-
-   !> Return the state of contact c for slip in the direction of a stretch, with the frozen force.
-   pure type(joint_state_type) function directed_state(contacts, law, c, start, stretch) &
-      result(state)
-      type(contacts_type), intent(in) :: contacts   !< contacts of this step
-      class(joint_law_type), intent(in) :: law      !< law of the contact
-      integer, intent(in) :: c                      !< number of the contact
-      type(joint_state_type), intent(in) :: start   !< state at the start of the step
-      real(wp), intent(in) :: stretch               !< its sign is the direction of slip
-
-      state = start
-      state%slip_sign = sign(1.0_wp, stretch)
-      if (.not. allocated(contacts%frozen_bound)) return
-      if (.not. slip_lifts(contacts, law, c)) return
-      state%frozen = contacts%frozen_bound(c)
-      if (contacts%bonded(c)) state%frozen = max(state%frozen, tiny(1.0_wp))  ! cohesion in tension
-      state%lifting = contacts%frozen_lifting(c)
-   end function directed_state
 
    !> Return the direction of slip at a stretch, which is usually its sign.
    !>
@@ -178,37 +126,14 @@ contains
       if (law%shear_spring(state)*abs(stretch) < -limit) direction = -direction
    end function slip_direction
 
-   !> Return the frozen friction of contact c without the part due to dilation, N/m.
-   pure real(wp) function frozen_friction(contacts, law, c, state) result(friction)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, with frozen bounds
+   !> Return the frozen friction without the part due to dilation, N/m.
+   pure real(wp) function frozen_friction(law, state) result(friction)
       class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
       type(joint_state_type), intent(in) :: state  !< state with the direction of slip
 
-      friction = contacts%frozen_bound(c)
-      if (slip_lifts(contacts, law, c)) friction = friction_without_rise(law, state)
+      friction = state%frozen_bound
+      if (state%lifts) friction = friction_without_rise(law, state)
    end function frozen_friction
-
-   !> Apply frozen friction to contact c; it may have slipped beyond zero net slip.
-   pure subroutine drag(contacts, law, c, start, stretch, response)
-      type(contacts_type), intent(in) :: contacts     !< contacts of this step
-      class(joint_law_type), intent(in) :: law        !< law of the contact
-      integer, intent(in) :: c                        !< number of the contact
-      type(joint_state_type), intent(in) :: start     !< state with the direction of slip
-      real(wp), intent(in) :: stretch                 !< stretch of the shear spring without slip, m
-      type(response_type), intent(inout) :: response  !< response with the normal force
-      type(joint_state_type) :: state
-      real(wp) :: elastic
-
-      state = start
-      elastic = stretch
-      if (response%past_centre) then
-         state = law%state_after_slip(start, -start%memory(net_slip), 0.0_wp)
-         elastic = stretch + start%memory(net_slip)
-      end if
-      call limit_friction(response, frozen_friction(contacts, law, c, state), &
-         law%shear_spring(state)*elastic)
-   end subroutine drag
 
    !> Find the frozen quantities of contact c for the next pass, from the solution of the last one:
    !> the largest friction, and the fraction of slip that lifts.
@@ -220,10 +145,10 @@ contains
    !>
    !> The lift of this fraction, distributed over the whole slip, is the lift by the law.  With a
    !> constant fraction the energy of the step is convex, also in the step in which dilation ends.
-   pure subroutine joint_bound(contacts, law, c, at, bound, lifting, difference)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, solved
+   pure subroutine joint_bound(law, start, shear_force, at, bound, lifting, difference)
       class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
+      type(joint_state_type), intent(in) :: start  !< state of the contact, solved
+      real(wp), intent(in) :: shear_force          !< shear force of the solution, N/m
       real(wp), intent(in) :: at(2)                !< gap and stretch, m
       real(wp), intent(out) :: bound               !< N/m
       real(wp), intent(out) :: lifting             !< 0 … 1
@@ -233,35 +158,35 @@ contains
       real(wp) :: normal_force, friction
       logical :: breaks_first
 
-      state = state_of(contacts, law, c)
+      state = start
+      state%frozen = -1.0_wp
       state%slip_sign = sign(1.0_wp, at(2))
-      call find_forces(contacts, law, c, state, at(1), at(2), breaks_first, response)
+      call find_forces(law, state, at(1), at(2), breaks_first, response)
       bound = response%bound
       friction = response%bound
       lifting = 1.0_wp
       difference = 0.0_wp
-      if (.not. slip_lifts(contacts, law, c)) return
-      normal_force = max(0.0_wp, contacts%normal_force(c))
+      if (.not. state%lifts) return
+      normal_force = max(0.0_wp, state%normal_force)
       difference = max(abs(normal_force - max(0.0_wp, response%normal_force)), &
-         abs(contacts%shear_force(c) - response%shear_force))
-      state = sliding_state(contacts, law, c, response%past_centre, at(2))
+         abs(shear_force - response%shear_force))
+      state = sliding_state(law, state, response%past_centre, at(2))
       if (response%state /= contact_open .or. normal_force > 0.0_wp) &
          friction = law%strength(state, normal_force)
       lifting = law%lifting_share(state, max(0.0_wp, abs(at(2)) - friction/law%shear_spring(state)))
       bound = normal_force
    end subroutine joint_bound
 
-   !> Return the state of contact c that determines its strength and rise in the direction of slip.
-   pure type(joint_state_type) function sliding_state(contacts, law, c, past_centre, stretch) &
+   !> Return the state that determines strength and rise in the direction of slip.
+   pure type(joint_state_type) function sliding_state(law, start, past_centre, stretch) &
       result(state)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
+      type(joint_state_type), intent(in) :: start  !< state at the start of the step
       logical, intent(in) :: past_centre           !< slip has returned to zero net slip
-      real(wp), intent(in) :: stretch              !< stretch of the shear spring without slip, m
+      real(wp), intent(in) :: stretch              !< its sign is the direction of slip
 
-      state = state_of(contacts, law, c)
-      if (past_centre) state = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
+      state = start
+      if (past_centre) state = state_at_centre(law, start)
       state%slip_sign = sign(1.0_wp, stretch)
    end function sliding_state
 
@@ -292,25 +217,21 @@ contains
    end subroutine limit_friction
 
    !> Find the forces of a contact whose friction is not a curve of slip.
-   pure subroutine find_forces(contacts, law, c, state, gap, stretch, breaks_first, response)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
+   pure subroutine find_forces(law, state, gap, stretch, breaks_first, response)
       class(joint_law_type), intent(in) :: law     !< law of the contact
-      integer, intent(in) :: c                     !< number of the contact
       type(joint_state_type), intent(in) :: state  !< state of the contact
       real(wp), intent(in) :: gap, stretch         !< m
       logical, intent(out) :: breaks_first  !< the joint breaks before it slips
       type(response_type), intent(out) :: response !< state and forces
       real(wp) :: closure
-      logical :: dilates
 
       response%state = contact_open
       breaks_first = .false.
-      dilates = slip_lifts(contacts, law, c)
-      closure = closure_of(contacts, law, c, gap)
-      if (closure <= 0.0_wp .and. (law%cohesive .or. .not. contacts%bonded(c))) then
+      closure = law%lift(state) - gap
+      if (closure <= 0.0_wp .and. (law%cohesive .or. .not. state%bonded)) then
          ! With dilation, the joint remains closed while its gap grows less than the lift, also
          ! beyond zero net slip.
-         if (.not. dilates) return
+         if (.not. state%lifts) return
          if (law%shear_spring(state)*abs(stretch) <= friction_without_rise(law, state)) return
          if (.not. law%has_centre) then
             if (lifted_force(law, state, closure, abs(stretch)) <= 0.0_wp) return
@@ -318,20 +239,18 @@ contains
       end if
       ! A contact that closes in this step, or that opens and closes repeatedly, is not intact:
       ! otherwise its shear force would jump.
-      breaks_first = law%brittle .and. state%memory(weakened) < 1.0_wp .and. (contacts%bonded(c) &
-         .or. (contacts%was_closed(c) .and. contacts%close_count(c) < most_closings))
-      call set_shear_force_and_state(law, state, closure, stretch, breaks_first, dilates, response)
-      if (law%has_centre .and. dilates) call pass_centre(law, state, closure, stretch, response)
+      breaks_first = law%brittle .and. state%memory(weakened) < 1.0_wp .and. (state%bonded .or. &
+         (state%was_closed .and. state%close_count < most_closings))
+      call set_shear_force_and_state(law, state, closure, stretch, breaks_first, response)
+      if (law%has_centre .and. state%lifts) call pass_centre(law, state, closure, stretch, response)
    end subroutine find_forces
 
    !> Set the shear force, which is elastic up to the strength, and the state.
-   pure subroutine set_shear_force_and_state(law, state, closure, stretch, breaks_first, dilates, &
-      response)
+   pure subroutine set_shear_force_and_state(law, state, closure, stretch, breaks_first, response)
       class(joint_law_type), intent(in) :: law         !< law of the contact
       type(joint_state_type), intent(in) :: state      !< state of the contact
       real(wp), intent(in) :: closure, stretch         !< of the normal and shear spring, m
       logical, intent(in) :: breaks_first              !< the joint breaks before it slips
-      logical, intent(in) :: dilates                   !< slip lifts the contact
       type(response_type), intent(inout) :: response   !< response; receives state and forces
       real(wp) :: trial_shear_force
 
@@ -347,7 +266,7 @@ contains
       response%shear_force = trial_shear_force
       if (state%slip_sign*trial_shear_force > response%bound .and. .not. breaks_first) then
          response%state = contact_slide
-         if (dilates) response%normal_force = lifted_force(law, state, closure, &
+         if (state%lifts) response%normal_force = lifted_force(law, state, closure, &
             state%slip_sign*stretch)
          response%bound = available_friction(law, state, response%normal_force)
          response%shear_force = state%slip_sign*response%bound  ! a descent may drive slip
@@ -413,9 +332,9 @@ contains
       if (state%slip_sign*state%memory(net_slip) < 0.0_wp .and. &
          slip > abs(state%memory(net_slip))) then
          response%past_centre = .true.
-         centre = law%state_after_slip(state, -state%memory(net_slip), 0.0_wp)
+         centre = state_at_centre(law, state)
          call set_shear_force_and_state(law, centre, closure + law%lift(centre) - law%lift(state), &
-            stretch + state%memory(net_slip), .false., .true., response)
+            stretch + state%memory(net_slip), .false., response)
       end if
       ! With frozen friction, an open contact is still dragged beyond zero net slip.
       if (response%normal_force <= 0.0_wp) response = response_type(contact_open, &
@@ -423,10 +342,8 @@ contains
    end subroutine pass_centre
 
    !> Return the overload (force − strength)/strength of a bond or intact joint; ≤ 0: no failure.
-   pure real(wp) function overload(contacts, law, c, state, response, breaks_first)
-      type(contacts_type), intent(in) :: contacts     !< contacts of this step
+   pure real(wp) function overload(law, state, response, breaks_first)
       class(joint_law_type), intent(in) :: law        !< law of the contact
-      integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type), intent(in) :: state     !< state of the contact
       type(response_type), intent(in) :: response     !< forces of the contact
       logical, intent(in) :: breaks_first  !< the joint breaks before it slips
@@ -434,7 +351,7 @@ contains
 
       overload = 0.0_wp
       tension = law%tension(state)
-      if (contacts%bonded(c)) overload = -response%normal_force - tension
+      if (state%bonded) overload = -response%normal_force - tension
       if (breaks_first) overload = max(overload, abs(response%shear_force) - response%bound)
       overload = overload/max(tension, response%bound, tiny(1.0_wp))
    end function overload
@@ -449,15 +366,14 @@ contains
       type(joint_state_type) :: state
       real(wp) :: normal_force
 
-      state = directed_state(contacts, law, c, assumed_state(contacts, law, c), &
-         contacts%slip_sign(c))
+      state = assumed_state(law, state_of(contacts, law, c))
+      state%slip_sign = contacts%slip_sign(c)
       normal_force = contacts%line(1, c) - contacts%tangent(1, c)*gap
-      if (slip_lifts(contacts, law, c)) normal_force = law%sliding_force(state, law%lift(state) &
+      if (state%lifts) normal_force = law%sliding_force(state, law%lift(state) &
          - gap, max(0.0_wp, contacts%slip_sign(c)*(stretch + centre_shift(contacts, c))))
       friction = contacts%slip_sign(c)*law%strength(state, normal_force) &
          - contacts%tilt(1, c)*normal_force
-      if (allocated(contacts%frozen_bound)) &
-         friction = contacts%slip_sign(c)*frozen_friction(contacts, law, c, state)
+      if (state%frozen_bound >= 0.0_wp) friction = contacts%slip_sign(c)*frozen_friction(law, state)
    end function joint_slide
 
    !> Tilt the line of contact c with dilation: its normal spring acts along gap − rise × slip, in
@@ -472,12 +388,11 @@ contains
       real(wp) :: stretch
 
       contacts%tilt(1, c) = 0.0_wp
-      if (contacts%trial_state(c) /= contact_slide) return
-      if (.not. slip_lifts(contacts, law, c)) return
+      state = state_of(contacts, law, c)
+      if (contacts%trial_state(c) /= contact_slide .or. .not. state%lifts) return
       stretch = at(2) + centre_shift(contacts, c)
-      state = sliding_state(contacts, law, c, response%past_centre, slip_direction(law, &
-         directed_state(contacts, law, c, state_of(contacts, law, c), at(2)), &
-         closure_of(contacts, law, c, at(1)), at(2)))
+      state = sliding_state(law, state, response%past_centre, slip_direction(law, state, &
+         law%lift(state) - at(1), at(2)))
       associate (normal => contacts%tangent(1, c), shear => law%shear_spring(state), &
          tilt => contacts%tilt(1, c))
          if (allocated(contacts%frozen_lifting)) then
@@ -491,15 +406,14 @@ contains
    end subroutine tilt_line
 
    !> Return the tangent line of the normal force at a closure, with the lift before the step.
-   pure subroutine linearise_normal(contacts, law, c, closure, tangent, normal_free)
-      type(contacts_type), intent(in) :: contacts        !< contacts of this step
+   pure subroutine linearise_normal(law, start, closure, tangent, normal_free)
       class(joint_law_type), intent(in) :: law           !< law of the contact
-      integer, intent(in) :: c                           !< number of the contact
+      type(joint_state_type), intent(in) :: start        !< state at the start of the step
       real(wp), intent(in) :: closure                    !< m
       real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
       type(joint_state_type) :: state
 
-      state = assumed_state(contacts, law, c)
+      state = assumed_state(law, start)
       tangent = law%tangent(state, closure)
       normal_free = law%normal_force(state, closure) + tangent*(law%lift(state) - closure)
    end subroutine linearise_normal
@@ -530,24 +444,38 @@ contains
       real(wp), intent(in) :: gap                        !< gap at which the contact acts, m
       type(response_type), intent(in) :: response        !< response of the law
       real(wp), intent(out) :: tangent, normal_free      !< N/m; N = normal_free − tangent × gap
+      type(joint_state_type) :: state
       real(wp) :: closure, estimate
 
-      closure = law%lift(assumed_state(contacts, law, c)) - gap
+      state = state_of(contacts, law, c)
+      closure = law%lift(assumed_state(law, state)) - gap
       if (law%curved) then
          estimate = contacts%line(1, c) - contacts%tangent(1, c)*gap
          if (contacts%state(c) == contact_open .or. estimate <= 0.0_wp) &
-            estimate = first_force_ratio*law%initial_spring(state_of(contacts, law, c))*closure
-         if (closure > 0.0_wp) closure = min(closure, &
-            law%closure(state_of(contacts, law, c), estimate))
+            estimate = first_force_ratio*law%initial_spring(state)*closure
+         if (closure > 0.0_wp) closure = min(closure, law%closure(state, estimate))
       end if
-      call linearise_normal(contacts, law, c, max(closure, 0.0_wp), tangent, normal_free)
+      call linearise_normal(law, state, max(closure, 0.0_wp), tangent, normal_free)
       ! With frozen bounds, the line is the tangent at the solution, which reduces the energy.
       if ((response%state == contact_slide .and. law%dilates) .or. &
          (response%state /= contact_open .and. allocated(contacts%frozen_bound))) &
          normal_free = response%normal_force + tangent*gap
    end subroutine line_of
 
-   !> Return the energy of the springs of contact c, J per metre of thickness.
+   !> Return the energy of the springs of contact c at the start of the step, J per metre.
+   pure real(wp) function start_energy(contacts, law, c, closed)
+      type(contacts_type), intent(in) :: contacts  !< contacts of this step
+      class(joint_law_type), intent(in) :: law     !< law of the contact
+      integer, intent(in) :: c                     !< number of the contact
+      logical, intent(in) :: closed                !< the normal spring acts
+      type(joint_state_type) :: state
+
+      state = state_of(contacts, law, c)
+      start_energy = joint_energy(law, state, law%lift(state) - contacts%gap(c), state%stretch, &
+         closed)
+   end function start_energy
+
+   !> Return the energy of the springs of a contact, J per metre of thickness.
    pure real(wp) function joint_energy(law, state, closure, stretch, closed)
       class(joint_law_type), intent(in) :: law     !< law of the contact
       type(joint_state_type), intent(in) :: state  !< state of the contact

@@ -12,7 +12,7 @@ module dda_joint_law
    implicit none
    private
    public :: joint_law_type, joint_state_type, column_type, response_type, strength_type, &
-      reduced_angle, add_columns, shared, slip_path, weakened, net_slip
+      divided_strengths, reduced_angle, add_columns, shared, slip_path, weakened, net_slip
 
    real(wp), parameter :: steepest = 89.0_wp  !< largest friction angle of an input, degrees
 
@@ -38,7 +38,15 @@ module dda_joint_law
       real(wp) :: length     !< tributary length, m
       real(wp) :: stiffness_fraction = 1.0_wp  !< fraction of the stiffness of a contact
       real(wp) :: slip_sign = 1.0_wp  !< direction of slip, sign of the shear force
-      real(wp) :: frozen = -1.0_wp !< frozen normal force, N/m; < 0: none is frozen
+      logical :: bonded = .false.         !< the bond is intact
+      logical :: was_closed = .false.     !< the normal spring acted at the start of the step
+      logical :: lifts = .false.          !< slip in this step lifts the contact
+      logical :: past_centre = .false.    !< slip is assumed to pass zero net slip
+      integer :: close_count = 0          !< number of closings in this step's iteration
+      !> frozen friction, N/m, or frozen normal force of laws with dilation or a curve of slip; < 0:
+      !> none is frozen
+      real(wp) :: frozen_bound = -1.0_wp
+      real(wp) :: frozen = -1.0_wp !< frozen normal force if slip lifts the contact, N/m, else < 0
       real(wp) :: lifting = 1.0_wp !< with a frozen force, fraction of the slip that lifts
       real(wp) :: memory(most_law_columns + 3) = 0.0_wp  !< memory of the law for this contact
       real(wp) :: stretch = 0.0_wp       !< stretch of the shear spring at the start of the step, m
@@ -61,8 +69,9 @@ module dda_joint_law
 
    !> A variable of &joint on which the strength depends.
    type :: strength_type
-      character(len=32) :: name    !< name in the input
-      real(wp) :: value            !< value in the unit of the input
+      character(len=32) :: name      !< name in the input
+      real(wp) :: value              !< value in the unit of the input
+      logical :: is_angle = .false.  !< the strength is proportional to the tangent of the value
    end type strength_type
 
    !> A joint law with the parameters of a joint material.
@@ -79,6 +88,7 @@ module dda_joint_law
       logical :: has_slip_curve = .false.    !< the shear force is a curve of slip, see `flow`
       logical :: cohesive = .false.   !< a bond parallel to the contact is damaged gradually
       integer :: points = 2                  !< default number of contact points of an overlap
+      type(strength_type), allocatable :: inputs(:)  !< variables of &joint that set the strength
       !> further columns of the law in addition to the shared ones; unused entries have no name
       type(column_type) :: law_columns(most_law_columns) = column_type('')
       integer :: columns = 0                     !< columns of memory, including the shared ones
@@ -93,7 +103,7 @@ module dda_joint_law
       procedure :: closure => linear_closure
       procedure :: stored => linear_energy
       procedure(strength_at), deferred :: strength
-      procedure(reduced_strength), deferred :: find_reduced_strengths
+      procedure :: reduced_strengths => divided_strengths
       procedure :: tension => no_tension
       procedure :: state_after_slip => add_slip_path
       procedure :: lift => no_lift
@@ -102,9 +112,6 @@ module dda_joint_law
       procedure :: sliding_force => force_without_lift
       procedure :: flow => elastic_slip_curve
       procedure :: expected_slip => no_slip
-      procedure :: damage => same_damage
-      procedure :: dissipated => no_dissipation
-      procedure :: bond_energy => no_bond
       procedure :: check_and_derive => complete_nothing
    end type joint_law_type
 
@@ -116,15 +123,6 @@ module dda_joint_law
          type(joint_state_type), intent(in) :: state  !< state of the contact
          real(wp), intent(in) :: normal_force         !< compression positive, N/m
       end function strength_at
-
-      !> Return the strengths of a joint divided by a factor, as values of variables of &joint.
-      pure function reduced_strength(law, joint, factor) result(strengths)
-         import :: joint_law_type, joint_type, strength_type, wp
-         class(joint_law_type), intent(in) :: law  !< law of the joint
-         type(joint_type), intent(in) :: joint     !< input of the law
-         real(wp), intent(in) :: factor            !< above 0
-         type(strength_type), allocatable :: strengths(:)
-      end function reduced_strength
    end interface
 
 contains
@@ -163,8 +161,22 @@ contains
       wrong = ''
    end subroutine complete_nothing
 
+   !> Return the strengths of a joint divided by a factor, as values of variables of &joint.
+   pure function divided_strengths(law, factor) result(strengths)
+      class(joint_law_type), intent(in) :: law  !< law of the joint
+      real(wp), intent(in) :: factor            !< above 0
+      type(strength_type), allocatable :: strengths(:)
+
+      strengths = law%inputs
+      where (strengths%is_angle)
+         strengths%value = reduced_angle(strengths%value, factor)
+      elsewhere
+         strengths%value = strengths%value/factor
+      end where
+   end function divided_strengths
+
    !> Return the angle, degrees, whose tangent is tan(friction angle) divided by a factor.
-   pure real(wp) function reduced_angle(angle, factor)
+   elemental real(wp) function reduced_angle(angle, factor)
       real(wp), intent(in) :: angle   !< degrees
       real(wp), intent(in) :: factor  !< above 0
 
@@ -298,31 +310,5 @@ contains
 
       slip = 0.0_wp
    end function no_slip
-
-   !> Return the damage of a bond at an opening and a slip, never decreasing; default: unchanged.
-   pure real(wp) function same_damage(law, opening, slip, before) result(damage)
-      class(joint_law_type), intent(in) :: law  !< law of the joint
-      real(wp), intent(in) :: opening, slip     !< m
-      real(wp), intent(in) :: before            !< damage so far
-
-      damage = before
-   end function same_damage
-
-   !> Return the fracture energy dissipated between two damages, N/m; default: none.
-   pure real(wp) function no_dissipation(law, opening, slip, from, to) result(dissipated)
-      class(joint_law_type), intent(in) :: law  !< law of the joint
-      real(wp), intent(in) :: opening, slip     !< m
-      real(wp), intent(in) :: from, to          !< damage
-
-      dissipated = 0.0_wp
-   end function no_dissipation
-
-   !> Return the energy of a bond minus that of the parallel contact, N/m; default: none.
-   pure real(wp) function no_bond(law, opening, slip) result(energy)
-      class(joint_law_type), intent(in) :: law  !< law of the joint
-      real(wp), intent(in) :: opening, slip     !< m
-
-      energy = 0.0_wp
-   end function no_bond
 
 end module dda_joint_law

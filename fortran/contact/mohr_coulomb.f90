@@ -8,8 +8,7 @@
 !> N = k_n [x + tan ψ (t − τ/k_s)], τ = c L + N tan φ, at a trial stretch t.
 module dda_mohr_coulomb
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, reduced_angle, &
-      slip_path, weakened
+   use dda_joint_law, only: joint_law_type, joint_state_type, strength_type, slip_path, weakened
    use dda_group_values, only: unset
    use dda_material, only: joint_type
    use dda_text, only: to_text
@@ -27,7 +26,6 @@ module dda_mohr_coulomb
       real(wp) :: dilation_slip = huge(1.0_wp)    !< s_max, m
    contains
       procedure :: strength
-      procedure :: find_reduced_strengths
       procedure :: tension
       procedure :: state_after_slip
       procedure :: lift
@@ -52,6 +50,13 @@ contains
       law%dilation = tan(joint%dilation_angle*pi/180.0_wp)
       if (joint%dilation_slip > 0.0_wp) law%dilation_slip = joint%dilation_slip
       law%dilates = joint%dilation_angle > 0.0_wp
+      law%inputs = [strength_type('friction_angle', joint%friction_angle, is_angle=.true.), &
+         strength_type('cohesion', joint%cohesion), &
+         strength_type('tensile_strength', joint%tensile_strength), &
+         strength_type('residual_friction_angle', joint%residual_friction_angle, is_angle=.true.), &
+         strength_type('residual_cohesion', joint%residual_cohesion), &
+         strength_type('residual_tensile_strength', joint%residual_tensile_strength), &
+         strength_type('dilation_angle', joint%dilation_angle, is_angle=.true.)]
    end function new_mohr_coulomb
 
    !> Reject a residual strength above the peak, and a dilation angle above the residual φ.
@@ -104,23 +109,6 @@ contains
       strength = weakened_value(law%friction, state%memory(weakened))*max(normal_force, 0.0_wp) &
          + weakened_value(law%cohesion, state%memory(weakened))*state%length
    end function strength
-
-   !> Return tan φ, c, T and tan ψ, divided by a reduction factor.
-   pure function find_reduced_strengths(law, joint, factor) result(strengths)
-      class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
-      type(joint_type), intent(in) :: joint        !< input of the law
-      real(wp), intent(in) :: factor               !< above 0
-      type(strength_type), allocatable :: strengths(:)
-
-      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
-         strength_type('cohesion', joint%cohesion/factor), &
-         strength_type('tensile_strength', joint%tensile_strength/factor), &
-         strength_type('residual_friction_angle', &
-         reduced_angle(joint%residual_friction_angle, factor)), &
-         strength_type('residual_cohesion', joint%residual_cohesion/factor), &
-         strength_type('residual_tensile_strength', joint%residual_tensile_strength/factor), &
-         strength_type('dilation_angle', reduced_angle(joint%dilation_angle, factor))]
-   end function find_reduced_strengths
 
    !> Return the largest tension of a bonded contact, N/m.
    pure real(wp) function tension(law, state)  ! total

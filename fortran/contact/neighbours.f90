@@ -76,8 +76,7 @@ contains
       allocate (box(4, blocks%n))
       call bound_blocks(blocks, 0.5_wp*reach, box)
       call find_pairs(neighbours, blocks%n, box)
-      if (any(blocks%removed)) call drop_removed(neighbours, blocks%removed)
-      if (size(blocks%joined) > 0) call drop_joined(neighbours, blocks)
+      if (any(blocks%removed) .or. size(blocks%joined) > 0) call drop_pairs(neighbours, blocks)
       call sort_pairs(neighbours, blocks%n)
    end subroutine find_near_pairs
 
@@ -95,39 +94,26 @@ contains
       call move_alloc(sorted, neighbours%pair)
    end subroutine sort_pairs
 
-   !> Remove pairs that contain a block removed from the model.
-   pure subroutine drop_removed(neighbours, removed)
-      type(neighbours_type), intent(inout) :: neighbours  !< pairs
-      logical, intent(in) :: removed(:)                   !< [blocks]
-      integer :: p, kept
-
-      kept = 0
-      do p = 1, neighbours%n_pairs
-         if (any(removed(neighbours%pair(:, p)))) cycle
-         kept = kept + 1
-         neighbours%pair(:, kept) = neighbours%pair(:, p)
-      end do
-      neighbours%n_pairs = kept
-   end subroutine drop_removed
-
-   !> Remove pairs of blocks that are joined in a body.
-   pure subroutine drop_joined(neighbours, blocks)
+   !> Remove pairs with a block removed from the model, and pairs of blocks joined in a body.
+   pure subroutine drop_pairs(neighbours, blocks)
       type(neighbours_type), intent(inout) :: neighbours  !< pairs
       type(blocks_type), intent(in) :: blocks             !< blocks, with their bodies
-      integer :: p, kept
+      integer :: p, n
 
-      kept = 0
+      n = 0
       do p = 1, neighbours%n_pairs
          associate (a => neighbours%pair(1, p), b => neighbours%pair(2, p))
-            associate (own => blocks%joined(blocks%joined_first(a):blocks%joined_first(a + 1) - 1))
-               if (any(own == b)) cycle
-            end associate
-            kept = kept + 1
-            neighbours%pair(:, kept) = [a, b]
+            if (blocks%removed(a) .or. blocks%removed(b)) cycle
+            if (size(blocks%joined) > 0) then
+               if (any(blocks%joined(blocks%joined_first(a):blocks%joined_first(a + 1) - 1) == b)) &
+                  cycle
+            end if
+            n = n + 1
+            neighbours%pair(:, n) = [a, b]
          end associate
       end do
-      neighbours%n_pairs = kept
-   end subroutine drop_joined
+      neighbours%n_pairs = n
+   end subroutine drop_pairs
 
    !> Mark the convex vertices and the convex blocks; both are constant during the run.
    subroutine mark_convex(neighbours, blocks)
@@ -168,7 +154,7 @@ contains
       integer, intent(in) :: n                            !< number of blocks
       real(wp), intent(in) :: box(:,:)                    !< [4, n] xmin, ymin, xmax, ymax, m
       type(grid_type) :: grid
-      integer :: cell, i, j, a, b, most
+      integer :: cell, i, j, a, b, most, index(2)
 
       call fill_grid(grid, n, box)
       neighbours%n_pairs = 0
@@ -181,7 +167,8 @@ contains
                a = grid%member(i)
                b = grid%member(j)
                if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
-               if (cell_number(grid, max(box(1:2, a), box(1:2, b))) /= cell) cycle
+               index = cell_index(grid, max(box(1:2, a), box(1:2, b)))
+               if (1 + index(1) + index(2)*grid%shape(1) /= cell) cycle
                neighbours%overflowed = neighbours%n_pairs == most
                if (neighbours%overflowed) return
                neighbours%n_pairs = neighbours%n_pairs + 1
@@ -198,51 +185,31 @@ contains
       integer, intent(in) :: n              !< number of blocks
       real(wp), intent(in) :: box(:,:)      !< [4, n] xmin, ymin, xmax, ymax, m
       real(wp) :: extent(2)
-      integer :: cells, pass, b, column, row, cell, low(2), high(2)
+      integer, allocatable :: cell(:), member(:), order(:)
+      integer :: b, column, row, k, low(2), high(2)
 
       grid%origin = minval(box(1:2, :n), 2)
       extent = maxval(box(3:4, :n), 2) - grid%origin
       grid%cell = max(1.5_wp*sum(box(3:4, :n) - box(1:2, :n))/(2*n), &
          sqrt(product(extent)/(2*n + 1)), maxval(extent)/(2*n + 1), tiny(1.0_wp))
       grid%shape = 1 + int(extent/grid%cell)
-      cells = product(grid%shape)
-      allocate (grid%first(cells + 1), source=0)
-      do pass = 1, 2
-         do b = 1, n
-            low = cell_index(grid, box(1:2, b))
-            high = cell_index(grid, box(3:4, b))
-            do row = low(2), high(2)
-               do column = low(1), high(1)
-                  cell = 1 + column + row*grid%shape(1)
-                  if (pass == 2) grid%member(grid%first(cell)) = b
-                  grid%first(cell) = grid%first(cell) + 1
-               end do
+      k = 0
+      do b = 1, n
+         low = cell_index(grid, box(1:2, b))
+         high = cell_index(grid, box(3:4, b))
+         call grow(cell, k + product(high - low + 1))
+         call grow(member, k + product(high - low + 1))
+         do row = low(2), high(2)
+            do column = low(1), high(1)
+               k = k + 1
+               cell(k) = 1 + column + row*grid%shape(1)
+               member(k) = b
             end do
          end do
-         call convert_counts_to_starts(grid%first, pass)
-         if (pass == 1) allocate (grid%member(grid%first(cells + 1)))
       end do
+      call sort_by_key(product(grid%shape), cell(:k), grid%first, order)
+      grid%member = member(order)
    end subroutine fill_grid
-
-   !> Convert counts per cell to the first index of each cell.
-   !> Filling a cell advances its first index, so a second pass restores the first indices.
-   pure subroutine convert_counts_to_starts(first, pass)
-      !> [cells+1] counts or advanced indices; on return, first indices
-      integer, intent(inout) :: first(:)
-      integer, intent(in) :: pass         !< 1 after counting, 2 after filling
-      integer :: cell, start, count
-
-      if (pass == 2) then
-         first = [1, first(:size(first) - 1)]
-         return
-      end if
-      start = 1
-      do cell = 1, size(first)
-         count = first(cell)
-         first(cell) = start
-         start = start + count
-      end do
-   end subroutine convert_counts_to_starts
 
    !> Return the column and row, from 0, of the cell of a point.
    pure function cell_index(grid, point) result(index)
@@ -252,16 +219,6 @@ contains
 
       index = max(0, min(grid%shape - 1, int((point - grid%origin)/grid%cell)))
    end function cell_index
-
-   !> Return the number of the cell of a point.
-   pure integer function cell_number(grid, point)
-      type(grid_type), intent(in) :: grid  !< origin, shape and size of the cells
-      real(wp), intent(in) :: point(2)     !< m
-      integer :: index(2)
-
-      index = cell_index(grid, point)
-      cell_number = 1 + index(1) + index(2)*grid%shape(1)
-   end function cell_number
 
    !> Find, for each pair, the convex vertices of one block near edges of the other.
    subroutine find_probes(neighbours, blocks, reach)

@@ -6,6 +6,7 @@
 module dda_outline
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type
+   use dda_counting_sort, only: sort_by_key
    use dda_edge_part, only: edge_part_type
    use dda_neighbours, only: neighbours_type, find_near_pairs
    implicit none
@@ -28,12 +29,16 @@ contains
       logical, intent(in) :: wanted(:)         !< [blocks] marks of the blocks
       type(edge_part_type), allocatable, intent(out) :: parts(:)  !< parts of their edges
       type(neighbours_type) :: neighbours
-      integer, allocatable :: first(:), other(:)
+      integer, allocatable :: first(:), order(:), other(:)
       integer :: b, e, n
 
       allocate (parts(0))
       call find_near_pairs(neighbours, blocks, 4*touching*blocks%half_size)
-      call list_neighbours(neighbours, blocks%n, first, other)
+      associate (pair => neighbours%pair(:, :neighbours%n_pairs))
+         call sort_by_key(blocks%n, reshape(pair, [size(pair)]), first, order)
+         other = reshape(pair([2, 1], :), [size(pair)])
+         other = other(order)  ! the near blocks of each block
+      end associate
       n = 0
       do b = 1, blocks%n
          if (.not. wanted(b) .or. blocks%removed(b)) cycle
@@ -43,34 +48,6 @@ contains
       end do
       parts = parts(:n)
    end subroutine find_outline
-
-   !> List the near blocks of each block.
-   pure subroutine list_neighbours(neighbours, n, first, other)
-      type(neighbours_type), intent(in) :: neighbours   !< near pairs of blocks
-      integer, intent(in) :: n                          !< number of blocks
-      integer, allocatable, intent(out) :: first(:)     !< [n+1] first neighbour of each block
-      integer, allocatable, intent(out) :: other(:)     !< [2 × pairs]
-      integer :: p, side, b
-      integer, allocatable :: at(:)
-
-      allocate (first(n + 1), source=0)
-      do p = 1, neighbours%n_pairs
-         first(neighbours%pair(:, p) + 1) = first(neighbours%pair(:, p) + 1) + 1
-      end do
-      first(1) = 1
-      do b = 1, n
-         first(b + 1) = first(b + 1) + first(b)
-      end do
-      at = first(:n)
-      allocate (other(2*neighbours%n_pairs))
-      do p = 1, neighbours%n_pairs
-         do side = 1, 2
-            b = neighbours%pair(side, p)
-            other(at(b)) = neighbours%pair(3 - side, p)
-            at(b) = at(b) + 1
-         end do
-      end do
-   end subroutine list_neighbours
 
    !> Append the parts of edge e along which no edge of another block runs.
    pure subroutine add_free_parts(blocks, e, others, parts, n)

@@ -11,8 +11,8 @@
 !> N = k_n [x ± tan α (t − τ/k_s)] and τ = N tan(φ ± α).
 module dda_plesha
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, net_slip, &
-      reduced_angle, slip_path, strength_type, weakened
+   use dda_joint_law, only: column_type, divided_strengths, joint_law_type, joint_state_type, &
+      net_slip, slip_path, strength_type, weakened
    use dda_material, only: joint_type
    use dda_text, only: quoted, to_text
    implicit none
@@ -29,7 +29,7 @@ module dda_plesha
       real(wp) :: wear = 0.0_wp       !< c, m²/J
    contains
       procedure :: strength
-      procedure :: find_reduced_strengths
+      procedure :: reduced_strengths
       procedure :: state_after_slip
       procedure :: lift
       procedure :: rise
@@ -49,6 +49,8 @@ contains
       law%law_columns(1) = column_type('lifted')
       law%dilates = .true.
       law%has_centre = .true.
+      law%inputs = [strength_type('friction_angle', joint%friction_angle, is_angle=.true.), &
+         strength_type('asperity_angle', joint%asperity_angle, is_angle=.true.)]
    end function new_plesha
 
    !> Reject asperities that slip cannot climb, or from which the joint slips or jumps back.
@@ -112,19 +114,15 @@ contains
       strength = tan(law%friction + angle(law, state))*max(normal_force, 0.0_wp)
    end function strength
 
-   !> Return tan φ and tan α₀, divided by a reduction factor.
-   pure function find_reduced_strengths(law, joint, factor) result(strengths)
+   !> Return tan φ and tan α₀, divided by a reduction factor; α₀ is limited by `largest_climb`.
+   pure function reduced_strengths(law, factor) result(strengths)
       class(plesha_type), intent(in) :: law   !< law of the joint
-      type(joint_type), intent(in) :: joint   !< input of the law
       real(wp), intent(in) :: factor          !< above 0
       type(strength_type), allocatable :: strengths(:)
 
-      real(wp) :: friction
-
-      friction = reduced_angle(joint%friction_angle, factor)
-      strengths = [strength_type('friction_angle', friction), strength_type('asperity_angle', &
-         min(reduced_angle(joint%asperity_angle, factor), largest_climb - friction))]
-   end function find_reduced_strengths
+      strengths = divided_strengths(law, factor)
+      strengths(2)%value = min(strengths(2)%value, largest_climb - strengths(1)%value)
+   end function reduced_strengths
 
    !> Update net slip, lift and wear after a slip.
    pure type(joint_state_type) function state_after_slip(law, state, slip, &

@@ -10,8 +10,8 @@
 !> trial stretch t is the solution of k_s (t − vΔt) = N μ(v), convex in ln u, u = v + v_c.
 module dda_rate_state
    use dda_kinds, only: wp, pi
-   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, reduced_angle, &
-      slip_path, strength_type
+   use dda_joint_law, only: column_type, joint_law_type, joint_state_type, slip_path, &
+      strength_type
    use dda_material, only: joint_type
    implicit none
    private
@@ -34,7 +34,6 @@ module dda_rate_state
       real(wp) :: first_age = 1.0_wp   !< θ at the start, s
    contains
       procedure :: strength
-      procedure :: find_reduced_strengths
       procedure :: flow => slip_curve
       procedure :: expected_slip
       procedure :: state_after_slip
@@ -59,6 +58,10 @@ contains
          'state_distance, above which age is inaccurate; try a smaller time_step')]
       if (.not. law%evolution > 0.0_wp) law%law_columns(3)%limit = huge(1.0_wp)
       law%has_slip_curve = .true.
+      law%inputs = [strength_type('friction_angle', joint%friction_angle, is_angle=.true.), &
+         strength_type('direct_effect', joint%direct_effect)]
+      if (joint%evolution_effect > 0.0_wp) law%inputs = [law%inputs, &
+         strength_type('evolution_effect', joint%evolution_effect)]
    end function new_rate_state
 
    !> Set the initial velocity and state.
@@ -104,19 +107,6 @@ contains
       strength = max(0.0_wp, slow_friction(law, state) + law%direct*log(law%threshold)) &
          *max(normal_force, 0.0_wp)
    end function strength
-
-   !> Return μ₀, a and b, divided by a reduction factor.
-   pure function find_reduced_strengths(law, joint, factor) result(strengths)
-      class(rate_state_type), intent(in) :: law  !< law of the joint
-      type(joint_type), intent(in) :: joint      !< input of the law
-      real(wp), intent(in) :: factor             !< above 0
-      type(strength_type), allocatable :: strengths(:)
-
-      strengths = [strength_type('friction_angle', reduced_angle(joint%friction_angle, factor)), &
-         strength_type('direct_effect', joint%direct_effect/factor)]
-      if (joint%evolution_effect > 0.0_wp) strengths = [strengths, &
-         strength_type('evolution_effect', joint%evolution_effect/factor)]
-   end function find_reduced_strengths
 
    !> Compute the shear force at the end of a step, and its slope.
    pure subroutine slip_curve(law, state, normal_force, stretch, shear_force, tangent)

@@ -11,7 +11,7 @@ module dda_tributary
    use dda_blocks, only: blocks_type
    use dda_contact, only: contacts_type, contact_open
    use dda_friction, only: laws_type
-   use dda_joint_contact, only: closure_of, joint_energy, state_of
+   use dda_joint_contact, only: start_energy
    use dda_overlap, only: overlap_type, overlap_of, has_points, weight, narrow, wide
    implicit none
    private
@@ -40,11 +40,12 @@ contains
                - contacts%stiffness_fraction(c)) <= least_change*stiffness_fraction) cycle
          if (contacts%length(c) > 0.0_wp .and. contacts%state(c) /= contact_open .and. &
             .not. has_parallel_edge(contacts, blocks, c)) cycle
-         before = spring_energy(contacts, laws, c)
+         before = start_energy(contacts, laws%slot(contacts%joint(c))%law, c, contacts%was_closed(c))
          if (contacts%length(c) <= 0.0_wp .or. contacts%state(c) == contact_open) before = 0.0_wp
          contacts%length(c) = length
          contacts%stiffness_fraction(c) = stiffness_fraction
-         if (before > 0.0_wp) gained = gained + spring_energy(contacts, laws, c) - before
+         if (before > 0.0_wp) gained = gained + start_energy(contacts, &
+            laws%slot(contacts%joint(c))%law, c, contacts%was_closed(c)) - before
       end do
    end subroutine set_lengths
 
@@ -70,18 +71,6 @@ contains
       end if
       length = tributary_length(contacts, blocks, c)
    end subroutine find_length
-
-   !> Return the energy of the springs of contact c in the present geometry, J per metre.
-   pure real(wp) function spring_energy(contacts, laws, c)
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step
-      type(laws_type), intent(in) :: laws          !< joint laws
-      integer, intent(in) :: c                     !< number of the contact
-
-      associate (law => laws%slot(contacts%joint(c))%law)
-         spring_energy = joint_energy(law, state_of(contacts, law, c), closure_of(contacts, law, &
-            c, contacts%gap(c)), contacts%stretch(c), contacts%was_closed(c))
-      end associate
-   end function spring_energy
 
    !> Return the tributary length of contact c, m.
    pure real(wp) function tributary_length(contacts, blocks, c) result(length)

@@ -49,7 +49,8 @@ contains
             call break_face(simulation, broken(i), traction(:, :, i))
          end do
          do i = 1, size(opened)
-            call separate_face(simulation, opened(i))
+            call reduce_initial_stress(simulation, opened(i), 0.0_wp)
+            simulation%model%welds(opened(i))%state = weld_open
          end do
          call update_cell_areas(simulation, size(opened) > 0)
          call set_elements(simulation%elements, simulation%model, simulation%blocks, &
@@ -182,15 +183,6 @@ contains
          weld%break_fraction = 1.0_wp
       end associate
    end subroutine break_face
-
-   !> Separate face i: remove its initial stress and mark it as open.
-   subroutine separate_face(simulation, i)
-      type(simulation_type), intent(inout) :: simulation  !< between two steps
-      integer, intent(in) :: i                            !< broken face
-
-      call reduce_initial_stress(simulation, i, 0.0_wp)
-      simulation%model%welds(i)%state = weld_open
-   end subroutine separate_face
 
    !> Update the part of each cell's area that is outside the triangles of its faces.
    !> If faces have opened, update sides, joints and neighbours too.

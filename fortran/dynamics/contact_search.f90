@@ -11,7 +11,7 @@ module dda_contact_search
    use dda_damage_passes, only: begin_damage
    use dda_crossings, only: release_separated
    use dda_energy, only: add_energy, energy_length, energy_geometric
-   use dda_joint_contact, only: closure_of, state_of
+   use dda_joint_contact, only: state_of
    use dda_joint_lines, only: begin_lines
    use dda_tributary, only: set_lengths
    use dda_detection, only: measure_depths, detect_contacts
@@ -119,8 +119,9 @@ contains
       integer :: c
 
       do c = 1, contacts%n
-         contacts%was_closed(c) = closure_of(contacts, &
-            simulation%laws%slot(contacts%joint(c))%law, c, contacts%gap(c)) > 0.0_wp
+         associate (law => simulation%laws%slot(contacts%joint(c))%law)
+            contacts%was_closed(c) = law%lift(state_of(contacts, law, c)) - contacts%gap(c) > 0.0_wp
+         end associate
       end do
       call set_lengths(contacts, simulation%blocks, simulation%laws, gained)
       if (simulation%step > 0) then

@@ -7,7 +7,7 @@ module dda_energy_budget
    use dda_contact_damping, only: losses_type, losses_of, spring_energy
    use dda_friction, only: end_stretch, slip_counts, inelastic_slip, laws_type
    use dda_joint_bond, only: bond_losses, bond_after, is_cohesive
-   use dda_joint_contact, only: closure_of, joint_energy, state_of
+   use dda_joint_contact, only: joint_energy, start_energy, state_of
    use dda_joint_law, only: joint_state_type, weakened
    use dda_elements, only: elements_type, update_stored, account_elements
    use dda_energy, only: energy_type, add_energy, total_energy, energy_kinetic, energy_strain, &
@@ -48,20 +48,19 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(step_type), intent(in) :: step  !< the next step
-      real(wp) :: contact, support, welded, law, water
+      integer, parameter :: stored(5) = [energy_contact, energy_support, energy_welded, &
+         energy_law, energy_water]
+      real(wp) :: change(5)
+      integer :: i
 
-      contact = energy%value(energy_contact)
-      support = energy%value(energy_support)
-      welded = energy%value(energy_welded)
-      law = energy%value(energy_law)
-      water = energy%value(energy_water)
+      change = energy%value(stored)
       energy%value(energy_contact) = contact_energy(contacts, laws)
       call update_stored(elements, blocks, step, energy)
-      call add_energy(energy, energy_geometric, (energy%value(energy_contact) - contact) &
-         + (energy%value(energy_support) - support))
-      call add_energy(energy, energy_geometric, energy%value(energy_welded) - welded)
-      call add_energy(energy, energy_geometric, energy%value(energy_law) - law)
-      call add_energy(energy, energy_geometric, energy%value(energy_water) - water)
+      change = energy%value(stored) - change
+      call add_energy(energy, energy_geometric, change(1) + change(2))
+      do i = 3, size(stored)
+         call add_energy(energy, energy_geometric, change(i))
+      end do
    end subroutine update_geometric
 
    !> Add losses and work of the converged step, before d is added to the coordinates.
@@ -191,10 +190,8 @@ contains
                losses%damping, losses%impact]
          else if (has_bond(contacts, laws, c)) then
             call add_bond(total(:5), contacts, laws, c)
-         else if (laws%plain) then
-            call add_contact(total(:5), contacts, laws, c)
          else
-            call add_joint_contact(total(:5), contacts, laws, c)
+            call add_contact(total(:5), contacts, laws, c)
          end if
       end do
    end function sum_contacts
@@ -210,74 +207,67 @@ contains
    end function is_damped
 
    !> Add stored energy, and losses by slip, by fracture and by the scheme, of one contact.
+   !> Friction includes the work that lifts the contact, which `total(5)` contains as a gain.
    pure subroutine add_contact(total, contacts, laws, c)
       real(wp), intent(inout) :: total(5)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: start_energy, end_energy, work, stretched, slip_loss, loss
+      real(wp) :: first_energy, end_energy, lift, stretched, work, slip_loss
+      logical :: breaks
 
-      start_energy = stored_energy(laws, contacts%gap(c), contacts%was_closed(c), &
-         contacts%was_bonded(c), contacts%stretch(c))
       stretched = end_stretch(contacts, laws, c)
-      end_energy = stored_energy(laws, contacts%new_gap(c), contacts%normal_force(c) /= 0.0_wp, &
-         contacts%bonded(c), stretched)
-      work = contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c)) &
+      if (laws%plain) then
+         lift = 0.0_wp
+         first_energy = stored_energy(laws, contacts%gap(c), contacts%was_closed(c), &
+            contacts%was_bonded(c), contacts%stretch(c))
+         end_energy = stored_energy(laws, contacts%new_gap(c), contacts%normal_force(c) /= 0.0_wp, &
+            contacts%bonded(c), stretched)
+      else
+         call find_joint_energies(contacts, laws, c, stretched, first_energy, end_energy, lift)
+      end if
+      work = contacts%normal_force(c)*(contacts%new_gap(c) - contacts%gap(c) - lift) &
          - contacts%shear_force(c)*contacts%slip(c)
       slip_loss = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
-      loss = start_energy - end_energy - work - slip_loss
+      breaks = contacts%was_bonded(c) .and. .not. contacts%bonded(c)
       total(1) = total(1) + end_energy
       total(2) = total(2) + slip_loss
-      if (contacts%was_bonded(c) .and. .not. contacts%bonded(c)) then
-         total(3) = total(3) + loss
-      else
-         total(4) = total(4) + loss
+      if (.not. laws%plain) then
+         breaks = breaks .or. contacts%was_weakened(c) < contacts%memory(weakened, c)
+         if (laws%slot(contacts%joint(c))%law%crushes) then
+            total(3) = total(3) - contacts%normal_force(c)*lift
+         else
+            total(5) = total(5) + contacts%normal_force(c)*lift
+         end if
       end if
+      associate (i => merge(3, 4, breaks))
+         total(i) = total(i) + (first_energy - end_energy - work - slip_loss)
+      end associate
    end subroutine add_contact
 
-   !> Add the energies of one contact under a joint law.
-   !> Friction includes the work that lifts the contact, which `total(5)` contains as a gain.
-   pure subroutine add_joint_contact(total, contacts, laws, c)
-      real(wp), intent(inout) :: total(5)
+   !> Find the energies of a contact under a joint law at the start and at the end of the step, and
+   !> its lift by slip or plastic closure in the step.
+   pure subroutine find_joint_energies(contacts, laws, c, stretched, first_energy, end_energy, lift)
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
+      real(wp), intent(in) :: stretched  !< stretch of the shear spring at the end, m
+      real(wp), intent(out) :: first_energy, end_energy, lift  !< J per metre; m
       type(joint_state_type) :: state
-      real(wp) :: start_energy, end_energy, slip_loss, stretched, closure, lift, slip, loss
-      logical :: breaks, crushes
+      real(wp) :: slip
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         crushes = law%crushes
          state = state_of(contacts, law, c)
-         closure = closure_of(contacts, law, c, contacts%gap(c))
-         start_energy = joint_energy(law, state, closure, contacts%stretch(c), &
-            contacts%was_closed(c) .or. contacts%was_bonded(c))
-         stretched = end_stretch(contacts, laws, c)
          slip = 0.0_wp
          if (slip_counts(contacts, laws, c)) slip = inelastic_slip(contacts, laws, c)
          lift = law%lift(law%state_after_slip(state, slip, contacts%shear_force(c))) &
             - law%lift(state)
-         end_energy = joint_energy(law, state, closure + contacts%gap(c) - contacts%new_gap(c) &
-            + lift, stretched, contacts%normal_force(c) /= 0.0_wp .or. contacts%bonded(c))
+         first_energy = start_energy(contacts, law, c, contacts%was_closed(c) .or. &
+            contacts%was_bonded(c))
+         end_energy = joint_energy(law, state, law%lift(state) - contacts%new_gap(c) + lift, &
+            stretched, contacts%normal_force(c) /= 0.0_wp .or. contacts%bonded(c))
       end associate
-      slip_loss = contacts%shear_force(c)*(contacts%slip(c) - (stretched - contacts%stretch(c)))
-      loss = start_energy - end_energy - contacts%normal_force(c)*(contacts%new_gap(c) &
-         - contacts%gap(c) - lift) + contacts%shear_force(c)*contacts%slip(c) - slip_loss
-      total(1) = total(1) + end_energy
-      total(2) = total(2) + slip_loss
-      breaks = contacts%was_bonded(c) .and. .not. contacts%bonded(c)
-      breaks = breaks .or. contacts%was_weakened(c) < contacts%memory(weakened, c)
-      if (breaks) then
-         total(3) = total(3) + loss
-      else
-         total(4) = total(4) + loss
-      end if
-      if (crushes) then
-         total(3) = total(3) - contacts%normal_force(c)*lift
-      else
-         total(5) = total(5) + contacts%normal_force(c)*lift
-      end if
-   end subroutine add_joint_contact
+   end subroutine find_joint_energies
 
    !> .true. if contact c has a bond with gradual damage.
    pure logical function has_bond(contacts, laws, c)
@@ -295,16 +285,17 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: start_energy, end_energy, losses(2), loss
+      type(joint_state_type) :: after
+      real(wp) :: first_energy, end_energy, losses(2), loss
 
       associate (law => laws%slot(contacts%joint(c))%law)
-         start_energy = joint_energy(law, state_of(contacts, law, c), -contacts%gap(c), &
-            contacts%stretch(c), .true.)
-         end_energy = joint_energy(law, bond_after(contacts, law, c), -contacts%new_gap(c), &
-            end_stretch(contacts, laws, c), .true.)
-         losses = bond_losses(contacts, law, c)
+         first_energy = start_energy(contacts, law, c, .true.)
+         after = bond_after(contacts, law, c)
+         end_energy = joint_energy(law, after, -contacts%new_gap(c), end_stretch(contacts, laws, &
+            c), .true.)
+         losses = bond_losses(contacts, law, c, after)
       end associate
-      loss = start_energy - end_energy - contacts%normal_force(c)*(contacts%new_gap(c) &
+      loss = first_energy - end_energy - contacts%normal_force(c)*(contacts%new_gap(c) &
          - contacts%gap(c)) + contacts%shear_force(c)*contacts%slip(c)
       total(1) = total(1) + end_energy
       total(2:3) = total(2:3) + losses
@@ -352,9 +343,8 @@ contains
       if (.not. laws%plain) then
          do c = first, last
             associate (law => laws%slot(contacts%joint(c))%law)
-               sum_stored = sum_stored + joint_energy(law, state_of(contacts, law, c), &
-                  closure_of(contacts, law, c, contacts%gap(c)), contacts%stretch(c), &
-                  contacts%was_closed(c) .or. contacts%bonded(c))
+               sum_stored = sum_stored + start_energy(contacts, law, c, contacts%was_closed(c) &
+                  .or. contacts%bonded(c))
             end associate
          end do
          return

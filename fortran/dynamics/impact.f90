@@ -26,7 +26,7 @@ module dda_impact
    use dda_linear_solver, only: record_rigid_terms, solver_type
    use dda_linear_terms, only: linear_term_type, add_product, at_end, term_support
    use dda_model, only: half_size
-   use dda_open_close, only: open_close_type, solve_contacts
+   use dda_open_close, only: open_close_type, add_counts, counts_of, solve_contacts
    use dda_scheme, only: step_type
    use dda_system, only: system_type, begin_diagonal
    implicit none
@@ -333,22 +333,18 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      integer :: iterations, changes, broken
+      integer :: former_counts(3)
       real(wp) :: noise
 
       noise = iteration%noise
       iteration%noise = noise*max(1.0_wp, maxval(contacts%gain(:, :contacts%n)) &
          *maxval(abs(system%d(1:2, :)))/half_size(blocks))
-      iterations = iteration%iterations
-      changes = iteration%changes
-      broken = iteration%broken
+      former_counts = counts_of(iteration)
       contacts%state(:contacts%n) = contacts%trial_state(:contacts%n)
       system%contact_terms%rebuild = .true.
       call solve_contacts(iteration, system, solver, contacts, laws, error)
       iteration%noise = noise
-      iteration%iterations = iteration%iterations + iterations
-      iteration%changes = iteration%changes + changes
-      iteration%broken = iteration%broken + broken
+      call add_counts(iteration, former_counts)
    end subroutine solve_again
 
    !> .true. if the impacts increase the energy, which is possible for Newton's law with friction.

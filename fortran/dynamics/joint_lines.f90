@@ -6,9 +6,7 @@ module dda_joint_lines
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_gradients, only: assumed_forces, motion_in_step
    use dda_friction, only: acting, find_response, laws_type
-   use dda_joint_contact, only: closure_of, line_of, slip_lifts, state_of, tilt_line, &
-      linearise_normal, &
-      linearise_shear
+   use dda_joint_contact, only: line_of, linearise_normal, linearise_shear, state_of, tilt_line
    use dda_joint_law, only: joint_law_type, joint_state_type, response_type, weakened
    implicit none
    private
@@ -20,36 +18,36 @@ contains
    pure subroutine begin_lines(contacts, laws)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
-      real(wp) :: slip
+      type(joint_state_type) :: state
       integer :: c
 
       if (contacts%with_net_slip) contacts%past_centre(:contacts%n) = .false.
       do c = 1, contacts%n
          associate (law => laws%slot(contacts%joint(c))%law)
-            call linearise_normal(contacts, law, c, max(0.0_wp, closure_of(contacts, law, c, &
-               contacts%gap(c))), contacts%tangent(1, c), contacts%line(1, c))
-            call begin_dilation(contacts, law, c)
+            state = state_of(contacts, law, c)
+            call linearise_normal(law, state, max(0.0_wp, law%lift(state) - contacts%gap(c)), &
+               contacts%tangent(1, c), contacts%line(1, c))
+            call begin_dilation(contacts, law, state, c)
             if (law%has_slip_curve .and. contacts%state(c) == contact_slide) &
                contacts%state(c) = contact_stick  ! sliding follows from the laws
-            slip = law%expected_slip(state_of(contacts, law, c))
             call linearise_shear(contacts, law, c, contacts%line(1, c) - contacts%tangent(1, c) &
-               *contacts%gap(c), contacts%stretch(c) + slip)
+               *contacts%gap(c), contacts%stretch(c) + law%expected_slip(state))
          end associate
       end do
    end subroutine begin_lines
 
    !> Set the rise per unit of slip of a contact that slid in the last step, for the same direction.
-   pure subroutine begin_dilation(contacts, law, c)
+   pure subroutine begin_dilation(contacts, law, start, c)
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step
       class(joint_law_type), intent(in) :: law        !< law of the contact
+      type(joint_state_type), intent(in) :: start     !< state of the contact
       integer, intent(in) :: c                        !< number of the contact
       type(joint_state_type) :: state
       real(wp) :: fraction, shear
 
       contacts%tilt(1, c) = 0.0_wp
-      if (contacts%state(c) /= contact_slide) return
-      if (.not. slip_lifts(contacts, law, c)) return
-      state = state_of(contacts, law, c)
+      if (contacts%state(c) /= contact_slide .or. .not. start%lifts) return
+      state = start
       state%slip_sign = contacts%slip_sign(c)
       shear = law%shear_spring(state)
       contacts%tilt(1, c) = state%slip_sign*law%rise(state, 0.0_wp)
@@ -99,8 +97,10 @@ contains
             *contacts%tilt(1, :n)*contacts%slide_force(:n)/contacts%tangent(2, :n)
       end associate
       contacts%tilt(1, c) = 0.0_wp
-      call linearise_normal(contacts, laws%slot(contacts%joint(c))%law, c, 0.0_wp, &
-         contacts%tangent(1, c), contacts%line(1, c))
+      associate (law => laws%slot(contacts%joint(c))%law)
+         call linearise_normal(law, state_of(contacts, law, c), 0.0_wp, contacts%tangent(1, c), &
+            contacts%line(1, c))
+      end associate
    end subroutine drop_friction
 
    !> .true. if contact c passes zero net slip contrary to the assumption, or vice versa.

@@ -31,7 +31,9 @@ contains
 
       !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
       do b = 1, blocks%n
-         call add_damping_load(blocks, step, b, load(4:6, b))
+         if (blocks%damping(blocks%material(b))%n == 0) cycle
+         load(4:6, b) = load(4:6, b) - blocks%interior_fraction(b) &
+            *matmul(blocks%stiffness(:, :, b), damping_strain(blocks, step, b))
       end do
    end subroutine add_damping_loads
 
@@ -75,12 +77,19 @@ contains
       type(blocks_type), intent(inout) :: blocks  !< blocks at the start of the step
       type(step_type), intent(in) :: step         !< the present step
       real(wp), intent(in) :: d(:,:)              !< [6,blocks] increments of the coordinates
-      integer :: b
+      integer :: b, l
 
       if (.not. has_memory(blocks)) return
-      !$omp parallel do schedule(static) if (blocks%n >= parallel_from)
+      !$omp parallel do schedule(static) private(l) if (blocks%n >= parallel_from)
       do b = 1, blocks%n
-         call update_memory(blocks, step, b, d(4:6, b))
+         associate (damping => blocks%damping(blocks%material(b)))
+            if (damping%by_law) cycle
+            do l = 1, damping%n
+               blocks%memory(:, l, b) = blocks%memory(:, l, b) &
+                  + (relaxation_change(blocks, damping, b, l, step%time_step) &
+                  + following(damping, l, step%time_step)*d(4:6, b))
+            end do
+         end associate
       end do
    end subroutine update_memories
 
@@ -116,18 +125,6 @@ contains
          factor = step%scheme%theta*factor + damping%beta/step%time_step
       end associate
    end function damping_factor
-
-   !> Add the damping forces on the strains of block b at d = 0.
-   pure subroutine add_damping_load(blocks, step, b, load)
-      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      type(step_type), intent(in) :: step      !< the present step
-      integer, intent(in) :: b                 !< number of the block
-      real(wp), intent(inout) :: load(3)       !< f̂ of the strains of the block
-
-      if (blocks%damping(blocks%material(b))%n == 0) return
-      load = load - blocks%interior_fraction(b)*matmul(blocks%stiffness(:, :, b), &
-         damping_strain(blocks, step, b))
-   end subroutine add_damping_load
 
    !> Return the strain whose elastic stress equals the damping stress at d = 0.
    pure function damping_strain(blocks, step, b) result(strain)
@@ -215,24 +212,6 @@ contains
          energy = blocks%interior_fraction(b)*energy
       end associate
    end function energy_of_block
-
-   !> Update ζ_l of block b at the end of a step, before its strains are updated.
-   pure subroutine update_memory(blocks, step, b, d)
-      type(blocks_type), intent(inout) :: blocks  !< blocks at the start of the step
-      type(step_type), intent(in) :: step         !< the present step
-      integer, intent(in) :: b                    !< number of the block
-      real(wp), intent(in) :: d(3)                !< increments of the strains
-      integer :: l
-
-      associate (damping => blocks%damping(blocks%material(b)))
-         if (damping%by_law) return
-         do l = 1, damping%n
-            blocks%memory(:, l, b) = blocks%memory(:, l, b) &
-               + (relaxation_change(blocks, damping, b, l, step%time_step) &
-               + following(damping, l, step%time_step)*d)
-         end do
-      end associate
-   end subroutine update_memory
 
    !> Return the change of ζ of block b within the step at constant strain, 2h/(1 + h) (Y e₀ − ζ).
    pure function relaxation_change(blocks, damping, b, l, time_step)

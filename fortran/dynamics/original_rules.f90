@@ -12,7 +12,7 @@ module dda_original_rules
    use dda_errors, only: error_type, error_convergence, fail
    use dda_coulomb, only: coulomb_contact_type
    use dda_friction, only: bond_length_of, laws_type, law_of
-   use dda_contact_gradients, only: assumed_forces, measure_contacts, motion_in_step
+   use dda_contact_gradients, only: assumed_forces, measure_range, motion_in_step
    use dda_open_close, only: open_close_type, fail_if_step_stopped, solve_assumed
    use dda_linear_solver, only: solver_type
    implicit none
@@ -50,7 +50,7 @@ contains
          iteration%iterations = i
          call solve_assumed(iteration, system, solver, contacts, laws, error)
          if (allocated(error)) return
-         call measure_contacts(contacts, system%d)
+         call measure_range(contacts, system%d, 1, contacts%n)
          do c = 1, contacts%n
             force = assumed_forces(contacts, c, motion_in_step(contacts, c))
             contacts%normal_force(c) = force(1)

@@ -36,7 +36,9 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       integer :: c
 
-      call allocate_slides(slides, contacts%n)
+      call grow(slides%contact, contacts%n)
+      call grow(slides%force, contacts%n)
+      call grow(slides%response, contacts%n)
       call discard_iterations(slides%memory)
       slides%n = 0
       do c = 1, contacts%n
@@ -56,18 +58,6 @@ contains
       weight = 1.0_wp
       if (contacts%with_net_slip) weight = contacts%acting_damage(c)
    end function friction_fraction
-
-   !> Allocate the arrays for `n` sliding contacts.
-   subroutine allocate_slides(slides, n)
-      type(slides_type), intent(inout) :: slides  !< sliding contacts
-      integer, intent(in) :: n  !< number of contacts
-
-      if (allocated(slides%contact)) then
-         if (size(slides%contact) >= n) return
-         deallocate (slides%contact, slides%force, slides%response)
-      end if
-      allocate (slides%contact(2*n), slides%force(2*n), slides%response(2*n))
-   end subroutine allocate_slides
 
    !> Evaluate the slide forces for the normal forces at d, in the assumed directions.
    subroutine evaluate_slides(slides, contacts, laws, d)

@@ -14,7 +14,7 @@
 module dda_static_relaxation
    use dda_kinds, only: wp
    use dda_anderson, only: anderson_type, accelerate
-   use dda_block_matrix, only: block_matrix_type, multiply
+   use dda_block_matrix, only: multiply
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_assembly, only: assemble_contacts
    use dda_errors, only: error_type, error_convergence, fail
@@ -43,7 +43,8 @@ module dda_static_relaxation
    !> Iterates of a step, scaled by the square roots of the diagonal of S.
    type :: iterate_type
       type(anderson_type) :: memory         !< Anderson acceleration
-      real(wp), allocatable :: scale(:)     !< [6n] square roots of the diagonal
+      !> [6n] square roots of the diagonal, which scale translations, rotations and strains
+      real(wp), allocatable :: scale(:)
       real(wp), allocatable :: x(:)         !< [6n] scaled d
       real(wp), allocatable :: image(:)     !< [6n] scaled d'
       real(wp), allocatable :: best(:,:)    !< [6,n] d with the smallest correction, not scaled
@@ -183,11 +184,13 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp), allocatable :: d(:,:)
+      integer :: b, j
 
       d = system%d
       call solve_assumed(iteration, system, solver, contacts, laws, error)
       if (allocated(error)) return
-      if (i == 1) call set_scales(iterates, system%matrix)
+      if (i == 1) iterates%scale = [((sqrt(system%matrix%diagonal(j, j, b)), j=1, 6), b=1, &
+         system%matrix%n)]
       iterates%x = iterates%scale*reshape(d, [size(d)])
       iterates%image = iterates%scale*reshape(system%d, [size(d)])
       iterates%correction = inner_product(size(d, 2), iterates%image - iterates%x, &
@@ -198,15 +201,6 @@ contains
       iterates%best = d
       if (i == 1) iterates%best = system%d
    end subroutine compute_next
-
-   !> Compute square roots of the diagonal of S, which scale translations, rotations and strains.
-   subroutine set_scales(iterates, matrix)
-      type(iterate_type), intent(inout) :: iterates  !< iterates of the step
-      type(block_matrix_type), intent(in) :: matrix  !< matrix S
-      integer :: b, j
-
-      iterates%scale = [((sqrt(matrix%diagonal(j, j, b)), j=1, 6), b=1, matrix%n)]
-   end subroutine set_scales
 
    !> Return the contact force that corresponds to a correction, N/m.
    pure real(wp) function force_of_correction(correction, laws) result(force)

@@ -105,24 +105,13 @@ contains
       real(wp), intent(in) :: state(:)              !< [any] state at the start of the step
       real(wp), intent(in) :: strain(3), change(3)  !< g and s at the start; their changes, m
       type(step_type), intent(in) :: step           !< the present step
-      real(wp) :: stress(3), energy(2), end_damage, fraction, excess
+      real(wp) :: stress(3)
       type(motion_type) :: motion
 
       motion = point_motion(self, point, state, strain, change)
-      associate (joint => self%joint, before => state(damage_index), opening => motion%opening, &
-         slider => motion%slider)
-         end_damage = joint%damage(opening(2), slider(2), before)
-         fraction = before
-         if (end_damage > before) then
-            energy = [joint%bond_energy(opening(1), slider(1)), &
-               joint%bond_energy(opening(2), slider(2))]
-            excess = energy(2)*(end_damage - before) &
-               - joint%dissipated(opening(2), slider(2), before, end_damage)
-            if (energy(2) > energy(1)) fraction = before + max(0.0_wp, min(end_damage - before, &
-               excess/(energy(2) - energy(1))))
-         end if
-         stress = [joint%normal_stiffness*max(0.0_wp, -opening(2)), fraction*joint%strengths(1), &
-            0.0_wp]
+      associate (joint => self%joint)
+         stress = [joint%normal_stiffness*max(0.0_wp, -motion%opening(2)), joint%strengths(1) &
+            *joint%acting_damage(motion%opening, motion%slider, state(damage_index)), 0.0_wp]
       end associate
    end function frozen_stress
 

@@ -70,7 +70,7 @@ contains
       call read_joint(groups(1), any_ratio, joint, error)
       if (allocated(error)) return
       call create_joint_law(slot, joint, 1.0_wp, 1.0_wp)
-      strengths = slot%law%find_reduced_strengths(joint, factor)
+      strengths = slot%law%reduced_strengths(factor)
    end subroutine find_reduced_strengths
 
 end module dda_input_joint
