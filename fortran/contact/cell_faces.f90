@@ -23,19 +23,19 @@ contains
    subroutine find_faces(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks with bodies; `joined` is set
       type(weld_type), allocatable, intent(out) :: welds(:)  !< faces of all bodies
-      type(neighbours_type) :: found
+      type(neighbours_type) :: neighbours
       integer, allocatable :: joined(:,:)
       integer :: p, n, pairs
 
       allocate (welds(0))
       if (.not. any(blocks%body > 0)) return
-      call find_near_pairs(found, blocks, near*maxval(blocks%radius, mask=blocks%body > 0))
+      call find_near_pairs(neighbours, blocks, near*maxval(blocks%radius, mask=blocks%body > 0))
       deallocate (welds)
       allocate (welds(4*blocks%n), joined(2, 8*blocks%n))
       n = 0
       pairs = 0
-      do p = 1, found%n_pairs
-         associate (a => found%pair(1, p), b => found%pair(2, p))
+      do p = 1, neighbours%n_pairs
+         associate (a => neighbours%pair(1, p), b => neighbours%pair(2, p))
             if (blocks%body(a) == 0 .or. blocks%body(a) /= blocks%body(b)) cycle
             call add_faces(blocks, a, b, welds, n)
             if (.not. are_near(blocks, a, b)) cycle
@@ -90,24 +90,24 @@ contains
       type(weld_type), intent(in) :: intact(:)   !< intact faces
       integer, intent(in) :: start(:), face(:)   !< start of each cell in `face`; its faces
       integer, intent(in) :: pair(2)             !< two joined cells
-      integer, parameter :: most = 64            !< largest number of cells of a path
-      integer :: list(most), at, found, k, next
+      integer, parameter :: longest = 64            !< largest number of cells of a path
+      integer :: list(longest), at, cells, k, next
 
       list(1) = pair(1)
-      found = 1
+      cells = 1
       at = 1
       is_path_of_faces = .false.
-      do while (at <= found)
+      do while (at <= cells)
          do k = start(list(at)), start(list(at) + 1) - 1
             next = sum(intact(face(k))%block) - list(at)
             is_path_of_faces = next == pair(2)
             if (is_path_of_faces) return
-            if (found == most) cycle
-            if (any(list(:found) == next)) cycle
+            if (cells == longest) cycle
+            if (any(list(:cells) == next)) cycle
             if (.not. were_joined(first, next, pair(1))) cycle
             if (.not. were_joined(first, next, pair(2))) cycle
-            found = found + 1
-            list(found) = next
+            cells = cells + 1
+            list(cells) = next
          end do
          at = at + 1
       end do

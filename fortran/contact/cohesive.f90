@@ -38,7 +38,7 @@ module dda_cohesive
       procedure :: strength
       procedure :: tension
       procedure :: damage
-      procedure :: acting_damage
+      procedure :: damage_in_step
       procedure :: bond_energy
       procedure :: check_and_derive
    end type cohesive_type
@@ -135,21 +135,21 @@ contains
       real(wp), intent(in) :: opening, slip    !< m; opening < 0: closed
       real(wp), intent(in) :: before           !< damage at the start of the step
       type(mixture_type) :: mixture
-      real(wp) :: left
+      real(wp) :: integrity
 
       damage = before
       mixture = mixed_mode(law, opening, slip)
       if (mixture%measure <= 1.0_wp) return
-      left = max(0.0_wp, mixture%ultimate - mixture%measure)/(mixture%ultimate - 1.0_wp)
+      integrity = max(0.0_wp, mixture%ultimate - mixture%measure)/(mixture%ultimate - 1.0_wp)
       if (law%exponential) then
-         left = exp(-2*(mixture%measure - 1.0_wp)/(mixture%ultimate - 1.0_wp))
-         if (left < least_fraction) left = 0.0_wp
+         integrity = exp(-2*(mixture%measure - 1.0_wp)/(mixture%ultimate - 1.0_wp))
+         if (integrity < least_fraction) integrity = 0.0_wp
       end if
-      damage = max(before, 1.0_wp - left/mixture%measure)
+      damage = max(before, 1.0_wp - integrity/mixture%measure)
    end function damage
 
    !> Return the damage D* that acts in a step so that the step dissipates the fracture energy.
-   pure real(wp) function acting_damage(law, opening, slip, before) result(acting)
+   pure real(wp) function damage_in_step(law, opening, slip, before) result(acting)
       class(cohesive_type), intent(in) :: law         !< law of the joint
       real(wp), intent(in) :: opening(2), slip(2)     !< values at the start and end of the step, m
       real(wp), intent(in) :: before                  !< damage at the start of the step
@@ -163,7 +163,7 @@ contains
          after)
       if (energy(2) > energy(1)) acting = before + max(0.0_wp, min(after - before, &
          surplus/(energy(2) - energy(1))))
-   end function acting_damage
+   end function damage_in_step
 
    !> Return the fracture energy, N/m, dissipated by growing damage in the mode of opening and slip.
    pure real(wp) function dissipated_energy(law, opening, slip, from, to) result(dissipated)
@@ -191,24 +191,24 @@ contains
    pure type(mixture_type) function mixed_mode(law, opening, slip) result(mixture)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: opening, slip    !< m
-      real(wp) :: parts(2), onset(2), shares(2)
+      real(wp) :: ratios(2), onset(2), mode_fractions(2)
 
       associate (stiffness => [law%normal_stiffness, law%shear_stiffness])
-         parts = [max(opening, 0.0_wp), abs(slip)]*stiffness/law%strengths
+         ratios = [max(opening, 0.0_wp), abs(slip)]*stiffness/law%strengths
          onset = 0.5_wp*law%strengths**2/stiffness
       end associate
-      mixture%measure = norm2(parts)
-      shares = [1.0_wp, 0.0_wp]
-      if (mixture%measure > 0.0_wp) shares = (parts/mixture%measure)**2
-      mixture%onset = dot_product(shares, onset)
-      mixture%ultimate = 1.0_wp/dot_product(shares, onset/law%energies)
+      mixture%measure = norm2(ratios)
+      mode_fractions = [1.0_wp, 0.0_wp]
+      if (mixture%measure > 0.0_wp) mode_fractions = (ratios/mixture%measure)**2
+      mixture%onset = dot_product(mode_fractions, onset)
+      mixture%ultimate = 1.0_wp/dot_product(mode_fractions, onset/law%energies)
    end function mixed_mode
 
    !> Return the dissipated energy g(D) as a fraction of e.
    pure real(wp) function dissipated_fraction(law, ultimate, damage) result(fraction)
       class(cohesive_type), intent(in) :: law  !< law of the joint
       real(wp), intent(in) :: ultimate, damage
-      real(wp) :: m, measure, left
+      real(wp) :: m, measure, decay
 
       if (.not. law%exponential .or. damage >= 1.0_wp) then
          fraction = ultimate*damage/(ultimate - damage*(ultimate - 1.0_wp))
@@ -216,22 +216,22 @@ contains
       end if
       m = 0.5_wp*(ultimate - 1.0_wp)
       measure = measure_at_damage(m, damage)
-      left = exp(-(measure - 1.0_wp)/m)
-      fraction = 1.0_wp + 2*m*(1.0_wp - left) - measure*left
+      decay = exp(-(measure - 1.0_wp)/m)
+      fraction = 1.0_wp + 2*m*(1.0_wp - decay) - measure*decay
    end function dissipated_fraction
 
    !> Solve λ + m ln λ = 1 − m ln(1 − D) for λ (exponential softening) by Newton's method.
    pure real(wp) function measure_at_damage(m, damage) result(measure)
       real(wp), intent(in) :: m       !< parameter of the softening
       real(wp), intent(in) :: damage  !< D < 1
-      real(wp) :: off
+      real(wp) :: residual
       integer :: i
 
       measure = 1.0_wp
       do i = 1, most_steps
-         off = measure + m*log(measure) - 1.0_wp + m*log(1.0_wp - damage)
-         measure = measure - off/(1.0_wp + m/measure)
-         if (abs(off) <= 4*epsilon(off)*(measure + m)) exit
+         residual = measure + m*log(measure) - 1.0_wp + m*log(1.0_wp - damage)
+         measure = measure - residual/(1.0_wp + m/measure)
+         if (abs(residual) <= 4*epsilon(residual)*(measure + m)) exit
       end do
    end function measure_at_damage
 

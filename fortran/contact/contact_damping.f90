@@ -90,10 +90,10 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the next step
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: tau, behind
+      real(wp) :: tau, velocity_part
 
       associate (rate => contacts%rate(1, c), gap => contacts%gap(c), j => contacts%joint(c))
-         behind = velocity_weight(step)*step%time_step
+         velocity_part = velocity_weight(step)*step%time_step
          if (laws%restitution(j) >= 0.0_wp) then
             contacts%damping(c) = is_damped
             contacts%lead(c) = (1.0_wp - step%scheme%chi)*step%time_step
@@ -103,7 +103,7 @@ contains
                = max(contacts%spring_gap(c), min(gap, 0.0_wp))
             contacts%gain(:, c) = 1.0_wp/step%scheme%chi
             contacts%shift(:, c) = [contacts%spring_gap(c) - gap, 0.0_wp] &
-               - behind*contacts%rate(:, c)
+               - velocity_part*contacts%rate(:, c)
          end if
          if (.not. laws%damping(j) > 0.0_wp) return
          contacts%damping(c) = is_damped
@@ -153,15 +153,16 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
       real(wp), intent(in) :: target  !< least velocity of the gap at the end, m/s
-      real(wp) :: gain, left
+      real(wp) :: gain, remaining
 
       gain = rigid_gain(contacts, laws, blocks, step, c)
-      left = 0.0_wp
-      if (target < 0.0_wp) left = target/contacts%rate(1, c)
+      remaining = 0.0_wp
+      if (target < 0.0_wp) remaining = target/contacts%rate(1, c)
       contacts%damping(c) = is_struck
       contacts%gain(:, c) = gain
       contacts%shift(:, c) = -[contacts%gap(c), contacts%stretch(c)] &
-         - gain*displacement_in_step(step, contacts%rate(:, c), [target, left*contacts%rate(2, c)])
+         - gain*displacement_in_step(step, contacts%rate(:, c), [target, &
+         remaining*contacts%rate(2, c)])
    end subroutine strike
 
    !> Carry a closed contact of a struck block: it retains its force and neither closes nor slips.
@@ -194,11 +195,11 @@ contains
    end subroutine lift
 
    !> Return the displacement in a step, from the velocities at its start and end, m.
-   elemental real(wp) function displacement_in_step(step, first, last) result(way)
+   elemental real(wp) function displacement_in_step(step, first, last) result(displacement)
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: first, last  !< velocities at start and end of the step, m/s
 
-      way = step%time_step*((1.0_wp - step%scheme%chi)*first + step%scheme%chi*last)
+      displacement = step%time_step*((1.0_wp - step%scheme%chi)*first + step%scheme%chi*last)
    end function displacement_in_step
 
    !> Return the gain with which a contact spring is nearly rigid relative to the inertia of its
@@ -253,24 +254,24 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
-      real(wp) :: opened, rate(2), stretch, lost
+      real(wp) :: opening, rate(2), stretch, total_loss
 
       associate (normal => contacts%normal_force(c), shear => contacts%shear_force(c), &
-         slip => contacts%slip(c), before => contacts%stretch(c))
-         opened = contacts%new_gap(c) - contacts%gap(c)
-         rate = end_rate(step, [opened, slip], contacts%rate(:, c))
+         slip => contacts%slip(c), start_stretch => contacts%stretch(c))
+         opening = contacts%new_gap(c) - contacts%gap(c)
+         rate = end_rate(step, [opening, slip], contacts%rate(:, c))
          stretch = end_stretch(contacts, laws, c)
          losses%stored = 0.5_wp*laws%normal_stiffness*min(contacts%new_gap(c) &
             + contacts%lead(c)*rate(1), 0.0_wp)**2 + 0.5_wp*laws%shear_stiffness*stretch**2
-         lost = spring_energy(contacts, laws, c) - losses%stored - normal*opened + shear*slip
+         total_loss = spring_energy(contacts, laws, c) - losses%stored - normal*opening + shear*slip
          if (contacts%damping(c) >= is_struck) then
             losses%algorithmic = -(step%scheme%chi - 0.5_wp)*step%time_step &
                *dot_product([normal, -shear], rate - contacts%rate(:, c))
-            losses%impact = lost - losses%algorithmic
+            losses%impact = total_loss - losses%algorithmic
          else
             losses%friction = shear*(contacts%gain(2, c)*slip + contacts%shift(2, c) &
-               - (stretch - before))
-            losses%damping = lost - losses%friction
+               - (stretch - start_stretch))
+            losses%damping = total_loss - losses%friction
          end if
       end associate
    end function losses_of

@@ -166,7 +166,7 @@ contains
       type(laws_type), intent(in) :: laws             !< numbers of points of the joints
       logical, intent(in) :: matched(:)               !< [n] contacts with a history
       type(overlap_type) :: overlap
-      real(wp) :: fresh, moved
+      real(wp) :: new_fraction, shift
       integer :: c, n
 
       do c = 1, contacts%n
@@ -174,15 +174,15 @@ contains
          associate (e => contacts%edge(c), f => contacts%vertex(c))
             n = laws%points(weaker_joint(laws, blocks%joint(e), blocks%joint(f)))
             overlap = overlap_of(blocks, e, f, merge(narrow, wide, matched(c)))
-            fresh = point_fraction(overlap, n, contacts%point(c))
-            moved = abs(fresh - contacts%fraction(c))*blocks%length(f)
+            new_fraction = point_fraction(overlap, n, contacts%point(c))
+            shift = abs(new_fraction - contacts%fraction(c))*blocks%length(f)
          end associate
          if (.not. matched(c)) then
-            contacts%fraction(c) = fresh
+            contacts%fraction(c) = new_fraction
             call copy_nearest_history(contacts, c, blocks, laws, matched)
-         else if (.not. contacts%bonded(c) .and. moved > least_change*overlap%length .and. &
+         else if (.not. contacts%bonded(c) .and. shift > least_change*overlap%length .and. &
             overlap%length > 0.0_wp) then
-            contacts%fraction(c) = fresh
+            contacts%fraction(c) = new_fraction
          end if
          call set_point(contacts, c, blocks, contacts%fraction(c))
          contacts%gap(c) = contacts%gap(c) - contacts%offset(c)
@@ -196,19 +196,19 @@ contains
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< laws of the joints and their columns
       logical, intent(in) :: matched(:)               !< [n] contacts with a history
-      real(wp) :: apart, least
+      real(wp) :: distance, least_distance
       integer :: k, nearest, step
 
-      least = huge(1.0_wp)
+      least_distance = huge(1.0_wp)
       nearest = 0
       do step = -1, 1, 2
          k = c + step
          do while (k >= 1 .and. k <= contacts%n)
             if (contacts%pair(k) /= contacts%pair(c)) exit
-            apart = abs(contact_fraction(contacts, k, blocks, contacts%edge(c), &
+            distance = abs(contact_fraction(contacts, k, blocks, contacts%edge(c), &
                contacts%vertex(c)) - contacts%fraction(c))
-            if (matched(k) .and. apart < least) then
-               least = apart
+            if (matched(k) .and. distance < least_distance) then
+               least_distance = distance
                nearest = k
             end if
             k = k + step

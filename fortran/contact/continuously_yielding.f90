@@ -87,7 +87,7 @@ contains
       real(wp), intent(in) :: normal_force                  !< ≥ 0, N/m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, m
       real(wp), intent(out) :: shear_force, tangent         !< N/m; tangent ≥ 0, N/m per m
-      real(wp) :: k_s, bound, slip, direction, fraction, ratio, left
+      real(wp) :: k_s, bound, slip, direction, fraction, ratio, decay
 
       shear_force = 0.0_wp
       tangent = 0.0_wp
@@ -99,9 +99,9 @@ contains
       if (.not. abs(slip) > 0.0_wp .and. state%memory(last_direction) < 0.0_wp) direction = -1.0_wp
       fraction = direction*initial_stress_ratio(law, state, normal_force)
       ratio = stress_ratio(state, direction, fraction)
-      left = exp(-k_s*abs(slip)/(bound*(1.0_wp - ratio)))
-      shear_force = direction*bound*(1.0_wp - (1.0_wp - fraction)*left)
-      tangent = max(0.0_wp, k_s*(1.0_wp - fraction)*left/(1.0_wp - ratio))
+      decay = exp(-k_s*abs(slip)/(bound*(1.0_wp - ratio)))
+      shear_force = direction*bound*(1.0_wp - (1.0_wp - fraction)*decay)
+      tangent = max(0.0_wp, k_s*(1.0_wp - fraction)*decay/(1.0_wp - ratio))
    end subroutine slip_curve
 
    !> Return r for slip in a direction, from the stress as a fraction of τ_m.

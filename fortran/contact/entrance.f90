@@ -160,8 +160,9 @@ contains
       best = 0
       do i = 1, 4
          if (.not. admissible(i)) cycle
-         if (corners%overshoot(i) > small) then
-            if (is_superseded(corners, admissible, i, small)) cycle
+         if (corners%overshoot(i) > small) then  ! a parallel choice may have a smaller overshoot
+            if (any(admissible .and. corners%overshoot < corners%overshoot(i) - small .and. &
+               parallel_choices(corners, i))) cycle
          end if
          if (best == 0) best = i
          if (corners%gap(i) > corners%gap(best) + small) best = i
@@ -188,22 +189,6 @@ contains
       other = 0
    end function other_end
 
-   !> .true. if a choice parallel to choice i has a smaller overshoot than choice i.
-   pure logical function is_superseded(corners, admissible, i, small)
-      type(corners_type), intent(in) :: corners  !< choices
-      logical, intent(in) :: admissible(4)       !< choices that may be the entrance
-      integer, intent(in) :: i                   !< a choice
-      real(wp), intent(in) :: small              !< smaller differences are ignored, m
-      integer :: j
-
-      is_superseded = .false.
-      do j = 1, 4
-         if (.not. admissible(j) .or. .not. corners%overshoot(j) < corners%overshoot(i) - small) &
-            cycle
-         is_superseded = is_superseded .or. are_parallel(corners, i, j)
-      end do
-   end function is_superseded
-
    !> Mark the glancing choices that cannot be the entrance.
    !> If a choice is neither glancing nor deeper than the tolerance, glancing choices of other
    !> directions are excluded.  Otherwise glancing choices that are approached faster are excluded.
@@ -212,7 +197,7 @@ contains
       type(corners_type), intent(in) :: corners  !< choices
       real(wp), intent(in) :: tolerance          !< depth of a glancing contact, m
       logical :: excluded_choices(4), regular(4)
-      integer :: i, j
+      integer :: i
 
       regular = corners%separation >= -parallel_sine .and. corners%gap >= -tolerance &
          .and. .not. corners%glancing
@@ -221,12 +206,10 @@ contains
             corners%glancing .and. corners%separation >= -parallel_sine)
          return
       end if
-      excluded_choices = .false.
+      excluded_choices = corners%glancing
       do i = 1, 4
-         if (.not. corners%glancing(i)) cycle
-         do j = 1, 4
-            if (regular(j) .and. .not. are_parallel(corners, i, j)) excluded_choices(i) = .true.
-         end do
+         if (corners%glancing(i)) excluded_choices(i) = any(regular .and. .not. &
+            parallel_choices(corners, i))
       end do
    end function excluded_choices
 
@@ -245,9 +228,7 @@ contains
             velocity_at(blocks, corners%vertex(i), corners%vertex(i)) - velocity_at(blocks, &
             corners%edge(i), corners%vertex(i)))
       end do
-      do i = 1, 4
-         faster(i) = admissible(i) .and. .not. are_parallel(corners, i, minloc(speed, 1))
-      end do
+      faster = admissible .and. .not. parallel_choices(corners, minloc(speed, 1))
    end function faster_choices
 
    !> Velocity, m/s, of the block with vertex `own_vertex` at the position of another vertex.
@@ -262,13 +243,17 @@ contains
       end associate
    end function velocity_at
 
-   !> .true. if the normals of choices i and j push the two blocks apart in the same direction.
-   pure logical function are_parallel(corners, i, j)  ! total
+   !> Mark the choices whose normals push the two blocks apart in the same direction as choice i.
+   pure function parallel_choices(corners, i) result(parallel)  ! total
       type(corners_type), intent(in) :: corners  !< choices
-      integer, intent(in) :: i, j                !< two choices
+      integer, intent(in) :: i                   !< a choice
+      logical :: parallel(4)
+      integer :: j
 
-      are_parallel = dot_product(corners%normal(i, :), corners%normal(j, :))*merge(1, -1, &
-         (i <= 2) .eqv. (j <= 2)) > same_direction
-   end function are_parallel
+      do j = 1, 4
+         parallel(j) = dot_product(corners%normal(i, :), corners%normal(j, :))*merge(1, -1, &
+            (i <= 2) .eqv. (j <= 2)) > same_direction
+      end do
+   end function parallel_choices
 
 end module dda_entrance

@@ -196,11 +196,11 @@ contains
    !> Return the offset, m, of a contact at its present distance.
    !> A negative offset (penetration without force) ends when the contact opens; a positive offset
    !> (closure by initial stress) remains.
-   elemental real(wp) function offset_at_distance(offset, distance) result(kept)
+   elemental real(wp) function offset_at_distance(offset, distance) result(new_offset)
       real(wp), intent(in) :: offset    !< offset in the last step, m
       real(wp), intent(in) :: distance  !< distance between vertex and edge, m
 
-      kept = min(max(0.0_wp, offset), max(offset, distance))
+      new_offset = min(max(0.0_wp, offset), max(offset, distance))
    end function offset_at_distance
 
    !> Return the absolute change of the distance, m, from an old contact to a new contact.
@@ -285,7 +285,7 @@ contains
    !>
    !> Both have the same vertex and edge, or else the same two blocks, a common vertex and the same
    !> direction.  The history must not have been transferred already.
-   pure integer function predecessor(new, old, history, c, same_edge) result(found)
+   pure integer function predecessor(new, old, history, c, same_edge) result(position)
       type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
       integer, intent(in) :: c                     !< new contact
@@ -293,19 +293,19 @@ contains
       logical, intent(in) :: same_edge
       integer :: k, link, o
 
-      found = 0
+      position = 0
       do k = 1, merge(1, 2, same_edge)
          link = 0
          if (k == 1) link = history%head(new%vertex(c))
          if (k == 2 .and. new%corner(c) > 0) link = history%head(new%corner(c))
-         do while (link > 0 .and. found == 0)
+         do while (link > 0 .and. position == 0)
             o = link/2
             if (.not. same_point(new, c, old, o)) then
                continue
             else if (same_edge) then
-               if (old%vertex(o) == new%vertex(c) .and. old%edge(o) == new%edge(c)) found = o
+               if (old%vertex(o) == new%vertex(c) .and. old%edge(o) == new%edge(c)) position = o
             else if (.not. history%transferred(o)) then
-               if (can_replace(new, c, old, o, history%largest_jump)) found = o
+               if (can_replace(new, c, old, o, history%largest_jump)) position = o
             end if
             link = history%next(link)
          end do
@@ -327,15 +327,15 @@ contains
       type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       integer, intent(in) :: c, o                  !< new and old contact
       real(wp), intent(in) :: largest_jump         !< largest change of the distance, m
-      real(wp) :: facing
+      real(wp) :: cosine
 
-      facing = dot_product(new%normal(:, c), old%normal(:, o))
+      cosine = dot_product(new%normal(:, c), old%normal(:, o))
       can_replace = .false.
       if (distance_change(new, c, old, o) > largest_jump) return
       if (new%block_v(c) == old%block_v(o) .and. new%block_e(c) == old%block_e(o)) then
-         can_replace = facing > same_direction
+         can_replace = cosine > same_direction
       else if (new%block_v(c) == old%block_e(o) .and. new%block_e(c) == old%block_v(o)) then
-         can_replace = -facing > same_direction
+         can_replace = -cosine > same_direction
       end if
    end function can_replace
 
@@ -394,21 +394,20 @@ contains
 
    !> Find the old contact without a successor whose force passes to penetrating contact c; 0: none.
    !> Both contacts have the same vertex and direction.
-   pure integer function force_predecessor(new, old, history, c) result(found)
+   pure integer function force_predecessor(new, old, history, c) result(position)
       type(contacts_type), intent(in) :: new, old  !< new and old list of contacts
       type(history_type), intent(in) :: history    !< index of the unmatched contacts
       integer, intent(in) :: c                     !< new contact
       integer :: link, o
 
-      found = 0
+      position = 0
       if (new%gap(c) + new%offset(c) >= 0.0_wp .or. is_point(new, c)) return
       link = history%head(new%vertex(c))
-      do while (link > 0 .and. found == 0)
+      do while (link > 0 .and. position == 0)
          o = link/2
          if (.not. (history%transferred(o) .or. is_point(old, o)) .and. old%new_gap(o) < 0.0_wp &
-            .and. old%vertex(o) &
-            == new%vertex(c) .and. dot_product(new%normal(:, c), old%normal(:, o)) &
-            > same_direction) found = o
+            .and. old%vertex(o) == new%vertex(c) .and. &
+            dot_product(new%normal(:, c), old%normal(:, o)) > same_direction) position = o
          link = history%next(link)
       end do
    end function force_predecessor

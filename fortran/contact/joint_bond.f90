@@ -100,7 +100,7 @@ contains
       acting_damage = contacts%memory(weakened, c)
       select type (law)
       class is (cohesive_type)
-         acting_damage = law%acting_damage([contacts%gap(c), contacts%new_gap(c)], &
+         acting_damage = law%damage_in_step([contacts%gap(c), contacts%new_gap(c)], &
             [contacts%memory(net_slip, c), new_slip(contacts, law, c)], acting_damage)
       end select
    end function energy_consistent_damage

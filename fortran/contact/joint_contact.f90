@@ -52,8 +52,8 @@ contains
       contacts%memory(law%row(:law%columns), c) = state%memory(:law%columns)
    end subroutine store_state
 
-   !> Return the state from which slip is assumed to start: a contact that is assumed to pass zero net
-   !> slip has slipped back to it.
+   !> Return the state from which slip is assumed to start: at zero net slip, if the contact is
+   !> assumed to pass it.
    pure type(joint_state_type) function assumed_state(law, state) result(start)
       class(joint_law_type), intent(in) :: law     !< law of the contact
       type(joint_state_type), intent(in) :: state  !< state at the start of the step

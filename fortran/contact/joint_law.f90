@@ -170,7 +170,7 @@ contains
       strengths = law%inputs
       where (strengths%is_angle)
          strengths%value = reduced_angle(strengths%value, factor)
-      elsewhere
+      else where
          strengths%value = strengths%value/factor
       end where
    end function divided_strengths

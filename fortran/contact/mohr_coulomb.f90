@@ -154,11 +154,11 @@ contains
       class(mohr_coulomb_type), intent(in) :: law  !< law of the joint
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: slip                 !< inelastic slip, ≥ 0, m
-      real(wp) :: left
+      real(wp) :: remaining_slip
 
-      left = law%dilation_slip - state%memory(slip_path)
+      remaining_slip = law%dilation_slip - state%memory(slip_path)
       share = 1.0_wp
-      if (slip > left) share = max(0.0_wp, left)/slip
+      if (slip > remaining_slip) share = max(0.0_wp, remaining_slip)/slip
    end function lifting_share
 
    !> Return the normal force of a sliding contact, N/m, with the lift by the slip of this step.
@@ -167,17 +167,17 @@ contains
       type(joint_state_type), intent(in) :: state  !< state at the start of the step
       real(wp), intent(in) :: closure  !< closure at the end, without the lift of this step, m
       real(wp), intent(in) :: stretch  !< stretch of the shear spring without slip, ≥ 0, m
-      real(wp) :: k_n, k_s, left
+      real(wp) :: k_n, k_s, remaining_slip
 
       k_n = law%initial_spring(state)
       force = k_n*closure
-      left = law%dilation_slip - state%memory(slip_path)
-      if (.not. law%dilates .or. left <= 0.0_wp) return
+      remaining_slip = law%dilation_slip - state%memory(slip_path)
+      if (.not. law%dilates .or. remaining_slip <= 0.0_wp) return
       k_s = law%shear_spring(state)
       force = k_n*(closure + law%dilation*max(0.0_wp, stretch - law%strength(state, 0.0_wp)/k_s)) &
          /(1.0_wp + k_n*law%dilation*weakened_value(law%friction, state%memory(weakened))/k_s)
-      if (stretch - law%strength(state, force)/k_s > left) &
-         force = k_n*(closure + law%dilation*left)
+      if (stretch - law%strength(state, force)/k_s > remaining_slip) &
+         force = k_n*(closure + law%dilation*remaining_slip)
    end function sliding_force
 
 end module dda_mohr_coulomb

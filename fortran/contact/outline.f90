@@ -139,23 +139,23 @@ contains
    end subroutine add_part
 
    !> Select the parts on a side of the bounding box; for 'surface', the parts that face upwards.
-   pure function parts_on_side(blocks, parts, side) result(found)
+   pure function parts_on_side(blocks, parts, side) result(selected)
       type(blocks_type), intent(in) :: blocks            !< blocks in their present state
       type(edge_part_type), intent(in) :: parts(:)     !< parts to choose from
       character(len=*), intent(in) :: side               !< one of `sides`
-      type(edge_part_type), allocatable :: found(:)
+      type(edge_part_type), allocatable :: selected(:)
       real(wp) :: line, outward(2)
       integer :: i, axis
 
       if (side == 'surface') then
-         found = pack(parts, -blocks%along(1, parts%edge) > parallel)
+         selected = pack(parts, -blocks%along(1, parts%edge) > parallel)
          return
       end if
       axis = merge(1, 2, side == 'left' .or. side == 'right')
       outward = 0.0_wp
       outward(axis) = merge(-1.0_wp, 1.0_wp, side == 'left' .or. side == 'bottom')
       line = maxval(outward(axis)*blocks%vertex(axis, :))
-      found = pack(parts, [(is_on_side(parts(i)%edge), i=1, size(parts))])
+      selected = pack(parts, [(is_on_side(parts(i)%edge), i=1, size(parts))])
 
    contains
 
@@ -169,25 +169,25 @@ contains
    end function parts_on_side
 
    !> Select the parts that lie on a polyline.
-   pure function parts_along(blocks, parts, line) result(found)
+   pure function parts_along(blocks, parts, line) result(selected)
       type(blocks_type), intent(in) :: blocks          !< blocks in their present state
       type(edge_part_type), intent(in) :: parts(:)   !< parts to choose from
       real(wp), intent(in) :: line(:,:)  !< [2, points] polyline in the engine's coordinates, m
-      type(edge_part_type), allocatable :: found(:)
+      type(edge_part_type), allocatable :: selected(:)
       real(wp) :: span(2)
       integer :: i, k, n
 
-      allocate (found(0))
+      allocate (selected(0))
       n = 0
       do i = 1, size(parts)
          do k = 1, size(line, 2) - 1
             span = common_span(blocks, parts(i)%edge, line(:, k), line(:, k + 1), 0.0_wp)
             span = [max(span(1), parts(i)%from), min(span(2), parts(i)%to)]
-            if (span(2) - span(1) > least) call add_part(found, n, &
+            if (span(2) - span(1) > least) call add_part(selected, n, &
                edge_part_type(parts(i)%block, parts(i)%edge, span(1), span(2)))
          end do
       end do
-      found = found(:n)
+      selected = selected(:n)
    end function parts_along
 
 end module dda_outline

@@ -136,18 +136,18 @@ contains
    end subroutine slip_curve
 
    !> Solve a ln u + c u = f by Newton's method in ln u, from above, because the function is convex.
-   pure real(wp) function velocity_at(a, c, f, most) result(u)
+   pure real(wp) function velocity_at(a, c, f, upper_bound) result(u)
       real(wp), intent(in) :: a, c, f  !< > 0, > 0, any
-      real(wp), intent(in) :: most     !< upper bound of u, m/s
-      real(wp) :: y, off
+      real(wp), intent(in) :: upper_bound     !< upper bound of u, m/s
+      real(wp) :: y, residual
       integer :: i
 
-      y = min(log(most), f/a)
+      y = min(log(upper_bound), f/a)
       do i = 1, most_steps
          u = exp(y)
-         off = a*y + c*u - f
-         y = y - off/(a + c*u)
-         if (abs(off) <= 4*epsilon(off)*(abs(a*y) + c*u)) exit
+         residual = a*y + c*u - f
+         y = y - residual/(a + c*u)
+         if (abs(residual) <= 4*epsilon(residual)*(abs(a*y) + c*u)) exit
       end do
       u = exp(y)
    end function velocity_at

@@ -28,7 +28,7 @@ contains
       type(blocks_type), intent(in) :: blocks         !< present geometry
       type(laws_type), intent(in) :: laws             !< joint laws
       real(wp), intent(out) :: gained  !< energy gain of the springs, J per metre
-      real(wp) :: length, stiffness_fraction, before
+      real(wp) :: length, stiffness_fraction, former_energy
       integer :: c
 
       gained = 0.0_wp
@@ -36,16 +36,19 @@ contains
          if (contacts%bonded(c)) cycle
          call find_length(contacts, blocks, laws, c, length, stiffness_fraction)
          if (abs(length - contacts%length(c)) <= least_change*contacts%length(c) .and. &
-            abs(stiffness_fraction &
-               - contacts%stiffness_fraction(c)) <= least_change*stiffness_fraction) cycle
+            abs(stiffness_fraction - contacts%stiffness_fraction(c)) <= &
+            least_change*stiffness_fraction) cycle
          if (contacts%length(c) > 0.0_wp .and. contacts%state(c) /= contact_open .and. &
             .not. has_parallel_edge(contacts, blocks, c)) cycle
-         before = start_energy(contacts, laws%slot(contacts%joint(c))%law, c, contacts%was_closed(c))
-         if (contacts%length(c) <= 0.0_wp .or. contacts%state(c) == contact_open) before = 0.0_wp
-         contacts%length(c) = length
-         contacts%stiffness_fraction(c) = stiffness_fraction
-         if (before > 0.0_wp) gained = gained + start_energy(contacts, &
-            laws%slot(contacts%joint(c))%law, c, contacts%was_closed(c)) - before
+         associate (law => laws%slot(contacts%joint(c))%law, closed => contacts%was_closed(c))
+            former_energy = 0.0_wp
+            if (contacts%length(c) > 0.0_wp .and. contacts%state(c) /= contact_open) &
+               former_energy = start_energy(contacts, law, c, closed)
+            contacts%length(c) = length
+            contacts%stiffness_fraction(c) = stiffness_fraction
+            if (former_energy > 0.0_wp) &
+               gained = gained + start_energy(contacts, law, c, closed) - former_energy
+         end associate
       end do
    end subroutine set_lengths
 

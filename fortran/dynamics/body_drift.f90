@@ -32,7 +32,7 @@ contains
       type(solver_type), intent(inout) :: solver  !< linear solver
       type(blocks_type), intent(in) :: blocks     !< blocks in their present state
       type(step_type), intent(in) :: step         !< the present step
-      real(wp) :: weights(size(step_weights(step))), row(6), c
+      real(wp) :: weights(size(step_weights(step))), row(6), force
       integer :: i, k, b
 
       system%drifts = .false.
@@ -51,11 +51,11 @@ contains
       weights = step_weights(step)
       do i = 1, system%terms%n
          associate (term => system%terms%term(i))
-            c = weights(term%instant)*term%coefficient*stretch_of(term, system%drift)
-            if (.not. abs(c) > 0.0_wp) cycle
+            force = weights(term%instant)*term%coefficient*stretch_of(term, system%drift)
+            if (.not. abs(force) > 0.0_wp) cycle
             do k = 1, blocks_in(term)
                call get_row(term, k, b, row)
-               system%drift_load(:, b) = system%drift_load(:, b) + c*row
+               system%drift_load(:, b) = system%drift_load(:, b) + force*row
             end do
          end associate
       end do

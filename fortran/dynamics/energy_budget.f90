@@ -93,7 +93,7 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
-      real(wp) :: part(2, most_pieces), total(2), damped(2)
+      real(wp) :: part(2, most_pieces), total(2), damping(2)
       integer :: p
 
       if (blocks%n < parallel_from) then
@@ -109,9 +109,9 @@ contains
       call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*total(1) &
          + (step%scheme%chi - 0.5_wp)*total(2))
       if (.not. blocks%damps) return
-      damped = damping_losses(blocks, step, d)
-      call add_energy(energy, energy_material_damping, damped(1))
-      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*damped(2))
+      damping = damping_losses(blocks, step, d)
+      call add_energy(energy, energy_material_damping, damping(1))
+      call add_energy(energy, energy_algorithmic, (step%scheme%theta - 0.5_wp)*damping(2))
    end subroutine add_block_losses
 
    !> Sum dᵀKd of the strains and, if χ > ½, ΔvᵀMΔv of blocks first … last.
@@ -362,27 +362,20 @@ contains
    !> Sum of ½ A εᵀDε + A σ₀ᵀε over all blocks, and the energy of the Maxwell branches.
    real(wp) function strain_energy(blocks)
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-
-      strain_energy = elastic_energy(blocks)
-      if (blocks%damps) strain_energy = strain_energy + damping_energy(blocks)
-   end function strain_energy
-
-   !> Sum of ½ A εᵀDε + A σ₀ᵀε over all blocks.
-   real(wp) function elastic_energy(blocks)
-      type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp) :: part(most_pieces)
       integer :: p
 
       if (blocks%n < parallel_from) then
-         elastic_energy = sum_strain(blocks, 1, blocks%n)
-         return
+         strain_energy = sum_strain(blocks, 1, blocks%n)
+      else
+         !$omp parallel do schedule(static)
+         do p = 1, pieces(blocks%n)
+            part(p) = sum_strain(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
+         end do
+         strain_energy = sum(part(:pieces(blocks%n)))
       end if
-      !$omp parallel do schedule(static)
-      do p = 1, pieces(blocks%n)
-         part(p) = sum_strain(blocks, first_of(p, blocks%n), last_of(p, blocks%n))
-      end do
-      elastic_energy = sum(part(:pieces(blocks%n)))
-   end function elastic_energy
+      if (blocks%damps) strain_energy = strain_energy + damping_energy(blocks)
+   end function strain_energy
 
    !> Sum of ½ A εᵀDε + A σ₀ᵀε over blocks first … last.
    pure real(wp) function sum_strain(blocks, first, last) result(energy)

@@ -35,7 +35,7 @@ module dda_impact
 
    !> smallest velocity of an impact/velocity that gravity causes in a step
    real(wp), parameter :: slow = 2.0_wp
-   real(wp), parameter :: short_way = 0.01_wp   !< gap/path in a step below which a gap counts as 0
+   real(wp), parameter :: zero_gap = 0.01_wp   !< gap/path in a step below which a gap counts as 0
    real(wp), parameter :: rigid = 1.0e8_wp  !< strain stiffness of a struck block/K̂
    real(wp), parameter :: unyielding = 1.0e5_wp !< stiffness of rigid supports over inertia in K̂
    integer, parameter :: most_rounds = 20       !< largest number of solutions per step
@@ -124,7 +124,7 @@ contains
 
    !> Mark contacts as struck if they close in the solution faster than `slowest`.
    pure subroutine strike_closed(impacts, iteration, contacts, laws, blocks, step, slowest, &
-      first, found)
+      first, struck)
       type(impacts_type), intent(inout) :: impacts  !< impacts of this step
       type(open_close_type), intent(in) :: iteration  !< converged iteration
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, solved
@@ -133,17 +133,17 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: slowest  !< smallest velocity of an impact, m/s
       logical, intent(in) :: first  !< no contact has been struck in this step
-      integer, intent(out) :: found  !< number of contacts newly struck
+      integer, intent(out) :: struck  !< number of contacts newly struck
       integer :: c
 
-      found = 0
+      struck = 0
       do c = 1, contacts%n
          if (contacts%damping(c) /= is_damped) cycle
          if (contacts%normal_force(c) <= iteration%tolerance) cycle
          if (contacts%rate(1, c) >= -slowest .or. .not. is_approached(contacts, step, c)) cycle
          if (laws%restitution(contacts%joint(c)) < 0.0_wp) cycle
-         if (first .and. found == 0) impacts%hit = .false.
-         found = found + 1
+         if (first .and. struck == 0) impacts%hit = .false.
+         struck = struck + 1
          call strike(contacts, laws, blocks, step, c, opening_velocity(impacts, contacts, laws, &
             step, c))
          call record_hit(impacts, contacts%block_v(c), fraction_before_touch(contacts, step, c))
@@ -169,8 +169,9 @@ contains
       integer, intent(in) :: c  !< number of the contact
 
       fraction = 0.0_wp
-      associate (way => -step%time_step*contacts%rate(1, c))
-         if (contacts%spring_gap(c) > short_way*way) fraction = min(1.0_wp, contacts%gap(c)/way)
+      associate (displacement => -step%time_step*contacts%rate(1, c))
+         if (contacts%spring_gap(c) > zero_gap*displacement) &
+            fraction = min(1.0_wp, contacts%gap(c)/displacement)
       end associate
    end function fraction_before_touch
 
@@ -204,10 +205,10 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       integer, intent(in) :: c  !< number of the contact
 
-      associate (rate => contacts%rate(1, c), ahead => contacts%spring_gap(c))
+      associate (rate => contacts%rate(1, c), spring_gap => contacts%spring_gap(c))
          target = -impacts%restitution_factor*laws%restitution(contacts%joint(c))*rate
          if (target > 0.0_wp .or. impacts%restitution_factor < 1.0_wp) return
-         if (ahead > -short_way*step%time_step*rate) target = -ahead/step%time_step
+         if (spring_gap > -zero_gap*step%time_step*rate) target = -spring_gap/step%time_step
       end associate
    end function opening_velocity
 
@@ -308,7 +309,7 @@ contains
    pure real(wp) function rigid_support_work(impacts, system) result(work)
       type(impacts_type), intent(in) :: impacts  !< impacts of this step
       type(system_type), intent(in) :: system  !< equations of the step, solved
-      real(wp) :: moved
+      real(wp) :: displacement
       integer :: i
 
       work = 0.0_wp
@@ -316,8 +317,8 @@ contains
          associate (term => system%terms%term(i), b => system%terms%term(i)%block_a)
             if (.not. is_support(term)) cycle
             if (.not. impacts%stiff(b)) cycle
-            moved = dot_product(term%row_a, system%d(:, b))
-            work = work - unyielding_spring(system, b, term%row_a)*moved**2
+            displacement = dot_product(term%row_a, system%d(:, b))
+            work = work - unyielding_spring(system, b, term%row_a)*displacement**2
          end associate
       end do
    end function rigid_support_work
@@ -353,19 +354,19 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       type(step_type), intent(in) :: step  !< the present step
       type(losses_type) :: losses
-      real(wp) :: lost, scale
+      real(wp) :: loss, scale
       integer :: c
 
-      lost = 0.0_wp
+      loss = 0.0_wp
       scale = 0.0_wp
       do c = 1, contacts%n
          if (contacts%damping(c) < is_struck) cycle
          losses = losses_of(contacts, laws, step, c)
-         lost = lost + losses%impact
+         loss = loss + losses%impact
          scale = scale + step%time_step*(abs(contacts%normal_force(c)*contacts%rate(1, c)) &
             + abs(contacts%shear_force(c)*contacts%rate(2, c)))
       end do
-      gains_energy = lost < -gain_allowed*scale
+      gains_energy = loss < -gain_allowed*scale
    end function gains_energy
 
    !> Reduce impacts that would increase the energy.  Successive calls first remove the forces

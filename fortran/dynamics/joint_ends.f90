@@ -28,12 +28,12 @@ contains
       type(simulation_type), intent(in) :: simulation  !< run whose contacts are evaluated
       type(doubt_type), allocatable :: doubts(:)
       real(wp) :: mean, bending, stress(2)
-      integer :: j, c, at
+      integer :: j, c, worst
 
       allocate (doubts(0))
       associate (contacts => simulation%contacts(simulation%now), laws => simulation%laws)
          do j = 1, size(laws%points)
-            at = 0
+            worst = 0
             stress = 0.0_wp
             if (laws%points(j) /= 2 .or. max(laws%cohesion(j), laws%tension(j)) <= 0.0_wp) cycle
             do c = 1, contacts%n
@@ -42,9 +42,9 @@ contains
                if (bending <= max(stress(2), most_bending*abs(mean), &
                   least_bending*max(laws%cohesion(j), laws%tension(j)))) cycle
                stress = [mean, bending]
-               at = c
+               worst = c
             end do
-            if (at > 0) call add_doubt(doubts, bending_topic, overlap_text(simulation, at, &
+            if (worst > 0) call add_doubt(doubts, bending_topic, overlap_text(simulation, worst, &
                stress))
          end do
       end associate

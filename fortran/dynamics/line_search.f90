@@ -165,7 +165,7 @@ contains
       type(system_type), intent(in) :: system  !< equations of the step
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       real(wp), intent(out) :: slope  !< slope, J/m
-      real(wp) :: piece(most_pieces)
+      real(wp) :: part(most_pieces)
       integer :: p
 
       call grow(contacts%gap_change, capacity_of(contacts), exactly=.true.)
@@ -177,9 +177,9 @@ contains
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
          call measure_changes_range(system, contacts, first_of(p, contacts%n), last_of(p, &
-            contacts%n), piece(p))
+            contacts%n), part(p))
       end do
-      slope = sum(piece(:pieces(contacts%n)))
+      slope = sum(part(:pieces(contacts%n)))
    end subroutine measure_changes
 
    !> Measure the changes of gap and slip of contacts first … last.
@@ -208,7 +208,7 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts after `measure_changes`
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(out) :: linear(2)  !< slope at the previous d and its increase, J/m
-      real(wp) :: piece(2, most_pieces)
+      real(wp) :: part(2, most_pieces)
       integer :: p
 
       linear = 0.0_wp
@@ -220,9 +220,9 @@ contains
       !$omp parallel do schedule(static)
       do p = 1, pieces(contacts%n)
          call sum_linear_range(contacts, laws, first_of(p, contacts%n), last_of(p, contacts%n), &
-            piece(:, p))
+            part(:, p))
       end do
-      linear = sum(piece(:, :pieces(contacts%n)), 2)
+      linear = sum(part(:, :pieces(contacts%n)), 2)
    end subroutine sum_linear
 
    !> Sum the linear slopes of contacts first … last.
@@ -252,7 +252,7 @@ contains
       type(contacts_type), intent(in) :: contacts  !< contacts of this step
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: alpha  !< fraction of the step
-      real(wp) :: piece(most_pieces)
+      real(wp) :: part(most_pieces)
       integer :: p
 
       if (contacts%n < parallel_from) then
@@ -261,10 +261,10 @@ contains
       end if
       !$omp parallel do schedule(static, 4)  ! nonlinear contacts may be contiguous
       do p = 1, pieces(contacts%n)
-         piece(p) = sum_slopes_range(contacts, laws, alpha, first_of(p, contacts%n), &
+         part(p) = sum_slopes_range(contacts, laws, alpha, first_of(p, contacts%n), &
             last_of(p, contacts%n))
       end do
-      slope = sum(piece(:pieces(contacts%n)))
+      slope = sum(part(:pieces(contacts%n)))
    end function contact_slope
 
    !> Sum the slope of contacts first … last.

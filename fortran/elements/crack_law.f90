@@ -111,7 +111,7 @@ contains
       motion = point_motion(self, point, state, strain, change)
       associate (joint => self%joint)
          stress = [joint%normal_stiffness*max(0.0_wp, -motion%opening(2)), joint%strengths(1) &
-            *joint%acting_damage(motion%opening, motion%slider, state(damage_index)), 0.0_wp]
+            *joint%damage_in_step(motion%opening, motion%slider, state(damage_index)), 0.0_wp]
       end associate
    end function frozen_stress
 
