@@ -224,22 +224,15 @@ contains
       associate (v => contacts%block_v(c), e => contacts%block_e(c))
          if (max(v, e) < first .or. min(v, e) > last) return
          call acting_rows(contacts, c, rows)
-         if (v >= first .and. v <= last) &
-            call add_to_row(system, v, more(1), rows%normal_v, more(2), rows%shear_v)
-         if (e >= first .and. e <= last) &
-            call add_to_row(system, e, -more(1), rows%normal_e, -more(2), rows%shear_e)
+         if (v >= first .and. v <= last) then
+            call add_forces(system%rhs(:, v), more(1), rows%normal_v, more(2), rows%shear_v)
+            system%contact_terms%dirty(v) = max(system%contact_terms%dirty(v), is_dirty_force)
+         end if
+         if (e >= first .and. e <= last) then
+            call add_forces(system%rhs(:, e), -more(1), rows%normal_e, -more(2), rows%shear_e)
+            system%contact_terms%dirty(e) = max(system%contact_terms%dirty(e), is_dirty_force)
+         end if
       end associate
    end subroutine add_to_rows
-
-   !> Add a contact force to the row of one block.
-   pure subroutine add_to_row(system, b, normal_force, normal, shear_force, shear)
-      type(system_type), intent(inout) :: system  !< equations of the step
-      integer, intent(in) :: b            !< block
-      real(wp), intent(in) :: normal_force, normal(6)  !< force, N/m; gradient of the gap
-      real(wp), intent(in) :: shear_force, shear(6)    !< force, N/m; gradient of the slip
-
-      call add_forces(system%rhs(:, b), normal_force, normal, shear_force, shear)
-      system%contact_terms%dirty(b) = max(system%contact_terms%dirty(b), is_dirty_force)
-   end subroutine add_to_row
 
 end module dda_contact_assembly

@@ -63,7 +63,8 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       real(wp), intent(in) :: tolerance  !< allowed difference, N/m
       type(response_type) :: response
-      real(wp) :: off, difference(2), trial(2), at(2)
+      real(wp) :: largest, difference(2), trial(2), at(2)
+      logical :: may_change
       integer :: c
 
       if (laws%plain) return
@@ -71,9 +72,14 @@ contains
          associate (law => laws%slot(contacts%joint(c))%law)
             difference = abs([contacts%normal_force(c), contacts%shear_force(c)] &
                - assumed_forces(contacts, c, motion_in_step(contacts, c)))
-            off = merge(maxval(difference), difference(1), law%has_slip_curve)
-            if (off <= tolerance .and. .not. (law%dilates .or. passes_centre(contacts, c))) cycle
-            if (contacts%with_net_slip) contacts%past_centre(c) = contacts%trial_past_centre(c)
+            largest = merge(maxval(difference), difference(1), law%has_slip_curve)
+            may_change = law%dilates
+            if (contacts%with_net_slip) then
+               may_change = may_change .or. (contacts%past_centre(c) .neqv. &
+                  contacts%trial_past_centre(c))
+               contacts%past_centre(c) = contacts%trial_past_centre(c)
+            end if
+            if (largest <= tolerance .and. .not. may_change) cycle
             trial = [contacts%new_gap(c), contacts%stretch(c) + contacts%slip(c)]
             at = acting(contacts, laws, c, trial)
             call find_response(contacts, laws, c, trial(1), trial(2), response)
@@ -102,16 +108,6 @@ contains
             contacts%line(1, c))
       end associate
    end subroutine drop_friction
-
-   !> .true. if contact c passes zero net slip contrary to the assumption, or vice versa.
-   pure logical function passes_centre(contacts, c)  ! total
-      type(contacts_type), intent(in) :: contacts  !< contacts of this step, evaluated
-      integer, intent(in) :: c  !< number of the contact
-
-      passes_centre = contacts%with_net_slip
-      if (passes_centre) passes_centre = contacts%past_centre(c) .neqv. &
-         contacts%trial_past_centre(c)
-   end function passes_centre
 
    !> .true. if contact c can resist shear or tension without a normal force.
    pure logical function has_bond(contacts, laws, c)
