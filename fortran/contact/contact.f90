@@ -6,8 +6,8 @@
 !> within a step; `move_step_arrays` moves their arrays from the old list to the new one.
 !>
 !> To add a variable, declare it in `contacts_type`.  Name it in `for_each_of_history` if the next
-!> step needs it, else in `for_each_of_step`.  If the next list inherits it, name it in
-!> `copy_history` too.  A joint law stores its variables in columns of `memory` that it
+!> step needs it, else in `for_each_of_step` and `move_step_arrays`.  If the next list inherits it,
+!> name it in `copy_history` too.  A joint law stores its variables in columns of `memory` that it
 !> declares, see `column_type` in dda_joint_law.
 module dda_contact
    use dda_growth, only: grow
@@ -176,11 +176,9 @@ module dda_contact
       real(wp), allocatable :: reals(:), columns(:,:)
    end type variable_type
 
-   !> Operation that copies contacts from one list, or moves the arrays, and then inserts them into
-   !> another list.
+   !> Operation that copies contacts from one list and inserts the copies into another list.
    type, extends(operation_type) :: copy_type
-      logical :: moves = .false.       !< move the arrays
-      integer, allocatable :: list(:)  !< contacts to copy
+      integer, allocatable :: list(:)  !< contacts to copy; not allocated: insert the copies
       integer :: n = 0                 !< number of variables copied or inserted so far
       type(variable_type), allocatable :: copied(:)
    contains
@@ -277,18 +275,53 @@ contains
    end subroutine for_each_of_damping
 
    !> Move the arrays of the variables of a step to another list; their values are undefined there.
-   subroutine move_step_arrays(from, to)
+   pure subroutine move_step_arrays(from, to)
       type(contacts_type), intent(inout) :: from, to  !< lists of one run
-      type(copy_type) :: move
 
       if (.not. allocated(from%pair)) return
-      move%moves = .true.
-      allocate (move%copied(usual_variables/2))
-      call for_each_of_step(from, move)
-      move%moves = .false.
-      move%n = 0
-      call for_each_of_step(to, move)
+      call move_alloc(from%pair, to%pair)
+      call move_alloc(from%gap, to%gap)
+      call move_alloc(from%gradient_v, to%gradient_v)
+      call move_alloc(from%gradient_e, to%gradient_e)
+      call move_alloc(from%was_bonded, to%was_bonded)
+      call move_alloc(from%was_closed, to%was_closed)
+      call move_alloc(from%retained, to%retained)
+      call move_alloc(from%retained_at, to%retained_at)
+      call move_alloc(from%free_force, to%free_force)
+      call move_alloc(from%close_count, to%close_count)
+      call move_alloc(from%trial_state, to%trial_state)
+      call move_alloc(from%force_residual, to%force_residual)
+      call move_alloc(from%slip, to%slip)
+      call move_alloc(from%normal_force, to%normal_force)
+      call move_alloc(from%shear_force, to%shear_force)
+      if (allocated(from%gap_change)) then
+         call move_alloc(from%gap_change, to%gap_change)
+         call move_alloc(from%slip_change, to%slip_change)
+      end if
+      if (from%with_strengths) call move_alloc(from%strength_ratio, to%strength_ratio)
+      if (from%with_damping) call move_damping_arrays(from, to)
+      if (.not. from%with_laws) return
+      call move_alloc(from%was_weakened, to%was_weakened)
+      call move_alloc(from%tangent, to%tangent)
+      call move_alloc(from%line, to%line)
+      if (.not. from%with_net_slip) return
+      call move_alloc(from%past_centre, to%past_centre)
+      call move_alloc(from%trial_past_centre, to%trial_past_centre)
+      call move_alloc(from%acting_damage, to%acting_damage)
+      call move_alloc(from%slider, to%slider)
    end subroutine move_step_arrays
+
+   !> Move the arrays of the variables of damping and impacts to another list.
+   pure subroutine move_damping_arrays(from, to)
+      type(contacts_type), intent(inout) :: from, to  !< lists of one run
+
+      call move_alloc(from%damping, to%damping)
+      call move_alloc(from%rate, to%rate)
+      call move_alloc(from%lead, to%lead)
+      call move_alloc(from%spring_gap, to%spring_gap)
+      call move_alloc(from%gain, to%gain)
+      call move_alloc(from%shift, to%shift)
+   end subroutine move_damping_arrays
 
    !> .true. if contact c is at a point between corners; `vertex` is then the edge of this point.
    pure logical function is_point(contacts, c)  ! total
@@ -429,7 +462,7 @@ contains
       call for_each_variable(copies, copy)
    end subroutine copy_contacts
 
-   !> Copy or move one variable of a list, or insert it into another list.
+   !> Copy one variable of a list, or insert its copy into another list.
    subroutine copy_variable(operation, integers, logicals, reals, columns)
       class(copy_type), intent(inout) :: operation                   !< contacts and copies
       integer, allocatable, intent(inout), optional :: integers(:)   !< [capacity]
@@ -441,12 +474,7 @@ contains
       if (operation%n > size(operation%copied)) &
          operation%copied = [operation%copied, variable_type()]
       associate (copied => operation%copied(operation%n))
-         if (operation%moves) then
-            if (present(integers)) call move_alloc(integers, copied%integers)
-            if (present(logicals)) call move_alloc(logicals, copied%logicals)
-            if (present(reals)) call move_alloc(reals, copied%reals)
-            if (present(columns)) call move_alloc(columns, copied%columns)
-         else if (allocated(operation%list)) then
+         if (allocated(operation%list)) then
             if (present(integers)) copied%integers = integers(operation%list)
             if (present(logicals)) copied%logicals = logicals(operation%list)
             if (present(reals)) copied%reals = reals(operation%list)

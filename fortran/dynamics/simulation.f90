@@ -131,7 +131,7 @@ contains
    end function next_step
 
    !> Exchange the lists of contacts of this step and of the last one.
-   subroutine exchange_lists(simulation)
+   pure subroutine exchange_lists(simulation)
       type(simulation_type), intent(inout) :: simulation  !< a run and its state
 
       simulation%now = 3 - simulation%now
