@@ -40,8 +40,8 @@ def arguments_of(kind: str, values: Mapping) -> inspect.BoundArguments:
     except TypeError:
         names = list(signature.parameters)[1:]
         unknown = next((name for name in values if name not in names), None)
-        fault = f"there is no value {unknown!r}" if unknown else "a value is missing"
-        raise InputError(f"kind {kind!r}: {fault}; its values are {', '.join(names)}") from None
+        fault = f"there is no key {unknown!r}" if unknown else "a key is missing"
+        raise InputError(f"kind {kind!r}: {fault}; its keys are {', '.join(names)}") from None
 
 
 def check_figures(figures, plan) -> list[dict]:

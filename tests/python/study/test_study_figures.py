@@ -217,5 +217,5 @@ def test_a_report_contains_the_requested_figures(table, tmp_path):
     assert page.count("<figure") == 2
     with pytest.raises(InputError, match="did you mean 'map'"):
         write_report(table, tmp_path / "page.html", [{"kind": "mop"}])
-    with pytest.raises(InputError, match="no value 'level'; its values are quantity"):
+    with pytest.raises(InputError, match="no key 'level'; its keys are quantity"):
         write_report(table, tmp_path / "page.html", [{"kind": "ida", "level": 3}])

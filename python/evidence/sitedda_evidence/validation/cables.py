@@ -105,7 +105,7 @@ def sling_frequencies() -> tuple[float, float]:
 
 @case(
     "Cables that pass blocks: a machine of Atwood and a sling",
-    "Machine of Atwood: a = g (m₁ - m₂)/(m₁ + m₂) and N = T (1 - cos ωt) with T = 2 g m₁ m₂/(m₁ + "
+    "Atwood machine: a = g (m₁ - m₂)/(m₁ + m₂) and N = T (1 - cos ωt) with T = 2 g m₁ m₂/(m₁ + "
     "m₂), ω² = k (m₁ + m₂)/(m₁ m₂) and the damping ratio ωΔt/4. Sling: W = 2 N cos β, and the "
     "horizontal frequency is given by ω² = 2 N cos²β/(L m).",
     "Statics and dynamics of a string without mass and friction.",

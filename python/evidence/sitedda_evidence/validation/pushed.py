@@ -51,15 +51,15 @@ def pushed_block(short: bool) -> Outcome:
             yes_or_no(f"{name}: the block topples", True, curve.verdicts == ("stable", "topples")),
             yes_or_no(f"{name}: the curve ends with collapse", True,
                 curve.factor[-1] <= 0 and "collapse" in curve.ending),
-            at_most(f"{name}: work of friction / work", abs(curve.friction[-1] / curve.work[-1]),
-                1e-4),
+            at_most(f"{name}: work of friction / work of the load",
+                abs(curve.friction[-1] / curve.work[-1]), 1e-4),
         ]  # fmt: skip
     sliding = pushover(tower(10.0), "top", displacement=0.2, steps=40)
     coefficient = math.tan(math.pi / 18)
     rows += [
         relative("sliding: largest λ", coefficient, sliding.peak, 2e-3),
         relative("sliding: λ at the end", coefficient, sliding.factor[-1], 2e-3),
-        relative("sliding: work of friction / work", 1.0,
+        relative("sliding: work of friction / work of the load", 1.0,
                  sliding.friction[-1] / sliding.work[-1], 0.02),
         yes_or_no("sliding: in the direction of the load up to the target", True,
              sliding.verdicts == ("stable", "slides") and "target displacement" in sliding.ending),
