@@ -27,7 +27,7 @@ _SCIPY_ROOM = 2**27  # part of the reserved bytes that SciPy needs for its own O
 # Studies import these libraries, because a study may run on dask and call any function.
 _UNUSED = ("cubed", "cupy", "dask", "pint", "sparse", "mpl_toolkits.mplot3d")
 # Modules that matplotlib imports, but that the program hardly uses; they are loaded on first use.
-_LATER = ("fontTools.agl", "matplotlib.category", "matplotlib.dates", "matplotlib.widgets")
+_LATER = ("fontTools.agl", "matplotlib.widgets")
 # New objects before a garbage collection; with 700, collection takes 10 % of a run.
 _OBJECTS = 200_000
 

@@ -219,8 +219,8 @@ def main(arguments: list[str]) -> int:
             if options.verbose and set(verdicts.values()) != {"inside"}:
                 print(f"pair {number}: {verdicts}", flush=True)
     for rocks, counter in counts.items():
-        counts = ", ".join(f"{n} {w}" for w, n in counter.items())
-        print("rocking:" if rocks else "sliding:", counts)
+        listing = ", ".join(f"{n} {w}" for w, n in counter.items())
+        print("rocking:" if rocks else "sliding:", listing)
     inside_bar, outside_bar, without_bar = (sum(c[w] for c in counts.values())
                                             for w in counts[True])  # fmt: skip
     print(f"{inside_bar} of {inside_bar + outside_bar + without_bar} figures inside their bar")

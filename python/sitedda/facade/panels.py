@@ -25,7 +25,6 @@ from ..report.colors import BLUE, COLORS, FAINT, GREY, INK, ORANGE
 from ..report.layout import legend_above
 from ..report.words import folded, plain
 from ..site.column import damped_amplification
-from ..site.response import ColumnResponse
 from ..site.twin import layered_soils
 
 if TYPE_CHECKING:
@@ -41,7 +40,6 @@ _LETTER = 0.02  # width of a letter of the name of a stage over the width of a p
 _LEAST_WIDTH = 0.04  # smallest width of a named stage over the width of a panel
 _TEXT_HEIGHT = 1.8  # inches, largest length of a vertical text in a panel
 _USUAL_FREQUENCIES = (1.0, 10.0)  # Hz; damping is reported here if there is no amplification peak
-_DRAWN_FREQUENCY = 100.0  # Hz; higher ones change drawn peak accelerations by less than 0.3 %
 _SMOOTHED = 3000  # largest number of bins of a smoothed ratio, which is padded with zeros 8 times
 _SAMPLES = 1500  # largest number of drawn samples of energies
 
@@ -129,8 +127,6 @@ def draw_displacements(axes: Axes, scene: Scene, curves) -> None:
 def draw_profile(axes: Axes, result) -> None:
     """Draw peak accelerations of run and column, and the shear-wave velocity, over depth."""
     response, column = result.response, result.response.column
-    if isinstance(response, ColumnResponse):
-        response = response.resolving(_DRAWN_FREQUENCY)
     ends = np.cumsum([0.0, *(layer.thickness for layer in column.layers)])
     theory = abs(response.acceleration(ends)).max(axis=1)
     depth, peak = result.points

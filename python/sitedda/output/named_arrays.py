@@ -8,7 +8,8 @@ the times, would take half the time of the steps of a run.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property
 from types import EllipsisType
 from typing import Any
@@ -19,13 +20,15 @@ import numpy as np
 class NamedArray:
     """Array with named dimensions, see `xarray.DataArray`.
 
-    `source` is an array, or a variable of a file, which is read on first use.
+    `source` is an array, or a variable of a file, which is read on first use within `guard()`.
     """
 
-    def __init__(self, dims: tuple[str, ...], source: Any, labels: Mapping[str, list[str]]):
+    def __init__(
+        self, dims: tuple[str, ...], source: Any, labels: Mapping[str, list[str]], guard=nullcontext
+    ):
         self.dims = dims
         self.dtype, self.shape = source.dtype, source.shape
-        self._source, self._labels = source, labels
+        self._source, self._labels, self._guard = source, labels, guard
 
     @property
     def nbytes(self) -> int:
@@ -35,10 +38,11 @@ class NamedArray:
     @cached_property
     def values(self) -> np.ndarray:
         """Return the values."""
-        return np.asarray(self._source[...])
+        with self._guard():
+            return np.asarray(self._source[...])
 
     def __getitem__(self, index: int | slice | EllipsisType) -> NamedArray:
-        values = self.values[index]
+        values = np.asarray(self.values[index])
         return NamedArray(self.dims[self.values.ndim - np.ndim(values) :], values, self._labels)
 
     def isel(self, **indices: int) -> NamedArray:
@@ -47,7 +51,7 @@ class NamedArray:
             return self
         key = tuple(indices.get(name, slice(None)) for name in self.dims)
         dims = tuple(name for name in self.dims if name not in indices)
-        return NamedArray(dims, self.values[key], self._labels)
+        return NamedArray(dims, np.asarray(self.values[key]), self._labels)
 
     def sel(self, **labels: str) -> NamedArray:
         """Select values by the label along each given dimension."""
@@ -113,11 +117,14 @@ def _find_labels(labels: Mapping[str, list[str]], requested: Mapping[str, str]) 
     return {name: labels[name].index(label) for name, label in requested.items()}
 
 
-def read_netcdf(file) -> NamedArrays:
-    """Open a netCDF file; variables are read on first use, arrays of characters become texts."""
+def read_netcdf(file, guard: Callable[[], AbstractContextManager] = nullcontext) -> NamedArrays:
+    """Open a netCDF file; variables are read on first use, arrays of characters become texts.
+
+    Reading is done within `guard()`.  The file is closed when the variables are garbage.
+    """
     import netCDF4
 
-    data = netCDF4.Dataset(file)  # it is closed when no variable is in use
+    data = netCDF4.Dataset(file)
     data.set_auto_maskandscale(False)
     data.set_auto_chartostring(False)
     variables: dict[str, NamedArray] = {}
@@ -128,5 +135,5 @@ def read_netcdf(file) -> NamedArrays:
             dims, source = dims[:-1], netCDF4.chartostring(variable[...], encoding="utf-8")
             if dims == (name,):
                 labels[name] = source.tolist()
-        variables[name] = NamedArray(dims, source, labels)
+        variables[name] = NamedArray(dims, source, labels, guard)
     return NamedArrays(variables, labels, {n: data.getncattr(n) for n in data.ncattrs()}, str(file))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,8 +65,9 @@ def read_output(file, written: bool = False) -> NamedArrays:
     in `open_output`.
     """
     check_readable(file)
-    with _errors_as_damage(_unreadable_error(file)):
-        data = read_netcdf(file)
+    guard = partial(_errors_as_damage, _unreadable_error(file))
+    with guard():
+        data = read_netcdf(file, guard)
     (_check_structure if written else _check_run)(data)
     return data
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -164,13 +164,6 @@ class ColumnResponse(SiteResponse):
         """Return motion at a depth / reference motion at ``frequencies`` (Hz)."""
         values = not_negative("frequencies", frequencies)
         return self._displacement_ratio(values.ravel(), depth)[0].reshape(values.shape)
-
-    def resolving(self, frequency: float) -> ColumnResponse:
-        """Return the response to as few samples of the motion as resolve a frequency (Hz)."""
-        step = self.motion.time_step
-        stride = max(1, int(0.5 / (frequency * step)))
-        motion = Motion.of(self.motion.acceleration[::stride], stride * step)
-        return replace(self, motion=motion, scheme_step=self.scheme_step or step)
 
     def acceleration(self, depth: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Acceleration at a depth or depths (m), m/s², shape (..., samples)."""

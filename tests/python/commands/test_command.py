@@ -382,3 +382,14 @@ def test_a_picture_or_page_that_cannot_be_written_is_named(main, write_input, tm
     process = main(*command, write_input(tower(steps=2)), "-o", target)
     assert process.returncode == 5
     assert process.stderr == f"sitedda: {target}: the folder {target.parent} does not exist\n"
+
+
+def test_an_output_never_replaces_the_record(program, write_input, tmp_path):
+    record = tmp_path / "record.txt"
+    record.write_text("".join(f"{0.01 * i} {(-1) ** i}\n" for i in range(20)))
+    shaken_input = changed(tower(steps=3), "motion", values=None, time_step=None, file="record.txt",
+                     format="text", unit="m/s2")  # fmt: skip
+    text = record.read_bytes()
+    process = program("run", write_input(shaken_input), "-q", "-o", tmp_path / "record.txt")
+    assert record.read_bytes() == text
+    assert process.returncode in (1, 5) and "record.txt" in process.stderr

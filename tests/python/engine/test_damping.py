@@ -92,7 +92,7 @@ def test_modes_have_the_moduli_and_damping_of_their_frequencies(write_input, rat
     reference, young = 40.0, 4.788e9
     body = {"damping_ratio": ratio, "reference_frequency": reference, "damping_band": [1.0, 500.0]}
     modes = sitedda.modes(write_input(damped(**body), "damped"), 3)
-    assert "at its own frequency" in modes.message
+    assert "at its own frequency" in modes.words
     for mode, frequency in enumerate(modes.frequency):
         modulus = young * (frequency / reference) ** (2 * np.arctan(2 * ratio) / np.pi)
         elastic, stiffer = (
@@ -202,7 +202,7 @@ def test_check_reports_the_damping_of_materials(write_input, material, control, 
     assert not re.search(r"\b(omega|zeta|eta|alpha|beta|tau|dt|dx)\b|omega_max", report.text)
     lines = {line.topic: line for line in report.lines}
     line = lines["Rayleigh damping" if "rayleigh" in str(material) else "material damping"]
-    assert line.verdict == verdict and message in line.message
+    assert line.verdict == verdict and message in line.words
 
 
 def test_check_states_no_damping_ratio_at_a_frequency_of_zero(write_input):
@@ -211,7 +211,7 @@ def test_check_states_no_damping_ratio_at_a_frequency_of_zero(write_input):
     report = sitedda.check(write_input(groups))
     lines = {line.topic: line for line in report.lines}
     assert report.band[0] == 0.0 and "NaN" not in report.text
-    assert " % at " in lines["Rayleigh damping"].message
+    assert " % at " in lines["Rayleigh damping"].words
 
 
 def test_check_reports_that_alpha_damps_free_blocks(write_input):
@@ -219,7 +219,7 @@ def test_check_reports_that_alpha_damps_free_blocks(write_input):
     groups = changed(groups, "control", gravity=[0.0, -9.81], settle=True)
     lines = {line.topic: line for line in sitedda.check(write_input(groups)).lines}
     assert lines["Rayleigh damping"].verdict == "warn"
-    assert "fall at most at a speed of 9.81" in lines["Rayleigh damping"].message
+    assert "fall at most at a speed of 9.81" in lines["Rayleigh damping"].words
 
 
 def test_the_highest_frequency_uses_the_largest_modulus(write_input):

@@ -210,7 +210,10 @@ def test_a_change_of_law_keeps_stresses(first, second):
     "soil, message",
     [
         ({"law": "hysteretic"}, "curve is missing"),
-        ({"law": "hysteretic", "curve": "darendeli"}, "mean_stress is missing"),
+        (
+            {"law": "hysteretic", "curve": "darendeli"},
+            "mean_stress is missing: curve = 'darendeli' needs it",
+        ),
         ({"law": "hysteretic", "curve": "mkz"}, "needs reference_strain or shear_strength"),
         (MASING | {"shear_strength": 1e5}, "reference_strain or shear_strength, not both"),
         (MASING | {"curve": "gqh"}, "curve_fit is missing"),

@@ -73,9 +73,11 @@ UNCORRECTED = {"drift_order": None, "quantity": "displacement"}
         ({"drift_order": 2}, r"changed it by up to 0.4 m/s and 0.04 m; ends with 0 m/s .*held"),
         ({"quantity": "velocity", "values": [0, 0.4, 0]}, r"0 m/s .*held there$"),
         ({"drift_order": None, "values": [0.1, 0.3, 0.1, 0.3, 0.1]}, r"PGV 0 m/s, PGD [1-9]"),
-        ({"drift_order": None, "values": [0.1] * 20}, r"PGA 0 .* PGD 0 m; .* 0 m/s at 0 m"),
+        ({"drift_order": None, "values": [0.1] * 20},
+         r"PGA 0 m/s², PGV 0 m/s, PGD 0 m; .* 0 m/s at 0 m"),
         (UNCORRECTED | {"values": [0, 0.1, 0.3]},
-         r"ends with 0 m/s at 0.3 m and is held there \(.* 2 m/s: after_end = 'continue' keeps"),
+         r"ends with 0 m/s at 0.3 m and is held there \(its last two samples move at 2 m/s: "
+         r"after_end = 'continue' keeps this velocity\)$"),
         (UNCORRECTED | {"values": [0, 0.1, 0.2], "after_end": "continue"},
          r"ends with 1 m/s at 0.2 m and continues with this velocity$"),
     ],

@@ -4,6 +4,7 @@
 import math
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -500,6 +501,54 @@ def test_invalid_additions_of_a_stage_are_refused(stages, message, write_input):
     with pytest.raises(sitedda.InputError) as error:
         sitedda.Simulation(file)
     assert message in str(error.value) and "group &stage (line " in str(error.value)
+
+
+# --- Killed in every stage -----------------------------------------------------------------------
+
+KILLED = """
+import sys, time, sitedda
+run = sitedda.Simulation(sys.argv[1], sys.argv[2])
+run.advance(int(sys.argv[3]))
+run.checkpoint()
+print("ready", flush=True)
+while True:
+    run.advance(1)
+    run.checkpoint()
+    time.sleep(0.001)  # stays in the stage until it is killed
+"""
+LONG = [dict(stage) | ({"steps": 200} if "steps" in stage else {}) for stage in STAGES]
+
+
+def test_a_run_killed_in_any_stage_resumes_bit_identically(
+    write_input, tmp_path, binary, same_bits
+):
+    """SIGKILL of Python and of the executable; each continues the run of the other."""
+    groups = changed(beam(LONG), "output", checkpoint_interval=5, block_interval=50)
+    file = write_input(groups)
+    sitedda.run(file, output=tmp_path / "whole.nc")
+    begun = set()
+    for i, after in enumerate((1, 150, 199, 250)):
+        output = tmp_path / f"python_{i}.nc"
+        child = subprocess.Popen([sys.executable, "-c", KILLED, file, output, str(after)],
+                                 stdout=subprocess.PIPE)  # fmt: skip
+        assert child.stdout.readline() == b"ready\n"
+        time.sleep(0.02)
+        child.send_signal(signal.SIGKILL)
+        assert child.wait() == -signal.SIGKILL
+        process = binary.ok("resume", file, "-o", output, "-q")
+        begun.add(int(process.stdout.split("resumed at step ")[1].split(",")[0]) // 200)
+        same_bits(tmp_path / "whole.nc", output)
+    assert {0, 1} <= begun
+    for i in range(4):
+        output = tmp_path / f"native_{i}.nc"
+        child = subprocess.Popen([binary.path, "run", file, "-o", output, "-q"])
+        while child.poll() is None and not Path(f"{output}.checkpoint").exists():
+            time.sleep(0.001)
+        time.sleep(0.03 * i)
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        sitedda.resume(file, output)
+        same_bits(tmp_path / "whole.nc", output)
 
 
 # --- Stopped on request --------------------------------------------------------------------------

@@ -453,3 +453,23 @@ def test_errors_survive_a_pickle_and_a_copy(kind, number, parent):
     for clone in (pickle.loads(pickle.dumps(error)), copy.copy(error), copy.deepcopy(error)):
         assert type(clone) is kind
         assert (str(clone), clone.kind) == ("step 3: größer", kind.kind)
+
+
+def test_an_error_of_the_caller_is_not_replaced(write_input, tmp_path):
+    def fail(simulation):
+        raise RuntimeError("mine")
+
+    with pytest.raises(RuntimeError, match="mine"):
+        sitedda.run(write_input(tower(steps=5000)), tmp_path / "out.nc", progress=fail)
+    with xr.open_dataset(tmp_path / "out.nc.partial", engine="netcdf4") as dataset:
+        assert dataset.attrs["complete"] == "no"
+    assert not (tmp_path / "out.nc").exists()
+
+
+def test_an_input_error_leaves_no_open_file(write_input):
+    invalid_input = write_input(changed(tower(), "control", steps=-1), "bad.nml")
+    with sitedda.Simulation(write_input(tower(steps=5))) as simulation:
+        for _ in range(100):
+            with pytest.raises(sitedda.InputError):
+                sitedda.Simulation(invalid_input)
+        assert simulation.advance(5)

@@ -272,7 +272,8 @@ def test_bars_of_a_linear_run_are_those_of_runs(write_input, error_bars):
         limit = other.finest if math.isnan(other.extrapolated) else other.extrapolated
         assert one.finest == pytest.approx(limit, rel=1e-2)
         assert one.bar < 0.25 * other.bar  # with a transfer function, small steps cost no time
-    assert "only measured points" in figures["largest_displacement_m"].doubt
+    doubt = figures["largest_displacement_m"].doubt
+    assert doubt == "no error bar: in a linear run only measured points have error bars"
 
 
 def test_an_undamped_resonance_does_not_converge():
