@@ -76,8 +76,12 @@ def terminal_text(result: Result) -> str:
 def write_report(collection: Collection, results: Iterable[Result], folder) -> Path:
     """Write a report as ``NAME.html``, and as ``NAME.md`` with pictures ``NAME/*.png``.
 
-    The results are in the order of the report; the folder is created if it does not exist.  The
-    result is the path of the HTML page.
+    The results are in the order of the report; the folder is created if it does not exist.
+
+    Returns
+    -------
+    Path
+        Path of the HTML page.
     """
     page = report_page(collection, results)
     folder, name = make_folder(folder), collection.name

@@ -343,7 +343,7 @@ def build_file(file, output=None, block_file: bool | None = None) -> tuple[Path,
     `block_file`: write the blocks to a netCDF file, NAME_blocks.blocks.nc (default: for 10,000 or
     more).
 
-    The result is the written file.
+    The result is the path of the written file, and the blocks.
     """
     file = Path(file)
     output = Path(output) if output else file.with_name(f"{file.stem}_blocks.nml")

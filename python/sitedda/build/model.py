@@ -322,7 +322,14 @@ class Model(Groups):
 
     @classmethod
     def from_namelist(cls, text: str, file="model.nml") -> "Model":
-        """Return the model of a namelist text; file names are relative to the folder of `file`."""
+        """Return the model of a namelist text; relative file names refer to the folder of `file`.
+
+        Raises
+        ------
+        InputError
+            If a group or variable is unknown, or a value cannot be read; the message names the
+            line.  The engine checks the values in `check` and `run`.
+        """
         model = cls()
         model.folder = Path(file).parent
         names = set()

@@ -147,6 +147,10 @@ def calibrate(
     contacts, changes, **variables
         See `sitedda.modes`.
 
+    Returns
+    -------
+    Calibration
+
     Raises
     ------
     InputError

@@ -127,6 +127,13 @@ def draw(
     -------
     matplotlib.axes.Axes
         ``axes.figure.savefig(file)`` writes the picture.
+
+    Raises
+    ------
+    InputError
+        If `color`, `contacts` or `arrows` is unknown, or `deformation` is not a number.
+    InputError
+        If the stage does not exist.
     """
     scene = Scene.of(source, absolute)
     picture = BlockPicture(scene, color, contacts, deformation, axes, legend, (), arrows, since)

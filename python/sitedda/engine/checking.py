@@ -323,6 +323,10 @@ def transfer(
         See `modes`.
     changes, **variables
         Variables to change in the input, see `Simulation`.
+
+    Returns
+    -------
+    ndarray of complex, shape (n,)
     """
     frequencies = np.ascontiguousarray(np.atleast_1d(not_negative("frequencies", frequencies)))
     if direction not in ("x", "y"):
@@ -366,6 +370,15 @@ def penalty_for(
         See `modes`.
     changes, **variables
         Variables to change in the input, see `Simulation`.
+
+    Returns
+    -------
+    Penalty
+
+    Raises
+    ------
+    SiteddaError
+        If the fraction is out of range, or no penalty changes the first frequency.
     """
     with _open_model(model, changes, variables) as simulation:
         return _find_penalty(simulation, contacts, "shift", 100 * accuracy)

@@ -149,6 +149,11 @@ def scheme_damping(
     -------
     ndarray, shape (...)
         Damping ratio ζ; inf if the modulus has no positive real part (abτ² >= 1).
+
+    Raises
+    ------
+    InputError
+        If a frequency reaches the Nyquist frequency or an argument is out of range.
     """
     scheme = Scheme.named(integration, theta)
     values = _check_frequencies(frequency, time_step)
@@ -157,7 +162,7 @@ def scheme_damping(
 
 
 def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
-    """Return the frequency (Hz) of the equivalent continuous system, equal for all schemes.
+    """Return the frequency of the equivalent continuous system, equal for all schemes.
 
     ω̃/2π = (2/Δt) tan(ωΔt/2)/2π, to be used with the modulus of :func:`scheme_damping`.
 
@@ -167,6 +172,16 @@ def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float
         Frequencies of the motion, Hz, below the Nyquist frequency 1/(2Δt).
     time_step : float
         Δt, s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Equivalent frequency, Hz; never below ``frequency``.
+
+    Raises
+    ------
+    InputError
+        If a frequency reaches the Nyquist frequency or an argument is out of range.
     """
     values = _check_frequencies(frequency, time_step)
     squares = -Scheme.named("midpoint").steady(values.ravel(), time_step).inertia.real
@@ -176,7 +191,7 @@ def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float
 def time_step_for_damping(
     damping: ArrayLike, frequency: ArrayLike, integration: str = "dda", theta: float = 0.75
 ) -> NDArray[np.float64]:
-    """Return the time step (s) at which the time integration has a given damping ratio.
+    """Return the time step at which the time integration has a given damping ratio.
 
     The inverse of :func:`scheme_damping`; Δt = 2 atan(2ζ)/ω in the DDA member.
 
@@ -189,6 +204,11 @@ def time_step_for_damping(
     integration : {'dda', 'theta', 'backward_euler'}
     theta : float
         θ of ``'theta'``, above 1/2.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Δt, s.
 
     Raises
     ------
@@ -217,6 +237,11 @@ def theta_for_damping(
         Frequency of that damping ratio, Hz, > 0 and below the Nyquist frequency 1/(2Δt).
     time_step : float
         Δt, s.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        θ = χ, 1/2 ... 1.
 
     Raises
     ------

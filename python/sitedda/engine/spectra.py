@@ -58,6 +58,11 @@ def fourier_spectrum(series, time_step: float, padding: int = 1, taper: float = 
         Hz.
     spectrum : complex ndarray, shape (bins,)
         Unit of the series times s.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range or a sample is not finite.
     """
     series = _check_series("series", series)
     bins = int(padding) * series.size // 2 + 1
@@ -93,7 +98,13 @@ def amplification(surface, base, time_step: float, padding: int = 8, taper: floa
 
 
 def find_peak(frequency, amplitude, lowest: float, highest: float) -> Peak:
-    """Return the largest amplitude between two frequencies (Hz), interpolated by a parabola."""
+    """Return the largest amplitude between two frequencies (Hz), interpolated by a parabola.
+
+    Raises
+    ------
+    InputError
+        If no bin lies in the band.
+    """
     bins = _check_series("frequency", frequency), _check_series("amplitude", amplitude)
     peak = checked(api.peak_of, *bins, lowest, highest)
     return Peak(float(peak[0]), float(peak[1]), float(peak[2]), bool(peak[3]))

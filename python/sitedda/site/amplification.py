@@ -27,14 +27,19 @@ _CORNERS = np.geomspace(0.01, 10.0, 61)  # trial values of f₃ / median Sa
 
 @dataclass(frozen=True)
 class AmplificationTable:
-    """Median and σ of ln AF given Sa of the rock at the same period."""
+    """Median and σ of ln AF given Sa of the rock at the same period.
 
-    # ``median`` and ``sigma_ln`` over ``level`` (Sa of the rock, m/s²) and ``period`` (s; 0 is
-    # PGA); NaN where no case is near.  ``coefficients`` f₁, f₂, f₃ of each period, ``count``.
+    Attributes
+    ----------
+    table : xarray.Dataset
+        ``median`` and ``sigma_ln`` over ``level`` (Sa of the rock, m/s²) and ``period`` (s; 0 is
+        PGA); NaN where no case is near.  ``coefficients`` f₁, f₂, f₃ of each period, ``count``.
+    """
+
     table: xr.Dataset
 
     def hazard(self, period: float, levels, rates, wanted) -> NDArray[np.float64]:
-        """Compute rates of exceedance (1/year) of the surface by convolution with those of rock.
+        """Compute rates of exceedance at the surface by convolution with the rock hazard curve.
 
         Parameters
         ----------
@@ -44,6 +49,11 @@ class AmplificationTable:
             Sa of the rock (m/s²), and its rates of exceedance (1/year).
         wanted : array_like, shape (m,)
             Sa of the surface, m/s².
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            1/year.
 
         References
         ----------
@@ -112,6 +122,11 @@ def amplification_table(
     pga : bool
         The shortest period of the suite, at most 0.05 s, represents PGA.
 
+    Raises
+    ------
+    InputError
+        If the suite has too few cases.
+
     References
     ----------
     Stewart, J. P., Afshari, K. & Hashash, Y. M. A. (2014). Guidelines for performing
@@ -166,7 +181,7 @@ def _fit_period(rock, factor, levels):
     is_near = np.abs(np.log(x[None, :] / levels[:, None])) <= _KERNEL
     count = is_near.sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
-        freedom = max(x.size - 3, 1) / x.size  # of three parameters: two coefficients and f₃
+        freedom = max(x.size - 3, 1) / x.size  # fitted: two coefficients and f₃
         sigma = np.sqrt((is_near * residual**2).sum(axis=1) / count / freedom)
     is_sparse = count < _FEWEST
     median, sigma = np.where(is_sparse, np.nan, median), np.where(is_sparse, np.nan, sigma)

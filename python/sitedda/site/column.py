@@ -57,6 +57,11 @@ class Column:
         Meaning of the damping ratio, see :func:`complex_modulus`; by default ``dormieux``, which
         keeps the modulus as it is given, for ratios up to ½.
 
+    Raises
+    ------
+    InputError
+        If there is no layer, or an item, the base or the convention is of another kind.
+
     Examples
     --------
     >>> soil = Layer(15.0, density=2643.0, shear_modulus=1.9152e9, damping=0.022)
@@ -141,10 +146,20 @@ class Column:
         bottom : float, optional
             Depth of the reference motion, m, not above ``top``; by default the base.
         kind : {'within', 'outcrop'}
-            The reference motion: the motion inside the column, or that of a free surface at this
-            depth (twice the upgoing wave; at an interface, of the medium below).  At a rigid base
-            they are equal.  The default suits points of a model; records in :meth:`response` are
-            outcrop motions.
+            The reference motion: as it is inside the column, or as it would be were the medium at
+            that depth a free surface (twice the upgoing wave; at an interface, of the medium
+            below).  On a rigid base, ``bottom`` at the base, the two are the same.  The default is
+            that of points of a model; :meth:`response` takes records, which are of outcrops.
+
+        Returns
+        -------
+        ndarray of complex128, shape of ``frequencies``
+            Transfer function, dimensionless.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range, or the ratio is infinite (an undamped resonance).
         """
         values = not_negative("frequencies", frequencies)
         waves = Waves.damped(values.ravel(), self.convention)
@@ -198,7 +213,7 @@ class Column:
         integration: str | Scheme = "dda",
         theta: float = 0.75,
     ) -> Peak:
-        """Return the highest resonance peak of the transfer function within a band.
+        """Return the highest resonance peak of the transfer function inside a band.
 
         Parameters
         ----------
@@ -211,6 +226,16 @@ class Column:
             Δt, s; if given, the peak of :meth:`scheme_transfer`, else of :meth:`transfer`.
         integration, theta
             As for :meth:`scheme_transfer`.
+
+        Returns
+        -------
+        Peak
+            Frequency, Hz, and amplification.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range, the band contains no peak, or the peak is unbounded.
         """
         mode_spacing = 0.5 / self.travel_time
         low, high = _checked_band((0.0, mode_spacing) if band is None else band)

@@ -20,12 +20,22 @@ _BELOW = 60  # number of intervals below the table at which such integrals begin
 class SoilCurves:
     """Secant modulus and damping ratio of a soil as functions of the shear strain.
 
-    They are interpolated linearly in the logarithm of the strain, constant outside, as in SHAKE.
+    They are interpolated linearly in the logarithm of the strain and constant beyond, as in SHAKE.
+
+    Attributes
+    ----------
+    strain : ndarray, shape (n,)
+        Increasing, dimensionless (1e-4 is 0.01 %).
+    reduction : ndarray, shape (n,)
+        G/G_max, in 0 … 1.
+    damping : ndarray, shape (n,)
+        Damping ratio, a fraction.
+    name : str
     """
 
-    strain: NDArray[np.float64]  # increasing, dimensionless (1e-4 is 0.01 %); shape (n,)
-    reduction: NDArray[np.float64]  # G/G_max, in 0 … 1; shape (n,)
-    damping: NDArray[np.float64]  # damping ratio, a fraction; shape (n,)
+    strain: NDArray[np.float64]
+    reduction: NDArray[np.float64]
+    damping: NDArray[np.float64]
     name: str = ""
 
     def __post_init__(self) -> None:
@@ -140,9 +150,14 @@ def gqh(reference_strain: float, theta: ArrayLike) -> SoilCurves:
     Parameters
     ----------
     reference_strain : float
-        γ_r = τ_max/G_max: shear strength / modulus at small strains.
+        γ_r = τ_max/G_max: the shear strength over the modulus at small strain.
     theta : array_like, shape (5,)
         θ₁ … θ₅.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range, or θ above 1 at a strain.
 
     References
     ----------

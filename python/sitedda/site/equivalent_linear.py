@@ -23,17 +23,34 @@ _APART = 0.01  # smallest relative difference of the strains of two solutions
 
 @dataclass(frozen=True)
 class EquivalentLinear:
-    """A column whose properties fit its strains, and data on the iteration."""
+    """A column whose properties fit its strains, and data on the iteration.
 
-    # Response of the fitted column; ``response.column`` has its moduli and damping ratios.
+    Attributes
+    ----------
+    response : ColumnResponse
+        Response of the fitted column; ``response.column`` has its moduli and damping ratios.
+    strain : ndarray, shape (layers,)
+        Effective shear strain of each layer.
+    reduction : ndarray, shape (layers,)
+        G/G_max.
+    damping : ndarray, shape (layers,)
+        Damping ratio.
+    iterations : int
+    change : float
+        Largest relative change of a modulus or damping ratio in the last iteration.
+    strain_ratio : float
+        Effective over largest strain.
+    other_strain : float
+        Largest strain of another consistent solution; NaN if none was found.
+    """
+
     response: ColumnResponse
-    strain: NDArray[np.float64]  # effective shear strain of each layer; shape (layers,)
-    reduction: NDArray[np.float64]  # G/G_max; shape (layers,)
-    damping: NDArray[np.float64]  # damping ratio; shape (layers,)
+    strain: NDArray[np.float64]
+    reduction: NDArray[np.float64]
+    damping: NDArray[np.float64]
     iterations: int
-    change: float  # largest relative change of a modulus or damping ratio in the last iteration
-    strain_ratio: float = 0.65  # ratio of effective to largest strain
-    # Largest strain of another consistent solution; NaN if none was found.
+    change: float
+    strain_ratio: float = 0.65
     other_strain: float = np.nan
 
     @property

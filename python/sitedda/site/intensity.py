@@ -12,16 +12,31 @@ from .motion import Motion
 
 @dataclass(frozen=True)
 class Intensity:
-    """Intensity measures of an acceleration."""
+    """Intensity measures of an acceleration.
 
-    peak_acceleration: float  # m/s²
-    peak_velocity: float  # m/s, of the acceleration integrated from rest
-    arias: float  # Arias intensity π/2g ∫a² dt, m/s
-    duration: float  # D5–95, s: between 5 and 95 % of the Arias intensity
-    # T_m of Rathje et al. (2004), s: mean of 1/f over the squared Fourier amplitudes from 0.25 to
-    # 20 Hz.
+    Attributes
+    ----------
+    peak_acceleration : float
+        m/s².
+    peak_velocity : float
+        m/s, of the acceleration integrated from rest.
+    arias : float
+        Arias intensity π/2g ∫a² dt, m/s.
+    duration : float
+        D5–95, s: between 5 and 95 % of the Arias intensity.
+    mean_period : float
+        T_m of Rathje et al. (2004), s: mean of 1/f over the squared Fourier amplitudes from 0.25 to
+        20 Hz.
+    cumulative_velocity : float
+        ∫|a| dt, m/s.
+    """
+
+    peak_acceleration: float
+    peak_velocity: float
+    arias: float
+    duration: float
     mean_period: float
-    cumulative_velocity: float  # ∫|a| dt, m/s
+    cumulative_velocity: float
 
     def __str__(self) -> str:
         return (
@@ -38,6 +53,11 @@ def intensity(motion, time_step: float | None = None) -> Intensity:
     ----------
     motion, time_step
         See :meth:`Column.response`.
+
+    Raises
+    ------
+    InputError
+        If the motion is invalid, or all samples are 0.
 
     References
     ----------

@@ -163,6 +163,11 @@ class HalfSpace:
         Damping ratio, a fraction, or a function of the frequencies (Hz, shape (n,)) that returns
         one ratio per frequency, or the damping that a material of the engine has:
         :class:`sitedda.damping.ConstantRatio`, :class:`sitedda.damping.Rayleigh`.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite and positive, or modulus and velocity are missing or disagree.
     """
 
     _: KW_ONLY
@@ -197,7 +202,13 @@ class HalfSpace:
             object.__setattr__(self, name, value)
 
     def damping_at(self, frequencies: ArrayLike) -> NDArray[np.float64]:
-        """Return the damping ratio at each frequency (Hz, shape (n,))."""
+        """Return the damping ratio at each frequency (Hz, shape (n,)).
+
+        Raises
+        ------
+        ValueError
+            If a damping function returns another shape, or a negative or non-finite ratio.
+        """
         values = np.asarray(frequencies, dtype=float)
         if isinstance(self.damping, MaterialDamping):
             return self.damping.ratio_at(values)
@@ -224,6 +235,11 @@ class Layer(HalfSpace):
         H, m; the only positional argument.
     density, shear_modulus, shear_velocity, damping
         See :class:`HalfSpace`.
+
+    Raises
+    ------
+    InputError
+        As in :class:`HalfSpace`, or if the thickness is not finite and positive.
     """
 
     thickness: float

@@ -113,7 +113,7 @@ def rotated_spectra(
     first, second, periods: ArrayLike, percentiles: Sequence[float] = (0, 50, 100),
     damping: float = 0.05,
 ) -> NDArray[np.float64]:  # fmt: skip
-    """Return RotDnn (m/s²) of two horizontal components: percentiles of Sa over all directions.
+    """Return RotDnn of two horizontal components: percentiles of Sa over all directions.
 
     Parameters
     ----------
@@ -121,6 +121,11 @@ def rotated_spectra(
         Components with equal time steps.
     periods : array_like, shape (n,)
         s.
+
+    Returns
+    -------
+    ndarray, shape (m, n)
+        m/s².
 
     References
     ----------

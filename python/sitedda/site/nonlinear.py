@@ -54,17 +54,35 @@ class Histories:
 
 @dataclass(frozen=True)
 class NonlinearResponse(SiteResponse):
-    """The response of a column of yielding soil to a ground motion."""
+    """The response of a column of yielding soil to a ground motion.
 
-    column: Column  # column with moduli at small strains
-    motion: Motion  # motion of the base
-    bottom: float  # depth of the base, m
-    kind: str  # kind of motion: 'outcrop' or 'within'
-    branches: tuple[Branches | None, ...]  # of each layer; None: the layer is linear
+    Attributes
+    ----------
+    column : Column
+        Column with moduli at small strains.
+    motion : Motion
+        Motion of the base.
+    bottom : float
+        Depth of the base, m.
+    kind : {'outcrop', 'within'}
+        Kind of motion.
+    branches : tuple of Branches or None, one for each layer
+        None: the layer is linear.
+    histories : Histories
+    coarse : Histories or None
+        Histories with cells and steps of twice the size.
+    band : float
+        Hz, up to which cells and steps are small enough.  Accelerations that are returned pass a
+        zero-phase low-pass at it; `histories` has them as computed.
+    """
+
+    column: Column
+    motion: Motion
+    bottom: float
+    kind: str
+    branches: tuple[Branches | None, ...]
     histories: Histories
-    coarse: Histories | None  # histories with cells and steps of twice the size
-    # Highest frequency that cells and steps resolve, Hz.  Returned accelerations are filtered by a
-    # zero-phase low-pass at this frequency; those of `histories` are not.
+    coarse: Histories | None
     band: float
 
     def acceleration(self, depth: float = 0.0) -> NDArray[np.float64]:

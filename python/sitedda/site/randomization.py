@@ -85,12 +85,12 @@ def randomized(
     velocity : str, Toro or None
         Correlation of the velocities, one of `TORO`; None: they are those of the profile.
     sigma : float, optional
-        Standard deviation of ln V_s (default: that of the model).
+        Standard deviation of ln V_s, instead of the model's.
     layering : bool
-        Draw interfaces by a Poisson process of rate 1.98 (h + 10.86)^−0.89 per m at depth h (m)
-        instead of those of the profile; a layer has the soil at the depth of its middle.
+        Interfaces by a Poisson process of rate 1.98 (h + 10.86)^−0.89 per m at depth h (m), in
+        place of the profile's; a layer has the soil of the depth of its middle.
     depth_to_rock : float
-        Standard deviation of the logarithm of the depth of the bottom of the lowest layer.
+        Standard deviation of the logarithm of the depth of the lowest layer's bottom.
     curves : float, optional
         Correlation of G/G_max and damping ratio, such as −0.5, with the standard deviations of
         Darendeli (2001) and one pair of deviates a row; None: curves are not varied.  They stay
@@ -100,6 +100,10 @@ def randomized(
         rescaled to the standard deviation of the model.
     water_table, pressure_at_rest : float
         See `Profile.curves`.
+
+    Returns
+    -------
+    list of (Column, list of SoilCurves or None)
     """
     model = _velocity_model(velocity, sigma)
     if count != int(count) or count < 1:

@@ -95,14 +95,27 @@ class ColumnResponse(SiteResponse):
 
     It is computed in the frequency domain (SHAKE). Zeros follow the record, as many as its samples
     or more, until the free vibration has decayed.
+
+    Attributes
+    ----------
+    column : Column
+    motion : Motion
+        The reference motion.
+    bottom : float
+        Depth of the reference motion, m.
+    kind : {'outcrop', 'within'}
+        Kind of reference motion.
+    scheme : Scheme or None
+        Time integration whose damping replaces that of the layers.
+    scheme_step : float or None
+        Δt of the time integration, s; None: the time between samples.
     """
 
     column: Column
-    motion: Motion  # the reference motion
-    bottom: float  # depth of the reference motion, m
-    kind: str  # kind of reference motion: 'outcrop' or 'within'
-    scheme: Scheme | None = None  # time integration whose damping replaces that of the layers
-    # Δt of the time integration, s; None: the time between samples.
+    motion: Motion
+    bottom: float
+    kind: str
+    scheme: Scheme | None = None
     scheme_step: float | None = None
 
     def _wave_field(self, frequencies: NDArray[np.float64], depth: ArrayLike):

@@ -29,13 +29,18 @@ _RICHARDSON = 4 / 3  # error of second order / change due to half the cells or s
 
 @dataclass(frozen=True)
 class SiteTerm:
-    """ln AF of plane models over random profiles, with an error budget."""
+    """ln AF of plane models over random profiles, with an error budget.
 
-    # Over ``point`` and ``period``: ``median``, ``sigma_ln``, ``aggravation`` (the median over that
-    # of the columns); ``sampling``, ``sigma_error`` and ``aggravation_sampling``, half of their
-    # confidence intervals (of the medians in ln); ``total``, which adds the errors of
-    # ``discretisation``; ``saving``, the runs that plain sampling needs for the same interval
-    # divided by the runs made.
+    Attributes
+    ----------
+    table : xarray.Dataset
+        Over ``point`` and ``period``: ``median``, ``sigma_ln``, ``aggravation`` (the median over
+        that of the columns); ``sampling``, ``sigma_error`` and ``aggravation_sampling``, half of
+        their confidence intervals (of the medians in ln); ``total``, which adds the errors of
+        ``discretisation``; ``saving``, the runs that plain sampling needs for the same interval
+        divided by the runs made.
+    """
+
     table: xr.Dataset
 
     def __str__(self) -> str:

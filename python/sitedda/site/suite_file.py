@@ -34,9 +34,14 @@ _KNOWN = {  # names by table
 
 
 def read_suite(file, folder=None) -> dict:
-    """Read the arguments of `suite` from a file; file names in it are relative to its folder.
+    """Read a suite; its file names are relative to its folder.
 
     `folder`: folder of the cases, instead of the one in the file.
+
+    Returns
+    -------
+    dict
+        Arguments of `suite`.
 
     Raises
     ------

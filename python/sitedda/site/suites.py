@@ -38,11 +38,16 @@ _DIMS = ("profile", "motion")  # dimensions of the statistics
 
 @dataclass(frozen=True)
 class Suite:
-    """The response of columns to motions."""
+    """The response of columns to motions.
 
-    # Over ``profile``, ``motion``, ``level`` and ``analysis``: ``sa`` (surface, m/s²),
-    # ``amplification`` (its ratio to ``reference``, Sa of the motion) and ``converged`` (1 or 0)
-    # over ``period`` too; ``pga`` (surface, m/s²), ``strain`` (largest), ``status``, ``message``.
+    Attributes
+    ----------
+    table : xarray.Dataset
+        Over ``profile``, ``motion``, ``level`` and ``analysis``: ``sa`` (surface, m/s²),
+        ``amplification`` (its ratio to ``reference``, Sa of the motion) and ``converged`` (1 or 0)
+        over ``period`` too; ``pga`` (surface, m/s²), ``strain`` (largest), ``status``, ``message``.
+    """
+
     table: xr.Dataset
 
     @property

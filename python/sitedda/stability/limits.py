@@ -170,16 +170,24 @@ class Limits:
 
 @dataclass(frozen=True)
 class Travel:
-    """Limit loads of axles at positions along a line, with associated friction."""
+    """Limit loads of axles at positions along a line, with associated friction.
 
-    position: np.ndarray  # positions of the first axle along the line, m; shape (positions,)
-    # Limit of the total weight of all axles at each position, N/m; inf: unlimited; shape
-    # (positions,)
+    Attributes
+    ----------
+    position : ndarray, shape (positions,)
+        Positions of the first axle along the line, m.
+    load : ndarray, shape (positions,)
+        Limit of the total weight of all axles at each position, N/m; inf: unlimited.
+    worst, least : float
+        Position with the smallest limit load, m, and this load, N/m.
+    limit : Limit
+        Limit at the position `worst`; its factor is the load divided by the weight of the blocks.
+    """
+
+    position: np.ndarray
     load: np.ndarray
-    # `worst`, `least`: position with the smallest limit load, m, and this load, N/m.
     worst: float
     least: float
-    # Limit at the position `worst`; its factor is the load divided by the weight of the blocks.
     limit: Limit
 
 

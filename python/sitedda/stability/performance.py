@@ -32,19 +32,32 @@ _PLATEAU = 1e-3  # relative tolerance of the largest pseudo-velocity
 
 @dataclass(frozen=True)
 class Performance:
-    """The displacement demand of a spectrum and the capacity of a curve."""
+    """The displacement demand of a spectrum and the capacity of a curve.
 
-    method: str  # 'n2' or 'mechanism'
-    period: float  # period of the equivalent oscillator, T* or T_s, s
-    # `demand`, `capacity`: displacements d* of the oscillator, m.
+    Attributes
+    ----------
+    method : str
+        'n2' or 'mechanism'.
+    period : float
+        Period of the equivalent oscillator, T* or T_s, s.
+    demand, capacity : float
+        Displacements d* of the oscillator, m.
+    at_point : float
+        Demand as displacement of the point of the curve, Γ d*, m.
+    curve, equivalent : ndarray, shape (k, 2)
+        d* (m) and a* (m/s²) of the pushover and of the equivalent oscillator.
+    spectrum : ndarray, shape (periods, 2)
+        Elastic S_De (m) and S_Ae (m/s²).
+    """
+
+    method: str
+    period: float
     demand: float
     capacity: float
-    at_point: float  # demand as displacement of the point of the curve, Γ d*, m
-    # `curve`, `equivalent`: d* (m) and a* (m/s²) of the pushover and of the equivalent oscillator;
-    # shape (k, 2)
+    at_point: float
     curve: np.ndarray = field(repr=False)
     equivalent: np.ndarray = field(repr=False)
-    spectrum: np.ndarray = field(repr=False)  # elastic S_De (m) and S_Ae (m/s²); shape (periods, 2)
+    spectrum: np.ndarray = field(repr=False)
 
     @property
     def stands(self) -> bool:
@@ -82,6 +95,11 @@ def performance_point(pushover: Pushover, spectrum, *, method: str = "n2") -> Pe
         Elastic acceleration S_Ae (m/s²) as a function of periods (s); or periods and values, which
         are interpolated linearly.
     method : {'n2', 'mechanism'}
+
+    Raises
+    ------
+    InputError
+        If the method or spectrum is invalid, or the curve does not fall as 'mechanism' requires.
 
     Examples
     --------

@@ -45,30 +45,61 @@ _TILT = math.radians(89.0)  # largest angle of a tilting table
 
 @dataclass(frozen=True)
 class Pushover:
-    """A capacity curve and its mechanism."""
+    """A capacity curve and its mechanism.
 
-    load: str  # 'horizontal', 'tilt' or 'mode'
-    sense: int  # sense of the load along x: 1 or −1
-    point: str  # measured point whose displacement the curve shows
-    displacement: np.ndarray  # displacement of this point along the load, m; shape (steps,)
-    largest: np.ndarray  # largest displacement of the centroid of a block, m; shape (steps,)
-    # Ratio of load to weight at equilibrium; tangent of the angle for 'tilt'; shape (steps,)
+    Attributes
+    ----------
+    load : str
+        'horizontal', 'tilt' or 'mode'.
+    sense : int
+        Sense of the load along x: 1 or −1.
+    point : str
+        Measured point whose displacement the curve shows.
+    displacement : ndarray, shape (steps,)
+        Displacement of this point along the load, m.
+    largest : ndarray, shape (steps,)
+        Largest displacement of the centroid of a block, m.
+    factor : ndarray, shape (steps,)
+        Ratio of load to weight at equilibrium; tangent of the angle for 'tilt'.
+    work : ndarray, shape (steps,)
+        Work of the load, J/m.
+    friction : ndarray, shape (steps,)
+        Energy dissipated by slip, J/m.
+    mass : float
+        Total mass of the blocks, kg/m.
+    names, verdicts : tuple of str
+        Name and motion from peak to end ('stable', 'slides' or 'topples') of each body.
+    mechanism : ndarray, shape (bodies, 3)
+        Displacement from peak to end: x, y (m), rotation (rad).
+    block_verdicts : tuple of str
+        Verdict of the body of each block.
+    polygons : list of ndarray
+        Blocks at the end, shape (vertices, 2), m.
+    ending : str
+        Reason for the end of the curve.
+    masses : ndarray, shape (bodies,)
+        Masses of the bodies, kg/m.
+    pull : float
+        Gravity, m/s².
+    """
+
+    load: str
+    sense: int
+    point: str
+    displacement: np.ndarray
+    largest: np.ndarray
     factor: np.ndarray
-    work: np.ndarray  # work of the load, J/m; shape (steps,)
-    friction: np.ndarray  # energy dissipated by slip, J/m; shape (steps,)
-    mass: float  # total mass of the blocks, kg/m
-    # `names`, `verdicts`: name and motion from peak to end ('stable', 'slides' or 'topples') of
-    # each body.
+    work: np.ndarray
+    friction: np.ndarray
+    mass: float
     names: tuple[str, ...]
     verdicts: tuple[str, ...]
-    # Displacement from peak to end: x, y (m), rotation (rad); shape (bodies, 3)
     mechanism: np.ndarray
-    block_verdicts: tuple[str, ...] = field(repr=False)  # verdict of the body of each block
-    polygons: list[np.ndarray] = field(repr=False)  # blocks at the end, shape (vertices, 2), m
-    ending: str = ""  # reason for the end of the curve
-    # Masses of the bodies, kg/m; shape (bodies,)
+    block_verdicts: tuple[str, ...] = field(repr=False)
+    polygons: list[np.ndarray] = field(repr=False)
+    ending: str = ""
     masses: np.ndarray = field(repr=False, default_factory=lambda: np.zeros(0))
-    pull: float = 9.81  # gravity, m/s²
+    pull: float = 9.81
 
     @property
     def peak(self) -> float:

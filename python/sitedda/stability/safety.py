@@ -38,19 +38,34 @@ _ELASTIC = 4  # number of first steps, in which elastic strains adapt to the new
 
 @dataclass(frozen=True)
 class Mechanism:
-    """The motion of a model whose strength is divided by a factor."""
+    """The motion of a model whose strength is divided by a factor.
+
+    Attributes
+    ----------
+    factor : float
+    displacement : ndarray, shape (bodies, 3)
+        Mean displacement x, y (m) and rotation (rad) of each body from equilibrium.
+    verdicts : tuple of str
+        Motion of each body: 'stable', 'slides' or 'topples'.
+    names : tuple of str
+        Names of the bodies.
+    moves : bool
+        Whether a block has moved by the displacement that counts as failure.
+    polygons : list of ndarray
+        Outlines of the bodies at equilibrium, shape (vertices, 2), m.
+    joint : str
+        Joint with the largest normal force between moving and stable blocks; empty if none.
+    lines : list of (str, ndarray)
+        Bolts and water: kind ('bolt' or 'water') and line, shape (points, 2), m.
+    """
 
     factor: float
-    # Mean displacement x, y (m) and rotation (rad) of each body from equilibrium; shape (bodies, 3)
     displacement: np.ndarray
-    verdicts: tuple[str, ...]  # motion of each body: 'stable', 'slides' or 'topples'
-    names: tuple[str, ...]  # names of the bodies
-    moves: bool  # whether a block has moved by the displacement that counts as failure
-    # Outlines of the bodies at equilibrium, shape (vertices, 2), m.
+    verdicts: tuple[str, ...]
+    names: tuple[str, ...]
+    moves: bool
     polygons: list[np.ndarray] = field(repr=False)
-    # Joint with the largest normal force between moving and stable blocks; empty if none.
     joint: str = ""
-    # Bolts and water: kind ('bolt' or 'water') and line, shape (points, 2), m.
     lines: list[tuple[str, np.ndarray]] = field(default_factory=list, repr=False)
 
     def draw(self, axes=None, title: str = ""):
@@ -114,16 +129,27 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class Safety:
-    """A factor of safety."""
+    """A factor of safety.
 
-    # `low`, `high`: the model stands at `low` and fails at `high`.
+    Attributes
+    ----------
+    low, high : float
+        The model stands at `low` and fails at `high`.
+    trials : tuple of Rest
+        All trials, in order.
+    mechanism : Mechanism or None
+        The mechanism of failure; None if the model stands without strength.
+    warning : str
+        Warning about the result; empty if there is none.
+    smaller : tuple of Safety
+        Mechanisms below `least_area`, whose blocks were removed successively.
+    """
+
     low: float
     high: float
-    trials: tuple[Rest, ...]  # all trials, in order
-    # The mechanism of failure; None if the model stands without strength.
+    trials: tuple[Rest, ...]
     mechanism: Mechanism | None
-    warning: str = ""  # warning about the result; empty if there is none
-    # Mechanisms below `least_area`, whose blocks were removed successively.
+    warning: str = ""
     smaller: tuple["Safety", ...] = ()
 
     @property
@@ -311,8 +337,8 @@ def safety(
     tolerance : float
         Width of the last bracket as a fraction of its upper end.
     displacement : float
-        Largest displacement of a block from the equilibrium with strong joints / median radius of
-        the blocks (for cells: / radius of their body).
+        Largest displacement of a block from the equilibrium with strong joints, over the median
+        radius of the blocks (of cells: over the radius of their body).
     least_area : float
         Smallest area of a mechanism, m².  The blocks of smaller mechanisms are removed, and the
         factor is that of the remaining model.
@@ -320,6 +346,11 @@ def safety(
         Changes of the input, see `Simulation`.
     progress : callable, optional
         Called with each trial.
+
+    Raises
+    ------
+    InputError
+        If the input is invalid.
     """
     TOLERANCE.check("tolerance", tolerance)
     POSITIVE.check("displacement", displacement)

@@ -27,15 +27,30 @@ _STEPS = Range(1, 1000, whole=True)  # a motion in an input has at most 4096 val
 
 @dataclass(frozen=True)
 class Movement:
-    """Reactions during a support movement."""
+    """Reactions during a support movement.
 
-    share: np.ndarray  # fraction of the movement, 0 to 1; shape (increments,)
-    reaction: np.ndarray  # force of the supports on the moved blocks, N/m; shape (increments, 2)
-    # Displacement x, y (m) and rotation (rad) of all blocks; shape (increments, blocks, 3)
+    Attributes
+    ----------
+    share : ndarray, shape (increments,)
+        Fraction of the movement, 0 to 1.
+    reaction : ndarray, shape (increments, 2)
+        Force of the supports on the moved blocks, N/m.
+    displacement : ndarray, shape (increments, blocks, 3)
+        Displacement x, y (m) and rotation (rad) of all blocks.
+    names : tuple of str
+        Names of the blocks.
+    polygons : list of ndarray
+        Blocks at the end, shape (vertices, 2), m.
+    ending : str
+        Reason for an early end; empty if the movement is complete.
+    """
+
+    share: np.ndarray
+    reaction: np.ndarray
     displacement: np.ndarray = field(repr=False)
-    names: tuple[str, ...] = field(repr=False)  # names of the blocks
-    polygons: list[np.ndarray] = field(repr=False)  # blocks at the end, shape (vertices, 2), m
-    ending: str = ""  # reason for an early end; empty if the movement is complete
+    names: tuple[str, ...] = field(repr=False)
+    polygons: list[np.ndarray] = field(repr=False)
+    ending: str = ""
 
     def to_csv(self) -> str:
         """Return the curve as CSV: fraction of the movement and reaction (N/m)."""
@@ -153,7 +168,7 @@ def _contact_force(run: Simulation, blocks: list[int]) -> np.ndarray:
     owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
     tangent = np.concatenate([np.roll(polygon, -1, axis=0) - polygon for polygon in polygons])
     tangent = tangent[contacts["edge"]] / np.linalg.norm(tangent[contacts["edge"]], axis=1)[:, None]
-    normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])  # t = (−n₂, n₁) = along
+    normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])  # t = (−n₂, n₁)
     force = contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * tangent
     is_moved = [np.isin(owner[contacts[end]], blocks) for end in ("vertex", "edge")]
     return (force * (is_moved[0].astype(float) - is_moved[1])[:, None]).sum(axis=0)

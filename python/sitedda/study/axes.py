@@ -35,15 +35,25 @@ class Axis(Protocol):
 
 @dataclass
 class Points:
-    """A dimension along which several variables change together."""
+    """A dimension along which several variables change together.
 
-    name: str  # name of the dimension
-    # Values of each changed variable, such as ``joint[bed].friction_angle``, along the dimension;
-    # all sequences have the same length.
+    Parameters
+    ----------
+    name : str
+        Name of the dimension.
+    values : mapping of sequences
+        Values of each changed variable, such as ``joint[bed].friction_angle``, along the
+        dimension; all sequences have the same length.
+    labels : mapping of str, optional
+        Name of the coordinate of each variable (default: derived from the variable).
+    number : bool
+        Whether the dimension has a coordinate of numbers from 0.
+    """
+
+    name: str
     values: Mapping[str, Sequence]
-    # Name of the coordinate of each variable (default: derived from the variable).
     labels: Mapping[str, str] = field(default_factory=dict)
-    number: bool = True  # whether the dimension has a coordinate of numbers from 0
+    number: bool = True
     dims: dict[str, int] = field(init=False)
     coordinates: dict[str, tuple] = field(init=False)
 

@@ -11,20 +11,33 @@ from .maps import FRACTILES, label_of
 
 @dataclass(frozen=True)
 class Ida:
-    """Curves of a response as a function of the intensity."""
+    """Curves of a response as a function of the intensity.
 
-    intensity: np.ndarray  # shape (levels,)
-    response: np.ndarray  # NaN if the run failed; shape (records, levels)
-    # 16, 50 and 84 % fractiles of the response at each intensity; NaN if no run is complete; shape
-    # (3, levels)
+    Attributes
+    ----------
+    intensity : ndarray, shape (levels,)
+    response : ndarray, shape (records, levels)
+        NaN if the run failed.
+    fractiles : ndarray, shape (3, levels)
+        16, 50 and 84 % fractiles of the response at each intensity; NaN if no run is complete.
+    threshold : float or None
+        Limit of the response.
+    capacity : ndarray, shape (records,)
+        Intensity at which the response to a record first exceeds the threshold, interpolated
+        linearly; inf if the response remains below, NaN if a run at a lower intensity failed.
+    names : list of str
+        Names of the records.
+    labels : (str, str)
+        Axis labels of response and intensity.
+    """
+
+    intensity: np.ndarray
+    response: np.ndarray
     fractiles: np.ndarray
-    threshold: float | None  # limit of the response
-    # Intensity at which the response to a record first exceeds the threshold, interpolated
-    # linearly; inf if the response remains below, NaN if a run at a lower intensity failed; shape
-    # (records,)
+    threshold: float | None
     capacity: np.ndarray
-    names: list[str]  # names of the records
-    labels: tuple[str, str]  # axis labels of response and intensity
+    names: list[str]
+    labels: tuple[str, str]
 
     @property
     def capacity_fractiles(self) -> np.ndarray:

@@ -16,21 +16,33 @@ MATCHED_SCATTER = 0.1  # largest scatter of ln Sa of matched records; natural on
 
 @dataclass(frozen=True, kw_only=True)
 class FragilityBounds:
-    """Numbers of failures at levels of intensity, and bounds of the probability of failure."""
+    """Numbers of failures at levels of intensity, and bounds of the probability of failure.
 
-    # `intensity`, `failures`, `trials`: intensity of each level, and its numbers of failed cases
-    # and of all cases; shape (levels,)
+    Attributes
+    ----------
+    intensity, failures, trials : ndarray, shape (levels,)
+        Intensity of each level, and its numbers of failed cases and of all cases.
+    confidence : float
+        Confidence level of the bounds.
+    name, unit : str
+        Name and unit of the intensity.
+    design : float or None
+        Design level of the intensity.
+    why : str
+        Reason why no curve can be fitted.
+    doubt : str
+        Warnings about results after their horizon and about spectrally matched records; otherwise
+        blank.
+    """
+
     intensity: np.ndarray
     failures: np.ndarray
     trials: np.ndarray
-    confidence: float  # confidence level of the bounds
-    # `name`, `unit`: name and unit of the intensity.
+    confidence: float
     name: str = "intensity"
     unit: str = ""
-    design: float | None = None  # design level of the intensity
-    why: str = ""  # reason why no curve can be fitted
-    # Warnings about results after their horizon and about spectrally matched records; otherwise
-    # blank.
+    design: float | None = None
+    why: str = ""
     doubt: str = ""
 
     @property
@@ -93,15 +105,24 @@ class FragilityBounds:
 
 @dataclass(frozen=True, kw_only=True)
 class Fragility(FragilityBounds):
-    """A lognormal fragility curve, P(failure | im) = Φ(ln(im / median) / dispersion)."""
+    """A lognormal fragility curve, P(failure | im) = Φ(ln(im / median) / dispersion).
 
-    median: float  # intensity with a probability of failure of 0.5
-    dispersion: float  # standard deviation β of the logarithm
-    # `median_interval`, `dispersion_interval`: confidence intervals by the profile likelihood;
-    # unbounded ends are 0 or inf.
+    Attributes
+    ----------
+    median : float
+        Intensity with a probability of failure of 0.5.
+    dispersion : float
+        Standard deviation β of the logarithm.
+    median_interval, dispersion_interval : (float, float)
+        Confidence intervals by the profile likelihood; unbounded ends are 0 or inf.
+    covariance : ndarray, shape (2, 2)
+        Covariance of ln median and ln dispersion: inverse of the observed information.
+    """
+
+    median: float
+    dispersion: float
     median_interval: tuple[float, float]
     dispersion_interval: tuple[float, float]
-    # Covariance of ln median and ln dispersion: inverse of the observed information; shape (2, 2)
     covariance: np.ndarray
 
     def probability(self, intensity) -> np.ndarray:

@@ -38,23 +38,34 @@ class Records:
 
     Each record is multiplied by the ratio of the level to its intensity, so that all records of a
     level have the same intensity. For the Arias intensity, the factor is the root of this ratio.
+
+    Parameters
+    ----------
+    records : sequence of path or Record
+    levels : sequence of float
+        Levels in the unit of the measure: factors, m/s² or m/s.
+    measure : {'scale', 'pga', 'pgv', 'sa', 'arias'}
+        Intensity measure, and name of its dimension. 'sa' is the pseudo-acceleration at `period`.
+    motion : str
+        Name of the &motion that uses the records; required if the input contains several.
+    period, damping : float
+        Period (s) and damping ratio of 'sa'.
+    format, quantity, unit : str
+        Variables of &motion, for files that do not state them.
+    time_step : float
+        Time step (s) of files that do not state it.
     """
 
     records: Sequence
-    levels: Sequence[float]  # levels in the unit of the measure: factors, m/s² or m/s
-    # Intensity measure and name of its dimension: 'scale', 'pga', 'pgv', 'arias', or 'sa', the
-    # pseudo-acceleration at `period`
+    levels: Sequence[float]
     measure: str = "scale"
-    # Name of the &motion that uses the records; required if the input contains several.
     motion: str = ""
-    # `period`, `damping`: period (s) and damping ratio of 'sa'.
     period: float | None = None
     damping: float = 0.05
-    # `format`, `quantity`, `unit`: variables of &motion, for files that do not state them.
     format: str = "auto"
     quantity: str = ""
     unit: str = ""
-    time_step: float = 0.0  # time step (s) of files that do not state it
+    time_step: float = 0.0
     dims: dict[str, int] = field(init=False)
     coordinates: dict[str, tuple] = field(init=False)
     factors: np.ndarray = field(init=False)

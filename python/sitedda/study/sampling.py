@@ -77,7 +77,13 @@ def latin_hypercube(count: int, distributions: Mapping, seed: int = 0, name="sam
 
 
 def sobol(count: int, distributions: Mapping, seed: int = 0, name="sample") -> Points:
-    """Return a scrambled Sobol' sample (`scipy.stats.qmc`); see `latin_hypercube`."""
+    """Return a scrambled Sobol' sample (`scipy.stats.qmc`); see `latin_hypercube`.
+
+    Raises
+    ------
+    InputError
+        If `count` is not a power of two, which the balance of the sequence requires.
+    """
     points = _sobol_points(count, len(distributions), seed)
     return Points(name, _values_at_points(distributions, points))
 
@@ -132,6 +138,11 @@ def read_points(file, count: int | None = None, name: str = "sample") -> Points:
         Number of rows to read; default: all.
     name : str
         Name of the dimension.
+
+    Raises
+    ------
+    InputError
+        If the file has fewer rows, or a value is not a number.
     """
     names, rows = read_numbers(file, _LARGEST)
     if len(rows) < (count or 1):

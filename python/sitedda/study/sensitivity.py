@@ -11,17 +11,29 @@ from ..base.numbers import axis_label
 
 @dataclass(frozen=True)
 class Tornado:
-    """Results with one parameter at a time at its low and high value; the widest range first."""
+    """Results with one parameter at a time at its low and high value; the widest range first.
 
-    names: list[str]  # names of the parameters
-    # `low`, `high`: results at the low and high value of each parameter; shape (parameters,)
+    Attributes
+    ----------
+    names : list of str
+        Names of the parameters.
+    low, high : ndarray, shape (parameters,)
+        Results at the low and high value of each parameter.
+    low_values, high_values : ndarray, shape (parameters,)
+        Low and high value of each parameter.
+    base : float
+        Result at the base values of all parameters.
+    quantity : str
+        Name of the result.
+    """
+
+    names: list[str]
     low: np.ndarray
     high: np.ndarray
-    # `low_values`, `high_values`: low and high value of each parameter; shape (parameters,)
     low_values: np.ndarray
     high_values: np.ndarray
-    base: float  # result at the base values of all parameters
-    quantity: str  # name of the result
+    base: float
+    quantity: str
 
     @property
     def swing(self) -> np.ndarray:
@@ -55,7 +67,13 @@ class Tornado:
 
 
 def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
-    """Return the tornado diagram of a study with the design `one_at_a_time`."""
+    """Return the tornado diagram of a study with the design `one_at_a_time`.
+
+    Raises
+    ------
+    InputError
+        If the dimension has another design, or a case has no result.
+    """
     names = _parameter_names(table, dim)
     values = table[quantity].values
     if values.ndim != 1 or values.size != 2 * len(names) + 1:
@@ -72,18 +90,29 @@ def tornado(table, quantity: str, dim: str = "variation") -> Tornado:
 
 @dataclass(frozen=True)
 class SobolIndices:
-    """Sobol' indices: fractions of the variance of a result that parameters cause."""
+    """Sobol' indices: fractions of the variance of a result that parameters cause.
 
-    names: list[str]  # names of the parameters
-    # `first`, `total`: fraction due to each parameter alone, and including its interactions; shape
-    # (parameters,)
+    Attributes
+    ----------
+    names : list of str
+        Names of the parameters.
+    first, total : ndarray, shape (parameters,)
+        Fraction due to each parameter alone, and including its interactions.
+    first_interval, total_interval : ndarray, shape (parameters, 2)
+        Confidence intervals by bootstrap.
+    confidence : float
+        Confidence level of the intervals.
+    quantity : str
+        Name of the result.
+    """
+
+    names: list[str]
     first: np.ndarray
     total: np.ndarray
-    # `first_interval`, `total_interval`: confidence intervals by bootstrap; shape (parameters, 2)
     first_interval: np.ndarray
     total_interval: np.ndarray
-    confidence: float  # confidence level of the intervals
-    quantity: str  # name of the result
+    confidence: float
+    quantity: str
 
     def picture(self):
         """Draw the indices with their confidence intervals; return the figure."""
@@ -122,6 +151,11 @@ def sobol_indices(table, quantity: str, dim: str = "sample", confidence=0.95, se
         Confidence level of the intervals.
     seed : int
         Seed of the bootstrap.
+
+    Raises
+    ------
+    InputError
+        If the dimension has another design, a case has no result, or all results are equal.
     """
     from scipy import stats
 

@@ -189,7 +189,8 @@ def _parse_values(path: str, values):
         if space is None:
             raise InputError(f"parameter {path!r}: spacing must be 'linear' or 'log'")
         if space is np.geomspace and values["from"] * values["to"] <= 0:
-            raise InputError(f"parameter {path!r}: 'log' requires `from`, `to` of the same sign")
+            limits = "`from` and `to` of the same sign"
+            raise InputError(f"parameter {path!r}: spacing = 'log' requires {limits}")
         limits = float(values["from"]), float(values["to"])
         numbers = space(*limits, int(values["count"])).tolist()
         if isinstance(values["from"], int) and all(number.is_integer() for number in numbers):

@@ -109,7 +109,7 @@ def solve_for(
     changes: Mapping | None = None,
     **variables,
 ):
-    """Find the value of a parameter, or of several, at which results have target values.
+    """Find the value of a parameter at which a result has a target value; or several at once.
 
     Parameters
     ----------
@@ -139,6 +139,11 @@ def solve_for(
     changes, **variables
         Changes of the input for all runs, see `Simulation`.
 
+    Returns
+    -------
+    Root or Roots
+        Roots if there are several parameters.
+
     Raises
     ------
     NoRootError
@@ -146,6 +151,8 @@ def solve_for(
         parameter does not change the result), 'dependent' (the results do not change
         independently), 'jump' (the result jumps past the target), 'fails' (a run fails) or 'no
         number' (a result is not finite).
+    InputError
+        If an argument is invalid.
     """
     TOLERANCE.check("tolerance", tolerance)
     changes = merged(changes, variables)

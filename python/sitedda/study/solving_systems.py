@@ -24,21 +24,31 @@ _DEPENDENT = 1e-4  # smallest ratio of singular values of the slopes of independ
 
 @dataclass(frozen=True)
 class Roots:
-    """The values of n parameters at which n results have their target values."""
+    """The values of n parameters at which n results have their target values.
+
+    Attributes
+    ----------
+    parameters, results : tuple of str
+    target, value, bar, reached : ndarray, shape (n,)
+        Target values; values of the parameters and their error bars; results at these values.
+        The bars are the last step of the search, plus errors of the results over the slopes.
+    slope : ndarray, shape (n, n)
+        Derivative of each result (row) with respect to each parameter (column).
+    trials : tuple of (tuple, tuple)
+        Parameter values and results of all runs, in order.
+    doubt : str
+        Errors that the bars do not include; empty if there are none.
+    """
 
     parameters: tuple[str, ...]
     results: tuple[str, ...]
-    # `target`, `value`, `bar`, `reached`: target values; values of the parameters and their error
-    # bars; results at these values. The bars are the last step of the search, plus errors of the
-    # results over the slopes; shape (n,)
     target: np.ndarray
     value: np.ndarray
     bar: np.ndarray
     reached: np.ndarray
-    # Derivative of each result (row) with respect to each parameter (column); shape (n, n)
     slope: np.ndarray
-    trials: tuple = field(repr=False)  # parameter values and results of all runs, in order
-    doubt: str = ""  # errors that the bars do not include; empty if there are none
+    trials: tuple = field(repr=False)
+    doubt: str = ""
 
     def __str__(self) -> str:
         """Return a sentence with the values of the parameters and warnings."""

@@ -45,7 +45,8 @@ def check_limits(memory: float | None, time_limit: float) -> None:
         number = isinstance(value, Real) and not isinstance(value, bool)
         is_unlimited = value == float("inf") or (name == "memory" and value is None)
         if not is_unlimited and not (number and 0 < value <= _LARGEST_LIMIT):
-            raise InputError(f"{name} = {value!r} must be above 0 and at most {_LARGEST_LIMIT:g}")
+            limits = f"above 0, at most {_LARGEST_LIMIT:g}"
+            raise InputError(f"{name} = {value!r}: give a number {limits}")
 
 
 class Workers(Executor):

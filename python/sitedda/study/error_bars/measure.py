@@ -64,6 +64,13 @@ def accuracy(
     output : path, optional
         Complete output of the run itself, written by this build; the run is then not repeated.
 
+    Raises
+    ------
+    InputError
+        If the input is invalid.
+    SiteddaError
+        If the run with the time step of the input fails.
+
     Notes
     -----
     The error bar is the sum of `sitedda.error_bars.bars.bar_of_steps` and `penalty_error`.  A twin
