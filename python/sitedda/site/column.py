@@ -181,7 +181,7 @@ class Column:
         converges to it with thin bonded layers and stiff contacts.  With τ = tan(ωΔt/2) the
         modulus is G (1 + i(2θ − 1)τ)(1 + i(2χ − 1)τ) at the angular frequency 2τ/Δt; this causes
         the damping :func:`sitedda.scheme_damping`.  Layers add their damping if it is that of a
-        material of the engine (:mod:`sitedda.damping`); constant ratios are ignored.
+        material of the engine (:mod:`sitedda.damping`); plain numbers are ignored.
 
         Parameters
         ----------
