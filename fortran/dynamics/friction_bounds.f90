@@ -52,13 +52,14 @@ contains
       type(contacts_type), intent(inout) :: contacts  !< contacts of this step, evaluated
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: round  !< number of the iteration in this step, from 1
+      real(wp), allocatable :: bound(:), lifting(:)
       integer :: c
 
       bounds%mixing = mixing(modulo(round - 1, size(mixing)) + 1)
-      allocate (bounds%change(contacts%n))
-      allocate (contacts%frozen_bound(contacts%n), contacts%frozen_lifting(contacts%n))
-      call find_bound(contacts, laws, [(c, c=1, contacts%n)], contacts%frozen_bound, &
-         contacts%frozen_lifting, bounds%change)
+      allocate (bounds%change(contacts%n), bound(contacts%n), lifting(contacts%n))
+      call find_bound(contacts, laws, [(c, c=1, contacts%n)], bound, lifting, bounds%change)
+      call move_alloc(bound, contacts%frozen_bound)
+      call move_alloc(lifting, contacts%frozen_lifting)
       bounds%change = 0.0_wp
    end subroutine freeze_bounds
 

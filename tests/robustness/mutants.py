@@ -64,7 +64,7 @@ EXCLUDED = {
     "practically rigid: more stiffness changes nothing": r".*:(rigid|unyielding|rigidity):constant",
     "path of a search or fit, or more than it requires": (
         r".*:(stride|stiffest|golden|ray_fraction|half_edge|both_sides|sum_weight|min_weight"
-        r"|small_misfit|target_misfit|first_force_ratio|slack|gain_allowed|short_way"
+        r"|small_misfit|target_misfit|first_force_ratio|slack|gain_allowed|zero_gap"
         r"|steepest\w*):constant"
     ),
     "pairs to be examined: more than those in contact": r"contact/neighbours\.f90",
