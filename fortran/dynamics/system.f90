@@ -195,7 +195,7 @@ contains
    !> Initialise the diagonal blocks of the linear part for all terms of the elements.
    pure subroutine begin_terms(system, packed)
       type(system_type), intent(inout) :: system  !< equations of the step, with terms
-      logical, intent(in) :: packed  !< terms that are not listed may act on any block
+      logical, intent(in) :: packed  !< .true.: terms may act on any block, also beyond the list
       integer :: i, k
 
       system%has_terms = .false.

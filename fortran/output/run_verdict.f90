@@ -72,7 +72,7 @@ contains
       end do
    end subroutine add_samples
 
-   !> Add the same samples of measured joints.
+   !> Add samples of the measured joints.
    pure subroutine add_joint_samples(verdict, values)
       type(run_verdict_type), intent(inout) :: verdict   !< verdict of the samples so far
       real(wp), intent(in) :: values(:,:)                !< [joints × columns, samples]

@@ -183,7 +183,7 @@ contains
          call fail(error, error_input, 'a spectrum needs a positive time step')
       else if (padding < 1 .or. int(padding, long)*size(series, kind=long) > longest_series) then
          call fail(error, error_input, 'a padding of '//to_text(padding)//' times '// &
-            to_text(size(series))//' samples is not between 1 time and '// &
+            to_text(size(series))//' samples must be at least 1 time, and give at most '// &
             to_text(longest_series)//' samples')
       else if (.not. (taper >= 0.0_wp .and. taper <= 1.0_wp)) then
          call fail(error, error_input, 'the taper fraction of a series must be between 0 and 1')

@@ -36,7 +36,7 @@ def outline(side: str) -> np.ndarray:
 
 
 def disc(sides, cells, size, zone, seed=0) -> sitedda.Model:
-    """A disc between platens, which come together; of two sides it breaks between them alone."""
+    """A disc between two platens that approach; two `sides` can break only along their boundary."""
     model = sitedda.Model()
     model.control(time_step=STEP, steps=4000, gravity=[0.0, 0.0], integration="theta",
                   analysis="plane_stress")  # fmt: skip

@@ -48,19 +48,19 @@ def rename(rng, variables, attributes) -> str:
 def retype(rng, variables, attributes) -> str:
     """Give a variable another type of numbers, or letters."""
     name = rng.choice(sorted(variables))
-    kind, dimensions, values, its = variables[name]
+    kind, dimensions, values, own_attributes = variables[name]
     new_type = rng.choice(["i1", "i4", "f4", "f8", "S1"])
     new_values = np.zeros(values.shape, new_type)
     if new_type == "S1":
         new_values = np.full(values.shape, b"x")
-    variables[name] = [new_type, dimensions, new_values, its]
+    variables[name] = [new_type, dimensions, new_values, own_attributes]
     return f"{name} of {new_type}"
 
 
 def reshape(rng, variables, attributes) -> str:
     """Remove or add a dimension of a variable, or change its length."""
     name = rng.choice(sorted(variables))
-    kind, dimensions, values, its = variables[name]
+    kind, dimensions, values, own_attributes = variables[name]
     how = rng.choice(["lose", "gain", "turn", "own"])
     if how == "lose" and values.ndim:
         dimensions, values = dimensions[1:], values[0] if len(values) else values.sum(axis=0)
@@ -70,14 +70,14 @@ def reshape(rng, variables, attributes) -> str:
         dimensions, values = dimensions[::-1], values.T
     else:
         dimensions = tuple(f"{name}_{i}" for i in range(values.ndim))
-    variables[name] = [kind, dimensions, values, its]
+    variables[name] = [kind, dimensions, values, own_attributes]
     return f"{name}: {how}"
 
 
 def replace(rng, variables, attributes) -> str:
     """Replace some values."""
     name = rng.choice(sorted(variables))
-    kind, dimensions, values, its = variables[name]
+    kind, dimensions, values, own_attributes = variables[name]
     if not values.size:
         return "nothing"
     values = values.copy()
@@ -88,7 +88,7 @@ def replace(rng, variables, attributes) -> str:
             values.flat[at] = bytes([rng.randrange(256)])
         else:
             values.flat[at] = number
-    variables[name] = [kind, dimensions, values, its]
+    variables[name] = [kind, dimensions, values, own_attributes]
     return f"{name} has {number}"
 
 

@@ -32,7 +32,7 @@ from sitedda.scene import Scene  # noqa: E402
 BELOW, ABOVE = 0.98, 1.02
 APART = 0.01  # relative to the upper limit: limits with a gap between them
 UNBALANCED = 2e-6  # relative to the weight of a block; the engine allows half of it
-ROUNDING = 1e-12  # m, for places of some metres
+ROUNDING = 1e-12  # m, rounding error of coordinates of a few metres
 FALLEN = 0.05  # m, displacement of a fallen block
 RAMP, HOLD = 2.0, 2.0  # s, duration of the increase and of the constant force
 

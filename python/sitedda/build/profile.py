@@ -105,7 +105,7 @@ class SoilProfile:
     ) -> list[float]:
         """Return the mean effective stress in the middle of each layer, Pa.
 
-        `water_table`: depth of the water table, m (no water); `pressure_at_rest`: coefficient K₀.
+        `water_table`: depth of the water table, m; `pressure_at_rest`: coefficient K₀.
         """
         stresses, overburden = [], 0.0
         for layer, top in zip(self.layers, self.tops, strict=False):

@@ -108,17 +108,17 @@ class Values:
 
         The schema defines the needed and the excluded variables.
         """
-        for names in filter(None, self.needs.split("; ")):
-            if variables.isdisjoint(names.split(" or ")):
-                raise InputError(f"give {names}")
+        for alternatives in filter(None, self.needs.split("; ")):
+            if variables.isdisjoint(alternatives.split(" or ")):
+                raise InputError(f"give {alternatives}")
         for variable in self.variables:
             if variable.name not in variables:
                 continue
-            for names in filter(variables.__contains__, variable.excludes.split(", ")):
-                raise InputError(f"give either {variable.name} or {names}, not both")
-            for names in filter(None, variable.needs.split(", ")):
-                if variables.isdisjoint(names.split(" or ")):
-                    raise InputError(f"{variable.name} needs {names}")
+            for excluded in filter(variables.__contains__, variable.excludes.split(", ")):
+                raise InputError(f"give either {variable.name} or {excluded}, not both")
+            for alternatives in filter(None, variable.needs.split(", ")):
+                if variables.isdisjoint(alternatives.split(" or ")):
+                    raise InputError(f"{variable.name} needs {alternatives}")
 
     def _check_values(self) -> None:
         """Check relations between values that the schema does not express; see the subclasses."""

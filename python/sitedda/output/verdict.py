@@ -15,7 +15,7 @@ from ..engine.signals import spectral_acceleration
 from ..input.input_text import input_values
 from .response import amplifications
 from .scene import Scene
-from .verdict_lines import Doubt, FigureLine, Verdict
+from .verdict_lines import Doubt, ResultRow, Verdict
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,7 +105,7 @@ def _add_engine_results(result: Verdict, data: xr.Dataset) -> None:
     text = str(data.attrs.get("verdict", ""))
     result.clauses.append(f"{text[:1].lower()}{text[1:]}")
     rows = (line.split("\t") for line in str(data.attrs.get("figures", "")).splitlines())
-    result.figures.extend(FigureLine(*row) for row in rows if len(row) == 5)
+    result.figures.extend(ResultRow(*row) for row in rows if len(row) == 5)
     result.doubts.extend(Doubt.lines(str(data.attrs.get("doubts", ""))))
 
 

@@ -40,8 +40,8 @@ class Doubt(NamedTuple):
 
 
 @dataclass(frozen=True)
-class FigureLine:
-    """A line of the table of results.
+class ResultRow:
+    """A row of the table of results.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class Verdict:
         follows in brackets: ``pga_m_s2[top]``.
     clauses : list of str
         Clauses of the first sentence.
-    figures : list of FigureLine
+    figures : list of ResultRow
         The results that are not negligible.
     doubts : list of Doubt
         Warnings of the run, including those of the check of its model.
@@ -84,7 +84,7 @@ class Verdict:
 
     values: dict[str, float] = field(default_factory=dict)
     clauses: list[str] = field(default_factory=list)
-    figures: list[FigureLine] = field(default_factory=list)
+    figures: list[ResultRow] = field(default_factory=list)
     doubts: list[Doubt] = field(default_factory=list)
     steps: str = ""
     bars: Accuracy | None = None
@@ -115,7 +115,7 @@ class Verdict:
         return [_HEADS, *((line.name, self._format_value(line.largest, line.unit),
                            self._end_text(line), line.place) for line in self.figures)]  # fmt: skip
 
-    def _end_text(self, line: FigureLine) -> str:
+    def _end_text(self, line: ResultRow) -> str:
         """Return the final value of a line as text; 0 if it is negligible."""
         end, largest = (abs(self.values.get(key, math.nan)) for key in (line.end, line.largest))
         if end < _DIED_OUT * largest:
@@ -154,7 +154,7 @@ class Verdict:
     def add_result(self, name: str, key: str, value: float, unit: str, label: str, end=False):
         """Add a result to the table."""
         self.values[key] = float(value)
-        self.figures.append(FigureLine(name, "" if end else key, key if end else "", unit, label))
+        self.figures.append(ResultRow(name, "" if end else key, key if end else "", unit, label))
 
 
 def _align_columns(rows: list[tuple[str, ...]]) -> str:

@@ -64,11 +64,12 @@ def sampled_contacts(file, interval: int = 5, push: float = 0.0):
             at_end = run.advance(interval)
             polygons, contacts = run.polygons, run.contacts
             block = np.repeat(np.arange(len(polygons)), [len(p) for p in polygons])
-            top = np.argmax(run.coordinates[:, 1])
-            is_of_slider = (block[contacts["vertex"]] == top) | (block[contacts["edge"]] == top)
+            top_block = np.argmax(run.coordinates[:, 1])
+            of_contact = block[[contacts["vertex"], contacts["edge"]]]
+            is_of_slider = (of_contact == top_block).any(axis=0)
             contacts = {name: values[is_of_slider] for name, values in contacts.items()}
             contacts["x"] = np.concatenate(polygons)[contacts["vertex"], 0]
-            yield contacts, polygons[top][:, 0].min()
+            yield contacts, polygons[top_block][:, 0].min()
 
 
 @pytest.mark.parametrize("floor", ["edges", "blocks"])

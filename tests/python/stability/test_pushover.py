@@ -109,7 +109,7 @@ def test_bad_tables_of_a_pushover_are_refused(tmp_path, old, new, message):
 
 
 def ideal(curve, sense=1) -> Pushover:
-    """A curve of displacement (m) and load over weight, of one block that moves with its point."""
+    """Pushover of one block: rows of displacement (m) of the measured point and load / weight."""
     displacement, factor = np.array(curve, dtype=float).T
     none = np.zeros(len(displacement))
     change = displacement[-1] - displacement[int(np.argmax(factor))] or displacement[-1]

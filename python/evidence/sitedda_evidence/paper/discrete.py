@@ -256,8 +256,8 @@ def _strain_stiffness(material, area: float) -> np.ndarray:
     """Return the stiffness matrix of a block, area × D of plane stress, shape (6, 6)."""
     young, nu = material["young_modulus"], material["poisson_ratio"]
     matrix = np.zeros((6, 6))
-    plane = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
-    matrix[3:, 3:] = area * young / (1 - nu**2) * plane
+    plane_stress = np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+    matrix[3:, 3:] = area * young / (1 - nu**2) * plane_stress
     return matrix
 
 

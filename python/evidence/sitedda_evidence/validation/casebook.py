@@ -36,13 +36,13 @@ MEASURED = {3: 0.97, 5: 0.95}  # velocity ratio / rigid theory, by height / widt
 )
 def arch_stereotomy(short: bool) -> Outcome:
     """Check both thicknesses by limit analysis to the published digits."""
-    stones, allowed = (40, 4e-4) if short else (160, 1.5e-4)
+    count, allowed = (40, 4e-4) if short else (160, 1.5e-4)
     rows, (figure, axes) = [], canvas(2, size=(9, 3))
     for axis, (cuts, published) in zip(axes, THINNEST.items(), strict=True):
-        low, high = _find_thinnest(cuts, ROUGH, stones, (0.111, 0.106), 1e-3 if short else 1e-4)
+        low, high = _find_thinnest(cuts, ROUGH, count, (0.111, 0.106), 1e-3 if short else 1e-4)
         rows.append(absolute(f"smallest thickness / radius, {cuts} cuts", published,
             0.5 * (low + high), allowed))  # fmt: skip
-        polygons = limit_analysis(half_circle(stones, low, ROUGH, cuts)).lower.polygons
+        polygons = limit_analysis(half_circle(count, low, ROUGH, cuts)).lower.polygons
         draw_blocks(axis, polygons, [GROUND, *[STONE] * (len(polygons) - 1)])
         axis.set_title(f"{cuts}: t/R = {low:.4f}")
         bare(axis)

@@ -99,7 +99,7 @@ def supports(short: bool) -> Outcome:
                 2e-3, "Hz"),
             relative(f"{name}: peak acceleration of the base", record_peak, base_peak, 0.03,
                 "m/s²"),
-            at_most(f"{name}: rms acceleration of the base after the record / its peak in the run",
+            at_most(f"{name}: base acceleration, rms after the record / peak in the run",
                 residual_motion, 1e-6),
         ]  # fmt: skip
         histories[name] = history.time.values[1:], base, record

@@ -95,8 +95,8 @@ def random_wall(seed: int) -> Model:
 
 @case(
     "Pushover of walls with openings beyond the peak",
-    "Random walls have two bonds, lintels or arches. The largest load is between the limits of "
-    "limit analysis without and with dilation, within 2 %.",
+    "Random walls have one of two bond patterns, and lintels or arches. The largest load lies "
+    "between the limit loads without and with dilation, within 2 %.",
     "`docs/stability.md`.",
 )
 def pushed_walls(short: bool) -> Outcome:
