@@ -15,8 +15,6 @@ module dda_contact_geometry
       integer :: edge     !< touched edge, given by its first vertex
       integer :: corner   !< vertex of a contact of two corners, else 0
       integer :: pair     !< number of the near pair of the two blocks
-      integer :: point = 0  !< number in the overlap (dda_contact_points); 0: corner
-      real(wp) :: fraction = 0.0_wp  !< position of a point as a fraction of the edge `vertex`
    end type candidate_type
 
 contains
@@ -49,7 +47,6 @@ contains
          contacts%block_v(c) = i
          contacts%block_e(c) = j
          contacts%pair(c) = candidate(c - first + 1)%pair
-         if (contacts%with_laws) contacts%point(c) = candidate(c - first + 1)%point
          contacts%gap(c) = dot_product(normal, from)
          contacts%normal(:, c) = normal
          call set_gradient(blocks%axes(:, :, i), blocks%vertex(:, v) - blocks%position(1:2, i), &

@@ -14,6 +14,7 @@ module dda_contact_points
    use dda_contact, only: contacts_type, reserve
    use dda_contact_geometry, only: candidate_type, on_edge, set_contacts, set_point
    use dda_friction, only: laws_type, weaker_joint
+   use dda_growth, only: grow
    use dda_overlap, only: overlap_type, overlap_of, has_points, node, narrow, wide
    implicit none
    private
@@ -27,6 +28,8 @@ module dda_contact_points
       integer :: n = 0                                   !< contacts
       integer :: pair = 1  !< first contact of the near pair being processed
       type(candidate_type), allocatable :: candidate(:)  !< [n]
+      integer, allocatable :: point(:)                   !< [n] number in the overlap; 0: corner
+      real(wp), allocatable :: fraction(:)  !< [n] position as a fraction of the edge
    end type point_list_type
 
 contains
@@ -41,7 +44,8 @@ contains
       integer :: first, last, c
 
       list%n = 0
-      if (.not. allocated(list%candidate)) allocate (list%candidate(0))
+      if (.not. allocated(list%candidate)) allocate (list%candidate(0), list%point(0), &
+         list%fraction(0))
       first = 1
       do while (first <= contacts%n)
          last = first
@@ -52,7 +56,7 @@ contains
          list%pair = list%n + 1
          do c = first, last
             call append_point(list, candidate_type(contacts%vertex(c), contacts%edge(c), &
-               contacts%corner(c), contacts%pair(c)))
+               contacts%corner(c), contacts%pair(c)), 0, 0.0_wp)
          end do
          do c = first, last
             call add_overlap(list, contacts, c, contacts%vertex(c), blocks, laws, distance)
@@ -64,8 +68,9 @@ contains
       contacts%n = list%n
       call reserve(contacts, list%n)
       call set_contacts(contacts, 1, blocks, list%n, list%candidate)
+      contacts%point(:list%n) = list%point(:list%n)
       do c = 1, list%n
-         if (contacts%point(c) > 0) call set_point(contacts, c, blocks, list%candidate(c)%fraction)
+         if (list%point(c) > 0) call set_point(contacts, c, blocks, list%fraction(c))
       end do
    end subroutine add_points
 
@@ -85,9 +90,8 @@ contains
       n = laws%points(weaker_joint(laws, blocks%joint(contacts%edge(c)), blocks%joint(shorter)))
       if (n == 2) return
       call sort_edges(blocks, contacts%edge(c), shorter, e, f)
-      associate (listed => list%candidate(list%pair:list%n))
-         if (any(listed%point > 0 .and. listed%edge == e .and. listed%vertex == f)) return
-      end associate
+      if (any(list%point(list%pair:list%n) > 0 .and. list%candidate(list%pair:list%n)%edge == e &
+         .and. list%candidate(list%pair:list%n)%vertex == f)) return
       overlap = overlap_of(blocks, e, f, wide)
       if (.not. has_points(blocks, e, f, overlap)) return
       do i = 1, n
@@ -95,7 +99,7 @@ contains
          if (i == n .and. overlap%corner_to) cycle
          fraction = point_fraction(overlap, n, i)
          if (abs(point_distance(blocks, e, f, fraction)) <= distance) call append_point(list, &
-            candidate_type(f, e, 0, contacts%pair(c), i, fraction))
+            candidate_type(f, e, 0, contacts%pair(c)), i, fraction)
       end do
    end subroutine add_overlap
 
@@ -135,9 +139,11 @@ contains
    end function point_distance
 
    !> Append a contact to the list of points.
-   subroutine append_point(list, candidate)
+   subroutine append_point(list, candidate, point, fraction)
       type(point_list_type), intent(inout) :: list    !< receives a contact
-      type(candidate_type), intent(in) :: candidate   !< contact at a corner or at a point
+      type(candidate_type), intent(in) :: candidate   !< vertex and edge
+      integer, intent(in) :: point                    !< number in the overlap; 0: corner
+      real(wp), intent(in) :: fraction                !< position as a fraction of the edge
       type(candidate_type), allocatable :: longer(:)
 
       list%n = list%n + 1
@@ -145,8 +151,12 @@ contains
          allocate (longer(2*list%n))
          longer(:list%n - 1) = list%candidate
          call move_alloc(longer, list%candidate)
+         call grow(list%point, 2*list%n)
+         call grow(list%fraction, 2*list%n)
       end if
       list%candidate(list%n) = candidate
+      list%point(list%n) = point
+      list%fraction(list%n) = fraction
    end subroutine append_point
 
    !> Set the position, history and geometry of all points.

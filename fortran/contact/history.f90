@@ -73,7 +73,7 @@ contains
       call transfer_unmatched(new, old, history, same_edge=.true.)
       call transfer_unmatched(new, old, history, same_edge=.false.)
       call subtract_offsets(new, history)
-      call transfer_forces(new, old, history)
+      if (force_remains(old, history)) call transfer_forces(new, old, history)
       call clear_index(history, old)
       if (has_started) call drop_deep_contacts(new, history)
    end subroutine inherit
@@ -351,6 +351,17 @@ contains
          distance - pressed)
    end function transferred_offset
 
+   !> .true. if an old contact without a successor was still in compression.
+   pure logical function force_remains(old, history)
+      type(contacts_type), intent(in) :: old     !< list of the last step
+      type(history_type), intent(in) :: history  !< index of the unmatched contacts
+
+      associate (c => pack(history%unmatched(:history%n_unmatched), &
+         history%unmatched(:history%n_unmatched) <= old%n))
+         force_remains = any(.not. history%transferred(c) .and. old%new_gap(c) < 0.0_wp)
+      end associate
+   end function force_remains
+
    !> Transfer the force of old contacts without a successor to another contact of the same vertex.
    !> Both have the same direction.  For example, a vertex slides across the joint of two blocks.
    subroutine transfer_forces(new, old, history)
@@ -381,9 +392,12 @@ contains
       type(contacts_type), intent(inout) :: new     !< list with history
       type(history_type), intent(inout) :: history  !< `matched` is compacted too
       logical :: keep(new%n)
-      integer :: c
+      integer :: k, c
 
-      do c = 1, new%n
+      keep = .true.
+      do k = 1, history%n_unmatched
+         c = history%unmatched(k)
+         if (c > new%n) exit
          keep(c) = history%matched(c) .or. new%offset(c) >= -history%max_penetration .or. &
             is_point(new, c)
       end do

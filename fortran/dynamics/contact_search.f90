@@ -86,6 +86,7 @@ contains
          contacts%time_step = merge(0.0_wp, simulation%time_step, simulation%in_statics)
          call detect_contacts(contacts, simulation%blocks, simulation%neighbours, &
             simulation%detection)
+         if (contacts%with_laws) contacts%point(:contacts%n) = 0
          if (simulation%laws%pointed) call add_points(simulation%points, contacts, &
             simulation%blocks, simulation%laws, simulation%detection%distance)
          ! A successor may have a gap that differs by at most the displacement in a step.
