@@ -27,7 +27,7 @@ for _topic in (api_host, api_inputs, api_modes, api_motions, api_runs, api_schem
 
 api.hear_python()  # Ctrl-C ends long calls with KeyboardInterrupt
 
-FILES = threading.Lock()  # netCDF is not thread-safe: only one file operation at a time
+FILES = threading.RLock()  # netCDF is not thread-safe: only one file operation at a time
 
 
 def checked(routine: Callable, *arguments):
