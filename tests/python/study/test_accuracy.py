@@ -390,18 +390,18 @@ def test_displaced_blocks_show_the_same_horizon(write_input, tmp_path):
 
 def test_an_ensemble_gives_bands(write_input):
     file = write_input(pile())
-    figures = sitedda.accuracy(file, ["largest_tilt_rad", "residual_tilt_rad"], ensemble=3,
+    figures = sitedda.accuracy(file, ["largest_displacement_m", "residual_displacement_m"], ensemble=3,
                              changes={"control.duration": 2.0}, workers=2)  # fmt: skip
-    tilt = figures["largest_tilt_rad"]
-    assert 1.0 < tilt.decided < 1.8
-    assert 1.0 < figures["residual_tilt_rad"].decided <= 2.0
-    assert tilt.low < tilt.median < tilt.high
-    band = figures.bands["largest_tilt_rad"]
-    assert band.median[-1] == pytest.approx(tilt.median)
+    largest = figures["largest_displacement_m"]
+    assert 1.0 < largest.decided < 1.8
+    assert 1.0 < figures["residual_displacement_m"].decided <= 2.0
+    assert largest.low < largest.median < largest.high
+    band = figures.bands["largest_displacement_m"]
+    assert band.median[-1] == pytest.approx(largest.median)
     assert band.high[100] - band.low[100] < 1e-6
     assert "predictable until" in str(figures)
     panels = [axes for axes in figures.draw().axes if axes.get_visible()]
-    assert [axes.get_title() for axes in panels] == ["largest tilt (rad)"]
+    assert [axes.get_title() for axes in panels] == ["largest displacement (m)"]
     assert "16–84 % of twins" in [text.get_text() for text in panels[0].get_legend().texts]
     assert list(figures.runs)[-3:] == ["twin 1", "twin 2", "twin 3"]
 
@@ -428,7 +428,7 @@ def test_a_study_with_error_bars_contains_horizons(write_input):
     assert (table.status == "complete").all(), table.message.values
     assert (table.blocks_lost == 0).all() and (table.largest_tilt_rad_bar > 0).any()
     assert table.end_s.values == pytest.approx([0.8, 1.8], rel=1e-3)
-    undecided = table.largest_tilt_rad_decided_s < table.end_s
+    undecided = table.largest_displacement_m_decided_s < table.end_s
     assert undecided.values.tolist() == [False, True]
     warning_texts = [str(warning) for warning in table.warning.values]
     assert "beyond the horizon" not in warning_texts[0] and "beyond the horizon" in warning_texts[1]
