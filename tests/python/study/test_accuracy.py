@@ -390,8 +390,9 @@ def test_displaced_blocks_show_the_same_horizon(write_input, tmp_path):
 
 def test_an_ensemble_gives_bands(write_input):
     file = write_input(pile())
-    figures = sitedda.accuracy(file, ["largest_displacement_m", "residual_displacement_m"], ensemble=3,
-                             changes={"control.duration": 2.0}, workers=2)  # fmt: skip
+    results = ["largest_displacement_m", "residual_displacement_m"]
+    changes = {"control.duration": 2.0}
+    figures = sitedda.accuracy(file, results, ensemble=3, changes=changes, workers=2)
     largest = figures["largest_displacement_m"]
     assert 1.0 < largest.decided < 1.8
     assert 1.0 < figures["residual_displacement_m"].decided <= 2.0
