@@ -232,7 +232,10 @@ class Page {
   }
 
   hearFrame(head, streams) {
-    this.drawing = this.drawing.then(() => this.view.add(head, streams));
+    this.drawing = this.drawing.then(() => this.view.add(head, streams)).then(() => {
+      // The last frame may arrive after the message of a failure.
+      if (this.view.failing) this.view.pointAt(this.view.failing);
+    });
   }
 
   hearSaving({what}) {
