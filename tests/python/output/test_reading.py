@@ -4,6 +4,7 @@
 import json
 import os
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import netCDF4
@@ -12,7 +13,9 @@ import pytest
 from model_text import changed, tower
 
 import sitedda
+from sitedda.base.core import FILES
 from sitedda.input_text import input_values
+from sitedda.output.output_file import read_output
 from sitedda.reading import check_readable, read_bounded
 
 INPUTS = Path(__file__).parents[3] / "inputs"
@@ -256,3 +259,18 @@ def test_an_output_contains_derived_values_of_its_input(tmp_path):
     assert values["joint"] == [values["joint"][0] | {"law": "coulomb", "cohesion": 1e4}]
     assert values["load"][0]["block"] == "left" and values["boundary"][0]["kind"] == "fixed"
     assert "block" not in values
+
+
+@pytest.mark.parametrize("locked", [False, True])
+def test_texts_and_late_errors_of_variables_read_on_first_use(output, tmp_path, locked):
+    """A text selected from a row is a text; a thread that reads a file may lock it again."""
+    file = tmp_path / "o.nc"
+    file.write_bytes(Path(output).read_bytes())
+    data = read_output(file)
+    with FILES if locked else nullcontext():
+        assert str(data.isel(block=0).block.values) == str(data.block.values[0])
+        assert str(data.block[0].values) == str(data.block.values[0])
+    vars(data["time"]).pop("values", None)
+    data["time"]._source = None  # as a file that cannot be read later
+    with pytest.raises(sitedda.OutputError, match=r"o\.nc cannot be read as an output"):
+        _ = data["time"].values
