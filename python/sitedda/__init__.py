@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         SolverError,
     )
     from .build import cutting, masonry
-    from .calibration.calibrate import Calibration, calibrate
+    from .calibration.inference import Calibration, calibrate
     from .drawing import pictures
     from .drawing.pictures import draw
     from .engine import signals

@@ -9,7 +9,7 @@ from ..engine.simulation import Simulation
 from ..input.changes import merged
 from ..output.scene import Scene
 from ..report.style import RED
-from .calibrate import Calibration
+from .inference import Calibration
 from .measured import Observations
 
 

@@ -14,10 +14,10 @@ import numpy as np
 from ..base.arguments import Range, floats
 from ..base.arrays import parts_of
 from ..base.core import FILES, api, checked, engine_names
-from ..base.errors import InputError, OutputError, SiteddaError
+from ..base.errors import InputError, InterruptedRun, OutputError, SiteddaError
 from ..base.numbers import counted
 from ..base.reading import file_path
-from ..base.stop import Stop, program_handles_interrupt
+from ..base.stop import SIGNALS, Stop, program_handles_interrupt
 from ..input.added_stage import PresentStage, with_stage
 from ..input.changes import BETWEEN_STEPS, changed_input, changes_text, flat_changes, merged
 from ..input.groups import checked as checked_value
@@ -674,3 +674,22 @@ def run_to_end(
             raise type(error)(f"{error}; {failure}") from error
         raise
     return False
+
+
+def completed_run(
+    file, output, progress: Callable | None = None, signals=SIGNALS, **options
+) -> tuple[Path, str, list[str]]:
+    """Run an input to its end; return output, warning of the energy audit and peak warnings.
+
+    `progress`, `signals`: see `run_to_end` and `Stop`; `options`: see `Simulation`.  A signal
+    raises InterruptedRun; the output then contains the results so far.
+    """
+    with (
+        Stop(signals, program=signals == SIGNALS) as stop,
+        Simulation(file, output, **options) as simulation,
+    ):
+        is_complete = run_to_end(simulation, progress, stop)
+        path = simulation.finish()
+        if not is_complete:
+            raise InterruptedRun("interrupted")
+        return path, simulation.warning, simulation.peak_warnings

@@ -6,8 +6,7 @@ import warnings
 from pathlib import Path
 
 from ..base.arguments import DAMPING_RATIO, NOT_NEGATIVE, POSITIVE, WORKERS, picture_name
-from ..base.errors import InputError, InterruptedRun, PeakWarning
-from ..base.stop import SIGNALS, Stop
+from ..base.errors import InputError, PeakWarning
 
 
 def add_site(parser: argparse.ArgumentParser) -> None:
@@ -131,12 +130,15 @@ def _compute_site(options: argparse.Namespace) -> int:
 
 def _compare_with_column(options: argparse.Namespace) -> int:
     """Compare an output, or the run of an input, with a one-dimensional column."""
+    from ..engine.simulation import completed_run
     from ..output.scene import open_output
     from .beside import beside
 
     path = options.file
     if path.suffix != ".nc":
-        path = _run_input(path)
+        path, _, peak_warnings = completed_run(path, True)
+        for message in peak_warnings:
+            warnings.warn(message, PeakWarning, stacklevel=1)
         print(f"output: {path}")
     history = open_output(path)
     try:
@@ -147,16 +149,3 @@ def _compare_with_column(options: argparse.Namespace) -> int:
     picture = options.output or path.with_name(f"{path.stem}_site.png")
     _save_figure(result.plot(), picture, options.file)
     return 0
-
-
-def _run_input(file: Path) -> Path:
-    """Run an input to its end; return its output."""
-    from ..engine.simulation import Simulation, run_to_end
-
-    with Simulation(file, True) as simulation, Stop(SIGNALS, program=True) as stop:
-        if not run_to_end(simulation, None, stop):
-            raise InterruptedRun("interrupted")
-        output = simulation.finish()
-        for message in simulation.peak_warnings:
-            warnings.warn(message, PeakWarning, stacklevel=1)
-    return output

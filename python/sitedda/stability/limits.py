@@ -34,7 +34,7 @@ from ..base.errors import ConvergenceError, InputError
 from ..build.cutting.rings import Rings
 from ..build.model import Model
 from ..output.scene import Scene, is_netcdf
-from .safety import _judge_blocks
+from .reduction import judge_blocks
 from .strength import lines_of, released, static_model
 
 _MOST = 1e3  # ratio of load to weight above which the factor counts as infinite
@@ -729,7 +729,7 @@ class _Programme:
         bolt_force = {name: float(force) for (name, *_), force in pairs if name}
         limit = Limit(
             np.inf if unlimited else solution.factor, velocity,
-            _judge_blocks(velocity, self.radii), False,
+            judge_blocks(velocity, self.radii), False,
             tuple(self.scene.names), self.blocks, self.points, self.normals, solution.normal,
             solution.shear, self.polygons, bolt_force, lines=lines_of(self.scene.groups),
         )  # fmt: skip

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..base.errors import InputError
-from .pushover import Pushover
+from .capacity import Pushover
 
 METHODS = ("n2", "mechanism")
 _ELASTIC, _LEFT = 0.6, 0.8  # fractions of the peak at the secant stiffness and at the capacity

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 
 from ..base.errors import CheckpointError, InterruptedRun, OutputError, SiteddaError, lacks_memory
-from ..base.stop import SIGNALS, Stop
 from .arrays import Array
 from .quantities import NotBegun, Quantity, check_names, measure, split_value
 from .store import (
@@ -199,7 +198,7 @@ def run_input(folder: Path, time_limit: float = np.inf) -> str:
 
 def _run_to_end(folder: Path, time_limit: float) -> str:
     """Run or resume the input of a case to its end; write and return its warnings."""
-    from ..engine.simulation import Simulation, run_to_end
+    from ..engine.simulation import completed_run
 
     start = time.monotonic()
 
@@ -208,16 +207,9 @@ def _run_to_end(folder: Path, time_limit: float) -> str:
             raise TimeLimit(f"stopped at t = {simulation.time:g} s of {simulation.duration:g} s: "
                             f"the time limit of {time_limit:g} s is exceeded")  # fmt: skip
 
-    with (
-        Stop(SIGNALS, program=True) as stop,
-        Simulation(folder / INPUT, folder / OUTPUT, resume=True) as simulation,
-    ):
-        complete = run_to_end(simulation, check_time, stop)
-        simulation.finish()
-        if not complete:
-            raise InterruptedRun("interrupted")
-        texts = filter(None, [simulation.warning, *simulation.peak_warnings])
-        write_whole(folder / WARNINGS, "\n".join(texts))
+    files = folder / INPUT, folder / OUTPUT
+    _, warning, peak_warnings = completed_run(*files, check_time, resume=True)
+    write_whole(folder / WARNINGS, "\n".join(filter(None, [warning, *peak_warnings])))
     return warnings_of(folder)
 
 

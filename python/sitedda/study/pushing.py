@@ -11,7 +11,7 @@ from .quantities import Quantity, check_names
 
 @dataclass(frozen=True)
 class PushTo:
-    """Settings of a pushover, see `sitedda.stability.pushover`."""
+    """Settings of a pushover, see `sitedda.pushover`."""
 
     point: str  # measured point whose displacement the curve shows
     load: str = "horizontal"
@@ -26,7 +26,7 @@ class PushTo:
 
     def checked(self) -> "PushTo":
         """Return the settings; raise InputError if one is invalid."""
-        from ..stability.pushover import LOADS
+        from ..stability.capacity import LOADS
 
         if self.load not in LOADS or self.sense not in (1, -1):
             raise InputError(f"[pushover] load = {self.load!r}, sense = {self.sense!r}: load "

@@ -86,6 +86,8 @@ class Trials:
 
     def _run_model(self, values: tuple) -> tuple:
         """Run the model, task or function at values of the parameters; return the results."""
+        from ..engine.simulation import completed_run
+
         if callable(self.model):
             names = short_names(self.parameters).values()
             value = self.model(**dict(zip(names, values, strict=True)))
@@ -100,7 +102,7 @@ class Trials:
                 file.write_text(text, "utf-8", "surrogateescape")
                 return self._pick_numbers(split_value(self.name, self.task(file)))
             output = Path(folder) / "out.nc"
-            _run_case(InputOfRun(self.file, text), output)
+            completed_run(InputOfRun(self.file, text), output)
             numbers, _ = measure(output, self.requested, [])
         return self._pick_numbers(numbers)
 
@@ -155,14 +157,3 @@ def _absolute_name(group, file: Path) -> str:
     """Return the absolute path of the file that a group of an input names; blank if none."""
     name = group.values.get("file", "") if group.name != "output" else ""
     return str((Path(file).parent / name).resolve()) if name else ""
-
-
-def _run_case(source, output: Path) -> None:
-    """Run an input to its end; raise InterruptedRun if a signal arrives."""
-    from ..base.stop import SIGNALS, Stop
-    from ..engine.simulation import Simulation, run_to_end
-
-    with Stop(SIGNALS, program=True) as stop, Simulation(source, output) as simulation:
-        if not run_to_end(simulation, None, stop):
-            raise InterruptedRun("interrupted")
-        simulation.finish()

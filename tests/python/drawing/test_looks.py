@@ -23,7 +23,7 @@ from sitedda.plot import purpose_of, run_picture
 from sitedda.report import Picture, to_html
 from sitedda.report.layout import legend_above
 from sitedda.scene import Scene
-from sitedda.stability.safety import Mechanism, Safety
+from sitedda.stability.reduction import Mechanism, Safety
 from sitedda.style import INK, JOINT_MAP, RESTING, SCHEMES, dress, new_figure, save_picture
 from sitedda.vtk import write_vtk
 

@@ -9,9 +9,9 @@ from sitedda.base.errors import InputError
 from sitedda.engine.simulation import Simulation
 from sitedda.facade.model import Model
 from sitedda.report.style import GROUND, STONE, bare, canvas, draw_blocks
+from sitedda.stability.capacity import pushover
 from sitedda.stability.limits import limit_analysis
-from sitedda.stability.pushover import pushover
-from sitedda.stability.safety import bisect
+from sitedda.stability.reduction import bisect
 
 from ..case import Outcome, absolute, at_most, case, relative, yes_or_no
 from ..model import GRAVITY, rectangle

@@ -7,8 +7,8 @@ import numpy as np
 
 from sitedda.facade.model import Model
 from sitedda.report.style import BLUE, ORANGE, canvas
+from sitedda.stability.capacity import pushover
 from sitedda.stability.limits import limit_analysis
-from sitedda.stability.pushover import pushover
 
 from ..case import Outcome, absolute, at_most, case, curves, relative, yes_or_no
 

@@ -4,7 +4,7 @@
 import numpy as np
 
 from sitedda.facade.model import Model
-from sitedda.stability.safety import Safety, safety
+from sitedda.stability.reduction import Safety, safety
 
 from ..case import Outcome, Table, at_most, case, curves, relative, yes_or_no
 

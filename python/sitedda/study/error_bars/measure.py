@@ -8,9 +8,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ...base.arguments import Range
-from ...base.errors import SiteddaError
-from ...base.stop import Stop
-from ...engine.simulation import Simulation
+from ...base.errors import InterruptedRun, SiteddaError
+from ...engine.simulation import completed_run
 from ...input.changes import merged
 from ...output.verdict_lines import Doubt
 from .bars import bar_of_steps, penalty_error
@@ -113,18 +112,15 @@ def accuracy(
 
 def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
     """Run an input; return its results with error bars if the run is linear, otherwise None."""
-    from ...engine.simulation import run_to_end
     from ...output.output_file import load
 
     with tempfile.TemporaryDirectory() as folder:
-        with (
-            Simulation(model, output=Path(folder) / "run.nc", changes=changes) as simulation,
-            Stop((signal.SIGINT,)) as stop,
-        ):
-            if not run_to_end(simulation, None, stop):
-                raise KeyboardInterrupt
-            file = simulation.finish()
-        return of_linear_run(model, load(file), changes, facts)
+        output = Path(folder) / "run.nc"
+        try:
+            completed_run(model, output, signals=(signal.SIGINT,), changes=changes)
+        except InterruptedRun:
+            raise KeyboardInterrupt from None
+        return of_linear_run(model, load(output), changes, facts)
 
 
 def of_linear_run(model, history, changes: Mapping | None = None, facts=None) -> Accuracy | None:

@@ -21,7 +21,7 @@ from ..build.model import Model
 from ..engine.simulation import Simulation
 from ..output.scene import Scene
 from .bodies import Bodies
-from .safety import _judge_blocks
+from .reduction import judge_blocks
 from .strength import static_model
 
 LOADS = ("horizontal", "tilt", "mode")
@@ -377,7 +377,7 @@ class _PushoverRun:
             change = states[-1] - states[0]
         bodies = self.blocks.bodies
         mean = bodies.mean(change)
-        verdicts = _judge_blocks(mean, bodies.radii)
+        verdicts = judge_blocks(mean, bodies.radii)
         return Pushover(self.load, self.sense, self.point, displacement, largest, factor, work,
                         friction, float(self.blocks.mass.sum()), bodies.names, verdicts, mean,
                         tuple(verdicts[i] for i in bodies.of), polygons, ending,

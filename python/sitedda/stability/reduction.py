@@ -429,7 +429,7 @@ def _release_mechanism(trials: _Trials, factor: float, start_factor: float | Non
             moves = peak > limit
         bodies, change = trials.bodies, run.coordinates - start
         change = bodies.mean(change[:, :3])
-        verdicts = _judge_blocks(change, bodies.radii)
+        verdicts = judge_blocks(change, bodies.radii)
         joint = _joint_between(run, bodies.of, _are_moving(verdicts), trials.model)
     return Mechanism(factor, change, verdicts, bodies.names, moves, bodies.outlines(), joint,
                      trials.lines)  # fmt: skip
@@ -447,7 +447,7 @@ def _joint_between(run: Simulation, body: np.ndarray, moving: np.ndarray, model:
     return names[int(np.argmax(total))] if total.max() > 0.0 else ""
 
 
-def _judge_blocks(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
+def judge_blocks(change: np.ndarray, radii: np.ndarray) -> tuple[str, ...]:
     """Return 'stable', 'slides' or 'topples' for each block from displacement and rotation."""
     shift, rotation = np.hypot(change[:, 0], change[:, 1]), radii * abs(change[:, 2])
     stable = np.hypot(shift, rotation) <= _STILL * np.hypot(shift, rotation).max(initial=0.0)
