@@ -137,7 +137,7 @@ class Model(Groups):
     """A model: blocks, materials, joints, motions, supports, loads, measured points.
 
     A method for each group of the namelist input adds such a group; the variables are keyword
-    arguments.  ``run``, ``control``, ``contact``, ``output`` and ``cutting`` occur only once and
+    arguments.  ``control``, ``contact``, ``output``, ``cutting`` and ``stop`` occur only once and
     are attributes.
 
     Parameters
