@@ -25,6 +25,7 @@ BANDWIDTH = 40.0  # bandwidth of the window of Konno and Ohmachi
 _BINS = 120  # number of frequencies of the map
 _FINE = 20.0  # smallest number of bins below the lowest frequency, so that no window is empty
 _TOUCHING = 1e-6  # tolerance of points on the surface / size of the model
+_MOST_GAIN = 100.0  # frequencies at which columns amplify the reference more are omitted
 
 
 @dataclass(frozen=True)
@@ -160,9 +161,15 @@ def _column_motions(history: xr.Dataset, scene: Scene, positions, reference, ste
         ground = transfer((edge, corners[corners[:, 0] == edge, 1].max()))
     ratios = [transfer(point) for point in positions]
     spectrum = np.fft.rfft(reference, length)[:-1]
-    return [None if ratio is None or ground is None
-            else np.fft.irfft(np.append(spectrum * ratio / ground, 0.0), length)[: reference.size]
-            for ratio in ratios]  # fmt: skip
+
+    def motion(ratio) -> NDArray[np.float64]:
+        # The time integration removes high frequencies from the reference, less so from a lower
+        # column: the quotient of both is not a motion.
+        omitted = np.abs(ratio) > _MOST_GAIN * np.abs(ground)
+        gain = np.where(omitted, 0.0, ratio) / np.where(ground == 0.0, 1.0, ground)
+        return np.fft.irfft(np.append(spectrum * gain, 0.0), length)[: reference.size]
+
+    return [None if ratio is None or ground is None else motion(ratio) for ratio in ratios]
 
 
 def _reference_motion(history: xr.Dataset, axis: str) -> tuple[NDArray[np.float64], str]:

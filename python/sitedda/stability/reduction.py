@@ -154,8 +154,10 @@ class Safety:
 
     @property
     def factor(self) -> float:
-        """Return the middle of the bracket."""
-        return self.low if math.isinf(self.high) else 0.5 * (self.low + self.high)
+        """Return the middle of the bracket; 0 if the model fails at any strength."""
+        if self.low == 0.0 or math.isinf(self.high):
+            return self.low
+        return 0.5 * (self.low + self.high)
 
     def draw(self, axes=None):
         """Draw the mechanism; return matplotlib axes."""
@@ -370,8 +372,9 @@ def _bisect_factor(trials: _Trials, tolerance: float) -> Safety:
     """Find the factor of safety by bisection, and the mechanism of failure."""
     reference = trials.find_reference(1.0)
     if reference is None:
-        lowest = trials.done[-1].factor
-        return Safety(0.0, lowest, tuple(trials.done), _release_mechanism(trials, 1.0, None))
+        lowest, mechanism = trials.done[-1].factor, _release_mechanism(trials, 1.0, None)
+        warning = _find_warnings(mechanism, trials.model)
+        return Safety(0.0, lowest, tuple(trials.done), mechanism, warning)
     low, high = reference, 1.0
     while high <= _MOST_REDUCTION and trials.stands(high):
         low, high = high, 2.0 * high

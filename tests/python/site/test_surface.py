@@ -59,6 +59,16 @@ def test_a_hill_amplifies_most_at_its_top():
     assert result.aggravation_factor[2] != pytest.approx(1.0, abs=0.02)
 
 
+def test_the_column_below_a_cut_has_no_noise():
+    """The free field has lost the highest frequencies, which the lower column retains."""
+    model = lattice("free_field", hill=(0, 1, 2, 3, 6, 7, 8, 9), duration=0.3)
+    for x, y in ((0.0, 4.0), (5.0, 3.0), (10.0, 4.0)):
+        model.measured_point(f"at {x:g}", x, y)
+    result = surface(model.run().history, lowest=10.0, highest=50.0)
+    np.testing.assert_allclose(result.column_amplification[[0, 2]], 1.0, rtol=1e-5)
+    assert 0.1 < result.aggravation[1].min() and result.aggravation[1].max() < 3.0
+
+
 def test_the_picture_of_a_run_shows_amplification_along_its_surface():
     history = ground(HILL).history
     assert purpose_of(history).kind == "surface"

@@ -28,7 +28,7 @@ def goodman_bray(friction: float, bolt: float = 0.0) -> Model:
 
     Block 3 slides and block 4 topples without slip between them, so the shear springs determine
     the shear force there.  With springs stiffer than the normal ones, friction is mobilised, as
-    limit equilibrium assumes; with k_n/k_s = 2.5, the limit is 2 % higher.
+    limit equilibrium assumes; with k_n/k_s = 2.5, blocks move by centimetres near the limit.
 
     `friction`: tan φ of bases and sides; `bolt`: horizontal force on block 1, into the slope, N/m.
     """
