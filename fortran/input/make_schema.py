@@ -587,7 +587,8 @@ def ranged(one: Variable) -> str:
     if named or one.values.startswith("names: "):
         return one.values.removeprefix("the ").removesuffix(": 'one, two, all_*'")
     limits = "" if one.values == "any" else one.values.removeprefix("any, ").replace(" to ", "…")
-    limits = limits.replace("above ", ">").replace("at least ", "≥")
+    for words, sign in (("above ", ">"), ("at least ", "≥"), ("at most ", "≤")):
+        limits = limits.replace(words, sign)
     return ", ".join(filter(None, (one.kind, one.unit, limits)))
 
 

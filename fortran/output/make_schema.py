@@ -323,9 +323,12 @@ PAGE = """# Variables of the output
 <!-- Made from fortran/output/schema.txt by fortran/output/make_schema.py. -->
 
 [Output](output.md) explains how to read outputs, and lists the attributes. Every variable has a
-`long_name`, and a unit that pint and UDUNITS read.
+`long_name`, and a unit that pint and UDUNITS read unless its components have different units.
 
 """
+
+
+RELATIVE = "Displacements, velocities and accelerations are relative to the base."
 
 
 def page(schema: Schema) -> str:
@@ -339,14 +342,14 @@ def page(schema: Schema) -> str:
         text += f"\n### {family.replace('_', ' ').capitalize()}\n\n{written(when)}.\n\n"
         text += "| variable | dimensions | kind | meaning |\n|---|---|---|---|\n"
         text += "".join(map(line, own))
-    text += "\n## Largest values\n\n| `maximum` | unit | meaning |\n|---|---|---|\n"
+    text += f"\n## Largest values\n\n{RELATIVE}\n\n| `maximum` | unit | meaning |\n|---|---|---|\n"
     return text + "".join(f"| `{n}` | {unit} | {words} |\n" for n, unit, _, words in schema.maxima)
 
 
 def written(when: str) -> str:
     """Describe in a sentence when a family is written."""
     first, _, rest = when.partition("always")
-    return f"Written {when}" if first else f"Always written{rest}"
+    return f"{when[0].upper()}{when[1:]}" if first else f"Always written{rest}"
 
 
 def line(one: Variable) -> str:
