@@ -133,8 +133,8 @@ contains
    !>
    !> A small residual does not prove a small error in directions that only inertia restrains.
    !> Therefore the error after a correction is estimated by the contraction times the correction.
-   !> The contraction is measured by two corrections; it is assumed to be unchanged while the first
-   !> correction reduces the residual as in the last solve.  P is discarded if some corrections do
+   !> The contraction is measured by two corrections.  In later solves it is assumed to grow slowly,
+   !> and as much as the residual after the first correction.  P is discarded if some corrections do
    !> not suffice.
    subroutine reuse_factor(self, equations, x, convergence, success)
       class(linear_solver_type), intent(inout) :: self  !< the solver
@@ -142,7 +142,7 @@ contains
       real(wp), intent(inout), contiguous :: x(:,:)  !< [6,n] first guess, becomes the solution, m
       type(convergence_type), intent(inout) :: convergence  !< scale of residuals; reached residual
       logical, intent(out) :: success  !< .false.: x is another first guess
-      real(wp) :: length, last_length, limit, norm, last_norm
+      real(wp) :: length, last_length, limit, norm, last_norm, growth
       integer :: n, round
 
       success = .false.
@@ -163,9 +163,9 @@ contains
             if (round > 1) then
                self%contraction = min(1.0_wp, safety*length/max(last_length, tiny(1.0_wp)))
             else
-               self%contraction = min(1.0_wp, ageing*self%contraction)
-               if (norm > safety*self%reduction*last_norm + rounding*convergence%scale) &
-                  self%contraction = 1.0_wp
+               growth = norm/max(safety*self%reduction*last_norm + rounding*convergence%scale, &
+                  tiny(1.0_wp))
+               self%contraction = min(1.0_wp, ageing*self%contraction*max(1.0_wp, growth))
                self%reduction = norm/max(last_norm, tiny(1.0_wp))
             end if
             last_length = length
