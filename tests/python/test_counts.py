@@ -22,7 +22,9 @@ def test_each_model_exists_and_has_a_stated_count():
 
 @pytest.mark.parametrize(("growth", "lines"), [(0.5, 0), (1.019, 0), (1.021, 5)])
 def test_only_growth_above_the_tolerance_is_an_error(growth, lines):
-    assert len(counts.excesses({name: int(growth * n) for name, n in STATED.items()}, STATED)) == lines
+    assert (
+        len(counts.excesses({name: int(growth * n) for name, n in STATED.items()}, STATED)) == lines
+    )
 
 
 def test_a_model_without_stated_count_is_an_error():
@@ -32,4 +34,7 @@ def test_a_model_without_stated_count_is_an_error():
 
 
 def test_counts_are_read_from_the_report_of_callgrind():
-    assert counts.read_count("==7== Collected : 12\n==7== \n==7== I   refs:      989,893,039\n") == 989893039
+    assert (
+        counts.read_count("==7== Collected : 12\n==7== \n==7== I   refs:      989,893,039\n")
+        == 989893039
+    )
