@@ -7,17 +7,18 @@
 !> touched edge, the weakest of the three joints governs.  The result depends neither on the order
 !> of the blocks nor on which of two touching faces has the vertex.
 !>
-!> A closed contact retains its joint in these cases:
+!> A closed contact retains an earlier joint in three cases:
 !>
-!> - while it is bonded;
-!> - if it is the joint of the other edge at the vertex, until the angle of that edge is more than
-!>   twice the smaller angle: a block that rocks on a corner changes its joint once, as it topples;
-!> - if it is the joint of the neighbour of the touched edge, while the vertex is near their common
+!> - The contact is bonded.
+!> - The joint is that of the less parallel edge at the vertex, and the angle of this edge is at
+!>   most twice the angle of the other.  A block that rocks on a corner then changes its joint only
+!>   once, when it topples.
+!> - The joint is that of a neighbour of the touched edge, and the vertex is near their common
 !>   corner: within twice the penetration if it slides, within the size of the corner if it sticks.
+!>   A vertex that vibrates about the end of an edge, or whose contact alternates between two edges,
+!>   then does not change its joint.
 !>
-!> If a vertex slides further, its contact thus has the joint of the new edge.  The joint does not
-!> change if a vertex only vibrates about the end of an edge, or if its corner contact alternates
-!> between two edges.  Of two edges in one straight line, the touched edge contains the foot.
+!> Of two edges in one straight line, the touched edge is the one that contains the foot.
 module dda_contact_joints
    use dda_kinds, only: wp
    use dda_blocks, only: blocks_type

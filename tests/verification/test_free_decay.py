@@ -29,7 +29,7 @@ def test_the_first_frequency_is_that_of_the_paper(theory):
     assert theory.frequencies[0] == pytest.approx(13.961, abs=5e-3)
 
 
-def test_the_penalty_does_not_change_the_damping(write_input, theory):
+def test_each_mode_decays_at_the_rate_of_its_frequency(write_input, theory):
     """Each of the five lowest modes decays with the rate of its frequency, with Δt = 1e-3 s:
     x[n+1] = trace x[n] - determinant x[n-1] (Cayley and Hamilton), fitted to the whole decay."""
     omega = theory.omega

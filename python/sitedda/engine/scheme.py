@@ -157,8 +157,10 @@ def scheme_damping(
     """
     scheme = Scheme.named(integration, theta)
     values = _check_frequencies(frequency, time_step)
-    numbers, _ = api.scheme_vibration(scheme.theta, scheme.chi, float(time_step), values.ravel())
-    return finite_or_inf(numbers[2]).reshape(values.shape)
+    properties, _ = api.scheme_vibration(
+        scheme.theta, scheme.chi, float(time_step), values.ravel()
+    )
+    return finite_or_inf(properties[2]).reshape(values.shape)
 
 
 def scheme_frequency(frequency: ArrayLike, time_step: float) -> NDArray[np.float64]:
