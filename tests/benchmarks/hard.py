@@ -105,19 +105,8 @@ def model(
         f"&joint friction_angle = {float(angle)}{', ' if law_text else ''}{law_text} /",
         f"&motion name = 'shaking', quantity = 'acceleration', time_step = {SAMPLE}",
         f"   drift_order = 0, values = {', '.join(f'{a:.6f}' for a in acceleration)} /",
+        *base_model.block_lines(),
     ]
-    for stress in np.unique(base_model.stress):
-        lines.append(
-            f"&material name = 'm{-stress:.0f}', density = 2500.0, young_modulus = 1e10"
-            f", poisson_ratio = 0.25, initial_stress = 0.0, {stress}, 0.0 /"
-        )
-    for i, (polygon, stress) in enumerate(zip(base_model.polygons, base_model.stress, strict=True)):
-        coordinates = ", ".join(map(repr, polygon.ravel().tolist()))
-        name = f"brick_{i}" if i else "base"
-        variables = f"name = '{name}', material = 'm{-stress:.0f}', vertices = {coordinates}"
-        lines.append(f"&block {variables} /")
-    template = "&fixed_point x = {!r}, y = {!r}, block = {} /"
-    lines += [template.format(x, y, b + 1) for x, y, b in base_model.fixed]
     if groups == "bolts":
         lines.append(bolts(base_model))
     return "\n".join(lines) + "\n"

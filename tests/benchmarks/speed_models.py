@@ -41,7 +41,6 @@ class Model:
     def text(self, penalty: float, step: float, rest_steps: int, active: int, solver: str) -> str:
         """Return the input: `rest_steps` (multiple of SAMPLE), then `active` steps of shaking."""
         samples = self.shaking_at(np.arange(0, active + 2 * SAMPLE, SAMPLE))
-        names = {stress: f"m{i}" for i, stress in enumerate(np.unique(self.stress))}
         lines = [
             f"&control time_step = {step!r}, steps = 1000000, gravity = 0.0, {-GRAVITY}",
             f"   base_motion_x = 'shaking', solver = '{solver}' /",
@@ -51,6 +50,12 @@ class Model:
             f"   time_step = {SAMPLE * step!r}, drift_order = 0",
             f"   values = {rest_steps // SAMPLE}*0.0, {', '.join(f'{a:.6f}' for a in samples)} /",
         ]
+        return "\n".join([*lines, *self.block_lines()]) + "\n"
+
+    def block_lines(self) -> list[str]:
+        """Return the groups of materials, blocks and fixed points."""
+        names = {stress: f"m{i}" for i, stress in enumerate(np.unique(self.stress))}
+        lines = []
         for stress, name in names.items():
             lines.append(
                 f"&material name = '{name}', density = {DENSITY}, young_modulus = {YOUNG_MODULUS}"
@@ -62,7 +67,7 @@ class Model:
             lines.append(f"&block material = '{names[stress]}', vertices = {coordinates} /")
         for x, y, block in self.fixed:
             lines.append(f"&fixed_point x = {x!r}, y = {y!r}, block = {block + 1} /")
-        return "\n".join(lines) + "\n"
+        return lines
 
     def shaking_at(self, step: np.ndarray) -> np.ndarray:
         """Return the base acceleration, m/s², after steps of shaking; linear between samples."""

@@ -23,7 +23,7 @@ module models
    use testing, only: check, check_no_error
    implicit none
    private
-   public :: begin, begin_or_fail, run, number, control_text, contact_text, joint_text, &
+   public :: begin, run, number, control_text, contact_text, joint_text, &
       block_text, rock
    public :: random, random_pairs, random_vector, sow, star, rectangle, turned, shifted, &
       make_rock_blocks, place_blocks, fan, relative_balance, walk, on_floor
@@ -41,23 +41,14 @@ contains
       type(simulation_type), intent(out) :: simulation
       character(len=*), intent(in) :: text
       real(wp), intent(in), optional :: rates(:,:)  !< [6,blocks] first rates; default: the input's
-      type(error_type), allocatable :: error
-
-      call begin_or_fail(simulation, text, error)
-      if (present(rates) .and. .not. allocated(error)) call set_rates(simulation, rates, error)
-      call check_no_error(error, 'the model starts')
-   end subroutine begin
-
-   !> Begin a run at its first state, or give the error of the input.
-   subroutine begin_or_fail(simulation, text, error)
-      type(simulation_type), intent(out) :: simulation
-      character(len=*), intent(in) :: text
-      type(error_type), allocatable, intent(out) :: error
       type(model_type) :: model
+      type(error_type), allocatable :: error
 
       call read_model(model, 'test.nml', text, error)
       if (.not. allocated(error)) call begin_simulation(simulation, model, error)
-   end subroutine begin_or_fail
+      if (present(rates) .and. .not. allocated(error)) call set_rates(simulation, rates, error)
+      call check_no_error(error, 'the model starts')
+   end subroutine begin
 
    !> Take steps until one fails; a failed step is a failed check.
    subroutine run(simulation, steps)

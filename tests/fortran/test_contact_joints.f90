@@ -57,20 +57,23 @@ contains
                "edge_joints = 'weak', 'weak', 'floor', 'weak'")
             upper = block_text('upper', turned(rectangle(left, 1.0_wp, left + 2.0_wp, 2.0_wp), &
                angle), "joint = 'weak' edge_joints = 'side'")
-            call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')// &
-               rock//joints//lower//upper)
-            associate (contacts => simulation%contacts(simulation%now))
-               call check(contacts%n == 2 .and. all(contacts%joint(:contacts%n) == side), &
-                  'the joint of the faces')
-            end associate
-            call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')// &
-               rock//joints//upper//lower)
-            associate (contacts => simulation%contacts(simulation%now))
-               call check(contacts%n == 2 .and. all(contacts%joint(:contacts%n) == side), &
-                  'in the other order')
-            end associate
+            call check_side(lower//upper, 'the joint of the faces')
+            call check_side(upper//lower, 'in the other order')
          end do
       end do
+
+   contains
+
+      !> Both contacts of two blocks have the joint `side`.
+      subroutine check_side(block_texts, label)
+         character(len=*), intent(in) :: block_texts, label
+
+         call begin(simulation, control_text(1.0e-3_wp, 10, '')//contact_text(1.0e9_wp, '')// &
+            rock//joints//block_texts)
+         associate (contacts => simulation%contacts(simulation%now))
+            call check(contacts%n == 2 .and. all(contacts%joint(:contacts%n) == side), label)
+         end associate
+      end subroutine check_side
    end subroutine faces
 
    !> A block over a floor of three edges, two of them in line, with one contact between the block's

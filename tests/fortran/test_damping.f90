@@ -11,7 +11,7 @@ module test_damping
    use dda_text, only: to_text
    use models, only: begin, block_text, contact_text, control_text, joint_text, random_vector, &
       rectangle, run
-   use testing, only: case, check, check_close, check_fails, check_no_error, error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
    character(len=*), parameter :: members(4) = [character(len=40) :: "integration = 'dda'", &
@@ -87,18 +87,6 @@ contains
       call check(maxval(damping%omega) <= 800.0_wp*(1 + 1.0e-12_wp), '(θ − ½) ω Δt ≤ 4')
       call check(damping%misfit < 1.0e-3_wp, 'over a narrower band')
    end subroutine fitted_bodies
-
-   subroutine impossible_fits()
-      type(damping_type) :: damping
-
-      damping = damping_type(ratio=0.05_wp, reference=1.0_wp, n=3)
-      call fit_body(damping, huge(1.0_wp), error)
-      call check_fails(error, 'more mechanisms')
-      deallocate (error)
-      damping = damping_type(ratio=0.05_wp, reference=1.0_wp, band=[0.1_wp, 50.0_wp])
-      call fit_body(damping, highest_relaxation(1.0_wp, 0.1_wp), error)
-      call check_fails(error, 'smaller time_step')
-   end subroutine impossible_fits
 
    !> 5 % at 2 and 12 Hz.
    subroutine rayleigh_damping()

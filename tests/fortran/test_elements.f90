@@ -318,23 +318,6 @@ contains
       call put_bolts(simulation, bolt)
    end subroutine begin_heap
 
-   !> All solvers give the same increments.
-   subroutine linear_solvers()
-      character(len=*), parameter :: names(5) = [character(len=6) :: 'direct', 'lagged', 'jacobi', &
-         'sor', 'auto']
-      real(wp), allocatable :: first(:,:), increments(:,:)
-      integer :: i
-
-      do i = 1, size(names)
-         call begin_heap("solver = '"//trim(names(i))//"'")
-         first = simulation%blocks%position
-         call run(simulation, 30)
-         if (i == 1) increments = simulation%blocks%position - first
-         call check_close(simulation%blocks%position - first, increments, trim(names(i)), &
-            relative=1.0e-9_wp)
-      end do
-   end subroutine linear_solvers
-
    !> The lowest mode with stiffness of two free blocks on a bolt.
    subroutine modes_of_two_blocks_on_a_bolt()
       type(modes_type) :: modes

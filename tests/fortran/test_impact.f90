@@ -6,9 +6,9 @@ module test_impact
    use dda_energy, only: energy_impact, total_energy
    use dda_simulation, only: simulation_type
    use dda_time_step, only: advance
-   use models, only: begin, begin_or_fail, block_text, contact_text, control_text, number, random, &
+   use models, only: begin, block_text, contact_text, control_text, number, random, &
       rectangle, relative_balance, rock, run, sow
-   use testing, only: check, check_close, check_fails, check_no_error, error
+   use testing, only: check, check_close, check_no_error, error
    implicit none
 
    real(wp), parameter :: mass = 2500.0_wp  !< of the block of 1 m, kg per metre
@@ -217,29 +217,5 @@ contains
       call check_close(simulation%blocks%velocity(2, 2), expected, 'restitution', &
          absolute=3.0e-3_wp)
    end subroutine resolved_dashpot
-
-   subroutine rejected_settings()
-      call begin_or_fail(simulation, model('restitution = 1.5', ''), error)
-      call check_fails(error, 'restitution = 1.5')
-      call begin_or_fail(simulation, model('restitution = -0.1', ''), error)
-      call check_fails(error, '&joint')
-      call begin_or_fail(simulation, model('damping = -1.0', ''), error)
-      call check_fails(error, 'damping = -1')
-      call begin_or_fail(simulation, model('restitution = 0.5', "contact_rules = 'original'"), &
-         error)
-      call check_fails(error, "restitution cannot be combined with contact_rules = 'original'")
-      call begin_or_fail(simulation, model('damping = 5.0', 'penetration_tolerance = 1e-6'), &
-         error)
-      call check_fails(error, 'damping cannot be combined with penetration_tolerance')
-   end subroutine rejected_settings
-
-   !> One block on a joint and with settings of the contacts.
-   function model(joint, contact) result(text)
-      character(len=*), intent(in) :: joint, contact
-      character(len=:), allocatable :: text
-
-      text = control_text(1.0e-3_wp, 1, '')//contact_text(1.0e9_wp, contact)//rock// &
-         joint_of(joint)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 1.0_wp))
-   end function model
 
 end module test_impact

@@ -18,7 +18,7 @@ module test_integration
    use eigenvalues, only: roots_of, distance_of
    use models, only: begin, block_text, contact_text, control_text, joint_text, number, rectangle, &
       relative_balance, run
-   use testing, only: case, check, check_close, check_no_error, error
+   use testing, only: case, check, check_close
    implicit none
 
    integer, parameter :: on_bond = 1, on_contact = 2, on_support = 3

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A support against its closed forms (docs/method.md), and the coordinates from step to step: one
-!> block on one fixed point at its centroid is a mass on a support in x and in y.
+!> A driven support against its closed form (docs/method.md), and the coordinates from step to step.
 module test_kinematics
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, update_geometry
@@ -8,26 +7,18 @@ module test_kinematics
    use dda_scheme, only: scheme_type, step_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_simulation, only: simulation_type
-   use models, only: begin, block_text, make_rock_blocks, contact_text, control_text, fan, &
-      joint_text, number, place_blocks, random_vector, rectangle, run, star
+   use models, only: begin, block_text, make_rock_blocks, contact_text, control_text, joint_text, &
+      number, random_vector, rectangle, run, star
    use testing, only: case, check, check_close
    implicit none
 
    real(wp), parameter :: mass = 1000.0_wp, stiffness = 4.0e5_wp   !< ω = 20 /s
-   real(wp), parameter :: omega = 20.0_wp
    type(simulation_type) :: simulation
    type(blocks_type) :: blocks
 
 contains
 
    subroutine oscillators()
-      real(wp), parameter :: omega_dt(7) = [0.01_wp, 0.1_wp, 0.5_wp, 1.0_wp, 2.0_wp, 3.5_wp, &
-         10.0_wp]
-      integer :: i
-
-      do i = 1, size(omega_dt)
-         call check_free_vibration(omega_dt(i))
-      end do
       call check_harmonic_drive(0.05_wp, 10.0_wp)
       call check_harmonic_drive(0.01_wp, 20.0_wp)
       call check_harmonic_drive(0.02_wp, 35.0_wp)
@@ -36,48 +27,20 @@ contains
       call check_accepted_step(1.0_wp)
    end subroutine oscillators
 
-   subroutine begin_oscillator(time_step, steps, velocity, motion)
+   !> One block on a moved point at its centroid: a mass on a support in x and in y.
+   subroutine begin_oscillator(time_step, steps, displacements)
       real(wp), intent(in) :: time_step
       integer, intent(in) :: steps
-      character(len=*), intent(in) :: velocity, motion
+      character(len=*), intent(in) :: displacements  !< of the point, m
 
       call begin(simulation, control_text(time_step, steps, '')//contact_text(stiffness, &
          'fixed_point_ratio = 1.0')//joint_text(0.0_wp, 0.0_wp, 0.0_wp)// &
-         ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2'// &
-         ' initial_velocity = '//velocity//' 0.0 0.0 /'//motion// &
+         ' &material density = 1000.0 young_modulus = 1.0e9 poisson_ratio = 0.2 /'// &
+         " &motion name = 'm' quantity = 'displacement' time_step = "//number(time_step)// &
+         ' values = '//displacements//' /'// &
          block_text('b', rectangle(-0.5_wp, -0.5_wp, 0.5_wp, 0.5_wp))// &
-         ' &fixed_point x = 0.0 y = 0.0 '//merge("motion_x = 'm'", '              ', &
-         motion /= '')//' /')
+         " &fixed_point x = 0.0 y = 0.0 motion_x = 'm' /")
    end subroutine begin_oscillator
-
-   !> From four samples of the motion, the recursion x₂ = trace x₁ − det x₀ and with it |λ|, phase
-   !> and damping.
-   subroutine check_free_vibration(omega_dt)
-      real(wp), intent(in) :: omega_dt   !< Ω = ωΔt
-      real(wp) :: x(0:3), det, trace, determinant, radius, phase, damping
-      integer :: i
-
-      call case('free vibration at Ω = '//number(omega_dt))
-      call begin_oscillator(omega_dt/omega, 100, '1.0', '')
-      call run(simulation, 1)
-      do i = 0, 3
-         x(i) = simulation%blocks%position(1, 1)
-         call run(simulation, 1)
-      end do
-      determinant = x(1)**2 - x(0)*x(2)
-      trace = (x(2)*x(1) - x(3)*x(0))/determinant
-      det = (x(2)**2 - x(3)*x(1))/determinant
-      call check_close(det, 1.0_wp/(1.0_wp + omega_dt**2), 'det', relative=1.0e-8_wp)
-      call check_close(trace, 2.0_wp/(1.0_wp + omega_dt**2), 'trace', absolute=1.0e-8_wp)
-      radius = sqrt(det)
-      phase = acos(0.5_wp*trace/radius)
-      call check_close(radius, (1.0_wp + omega_dt**2)**(-0.5_wp), '|λ|', relative=1.0e-8_wp)
-      call check_close(phase, atan(omega_dt), 'phase of 1 + iΩ', relative=1.0e-7_wp)
-      damping = -log(radius)/hypot(phase, log(radius))
-      if (omega_dt <= 0.1_wp) call check_close(damping, 0.5_wp*omega_dt, 'ζ = Ω/2', &
-         relative=1.0e-2_wp)
-      if (omega_dt <= 0.1_wp) call check_close(phase, omega_dt, 'phase', relative=1.0e-2_wp)
-   end subroutine check_free_vibration
 
    !> Steady state: M ω̃ i (1 − 1/z)/Δt x = −k (x − u) − c (iω̃ x − u̇), c = kΔt/2, with
    !> z = exp(iωΔt), ω̃ = (2/Δt) tan(ωΔt/2) and the velocity of the motion as the curve
@@ -98,9 +61,7 @@ contains
       do i = 0, n
          values = values//number(1.0e-3_wp*sin(drive*step*real(i, wp)))//' '
       end do
-      call begin_oscillator(step, n, '0.0', &
-         " &motion name = 'm' quantity = 'displacement' time_step = "//number(step)// &
-         ' values = '//values//' /')
+      call begin_oscillator(step, n, values)
       last = n - nint(period)*(200/nint(period) + 1)
       response = 0.0_wp
       position = 0.0_wp
@@ -208,30 +169,5 @@ contains
       call check_close(largest_displacement(blocks, d), 0.5_wp, 'a translation', &
          relative=1.0e-15_wp)
    end subroutine displacement_bound
-
-   !> ½ ρ ∫ |ẋ|² by quadrature.
-   subroutine kinetic()
-      real(wp), allocatable :: points(:,:), weights(:)
-      real(wp) :: vertices(2, 7), sum, velocity(2), v(6)
-      integer :: i, k
-
-      do i = 1, 20
-         vertices = star(7, 0.5_wp, 1.5_wp)
-         call place_blocks(blocks, vertices)
-         v = random_vector(6)
-         blocks%velocity(:, 1) = v
-         call fan(vertices, [0.0_wp, 0.0_wp], points, weights)
-         sum = 0.0_wp
-         do k = 1, size(weights)
-            associate (x => points(1, k) - blocks%position(1, 1), y => points(2, k) &
-               - blocks%position(2, 1))
-               velocity = [v(1) - y*v(3) + x*v(4) + 0.5_wp*y*v(6), v(2) + x*v(3) + y*v(5) &
-                  + 0.5_wp*x*v(6)]
-            end associate
-            sum = sum + 0.5_wp*2500.0_wp*weights(k)*dot_product(velocity, velocity)
-         end do
-         call check_close(kinetic_energy(blocks), sum, '½ ρ ∫ v²', relative=1.0e-12_wp)
-      end do
-   end subroutine kinetic
 
 end module test_kinematics

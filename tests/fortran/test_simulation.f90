@@ -7,13 +7,12 @@ module test_simulation
    use dda_doubts, only: doubt_type
    use dda_equilibrium, only: equilibrate, equilibrium_type
    use dda_kinds, only: wp, pi
-   use dda_errors, only: error_convergence
    use dda_polygon, only: area_of
    use dda_simulation, only: finished, simulation_type, summary
    use dda_time_step, only: advance
-   use models, only: begin, begin_or_fail, block_text, contact_text, control_text, joint_text, &
+   use models, only: begin, block_text, contact_text, control_text, joint_text, &
       number, on_floor, rectangle, rock, run, turned
-   use testing, only: case, check, check_close, check_fails, check_no_error, error
+   use testing, only: case, check, check_close, check_no_error, error
    implicit none
 
    real(wp), parameter :: g = 9.81_wp
@@ -48,40 +47,6 @@ contains
       call check(index(summary(simulation), ', 2 steps without a water table') > 0, &
          summary(simulation))
    end subroutine unconverged_water_tables
-
-   !> ½ g t² is exact for the scheme at any step.
-   subroutine free_fall()
-      real(wp) :: from(2)
-      real(wp), parameter :: time_step(3) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp]
-      integer :: i
-
-      do i = 1, 3
-         call begin(simulation, control_text(time_step(i), 1000, gravity)//rock// &
-            joint_text(0.0_wp, 0.0_wp, 0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, &
-            2.0_wp)))
-         from = simulation%blocks%position(1:2, 1)
-         call run(simulation, 1000)
-         call check_close(simulation%blocks%position(1:2, 1) - from, &
-            [0.0_wp, -0.5_wp*g*(1000*time_step(i))**2], '½ g t²', relative=1.0e-12_wp)
-         call check_close(simulation%blocks%velocity(2, 1), -g*1000*time_step(i), 'g t', &
-            relative=1.0e-12_wp)
-      end do
-   end subroutine free_fall
-
-   subroutine flight_without_force()
-      real(wp) :: from(2)
-
-      call begin(simulation, control_text(1.0e-3_wp, 5000, '')//joint_text(0.0_wp, 0.0_wp, &
-         0.0_wp)//' &material density = 1000.0 young_modulus = 1.0e7 poisson_ratio = 0.3 '// &
-         'initial_velocity = 3.0 -2.0 0.0 /'// &
-         block_text('b', reshape([0, 0, 2, 0, 2, 1, 1, 1, 1, 2, 0, 2]*1.0_wp, [2, 6])))
-      from = simulation%blocks%position(1:2, 1)
-      call run(simulation, 5000)
-      call check_close(simulation%blocks%position(1:2, 1) - from, [15.0_wp, -10.0_wp], 'v t', &
-         relative=1.0e-12_wp)
-      call check_close(simulation%blocks%velocity(:, 1), [3.0_wp, -2.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, &
-         0.0_wp], 'v', absolute=1.0e-10_wp)
-   end subroutine flight_without_force
 
    !> A hundred turns of a block without symmetry, in a hundred steps each.
    subroutine a_hundred_turns()
@@ -277,53 +242,5 @@ contains
       call check_close(simulation%blocks%position(2, 2) - simulation%blocks%position(2, 1), &
          1.0_wp, 'it lies', absolute=1.0e-3_wp)
    end subroutine adaptive_time_step
-
-   !> A corner hits a stack: more than two iterations; the error names step, time and blocks.
-   subroutine a_step_that_cannot_converge()
-      integer :: i
-
-      call begin_or_fail(simulation, control_text(1.0e-3_wp, 1000, gravity)// &
-         contact_text(1.0e9_wp, 'max_iterations = 2')//rock//joint_text(30.0_wp, 0.0_wp, 0.0_wp)// &
-         " &layers name = 'layer' width = 4.0 thickness = 1.0 count = 5 /"// &
-         " &wall name = 'layer_w' left = 0.5 bottom = 5.05 brick_length = 0.6"// &
-         ' brick_height = 0.3 bricks = 4 courses = 3 /'// &
-         ' &fixed_point x = 0.5 y = 0.1 / &fixed_point x = 3.5 y = 0.1 / &fixed_point x = 0.5 '// &
-         'y = 0.9 /'//' &fixed_point x = 3.5 y = 0.9 /', error)
-      call check_no_error(error, 'the model starts')
-      if (allocated(error)) return
-      do i = 1, 1000
-         call advance(simulation, error)
-         if (allocated(error)) exit
-      end do
-      call check_fails(error, 'step '//step_number(i))
-      call check_fails(error, 't = ')
-      call check_fails(error, 'layer_')
-      call check_fails(error, 'does not converge')
-      call check_fails(error, 'try ')
-      if (allocated(error)) call check(error%kind == error_convergence, 'its kind')
-   contains
-      function step_number(step) result(text)
-         integer, intent(in) :: step
-         character(len=:), allocatable :: text
-         character(len=12) :: buffer
-
-         write (buffer, '(i0)') step
-         text = trim(buffer)
-      end function step_number
-   end subroutine a_step_that_cannot_converge
-
-   !> With a fixed step, time is its exact multiple and the run ends after its number of steps.
-   subroutine fixed_clock()
-      integer :: i
-
-      call begin(simulation, control_text(0.1_wp, 37, '')//rock//joint_text(0.0_wp, 0.0_wp, &
-         0.0_wp)//block_text('b', rectangle(0.0_wp, 0.0_wp, 1.0_wp, 2.0_wp)))
-      do i = 1, 37
-         call check(.not. finished(simulation), 'not yet')
-         call run(simulation, 1)
-         call check_close(simulation%time, real(i, wp)*0.1_wp, 'time')
-      end do
-      call check(finished(simulation), 'finished')
-   end subroutine fixed_clock
 
 end module test_simulation

@@ -110,11 +110,12 @@ def test_names_below_the_folder_are_accepted(binary, workdir, name):
     assert (workdir / name).exists()
 
 
-def test_links_pipes_and_devices_are_not_replaced(binary, main, workdir):
+def test_links_pipes_folders_and_devices_are_not_replaced(binary, main, workdir):
     (workdir / "link.nc").symlink_to("../victim")
     (workdir / "nowhere.nc").symlink_to("../nothing")
     os.mkfifo(workdir / "pipe.nc")
-    names = ["link.nc", "nowhere.nc", "pipe.nc"]
+    (workdir / "folder.nc").mkdir()
+    names = ["link.nc", "nowhere.nc", "pipe.nc", "folder.nc"]
     if os.geteuid() == 0:
         os.mknod(workdir / "null.nc", 0o600 | 0o020000, os.makedev(1, 3))
         names.append("null.nc")

@@ -116,7 +116,7 @@ CLAIMS = {
     "only inputs that contain all": "test_release.py::test_the_executable_runs_given_blocks",
     "sitedda check slope.nml": "test_release.py::test_the_commands_of_the_example_run",
     "sitedda run slope.nml": "test_release.py::test_the_commands_of_the_example_run",
-    "sitedda resume slope.nml": "engine/test_checkpoint.py::test_a_killed_run_continues",
+    "sitedda resume slope.nml": "engine/test_checkpoint.py::test_each_program_resumes_what",
     "sitedda accuracy slope.nml": "study/test_accuracy.py::test_runs_print_their_error_bars",
     "sitedda view slope.nc": "test_release.py::test_the_commands_of_the_example_run",
     "sitedda --help": "test_handbook.py::test_each_command_of_the_pages_exists",
@@ -132,12 +132,12 @@ CLAIMS = {
     "Water acts on edges": "engine/test_water.py::test_water_on_faces_alone_does_not_lift",
 }  # fmt: skip
 STATUSES = {  # exit statuses, and a test of each
-    1: ("bad input", "commands/test_command.py::test_bad_input_is_status_1"),
+    1: ("bad input", "input/test_bad_input.py::test_a_missing_file_is_named"),
     2: ("failed check", "engine/test_check.py::test_a_check_that_fails_is_status_2"),
     3: ("a step does not converge", "commands/test_command.py::test_a_step_that_does_not_converge"),
     4: ("linear solver", "test_faults.py::test_a_fault_is_one_message_and_a_status"),
     5: ("file", "commands/test_command.py::test_an_output_that_cannot_be_written_is_status_5"),
-    6: ("interrupted", "commands/test_command.py::test_ctrl_c_keeps_what_was_computed"),
+    6: ("interrupted", "commands/test_command.py::test_ctrl_c_keeps_the_start_of_the_complete"),
     7: ("memory", "test_package.py::test_lack_of_memory_is_one_sentence"),
     141: ("closed pipe", "commands/test_command.py::test_the_bar_is_for_terminals_and_a_closed"),
 }

@@ -106,15 +106,6 @@ def test_a_picture_is_drawn_beside_the_output_unless_unwanted(
     assert (tmp_path / "drawn.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_set_changes_the_input(python_program, write_input, tmp_path):
-    file = write_input(tower(steps=40))
-    changes = ["--set", "time_step=5e-4", "--set", "steps=7", "--set", "title=Other"]
-    python_program.ok("run", file, "-o", tmp_path / "set.nc", *changes)
-    data = dataset(tmp_path / "set.nc")
-    assert data.time.values[-1] == 7 * 5e-4
-    assert data.attrs["title"] == "Other"
-
-
 def test_set_changes_variables_of_all_groups(main, write_input, tmp_path):
     file = write_input(tower(steps=3))
     changes = ["output.file=other.nc", "joint[bedding].friction_angle=30"]
@@ -220,21 +211,16 @@ def test_probable_mistakes_are_reported(program, command, write_input, tmp_path)
 # --- Exit statuses -------------------------------------------------------------------------------
 
 
-def test_bad_input_is_status_1(program, tmp_path):
-    process = program("run", tmp_path / "nowhere.nml")
-    assert process.returncode == 1
-    assert process.stderr.startswith(f"{program.name}: ") and "nowhere.nml" in process.stderr
-
-
 def test_a_step_that_does_not_converge_is_status_3_and_located(program, write_input, tmp_path):
     process = program("run", write_input(stubborn()), "-o", tmp_path / "out.nc", "-q")
     assert process.returncode == 3, (process.stdout, process.stderr)
-    location = r"step \d+ at t = \S+ s.* does not converge; worst contact: .*'brick'"
-    assert re.search(location + r".*, error of its force [\d.]\S* N/m", process.stderr)
-    assert "try" in process.stderr
+    location = r"step (\d+) at t = \S+ s.* does not converge; worst contact: .*'brick'"
+    match = re.search(location + r".*, error of its force [\d.]\S* N/m", process.stderr)
+    assert match and "try" in process.stderr
     assert not (tmp_path / "out.nc").exists()
     partial_output = dataset(tmp_path / "out.nc.partial")
     assert partial_output.attrs["complete"] == "no" and partial_output.sizes["time"] > 1
+    assert int(match[1]) == partial_output.sizes["time"]  # the step after the last one that is kept
 
 
 def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_path):
@@ -244,29 +230,17 @@ def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_
     assert len(process.stderr.strip().splitlines()) == 1
 
 
-def test_an_output_that_is_a_folder_is_refused_before_the_run(program, write_input, tmp_path):
-    (tmp_path / "folder.nc").mkdir()
-    process = program("run", write_input(tower(steps=50)), "-q", "-o", tmp_path / "folder.nc")
-    assert process.returncode in (1, 5)
-    assert "folder.nc" in process.stderr
-    assert not list(tmp_path.glob("*.partial"))
-
-
 @pytest.mark.parametrize(
     "arguments",
-    [("walk", "a.nml"), ("run",), ("run", "a.nml", "b.nml"), ("run", "a.nml", "--colour")],
-)
+    [("walk", "a.nml"), ("run",), ("run", "a.nml", "b.nml"), ("run", "a.nml", "--colour"),
+     ("run", "a.nml", "--output")],
+)  # fmt: skip
 def test_a_wrong_command_line_fails_with_a_message(program, arguments):
     """Status 2 of argparse is not used, because it means that a check failed."""
     process = program(*arguments)
     assert process.returncode == 1
     assert process.stderr.strip() and "Traceback" not in process.stderr
-
-
-def test_an_option_without_its_value_fails_with_a_message(program, write_input):
-    process = program("run", write_input(tower(steps=1)), "--output")
-    assert process.returncode == 1
-    assert "--output" in process.stderr
+    assert arguments[-1] != "--output" or "--output" in process.stderr
 
 
 # --- Ctrl-C --------------------------------------------------------------------------------------
@@ -279,7 +253,7 @@ def start(program, file, folder) -> subprocess.Popen:
     return running
 
 
-def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
+def test_ctrl_c_keeps_the_start_of_the_complete_output(python_program, write_input, tmp_path):
     final = tmp_path / "tower.nc"
     final.write_bytes(OLDER)
     running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
@@ -288,22 +262,11 @@ def test_ctrl_c_keeps_what_was_computed(python_program, write_input, tmp_path):
     assert running.returncode == 6, err
     assert "Traceback" not in err
     assert "interrupted" in err and "tower.nc.partial" in out
+    assert final.read_bytes() == OLDER
     partial_output = dataset(tmp_path / "tower.nc.partial")
     assert partial_output.attrs["complete"] == "no"
-    assert partial_output.sizes["time"] > 100
-    assert (partial_output.time.diff("time") > 0).all()
-    assert bool(partial_output.displacement.notnull().all())
-    assert final.read_bytes() == OLDER
-
-
-def test_the_partial_output_equals_the_start_of_a_complete_one(
-    python_program, write_input, tmp_path, same_bits
-):
-    running = start(python_program, write_input(tower(steps=NEVER_ENDING)), tmp_path)
-    running.send_signal(signal.SIGINT)
-    running.communicate(timeout=DEADLINE)
-    partial_output = dataset(tmp_path / "tower.nc.partial")
     steps = partial_output.sizes["time"] - 1
+    assert steps > 100
     full_input = changed(tower(steps=steps), "output", file="whole.nc", block_interval=0)
     python_program.ok("run", write_input(full_input, "whole.nml"), folder=tmp_path)
     history = dataset(tmp_path / "whole.nc")
@@ -330,17 +293,6 @@ def test_a_killed_run_leaves_the_older_output_alone(program, write_input, tmp_pa
     running.kill()
     running.communicate(timeout=DEADLINE)
     assert final.read_bytes() == OLDER
-
-
-def test_ctrl_c_on_the_executable_keeps_what_was_computed(binary, write_input, tmp_path):
-    """The usage of sitedda-native promises status 6 for an interrupted run."""
-    if "6 interrupted" not in binary("--help").stdout:
-        pytest.skip("the executable makes no promise about Ctrl-C")
-    running = start(binary, write_input(tower(steps=NEVER_ENDING)), tmp_path)
-    running.send_signal(signal.SIGINT)
-    running.communicate(timeout=DEADLINE)
-    assert running.returncode == 6
-    assert dataset(tmp_path / "tower.nc.partial").attrs["complete"] == "no"
 
 
 def test_a_log_is_written_at_once_and_in_order(binary, write_input, tmp_path):

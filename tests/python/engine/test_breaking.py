@@ -150,16 +150,6 @@ def test_a_run_that_breaks_has_the_same_bits_everywhere(
     same_bits(reference, in_parts(file, int(first_crack) + 1))
 
 
-def test_a_study_runs_over_strengths_of_faces(tmp_path):
-    """If the strength exceeds the stress, nothing breaks."""
-    velocities = ([-0.2, 0.0, 0.0], [0.2, 0.0, 0.0])  # stress 1.4 MPa
-    file = cells(4, 2, 0.5, 200, 2e-5, 0.2, velocities).write(tmp_path / "body.nml")
-    values = {"joint.crack.tensile_strength": [5e5, 3e6]}
-    table = sitedda.study(file, values, ["energy_fracture.last"], folder=tmp_path / "cases")
-    weak_energy, strong_energy = table["energy_fracture.last"].values
-    assert weak_energy == pytest.approx(ENERGY * 1.0, rel=0.02) and strong_energy == 0
-
-
 def between(first, *others):
     """A body of two materials that breaks only between the given materials."""
     model = cells(4, 2, 0.5, 300, 2e-5, 0.2, ([-0.6, 0.0, 0.0], [0.6, 0.0, 0.0]))

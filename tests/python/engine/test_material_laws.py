@@ -177,16 +177,6 @@ def test_a_run_is_bit_identical_everywhere(soil, tmp_path, same_everywhere):
     same_everywhere(shaken_column(sine(2.0, 1.0, 240), 6, soil).write(tmp_path / "m.nml"), 113)
 
 
-def test_a_study_runs_over_the_values_of_a_law(tmp_path):
-    """Plastic soil and deep soil yield later, so they dissipate less energy."""
-    file = shaken_column(sine(2.0, 1.0, 400), 4, DARENDELI).write(tmp_path / "column.nml")
-    values = {"material.soil.plasticity_index": [0.0, 50.0]}
-    values |= {"material.soil.mean_stress": [5e4, 2e5]}
-    table = sitedda.study(file, values, ["energy_plastic.last"], folder=tmp_path / "cases")
-    dissipated = table["energy_plastic.last"].values
-    assert np.all(np.diff(dissipated, axis=0) < 0) and np.all(np.diff(dissipated, axis=1) < 0)
-
-
 @pytest.mark.parametrize("first, second", [({}, MASING), (MASING, {}), (MASING, DARENDELI)])
 def test_a_change_of_law_keeps_stresses(first, second):
     """The material of a block changes while the block is held sheared."""

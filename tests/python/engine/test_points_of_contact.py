@@ -111,16 +111,3 @@ def test_a_bending_bond_causes_one_line(binary, tmp_path, main):
     hanging_model = bracket(contact_points=2)
     hanging_model.control(gravity=(9.81, 0.0))
     assert said(hanging_model, binary, tmp_path, main) == []
-
-
-def test_points_of_a_study(tmp_path):
-    """`--set` and a study accept the number of points; more points give the same result."""
-    file = bracket(contact_points=3).write(tmp_path / "model.nml")
-    stress = []
-    for points in (3, 5):
-        with sitedda.Simulation(file, changes={"joint.mortar.contact_points": points}) as run:
-            contacts = run.contacts
-            stress.append((contacts["normal_force"] / contacts["length"])[contacts["bonded"] == 1])
-    for values in stress:
-        assert values.max() == pytest.approx(-values.min(), rel=1e-2)
-        assert values.max() == pytest.approx(3 * WEIGHT, rel=2e-2)

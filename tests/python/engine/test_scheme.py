@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-import sitedda
 from sitedda import scheme_damping, scheme_frequency, theta_for_damping, time_step_for_damping
 from sitedda.column import Column, HalfSpace, Layer
 from sitedda.scheme import Scheme
@@ -104,8 +103,3 @@ def test_the_member_of_a_group_control():
 def test_errors_name_the_argument_and_its_value(call, message):
     with pytest.raises(ValueError, match=message):
         call()
-
-
-def test_closed_forms_are_public():
-    names = {"scheme_damping", "scheme_frequency", "theta_for_damping", "time_step_for_damping"}
-    assert names <= set(sitedda.__all__)

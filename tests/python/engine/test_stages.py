@@ -133,18 +133,8 @@ def test_two_thousand_touching_bricks_come_to_rest(write_input):
 def test_the_slope_at_rest_does_not_move(step, write_input):
     run = sitedda.run(write_input(slope()), time_step=step, steps=round(0.2 / step))
     displacement = np.abs(run.history.displacement)
-    assert float(displacement.max()) <= 2e-3
     assert float(displacement.max()) <= 1e-8  # rounding errors
     assert float(displacement[0].max()) == 0.0
-
-
-def test_static_stages_agree_with_statics(write_input):
-    """A column shortens by the weight above each level over E A, k_n and the supports."""
-    with sitedda.Simulation(write_input(column(4))) as run:
-        stress = run.stresses[:, 1]
-        weight = STONE["density"] * GRAVITY * 0.5
-        expected = [-(4 - i - 0.5) * weight for i in range(4)]
-        assert stress[1:] == pytest.approx(expected, rel=1e-3)
 
 
 def test_loads_of_time_zero_act_and_motions_do_not(write_input):
@@ -238,13 +228,6 @@ def test_check_starts_from_the_same_equilibrium(write_input):
 
 def test_a_settled_run_is_bit_identical_everywhere(write_input, same_everywhere):
     same_everywhere(write_input(slope(steps=30)), 11)
-
-
-def test_a_flying_block_cannot_settle(write_input):
-    groups = changed(flying_block(), "control", settle=True, gravity=[0.0, -GRAVITY])
-    groups = changed(groups, "material", initial_velocity=None)
-    with pytest.raises(sitedda.ConvergenceError, match="not at rest after"):
-        sitedda.Simulation(write_input(groups))
 
 
 def test_a_block_that_falls_and_rests_is_reported(write_input, binary, tmp_path):

@@ -232,26 +232,6 @@ def test_a_change_adds_a_group_that_the_input_lacks(write_input, same_bits):
     same_bits(result.history, other.history, attributes=("title",))
 
 
-def test_a_smaller_step_with_the_same_count_ends_earlier(write_input):
-    history = sitedda.run(write_input(tower(steps=40)), time_step=5e-4).history
-    assert_array_equal(history.time, np.arange(41) * 5e-4)
-    assert_array_equal(history.time_step[1:], 5e-4)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"time_stop": 1.0}, "time_stop"),
-        ({"time_step": -1.0}, "time_step = -1"),
-        ({"load": {"x": 1.0}}, "no group &load"),
-        ({"material": {"colour": "red"}}, "colour"),
-    ],
-)
-def test_an_invalid_change_is_an_input_error(write_input, change, message):
-    with pytest.raises(sitedda.InputError, match=message):
-        sitedda.run(write_input(tower()), **change)
-
-
 def test_changes_apply_to_windows_line_ends_and_byte_order_marks(write_input, same_bits):
     plain_file = write_input(tower(steps=10))
     text = b"\xef\xbb\xbf" + plain_file.read_bytes().replace(b"\n", b"\r\n")
@@ -358,13 +338,6 @@ def test_rates_have_their_kinetic_energy(write_input):
         simulation.advance()
         expected = 0.5 * mass * 1.5**2 + 0.5 * moment * spin**2
         assert_allclose(simulation.energies["kinetic"], expected, rtol=1e-6)
-
-
-def test_the_audit_includes_rates_that_were_set(write_input):
-    with sitedda.Simulation(write_input(flying_block(steps=5))) as simulation:
-        simulation.rates = [[1.0, 2.0, 0.1, 0.0, 0.0, 0.0]]
-        simulation.advance(5)
-        assert abs(simulation.energies["balance"]) < 1e-9 * simulation.energies["kinetic"]
 
 
 def test_a_resting_block_weighs_half_on_each_contact(write_input):

@@ -4,7 +4,7 @@
 import re
 
 import pytest
-from model_text import flying_block, namelist, tower
+from model_text import namelist, tower
 
 import sitedda
 from sitedda.changes import changed_input
@@ -127,14 +127,6 @@ def test_what_the_schema_needs_and_excludes_is_refused(
     groups = [g for g in tower() if g[0] not in SINGLE or g[0] != variable.group]
     with pytest.raises(sitedda.InputError, match=rf"\b({'|'.join(names)})\b"):
         sitedda.Simulation(write_input([*groups, (variable.group, assigned)]))
-
-
-def test_a_changed_contact_rule_affects_the_run(write_input):
-    file = write_input(flying_block())
-    with sitedda.Simulation(file, penetration_tolerance=1e-6, contact_rules="original") as run:
-        run.advance(1)
-    with pytest.raises(sitedda.InputError, match="'consistent', 'original'"):
-        sitedda.Simulation(file, contact_rules="none")
 
 
 @pytest.mark.parametrize(

@@ -199,7 +199,6 @@ def test_a_group_that_may_be_missing_is_added():
             "material.density",
             ["2 groups &material", "clay, it's / sand", "material[clay].density", "[*]"],
         ),
-        ("material.density", ["2 groups &material", "material[clay].density"]),
         ("load.x", ["2 groups &load (1, 2)", "load[1].x"]),
         ("material.cly.density", ["no &material named 'cly'", "did you mean 'clay'?"]),
         ("load[3].x", ["no &load named '3'", "there are 1, 2"]),

@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 from environment import DEADLINE, captured, wait_for
 from live_server import Client, LiveProcess, connect, live, talk
-from model_text import DRY, ROCK, group, namelist, rectangle
+from model_text import group, namelist
+from test_added_stages import pile
 from tornado.httpclient import AsyncHTTPClient, HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClosedError
 
@@ -32,25 +33,10 @@ from sitedda.live.session import Session
 from sitedda.scene import Scene
 
 COMPARED = ("time", "displacement", "vertices", "block_rates", "energy_strain", "energy_friction")
-PILE = namelist(
-    [
-        group("run", title="pile"),
-        group("control", time_step=1e-3, duration=0.6, gravity=[0.0, -9.81],
-              time_step_control="adaptive", settle=True),
-        group("contact", normal_stiffness=1e9),
-        ("material", ROCK),
-        ("joint", dict(DRY, name="dry")),
-        group("block", vertices=rectangle(0, 0, 6, 1), name="table"),
-        group("block", vertices=rectangle(1, 1, 1, 1), name="low"),
-        group("block", vertices=rectangle(1, 2, 1, 1), name="high"),
-        group("fixed_point", x=0.5, y=0.5),
-        group("fixed_point", x=5.5, y=0.5, name="right"),
-        group("motion", name="m", time_step=0.1, values=[0.0, 1.0, -1.0, 0.0],
-              quantity="acceleration"),
-        group("measured_point", name="top", x=1.5, y=3.0),
-        group("output", block_interval=20),
-    ]
-)  # fmt: skip
+PILE = namelist([
+    group("run", title="pile"),
+    *pile(duration=0.6, time_step_control="adaptive", settle=True),
+])  # fmt: skip
 
 
 @pytest.fixture
