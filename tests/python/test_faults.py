@@ -48,8 +48,8 @@ FAULTS = [
     fault("leaves in leaps", flying(1e5), "moves too far in one step"),
     fault("leaves in leaps, adaptive",
           flying(1e12, time_step_control="adaptive", least_time_step=1e-5), "least_time_step"),
-    fault("never closes", jammed(), "does not converge", "worst contact", "block 1 'brick'",
-          "time_step_control = 'adaptive'"),
+    fault("never closes", jammed(), "does not converge; worst contact: ", "block 1 'brick'",
+          ", error of its force ", "try ", "time_step_control = 'adaptive'"),
     fault("never closes, adaptive", jammed(time_step_control="adaptive", least_time_step=9e-4),
           "does not converge", "worst contact", "least_time_step"),
     fault("never closes, original rules",
@@ -81,15 +81,19 @@ def test_a_fault_is_one_message_and_a_status(
             assert phrase in messages[-1], messages[-1]
         assert "nan" not in messages[-1].lower()
         assert not output.exists()
-        finite_and_unfinished(output.with_name(output.name + ".partial"))
+        steps = finite_and_unfinished(output.with_name(output.name + ".partial"))
+        assert f"step {steps} " in messages[-1], messages[-1]
     assert messages[0] == messages[1]
     with pytest.raises(getattr(sitedda, exception)) as caught:
         sitedda.run(file)
     assert messages[0] in str(caught.value)
 
 
-def finite_and_unfinished(file) -> None:
-    """Check that the results so far can be read, are marked incomplete, and are finite."""
+def finite_and_unfinished(file) -> int:
+    """Check that the results so far can be read, are marked incomplete, and are finite.
+
+    Returns the number of samples, which is the number of the failed step.
+    """
     with xr.open_dataset(file) as data:
         assert data.attrs["complete"] == "no"
         assert data.sizes["time"] >= 1
@@ -100,6 +104,7 @@ def finite_and_unfinished(file) -> None:
             if "maximum" in data[name].dims:  # NaN: no such value
                 values = values[~np.isnan(values)]
             assert np.all(np.isfinite(values)), name
+        return data.sizes["time"]
 
 
 @pytest.mark.parametrize("speed", [1e160, 1e300])

@@ -94,12 +94,6 @@ def test_every_input_is_read_and_written_without_loss(file):
     assert sorted(parsed) == sorted(group.name for group in find_groups(text))
 
 
-def test_a_model_that_was_read_runs_bit_identically(write_input, same_bits):
-    file = write_input(tower())
-    read = Model.read(file).run().history
-    same_bits(sitedda.run(file).history, read, attributes=("title", "step_control"))
-
-
 @pytest.mark.parametrize(
     ("text", "value"),
     [
@@ -358,10 +352,6 @@ def test_groups_accept_names_of_others_and_defaults():
     model.joint_line([0, 2, 4, 2], region="rock")
     assert [block.name for block in model.build()["block"]] == ["rock_1", "rock_2"]
     assert built_text("! &region\n&run /", "m.nml")[0] == "! &region\n&run /"
-
-
-def test_report_of_a_model():
-    assert "blocks" in str(small_slope().check())
 
 
 def test_edges_without_a_joint_have_the_first_of_the_model():

@@ -16,7 +16,7 @@ import threading
 import pytest
 import xarray as xr
 from environment import DEADLINE, captured, executable, wait_for
-from model_text import DRY, changed, group, rectangle, tower, without
+from model_text import changed, group, tower, without
 
 from sitedda.errors import AuditWarning, CostWarning
 from sitedda.program import _print_warning
@@ -28,20 +28,6 @@ OLDER = b"CDF\1 an older result"
 def dataset(file) -> xr.Dataset:
     with xr.open_dataset(file, engine="netcdf4") as data:
         return data.load()
-
-
-def stubborn() -> list:
-    """A brick that is thrown into a corner, with too few iterations allowed."""
-    return [
-        group("control", time_step=1e-3, steps=400, gravity=[3.0, -9.81]),
-        group("contact", normal_stiffness=1e8, max_iterations=2, force_tolerance=1e-15),
-        group("material", density=2000.0, young_modulus=1e9, poisson_ratio=0.2,
-              initial_velocity=[1.0, -3.0, 2.0]),
-        ("joint", dict(DRY)),
-        group("block", name="ground", vertices=rectangle(0, 0, 6, 1)),
-        group("block", name="brick", vertices=[2.0, 1.01, 3.0, 1.05, 2.9, 2.0, 2.0, 1.9]),
-        *(group("fixed_point", x=x, y=0.5, block="ground") for x in (1.0, 5.0)),
-    ]  # fmt: skip
 
 
 # --- Output of both ------------------------------------------------------------------------------
@@ -209,18 +195,6 @@ def test_probable_mistakes_are_reported(program, command, write_input, tmp_path)
 
 
 # --- Exit statuses -------------------------------------------------------------------------------
-
-
-def test_a_step_that_does_not_converge_is_status_3_and_located(program, write_input, tmp_path):
-    process = program("run", write_input(stubborn()), "-o", tmp_path / "out.nc", "-q")
-    assert process.returncode == 3, (process.stdout, process.stderr)
-    location = r"step (\d+) at t = \S+ s.* does not converge; worst contact: .*'brick'"
-    match = re.search(location + r".*, error of its force [\d.]\S* N/m", process.stderr)
-    assert match and "try" in process.stderr
-    assert not (tmp_path / "out.nc").exists()
-    partial_output = dataset(tmp_path / "out.nc.partial")
-    assert partial_output.attrs["complete"] == "no" and partial_output.sizes["time"] > 1
-    assert int(match[1]) == partial_output.sizes["time"]  # the step after the last one that is kept
 
 
 def test_an_output_that_cannot_be_written_is_status_5(program, write_input, tmp_path):

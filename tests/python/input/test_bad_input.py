@@ -305,14 +305,6 @@ def test_a_missing_file_is_named(both_refuse, tmp_path):
     both_refuse(tmp_path / "gone.nml", ["no such file"])
 
 
-def test_a_folder_is_refused_as_input(binary, main, tmp_path):
-    (tmp_path / "folder.nml").mkdir()
-    for program in (binary, main):
-        process = program("run", tmp_path / "folder.nml")
-        assert process.returncode in (1, 5)
-        assert "folder.nml" in process.stderr and "Traceback" not in process.stderr
-
-
 @pytest.mark.parametrize("line", [3, 40, 1000])
 def test_the_message_gives_the_line_of_the_group(line, write_input):
     invalid_text = namelist([("material", {"density": -1.0})])
@@ -463,13 +455,6 @@ def test_thousands_of_equal_blocks_are_refused_in_a_second(write_input):
     with pytest.raises(sitedda.InputError, match="overlaps"):
         sitedda.run(file)
     assert time.process_time() - begin < 3.0  # mostly for reading the text
-
-
-def test_a_folder_is_refused_as_record(write_input, tmp_path):
-    (tmp_path / "folder.at2").mkdir()
-    file = write_input(moved(values=None, quantity=None, time_step=None, file="folder.at2"))
-    with pytest.raises(sitedda.InputError, match="folder.at2"):
-        sitedda.run(file)
 
 
 @pytest.mark.parametrize(

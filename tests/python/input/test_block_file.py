@@ -113,12 +113,6 @@ def test_another_block_file_is_another_input(tmp_path):
     assert "is complete" not in sitedda.Simulation(file, tmp_path / "o.nc", resume=True).notice
 
 
-def test_a_run_does_not_write_over_its_block_file(tmp_path):
-    file = two_on_a_base().write(tmp_path / "m.nml", block_file=True)
-    with pytest.raises(sitedda.OutputError, match="would replace the block file"):
-        sitedda.run(file, tmp_path / "m.blocks.nc")
-
-
 def test_a_file_that_cannot_be_replaced_leaves_no_other_file(tmp_path):
     (tmp_path / "m.nc").mkdir()
     with pytest.raises(sitedda.OutputError, match="m.nc is a folder, not a file name"):
