@@ -113,7 +113,7 @@ CLAIMS = {
     "a rock slope with two": "test_handbook.py::test_a_python_block_runs_alone_as_pasted",
     "![Slip of the joints": "test_handbook.py::test_links_of_pages_are_valid",
     "requires no Python": "test_release.py::test_the_executable_runs_given_blocks",
-    "only inputs that contain all": "test_release.py::test_the_executable_runs_given_blocks",
+    "with [groups of the engine]": "test_release.py::test_the_executable_runs_given_blocks",
     "sitedda check slope.nml": "test_release.py::test_the_commands_of_the_example_run",
     "sitedda run slope.nml": "test_release.py::test_the_commands_of_the_example_run",
     "sitedda resume slope.nml": "engine/test_checkpoint.py::test_each_program_resumes_what",

@@ -157,9 +157,7 @@ def scheme_damping(
     """
     scheme = Scheme.named(integration, theta)
     values = _check_frequencies(frequency, time_step)
-    properties, _ = api.scheme_vibration(
-        scheme.theta, scheme.chi, float(time_step), values.ravel()
-    )
+    properties, _ = api.scheme_vibration(scheme.theta, scheme.chi, float(time_step), values.ravel())
     return finite_or_inf(properties[2]).reshape(values.shape)
 
 
