@@ -8,7 +8,7 @@ its own process with one thread. Printed for each variant are ratios to the unch
 all cases: open–close iterations, factors, applications of the preconditioner, processor time; and
 cases that end differently or take five times as long. Counts do not depend on the machine; the time
 does.
---quick selects the small cases, --hard 96 walls with long steps, some without a solution,
+--quick selects the small cases, --hard 96 walls with long steps,
 --only WORD … the variants whose names contain a WORD; --jobs N runs N cases simultaneously.
 """
 

@@ -25,7 +25,7 @@ LINK = re.compile(r"\]\(([^)\s]+)\)")
 ROOT = Path(__file__).parents[2]
 TOLD = [  # pages that show the output of commands
     *sorted(ROOT.glob("docs/tutorials/*.md")),
-    *(ROOT / f"docs/casebook/{name}.md" for name in ("arch", "wall", "slope", "rocking", "column")),
+    *sorted(set(ROOT.glob("docs/casebook/*.md")) - {ROOT / "docs/casebook/index.md"}),
 ]
 SHORT = [  # tutorials and cases of at most 30 lines
     *(ROOT / f"docs/tutorials/{name}.md"
