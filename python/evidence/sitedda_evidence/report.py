@@ -50,13 +50,8 @@ def row_cells(row: Row) -> list[str]:
         computed, error = format_error(row.computed) + unit, ""
     elif row.kind == "absolute":
         error, allowed = error + unit, allowed and allowed + unit
-    return [row.quantity, expected, computed, error, allowed, _row_verdict(row)]
-
-
-def _row_verdict(row: Row) -> str:
-    if row.allowed is None:
-        return "info"
-    return "ok" if row.passed else "FAILS"
+    verdict = "info" if row.allowed is None else "ok" if row.passed else "FAILS"
+    return [row.quantity, expected, computed, error, allowed, verdict]
 
 
 def terminal_text(result: Result) -> str:

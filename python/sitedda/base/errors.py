@@ -2,6 +2,8 @@
 """Errors of the engine as exceptions, and its warnings."""
 
 import errno
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 # Messages of the operating system if a library cannot allocate memory.
 _NO_ROOM = ("cannot allocate memory", "failed to map segment", "out of memory")
@@ -125,6 +127,25 @@ class MissingLibrary(SiteddaError, ImportError):
     """An optional library that this function requires is not installed."""
 
     kind = 1
+
+
+@contextmanager
+def located(place, *kinds: type[Exception]) -> Iterator[None]:
+    """Raise an InputError that names a place, if not blank, for errors of `kinds` (InputError)."""
+    kinds = kinds or (InputError,)
+    try:
+        yield
+    except kinds as error:
+        raise InputError(f"{place}: {error}" if place else str(error)) from None
+
+
+@contextmanager
+def library_required(message: str) -> Iterator[None]:
+    """Raise MissingLibrary with a message if an import fails."""
+    try:
+        yield
+    except ImportError as error:
+        raise MissingLibrary(message) from error
 
 
 def lacks_memory(error: BaseException | None) -> bool:

@@ -4,8 +4,7 @@
 import os
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..base.files import OWN_INPUT, is_same, write
 from ..input.block_file import LARGE, write_block_file
 from ..input.changes import with_files
@@ -82,7 +81,7 @@ def build_blocks(groups: Sequence[tuple[str, dict, str]], folder) -> Built:
     if meshes:
         from .meshing.meshed import refuse_far_too_many
 
-        refuse_far_too_many(parts["region"], meshes, _materials_by_name(groups), located)
+        refuse_far_too_many(parts["region"], meshes, _materials_by_name(groups))
     if any(parts.values()):
         try:
             cut = _cut_regions(built, parts, next(iter(names["joint"]), ""), bool(meshes))
@@ -132,7 +131,7 @@ def _mesh_pieces(built: Built, groups, meshes, cut) -> None:
         for piece, region, holes in zip(pieces, cut.regions, cut.holes, strict=False):
             piece.region, piece.holes = region, holes
     pieces += [Piece(groups[i][1]) for i in typed]
-    cells, meshed, messages = mesh_blocks(pieces, meshes, _materials_by_name(groups), located)
+    cells, meshed, messages = mesh_blocks(pieces, meshes, _materials_by_name(groups))
     ring = next((p for i, p in enumerate(pieces) if p.holes and i not in meshed), None)
     if ring is not None:
         raise InputError(
@@ -167,15 +166,6 @@ def _check_names(names: dict[str, list[str]], values: dict, source: str) -> None
         if kind in _NAMED and name and name not in names[kind]:
             hint = nearest(name, names[kind])
             raise InputError(f"{source}: {variable} = {name!r} is not the name of a &{kind}{hint}")
-
-
-@contextmanager
-def located(source: str) -> Iterator[None]:
-    """Add a position in the input to an InputError within the context."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"{source}: {error}" if source else str(error)) from None
 
 
 def _make_object(name: str, values: dict):

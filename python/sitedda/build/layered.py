@@ -152,7 +152,8 @@ class LayeredGround(schema.ProfileValues):
     def _measured_points(self, profile: SoilProfile) -> list[tuple[str, dict]]:
         """Return measured points in the middle of the first column of blocks."""
         x = self.left + 0.5 * self.width / self.columns
-        rows = self._top_rows(profile)
+        cells = [self._count_block_rows(layer) for layer in profile.layers]
+        rows = [f"{self.name}_{sum(cells[i:])}" for i in range(len(cells))]  # uppermost of layers
         levels = [("surface", self.top, rows[0])]
         levels += [(f"depth_{depth:.6g}", self.top - depth, row)
                   for depth, row in zip(profile.tops[1:-1], rows[1:], strict=False)]  # fmt: skip
@@ -160,11 +161,6 @@ class LayeredGround(schema.ProfileValues):
             levels.append(("base", self.top - profile.depth, f"{self.name}_base"))
         return [("measured_point", {"name": name, "x": x, "y": y, "block": block})
                 for name, y, block in levels]  # fmt: skip
-
-    def _top_rows(self, profile: SoilProfile) -> list[str]:
-        """Return the name of the uppermost row of blocks of each layer."""
-        cells = [self._count_block_rows(layer) for layer in profile.layers]
-        return [f"{self.name}_{sum(cells[i:])}" for i in range(len(cells))]
 
 
 def _hysteretic_law(layer: Ground, stress: float, file: Path) -> dict:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..base.files import OWN_INPUT, OWN_RECORD, check_target, write
 from ..base.reading import file_path
 from ..input.groups import (
@@ -340,10 +340,8 @@ class Model(Groups):
             elif group.name in names:
                 raise InputError(f"{source}: this group may appear only once")
             else:
-                try:
+                with located(source):
                     model._once[group.name](**values)
-                except InputError as error:
-                    raise InputError(f"{source}: {error}") from None
             names.add(group.name)
         return model
 

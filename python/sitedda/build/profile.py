@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..base.reading import read_bounded
 
 GRAVITY = 9.80665  # m/s², for unit weights and stresses
@@ -357,12 +357,10 @@ def parse_curve(text: str, source: str) -> tuple[str, list[float]]:
 def read_curve_table(file: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return shear strain, G/G_max and damping ratio of a CSV file, all as fractions."""
     rows = read_rows(file)
-    try:
+    with located(file, ValueError, IndexError):
         start = 0 if rows[0][1][0][:1] in "0123456789.+-" else 1
         numbers = np.array([[float(cell) for cell in cells] for _, cells in rows[start:]])
         if numbers.ndim != 2 or numbers.shape[1] != 3:
             raise ValueError("three columns are required: strain, G/G_max and damping ratio")
-    except (ValueError, IndexError) as error:
-        raise InputError(f"{file}: {error}") from None
     strain, reduction, damping = numbers.T
     return strain, reduction, damping

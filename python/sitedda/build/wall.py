@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..input import schema
 from .cutting.distributions import uniform
 from .cutting.rings import Rings
@@ -141,10 +141,8 @@ class MasonryWall(schema.MasonryWallValues):
 
     def _make_opening(self, values: dict) -> Opening:
         """Return an opening that fits the wall; an error names the opening."""
-        try:
+        with located(f"opening {values.get('name', Opening.name)!r}"):
             return Opening(**values).with_defaults(self)
-        except InputError as error:
-            raise InputError(f"opening {values.get('name', Opening.name)!r}: {error}") from None
 
     def _course_levels(self, openings: list[Opening]) -> np.ndarray:
         """Return the levels between courses, m."""

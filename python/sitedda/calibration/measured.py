@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ..base.arguments import DAMPING_RATIO, FINITE, POSITIVE, Range
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..base.reading import read_numbers
 
 BAND = 1.6449  # number of standard deviations on either side of the median that contain 90 %
@@ -77,10 +77,8 @@ def measured_modes(source) -> pd.DataFrame:
 
 def _complete_row(line: str, row: pd.Series) -> dict[str, float]:
     """Return the values of a row of a table, with frequency and deviation from low and high."""
-    try:
+    with located(line):
         values = {n: _COLUMNS.get(n, FINITE).check(n, value) for n, value in row.items()}
-    except InputError as error:
-        raise InputError(f"{line}: {error}") from None
     low, high = values.pop("low", None), values.pop("high", None)
     if low and high:
         if not low < high:

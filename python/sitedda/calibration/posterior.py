@@ -21,7 +21,7 @@ from scipy.optimize import least_squares, linear_sum_assignment
 from scipy.special import logsumexp, softmax
 from scipy.stats import multivariate_t
 
-from ..base.errors import ConvergenceError, MissingLibrary
+from ..base.errors import ConvergenceError, library_required
 from .family import Family
 from .measured import Observations
 
@@ -220,10 +220,8 @@ class Posterior:
 
     def draw_samples(self, draws: np.ndarray, count: int, seed: int) -> np.ndarray:
         """Sample z by the affine-invariant ensemble of `emcee`, shape (count, unknowns)."""
-        try:
+        with library_required("sampler = 'ensemble' needs emcee: pip install emcee"):
             import emcee
-        except ImportError:
-            raise MissingLibrary("sampler = 'ensemble' needs emcee: pip install emcee") from None
         generator = np.random.default_rng(seed)
         walkers = max(_WALKERS, 4 * self.mean.size)
         walkers_at = draws[generator.choice(len(draws), walkers, replace=len(draws) < walkers)]

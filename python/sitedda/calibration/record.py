@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import COUNT
-from ..base.errors import InputError, MissingLibrary
+from ..base.errors import InputError, library_required
 from ..base.reading import read_numbers
 from ..engine.signals import smooth_konno_ohmachi
 
@@ -77,10 +77,8 @@ def read_ambient(source, channels: Mapping[str, str] | None = None) -> pd.DataFr
 
 def _read_obspy(file, channels: Mapping[str, str]) -> pd.DataFrame:
     """Read the traces of a file by obspy, over their common time."""
-    try:
+    with library_required(f"{file} needs the library: pip install obspy"):
         import obspy
-    except ImportError:
-        raise MissingLibrary(f"{file} needs the library: pip install obspy") from None
     stream = obspy.read(str(file)).merge(fill_value="interpolate")
     start = max(trace.stats.starttime for trace in stream)
     end = min(trace.stats.endtime for trace in stream)
@@ -172,12 +170,10 @@ def _stable_poles(values, rate: float, rows: int, order: int, band):
     """Return the stable poles with deviations, a `ClusteringResult` of pyOMA2."""
     with contextlib.redirect_stderr(io.StringIO()), warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        try:
+        with library_required("records need the library: pip install pyOMA-2"):
             from pyoma2.algorithms import SSI
             from pyoma2.algorithms.data.run_params import Clustering, SSIRunParams
             from pyoma2.setup import SingleSetup
-        except ImportError:
-            raise MissingLibrary("records need the library: pip install pyOMA-2") from None
         logging.getLogger("pyoma2").setLevel(logging.WARNING)
         method = SSI(name="ssi", run_params=SSIRunParams(br=rows, ordmax=order, calc_unc=True))
         setup = SingleSetup(values, fs=rate)

@@ -104,11 +104,10 @@ def _draw_picture(options: argparse.Namespace) -> int:
         from .modes import draw_modes
 
         figure = draw_modes(options.file, options.modes)
-        target = save_picture(figure, target, [options.file], options.scheme, dpi=options.dpi)
-        print(f"picture: {target}")
-        return 0
-    axes = draw(options.file, options.time, stage=options.stage, **_look_arguments(options))
-    target = save_picture(axes.figure, target, [options.file], options.scheme, dpi=options.dpi)
+    else:
+        axes = draw(options.file, options.time, stage=options.stage, **_look_arguments(options))
+        figure = axes.figure
+    target = save_picture(figure, target, [options.file], options.scheme, dpi=options.dpi)
     print(f"picture: {target}")
     return 0
 

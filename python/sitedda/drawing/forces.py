@@ -31,8 +31,7 @@ def resultants(scene: Scene, frame: int, vertices) -> tuple[np.ndarray, ...]:
     """
     contacts = scene.contacts(frame)
     _, normal = scene.contact_points(frame, contacts)
-    push, along = contacts["normal_force"], np.column_stack([-normal[:, 1], normal[:, 0]])
-    force = push[:, None] * normal - contacts["shear_force"][:, None] * along
+    push, force = contacts["normal_force"], scene.contact_forces(contacts, normal)
     a, b = scene.owner[contacts["vertex"]], scene.owner[contacts["edge"]]
     sign = np.where(a < b, 1.0, -1.0)
     pair = np.minimum(a, b) * scene.blocks + np.maximum(a, b)

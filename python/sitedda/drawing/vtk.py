@@ -143,8 +143,7 @@ def contacts_of(scene: Scene, frame: int) -> PolyData:
     """Return the contacts of a frame as lines along their forces; open contacts are points."""
     contacts = scene.contacts(frame)
     positions, normal = scene.contact_points(frame, contacts)
-    along = np.column_stack([-normal[:, 1], normal[:, 0]])
-    force = contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * along
+    force = scene.contact_forces(contacts, normal)
     size = np.linalg.norm(force, axis=1).max(initial=0.0) or 1.0
     length = float(np.sqrt(np.median(scene.areas())))
     half = 0.5 * length * force / size

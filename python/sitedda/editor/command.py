@@ -4,7 +4,7 @@
 import argparse
 import json
 
-from ..base.errors import MissingLibrary
+from ..base.errors import library_required
 
 _SHELLS = ("bash", "zsh", "tcsh")
 
@@ -40,7 +40,7 @@ def _describe_commands(what: str) -> str:
     """Return the completion for a shell or the man page, generated from the parser."""
     from ..commands.command import whole_parser
 
-    try:
+    with library_required(f"{what} needs a library: pip install 'sitedda[editor]'"):
         if what == "man":
             from argparse_manpage.manpage import Manpage
 
@@ -48,6 +48,3 @@ def _describe_commands(what: str) -> str:
         import shtab
 
         return shtab.complete(whole_parser(), shell=what)
-    except ImportError as error:
-        message = f"{what} needs a library: pip install 'sitedda[editor]'"
-        raise MissingLibrary(message) from error

@@ -2,16 +2,13 @@
 """The language server of inputs, by pygls, on standard input and output."""
 
 from ..base.core import version
-from ..base.errors import MissingLibrary
+from ..base.errors import library_required
 from .language import hover, offers, problems
 
-try:
+with library_required("the language server needs pygls: pip install 'sitedda[editor]'"):
     from lsprotocol import types
     from pygls.lsp.server import LanguageServer
     from pygls.uris import to_fs_path
-except ImportError as trouble:
-    message = "the language server needs pygls: pip install 'sitedda[editor]'"
-    raise MissingLibrary(message) from trouble
 
 _KINDS = {
     "group": types.CompletionItemKind.Module,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base.core import api, checked
-from ..base.errors import InputError, MissingLibrary
+from ..base.errors import InputError, library_required
 from ..base.reading import check_readable, file_path
 
 if TYPE_CHECKING:
@@ -98,10 +98,8 @@ def _as_dataset(motion: np.ndarray, step: float, file, texts: list[str]) -> xr.D
 
 def _read_by_obspy(file, quantity, unit, drift_order, taper, scale, channel) -> xr.Dataset:
     """Read a trace of an obspy stream and pass it to the engine as plain text."""
-    try:
+    with library_required("format 'obspy' needs this library: pip install obspy"):
         import obspy
-    except ImportError as error:
-        raise MissingLibrary("format 'obspy' needs this library: pip install obspy") from error
     check_readable(file)
     if not quantity or not unit:
         raise InputError("format 'obspy' needs `quantity` and `unit`: the file states neither")

@@ -4,7 +4,7 @@
 import argparse
 from collections.abc import Callable, Iterator, Mapping
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from .groups import value_text
 from .input_text import ParsedGroup, find_groups, with_changes
 
@@ -60,10 +60,8 @@ def changed_input(text: str, changes: Mapping, allowed: Mapping | None = None, f
 
 def _change_text(path: str, value) -> str | None:
     """Return a new value as text; None, if the default is restored."""
-    try:
+    with located(path, TypeError):
         return value if value is None or isinstance(value, Typed) else value_text(value)
-    except TypeError as error:
-        raise InputError(f"{path}: {error}") from error
 
 
 def changes_text(changes: Mapping) -> str:

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from .input_text import UNSET, ParsedGroup
 from .schema import GROUPS, Variable
 from .values import points_of
@@ -193,11 +193,9 @@ def value_text(value) -> str:
 
 def read_values(group: ParsedGroup, file) -> dict:
     """Check the values of a group and return them by variable, as in a `Model`."""
-    try:
+    with located(group.place(file)):
         known_group(group.name)
         for name, value in group.values.items():
             if isinstance(value, np.ndarray) and (value == UNSET).any():
                 raise InputError(f"{name}: a value is missing")
         return {name: checked(group.name, name, value) for name, value in group.values.items()}
-    except InputError as error:
-        raise InputError(f"{group.place(file)}: {error}") from None

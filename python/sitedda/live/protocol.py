@@ -31,15 +31,11 @@ def _is_dict_of_texts(value) -> bool:
     )  # fmt: skip
 
 
-def _is_text(value) -> bool:
-    return isinstance(value, str)
-
-
 # The fields of each command; all are required.
 COMMANDS = {
     "open": {"source": _is_short_text, "name": _is_short_text},
     "leave": {},
-    "write": {"text": _is_text},
+    "write": {"text": lambda value: isinstance(value, str)},
     "set": {
         "group": _is_short_text,
         "number": _is_positive_integer,

@@ -19,19 +19,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-try:
+from ..base.errors import InputError, OutputError, SiteddaError, library_required
+
+with library_required("sitedda live needs the library tornado: pip install 'sitedda[live]'"):
     from tornado.httpserver import HTTPServer
     from tornado.netutil import bind_sockets
     from tornado.web import Application, RequestHandler
     from tornado.websocket import WebSocketClosedError, WebSocketHandler
-except ImportError as trouble:
-    from ..base.errors import MissingLibrary
 
-    raise MissingLibrary(
-        "sitedda live needs the library tornado: pip install 'sitedda[live]'"
-    ) from trouble
-
-from ..base.errors import InputError, OutputError, SiteddaError
 from ..input.changes import BETWEEN_STEPS
 from ..input.schema import GROUPS
 from ..report.html import VIEW_MODULES, page_style

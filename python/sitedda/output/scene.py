@@ -328,6 +328,11 @@ class Scene:
         tangents = (end - begin) / np.linalg.norm(end - begin, axis=1, keepdims=True)
         return self.touching(vertices, contacts), np.column_stack([tangents[:, 1], -tangents[:, 0]])
 
+    def contact_forces(self, contacts: dict, normal: np.ndarray) -> np.ndarray:
+        """Return the forces of contacts on the blocks of their vertices, (k, 2), N/m."""
+        along = np.column_stack([-normal[:, 1], normal[:, 0]])
+        return contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * along
+
     def touching(self, vertices: np.ndarray, contacts: dict) -> np.ndarray:
         """Return the contact points, (k, 2), at given positions of all vertices."""
         corner = contacts["vertex"]

@@ -81,10 +81,8 @@ class Beside:
                   ("  at", [p.frequency for p in peaks], "Hz")]  # fmt: skip
         last_rows, nonlinear = [], []
         if self.yields:
-            strains = [float(column.profile().strain.max()) for column in self.columns.values()]
-            strains = [
-                100 * float(column) for column in (self.strains[1].max(initial=0.0), *strains)
-            ]
+            strains = [100 * self.strains[1].max(initial=0.0)]
+            strains += [100 * column.profile().strain.max() for column in self.columns.values()]
             last_rows = [("largest shear strain", strains, "%")]
             nonlinear = ["", "nonlinear column", str(self.response)]
         series = {name: column.acceleration() for name, column in self.columns.items()}

@@ -6,7 +6,7 @@ import warnings
 from pathlib import Path
 
 from ..base.arguments import DAMPING_RATIO, NOT_NEGATIVE, POSITIVE, WORKERS, picture_name
-from ..base.errors import InputError, PeakWarning
+from ..base.errors import PeakWarning, located
 
 
 def add_site(parser: argparse.ArgumentParser) -> None:
@@ -55,10 +55,8 @@ def _compute_surface(options: argparse.Namespace) -> int:
     from ..output.scene import open_output
     from .surface import surface
 
-    try:
+    with located(options.file, ValueError):
         result = surface(open_output(options.file), options.axis, options.lowest, options.highest)
-    except ValueError as error:
-        raise InputError(f"{options.file}: {error}") from error
     print(result)
     name = "section" if options.section else "surface"
     picture = options.output or options.file.with_name(f"{options.file.stem}_{name}.png")
@@ -89,14 +87,12 @@ def _compute_profile(options: argparse.Namespace) -> int:
         return 0
     motion, curves = read_record(options.record), profile.curves(options.water_table)
     kind = "within" if options.within else "outcrop"
-    try:
+    with located(path, ValueError):
         if any(curves):
             result = analyses(profile.column(), curves, motion, kind=kind)
         else:
             result = profile.column().response(motion, kind=kind)
         print(result)
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from error
     if options.output is None:  # otherwise the output names the picture of the response
         _save_figure(profile.plot(), picture, path)
     _save_figure(result.plot(), options.output or path.with_name(f"{path.stem}_site.png"), path)
@@ -141,10 +137,8 @@ def _compare_with_column(options: argparse.Namespace) -> int:
             warnings.warn(message, PeakWarning, stacklevel=1)
         print(f"output: {path}")
     history = open_output(path)
-    try:
+    with located(options.file, ValueError):
         result = beside(history, options.surface, options.base, options.damping)
-    except ValueError as error:
-        raise InputError(f"{options.file}: {error}") from error
     print(result)
     picture = options.output or path.with_name(f"{path.stem}_site.png")
     _save_figure(result.plot(), picture, options.file)

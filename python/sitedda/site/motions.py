@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..base.arguments import positive
-from ..base.errors import InputError, MissingLibrary
+from ..base.errors import InputError, library_required, located
 from ..base.reading import read_bounded
 from ..engine.signals import running_integral, spectral_acceleration
 from .motion import Motion
@@ -132,10 +132,8 @@ def rotated_spectra(
     Boore, D. M. (2010). Orientation-independent, nongeometric-mean measures of seismic intensity
     from two horizontal components of motion. BSSA 100(4), 1830-1835.
     """
-    try:
+    with library_required("RotDnn needs the library: pip install pyrotd"):
         import pyrotd
-    except ImportError as error:
-        raise MissingLibrary("RotDnn needs the library: pip install pyrotd") from error
     x, y = Motion.of(first), Motion.of(second)
     if abs(x.time_step - y.time_step) > 1e-9 * x.time_step:
         raise InputError(f"components have time steps of {x.time_step:g} and "
@@ -293,11 +291,9 @@ def read_flatfile(file, unit: float = 9.80665) -> Flatfile:
     import pandas as pd
 
     data = io.BytesIO(read_bounded(Path(file), _LARGEST))
-    try:
+    with located(file, ValueError):
         table = pd.read_csv(data, dtype=str, encoding="utf-8-sig", encoding_errors="replace",
                             keep_default_na=False)  # fmt: skip
-    except ValueError as error:
-        raise InputError(f"{file}: {error}") from None
     heads = {head.strip().lower(): head for head in table}
     name_columns = [heads[name] for name in _NAMES if name in heads]
     by_head = {head: float(match[1]) for head in table if (match := _HEAD.fullmatch(head))}

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..build.profile import Ground, SoilProfile, parse_curve, read_curve_table, read_soil_profile
 from .column import Column, HalfSpace, Layer
 from .curves import SoilCurves, darendeli, gqh, hyperbolic, mkz, strength_corrected
@@ -75,10 +75,8 @@ class Profile(SoilProfile):
             curve = _layer_curves(layer, mean, self.file)
             if curve is not None and not math.isnan(strength):
                 modulus = layer.density * layer.shear_velocity**2
-                try:
+                with located(f"{self.file}, row {layer.row}", ValueError):
                     curve = strength_corrected(curve, modulus, strength)
-                except ValueError as error:
-                    raise InputError(f"{self.file}, row {layer.row}: {error}") from None
             result.append(curve)
         return result
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..base.files import is_below
 from ..base.reading import read_bounded
 from ..engine.records import read_record
@@ -49,11 +49,9 @@ def read_suite(file, folder=None) -> dict:
         If a name is unknown or a value is invalid; the message names file and table.
     """
     file = Path(file)
-    try:
+    with located(file, ValueError, TypeError, ArithmeticError, RecursionError):
         values = tomllib.loads(read_bounded(file, _LARGEST).decode("utf-8"))
         return _parse_suite(values, file, folder)
-    except (ValueError, TypeError, ArithmeticError, RecursionError) as error:
-        raise InputError(f"{file}: {error}") from None
 
 
 def _parse_suite(values: dict, file: Path, folder) -> dict:

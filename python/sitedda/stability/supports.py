@@ -164,11 +164,9 @@ def _run_increments(model: Model, indices: list[int], mass: np.ndarray, steps: i
 
 def _contact_force(run: Simulation, blocks: list[int]) -> np.ndarray:
     """Return the resultant of the contact forces of other blocks on `blocks`, N/m."""
-    contacts, polygons = run.contacts, run.polygons
-    owner = np.repeat(np.arange(len(polygons)), [len(polygon) for polygon in polygons])
-    tangent = np.concatenate([np.roll(polygon, -1, axis=0) - polygon for polygon in polygons])
-    tangent = tangent[contacts["edge"]] / np.linalg.norm(tangent[contacts["edge"]], axis=1)[:, None]
-    normal = np.column_stack([tangent[:, 1], -tangent[:, 0]])  # t = (−n₂, n₁)
-    force = contacts["normal_force"][:, None] * normal - contacts["shear_force"][:, None] * tangent
-    is_moved = [np.isin(owner[contacts[end]], blocks) for end in ("vertex", "edge")]
+    scene = Scene.of(run)
+    contacts = scene.contacts(0)
+    _, normal = scene.contact_points(0, contacts)
+    force = scene.contact_forces(contacts, normal)
+    is_moved = [np.isin(scene.owner[contacts[end]], blocks) for end in ("vertex", "edge")]
     return (force * (is_moved[0].astype(float) - is_moved[1])[:, None]).sum(axis=0)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.arguments import WORKERS
-from ..base.errors import InputError, InterruptedRun, SiteddaError
+from ..base.errors import InterruptedRun, SiteddaError, located
 from ..base.files import check_target
 from ..base.numbers import counted
 from .api import gather, run, shown
@@ -95,10 +95,8 @@ def _run_study(options: argparse.Namespace) -> int:
 
 def _write_plan(settings: Settings, file: Path) -> Plan:
     """Write the plan of a study and its inputs; an error names the file of the study."""
-    try:
+    with located(file):
         return settings.plan.write()
-    except InputError as error:
-        raise InputError(f"{file}: {error}") from None
 
 
 def _check_targets(settings: Settings, options: argparse.Namespace) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..input.groups import nearest
 from .axes import RESERVED
 from .dynamic_analysis import ida
@@ -52,10 +52,8 @@ def check_figures(figures, plan) -> list[dict]:
     if not isinstance(figures, list) or not all(isinstance(item, Mapping) for item in figures):
         raise InputError("figures must be a list of tables [[figures]]")
     for number, values in enumerate(figures, 1):
-        try:
+        with located(f"figure {number}"):
             _check_figure(dict(values), plan)
-        except InputError as error:
-            raise InputError(f"figure {number}: {error}") from None
     return [dict(values) for values in figures]
 
 

@@ -51,12 +51,8 @@ class FragilityBounds:
         from scipy.special import betaincinv
 
         k, n, tail_probability = self.failures, self.trials, (1 - self.confidence) / 2
-        low, high = np.zeros(len(k)), np.ones(len(k))
-        has_failures, below_n = k > 0, k < n
-        low[has_failures] = betaincinv(
-            k[has_failures], n[has_failures] - k[has_failures] + 1, tail_probability
-        )
-        high[below_n] = betaincinv(k[below_n] + 1, n[below_n] - k[below_n], 1 - tail_probability)
+        low = np.where(k > 0, betaincinv(k, n - k + 1, tail_probability), 0.0)
+        high = np.where(k < n, betaincinv(k + 1, n - k, 1 - tail_probability), 1.0)
         return low, high
 
     def band(self, intensity) -> tuple[np.ndarray, np.ndarray]:

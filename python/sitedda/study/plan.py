@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..base import core as engine
-from ..base.errors import InputError, SiteddaError
+from ..base.errors import InputError, SiteddaError, located
 from ..base.files import make_folder, plain_text
 from ..base.reading import read_bounded
 from ..input.changes import changed_input, flat_changes, with_files
@@ -91,10 +91,8 @@ class Plan:
         head = (str(_FORMAT), engine.version(), build(), _task_name(self.task))
         keys = []
         for number, changes in enumerate(self.changes()):
-            try:
+            with located(f"case {number}"):
                 text = changed_input(base, files.with_copies(changes))
-            except InputError as error:
-                raise InputError(f"case {number}: {error}") from None
             keys.append(checksum(*head, text))
             folder = case_folder(self.folder, keys[-1])
             if not (folder / INPUT).exists():
@@ -214,10 +212,8 @@ class _StudyFiles:
         """Copy a file, or write a `Record`, unless this has been done; return the new name."""
         key = id(file) if hasattr(file, "data") else Path(file)
         if key not in self.names:
-            try:
+            with located(source, SiteddaError):
                 data = file.data if hasattr(file, "data") else read_bounded(key, _LARGEST)
-            except SiteddaError as error:
-                raise InputError(f"{source}: {error}") from error
             self.names[key] = keep_file(self.study, data, getattr(key, "suffix", ".txt"))
         return self.names[key]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.arguments import DAMPING_RATIO, FINITE, POSITIVE, Range
-from ..base.errors import InputError
+from ..base.errors import InputError, located
 from ..base.files import is_below, plain_text
 from ..base.reading import read_bounded
 from ..input.groups import nearest
@@ -77,11 +77,9 @@ def read_settings(file, folder=None) -> Settings:
         raise InputError(f"{file}: its tables or lists are nested too deeply") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as trouble:
         raise InputError(f"{file}: {trouble}") from None
-    try:
+    with located(file, TypeError, ValueError, ArithmeticError):
         _check_values("", values)
         return _parse_settings(values, file, folder)
-    except (InputError, TypeError, ValueError, ArithmeticError) as error:
-        raise InputError(f"{file}: {error}") from None
 
 
 def _parse_settings(values: dict, file: Path, folder: Path | None) -> Settings:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.errors import MissingLibrary, OutputError
+from ..base.errors import OutputError, library_required
 from ..base.files import check_target, written
 from .store import case_folder, read_arrays, read_manifest, read_result, refuse_links
 
@@ -288,10 +288,8 @@ def _write_netcdf(results: _Results, file: Path) -> None:
 
 def _write_zarr_folder(results: _Results, file: Path) -> None:
     """Write a table in zarr, case by case."""
-    try:
+    with library_required("a .zarr table requires zarr: pip install zarr"):
         import zarr
-    except ImportError as error:
-        raise MissingLibrary("a .zarr table requires zarr: pip install zarr") from error
     frame = results.dataset(arrays=False)
     for name in frame.variables:
         if frame[name].dtype == object:

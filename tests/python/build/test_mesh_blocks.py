@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sitedda import InputError
-from sitedda.building import build_blocks, located, summary
+from sitedda.building import build_blocks, summary
 from sitedda.cutting import Region, Tunnel, cut
 from sitedda.cutting.rings import Rings
 from sitedda.meshing.meshed import Piece, mesh_blocks
@@ -22,7 +22,7 @@ def box(left, bottom, width, height, **values):
 
 def meshed(parts, *meshes):
     labels = [(mesh, f"mesh {i}") for i, mesh in enumerate(meshes, 1)]
-    return mesh_blocks(parts, labels, MATERIALS, located)
+    return mesh_blocks(parts, labels, MATERIALS)
 
 
 BEAMS = [box(0, 0, 4, 1, name="beam_1"), box(0, 1, 4, 1, name="beam_2"), box(9, 0, 1, 1)]

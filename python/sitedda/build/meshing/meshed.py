@@ -2,14 +2,13 @@
 """Convert blocks of an input into the cells of bodies."""
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
 
-from ...base.errors import CostWarning, InputError
+from ...base.errors import CostWarning, InputError, located
 from .body import Cut, Part, mesh_body
 from .graphs import MOST_CELLS
 from .settings import Mesh, is_listed
@@ -37,23 +36,19 @@ class Piece:
 
 
 def mesh_blocks(
-    pieces: Sequence[Piece],
-    meshes: Sequence[tuple[Mesh, str]],
-    materials: dict[str, dict],
-    placed: Callable[[str], AbstractContextManager],
+    pieces: Sequence[Piece], meshes: Sequence[tuple[Mesh, str]], materials: dict[str, dict]
 ) -> tuple[list[dict], list[int], list[str]]:
     """Return the cells of the meshed blocks.
 
     `meshes`: meshes and their positions in the input.
     `materials`: variables of each material by its name, in the order of the input.
-    `placed`: context that adds the position in the input to an error.
     Result: variables of the &block groups of the cells, indices of the meshed pieces, messages.
     """
     blocks, sources, messages = [], {}, []
-    _check_estimate(pieces, meshes, materials, placed)
+    _check_estimate(pieces, meshes, materials)
     bodies: dict[str, str] = {}
     for mesh, source in meshes:
-        with placed(source):
+        with located(source):
             for body, members in _bodies_of_mesh(mesh, pieces):
                 repeated = [pieces[i].name for i in members if i in sources]
                 if repeated or body in bodies:
@@ -69,11 +64,11 @@ def mesh_blocks(
     return blocks, sorted(sources), messages
 
 
-def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
+def _check_estimate(pieces, meshes, materials: dict[str, dict]) -> None:
     """Raise InputError for outlines without area and for too many cells, from an estimate."""
     cell_count = 0.0
     for mesh, source in meshes:
-        with placed(source):
+        with located(source):
             for _, members in _bodies_of_mesh(mesh, pieces):
                 for i in members:
                     size = _cell_size(mesh, pieces[i], materials)
@@ -85,12 +80,12 @@ def _check_estimate(pieces, meshes, materials: dict[str, dict], placed) -> None:
         warnings.warn(text, CostWarning, stacklevel=2)
 
 
-def refuse_far_too_many(regions, meshes, materials: dict[str, dict], placed) -> None:
+def refuse_far_too_many(regions, meshes, materials: dict[str, dict]) -> None:
     """Raise InputError for far too many cells before regions are cut, when holes are unknown."""
     for mesh, source in meshes:
         if not mesh.regions:
             continue
-        with placed(source):
+        with located(source):
             sizes = (mesh.size_of(name, values) for name, values in materials.items())
             size = max(sizes, default=np.inf)
             meshed = (region.outline for region in regions if is_listed(region.name, mesh.regions))
@@ -172,10 +167,8 @@ def _cut_body(mesh: Mesh, pieces: Sequence[Piece], materials: dict[str, dict]) -
     fine = list(shapely.points(mesh.fine_at))
     if len(mesh.fine_along):
         fine.append(shapely.linestrings(mesh.fine_along))
-    try:
+    with located(f"body {mesh.body or pieces[0].name!r}"):
         return mesh_body(parts, mesh.cells, fine, mesh.fine_size, mesh.seed)
-    except InputError as error:
-        raise InputError(f"body {mesh.body or pieces[0].name!r}: {error}") from None
 
 
 def _cell_values(body: str, cut: Cut, values: Sequence[dict]) -> Iterator[dict]:
