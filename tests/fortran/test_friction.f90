@@ -23,21 +23,6 @@ contains
          2.0e6_wp, 1.0e6_wp)], stiffness, 2.5_wp)
    end subroutine make_laws
 
-   subroutine constants()
-      type(coulomb_contact_type) :: law
-
-      call make_laws(laws)
-      call check_close(laws%shear_stiffness, stiffness/2.5_wp, 'shear stiffness', &
-         relative=1.0e-15_wp)
-      call check_close(laws%friction, [0.0_wp, sqrt(1.0_wp/3.0_wp)], 'tan φ', relative=1.0e-15_wp)
-      law = law_of(laws, 2, .true., length, 0.0_wp)
-      call check_close([law%cohesion_force, law%tension_force], [1.0e6_wp, 0.5e6_wp], &
-         'strength × length')
-      law = law_of(laws, 2, .false., length, 0.0_wp)
-      call check_close([law%cohesion_force, law%tension_force], [0.0_wp, 0.0_wp], &
-         'none without bond')
-   end subroutine constants
-
    subroutine states()
       type(coulomb_contact_type) :: law
       type(response_type) :: response
@@ -109,28 +94,6 @@ contains
       call check(max_error <= stiffness*h*(1.0_wp + 1.0e-9_wp), &
          'no force changes faster than its spring')
    end subroutine continuity
-
-   !> An intact bond transmits any force, and reports the ratio of force to strength.
-   subroutine bonds()
-      type(coulomb_contact_type) :: law
-      type(response_type) :: response
-
-      call make_laws(laws)
-      law = law_of(laws, 2, .true., length, 0.0_wp)
-      call respond(law, 4.0e-4_wp, 0.0_wp, response)
-      call check(response%state == contact_stick, 'tension sticks')
-      call check_close(response%normal_force, -4.0e5_wp, 'and pulls', relative=1.0e-14_wp)
-      call check(response%strength_ratio <= 0.0_wp, 'below its strength')
-      call respond(law, 6.0e-4_wp, 0.0_wp, response)
-      call check(response%strength_ratio > 0.0_wp, 'above its strength')
-      call respond(law, 0.0_wp, 2.0e-3_wp, response)
-      call check(response%strength_ratio <= 0.0_wp .and. response%state == contact_stick, &
-         'shear below cohesion × length')
-      call respond(law, 0.0_wp, 3.0e-3_wp, response)
-      call check(response%strength_ratio > 0.0_wp, 'shear above it')
-      call respond(law, -1.0e-3_wp, 3.0e-3_wp, response)
-      call check(response%strength_ratio <= 0.0_wp, 'compression adds its friction')
-   end subroutine bonds
 
    !> Overload is positive exactly if tension or shear exceeds its limit.
    subroutine strength_ratio()

@@ -1,10 +1,10 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
-!> A driven support against its closed form (docs/method.md), and the coordinates from step to step.
+!> A driven support and a dynamic factor against closed forms (docs/method.md); displacement bound.
 module test_kinematics
    use dda_kinds, only: wp, pi
    use dda_blocks, only: blocks_type, update_geometry
-   use dda_kinematics, only: damp_velocity, largest_displacement, integrate, kinetic_energy
-   use dda_scheme, only: scheme_type, step_type
+   use dda_kinematics, only: largest_displacement, integrate
+   use dda_scheme, only: step_type
    use dda_outlines, only: add_outline, outlines_type
    use dda_simulation, only: simulation_type
    use models, only: begin, block_text, make_rock_blocks, contact_text, control_text, joint_text, &
@@ -22,9 +22,6 @@ contains
       call check_harmonic_drive(0.05_wp, 10.0_wp)
       call check_harmonic_drive(0.01_wp, 20.0_wp)
       call check_harmonic_drive(0.02_wp, 35.0_wp)
-      call check_accepted_step(0.5_wp)
-      call check_accepted_step(0.75_wp)
-      call check_accepted_step(1.0_wp)
    end subroutine oscillators
 
    !> One block on a moved point at its centroid: a mass on a support in x and in y.
@@ -114,34 +111,6 @@ contains
       end do
       call make_rock_blocks(outlines, blocks)
    end subroutine make_blocks
-
-   !> d = Δt [(1 − χ) v₀ + χ v₁], a = (v₁ − v₀)/Δt, and the loss of a dynamic factor.
-   subroutine check_accepted_step(chi)
-      real(wp), intent(in) :: chi
-      real(wp) :: d(6, 3), v(6, 3), q(6, 3), loss, start_energy
-      real(wp), parameter :: time_step = 0.03_wp
-
-      call case('an accepted step')
-      call make_blocks(3)
-      d = 0.01_wp*reshape(random_vector(18), [6, 3])
-      v = reshape(random_vector(18), [6, 3])
-      q = blocks%position
-      blocks%velocity = v
-      call integrate(blocks, d, step_type(scheme_type(1.0_wp, chi), 0.0_wp, time_step))
-      call check_close(blocks%position, q + d, 'coordinates', relative=1.0e-15_wp)
-      call check_close(blocks%velocity, (d/time_step - (1.0_wp - chi)*v)/chi, 'rates', &
-         relative=1.0e-14_wp)
-      call check_close(blocks%position, q + time_step*((1.0_wp - chi)*v + chi*blocks%velocity), &
-         'd = Δt [(1 − χ) v₀ + χ v₁]', relative=1.0e-14_wp)
-      call check_close(blocks%acceleration, (d - v*time_step)/(chi*time_step**2), 'accelerations', &
-         relative=1.0e-13_wp)
-      start_energy = kinetic_energy(blocks)
-      call damp_velocity(blocks, 1.0_wp, loss)
-      call check_close(loss, 0.0_wp, 'a factor of 1 takes nothing')
-      call damp_velocity(blocks, 0.6_wp, loss)
-      call check_close([loss, kinetic_energy(blocks)], [0.64_wp, 0.36_wp]*start_energy, &
-         'one of 0.6 takes 1 − 0.36', relative=1.0e-14_wp)
-   end subroutine check_accepted_step
 
    !> No vertex exceeds the bound, and a translation reaches it.
    subroutine displacement_bound()
