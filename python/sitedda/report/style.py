@@ -25,7 +25,6 @@ from ..base.files import written
 from . import colors
 from .colors import EDGE, PAPER, RULE, SCHEMES, STONE
 
-_LAYOUTS, _TOLERANCE = 20, 5e-4  # largest number of layout passes, tolerance of axes positions
 # Colours from light to strong: lighter than block outlines, with other hues than `MAGNITUDE`.
 _SHADES = ["#ffd9a8", "#ff8c42", "#e5352b", "#a3003f"]
 JOINT_MAP = LinearSegmentedColormap.from_list("joints", _SHADES)
@@ -50,25 +49,27 @@ def empty_figure(size, layout: str | None = "constrained") -> Figure:
 
     With `layout` None, the figure has no layout engine: its axes need positions.
     """
-    figure = Figure(figsize=size, layout=_RepeatedLayout() if layout else "none")
+    figure = Figure(figsize=size, layout=_TwoLayouts() if layout else "none")
     FigureCanvasAgg(figure)
     return figure
 
 
-class _RepeatedLayout(ConstrainedLayoutEngine):
-    """Constrained layout that is repeated until axes do not move, for axes with equal scales."""
+class _TwoLayouts(ConstrainedLayoutEngine):
+    """Constrained layout, first of all axes as if they had no scale, then with the actual ticks.
+
+    Without the first layout, axes with equal scales would move in each of about ten layouts.
+    """
 
     def execute(self, fig) -> None:
         """Compute the layout of a figure."""
-        last_bounds, to_scale = None, any(axes.get_aspect() != "auto" for axes in fig.axes)
-        for _ in range(_LAYOUTS if to_scale else 1):
+        aspects = {axes: axes.get_aspect() for axes in fig.axes}
+        for axes in aspects:
+            axes.set_aspect("auto")
+        super().execute(fig)
+        for axes, aspect in aspects.items():
+            axes.set_aspect(aspect)
+        if set(aspects.values()) != {"auto"}:
             super().execute(fig)
-            bounds = np.array([axes.get_position(original=True).bounds for axes in fig.axes])
-            if last_bounds is not None and np.allclose(
-                bounds, last_bounds, rtol=0.0, atol=_TOLERANCE
-            ):
-                return
-            last_bounds = bounds
 
 
 @contextmanager
