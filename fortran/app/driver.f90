@@ -1,18 +1,18 @@
 ! SPDX-License-Identifier: GPL-3.0-or-later
 !> The commands of the native executable.
 module dda_driver
+   use dda_kinds, only: long
    use dda_arguments, only: arguments_type, names_output, resume_command, usage
    use dda_check_report, only: report_type, report_text, add_notes, verdict_fail
    use dda_check_simulation, only: check_simulation
    use dda_errors, only: error_type, error_check, error_interrupted, fail
    use dda_input, only: read_model_file
    use dda_interrupts, only: fail_if_stopped, stop_requested
-   use dda_kinds, only: long
    use dda_messages, only: say, warn, progress_type, start_progress, show_progress
    use dda_model, only: model_type
    use dda_model_description, only: model_description
    use dda_model_notes, only: model_notes
-   use dda_output_place, only: partial_name
+   use dda_output_place, only: partial
    use dda_run, only: run_type, begin_run, resume_run, continue_run, end_run, is_done
    use dda_run_verdict, only: run_verdict_type, new_verdict, judge_movement
    use dda_simulation, only: simulation_type, end_of_run, summary
@@ -148,13 +148,11 @@ contains
       do while (.not. is_done(run))
          call continue_run(run, 1_long, error)
          if (allocated(error)) return
-         if (stop_requested() .and. .not. is_done(run)) then
-            call fail(error, error_interrupted, 'interrupted at t = '// &
-               to_text(run%simulation%time)//' s; the results so far are in '// &
-               partial_name(run%simulation%model%output%file)//'; to continue: '// &
-               resume_command(arguments))
-            return
-         end if
+         if (stop_requested() .and. .not. is_done(run)) call fail(error, error_interrupted, &
+            'interrupted at t = '//to_text(run%simulation%time)//' s; the results so far are '// &
+            'in '//run%simulation%model%output%file//partial//'; to continue: '// &
+            resume_command(arguments))
+         if (allocated(error)) return
          call show_progress(progress, run%simulation%time, end_of_run(run%simulation))
       end do
    end subroutine step_to_end

@@ -9,8 +9,7 @@ module dda_rate_limiter
 
    !> Times and pause of a task, in clock counts.
    type :: rate_limiter_type
-      !> ratio of pause to cost
-      integer :: cost_ratio = 100
+      integer :: cost_ratio = 100  !< ratio of pause to cost
       integer(long) :: has_started = 0, ended = 0  !< start and end of the last execution
       integer(long) :: cost = 0    !< duration of the last execution
    end type rate_limiter_type

@@ -14,6 +14,7 @@ module dda_text
       module procedure integer_to_text
       module procedure long_to_text
       module procedure real_to_text
+      module procedure pair_to_text
    end interface to_text
 
 contains
@@ -52,6 +53,14 @@ contains
          text = short_exponent(trim(adjustl(buffer)))
       end if
    end function real_to_text
+
+   !> Text of two numbers, such as a position: 'x, y'.
+   pure function pair_to_text(values) result(text)
+      real(wp), intent(in) :: values(2)  !< any
+      character(len=:), allocatable :: text
+
+      text = real_to_text(values(1))//', '//real_to_text(values(2))
+   end function pair_to_text
 
    !> Text with four significant digits; with powers of ten if plain notation is long.
    pure function short_text(value) result(text)

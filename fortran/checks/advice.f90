@@ -87,11 +87,9 @@ contains
       type(linear_model_type) :: work
       real(wp) :: reference_frequency
 
-      if (.not. (percent > 0.0_wp .and. percent < 100.0_wp)) then
-         call fail(error, error_input, 'a shift of '//to_text(percent)// &
-            ' % is not between 0 and 100')
-         return
-      end if
+      if (.not. (percent > 0.0_wp .and. percent < 100.0_wp)) call fail(error, error_input, &
+         'a shift of '//to_text(percent)//' % is not between 0 and 100')
+      if (allocated(error)) return
       if (present(reference)) then
          reference_frequency = reference
       else
@@ -111,11 +109,9 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(linear_model_type) :: work
 
-      if (.not. target > 0.0_wp) then
-         call fail(error, error_input, 'a target frequency of '//to_text(target)// &
-            ' Hz is not positive')
-         return
-      end if
+      if (.not. target > 0.0_wp) call fail(error, error_input, 'a target frequency of '// &
+         to_text(target)//' Hz is not positive')
+      if (allocated(error)) return
       work = linear
       call set_moduli_at(work, target)
       penalty%target = target
@@ -173,9 +169,8 @@ contains
       end do
       penalty%normal_stiffness = 1.0_wp/new_s
       penalty%reached = abs(penalty%frequency/penalty%target - 1.0_wp) < 1.0e-6_wp
-      if (.not. penalty%reached) call fail(error, error_solver, &
-         'the search for a penalty for '//to_text(penalty%target)//' Hz has stopped at '// &
-         to_text(penalty%frequency)//' Hz')
+      if (.not. penalty%reached) call fail(error, error_solver, 'the search for a penalty for '// &
+         to_text(penalty%target)//' Hz has stopped at '//to_text(penalty%frequency)//' Hz')
    end subroutine find_root
 
    !> Bracket the root: g < 0 at s(1) (too stiff), g > 0 at s(2) (too soft).

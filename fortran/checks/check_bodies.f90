@@ -90,10 +90,9 @@ contains
          energies = body_energies(simulation%elements, blocks)
          if (.not. energies(2) > 0.0_wp) return
          error = sqrt(energies(1)/energies(2))
-         call add_check(report, error <= max_stress_error, 'cells', &
-            'the initial stresses of bodies have an error of about '// &
-            short_text(100*error)//' % in the energy norm', 'stress jumps at faces', &
-            'smaller cells')
+         call add_check(report, error <= max_stress_error, 'cells', 'the initial stresses of '// &
+            'bodies have an error of about '//short_text(100*error)//' % in the energy norm', &
+            'stress jumps at faces', 'smaller cells')
       end associate
    end subroutine check_bodies
 

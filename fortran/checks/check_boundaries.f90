@@ -32,8 +32,7 @@ module dda_check_boundaries
    !> largest reflected fraction of amplitude accepted
    real(wp), parameter :: max_reflection = 0.02_wp
    real(wp), parameter :: absorbed = 0.99_wp        !< sufficient absorbed fraction of the energy
-   !> largest accepted difference of sides and fields
-   real(wp), parameter :: max_departure = 0.1_wp
+   real(wp), parameter :: max_departure = 0.1_wp  !< largest accepted difference of sides and fields
    real(wp), parameter :: touching_gap = 1.0e-6_wp  !< gap/half the model size of touching blocks
    character(len=*), parameter :: side_names(2) = [character(len=5) :: 'left', 'right']
 
@@ -101,8 +100,7 @@ contains
          by_scheme = scheme_reflection(linear, report%band%highest)
          finding = finding//'; at normal incidence and '//short_text(report%band%highest)// &
             ' Hz they reflect '//short_text(100*by_blocks)//' % of the amplitude due to the '// &
-            'block size and '// &
-            short_text(100*by_scheme)//' % due to the time step'
+            'block size and '//short_text(100*by_scheme)//' % due to the time step'
          if (by_blocks > max_reflection) advice = '; smaller blocks in front of the boundaries'
          if (by_scheme > max_reflection) advice = advice//'; a smaller time_step, or '// &
             "integration = 'midpoint' or 'theta'"
@@ -110,14 +108,6 @@ contains
       call add_check(report, advice == '', 'dashpots', finding, &
          'Lysmer and Kuhlemeyer 1969', advice(min(3, len(advice) + 1):))
    end subroutine check_dashpots
-
-   !> Angle of incidence, degrees, up to which the dashpots absorb nearly all energy of a wave.
-   pure integer function absorption_angle(ratio, wave)
-      real(wp), intent(in) :: ratio  !< V_p/V_s
-      integer, intent(in) :: wave    !< wave_p or wave_s
-
-      absorption_angle = absorbed_angle(ratio, wave, 1.0_wp - absorbed)
-   end function absorption_angle
 
    !> Longest time, s, in which an S wave crosses a block at a boundary.
    pure real(wp) function slowest_crossing(blocks, boundary) result(time)
@@ -166,10 +156,7 @@ contains
       if (.not. sides_tied) sides_tied = any(is_shifted(model%welds))
       if (sides_tied .or. size(model%free_fields) == size(side_names)) return
       if (all([(is_side_fixed(model, x, side_names(i)), i=1, size(side_names))])) return
-      duration = 0.0_wp
-      do i = 1, size(model%motions)
-         duration = max(duration, model%motions(i)%curve%duration)
-      end do
+      duration = maxval([0.0_wp, (model%motions(i)%curve%duration, i=1, size(model%motions))])
       if (.not. duration > 0.0_wp) return
       width = maxval(x) - minval(x)
       arrival = 0.5_wp*width/report%speed(2)
@@ -257,16 +244,15 @@ contains
       stress_imbalance(2) = (d(2)*u(1) + d(1)*u(2))/speed - u(1)
    end function stress_imbalance
 
-   !> Largest whole angle, degrees, up to which at most a given energy fraction is reflected.
-   pure integer function absorbed_angle(ratio, wave, fraction) result(angle)
+   !> Largest whole angle of incidence, degrees, up to which dashpots absorb nearly all energy.
+   pure integer function absorption_angle(ratio, wave) result(angle)
       real(wp), intent(in) :: ratio  !< V_p/V_s
       integer, intent(in) :: wave    !< wave_p or wave_s
-      real(wp), intent(in) :: fraction  !< fraction of the energy
 
       do angle = 0, 88
-         if (reflected_energy(ratio, wave, (angle + 1)*pi/180.0_wp) > fraction) return
+         if (reflected_energy(ratio, wave, (angle + 1)*pi/180.0_wp) > 1.0_wp - absorbed) return
       end do
-   end function absorbed_angle
+   end function absorption_angle
 
    !> Find the largest difference between a side and its free field, relative to the free field.
    !> It is negative (not defined) if no base radiates waves or no side has a free field.

@@ -10,7 +10,7 @@ module dda_check_material
    use dda_linear_model, only: linear_model_type, is_dispersive, law_fractions
    use dda_linear_terms, only: add_product, get_row
    use dda_simulation, only: simulation_type
-   use dda_text, only: short_text, to_text, quoted
+   use dda_text, only: short_text, quoted
    use dda_blocks, only: smaller_side
    use dda_material, only: elasticity
    use dda_model, only: model_type
@@ -104,13 +104,11 @@ contains
          finding = finding//'; free blocks fall at most at a speed of '// &
             short_text(9.81_wp/alpha)//' m/s due to α'
          advice = '; rayleigh_alpha = 0 for blocks without bonds'
-         brief = 'α limits the speed of falling blocks to '// &
-            short_text(9.81_wp/alpha)//' m/s'
+         brief = 'α limits the speed of falling blocks to '//short_text(9.81_wp/alpha)//' m/s'
       end if
       steps = strain_ringing_steps(linear)
-      if (steps > 0.0_wp) finding = finding// &
-         '; the rate of the stiffest strain of a block changes its sign in each step '// &
-         'and decays to 1/e in '//short_text(steps)//' steps'
+      if (steps > 0.0_wp) finding = finding//'; the rate of the stiffest strain of a block '// &
+         'changes its sign in each step and decays to 1/e in '//short_text(steps)//' steps'
       if (steps > max_ringing_steps) then
          advice = advice//'; a smaller time_step or rayleigh_beta'
          brief = 'strains ring and decay to 1/e in '//short_text(steps)//' steps'
@@ -239,8 +237,7 @@ contains
             eta = block_size*report%band%highest/sqrt(reduction(1)*material%young_modulus/(2.0_wp &
                *(1.0_wp + material%poisson_ratio)*material%density))
             finding = finding//'; at 0.1 % strain, block size λ/'//short_text(1.0_wp/eta)// &
-               ' at '// &
-               short_text(report%band%highest)//' Hz, limit λ/12'
+               ' at '//short_text(report%band%highest)//' Hz, limit λ/12'
             is_resolved = eta <= coarsest
          end if
          remedy = ''
@@ -256,11 +253,8 @@ contains
       integer, intent(in) :: m                         !< material
       integer :: b
 
-      side = 0.0_wp
-      do b = 1, simulation%blocks%n
-         if (simulation%model%blocks%material(b) == m) &
-            side = max(side, smaller_side(simulation%blocks, b))
-      end do
+      side = maxval([(smaller_side(simulation%blocks, b), b=1, simulation%blocks%n)], &
+         mask=simulation%model%blocks%material == m)
    end function largest_block_side
 
    !> Warn if blocks lose strength faster than they unload, which causes dynamic jumps.

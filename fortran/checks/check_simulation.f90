@@ -19,7 +19,7 @@ module dda_check_simulation
    use dda_linear_terms, only: term_normal
    use dda_impact_regime, only: impact_regime_type, find_impact_regime
    use dda_model, only: run_steps
-   use dda_modes, only: modes_type, find_modes
+   use dda_modes, only: find_modes
    use dda_omega_max, only: find_omega_max
    use dda_ringing, only: ringing_type, find_ringing
    use dda_scheme_response, only: forced_damping
@@ -248,9 +248,8 @@ contains
       if (report%modes%elongation(1) < 0.0_wp) then
          call add_line(report, verdict_fail, 'first mode', 'this mode does not oscillate, '// &
             'because ω Δt = '//short_text(report%modes%omega(1)*linear%time_step)//' > 4', &
-            'paper eq. 13', 'time_step below '// &
-            short_text(0.1_wp/report%modes%frequency(1))//' s', first_mode, &
-            'does not oscillate, ω Δt = '// &
+            'paper eq. 13', 'time_step below '//short_text(0.1_wp/report%modes%frequency(1))// &
+            ' s', first_mode, 'does not oscillate, ω Δt = '// &
             short_text(report%modes%omega(1)*linear%time_step)//' > 4')
       else
          call add_check(report, report%modes%elongation(1) < 0.01_wp, 'first mode', &
@@ -273,9 +272,8 @@ contains
       character(len=:), allocatable :: finding
 
       ratio = simulation%model%contact%normal_stiffness/(modulus*1.0_wp)
-      finding = 'normal_stiffness = '// &
-         short_text(simulation%model%contact%normal_stiffness)//' N/m = '//short_text(ratio)// &
-         ' × Young''s modulus × 1 m'
+      finding = 'normal_stiffness = '//short_text(simulation%model%contact%normal_stiffness)// &
+         ' N/m = '//short_text(ratio)//' × Young''s modulus × 1 m'
       if (.not. report%has_modes .or. linear%n_by_penalty == 0) then
          call add_line(report, verdict_ok, 'penalty', finding, 'paper section 2.2: 40 E', '')
          return
@@ -359,12 +357,11 @@ contains
          remedy = 'a higher normal_stiffness, or set penetration_tolerance'
          if (noise > max_noise) remedy = 'set penetration_tolerance'
       end if
-      call add_check(report, depth <= most_penetration .and. noise <= max_noise, &
-         'penalty bounds', &
+      call add_check(report, depth <= most_penetration .and. noise <= max_noise, 'penalty bounds', &
          'static contacts penetrate by '//short_text(100*depth)//' % of the smallest block, '// &
          'limit '//short_text(100*most_penetration)//' %; rounding of contact forces reaches '// &
-         short_text(100*noise)//' % of the smallest weight, limit '// &
-         short_text(100*max_noise)//' %', 'statics', remedy, brief=brief)
+         short_text(100*noise)//' % of the smallest weight, limit '//short_text(100*max_noise)// &
+         ' %', 'statics', remedy, brief=brief)
    end subroutine check_penalty_bounds
 
    !> Report ratios of block size to wavelength, and of Δt to the time in which waves cross blocks.
@@ -389,9 +386,8 @@ contains
       call add_line(report, merge(verdict_ok, merge(verdict_warn, verdict_fail, eta <= 0.5_wp), &
          eta <= coarsest), 'element size', 'the block size is λ/'//short_text(1/eta)//' at '// &
          short_text(report%band%highest)//' Hz, limit λ/12 (strict: λ/20); these waves are '// &
-         dispersion_text(blocks, eta), 'paper eq. 12', remedy, &
-         'element size: '//counted(to_text(count_longer(blocks, coarsest*period)), &
-         'block', 'blocks')//', λ/'// &
+         dispersion_text(blocks, eta), 'paper eq. 12', remedy, 'element size: '// &
+         counted(to_text(count_longer(blocks, coarsest*period)), 'block', 'blocks')//', λ/'// &
          short_text(1/eta)//' at '//short_text(report%band%highest)//' Hz, limit λ/12')
       ! Small blocks do not require a smaller time step than the wave does.
       call add_check(report, time_step < max(eta, coarsest)*period, 'time resolution', &
@@ -460,8 +456,7 @@ contains
       real(wp) :: nyquist  ! Hz
 
       nyquist = 0.5_wp/linear%time_step
-      limit_text = 'beyond 1/(2 Δt) = '//short_text(nyquist)// &
-         ' Hz, which steps cannot resolve'
+      limit_text = 'beyond 1/(2 Δt) = '//short_text(nyquist)//' Hz, which steps cannot resolve'
       if (band%lowest >= nyquist) then
          text = 'the band of the record, '//short_text(band%lowest)//' … '// &
             short_text(band%highest)//' Hz, is '//limit_text

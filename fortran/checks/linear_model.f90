@@ -75,8 +75,7 @@ module dda_linear_model
       real(wp) :: penetration = 0.0_wp              !< deepest penetration of closed contacts, m
       type(doubt_type), allocatable :: bending(:)   !< warnings on bending of bonded joints
       real(wp), allocatable :: block_mass(:)        !< [n] kg per metre of thickness
-      !> [2,n] centroids, m, in the user's coordinates
-      real(wp), allocatable :: position(:,:)
+      real(wp), allocatable :: position(:,:)  !< [2,n] centroids, m, in the user's coordinates
       real(wp) :: origin(2) = 0.0_wp                !< origin of the user's coordinates, m
       character(len=64), allocatable :: name(:)     !< [n] name of the blocks
       integer :: base_motion(2) = 0                 !< motions of the base as body force
@@ -486,8 +485,7 @@ contains
          label = trim(term_labels(term%kind))//merge(' between ', ' of      ', term%block_b > 0)
          label = trim(label)//' '//block_label(linear, term%block_a)
          if (term%block_b > 0) label = label//' and '//block_label(linear, term%block_b)
-         label = label//' at ('//to_text(term%position(1) + linear%origin(1))//', '// &
-            to_text(term%position(2) + linear%origin(2))//') m'
+         label = label//' at ('//to_text(term%position + linear%origin)//') m'
       end associate
    end function term_label
 

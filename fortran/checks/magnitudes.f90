@@ -143,14 +143,12 @@ contains
          if (.not. allocated(motion%curve%acceleration)) return
          peak_acceleration = maxval(abs(motion%curve%acceleration))
          call note_if(notes, peak_acceleration > max_acceleration .and. motion%file /= '', &
-            'motion '//quoted(trim(motion%name))//': PGA = '// &
-            short_text(peak_acceleration)//' m/s² is '// &
-            short_text(peak_acceleration/9.81_wp)//' g: is the record in gal (cm/s²), or '// &
-            'scaled twice?')
+            'motion '//quoted(trim(motion%name))//': PGA = '//short_text(peak_acceleration)// &
+            ' m/s² is '//short_text(peak_acceleration/9.81_wp)//' g: is the record in gal '// &
+            '(cm/s²), or scaled twice?')
          call note_if(notes, motion%curve%duration < few_steps*step .and. motion%file /= '', &
-            'motion '//quoted(trim(motion%name))//' lasts '// &
-            short_text(motion%curve%duration)//' s, fewer than ten steps of time_step = '// &
-            short_text(step)//' s')
+            'motion '//quoted(trim(motion%name))//' lasts '//short_text(motion%curve%duration)// &
+            ' s, fewer than ten steps of time_step = '//short_text(step)//' s')
       end associate
    end subroutine note_motion
 

@@ -5,7 +5,7 @@ module dda_model_notes
    use dda_blocks, only: smaller_side
    use dda_linear_terms, only: linear_terms_type
    use dda_magnitudes, only: magnitude_notes, note_length
-   use dda_model, only: model_type
+   use dda_model, only: model_type, block_label
    use dda_overburden, only: overburden_type, find_grounded, find_overburden, find_supported
    use dda_repeated_names, only: find_repeated
    use dda_text, only: quoted, short_text, to_text
@@ -42,9 +42,8 @@ contains
       call note_names(model, notes)
       call note_points(model, notes)
       if (model%control%gravity(2) > 0.0_wp) then
-         call append_note(notes, 'gravity = '//to_text(model%control%gravity(1))//', '// &
-            to_text(model%control%gravity(2))//' m/s² points upwards, but weight needs a '// &
-            'negative second value')
+         call append_note(notes, 'gravity = '//to_text(model%control%gravity)// &
+            ' m/s² points upwards, but weight needs a negative second value')
       else if (norm2(model%control%gravity) > 0.0_wp) then
          call note_weight_effects(model, notes)
       end if
@@ -179,9 +178,8 @@ contains
 
       call find_grounded(model, on_ground, terms)
       if (.not. any(on_ground)) then
-         call append_note(notes, &
-            'nothing supports the blocks against gravity, because no &fixed_point and no '// &
-            '&boundary fixes a block in that direction')
+         call append_note(notes, 'nothing supports the blocks against gravity, because no '// &
+            '&fixed_point and no &boundary fixes a block in that direction')
          return
       end if
       call find_overburden(model%blocks, model%control%gravity, on_ground, overburden)
@@ -285,16 +283,6 @@ contains
          more_text(count(.not. is_used(1:)) - 1)//' is not used, because no motion_x, '// &
          'motion_y, base_motion_x or base_motion_y names it')
    end subroutine note_motions
-
-   !> Text of a block: its name, or its number.
-   pure function block_label(model, b)
-      type(model_type), intent(in) :: model  !< model as read from the input
-      integer, intent(in) :: b               !< number of the block
-      character(len=:), allocatable :: block_label
-
-      block_label = 'block '//to_text(b)
-      if (model%block_names(b) /= '') block_label = 'block '//quoted(model%block_names(b))
-   end function block_label
 
    !> Note missing boundary conditions of water in joints, and channels that are too long.
    !>

@@ -38,8 +38,7 @@ module dda_modes
       real(wp), allocatable :: frequency(:)         !< Hz
       real(wp), allocatable :: residual(:)          !< relative residual of the eigenpair
       real(wp), allocatable :: shape(:,:,:)         !< [6,blocks,n] mass-normalised
-      !> [2,n] Γ = φᵀMr for base motion in x and y, √kg
-      real(wp), allocatable :: participation(:,:)
+      real(wp), allocatable :: participation(:,:)  !< [2,n] Γ = φᵀMr for base motion in x and y, √kg
       !> [2,n] Γ² / total mass; sums to 1 over all modes
       real(wp), allocatable :: effective_mass(:,:)
       real(wp), allocatable :: damping(:)           !< ζ in free vibration at Δt
@@ -184,12 +183,15 @@ contains
       integer, intent(out) :: rigid, mechanism_count
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       type(null_space_type) :: null_space
+      real(wp), allocatable :: motion(:,:,:)
       integer, parameter :: max_mechanisms = 100
       integer :: request, elastic, available, i
 
       mechanism_count = 0
       rigid = 0
-      call find_rigid_modes(linear, null_space, error)
+      call find_parts(linear, null_space)
+      call find_rigid_motions(linear, null_space, motion)
+      call retain_unrestrained(linear, null_space, motion, error)
       if (allocated(error)) return
       rigid = null_space%dimension - 3*removed_blocks(linear)
       available = 6*linear%n - null_space%dimension
@@ -254,8 +256,7 @@ contains
       if (linear%n_closed == 0) modes%text = 'no contact is closed'
       if (linear%n_sliding > 0) modes%text = modes%text//', '//to_text(linear%n_sliding)// &
          ' of them slide'
-      if (allocated(linear%equilibrium%text)) modes%text = modes%text//'; '// &
-         linear%equilibrium%text
+      if (allocated(linear%equilibrium%text)) modes%text = modes%text//'; '//linear%equilibrium%text
       if (modes%rigid > 0) modes%text = modes%text// &
          '; the stiffness is singular, because unsupported parts have '// &
          counted(to_text(modes%rigid), 'rigid-body mode', 'rigid-body modes')
@@ -266,18 +267,6 @@ contains
       if (modes%n < request) modes%text = modes%text//'; only '//to_text(modes%n)// &
          ' modes have stiffness'
    end subroutine write_mode_text
-
-   !> Find the connected parts of a model and their unrestrained rigid motions.
-   subroutine find_rigid_modes(linear, null_space, error)
-      type(linear_model_type), intent(in) :: linear  !< linearised model
-      type(null_space_type), intent(out) :: null_space  !< parts and their free rigid motions
-      type(error_type), allocatable, intent(out) :: error  !< allocated on failure
-      real(wp), allocatable :: motion(:,:,:)
-
-      call find_parts(linear, null_space)
-      call find_rigid_motions(linear, null_space, motion)
-      call retain_unrestrained(linear, null_space, motion, error)
-   end subroutine find_rigid_modes
 
    !> Number the connected parts of the model.
    subroutine find_parts(linear, null_space)
@@ -309,7 +298,7 @@ contains
       real(wp), allocatable, intent(out) :: motion(:,:,:)  !< [6,3,n]
       real(wp) :: mass(null_space%groups), centre(2, null_space%groups), &
          inertia(null_space%groups), arm(2)
-      integer :: b
+      integer :: b, g
 
       mass = 0.0_wp
       centre = 0.0_wp
@@ -322,20 +311,17 @@ contains
       end do
       centre = centre/spread(mass, 1, 2)
       do b = 1, linear%n
-         associate (g => null_space%group(b))
-            arm = linear%position(:, b) - centre(:, g)
-            inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%mass(1, 1, b)*dot_product(arm, &
-               arm)
-         end associate
+         g = null_space%group(b)
+         arm = linear%position(:, b) - centre(:, g)
+         inertia(g) = inertia(g) + linear%mass(3, 3, b) + linear%mass(1, 1, b)*dot_product(arm, arm)
       end do
       allocate (motion(6, 3, linear%n), source=0.0_wp)
       do b = 1, linear%n
-         associate (g => null_space%group(b))
-            arm = linear%position(:, b) - centre(:, g)
-            motion(1, 1, b) = 1.0_wp/sqrt(mass(g))
-            motion(2, 2, b) = 1.0_wp/sqrt(mass(g))
-            motion(1:3, 3, b) = [-arm(2), arm(1), 1.0_wp]/sqrt(inertia(g))
-         end associate
+         g = null_space%group(b)
+         arm = linear%position(:, b) - centre(:, g)
+         motion(1, 1, b) = 1.0_wp/sqrt(mass(g))
+         motion(2, 2, b) = 1.0_wp/sqrt(mass(g))
+         motion(1:3, 3, b) = [-arm(2), arm(1), 1.0_wp]/sqrt(inertia(g))
       end do
    end subroutine find_rigid_motions
 

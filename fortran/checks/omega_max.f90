@@ -11,8 +11,7 @@ module dda_omega_max
    use dda_eigen, only: eigenpairs_type, find_largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type, error_solver, fail
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
-      energy_kinds, &
-      kind_names, stiffness_weights, block_label, term_label, strain_energy
+      energy_kinds, kind_names, stiffness_weights, block_label, term_label, strain_energy
    use dda_linear_terms, only: add_product, blocks_in, get_row
    use dda_text, only: short_text, to_text
    implicit none
@@ -40,8 +39,7 @@ module dda_omega_max
       type(energy_distribution_type) :: energy  !< energy of the mode
       integer :: kind = 0                !< kind of term with the most energy
       integer :: spring = 0              !< spring of this kind with the most energy; 0: strain
-      !> blocks of this spring, or block with the largest strain energy
-      integer :: block(2) = 0
+      integer :: block(2) = 0  !< blocks of this spring, or block with the largest strain energy
       real(wp), allocatable :: shape(:,:)          !< [6,n] mass-normalised
       character(len=:), allocatable :: governs     !< text on the governing spring or block
       character(len=:), allocatable :: text       !< text on all results
@@ -170,8 +168,7 @@ contains
          result%text = 'ω_max = '//short_text(result%omega)//' rad/s, guaranteed between '// &
             bracket_text(result%bracket)//'; relative residual '//short_text(result%residual)// &
             '; governed by '//result%governs//' with '// &
-               percent_text(energy%largest_fraction(result%kind))// &
-            ' of the energy of the mode ('
+            percent_text(energy%largest_fraction(result%kind))//' of the energy of the mode ('
          do kind = 1, energy_kinds
             if (energy%fraction(kind) > 0.0_wp) result%text = result%text// &
                trim(kind_names(kind))//' '//percent_text(energy%fraction(kind))//', '
@@ -190,9 +187,8 @@ contains
       slack = result%residual + 1.0e-10_wp
       if (result%omega >= (1.0_wp - slack)*result%bracket%lower .and. &
          result%omega <= (1.0_wp + slack)*result%bracket%upper) return
-      call fail(error, error_solver, 'ω_max = '//to_text(result%omega)// &
-         ' rad/s lies outside its bounds '//bracket_text(result%bracket)// &
-         '; the eigenvalue search has failed')
+      call fail(error, error_solver, 'ω_max = '//to_text(result%omega)//' rad/s lies outside '// &
+         'its bounds '//bracket_text(result%bracket)//'; the eigenvalue search has failed')
    end subroutine check_bracket
 
    !> Text on the bounds of the highest frequency.

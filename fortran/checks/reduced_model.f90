@@ -236,9 +236,8 @@ contains
          associate (term => linear%terms%term(i))
             pull = -term%coefficient*weights%part(term%instant) &
                *cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp)
-            if (any(term%damped_fraction > 0.0_wp)) pull = pull &
-               + weld_damping_force(linear, weights, term, &
-               cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp))
+            if (any(term%damped_fraction > 0.0_wp)) pull = pull + weld_damping_force(linear, &
+               weights, term, cmplx(stretch_of(term, x_re), stretch_of(term, x_im), wp))
             if (.not. abs(pull) > 0.0_wp) cycle
             call add_term_row(term, real(pull), re)
             call add_term_row(term, aimag(pull), im)
@@ -355,7 +354,7 @@ contains
       type(linear_model_type), intent(in) :: linear  !< linearised model
       real(wp), intent(in) :: force(:,:,:), v(:,:)
       real(wp) :: product(6, linear%n, 0:instants)
-      integer :: i, j
+      integer :: i, j, m
 
       call multiply(linear%stiffness, v, product(:, :, 0))
       product(:, :, 1:) = 0.0_wp
@@ -365,20 +364,19 @@ contains
                product(:, :, term%instant))
          end associate
       end do
-      associate (m => reduced%m)
-         do j = 1, m
-            reduced%stiffness(m, j) = sum(reduced%basis(:, :, j)*product(:, :, 0))
-            reduced%stiffness(j, m) = reduced%stiffness(m, j)
-            do i = 1, instants
-               reduced%part(m, j, i) = sum(reduced%basis(:, :, j)*product(:, :, i))
-               reduced%part(j, m, i) = reduced%part(m, j, i)
-            end do
+      m = reduced%m
+      do j = 1, m
+         reduced%stiffness(m, j) = sum(reduced%basis(:, :, j)*product(:, :, 0))
+         reduced%stiffness(j, m) = reduced%stiffness(m, j)
+         do i = 1, instants
+            reduced%part(m, j, i) = sum(reduced%basis(:, :, j)*product(:, :, i))
+            reduced%part(j, m, i) = reduced%part(m, j, i)
          end do
-         do j = 1, size(force, 3)
-            reduced%force(m, j) = sum(v*force(:, :, j))
-         end do
-         if (size(linear%damping) > 0) call extend_damping_projection(reduced, linear, v)
-      end associate
+      end do
+      do j = 1, size(force, 3)
+         reduced%force(m, j) = sum(v*force(:, :, j))
+      end do
+      if (size(linear%damping) > 0) call extend_damping_projection(reduced, linear, v)
    end subroutine extend_projection
 
    !> Compute the rows and columns of the projected damping parts for the last vector.

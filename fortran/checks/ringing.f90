@@ -11,8 +11,7 @@ module dda_ringing
    use dda_eigen, only: eigenpairs_type, find_largest_eigenvalue, suggested_tolerance
    use dda_errors, only: error_type
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
-      set_penalty, &
-      kind_names
+      set_penalty, kind_names
    use dda_scheme, only: scheme_type
    use dda_scheme_response, only: steps_to_decay
    use dda_text, only: short_text
@@ -83,8 +82,7 @@ contains
       if (scheme%chi > 0.5_wp) &
          ringing%advice = 'a smaller time_step, a lower normal_stiffness, or a larger theta'
       if (.not. ringing%steps > 0.0_wp) return
-      ringing%text = 'the stiffest mode ('//kind//', ω Δt = '// &
-         short_text(ringing%resolution)// &
+      ringing%text = 'the stiffest mode ('//kind//', ω Δt = '//short_text(ringing%resolution)// &
          ') changes the sign of its velocity in each step and '
       if (ringing%steps < 1.0e12_wp) then
          ringing%text = ringing%text//'decays to 1/e in '//short_text(ringing%steps)//' steps'

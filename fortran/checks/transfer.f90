@@ -12,8 +12,7 @@ module dda_transfer
    use dda_eigen, only: shifted_inverse_type, prepare_inverse
    use dda_errors, only: error_type, error_input, fail
    use dda_linear_model, only: linear_model_type
-   use dda_linear_terms, only: at_end, at_theta, end_dashpot, instants, &
-      term_support, term_free_side
+   use dda_linear_terms, only: at_end, at_theta, end_dashpot, instants, term_support, term_free_side
    use dda_reduced_model, only: reduced_model_type, weights_type, reduce_model, solve_reduced, &
       weights_at, undamped_weights
    use dda_text, only: to_text
@@ -55,17 +54,14 @@ contains
       real(wp), allocatable :: static(:,:), force(:,:,:)
       integer :: i, j
 
-      if (any(linear%terms%term(:linear%terms%n)%kind == term_free_side)) then
-         call fail(error, error_input, 'free-field columns have their own motion, so the '// &
-            'model has no single transfer function; run the model, or use kind = '// &
-            "'tied' for level ground")
-         return
-      end if
-      if (any(points < 0 .or. points > size(linear%points))) then
-         call fail(error, error_input, 'a transfer function needs two measured points; the '// &
-            'model has '//to_text(size(linear%points)))
-         return
-      end if
+      if (any(linear%terms%term(:linear%terms%n)%kind == term_free_side)) call fail(error, &
+         error_input, 'free-field columns have their own motion, so the model has no single '// &
+         'transfer function; run the model, or use kind = '//"'tied' for level ground")
+      if (allocated(error)) return
+      if (any(points < 0 .or. points > size(linear%points))) call fail(error, error_input, &
+         'a transfer function needs two measured points; the model has '// &
+         to_text(size(linear%points)))
+      if (allocated(error)) return
       call find_base_excitation(transfer, linear, base_axis, static, force, error)
       if (.not. allocated(error)) &
          call reduce_model(transfer%reduced, linear, static, force, highest_frequency, error)

@@ -14,8 +14,7 @@ module dda_unresolved
    use dda_errors, only: error_type
    use dda_inertia, only: count_above
    use dda_linear_model, only: linear_model_type, energy_distribution_type, energy_of, &
-      energy_kinds, &
-      kind_names, stiffness_weights
+      energy_kinds, kind_names, stiffness_weights
    use dda_linear_terms, only: add_product, blocks_in, get_row
    use dda_mass_factor, only: mass_factor_type, factor_mass
    use dda_omega_max, only: find_upper_blocks

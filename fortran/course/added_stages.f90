@@ -16,17 +16,9 @@ module dda_added_stages
    use dda_text, only: quoted
    implicit none
    private
-   public :: has_more_stages, add_stages, adopt_stages
+   public :: add_stages, adopt_stages
 
 contains
-
-   !> .true. if the changed input has more stages than the run.
-   pure logical function has_more_stages(simulation, model) result(more)
-      type(simulation_type), intent(in) :: simulation  !< a run and its state
-      type(model_type), intent(in) :: model  !< model of the changed input
-
-      more = size(model%stages) > size(simulation%model%stages)
-   end function has_more_stages
 
    !> Append the additional stages of a changed input to a run.
    recursive subroutine add_stages(simulation, model, error)

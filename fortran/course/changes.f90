@@ -10,6 +10,7 @@
 module dda_changes
    use dda_kinds, only: wp, long, pi
    use dda_added_stages, only: adopt_stages
+   use dda_base_motion, only: renew_base
    use dda_blocks, only: blocks_type, position_of
    use dda_column_model, only: column_model
    use dda_columns, only: column_count, column_of
@@ -21,7 +22,6 @@ module dda_changes
    use dda_friction, only: laws_type, set_laws
    use dda_model, only: model_type
    use dda_motion, only: motion_type, displacement_of
-   use dda_running_maxima, only: change_base
    use dda_simulation, only: simulation_type, next_step
    use dda_stage, only: never
    use dda_stages, only: update_budget
@@ -62,7 +62,8 @@ contains
       call set_elements(simulation%elements, simulation%model, simulation%blocks, simulation%time)
       call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
       call update_budget(simulation, energy_changed, 1.0_wp)
-      call change_base(simulation)
+      if (simulation%maxima%counting) call renew_base(simulation%maxima%base, simulation%model, &
+         simulation%blocks, simulation%time)
    end subroutine change_now
 
    !> Check that the model differs in changeable values only.
@@ -109,11 +110,13 @@ contains
       end do
    end subroutine check_maxwell_steps
 
-   !> Copy the changed values; blocks and supports removed by stages remain removed.
+   !> Copy the changed values; blocks and supports removed by stages remain removed, and motions
+   !> retain their start times.
    recursive subroutine adopt_values(simulation, model)
       type(simulation_type), intent(inout) :: simulation  !< between two steps
       type(model_type), intent(in) :: model  !< model of the changed input
       type(laws_type) :: laws
+      real(wp) :: start
       integer :: m, i
 
       associate (run_model => simulation%model)
@@ -126,9 +129,9 @@ contains
          laws%theta = simulation%laws%theta
          simulation%laws = laws
          do m = 1, size(run_model%motions)
-            associate (begins => run_model%motions(m)%curve%start)
-               run_model%motions(m) = motion_from_time(model%motions(m), begins)
-            end associate
+            start = run_model%motions(m)%curve%start
+            run_model%motions(m) = model%motions(m)
+            run_model%motions(m)%curve%start = start
          end do
          call adopt_loads(run_model, model, simulation%blocks%removed)
          call adopt_points(run_model, model, simulation%blocks%removed, simulation%stage)
@@ -138,15 +141,6 @@ contains
          call adopt_values(column_of(simulation, i), column_model(model, model%free_fields(i)))
       end do
    end subroutine adopt_values
-
-   !> Return a motion of the input with another start time.
-   pure type(motion_type) function motion_from_time(motion, start)
-      type(motion_type), intent(in) :: motion  !< motion of the input
-      real(wp), intent(in) :: start  !< s
-
-      motion_from_time = motion
-      motion_from_time%curve%start = start
-   end function motion_from_time
 
    !> Replace the loads, whose number may increase; existing loads retain their start times.
    subroutine adopt_loads(run_model, model, is_removed)

@@ -62,8 +62,7 @@ module dda_equilibrium
       integer :: block = 0  !< block with the largest ratio of force to tolerance
       real(wp) :: unbalanced = huge(1.0_wp)     !< unbalanced force of that block, N/m
       real(wp) :: tolerance = 0.0_wp              !< tolerance of that force, N/m
-      !> largest tolerance of an unsupported block/its weight
-      real(wp) :: tolerance_ratio = 0.0_wp
+      real(wp) :: tolerance_ratio = 0.0_wp  !< largest tolerance of an unsupported block/its weight
       integer :: tolerance_block = 0            !< number of this unsupported block
       integer :: unexplained = 0  !< contact with a penetration not due to its force, or 0
       integer :: releases = 0                   !< number of removals of gap offsets
@@ -83,8 +82,7 @@ module dda_equilibrium
    !> stages with yielding materials converge early or never
    integer(long), parameter :: stalled_iterations = 200, stalled_work = 500000, yield_work = 20000
    real(wp), parameter :: tolerance = 1.0e-6_wp    !< largest unbalanced force/weight
-   !> largest unbalanced force/contact tolerance
-   real(wp), parameter :: residual_factor = 4.0_wp
+   real(wp), parameter :: residual_factor = 4.0_wp  !< largest unbalanced force/contact tolerance
    !> tolerance/weight above which a block may still slide
    real(wp), parameter :: doubtful_ratio = 1.0e-3_wp
    real(wp), parameter :: rounding = 4.0_wp  !< rounding error of coordinates/last bit
@@ -98,8 +96,7 @@ module dda_equilibrium
    !> again.  Walls of 4,000 bricks need up to 7; packings of polygons never converge
    integer, parameter :: max_stalled_relaxed = 8
    integer, parameter :: most_searches = 2  !< largest number of further searches
-   !> unbalanced force/weight near convergence
-   real(wp), parameter :: nearly_balanced = 1.0e-3_wp
+   real(wp), parameter :: nearly_balanced = 1.0e-3_wp  !< unbalanced force/weight near convergence
    !> largest penetration/contact distance without force in equilibrium
    real(wp), parameter :: fully_explained = 1.0e-3_wp
    !> number of offset removals after which a vertex may remain between the two edges that it pushes
@@ -591,11 +588,10 @@ contains
          end do
          c = merge(most_loaded(1), most_loaded(2), most_loaded(1) > 0)
          if (c == 0) then
-            if (most_loaded(3) > 0) &
-               text = '; no contact slides; largest contact force on the block '// &
-               short_text(contacts%normal_force(most_loaded(3)))//' N/m on '// &
-               joint_label(joints(contacts%joint(most_loaded(3)))%name)// &
-               '; check this joint, supports and gaps'
+            if (most_loaded(3) > 0) text = '; no contact slides; largest contact force on the '// &
+               'block '//short_text(contacts%normal_force(most_loaded(3)))//' N/m on '// &
+               joint_label(joints(contacts%joint(most_loaded(3)))%name)//'; check this joint, '// &
+               'supports and gaps'
             return
          end if
          text = '; '//counted(to_text(sliding), 'contact slides', 'contacts slide')//': block '// &

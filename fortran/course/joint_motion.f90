@@ -77,11 +77,8 @@ contains
       associate (joints => simulation%model%measured_joints, first => simulation%maxima%contacts, &
          owner => simulation%blocks%owner)
          do i = 1, size(joints)
-            has_contact = .false.
-            do c = 1, size(first%vertex)
-               if (is_between(joints(i), owner(first%vertex(c)), owner(first%edge(c)))) &
-                  has_contact = .true.
-            end do
+            has_contact = any([(is_between(joints(i), owner(first%vertex(c)), &
+               owner(first%edge(c))), c=1, size(first%vertex))])
             if (has_contact .or. allocated(error)) cycle
             call fail(error, error_input, simulation%model%file//': &measured_joint '// &
                quoted(trim(joints(i)%name))//': when the run begins, no block of '// &

@@ -6,7 +6,7 @@
 !> velocities and accelerations, because static steps are not a motion in time.
 module dda_running_maxima
    use dda_kinds, only: wp
-   use dda_base_motion, only: begin_base, renew_base, update_base
+   use dda_base_motion, only: begin_base, update_base
    use dda_blocks, only: position_of
    use dda_elements, only: plastic_strain
    use dda_first_contacts, only: begin_first_contacts, reserve_first_contacts, add_movement, &
@@ -20,7 +20,7 @@ module dda_running_maxima
    use dda_simulation, only: simulation_type, finished
    implicit none
    private
-   public :: begin_maxima, reserve_maxima, count_step, count_stage, change_base, restart_points, &
+   public :: begin_maxima, reserve_maxima, count_step, count_stage, restart_points, &
       collect_residuals, min_movement
 
    real(wp), parameter :: min_movement_ratio = 1.0e-5_wp  !< smallest reported movement/model size
@@ -169,7 +169,7 @@ contains
       type(largest_type), intent(inout) :: largest(:)   !< [maxima] largest values so far
       logical, intent(in) :: rates                      !< include velocities and accelerations
       real(wp) :: motion(2, 3), offset(2)
-      integer :: i
+      integer :: i, k
 
       associate (maxima => simulation%maxima, base => simulation%maxima%base, &
          points => simulation%model%points, time => simulation%time)
@@ -180,18 +180,16 @@ contains
             motion(:, 1) = motion(:, 1) - (base%displacement - maxima%points_from)
             call update_largest(largest(of_point_displacement), norm2(motion(:, 1)), time, [i, 0])
             if (rates) call update_largest(largest(of_point_velocity), norm2(motion(:, 2) &
-               - base%velocity), &
-               time, [i, 0])
+               - base%velocity), time, [i, 0])
             if (rates) call update_largest(largest(of_point_acceleration), norm2(motion(:, 3) &
                - base%acceleration), time, [i, 0])
-            associate (k => maxima%below(i))
-               if (k == 0) cycle
-               if (simulation%blocks%removed(points(k)%block)) cycle
-               offset = reference_position(simulation, i) - reference_position(simulation, k)
-               call update_largest(largest(of_point_drift), &
-                  abs(horizontal_displacement(simulation, i) &
-                  - horizontal_displacement(simulation, k))/offset(2), time, [i, k])
-            end associate
+            k = maxima%below(i)
+            if (k == 0) cycle
+            if (simulation%blocks%removed(points(k)%block)) cycle
+            offset = reference_position(simulation, i) - reference_position(simulation, k)
+            call update_largest(largest(of_point_drift), &
+               abs(horizontal_displacement(simulation, i) &
+               - horizontal_displacement(simulation, k))/offset(2), time, [i, k])
          end do
       end associate
    end subroutine add_points
@@ -208,14 +206,6 @@ contains
       end associate
       horizontal_displacement = displacement(1)
    end function horizontal_displacement
-
-   !> Update the base (reference of relative motions) after supports or motions have changed.
-   subroutine change_base(simulation)
-      type(simulation_type), intent(inout) :: simulation  !< between two steps
-
-      if (simulation%maxima%counting) call renew_base(simulation%maxima%base, simulation%model, &
-         simulation%blocks, simulation%time)
-   end subroutine change_base
 
    !> Restart the maxima of measured points after their displacements have been set to zero.
    subroutine restart_points(simulation)

@@ -106,11 +106,10 @@ contains
       associate (control => simulation%model%control, b => simulation%model%control%displaced, &
          blocks => simulation%blocks)
          if (b == 0) return
-         if (blocks%removed(b)) then
-            call fail(error, error_input, 'displaced_block of &control is block '// &
-               block_name(simulation, b)//', which is removed before the first dynamic stage')
-            return
-         end if
+         if (blocks%removed(b)) call fail(error, error_input, 'displaced_block of &control is '// &
+            'block '//block_name(simulation, b)//', which is removed before the first dynamic '// &
+            'stage')
+         if (allocated(error)) return
          distance = control%displaced_by*sqrt(blocks%area(b))
          blocks%position(1:2, b) = blocks%position(1:2, b) + distance
          call update_geometry(blocks)
@@ -136,8 +135,7 @@ contains
                   (any(model%boundaries(i)%motion == m), i=1, size(model%boundaries))])) cycle
                call fail(error, error_input, quoted(trim(model%motions(m)%name))//' of &'// &
                   'motion continues with '//short_text(curve%velocity_after)//' m/s after its '// &
-                  'record, but supports cannot move in a static stage: set '// &
-                  "after_end = 'hold'")
+                  'record, but supports cannot move in a static stage: set '// "after_end = 'hold'")
                return
             end associate
          end do
@@ -329,15 +327,14 @@ contains
       type(model_type), intent(inout) :: model  !< model; bolts and edge loads change
       logical, intent(in) :: is_removed(:)         !< [blocks]
       type(stage_type), intent(in) :: stage  !< stage that begins
-      integer :: i
+      integer :: i, n
 
-      associate (n => size(model%bolts))
-         do i = 1, n
-            if (stage%dropped(i) .or. any(is_removed(model%bolts(i)%block))) &
-               model%bolts(i)%present = .false.
-         end do
-         model%edge_loads%present = model%edge_loads%present .and. .not. stage%dropped(n + 1:)
-      end associate
+      n = size(model%bolts)
+      do i = 1, n
+         if (stage%dropped(i) .or. any(is_removed(model%bolts(i)%block))) &
+            model%bolts(i)%present = .false.
+      end do
+      model%edge_loads%present = model%edge_loads%present .and. .not. stage%dropped(n + 1:)
    end subroutine drop_attachments
 
    !> Remove blocks and supports of the stage, with the supports and loads of these blocks.
@@ -424,9 +421,8 @@ contains
          simulation%path = 0.0_wp
          simulation%last_time_step = 0.0_wp
          simulation%iteration%iterations = 0
-         call start_energy_budget(energy, simulation%blocks, &
-            simulation%contacts(simulation%now), simulation%laws, simulation%elements, &
-            next_step(simulation))
+         call start_energy_budget(energy, simulation%blocks, simulation%contacts(simulation%now), &
+            simulation%laws, simulation%elements, next_step(simulation))
       end associate
    end subroutine find_equilibrium
 

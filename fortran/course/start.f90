@@ -173,10 +173,9 @@ contains
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
       real(wp) :: former_energy
 
-      if (.not. all(abs(rates) <= huge(1.0_wp))) then
-         call fail(error, error_input, 'rates must be finite')
-         return
-      end if
+      if (.not. all(abs(rates) <= huge(1.0_wp))) call fail(error, error_input, &
+         'rates must be finite')
+      if (allocated(error)) return
       simulation%blocks%velocity = rates
       call match_velocities(simulation%elements, simulation%blocks, next_step(simulation))
       associate (energy => simulation%energy)

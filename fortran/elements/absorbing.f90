@@ -40,15 +40,8 @@ module dda_absorbing
       integer :: kind = term_boundary                  !< kind of the terms
       type(fixed_points_type), allocatable :: support  !< supports in static stages
    contains
-      procedure :: add_linear_terms
-      procedure :: add_force
-      procedure :: add_stored_energy
-      procedure :: add_to_budget
-      procedure :: freeze_for_statics
-      procedure :: inherit_state
-      procedure :: balance_reactions
-      procedure :: serialise
-      procedure :: motion_increment
+      procedure :: add_linear_terms, add_force, add_stored_energy, add_to_budget, &
+         freeze_for_statics, inherit_state, balance_reactions, serialise, motion_increment
    end type absorbing_type
 
 contains
@@ -148,12 +141,11 @@ contains
       type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] forces, N/m …
       real(wp) :: force(2)
-      integer :: i
+      integer :: i, b
 
       do i = 1, size(self%block)
-         associate (b => self%block(i))
-            if (.not. blocks%removed(b)) load(:, b) = load(:, b) + self%reaction(:, i)
-         end associate
+         b = self%block(i)
+         if (.not. blocks%removed(b)) load(:, b) = load(:, b) + self%reaction(:, i)
       end do
       if (allocated(self%support)) then
          call self%support%add_force(blocks, step, load)
@@ -162,9 +154,8 @@ contains
       do i = 1, size(self%point)
          force = self%dashpot(:, i)*self%motion_increment(i, step)/step%time_step
          if (.not. any(abs(force) > 0.0_wp)) cycle
-         associate (b => self%point(i)%block)
-            load(:, b) = load(:, b) + matmul(force, displacement_rows(self, i, blocks))
-         end associate
+         b = self%point(i)%block
+         load(:, b) = load(:, b) + matmul(force, displacement_rows(self, i, blocks))
       end do
    end subroutine add_force
 
@@ -186,13 +177,12 @@ contains
       real(wp), intent(in) :: d(:,:)               !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy   !< energy budget, J per metre
       real(wp) :: displacement(2), increment(2), force(2)
-      integer :: i
+      integer :: i, b
 
       do i = 1, size(self%block)
-         associate (b => self%block(i))
-            if (.not. blocks%removed(b)) call add_energy(energy, energy_input, &
-               dot_product(self%reaction(:, i), d(:, b)))
-         end associate
+         b = self%block(i)
+         if (.not. blocks%removed(b)) call add_energy(energy, energy_input, &
+            dot_product(self%reaction(:, i), d(:, b)))
       end do
       if (allocated(self%support)) then
          call self%support%add_to_budget(blocks, step, d, energy)
@@ -254,8 +244,7 @@ contains
       do b = 1, blocks%n
          if (blocks%removed(b) .or. any(self%block == b)) cycle
          associate (centre => blocks%position(1:2, b), force => unbalanced(1:3, b))
-            total = total + [force(1), force(2), force(3) + centre(1)*force(2) &
-               - centre(2)*force(1)]
+            total = total + [force(1), force(2), force(3) + centre(1)*force(2) - centre(2)*force(1)]
          end associate
       end do
       do i = 1, size(self%block)

@@ -41,11 +41,7 @@ module dda_added_mass
       type(wet_point_type), allocatable :: point(:)
       integer :: base_motion(2) = 0      !< motions of the base in x and y; 0: none
    contains
-      procedure :: add_linear_terms
-      procedure :: add_force
-      procedure :: add_stored_energy
-      procedure :: add_to_budget
-      procedure :: freeze_for_statics
+      procedure :: add_linear_terms, add_force, add_stored_energy, add_to_budget, freeze_for_statics
    end type added_mass_type
 
 contains

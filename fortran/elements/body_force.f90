@@ -19,9 +19,7 @@ module dda_body_force
       real(wp) :: gravity(2) = 0.0_wp   !< m/s²
       integer :: base_motion(2) = 0     !< motions of the base in x and y; 0: none
    contains
-      procedure :: add_force
-      procedure :: add_to_budget
-      procedure :: freeze_for_statics
+      procedure :: add_force, add_to_budget, freeze_for_statics
    end type body_force_type
 
 contains

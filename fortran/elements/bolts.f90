@@ -40,15 +40,8 @@ module dda_bolts
       real(wp), allocatable :: stretch(:,:)   !< [2,bolts] s at the end of the last solution, m
       real(wp), allocatable :: force(:,:)     !< [2,bolts] tension positive, N/m
    contains
-      procedure :: add_linear_terms
-      procedure :: add_force
-      procedure :: add_stored_energy
-      procedure :: add_to_budget
-      procedure :: accept_step
-      procedure :: revise_states
-      procedure :: inherit_state
-      procedure :: serialise
-      procedure :: columns
+      procedure :: add_linear_terms, add_force, add_stored_energy, add_to_budget, accept_step, &
+         revise_states, inherit_state, serialise, columns
    end type bolts_type
 
 contains
@@ -64,8 +57,7 @@ contains
       allocate (self%component_state(2, n), source=absent)
       allocate (self%installed(n), source=.false.)
       allocate (self%zero_stretch(2, n), self%first_stretch(2, n), self%stretch(2, n), &
-         self%force(2, n), &
-         source=0.0_wp)
+         self%force(2, n), source=0.0_wp)
       do i = 1, n
          if (.not. bolts(i)%present) cycle
          self%installed(i) = .true.
@@ -318,7 +310,7 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
       real(wp) :: row(6, max_points), force
-      integer :: i, c, k
+      integer :: i, c, k, b
 
       do i = 1, size(self%bolt)
          if (.not. is_active(self, i)) cycle
@@ -326,9 +318,8 @@ contains
             call find_stretch_gradient(self, i, c, blocks, row)
             force = component_force(self, i, c, present_stretch(self, i, c, blocks))
             do k = 1, point_count(self, i)
-               associate (b => self%bolt(i)%block(k))
-                  load(:, b) = load(:, b) - force*row(:, k)
-               end associate
+               b = self%bolt(i)%block(k)
+               load(:, b) = load(:, b) - force*row(:, k)
             end do
          end do
       end do
@@ -411,8 +402,7 @@ contains
 
       is_ruptured = self%stretch(axial, i) - self%first_stretch(axial, &
          i) > self%bolt(i)%rupture(axial) .or. abs(self%stretch(across, i) &
-            - self%first_stretch(across, &
-         i)) > self%bolt(i)%rupture(across)
+            - self%first_stretch(across, i)) > self%bolt(i)%rupture(across)
    end function is_ruptured
 
    !> Revise stretches and modes for the converged increment d, and count changed modes.

@@ -26,13 +26,8 @@ module dda_crack_law
    type, extends(material_law_type) :: crack_law_type
       type(cohesive_type) :: joint
    contains
-      procedure :: state_size
-      procedure :: respond => find_traction
-      procedure :: finish => finish_step
-      procedure :: stored
-      procedure :: frozen_stress
-      procedure :: traction_ratio
-      procedure :: springs
+      procedure :: state_size, respond => find_traction, finish => finish_step, stored, &
+         frozen_stress, traction_ratio, springs
    end type crack_law_type
 
    !> Motion of a point in a step.

@@ -16,7 +16,7 @@ module dda_edge_loads
    use dda_scheme, only: step_type, load_time
    implicit none
    private
-   public :: edge_loads_type, new_edge_loads
+   public :: edge_loads_type
 
    real(wp), parameter :: first_gauss = 0.5_wp - 0.5_wp/sqrt(3.0_wp)  !< first Gauss point, 0 … 1
    real(wp), parameter :: end_tolerance = 1.0e-9_wp  !< relative, for a phreatic line
@@ -27,19 +27,10 @@ module dda_edge_loads
       logical :: frozen = .false.       !< loads are constant, with their values at `time`
       real(wp) :: time = 0.0_wp         !< s
    contains
-      procedure :: add_force
-      procedure :: add_to_budget
-      procedure :: freeze_for_statics
+      procedure :: add_force, add_to_budget, freeze_for_statics
    end type edge_loads_type
 
 contains
-
-   !> Create all loads of a model.
-   pure type(edge_loads_type) function new_edge_loads(loads) result(self)
-      type(edge_load_type), intent(in) :: loads(:)  !< [loads]
-
-      allocate (self%load, source=loads)
-   end function new_edge_loads
 
    !> Add the forces ∫ Tᵀ f ds.
    subroutine add_force(self, blocks, step, load)
@@ -47,15 +38,14 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
-      integer :: i, k
+      integer :: i, k, b
 
       do i = 1, size(self%load)
          if (.not. self%load(i)%present) cycle
          do k = 1, size(self%load(i)%part)
-            associate (b => self%load(i)%part(k)%block)
-               if (.not. blocks%removed(b)) load(:, b) = load(:, b) &
-                  + force_on_part(self%load(i), k, blocks, load_instant(self, step))
-            end associate
+            b = self%load(i)%part(k)%block
+            if (.not. blocks%removed(b)) load(:, b) = load(:, b) &
+               + force_on_part(self%load(i), k, blocks, load_instant(self, step))
          end do
       end do
    end subroutine add_force
@@ -67,16 +57,15 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      integer :: i, k
+      integer :: i, k, b
 
       do i = 1, size(self%load)
          if (.not. self%load(i)%present) cycle
          do k = 1, size(self%load(i)%part)
-            associate (b => self%load(i)%part(k)%block)
-               if (.not. blocks%removed(b)) call add_energy(energy, energy_input, &
-                  dot_product(force_on_part(self%load(i), k, blocks, load_instant(self, step)), &
-                  d(:, b)))
-            end associate
+            b = self%load(i)%part(k)%block
+            if (.not. blocks%removed(b)) call add_energy(energy, energy_input, &
+               dot_product(force_on_part(self%load(i), k, blocks, load_instant(self, step)), &
+               d(:, b)))
          end do
       end do
    end subroutine add_to_budget

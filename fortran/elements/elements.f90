@@ -11,7 +11,7 @@ module dda_elements
    use dda_bolts, only: bolts_type, bolt_columns, new_bolts
    use dda_cohesive, only: cohesive_type
    use dda_crack_law, only: crack_law_type
-   use dda_edge_loads, only: new_edge_loads
+   use dda_edge_loads, only: edge_loads_type
    use dda_element, only: element_type
    use dda_energy, only: energy_type, energy_law, energy_support, energy_water, energy_welded
    use dda_fixed_points, only: new_fixed_points, new_spring_beds
@@ -77,7 +77,8 @@ contains
       if (size(model%ties) > 0) call register(elements, new_ties(model%ties, &
          model%contact%normal_stiffness*[1.0_wp, 1.0_wp/model%contact%shear_ratio]))
       if (size(model%free_fields) > 0) call register(elements, new_free_sides(model%free_fields))
-      if (size(model%edge_loads) > 0) call register(elements, new_edge_loads(model%edge_loads))
+      if (size(model%edge_loads) > 0) call register(elements, &
+         edge_loads_type(load=model%edge_loads))
       if (any(model%edge_loads%reservoir > 0.0_wp)) call register(elements, &
          new_added_mass(model%edge_loads, model%control%base_motion, model%motions, blocks))
       if (size(model%bolts) > 0) call register(elements, new_bolts(model%bolts, blocks))
@@ -162,10 +163,7 @@ contains
       type(elements_type), intent(in) :: elements  !< elements of the model
       integer :: i
 
-      pack_terms = .false.
-      do i = 1, size(elements%kind)
-         pack_terms = pack_terms .or. elements%kind(i)%element%packs
-      end do
+      pack_terms = any([(elements%kind(i)%element%packs, i=1, size(elements%kind))])
    end function pack_terms
 
    !> Add all terms to K̂ that need no list.
@@ -412,7 +410,7 @@ contains
       type(elements_type), intent(in) :: elements  !< elements of the model
       type(blocks_type), intent(in) :: blocks      !< blocks in their present state
       real(wp) :: strain(blocks%n), point_strain
-      integer :: i, k, p
+      integer :: i, k, p, b
 
       strain = 0.0_wp
       do i = 1, size(elements%kind)
@@ -424,9 +422,8 @@ contains
                point_strain = element%slot(element%material(p))%law%plastic_strain( &
                   element%state(:, p))
                do k = 1, count(element%block(:, p) > 0)
-                  associate (b => element%block(k, p))
-                     strain(b) = max(strain(b), point_strain)
-                  end associate
+                  b = element%block(k, p)
+                  strain(b) = max(strain(b), point_strain)
                end do
             end do
          end select

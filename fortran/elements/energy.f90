@@ -10,23 +10,21 @@
 module dda_energy
    use dda_kinds, only: wp
    use dda_output_schema, only: energy_terms, is_stored, is_gain, is_loss, energy_kinetic, &
-      energy_strain, energy_contact, energy_support, energy_gravity, &
-      energy_initial, energy_input, energy_geometric, energy_friction, &
-      energy_fracture, energy_algorithmic, energy_kinetic_damping, &
-      energy_damping, energy_static, energy_removed, energy_changed, &
-      energy_zeroed, energy_material_damping, energy_dilation, &
-      energy_length, energy_yield, energy_impact, energy_welded, &
-      energy_law, energy_plastic, energy_breaking, energy_water, energy_flow, energy_balance
+      energy_strain, energy_contact, energy_support, energy_gravity, energy_initial, energy_input, &
+      energy_geometric, energy_friction, energy_fracture, energy_algorithmic, &
+      energy_kinetic_damping, energy_damping, energy_static, energy_removed, energy_changed, &
+      energy_zeroed, energy_material_damping, energy_dilation, energy_length, energy_yield, &
+      energy_impact, energy_welded, energy_law, energy_plastic, energy_breaking, energy_water, &
+      energy_flow, energy_balance
    implicit none
    private
    public :: energy_type, energy_terms, total_energy, energy_residual, turnover, add_energy, &
       energy_values, energy_kinetic, energy_strain, energy_contact, energy_support, &
       energy_gravity, energy_initial, energy_input, energy_geometric, energy_friction, &
       energy_fracture, energy_algorithmic, energy_kinetic_damping, energy_damping, &
-      energy_static, energy_removed, energy_changed, energy_zeroed, &
-      energy_material_damping, energy_dilation, energy_length, energy_yield, &
-      energy_impact, energy_welded, energy_law, energy_plastic, energy_breaking, &
-      energy_water, energy_flow, energy_balance
+      energy_static, energy_removed, energy_changed, energy_zeroed, energy_material_damping, &
+      energy_dilation, energy_length, energy_yield, energy_impact, energy_welded, energy_law, &
+      energy_plastic, energy_breaking, energy_water, energy_flow, energy_balance
 
    !> Value of each term except the balance, J per metre of thickness.
    type :: energy_type

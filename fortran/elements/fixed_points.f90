@@ -23,11 +23,7 @@ module dda_fixed_points
       type(fixed_point_type), allocatable :: point(:)
       real(wp), allocatable :: rate(:,:)      !< [2,points] velocity of the motions, m/s
    contains
-      procedure :: get_spring
-      procedure :: accept_step
-      procedure :: match_velocity
-      procedure :: freeze_for_statics
-      procedure :: serialise
+      procedure :: get_spring, accept_step, match_velocity, freeze_for_statics, serialise
    end type fixed_points_type
 
 contains

@@ -7,7 +7,7 @@
 !> of a node is B with the stiffness 1/S, and couples only the blocks around the node.
 module dda_flow_groups
    use dda_kinds, only: wp
-   use dda_block_matrix, only: block_matrix_type, entry_of
+   use dda_block_matrix, only: block_matrix_type
    use dda_counting_sort, only: sort_by_key
    use dda_flow, only: connected_nodes
    use dda_flow_network, only: network_type

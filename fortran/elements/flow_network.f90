@@ -42,7 +42,7 @@ contains
    pure type(network_type) function new_network(flow, blocks) result(network)
       type(flow_type), intent(in) :: flow      !< flow of the model
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
-      integer :: c, k
+      integer :: c, k, node
 
       network%flow = flow
       associate (channels => size(flow%channel), nodes => size(flow%pressure))
@@ -55,12 +55,10 @@ contains
             network%absent(c) = any(blocks%removed(flow%channel(c)%block))
             associate (law => flow%law(flow%channel(c)%law))
                do k = 1, 2
-                  associate (node => flow%channel(c)%node(k))
-                     network%unit_weight(node) = law%unit_weight
-                     network%elevation(node) = law%unit_weight*flow%position(2, node)
-                     if (flow%saturation(node) >= 1.0_wp) network%min_pressure(node) = &
-                        law%cavitation
-                  end associate
+                  node = flow%channel(c)%node(k)
+                  network%unit_weight(node) = law%unit_weight
+                  network%elevation(node) = law%unit_weight*flow%position(2, node)
+                  if (flow%saturation(node) >= 1.0_wp) network%min_pressure(node) = law%cavitation
                end do
             end associate
          end do
@@ -159,7 +157,7 @@ contains
       type(blocks_type), intent(in) :: blocks       !< blocks in their present state
       real(wp), parameter :: sign(2) = [-1.0_wp, 1.0_wp]  !< sign of the gap by side
       real(wp) :: normal(2), node_volume(2)
-      integer :: c, k, side
+      integer :: c, k, side, node
 
       network%volume = 0.0_wp
       network%storage = 0.0_wp
@@ -174,10 +172,9 @@ contains
             a = apertures_of(network, blocks, c, normal)
             node_volume = channel%length*(same_node*a + other_node*[a(2), a(1)])
             do k = 1, 2
-               associate (node => channel%node(k))
-                  network%volume(node) = network%volume(node) + node_volume(k)
-                  network%storage(node) = network%storage(node) + node_volume(k)/law%bulk_modulus
-               end associate
+               node = channel%node(k)
+               network%volume(node) = network%volume(node) + node_volume(k)
+               network%storage(node) = network%storage(node) + node_volume(k)/law%bulk_modulus
             end do
             if (network%flows) network%conductance(c) = 2*a(1)**2*a(2)**2/(a(1) + a(2)) &
                /(12.0_wp*law%viscosity*channel%length)
@@ -315,13 +312,12 @@ contains
       type(network_type), intent(in) :: network  !< network of the model
       real(wp), intent(in) :: pressure(:)        !< [nodes] Pa
       real(wp), intent(inout), contiguous :: load(:,:)  !< [6,blocks] forces, N/m …
-      integer :: node, r
+      integer :: node, r, b
 
       do node = 1, size(pressure)
          do r = network%first(node), network%first(node + 1) - 1
-            associate (b => network%block(r))
-               load(1:6, b) = load(1:6, b) + pressure(node)*network%row(1:6, r)
-            end associate
+            b = network%block(r)
+            load(1:6, b) = load(1:6, b) + pressure(node)*network%row(1:6, r)
          end do
       end do
    end subroutine add_pressures

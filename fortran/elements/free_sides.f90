@@ -23,9 +23,7 @@ module dda_free_sides
       integer, allocatable :: field(:)    !< [points] free field of the point
       real(wp), allocatable :: ground_increment(:,:)  !< [2,points] Δu of the ground, m
    contains
-      procedure :: freeze_for_statics
-      procedure :: balance_reactions
-      procedure :: motion_increment
+      procedure :: freeze_for_statics, balance_reactions, motion_increment
    end type free_sides_type
 
 contains

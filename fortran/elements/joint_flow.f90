@@ -71,19 +71,9 @@ module dda_joint_flow
       real(wp), allocatable :: inflow(:)      !< [nodes] inflow from outside, m²/s
       real(wp), allocatable :: flux(:)  !< [channels] flux from the first node to the second, m²/s
    contains
-      procedure :: add_linear_terms
-      procedure :: add_packed
-      procedure :: add_force
-      procedure :: add_stored_energy
-      procedure :: add_to_budget
-      procedure :: prepare_step
-      procedure :: revise_states
-      procedure :: accept_step
-      procedure :: freeze_for_statics
-      procedure :: inherit_state
-      procedure :: serialise
-      procedure :: node_values
-      procedure :: channel_values
+      procedure :: add_linear_terms, add_packed, add_force, add_stored_energy, add_to_budget, &
+         prepare_step, revise_states, accept_step, freeze_for_statics, inherit_state, serialise, &
+         node_values, channel_values
    end type joint_flow_type
 
 contains

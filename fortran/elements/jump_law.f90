@@ -17,10 +17,7 @@ module dda_jump_law
    !> Law of all jumps; the cap and the stiffness belong to the point.
    type, extends(material_law_type) :: jump_law_type
    contains
-      procedure :: state_size
-      procedure :: respond => find_force
-      procedure :: finish => finish_step
-      procedure :: stored
+      procedure :: state_size, respond => find_force, finish => finish_step, stored
    end type jump_law_type
 
 contains
@@ -44,8 +41,7 @@ contains
 
       associate (k => point%elasticity(1, 1), theta => step%scheme%theta)
          call return_to_cap(point%start_stress(1:2) + k*(strain(1:2) - state(1:2) &
-            + theta*change(1:2)), &
-            point%cap, force, slope)
+            + theta*change(1:2)), point%cap, force, slope)
          stress = [force - point%start_stress(1:2), 0.0_wp]
          tangent = 0.0_wp
          tangent(1:2, 1:2) = theta*k*slope

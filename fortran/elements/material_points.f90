@@ -231,16 +231,15 @@ contains
    pure real(wp) function jump_limit(self, p) result(cap)
       class(material_points_type), intent(in) :: self  !< points, with strains at the start
       integer, intent(in) :: p                       !< point of a jump
-      integer :: k
+      integer :: k, side
 
       cap = huge(1.0_wp)
       do k = 1, 2
-         associate (side => self%side_points(k, p))
-            if (.not. self%active(side)) cycle
-            if (.not. has_law(self, self%material(side))) cycle
-            cap = min(cap, self%slot(self%material(side))%law%jump_cap(self%point(side), &
-               self%state(:, side), self%strain(:, side)))
-         end associate
+         side = self%side_points(k, p)
+         if (.not. self%active(side)) cycle
+         if (.not. has_law(self, self%material(side))) cycle
+         cap = min(cap, self%slot(self%material(side))%law%jump_cap(self%point(side), &
+            self%state(:, side), self%strain(:, side)))
       end do
       if (cap < huge(1.0_wp)) cap = cap*self%face(p)%length
    end function jump_limit
@@ -348,7 +347,7 @@ contains
       class(material_points_type), intent(in) :: self  !< elements of this kind
       integer, intent(in) :: p                       !< number of the point
       real(wp) :: stress(3), pressure
-      integer :: k
+      integer :: k, side
 
       stress = 0.0_wp
       if (self%block(2, p) == 0 .or. .not. has_law(self, self%material(p))) return
@@ -356,11 +355,10 @@ contains
       if (self%side_points(1, p) == 0 .or. .not. self%map(1, 3, p) > 0.0_wp) return
       pressure = 0.0_wp
       do k = 1, 2
-         associate (side => self%side_points(k, p))
-            if (.not. self%active(side)) cycle
-            if (has_law(self, self%material(side))) pressure = max(pressure, &
-               self%slot(self%material(side))%law%pressure(self%state(:, side)))
-         end associate
+         side = self%side_points(k, p)
+         if (.not. self%active(side)) cycle
+         if (has_law(self, self%material(side))) pressure = max(pressure, &
+            self%slot(self%material(side))%law%pressure(self%state(:, side)))
       end do
       stress(1:2) = pressure*arc_correction*2.0_wp*sum(self%face(p)%area)/self%face(p)%length**2 &
          *self%state(1:2, p)

@@ -15,9 +15,7 @@ module dda_point_loads
    type, extends(element_type) :: point_loads_type
       type(load_type), allocatable :: load(:)
    contains
-      procedure :: add_force
-      procedure :: add_to_budget
-      procedure :: freeze_for_statics
+      procedure :: add_force, add_to_budget, freeze_for_statics
    end type point_loads_type
 
 contains
@@ -28,13 +26,12 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(inout) :: load(:,:)  !< [6,blocks] forces, N/m …
-      integer :: i
+      integer :: i, b
 
       do i = 1, size(self%load)
-         associate (b => self%load(i)%block)
-            load(:, b) = load(:, b) + matmul(load_at(self%load(i), load_time(step)), &
-               shape_matrix(blocks, b, self%load(i)%reference))
-         end associate
+         b = self%load(i)%block
+         load(:, b) = load(:, b) + matmul(load_at(self%load(i), load_time(step)), &
+            shape_matrix(blocks, b, self%load(i)%reference))
       end do
    end subroutine add_force
 
@@ -45,13 +42,12 @@ contains
       type(step_type), intent(in) :: step  !< the present step
       real(wp), intent(in) :: d(:,:)  !< [6,blocks] increments of the coordinates
       type(energy_type), intent(inout) :: energy  !< energy budget, J per metre
-      integer :: i
+      integer :: i, b
 
       do i = 1, size(self%load)
-         associate (b => self%load(i)%block)
-            call add_energy(energy, energy_input, dot_product(load_at(self%load(i), &
-               load_time(step)), motion_of(blocks, b, self%load(i)%reference, d(:, b))))
-         end associate
+         b = self%load(i)%block
+         call add_energy(energy, energy_input, dot_product(load_at(self%load(i), &
+            load_time(step)), motion_of(blocks, b, self%load(i)%reference, d(:, b))))
       end do
    end subroutine add_to_budget
 

@@ -45,10 +45,7 @@ module dda_spring_element
       logical :: of_penalty = .true.   !< the stiffness is proportional to k_n
    contains
       procedure(springs_interface), deferred :: get_spring
-      procedure :: add_linear_terms
-      procedure :: add_force
-      procedure :: add_stored_energy
-      procedure :: add_to_budget
+      procedure :: add_linear_terms, add_force, add_stored_energy, add_to_budget
    end type spring_element_type
 
    abstract interface

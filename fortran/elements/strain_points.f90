@@ -17,8 +17,7 @@ module dda_strain_points
    use dda_element, only: element_type
    use dda_energy, only: energy_type, add_energy, energy_algorithmic, energy_fracture, &
       energy_friction, energy_law, energy_material_damping, energy_plastic
-   use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, &
-      term_point
+   use dda_linear_terms, only: linear_term_type, linear_terms_type, add_term, at_damping, term_point
    use dda_material, only: material_type
    use dda_material_law, only: loss_damping, loss_plastic, loss_scheme, losses
    use dda_material_points, only: material_points_type, set_points, has_law, acts, is_inactive, &
@@ -50,18 +49,9 @@ module dda_strain_points
       integer :: round = 0                               !< number of solutions so far
       integer :: unconverged = 0  !< point with the largest error; 0: all converged
    contains
-      procedure :: prepare_step
-      procedure :: add_linear_terms
-      procedure :: add_force
-      procedure :: slope_beyond
-      procedure :: revise_states
-      procedure :: add_stored_energy
-      procedure :: add_to_budget
-      procedure :: accept_step
-      procedure :: inherit_state
-      procedure :: freeze_for_statics
-      procedure :: serialise
-      procedure :: add_face_force
+      procedure :: prepare_step, add_linear_terms, add_force, slope_beyond, revise_states, &
+         add_stored_energy, add_to_budget, accept_step, inherit_state, freeze_for_statics, &
+         serialise, add_face_force
    end type strain_points_type
 
 contains
@@ -217,15 +207,14 @@ contains
       type(step_type), intent(in) :: step            !< the present step
       real(wp), intent(inout) :: load(:,:)           !< [6,blocks] forces, N/m …
       real(wp) :: force(3)
-      integer :: p, k
+      integer :: p, k, b
 
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
          force = self%area(p)*(self%stress(:, p) - matmul(self%tangent(:, :, p), self%change(:, p)))
          do k = 1, 2
-            associate (b => self%block(k, p))
-               if (b > 0) load(:, b) = load(:, b) - matmul(force, self%operator(:, :, k, p))
-            end associate
+            b = self%block(k, p)
+            if (b > 0) load(:, b) = load(:, b) - matmul(force, self%operator(:, :, k, p))
          end do
       end do
    end subroutine add_force
@@ -239,7 +228,7 @@ contains
       real(wp), intent(in) :: d(:,:)                 !< [6,blocks] increments of the coordinates
       real(wp), intent(inout) :: load(:,:)           !< [6,blocks] forces, N/m …
       real(wp) :: stress(3), tangent(3, 3)
-      integer :: p
+      integer :: p, b
 
       do p = 1, self%n
          if (.not. acts(self, p, blocks)) cycle
@@ -247,9 +236,8 @@ contains
          if (.not. is_shifted(self%face(p))) cycle
          call respond(self, p, self%strain(:, p), strain_increment(self, p, d), step, stress, &
             tangent)
-         associate (b => self%block(side, p))
-            load(:, b) = load(:, b) - self%area(p)*matmul(stress, self%operator(:, :, side, p))
-         end associate
+         b = self%block(side, p)
+         load(:, b) = load(:, b) - self%area(p)*matmul(stress, self%operator(:, :, side, p))
       end do
    end subroutine add_face_force
 
@@ -337,8 +325,7 @@ contains
                *norm2(strain + change) + tiny(allowed)))
          else
             allowed = bound_tolerance*norm2(point%start_stress + self%stress(:, p) &
-               + matmul(point%elasticity, &
-               strain + step%scheme%theta*change))
+               + matmul(point%elasticity, strain + step%scheme%theta*change))
          end if
       end associate
    end function allowed_bound_error
@@ -481,25 +468,23 @@ contains
       type(blocks_type), intent(in) :: blocks        !< blocks in their present state
       real(wp), intent(inout) :: stress(:,:)         !< [3,blocks] Pa
       real(wp) :: point_stress(3)
-      integer :: p, i, k
+      integer :: p, i, k, b
 
       do p = 1, self%n
          if (self%side_points(1, p) > 0 .or. self%crack(p) > 0) exit  ! only strain points of cells
          if (.not. acts(self, p, blocks)) cycle
          point_stress = self%area(p)*(present_stress(self, p, blocks) - shape_stress(self, p))
          if (self%block(2, p) == 0) then
-            associate (b => self%block(1, p))
-               stress(:, b) = stress(:, b) + point_stress/blocks%area(b)
-            end associate
+            b = self%block(1, p)
+            stress(:, b) = stress(:, b) + point_stress/blocks%area(b)
             cycle
          end if
          do k = 1, 2
-            associate (b => self%block(k, p))
-               do i = 1, 3
-                  stress(i, b) = stress(i, b) + dot_product(point_stress, &
-                     self%map(:, cell_strain(i, k), p))/blocks%area(b)
-               end do
-            end associate
+            b = self%block(k, p)
+            do i = 1, 3
+               stress(i, b) = stress(i, b) + dot_product(point_stress, &
+                  self%map(:, cell_strain(i, k), p))/blocks%area(b)
+            end do
          end do
       end do
    end subroutine add_point_stress

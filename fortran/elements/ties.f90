@@ -27,11 +27,7 @@ module dda_ties
       real(wp) :: stiffness(2) = 0.0_wp       !< k_n and k_s, N/m per metre of thickness
       real(wp), allocatable :: slip(:)        !< [ties] stretch of the shear springs, m
    contains
-      procedure :: get_spring
-      procedure :: accept_step
-      procedure :: inherit_state
-      procedure :: serialise
-      procedure :: add_face_force
+      procedure :: get_spring, accept_step, inherit_state, serialise, add_face_force
    end type ties_type
 
 contains
@@ -141,17 +137,16 @@ contains
       real(wp), intent(inout) :: load(:,:)     !< [6,blocks] forces, N/m …
       type(spring_type) :: spring
       real(wp) :: force(2)
-      integer :: i, side
+      integer :: i, side, b
 
       do i = 1, self%n
          call self%get_spring(i, blocks, spring)
          if (spring%block(1) == 0) cycle
          force = -spring%stiffness*(spring%stretch + step%scheme%theta*extension_change(spring, d))
          side = merge(1, 2, corner_face(blocks, self%tie(i)) == face)
-         associate (b => spring%block(side))
-            load(:, b) = load(:, b) + merge(1.0_wp, -1.0_wp, side == 1) &
-               *matmul(spring%row(:, :, side), force)
-         end associate
+         b = spring%block(side)
+         load(:, b) = load(:, b) + merge(1.0_wp, -1.0_wp, side == 1) &
+            *matmul(spring%row(:, :, side), force)
       end do
    end subroutine add_face_force
 

@@ -40,15 +40,8 @@ module dda_welds
       !> [mechanisms,springs,2,faces] ζ_l of both materials; empty: no damping
       real(wp), allocatable :: memory(:,:,:,:)
    contains
-      procedure :: add_linear_terms
-      procedure :: add_force
-      procedure :: add_stored_energy
-      procedure :: add_to_budget
-      procedure :: accept_step
-      procedure :: inherit_state
-      procedure :: balance_reactions
-      procedure :: serialise
-      procedure :: add_face_force
+      procedure :: add_linear_terms, add_force, add_stored_energy, add_to_budget, accept_step, &
+         inherit_state, balance_reactions, serialise, add_face_force
    end type welds_type
 
    !> A face and its cells in a configuration.
@@ -141,8 +134,7 @@ contains
                   memory => self%memory(:, j, k, i))
                   stretch = stretch + self%damping_fraction(k, i)*memory_stretch(law, e, memory)
                   if (present(step)) stretch = stretch - self%damping_fraction(k, &
-                     i)*step%scheme%theta &
-                     *relaxing_stretch(law, e, memory, step%time_step)
+                     i)*step%scheme%theta*relaxing_stretch(law, e, memory, step%time_step)
                end associate
             end do
             force = force + springs%stiffness(j)*stretch*springs%weight(:, j)
@@ -235,20 +227,19 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(in) :: interval            !< s
       real(wp) :: coordinates(6, 2), angle
-      integer :: k
+      integer :: k, b
 
       associate (half => 0.5_wp*weld%length*weld%along, jump => cells%jump)
          do k = 1, 2
-            associate (b => weld%block(k))
-               coordinates(:, k) = blocks%position(:, b)
-               if (abs(interval) > 0.0_wp) then
-                  coordinates(:, k) = coordinates(:, k) + interval*blocks%velocity(:, b)
-                  call set_axes(coordinates(:, k), cells%axes(:, :, k), cells%gradient(:, :, k))
-               else
-                  cells%axes(:, :, k) = blocks%axes(:, :, b)
-                  cells%gradient(:, :, k) = blocks%gradient(:, :, b)
-               end if
-            end associate
+            b = weld%block(k)
+            coordinates(:, k) = blocks%position(:, b)
+            if (abs(interval) > 0.0_wp) then
+               coordinates(:, k) = coordinates(:, k) + interval*blocks%velocity(:, b)
+               call set_axes(coordinates(:, k), cells%axes(:, :, k), cells%gradient(:, :, k))
+            else
+               cells%axes(:, :, k) = blocks%axes(:, :, b)
+               cells%gradient(:, :, k) = blocks%gradient(:, :, b)
+            end if
          end do
          jump(:, 1) = coordinates(1:2, 1) - coordinates(1:2, 2) - weld%shift &
             + (matmul(cells%gradient(:, :, 1), weld%middle(:, 1)) &
@@ -349,8 +340,7 @@ contains
          associate (springs => self%springs(i))
             factor = 0.0_wp
             if (is_damped(self, i, blocks)) factor = sum([(self%damping_fraction(k, &
-               i)*damping_factor( &
-               blocks%damping(self%material(k, i)), step), k=1, 2)])
+               i)*damping_factor(blocks%damping(self%material(k, i)), step), k=1, 2)])
             do k = 1, springs%n
                term%instant = at_theta
                term%coefficient = springs%stiffness(k)
@@ -375,7 +365,7 @@ contains
       type(step_type), intent(in) :: step          !< the present step
       real(wp), intent(inout) :: load(:,:)         !< [6,blocks] forces, N/m …
       real(wp) :: g(n_deformations, 6, 2), q(n_deformations), force(n_deformations)
-      integer :: i, k
+      integer :: i, k, b
 
       do i = 1, size(self%weld)
          if (.not. is_active(self%weld(i), blocks)) cycle
@@ -384,9 +374,8 @@ contains
          force = spring_force(self%springs(i), self%force(:, i), q) &
             + damping_force(self, i, blocks, q, step)
          do k = 1, 2
-            associate (b => self%weld(i)%block(k))
-               load(:, b) = load(:, b) - matmul(force, g(:, :, k))
-            end associate
+            b = self%weld(i)%block(k)
+            load(:, b) = load(:, b) - matmul(force, g(:, :, k))
          end do
       end do
    end subroutine add_force
@@ -410,13 +399,11 @@ contains
          q = deformations_of(self%weld(i), blocks)
          factor = step%scheme%theta
          if (is_damped(self, i, blocks)) factor = factor + sum([(self%damping_fraction(k, &
-            i)*damping_factor( &
-            blocks%damping(self%material(k, i)), step), k=1, 2)])
+            i)*damping_factor(blocks%damping(self%material(k, i)), step), k=1, 2)])
          associate (block => self%weld(i)%block)
             change = matmul(g(:, :, 1), d(:, block(1))) + matmul(g(:, :, 2), d(:, block(2)))
-            force = spring_force(self%springs(i), self%force(:, i), q) &
-               + damping_force(self, i, blocks, q, step) &
-               + factor*spring_force(self%springs(i), none, change)
+            force = spring_force(self%springs(i), self%force(:, i), q) + damping_force(self, i, &
+               blocks, q, step) + factor*spring_force(self%springs(i), none, change)
             load(:, block(side)) = load(:, block(side)) - matmul(force, g(:, :, side))
          end associate
       end do
@@ -574,15 +561,14 @@ contains
       type(blocks_type), intent(in) :: blocks  !< blocks in their present state
       real(wp), intent(inout) :: stress(:,:)   !< [3,blocks] Pa
       real(wp) :: force(n_deformations)
-      integer :: i, k
+      integer :: i, k, b
 
       do i = 1, size(self%weld)
          if (.not. is_active(self%weld(i), blocks)) cycle
          force = weld_force(self, i, blocks)
          do k = 1, 2
-            associate (b => self%weld(i)%block(k))
-               stress(:, b) = stress(:, b) + force(cell_strain(:, k))/blocks%area(b)
-            end associate
+            b = self%weld(i)%block(k)
+            stress(:, b) = stress(:, b) + force(cell_strain(:, k))/blocks%area(b)
          end do
       end do
    end subroutine add_face_stress
@@ -595,7 +581,7 @@ contains
       real(wp), intent(inout) :: error(:)        !< [blocks] η²
       real(wp), intent(inout) :: strain_energy          !< energy of all faces
       real(wp) :: q(n_deformations), none(n_deformations), half
-      integer :: i, k
+      integer :: i, k, b
 
       none = 0.0_wp
       do i = 1, size(self%weld)
@@ -603,14 +589,12 @@ contains
          q = deformations_of(self%weld(i), blocks)
          ! The last four springs belong to the mean jump and the linear jump.
          associate (springs => self%springs(i))
-            half = 0.5_wp*springs%stiffness(springs%n - 3)*(sum(q(1:2)**2) &
-               + sum(q(3:4)**2)/3.0_wp)
+            half = 0.5_wp*springs%stiffness(springs%n - 3)*(sum(q(1:2)**2) + sum(q(3:4)**2)/3.0_wp)
             strain_energy = strain_energy + spring_energy(springs, none, q)
          end associate
          do k = 1, 2
-            associate (b => self%weld(i)%block(k))
-               error(b) = error(b) + half
-            end associate
+            b = self%weld(i)%block(k)
+            error(b) = error(b) + half
          end do
       end do
    end subroutine add_jump_energies

@@ -172,8 +172,7 @@ contains
       integer, intent(in) :: rank  !< required number of dimensions
       logical, intent(in) :: text  !< .true.: characters required; .false.: numbers
       integer, intent(out) :: shape_of(2)  !< lengths; 1 beyond `rank`
-      integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, &
-         nf90_short, nf90_byte]
+      integer, parameter :: numeric(*) = [nf90_double, nf90_float, nf90_int, nf90_short, nf90_byte]
       integer :: id, kind, dimensions, of_dimension(nf90_max_var_dims), i
 
       shape_of = 1
@@ -276,8 +275,8 @@ contains
       do v = 1, n
          if (allocated(reader%dataset%error)) return
          if (.not. all(abs(vertices(:, v)) <= usable)) call refuse_file(reader, 'vertex '// &
-            to_text(v)//' is at ('//to_text(vertices(1, v))//', '//to_text(vertices(2, v))// &
-            '): coordinates must be finite and not too large')
+            to_text(v)//' is at ('//to_text(vertices(:, v))//'): coordinates must be finite '// &
+            'and not too large')
       end do
    end subroutine read_vertices
 

@@ -23,7 +23,7 @@ module dda_input
    use dda_input_points, only: read_fixed_point, read_load, read_point, read_amplification, &
       read_measured_joints, find_motions, number_of_block
    use dda_input_resolved, only: resolved_values
-   use dda_input_settings, only: read_control, read_contact, read_output, read_stop, &
+   use dda_input_settings, only: read_control, read_output, read_stop, &
       check_output_times, require_analysis
    use dda_input_stages, only: read_stages
    use dda_input_welds, only: check_bodies
@@ -127,10 +127,8 @@ contains
          if (g > 0) then
             if (input_groups(g)%built) g = 0
          end if
-         if (g == 0) then
-            call fail_input(error, groups(i), unknown_group(groups(i)%name, file))
-            return
-         end if
+         if (g == 0) call fail_input(error, groups(i), unknown_group(groups(i)%name, file))
+         if (allocated(error)) return
          occurrences(g) = occurrences(g) + 1
          if (occurrences(g) > 1 .and. .not. input_groups(g)%repeats) call fail_input(error, &
             groups(i), 'this group may appear only once')
@@ -169,7 +167,8 @@ contains
          case ('control')
             call read_control(groups(i), staged, model%control, control, error)
          case ('contact')
-            call read_contact(groups(i), model%contact, error)
+            call read_values(groups(i), model%contact%contact_values, error)
+            model%contact%original_rules = model%contact%contact_rules == 'original'
          case ('output')
             call read_output(groups(i), model%output, error)
          end select
@@ -224,8 +223,7 @@ contains
       do i = 1, size(group_numbers)
          call read_material(groups(group_numbers(i)), model%materials(i), error)
          if (model%materials(i)%has_velocities) call require_analysis(error, &
-            groups(group_numbers(i)), &
-            model%control, 'shear_velocity and pressure_velocity')
+            groups(group_numbers(i)), model%control, 'shear_velocity and pressure_velocity')
          call require_new_name(error, groups(group_numbers(i)), model%materials(i)%name, &
             model%materials(:i - 1)%name)
       end do

@@ -16,9 +16,6 @@ module dda_input_blocks
    private
    public :: read_blocks, is_block_group
 
-   !> length of the name of generated blocks, to which a number is added
-   integer, parameter :: longest_stem = name_length - 8
-
 contains
 
    !> .true. if a group makes blocks.
@@ -52,17 +49,6 @@ contains
       end select
    end subroutine read_blocks
 
-   !> Check that the name of generated blocks leaves space for their number.
-   subroutine check_stem(group, name, error)
-      type(group_type), intent(in) :: group      !< group of the input
-      character(len=*), intent(in) :: name       !< name as in the input
-      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-
-      if (len_trim(name) > longest_stem) call fail_input(error, group, 'name = '//quoted(name)// &
-         ' is too long: at most '//to_text(longest_stem)// &
-         ' characters, because numbers are added to it')
-   end subroutine check_stem
-
    !> Read &block: one polygon.
    subroutine read_block(group, source, model, outlines, error)
       type(group_type), intent(in) :: group      !< group of the input
@@ -72,15 +58,14 @@ contains
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(block_values) :: input
       integer, allocatable :: joints(:)
-      integer :: m, j
+      integer :: m, j, n
 
       call read_values(group, input, error)
       call find_substances(group, input%naming, model, m, j, error)
-      associate (n => size(input%vertices, 2))
-         if (n < 3) call fail_input(error, group, 'vertices: '//to_text(n)// &
-            ' given, but a block needs at least 3')
-         call resolve_edges(group, model, n, j, input%edge_joints, joints, error)
-      end associate
+      n = size(input%vertices, 2)
+      if (n < 3) call fail_input(error, group, 'vertices: '//to_text(n)// &
+         ' given, but a block needs at least 3')
+      call resolve_edges(group, model, n, j, input%edge_joints, joints, error)
       if (.not. allocated(error)) call add_block(group, input, m, joints, source, outlines, error)
    end subroutine read_block
 
@@ -98,8 +83,7 @@ contains
          call fail_input(error, group, 'vertices'//failure)
       else
          call add_outline(outlines, input%vertices, material, joints(1), source, input%name, &
-            joints, &
-            input%body)
+            joints, input%body)
       end if
    end subroutine add_block
 
@@ -136,7 +120,7 @@ contains
       associate (gravity => model%control%gravity)
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call fail_input(error, &
             group, 'geostatic = .true. needs a gravity that acts downwards; gravity is '// &
-            to_text(gravity(1))//', '//to_text(gravity(2)))
+            to_text(gravity))
       end associate
       if (.not. allocated(error)) call set_cover(outlines, first, stress%overburden)
    end subroutine set_weight_stress
@@ -152,13 +136,11 @@ contains
       integer :: m, j, first
 
       call read_values(group, input, error)
-      call check_stem(group, input%name, error)
-      call find_substances(group, input%naming, model, m, j, error)
+      call find_substances(group, input%naming, model, m, j, error, stem=input%name)
       if (allocated(error)) return
       first = outlines%n + 1
       call add_layers(outlines, input%left, input%bottom, input%width, input%thickness, &
-         input%count, m, j, &
-         source, input%name)
+         input%count, m, j, source, input%name)
       call set_weight_stress(group, input%rest, model, outlines, first, error)
    end subroutine read_layers
 
@@ -173,8 +155,7 @@ contains
       integer :: m, j
 
       call read_values(group, input, error)
-      call check_stem(group, input%name, error)
-      call find_substances(group, input%naming, model, m, j, error)
+      call find_substances(group, input%naming, model, m, j, error, stem=input%name)
       if (allocated(error)) return
       call add_drums(outlines, input%centre, input%bottom, input%height, [input%width, &
          value_or(input%top_width, input%width)], input%count, m, j, source, input%name)
@@ -191,8 +172,7 @@ contains
       integer :: m, j, first
 
       call read_values(group, input, error)
-      call check_stem(group, input%name, error)
-      call find_substances(group, input%naming, model, m, j, error)
+      call find_substances(group, input%naming, model, m, j, error, stem=input%name)
       if (allocated(error)) return
       if (input%head_joint >= 0.5_wp*input%brick_length) call fail_input(error, group, &
          'head_joint = '//to_text(input%head_joint)//' m must be shorter than half of '// &
@@ -227,10 +207,8 @@ contains
       path = input%file
       if (path(1:1) /= '/') path = folder//path
       call read_block_file(content, path, failure)
-      if (allocated(failure)) then
-         call fail_input(error, group, failure%message)
-         return
-      end if
+      if (allocated(failure)) call fail_input(error, group, failure%message)
+      if (allocated(error)) return
       call add_blocks(group, path, content, source, m, j, model, outlines, error)
       model%block_files = [model%block_files, block_source_type(path, content%checksum)]
    end subroutine read_block_group

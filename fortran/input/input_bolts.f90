@@ -88,8 +88,7 @@ contains
       bolt%pretension = input%pretension
       bolt%direction = (point(:, 2) - point(:, 1))/norm2(point(:, 2) - point(:, 1))
       bolt%stiffness = [input%axial_stiffness, input%shear_stiffness]
-      if (bolt%grouted .and. bolt%stiffness(across) <= 0.0_wp) bolt%stiffness(across) = &
-         tiny(1.0_wp)
+      if (bolt%grouted .and. bolt%stiffness(across) <= 0.0_wp) bolt%stiffness(across) = tiny(1.0_wp)
       bolt%yield = value_or([input%yield_force, input%shear_yield_force], never)
       bolt%rupture = value_or([input%rupture_elongation, input%rupture_slip], never)
       if (bolt%grouted) then
@@ -110,14 +109,12 @@ contains
       integer :: k
 
       if (allocated(error)) return
-      if (all(owner == owner(1))) call fail_input(error, group, &
-         'all points of the bolt are in the same block, '// &
-         quoted(trim(model%block_names(owner(1)))))
+      if (all(owner == owner(1))) call fail_input(error, group, 'all points of the bolt are in '// &
+         'the same block, '//quoted(trim(model%block_names(owner(1)))))
       do k = 1, size(owner) - 1
          if (norm2(point(:, k + 1) - point(:, k)) > 0.0_wp) cycle
-         call fail_input(error, group, 'two successive points of the bolt are at '// &
-            'the same position, ('//to_text(point(1, k) + model%origin(1))//', '// &
-            to_text(point(2, k) + model%origin(2))//')')
+         call fail_input(error, group, 'two successive points of the bolt are at the same '// &
+            'position, ('//to_text(point(:, k) + model%origin)//')')
       end do
    end subroutine check_points
 

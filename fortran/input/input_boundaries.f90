@@ -12,14 +12,13 @@ module dda_input_boundaries
    use dda_errors, only: error_type
    use dda_free_field, only: free_field_type
    use dda_input_edges, only: choose_edges
-   use dda_input_group, only: group_type, fail_input, given, is_set, positions, value_or, &
-      name_length
+   use dda_input_group, only: group_type, fail_input, is_set, positions, value_or, name_length
    use dda_input_groups, only: boundary_values, read_values
    use dda_input_free_field, only: find_column, check_ties
    use dda_input_points, only: find_motions
    use dda_input_settings, only: require_analysis
    use dda_material, only: material_type, elasticity
-   use dda_model, only: model_type
+   use dda_model, only: model_type, block_label
    use dda_support, only: fixed_point_type, point_type
    use dda_text, only: quoted, short_text, to_text
    use dda_tie, only: tie_faces
@@ -39,13 +38,11 @@ module dda_input_boundaries
 
    !> kinds of boundaries; new kinds are registered here
    type(kind_type), parameter :: boundary_kinds(7) = [ &
-      kind_type('fixed', 'fixed', 'xy', .true., .false.), &
-      kind_type('roller', 'roller', 'normal', .true., .false.), &
-      kind_type('springs', 'springs', 'xy', .true., .false.), &
-      kind_type('viscous', 'fixed', 'xy', .false., .true.), &
-      kind_type('compliant', 'fixed', 'xy', .false., .true.), &
-      kind_type('tied', 'tied', '', .false., .false.), &
-      kind_type('free_field', 'roller', 'normal', .false., .false.)]
+      kind_type('fixed', 'fixed', 'xy', .true., .false.), kind_type('roller', 'roller', 'normal', &
+         .true., .false.), kind_type('springs', 'springs', 'xy', .true., .false.), &
+         kind_type('viscous', 'fixed', 'xy', .false., .true.), kind_type('compliant', 'fixed', &
+         'xy', .false., .true.), kind_type('tied', 'tied', '', .false., .false.), &
+         kind_type('free_field', 'roller', 'normal', .false., .false.)]
 
    !> Values of a &boundary group and its kind.
    type, extends(boundary_values) :: reading_type
@@ -124,9 +121,8 @@ contains
       if (norm2(model%control%gravity) == 0.0_wp) return
       do i = 1, size(groups)
          if (groups(i)%name /= 'boundary') cycle
-         call fail_input(error, groups(i), 'dashpots cannot support '// &
-            'weight, so a model with gravity needs settle = .true. of '// &
-            '&control, or a static stage first')
+         call fail_input(error, groups(i), 'dashpots cannot support weight, so a model with '// &
+            'gravity needs settle = .true. of &control, or a static stage first')
       end do
    end subroutine check_rest
 
@@ -249,9 +245,8 @@ contains
       call find_column(model, group, field, error)
       field%top = highest_corner(model%blocks, parts)
       model%free_fields = [model%free_fields, field]
-      model%boundary_motions = [model%boundary_motions, boundary_motion_type( &
-         label(reading, 'free field '//field%side), [field%top], [1.0_wp], &
-         field=size(model%free_fields))]
+      model%boundary_motions = [model%boundary_motions, boundary_motion_type(label(reading, &
+         'free field '//field%side), [field%top], [1.0_wp], field=size(model%free_fields))]
    end subroutine add_free_field
 
    !> Return the highest corner of parts of edges.
@@ -410,8 +405,8 @@ contains
          do k = 1, size(model%boundary_edges)
             if (.not. overlaps(model%blocks, parts(i), direction, model%boundary_edges(k))) cycle
             call fail_input(error, group, 'edge '//to_text(parts(i)%edge &
-               - model%blocks%first(parts(i)%block) + 1)//' of block '// &
-               name_of(model, parts(i)%block)//' has the &boundary of line '// &
+               - model%blocks%first(parts(i)%block) + 1)//' of '// &
+               block_label(model, parts(i)%block)//' has the &boundary of line '// &
                to_text(lines(model%boundary_edges(k)%group))//' already; leave the edge out '// &
                'of one group, or set different directions')
             return
@@ -448,15 +443,5 @@ contains
       if (direction == 'x') vector = [1.0_wp, 0.0_wp]
       if (direction == 'y') vector = [0.0_wp, 1.0_wp]
    end function unit_vector
-
-   !> Text of a block: its name, or its number if it has none.
-   pure function name_of(model, b) result(name)
-      type(model_type), intent(in) :: model  !< model with its blocks
-      integer, intent(in) :: b               !< number of the block
-      character(len=:), allocatable :: name
-
-      name = to_text(b)
-      if (model%block_names(b) /= '') name = quoted(trim(model%block_names(b)))
-   end function name_of
 
 end module dda_input_boundaries

@@ -248,11 +248,9 @@ contains
 
       if (allocated(error)) return
       g = find_group(change%group)
-      if (g == 0) then
-         call refuse_change(change, 'there is no group &'//change%group//names_hint(change%group, &
-            input_groups%name, ''), error)
-         return
-      end if
+      if (g == 0) call refuse_change(change, 'there is no group &'//change%group// &
+         names_hint(change%group, input_groups%name, ''), error)
+      if (allocated(error)) return
       do v = input_groups(g)%first, input_groups(g)%last
          if (input_variables(v)%name == change%name) change%variable = v
       end do
@@ -303,9 +301,8 @@ contains
          input_groups(find_group(change%group))%repeats) then
          call refuse_change(change, 'the input has '//to_text(size(names))//' groups &'// &
             change%group//' ('//name_list(labels)//'); name one, for example '//change%group// &
-            '['// &
-            trim(labels(1))//'].'//change%name//', or all: '//change%group//'[*].'//change%name, &
-            error)
+            '['//trim(labels(1))//'].'//change%name//', or all: '//change%group//'[*].'// &
+            change%name, error)
       else if (.not. any(is_selected)) then
          is_selected = labels == change%which
          if (.not. any(is_selected)) is_selected = [(to_text(i) == change%which, i=1, size(names))]

@@ -9,7 +9,7 @@ module dda_input_edge_loads
    use dda_input_edges, only: choose_edges, read_polyline
    use dda_input_group, only: group_type, fail_input, given, require_new_name, mark_names
    use dda_input_groups, only: traction_values, water_values, read_values
-   use dda_input_points, only: check_times
+   use dda_input_points, only: set_times, set_values
    use dda_model, only: model_type
    use dda_outline, only: find_outline, parts_along
    use dda_text, only: to_text
@@ -81,11 +81,12 @@ contains
       new%unit_weight = input%unit_weight
       if (.not. allocated(error)) call choose_edges(group, input%edges, model, new%part, error)
       new%kind = merge(load_level, load_uniform, given(group, 'level'))
-      call set_times(new, input%time, group, error)
-      call set_values(new, group, 'normal', input%normal, new%normal, error)
-      call set_values(new, group, 'shear', input%shear, new%shear, error)
+      new%acts_always = size(input%time) == 0
+      call set_times(error, group, input%time, new%time)
+      call set_values(error, group, 'normal', input%normal, new%time, new%normal)
+      call set_values(error, group, 'shear', input%shear, new%time, new%shear)
       if (new%kind == load_uniform) input%level = [model%origin(2)]
-      call set_values(new, group, 'level', input%level - model%origin(2), new%level, error)
+      call set_values(error, group, 'level', input%level - model%origin(2), new%time, new%level)
       if (input%added_mass .and. .not. allocated(error)) &
          call set_reservoir(new, model, group, input%reservoir_depth, error)
    end subroutine read_traction
@@ -113,39 +114,11 @@ contains
       do k = 1, size(load%part)
          edge = load%ends(:, 2, k) - load%ends(:, 1, k)
          if (abs(edge(2)) < min_slope*norm2(edge)) call fail_input(error, group, &
-            'added_mass is for upstream faces; the edge from ('//position_text(load%ends(:, 1, k) &
-            + model%origin)//') to ('//position_text(load%ends(:, 2, k) + model%origin)// &
+            'added_mass is for upstream faces; the edge from ('//to_text(load%ends(:, 1, k) &
+            + model%origin)//') to ('//to_text(load%ends(:, 2, k) + model%origin)// &
             ') is too flat; give this edge a &traction without added_mass')
       end do
    end subroutine set_reservoir
-
-   !> Set the times of a load; without times it acts forever.
-   subroutine set_times(load, time, group, error)
-      type(edge_load_type), intent(inout) :: load  !< load; receives the times
-      real(wp), intent(in) :: time(:)        !< times of the input, s
-      type(group_type), intent(in) :: group  !< group of the input
-      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-
-      load%acts_always = size(time) == 0
-      load%time = time
-      if (load%acts_always) load%time = [0.0_wp]
-      if (.not. load%acts_always) call check_times(error, group, time)
-   end subroutine set_times
-
-   !> Set the values of a variable at the times of a load; one value applies to all times.
-   subroutine set_values(load, group, name, given_values, values, error)
-      type(edge_load_type), intent(in) :: load  !< load; receives the times
-      type(group_type), intent(in) :: group  !< group of the input
-      character(len=*), intent(in) :: name  !< name of the variable
-      real(wp), intent(in) :: given_values(:)  !< values of the input, at least one
-      real(wp), allocatable, intent(out) :: values(:)  !< [times]
-      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-
-      values = given_values
-      if (size(values) == 1) values = spread(values(1), 1, size(load%time))
-      if (size(values) /= size(load%time)) call fail_input(error, group, name// &
-         ' must have one value, or as many values as `time` ('//to_text(size(load%time))//')')
-   end subroutine set_values
 
    !> Read &water.
    subroutine read_water(group, model, new, error)
@@ -165,9 +138,9 @@ contains
       else
          call set_line(new, model, group, input, error)
       end if
-      call set_times(new, input%time, group, error)
-      call set_values(new, group, 'scale', input%scale, new%normal, error)
-      call set_values(new, group, 'rise', input%rise, new%level, error)
+      call set_times(error, group, input%time, new%time)
+      call set_values(error, group, 'scale', input%scale, new%time, new%normal)
+      call set_values(error, group, 'rise', input%rise, new%time, new%level)
       new%shear = spread(0.0_wp, 1, size(new%time))
       new%acts_always = .true.
    end subroutine read_water
@@ -252,7 +225,7 @@ contains
       rounding = max_uncovered*model%blocks%half_size
       do j = 1, size(line, 2)
          if (line(1, j) < left_end - rounding .or. line(1, j) > right_end &
-            + rounding) call fail_input(error, group, '`surface` reaches ('//position_text(line(:, &
+            + rounding) call fail_input(error, group, '`surface` reaches ('//to_text(line(:, &
             j) + model%origin)//'), outside the model, which reaches from x = '//to_text(left_end &
             + model%origin(1))//' to '//to_text(right_end + model%origin(1)))
          if (j == 1) cycle
@@ -261,14 +234,6 @@ contains
       end do
       load%line = line
    end subroutine set_surface
-
-   !> Text of a position.
-   pure function position_text(point) result(text)
-      real(wp), intent(in) :: point(2)  !< m
-      character(len=:), allocatable :: text
-
-      text = to_text(point(1))//', '//to_text(point(2))
-   end function position_text
 
    !> Set heads or pressures at the points of a line on edges, with linear interpolation.
    subroutine set_line(load, model, group, input, error)
@@ -358,7 +323,7 @@ contains
          end do
       end do
       if (covered < 1.0_wp - max_uncovered) call fail_input(error, group, &
-         '`along` passes ('//position_text(segment(:, 1) + covered*direction &
+         '`along` passes ('//to_text(segment(:, 1) + covered*direction &
          + model%origin)//'), outside the model or away from its joints and faces')
    end subroutine check_cover
 

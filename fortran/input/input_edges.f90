@@ -5,7 +5,6 @@
 !> Groups that act on edges include the part `edges` of the schema.
 module dda_input_edges
    use dda_kinds, only: wp
-   use dda_blocks, only: blocks_type
    use dda_edge_part, only: edge_part_type
    use dda_errors, only: error_type
    use dda_input_group, only: group_type, fail_input, name_length, mark_names

@@ -11,7 +11,7 @@ module dda_input_flow
    use dda_input_edges, only: read_polyline
    use dda_input_group, only: group_type, fail_input, given, is_set, positions, value_or, mark_names
    use dda_input_groups, only: flow_boundary_values, flow_values, read_values
-   use dda_input_points, only: check_times
+   use dda_input_points, only: set_times, set_values
    use dda_interpolation, only: table_value
    use dda_model, only: model_type
    use dda_neighbours, only: find_near_pairs, neighbours_type
@@ -281,17 +281,16 @@ contains
       type(flow_type), intent(inout) :: flow     !< with its nodes
       type(flow_values), intent(in) :: input(:)    !< values of the group
       real(wp), intent(in) :: origin             !< y of the engine's coordinates, m
-      integer :: c, k
+      integer :: c, k, node
 
       do c = 1, size(flow%channel)
          associate (values => input(flow%channel(c)%law))
             do k = 1, 2
-               associate (node => flow%channel(c)%node(k))
-                  flow%pressure(node) = values%pressure
-                  if (is_set(values%head)) flow%pressure(node) = max(0.0_wp, &
-                     values%unit_weight*(values%head - origin - flow%position(2, node)))
-                  flow%saturation(node) = values%saturation
-               end associate
+               node = flow%channel(c)%node(k)
+               flow%pressure(node) = values%pressure
+               if (is_set(values%head)) flow%pressure(node) = max(0.0_wp, &
+                  values%unit_weight*(values%head - origin - flow%position(2, node)))
+               flow%saturation(node) = values%saturation
             end do
          end associate
       end do
@@ -319,14 +318,9 @@ contains
       new%inflow = given(group, 'inflow')
       new%head = given(group, 'head')
       new%dry_above = new%head
-      new%value = [input%head - model%origin(2), input%pressure, input%inflow]
-      new%time = input%time
-      if (size(input%time) == 0) new%time = [0.0_wp]
-      if (size(input%time) > 0) call check_times(error, group, input%time)
-      if (size(new%value) == 1) new%value = spread(new%value(1), 1, size(new%time))
-      if (size(new%value) /= size(new%time)) call fail_input(error, group, &
-         '`head`, `pressure` or `inflow` must have one value, or as many values as `time` ('// &
-         to_text(size(new%time))//')')
+      call set_times(error, group, input%time, new%time)
+      call set_values(error, group, '`head`, `pressure` or `inflow`', [input%head &
+         - model%origin(2), input%pressure, input%inflow], new%time, new%value)
       if (.not. allocated(error)) model%flow%boundary = [model%flow%boundary, new]
    end subroutine read_boundary
 
@@ -392,8 +386,7 @@ contains
             if (.not. has_no_channel(model, load)) call fail_input(error, group, &
                '&flow determines the pressure in joints; set acts_on = ''faces''')
             if (water%kind /= load_level .and. any(abs(water%normal - 1.0_wp) > 0.0_wp)) &
-               call fail_input(error, group, &
-               '`scale` cannot be used together with &flow')
+               call fail_input(error, group, '`scale` cannot be used together with &flow')
             do k = 1, size(water%part)
                do i = 1, size(model%flow%pressure)
                   call set_node_head(model, load, k, i)

@@ -35,23 +35,21 @@ contains
       real(wp) :: width
 
       call find_side_blocks(model%blocks, merge(-1.0_wp, 1.0_wp, field%side == 'left'), field%block)
-      if (size(field%block) == model%blocks%n) then
-         call fail_input(error, group, 'the free field needs a separate column of blocks at '// &
-            'the '//trim(field%side)//' side, but no vertical line passes between the blocks')
-         return
-      end if
+      if (size(field%block) == model%blocks%n) call fail_input(error, group, 'the free field '// &
+         'needs a separate column of blocks at the '//trim(field%side)//' side, but no '// &
+         'vertical line passes between the blocks')
+      if (allocated(error)) return
       call copy_blocks(model, field%block, column, inner_welds)
       call find_outline(column, spread(.true., 1, column%n), left_faces)
       right_faces = parts_on_side(column, left_faces, 'right')
       left_faces = parts_on_side(column, left_faces, 'left')
       field%face = merge(2, 1, field%side == 'left')
       width = maxval(column%vertex(1, :)) - minval(column%vertex(1, :))
-      if (.not. cover_same_heights(column, left_faces, right_faces)) then
-         call fail_input(error, group, 'the column of blocks at the '//trim(field%side)// &
-            ' side, '//to_text(width)//' m wide, does not match its own image; its left and '// &
-            'right faces must be vertical, without gaps and at the same heights')
-         return
-      end if
+      if (.not. cover_same_heights(column, left_faces, right_faces)) call fail_input(error, group, &
+         'the column of blocks at the '//trim(field%side)//' side, '//to_text(width)// &
+         ' m wide, does not match its own image; its left and right faces must be vertical, '// &
+         'without gaps and at the same heights')
+      if (allocated(error)) return
       call tie_faces(column, right_faces, left_faces, [width, 0.0_wp], field%tie, field%weld)
       call check_ties(model, group, column, field%tie, error)
    end subroutine find_column

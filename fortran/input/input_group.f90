@@ -241,8 +241,7 @@ contains
       do i = 1, size(values)
          last = first + index(names(first:)//' ', ' ') - 2
          if (is_set(values(i))) then
-            call check_number(error, group, find_variable(group%name, names(first:last)), &
-               values(i))
+            call check_number(error, group, find_variable(group%name, names(first:last)), values(i))
          else
             call fail_input(error, group, names(first:last)//' is missing')
          end if

@@ -11,7 +11,7 @@ module dda_input_in_situ
    use dda_input_groups, only: in_situ_values, read_values
    use dda_interpolation, only: table_value
    use dda_model, only: model_type
-   use dda_text, only: quoted, to_text
+   use dda_text, only: to_text
    implicit none
    private
    public :: read_in_situ
@@ -79,7 +79,7 @@ contains
       associate (gravity => model%control%gravity, depth => input%depth, x => input%surface(1, :))
          if (abs(gravity(1)) > 0.0_wp .or. .not. gravity(2) < 0.0_wp) call fail_input(error, &
             group, 'initial stress needs gravity that acts downwards; gravity is '// &
-            to_text(gravity(1))//', '//to_text(gravity(2)))
+            to_text(gravity))
          if (size(input%k0) > 1 .and. size(depth) /= size(input%k0)) call fail_input(error, group, &
             '`k0` has '//to_text(size(input%k0))//' values and `depth` has '// &
             to_text(size(depth))//': give one `depth` for each `k0`')
@@ -114,12 +114,10 @@ contains
                surface_level = cover%top
                if (size(input%surface, 2) > 0) surface_level = table_value(input%surface(1, :), &
                   input%surface(2, :), x + model%origin(1)) - model%origin(2)
-               if (surface_level < cover%top - touching*blocks%half_size) then
-                  call fail_input(error, group, '`surface` is '//to_text(cover%top - &
-                     surface_level)//' m below the top of the model at x = '//to_text(x + &
-                     model%origin(1)))
-                  return
-               end if
+               if (surface_level < cover%top - touching*blocks%half_size) call fail_input(error, &
+                  group, '`surface` is '//to_text(cover%top - surface_level)//' m below the '// &
+                  'top of the model at x = '//to_text(x + model%origin(1)))
+               if (allocated(error)) return
                if (is_set(input%unit_weight)) cover%unit_weight = input%unit_weight
                cover%weight = cover%weight + cover%unit_weight*max(0.0_wp, surface_level - &
                   cover%top)
@@ -144,26 +142,24 @@ contains
       real(wp), intent(in) :: x, y               !< m
       type(cover_type) :: cover
       real(wp) :: height, unit_weight
-      integer :: c, i, v
+      integer :: c, i, v, b
 
       associate (blocks => model%blocks)
          c = column_at(columns, x)
          do i = columns%first(c), columns%first(c + 1) - 1
-            associate (b => columns%block(i))
-               unit_weight = norm2(model%control%gravity) &
-                  *model%materials(blocks%material(b))%density
-               do v = blocks%first(b), blocks%first(b + 1) - 1
-                  associate (from => blocks%vertex(:, v), to => blocks%vertex(:, blocks%next(v)))
-                     if ((from(1) <= x) .eqv. (to(1) <= x)) cycle
-                     height = from(2) + (x - from(1))/(to(1) - from(1))*(to(2) - from(2))
-                     cover%weight = cover%weight + sign(unit_weight*max(0.0_wp, height - y), &
-                        from(1) - to(1))
-                     if (height <= cover%top) cycle
-                     cover%top = height
-                     cover%unit_weight = unit_weight
-                  end associate
-               end do
-            end associate
+            b = columns%block(i)
+            unit_weight = norm2(model%control%gravity)*model%materials(blocks%material(b))%density
+            do v = blocks%first(b), blocks%first(b + 1) - 1
+               associate (from => blocks%vertex(:, v), to => blocks%vertex(:, blocks%next(v)))
+                  if ((from(1) <= x) .eqv. (to(1) <= x)) cycle
+                  height = from(2) + (x - from(1))/(to(1) - from(1))*(to(2) - from(2))
+                  cover%weight = cover%weight + sign(unit_weight*max(0.0_wp, height - y), &
+                     from(1) - to(1))
+                  if (height <= cover%top) cycle
+                  cover%top = height
+                  cover%unit_weight = unit_weight
+               end associate
+            end do
          end do
       end associate
    end function cover_above

@@ -33,11 +33,9 @@ contains
       new%normal_stiffness = value_or(new%normal_stiffness_per_area, 0.0_wp)
       new%shear_stiffness = value_or(new%shear_stiffness_per_area, 0.0_wp)
       call create_joint_law(slot, new, 1.0_wp, 1.0_wp)
-      if (.not. allocated(slot%law)) then
-         call fail_input(error, group, 'law = '//quoted(trim(new%law))// &
-            ' is not registered in dda_joint_laws')
-         return
-      end if
+      if (.not. allocated(slot%law)) call fail_input(error, group, 'law = '// &
+         quoted(trim(new%law))//' is not registered in dda_joint_laws')
+      if (allocated(error)) return
       if (.not. given(group, 'contact_points')) new%contact_points = slot%law%points
       if (all(new%contact_points /= [2, 3, 5, 9, 17])) call fail_input(error, group, &
          'contact_points = '//to_text(new%contact_points)//' must be 2, 3, 5, 9 or 17')

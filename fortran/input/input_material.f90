@@ -35,7 +35,7 @@ contains
       call read_values(group, new%material_values, error)
       call read_elasticity(error, group, new)
       call read_damping(error, group, new%material_values, new%damping)
-      call check_law(group, new%material_values, new, error)
+      call check_law(group, new, error)
    end subroutine read_material
 
    !> Read Young's modulus and Poisson's ratio, or the velocities of S and P waves.
@@ -103,8 +103,8 @@ contains
       character(len=*), intent(in) :: name   !< name of the variable
       real(wp), intent(in) :: band(2)        !< Hz
 
-      if (band(2) <= band(1)) call fail_input(error, group, name// &
-         ' = '//to_text(band(1))//', '//to_text(band(2))//' must ascend')
+      if (band(2) <= band(1)) call fail_input(error, group, name//' = '//to_text(band)// &
+         ' must ascend')
    end subroutine check_band
 
    !> Fit laws and branches of all materials to the time steps of all stages.
@@ -144,17 +144,16 @@ contains
    end subroutine fit_materials
 
    !> Check that the variables of a law are given and consistent with the rest of the material.
-   subroutine check_law(group, input, material, error)
+   subroutine check_law(group, material, error)
       type(group_type), intent(in) :: group           !< &material
-      type(material_values), intent(in) :: input      !< values of the group
       type(material_type), intent(in) :: material     !< material as read, without its law
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
       type(soil_type) :: soil
 
       if (allocated(error)) return
-      if (input%law == 'mohr_coulomb') call check_strength(group, input, error)
-      if (input%law /= 'hysteretic') return
-      call read_soil(group, input, material, soil, error)
+      if (material%law == 'mohr_coulomb') call check_strength(group, &
+         material%material_values, error)
+      if (material%law == 'hysteretic') call read_soil(group, material, soil, error)
    end subroutine check_law
 
    !> Set the law of a material, which then includes the damping at small strains.
@@ -163,21 +162,19 @@ contains
       type(material_type), intent(inout) :: material   !< material as read
       real(wp), intent(in) :: limit            !< largest ω_l permitted by all stages, rad/s
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-      type(material_values) :: input
       type(soil_type) :: soil
       type(curve_type) :: curve
       type(branches_type) :: branches
 
-      call read_values(group, input, error)
-      if (input%law == 'mohr_coulomb') allocate (material%own_law, source=solid_of(input, material))
-      if (input%law /= 'hysteretic') return
-      call read_soil(group, input, material, soil, error)
+      if (material%law == 'mohr_coulomb') allocate (material%own_law, source=solid_of(material))
+      if (material%law /= 'hysteretic') return
+      call read_soil(group, material, soil, error)
       if (.not. allocated(error)) call find_curve(soil, curve, error)
       if (allocated(error)) return
-      associate (damping => material%damping, masing => input%damping_curve == 'masing')
+      associate (damping => material%damping, masing => material%damping_curve == 'masing')
          if (.not. given(group, 'damping_ratio')) &
             damping%ratio = merge(0.0_wp, curve%damping(1), masing)
-         call fit_branches(curve, input%branches, masing, damping, limit, branches, error)
+         call fit_branches(curve, material%branches, masing, damping, limit, branches, error)
          if (allocated(error)) return
          damping = branches%body
          damping%by_law = .true.
@@ -186,10 +183,9 @@ contains
    end subroutine set_law
 
    !> Read the soil that a group describes.
-   subroutine read_soil(group, input, material, soil, error)
+   subroutine read_soil(group, input, soil, error)
       type(group_type), intent(in) :: group        !< &material
-      type(material_values), intent(in) :: input   !< values of the group
-      type(material_type), intent(in) :: material  !< material with its moduli
+      type(material_type), intent(in) :: input     !< values of the group, with its moduli
       type(soil_type), intent(out) :: soil         !< soil as requested
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
@@ -202,8 +198,8 @@ contains
       soil%factor = input%curve_factor
       soil%power = input%curve_power
       if (is_set(input%shear_strength)) soil%reference = input%shear_strength*2.0_wp &
-         *(1.0_wp + material%poisson_ratio)/material%young_modulus
-      call check_curve(group, input, error)
+         *(1.0_wp + input%poisson_ratio)/input%young_modulus
+      call check_curve(group, input%material_values, error)
       if (allocated(error)) return
       if (soil%curve == 'gqh') soil%theta = input%curve_fit
       if (soil%curve == 'table') soil%table = curve_type(input%strains, input%reductions, &
@@ -323,9 +319,8 @@ contains
    end subroutine reduce_solid
 
    !> Create the law that a group describes.
-   pure type(mohr_coulomb_solid_type) function solid_of(input, material) result(law)
-      type(material_values), intent(in) :: input    !< values of &material
-      type(material_type), intent(in) :: material   !< material with its elasticity
+   pure type(mohr_coulomb_solid_type) function solid_of(input) result(law)
+      type(material_type), intent(in) :: input  !< values of &material, with its elasticity
 
       law%peak = make_strength(input%cohesion, input%friction_angle, input%tensile_strength)
       law%peak%dilation = degree*input%dilation_angle
@@ -338,7 +333,7 @@ contains
          law%residual%dilation = min(law%peak%dilation, law%residual%friction)
       end if
       if (is_set(input%initial_stress_z)) law%out_of_plane = input%initial_stress_z &
-         - material%poisson_ratio*sum(input%initial_stress(1:2))
+         - input%poisson_ratio*sum(input%initial_stress(1:2))
    end function solid_of
 
    !> Return a strength without dilation.

@@ -4,7 +4,7 @@ module dda_input_materials
    use dda_kinds, only: wp
    use dda_baseline, only: baseline_type, make_motion_curve
    use dda_errors, only: error_type
-   use dda_input_group, only: group_type, fail_input, is_set, require_name, value_or
+   use dda_input_group, only: group_type, fail_input, is_set, require_name, value_or, name_length
    use dda_input_groups, only: motion_values, naming_values, read_values
    use dda_model, only: model_type
    use dda_motion, only: motion_type
@@ -13,6 +13,9 @@ module dda_input_materials
    implicit none
    private
    public :: read_motion, find_substances
+
+   !> length of the name of generated blocks, to which a number is added
+   integer, parameter :: longest_stem = name_length - 8
 
 contains
 
@@ -35,8 +38,7 @@ contains
          path = input%file
          if (path(1:1) /= '/') path = folder//path
          call read_record(record, path, trim(input%format), trim(input%quantity), &
-            trim(input%unit), &
-            failure, value_or(input%time_step, 0.0_wp), input%channel)
+            trim(input%unit), failure, value_or(input%time_step, 0.0_wp), input%channel)
          if (allocated(failure)) call fail_input(error, group, failure%message)
       else
          call read_samples(group, input, record, error)
@@ -83,10 +85,8 @@ contains
       if (is_set(input%drift_order)) baseline%order = input%drift_order
       call make_motion_curve(new%curve, record%quantity, record%values, record%time_step, failure, &
          baseline)
-      if (allocated(failure)) then
-         call fail_input(error, group, failure%message)
-         return
-      end if
+      if (allocated(failure)) call fail_input(error, group, failure%message)
+      if (allocated(error)) return
       new%file = record%file
       new%source = trim(new%name)//': '//record%file//' '//record%station//' '// &
          record%description//', '//to_text(size(record%values))//' samples of '//record%quantity// &
@@ -94,13 +94,19 @@ contains
    end subroutine make_motion
 
    !> Find a material and a joint by name; without a name, return the first one.
-   subroutine find_substances(group, names, model, m, j, error)
+   subroutine find_substances(group, names, model, m, j, error, stem)
       type(group_type), intent(in) :: group      !< group of the input
       type(naming_values), intent(in) :: names   !< names in the group, or blank
       type(model_type), intent(in) :: model      !< model with its materials and joints
       integer, intent(out) :: m, j               !< positions in the model's lists
       type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      character(len=*), intent(in), optional :: stem  !< name of generated blocks without numbers
 
+      if (present(stem)) then
+         if (len_trim(stem) > longest_stem) call fail_input(error, group, 'name = '// &
+            quoted(stem)//' is too long: at most '//to_text(longest_stem)// &
+            ' characters, because numbers are added to it')
+      end if
       m = 1
       j = 1
       if (names%material /= '') call require_name(error, group, 'material', names%material, &

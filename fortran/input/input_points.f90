@@ -18,7 +18,7 @@ module dda_input_points
    implicit none
    private
    public :: read_fixed_point, read_load, read_point, read_amplification, find_block, &
-      find_motions, number_of_block, block_at, check_times, read_measured_joints
+      find_motions, number_of_block, block_at, set_times, set_values, read_measured_joints
 
    !> distance/block size within which a point is on an edge
    real(wp), parameter :: on_boundary = 1.0e-9_wp
@@ -37,8 +37,7 @@ contains
 
       b = 0
       if (allocated(error)) return
-      subject = 'the point ('//to_text(point(1) + model%origin(1))//', '// &
-         to_text(point(2) + model%origin(2))//')'
+      subject = 'the point ('//to_text(point + model%origin)//')'
       if (name == '') then
          b = block_at(model%blocks, point)
          if (b == 0) call fail_input(error, group, subject//' lies outside every block')
@@ -182,6 +181,32 @@ contains
       if (any(time(2:) < time(:size(time) - 1))) call fail_input(error, group, &
          '`time` must not decrease')
    end subroutine check_times
+
+   !> Set the times of a history; without times it has one value.
+   subroutine set_times(error, group, given_times, time)
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(group_type), intent(in) :: group      !< group of the input
+      real(wp), intent(in) :: given_times(:)     !< times of the input, s
+      real(wp), allocatable, intent(out) :: time(:)  !< at least one, s
+
+      time = given_times
+      if (size(time) > 0) call check_times(error, group, time)
+      if (size(time) == 0) time = [0.0_wp]
+   end subroutine set_times
+
+   !> Set the values of a variable at the times of a history; one value applies to all times.
+   subroutine set_values(error, group, name, given_values, time, values)
+      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
+      type(group_type), intent(in) :: group      !< group of the input
+      character(len=*), intent(in) :: name       !< name of the variable
+      real(wp), intent(in) :: given_values(:), time(:)  !< of the input; times, s
+      real(wp), allocatable, intent(out) :: values(:)   !< [times]
+
+      values = given_values
+      if (size(values) == 1) values = spread(values(1), 1, size(time))
+      if (size(values) /= size(time)) call fail_input(error, group, name// &
+         ' must have one value, or as many values as `time` ('//to_text(size(time))//')')
+   end subroutine set_values
 
    !> Read &measured_point.
    subroutine read_point(group, model, new, error)

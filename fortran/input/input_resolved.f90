@@ -45,7 +45,8 @@ contains
             size(settings))])
          if (size(group_numbers) == 0 .and. all(input_groups(g)%name /= always)) cycle
          call append_text(page, merge(',"', '{"', page%n > 0)//trim(input_groups(g)%name)//'": [')
-         if (size(group_numbers) == 0) call add_group(page, g, empty_group(g), 1, model)
+         if (size(group_numbers) == 0) call add_group(page, g, &
+            group_type(name=trim(input_groups(g)%name), values=[value_type ::]), 1, model)
          do k = 1, size(group_numbers)
             if (k > 1) call append_text(page, ', ')
             call add_group(page, g, groups(group_numbers(k)), k, model)
@@ -54,14 +55,6 @@ contains
       end do
       text = page%text(:page%n)//'}'
    end function resolved_values
-
-   !> Return an empty group, for a group that the input omits.
-   pure type(group_type) function empty_group(g) result(group)
-      integer, intent(in) :: g                 !< position of the group in `input_groups`
-
-      group%name = trim(input_groups(g)%name)
-      allocate (group%values(0))
-   end function empty_group
 
    !> Add the variables of a group.
    pure subroutine add_group(page, g, group, k, model)

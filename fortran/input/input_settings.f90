@@ -9,7 +9,7 @@ module dda_input_settings
    use dda_input_group, only: group_type, fail_input, given, require, value_or, is_set, &
       require_name, mark_names
    use dda_input_groups, only: control_values, output_values, read_values, stop_values
-   use dda_settings, only: control_type, contact_settings_type, output_settings_type
+   use dda_settings, only: control_type, output_settings_type
    use dda_stage, only: stage_type
    use dda_text, only: to_text, quoted
    use dda_scheme, only: scheme_type
@@ -17,11 +17,10 @@ module dda_input_settings
    use dda_model, only: model_type, half_size
    implicit none
    private
-   public :: read_control, read_contact, read_output, check_output_times, count_steps, &
+   public :: read_control, read_output, check_output_times, count_steps, &
       require_analysis, set_integration, read_stop
 
-   !> default displacement/larger side of the model
-   real(wp), parameter :: default_rest = 1.0e-6_wp
+   real(wp), parameter :: default_rest = 1.0e-6_wp  !< default displacement/larger side of the model
 
 contains
 
@@ -70,10 +69,9 @@ contains
       real(wp), intent(inout) :: steps  !< `unset` if `duration` is given
 
       if (allocated(error)) return
-      if (is_set(duration) .eqv. is_set(steps)) then
-         call fail_input(error, group, 'give either `duration` or `steps`')
-         return
-      end if
+      if (is_set(duration) .eqv. is_set(steps)) call fail_input(error, group, &
+         'give either `duration` or `steps`')
+      if (allocated(error)) return
       if (is_set(duration)) then
          steps = anint(duration/time_step)
          if (steps < 1.0_wp) call fail_input(error, group, &
@@ -81,16 +79,6 @@ contains
          call require(error, group, 'steps', [steps])
       end if
    end subroutine count_steps
-
-   !> Read &contact: springs and iteration.  An omitted stiffness is 0 (default of the model).
-   subroutine read_contact(group, settings, error)
-      type(group_type), intent(in) :: group  !< group of the input
-      type(contact_settings_type), intent(out) :: settings  !< by the group
-      type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
-
-      call read_values(group, settings%contact_values, error)
-      settings%original_rules = settings%contact_rules == 'original'
-   end subroutine read_contact
 
    !> Read &output: file and intervals.
    subroutine read_output(group, settings, error)

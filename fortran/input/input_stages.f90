@@ -227,11 +227,9 @@ contains
          entry = trim(adjustl(remainder(:comma - 1)))
          remainder = trim(remainder(min(comma + 1, len(remainder) + 1):))
          arrow = index(entry, '->')
-         if (arrow == 0) then
-            call fail_input(error, group, variable//' = '//quoted(entry)// &
-               " must have the form 'old -> new'")
-            return
-         end if
+         if (arrow == 0) call fail_input(error, group, variable//' = '//quoted(entry)// &
+            " must have the form 'old -> new'")
+         if (allocated(error)) return
          call require_name(error, group, variable, trim(entry(:arrow - 1)), names, kind, from)
          call require_name(error, group, variable, trim(adjustl(entry(arrow + 2:))), names, kind, &
             to)

@@ -69,10 +69,8 @@ contains
          call read_variable(text(:group%last), g, at, v, failure)
          if (.not. allocated(failure)) call take_values(text(:group%last), at, &
             input_variables(v), values(v), last, failure)
-         if (allocated(failure)) then
-            call fail_input(error, group, failure)
-            return
-         end if
+         if (allocated(failure)) call fail_input(error, group, failure)
+         if (allocated(error)) return
          values(v)%variable = v
          if (present(spans)) spans = [spans, span_type(v, begin, last)]
       end do
@@ -274,12 +272,10 @@ contains
       do while (.not. allocated(error))
          call skip_blank(text, at, line)
          if (at > len(text)) exit
-         if (text(at:at) /= '&') then
-            call fail(error, error_input, file//', line '//to_text(line)// &
-               ': expected a group (&name), found '//first_word(text(at:))// &
-               slash_text(groups(:count), text(:at - 1)))
-            return
-         end if
+         if (text(at:at) /= '&') call fail(error, error_input, file//', line '//to_text(line)// &
+            ': expected a group (&name), found '//first_word(text(at:))// &
+            slash_text(groups(:count), text(:at - 1)))
+         if (allocated(error)) return
          if (count == size(groups)) call reserve_groups(groups, 2*count)
          count = count + 1
          call read_group(file, text, at, line, groups(count), error)

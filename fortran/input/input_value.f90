@@ -196,8 +196,7 @@ contains
             if (index(variable%allowed, "'"//lower_case(word)//"'") > 0) word = lower_case(word)
             call put_word(value, positions, word)
          else
-            failure = trim(variable%name)//': '//first_word(text(at:))// &
-               ' must be in quotes'
+            failure = trim(variable%name)//': '//first_word(text(at:))//' must be in quotes'
          end if
       else
          call read_number(text, at, variable%kind == 'logical', number, fits)

@@ -67,8 +67,7 @@ contains
       do m = 1, size(joint)
          if (model%materials(m)%fracture == '') cycle
          call require_name(error, groups(group_numbers(m)), 'fracture', &
-            model%materials(m)%fracture, &
-            model%joints%name, 'joint', joint(m))
+            model%materials(m)%fracture, model%joints%name, 'joint', joint(m))
          if (allocated(error)) return
          associate (joint_after_break => model%joints(joint(m)))
             if (joint_after_break%law /= 'cohesive' .or. &

@@ -59,8 +59,7 @@ module dda_blocks
       real(wp), allocatable :: inertia(:,:)
       real(wp), allocatable :: stiffness(:,:,:)    !< [3,3,n] area × D
       real(wp), allocatable :: initial_stress(:,:) !< [3,n] in the axes of the block, Pa
-      !> half of the larger side of the initial bounding box, m
-      real(wp) :: half_size = 0.0_wp
+      real(wp) :: half_size = 0.0_wp  !< half of the larger side of the initial bounding box, m
       ! Changed by stages
       logical, allocatable :: removed(:)           !< [n] removed from the model
       type(damping_type), allocatable :: damping(:) !< [materials] empty: no damping

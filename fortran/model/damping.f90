@@ -137,12 +137,11 @@ contains
 
       if (.not. damping%band(2) > 0.0_wp) damping%band = [automatic_band(1), &
          min(automatic_band(2), limit/(2.0_wp*pi*band_margin))]
-      if (damping%band(2) <= damping%band(1)) then
-         call fail(error, error_input, 'the time step permits mechanisms only up to '// &
-            to_text(limit/(2.0_wp*pi))//' Hz, but damping_band begins at '// &
-            to_text(damping%band(1))//" Hz: give a smaller time_step, or integration = 'midpoint'")
-         return
-      end if
+      if (damping%band(2) <= damping%band(1)) call fail(error, error_input, 'the time step '// &
+         'permits mechanisms only up to '//to_text(limit/(2.0_wp*pi))//' Hz, but damping_band '// &
+         'begins at '//to_text(damping%band(1))//' Hz: give a smaller time_step, or '// &
+         "integration = 'midpoint'")
+      if (allocated(error)) return
       call require_for_blas(error)
       if (allocated(error)) return
       if (damping%n > 0) then

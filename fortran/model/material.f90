@@ -15,8 +15,7 @@ module dda_material
       type(damping_type) :: damping = damping_type()
       class(material_law_type), allocatable :: own_law  !< not allocated: linear elastic
    contains
-      procedure :: has_law
-      procedure :: yields
+      procedure :: has_law, yields
    end type material_type
 
    !> Joint material: name of its law, and parameters of laws (see `docs/joints.md`).

@@ -8,6 +8,7 @@ module dda_model
    use dda_support, only: fixed_point_type, load_type, measured_joint_type, point_type
    use dda_motion, only: motion_type
    use dda_stage, only: stage_type
+   use dda_text, only: quoted, to_text
    use dda_tie, only: tie_type
    use dda_weld, only: weld_type
    use dda_blocks, only: blocks_type
@@ -19,8 +20,7 @@ module dda_model
    implicit none
    private
    public :: model_type, block_source_type, half_size, contact_distance, default_stiffness, &
-      force_noise, run_steps, run_duration, block_sources, &
-      drift_velocity
+      force_noise, run_steps, run_duration, block_sources, drift_velocity, block_label
 
    !> A file of blocks.
    type :: block_source_type
@@ -161,5 +161,15 @@ contains
 
       default_stiffness = 40.0_wp*maxval(materials%young_modulus)
    end function default_stiffness
+
+   !> Text of a block: its name, or its number if it has none.
+   pure function block_label(model, b) result(label)
+      type(model_type), intent(in) :: model  !< model with its blocks
+      integer, intent(in) :: b               !< number of the block
+      character(len=:), allocatable :: label
+
+      label = 'block '//to_text(b)
+      if (model%block_names(b) /= '') label = 'block '//quoted(trim(model%block_names(b)))
+   end function block_label
 
 end module dda_model

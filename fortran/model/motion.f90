@@ -11,8 +11,7 @@ module dda_motion
    type :: motion_type
       character(len=64) :: name = ''
       character(len=:), allocatable :: file    !< record file; '' if the values are in the input
-      !> record file and its processing, for provenance
-      character(len=:), allocatable :: source
+      character(len=:), allocatable :: source  !< record file and its processing, for provenance
       type(motion_curve_type) :: curve
       logical :: stops = .false.               !< the input requires a stop at the end of the record
    end type motion_type

@@ -14,8 +14,7 @@ module dda_settings
       logical :: adaptive = .false.                !< Δt may decrease and increase
       logical :: plane_strain = .false.            !< plane strain; .false.: plane stress
       logical :: analysis_given = .false.          !< the input gives `analysis`
-      !> motions of the base as body force, x and y; 0: none
-      integer :: base_motion(2) = 0
+      integer :: base_motion(2) = 0  !< motions of the base as body force, x and y; 0: none
       integer :: displaced = 0                     !< block displaced when dynamics begin; 0: none
    end type control_type
 

@@ -62,8 +62,7 @@ contains
    pure subroutine set_welds(blocks, welds)
       type(blocks_type), intent(inout) :: blocks  !< blocks of the input, with their bodies
       type(weld_type), intent(in) :: welds(:)     !< all faces between neighbours
-      !> largest free fraction of an edge within a body
-      real(wp), parameter :: max_free = 1.0e-6_wp
+      real(wp), parameter :: max_free = 1.0e-6_wp  !< largest free fraction of an edge within a body
       real(wp) :: free_angle(size(blocks%owner))
       integer :: i
 
@@ -100,15 +99,14 @@ contains
       type(blocks_type), intent(inout) :: blocks  !< blocks at the start
       type(weld_type), intent(in) :: welds(:)     !< faces
       real(wp), parameter :: min_area = 1.0e-9_wp  !< area/cell area that counts as 0
-      integer :: i, k
+      integer :: i, k, b
 
       do i = 1, size(welds)
          if (.not. is_intact(welds(i))) cycle
          do k = 1, 2
-            associate (b => welds(i)%block(k))
-               blocks%interior_fraction(b) = blocks%interior_fraction(b) &
-                  - welds(i)%area(k)/blocks%area(b)
-            end associate
+            b = welds(i)%block(k)
+            blocks%interior_fraction(b) = blocks%interior_fraction(b) &
+               - welds(i)%area(k)/blocks%area(b)
          end do
       end do
       where (blocks%interior_fraction < min_area) blocks%interior_fraction = 0.0_wp

@@ -17,10 +17,11 @@ module dda_journal
    implicit none
    private
    public :: journal_type, open_journal, keep_name, serialise_mark, return_to_mark, begin_row, &
-      append_numbers, journal_name
+      append_numbers, journal_suffix
    public :: reader_type, open_reader, read_row, read_numbers, row_sample, row_frame
 
    integer, parameter :: row_sample = 1, row_frame = 2  !< kinds of rows
+   character(len=*), parameter :: journal_suffix = '.journal'  !< of the name of an output
    integer, parameter :: bytes_of_number = storage_size(0.0_wp)/8  !< bytes of a number
    integer(long), parameter :: bytes_per_read = 1048576  !< bytes per read
 
@@ -43,14 +44,6 @@ module dda_journal
 
 contains
 
-   !> Name of the journal of an output.
-   pure function journal_name(output) result(name)
-      character(len=*), intent(in) :: output  !< path of the output
-      character(len=:), allocatable :: name
-
-      name = output//'.journal'
-   end function journal_name
-
    !> Open the journal of an output; return an error if another run has opened it.
    subroutine open_journal(journal, output, error)
       type(journal_type), intent(out) :: journal  !< journal, open and locked
@@ -59,7 +52,7 @@ contains
       logical :: locked
 
       call begin_checksum(journal%checksum)
-      call open_file(journal%file, journal_name(output), to_append, error)
+      call open_file(journal%file, output//journal_suffix, to_append, error)
       if (allocated(error)) return
       locked = lock_file(journal%file)
       if (.not. locked) call fail(error, error_file, output//' is being written by another run')
@@ -79,11 +72,9 @@ contains
       associate (name => journal%file%name)
          if (is_under(journal%file, name)) return
          entry = status_of(name)
-         if (entry%exists) then
-            call fail(error, error_file, name//' has been replaced during the run: another run '// &
-               'may be writing the same output')
-            return
-         end if
+         if (entry%exists) call fail(error, error_file, name//' has been replaced during the '// &
+            'run: another run may be writing the same output')
+         if (allocated(error)) return
          call flush_stream(journal%file, .false., error)
          if (.not. allocated(error)) call open_again(old, journal%file, error)
          if (.not. allocated(error)) call open_file(restored, name, to_append, error)

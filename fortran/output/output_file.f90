@@ -11,11 +11,10 @@ module dda_output_file
    use dda_byte_file, only: reserve_space, flush_file, close_file
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: rename_file, remove_file, is_special
-   use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, &
-      row_sample
+   use dda_journal, only: journal_type, reader_type, open_reader, read_row, read_numbers, row_sample
    use dda_maxima, only: stored_value
    use dda_model, only: model_type, block_sources
-   use dda_output_place, only: partial_name, writing_name
+   use dda_output_place, only: partial, writing
    use dda_output_schema
    use dda_output_variables, only: families_of, is_in, lengths_of, numbers_of, offset_in_sample, &
       size_of_sample
@@ -66,9 +65,9 @@ contains
       type(output_type) :: output
       character(len=:), allocatable :: name
 
-      name = partial_name(file)
+      name = file//partial
       if (complete) name = file
-      output%dataset%file = writing_name(file)
+      output%dataset%file = file//writing
       call check_replaceable(output%dataset%file, netcdf_file, error)
       if (allocated(error)) return
       ! HDF5 crashes if the disk fills up while it writes, so the space is allocated first.
@@ -326,8 +325,7 @@ contains
       associate (maxima => simulation%maxima)
          owner_index = -1.0_wp
          do i = 1, n
-            owner_index(:, i, merge(2, 1, &
-               maxima_table(i)%of_points)) = maxima%largest(i)%owners - 1
+            owner_index(:, i, merge(2, 1, maxima_table(i)%of_points)) = maxima%largest(i)%owners - 1
          end do
          call put_names(dataset, 'maximum', maxima_table%name)
          call put_names(dataset, 'maximum_unit', maxima_table%units)

@@ -5,40 +5,21 @@ module dda_output_place
    use dda_errors, only: error_type, error_file, fail
    use dda_file_system, only: same_file, status_of, is_folder, folder_of
    use dda_byte_file, only: check_plain
-   use dda_journal, only: journal_name
+   use dda_journal, only: journal_suffix
    use dda_model, only: model_type
    use dda_own_file, only: own_kind_type, netcdf_file, checkpoint_file, journal_file, &
       check_replaceable
    use dda_text, only: quoted
    implicit none
    private
-   public :: check_target, partial_name, writing_name, checkpoint_name
+   public :: check_target, partial, writing, checkpoint
+
+   !> suffixes of the name of an output: output of an unfinished run; output before it is renamed;
+   !> newest checkpoint
+   character(len=*), parameter :: partial = '.partial', writing = '.writing', &
+      checkpoint = '.checkpoint'
 
 contains
-
-   !> Name of the partial output of an unfinished run.
-   pure function partial_name(file) result(name)
-      character(len=*), intent(in) :: file  !< path of the output
-      character(len=:), allocatable :: name
-
-      name = file//'.partial'
-   end function partial_name
-
-   !> Temporary name of an output before it is renamed.
-   pure function writing_name(file) result(name)
-      character(len=*), intent(in) :: file  !< path of the output
-      character(len=:), allocatable :: name
-
-      name = file//'.writing'
-   end function writing_name
-
-   !> Name of the newest checkpoint of an output.
-   pure function checkpoint_name(file) result(name)
-      character(len=*), intent(in) :: file  !< path of the output
-      character(len=:), allocatable :: name
-
-      name = file//'.checkpoint'
-   end function checkpoint_name
 
    !> Return an error if the output cannot be written; this check writes nothing.
    subroutine check_target(model, resumes, error)
@@ -63,9 +44,9 @@ contains
          if (any([(iachar(file(i:i)) < 32, i=1, len(file))]) .and. .not. allocated(error)) &
             call fail(error, error_file, 'the name of the output contains a control character')
          call check_name(file, netcdf_file, model, error)
-         call check_name(partial_name(file), netcdf_file, model, error)
-         call check_name(writing_name(file), netcdf_file, model, error)
-         call check_name(journal_name(file), journal_file, model, error)
+         call check_name(file//partial, netcdf_file, model, error)
+         call check_name(file//writing, netcdf_file, model, error)
+         call check_name(file//journal_suffix, journal_file, model, error)
          call check_checkpoint('', error)
          call check_checkpoint('.previous', error)
          call check_checkpoint('.coming', error)
@@ -78,7 +59,7 @@ contains
          character(len=*), intent(in) :: suffix  !< ending of the name
          type(error_type), allocatable, intent(inout) :: error  !< error; an earlier one is retained
 
-         associate (name => checkpoint_name(model%output%file)//suffix)
+         associate (name => model%output%file//checkpoint//suffix)
             if (resumes) then
                call check_plain(name, status_of(name), error)
             else

@@ -27,10 +27,9 @@ contains
       type(dataset_type) :: dataset
       integer :: unused
 
-      if (is_special(file)) then
-         call fail(error, error_file, file//' cannot be read, because it is not a regular file')
-         return
-      end if
+      if (is_special(file)) call fail(error, error_file, file//' cannot be read, because it is '// &
+         'not a regular file')
+      if (allocated(error)) return
       dataset%file = file
       call checked(dataset, nf90_open(path_of(file), nf90_nowrite, dataset%id), 'open the file')
       if (.not. allocated(dataset%error)) then

@@ -3,7 +3,6 @@
 !> positions of numbers in a sample.
 module dda_output_variables
    use dda_breaking, only: can_break
-   use dda_model, only: model_type
    use dda_netcdf_calls, only: name_length
    use dda_output_schema
    use dda_simulation, only: simulation_type

@@ -4,7 +4,7 @@
 !> frequency that the ground model resolves (`dda_resolved_band`).
 module dda_point_intensity
    use dda_kinds, only: wp, pi
-   use dda_low_pass, only: low_pass_type, new_low_pass, pass
+   use dda_low_pass, only: low_pass_type, pass
    use dda_response_spectrum, only: oscillators_type, response_spectrum_type, new_oscillators, &
       continue_motion
    implicit none
@@ -38,7 +38,7 @@ contains
       real(wp), intent(in) :: frequency  !< frequency below which accelerations are reported, Hz
 
       intensity%oscillators = new_oscillators()
-      intensity%filter = new_low_pass(frequency)
+      intensity%filter = low_pass_type(frequency)
    end function new_intensity
 
    !> Add the next sample.

@@ -45,8 +45,7 @@ contains
       do i = 1, size(model%loads)
          associate (force => model%loads(i)%force)
             has_excitation = has_excitation .or. any(abs(force - spread(force(:, 1), 2, &
-               size(force, 2))) &
-               > 0.0_wp)
+               size(force, 2))) > 0.0_wp)
          end associate
       end do
       do i = 1, size(model%edge_loads)

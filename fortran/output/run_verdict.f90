@@ -22,8 +22,7 @@ module dda_run_verdict
    use dda_verdict_lines, only: verdict_lines_type, add_sentence, add_value, add_figure, value_text
    implicit none
    private
-   public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, &
-      judge_movement, conclude
+   public :: run_verdict_type, new_verdict, add_samples, add_joint_samples, judge_movement, conclude
 
    real(wp), parameter :: rounding = 1.0e-9_wp   !< rounding error/largest value
    !> smallest ratio of the smaller to the larger value shown
@@ -343,9 +342,8 @@ contains
          + spread(simulation%maxima%base%displacement, 2, size(input_position, 2))
       call find_farthest_block(simulation%blocks, input_position, b, distance)
       call add_value(verdict, key, distance)
-      if (b > 0) call add_figure(verdict, 'distance from input', &
-         [character(len=len(key)) :: '', key], [0.0_wp, distance], 'm', &
-         block_label(simulation, b)//', including settlement')
+      if (b > 0) call add_figure(verdict, 'distance from input', [character(len=len(key)) :: '', &
+         key], [0.0_wp, distance], 'm', block_label(simulation, b)//', including settlement')
    end subroutine add_distance_from_input
 
    !> Text with the names of the blocks or points of a value.

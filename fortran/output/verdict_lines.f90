@@ -8,8 +8,7 @@ module dda_verdict_lines
    implicit none
    private
    public :: verdict_lines_type, verdict_value_type, add_sentence, add_value, add_figure, &
-      figure_lines, &
-      doubt_lines, screen_text, value_text, died_out, check_says_more, no_bars
+      figure_lines, doubt_lines, screen_text, value_text, died_out, check_says_more, no_bars
 
    character(len=*), parameter :: check_says_more = 'what to change: sitedda check FILE.nml', &
       no_bars = 'these figures have no error bars: sitedda accuracy FILE.nml computes them'
@@ -24,15 +23,10 @@ module dda_verdict_lines
       real(wp) :: value = 0.0_wp
    end type verdict_value_type
 
-   !> Name of a number of a verdict.
-   type :: key_type
-      character(len=:), allocatable :: name
-   end type key_type
-
    !> Line of the table of results.
    type :: figure_type
       character(len=:), allocatable :: name        !< displayed name
-      type(key_type) :: key(2)  !< names of the largest and the final number, or blank
+      character(len=256) :: key(2) = ''  !< names of the largest and the final number, or blank
       character(len=:), allocatable :: unit        !< displayed unit
       character(len=:), allocatable :: location    !< position and time of the largest value
       real(wp) :: value(2) = 0.0_wp                !< values in the displayed unit
@@ -94,8 +88,8 @@ contains
       real(wp) :: scale
 
       call find_displayed_unit(units, maxval(abs(value), keys /= ''), displayed, scale)
-      lines%figures = [lines%figures, figure_type(name, [key_type(trim(keys(1))), &
-         key_type(trim(keys(2)))], displayed, location, scale*value)]
+      lines%figures = [lines%figures, figure_type(name, [character(len=256) :: keys], &
+         displayed, location, scale*value)]
    end subroutine add_figure
 
    !> Find the displayed unit of a value, and its factor; a zero is displayed in the given unit.
@@ -140,7 +134,7 @@ contains
       do i = 1, size(lines%figures)
          associate (figure => lines%figures(i))
             if (i > 1) text = text//new_line('a')
-            text = text//figure%name//tab//figure%key(1)%name//tab//figure%key(2)%name//tab// &
+            text = text//figure%name//tab//trim(figure%key(1))//tab//trim(figure%key(2))//tab// &
                figure%unit//tab//figure%location
          end associate
       end do
@@ -200,11 +194,11 @@ contains
       integer :: k
 
       value = figure%value
-      if (figure%key(1)%name /= '' .and. abs(value(2)) < died_out*abs(value(1))) value(2) = 0.0_wp
+      if (figure%key(1) /= '' .and. abs(value(2)) < died_out*abs(value(1))) value(2) = 0.0_wp
       text = figure%name
       do k = 1, 2
          text = padded(text, columns(k))
-         if (figure%key(k)%name /= '') text = text//short_text(value(k))//' '//figure%unit
+         if (figure%key(k) /= '') text = text//short_text(value(k))//' '//figure%unit
       end do
       text = padded(text, columns(3))//wrapped(figure%location, columns(3), screen_width)
    end function figure_text

@@ -25,8 +25,7 @@ module dda_checked_file
       type(checksum_type) :: checksum
       type(error_type), allocatable :: error  !< first error; later calls have no effect
    contains
-      procedure :: put => put_bytes
-      procedure :: get => get_bytes
+      procedure :: put => put_bytes, get => get_bytes
    end type checked_stream_type
 
 contains
@@ -43,7 +42,7 @@ contains
       call open_file(stream%file, name, to_overwrite, error)
       if (allocated(error)) return
       call begin_checksum(stream%checksum)
-      head = head_of_file()
+      head = transfer([transfer(mark, 0_long), format_version], head)
       call stream%put(head)
       call move_alloc(stream, archive%stream)
       call write_archive(archive)
@@ -133,13 +132,6 @@ contains
       call read_bytes(self%file, bytes, self%error)
       if (allocated(self%error)) bytes = 0
    end subroutine get_bytes
-
-   !> Mark and version at the start of a file.
-   pure function head_of_file() result(head)
-      integer(int8) :: head(head_bytes)
-
-      head = transfer([transfer(mark, 0_long), format_version], head)
-   end function head_of_file
 
    !> Check that a file begins with the mark and the version of this format.
    subroutine check_head(name, head, error)

@@ -43,8 +43,7 @@ contains
       type(line_reader_type), intent(inout) :: reader        !< reader at the start of the file
       type(record_type), intent(inout) :: record  !< record, filled from the file
       character(len=*), intent(in) :: quantity  !< quantity; blank: quantity of the first section
-      !> number of the section among those with the quantity, from 1
-      integer, intent(in) :: channel
+      integer, intent(in) :: channel  !< number of the section among those with the quantity, from 1
       type(state_type) :: state
       character(len=:), allocatable :: text
       logical :: has_line
@@ -65,9 +64,8 @@ contains
          call fail_at(reader, 'the file ends and has no section of '// &
             trim(record%quantity//' samples'))
       else
-         call fail_at(reader, 'channel '//to_text(state%wanted)// &
-            ' was requested, but the file has '//to_text(state%seen)//' section(s) of '// &
-            record%quantity)
+         call fail_at(reader, 'channel '//to_text(state%wanted)//' was requested, but the file '// &
+            'has '//to_text(state%seen)//' section(s) of '//record%quantity)
       end if
    end subroutine read_cosmos
 

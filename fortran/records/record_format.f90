@@ -42,8 +42,7 @@ contains
       call rewind_lines(reader)
       if (format /= '') return
       call read_next_line(reader, text, has_line)
-      call fail_at(reader, 'the format is not recognised; name one of '// &
-         names)
+      call fail_at(reader, 'the format is not recognised; name one of '//names)
    end subroutine detect_format
 
    !> Decide whether columns of numbers begin at this line, or after a line with their names.

@@ -34,8 +34,7 @@ contains
       record%unit = 'gal'
       call read_header(reader, record, frequency, duration, factor)
       if (frequency <= 0.0_wp .or. duration <= 0.0_wp .or. factor <= 0.0_wp) call fail_at(reader, &
-         'sampling frequency, duration and scale factor must be positive numbers'// &
-         ' in the header')
+         'sampling frequency, duration and scale factor must be positive numbers in the header')
       record%time_step = 1.0_wp/max(frequency, 1.0e-30_wp)
       call check_time_step(reader, record%time_step)
       call check_count(reader, anint(min(frequency*min(duration, largest), largest)), samples)

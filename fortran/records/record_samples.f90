@@ -41,8 +41,7 @@ contains
    subroutine read_line(reader, text, item)
       type(line_reader_type), intent(inout) :: reader  !< reader of the file
       character(len=:), allocatable, intent(out) :: text  !< line without its end
-      !> expected content of the line, for the message
-      character(len=*), intent(in) :: item
+      character(len=*), intent(in) :: item  !< expected content of the line, for the message
       logical :: has_line
 
       call read_next_line(reader, text, has_line)
@@ -197,9 +196,8 @@ contains
 
       if (abs(real(count, wp)*time_step - duration) <= 2.0_wp*time_step + rounding*abs(duration)) &
          return
-      call fail_at(reader, 'the header states '//to_text(duration)//' s, but '// &
-         to_text(count)//' samples at '//to_text(time_step)//' s last '// &
-         to_text(real(count, wp)*time_step)//' s')
+      call fail_at(reader, 'the header states '//to_text(duration)//' s, but '//to_text(count)// &
+         ' samples at '//to_text(time_step)//' s last '//to_text(real(count, wp)*time_step)//' s')
    end subroutine check_duration
 
    !> Check that a time step is possible for a record.

@@ -21,8 +21,7 @@ module dda_record_type
       character(len=:), allocatable :: station      !< name in the header; blank if there is none
       character(len=:), allocatable :: description  !< event and component from the header
       character(len=:), allocatable :: file         !< file from which the record was read
-      !> 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
-      character(len=:), allocatable :: format
+      character(len=:), allocatable :: format  !< 'smc', 'at2', 'knet', 'esm', 'cosmos' or 'text'
       !> unit of the numbers in the file, stated by its header or by the caller
       character(len=:), allocatable :: unit
    end type record_type

@@ -41,8 +41,7 @@ contains
 
       reader%file = trim(file)
       if (reader%file == '') then
-         call fail(reader%error, error_file, &
-            'a record needs the name of a file; the name is blank')
+         call fail(reader%error, error_file, 'a record needs the name of a file; the name is blank')
          return
       end if
       call read_text_file(reader%file, reader%text, largest_file, reader%error)

@@ -44,8 +44,7 @@ contains
       integer, intent(inout) :: position             !< first character to scan
       real(wp), intent(out) :: value  !< value; 0 if there is no number
       integer, intent(out) :: state                  !< `number_…`
-      !> a sign may begin the next number without a blank
-      logical, intent(in), optional :: joined
+      logical, intent(in), optional :: joined  !< a sign may begin the next number without a blank
       logical, intent(in), optional :: commas        !< .true.: a comma may follow the number
       type(scan_type) :: scan
       integer :: at

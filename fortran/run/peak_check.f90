@@ -40,9 +40,8 @@ contains
       if (simulation%counters%changes > 0 .or. simulation%model%control%adaptive) return
       if (any(simulation%model%materials%has_law())) return
       call linearise(linear, simulation, 'present', error)
-      if (.not. allocated(error)) call prepare_transfer(transfer, linear, &
-         [request%surface, request%base], spread(request%axis, 1, 2), request%axis, &
-         request%highest, error)
+      if (.not. allocated(error)) call prepare_transfer(transfer, linear, [request%surface, &
+         request%base], spread(request%axis, 1, 2), request%axis, request%highest, error)
       if (allocated(error)) return
       call transfer_peak(transfer, request%lowest, &
          min(request%highest, 0.499_wp/linear%time_step), exact)
@@ -65,17 +64,15 @@ contains
       type(error_type), allocatable :: error
 
       text = ''
-      if (peak%residual_ratio > died_out) text = text// &
-         '; at the end of the run the motion is still '// &
-         short_text(100*peak%residual_ratio)//' % of its peak; try more steps'
+      if (peak%residual_ratio > died_out) text = text//'; at the end of the run the motion is '// &
+         'still '//short_text(100*peak%residual_ratio)//' % of its peak; try more steps'
       if (simulation%model%output%history_interval > 1) text = text//'; history_interval = '// &
          to_text(simulation%model%output%history_interval)//' skips steps, so '// &
          'high frequencies alias; try history_interval = 1'
       call unrelaxed(linear, stiff)
       call find_ringing(stiff, ringing, error)
       if (.not. allocated(error)) then
-         if (ringing%steps > long_ringing) text = text//'; '//ringing%text//': try '// &
-            ringing%advice
+         if (ringing%steps > long_ringing) text = text//'; '//ringing%text//': try '//ringing%advice
       end if
       if (text == '') text = '; the base motion may be almost zero at this frequency'
       text = 'likely cause: '//text(3:)

@@ -9,7 +9,7 @@
 !> performed for small models, and for models of medium size if the run is long.
 module dda_run
    use dda_kinds, only: wp, long
-   use dda_added_stages, only: has_more_stages, add_stages
+   use dda_added_stages, only: add_stages
    use dda_byte_file, only: cut_file, close_file, flush_stream
    use dda_changes, only: change_now
    use dda_checkpoint, only: checkpoints_type, begin_checkpoints, save_checkpoint, &
@@ -21,10 +21,10 @@ module dda_run
    use dda_frame, only: append_frame
    use dda_free_memory, only: reserve_type, make_reserve
    use dda_journal, only: journal_type, open_journal, keep_name, begin_row, append_numbers, &
-      row_sample, journal_name
+      row_sample, journal_suffix
    use dda_model, only: model_type, run_steps, run_duration
    use dda_output_file, only: write_output, writing_memory, is_complete
-   use dda_output_place, only: check_target, partial_name
+   use dda_output_place, only: check_target, partial
    use dda_own_file, only: journal_file, netcdf_file, remove_own
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_output_variables, only: size_of_sample
@@ -365,7 +365,7 @@ contains
 
       call read_model(model, run%simulation%model%file, text, error)
       if (allocated(error)) return
-      if (has_more_stages(run%simulation, model)) then
+      if (size(model%stages) > size(run%simulation%model%stages)) then
          call add_stages(run%simulation, model, error)
       else
          call change_now(run%simulation, model, error)
@@ -416,8 +416,8 @@ contains
 
       associate (file => run%simulation%model%output%file)
          call remove_checkpoints(run%checkpoints)
-         call remove_own(journal_name(file), journal_file)
-         call remove_own(partial_name(file), netcdf_file)
+         call remove_own(file//journal_suffix, journal_file)
+         call remove_own(file//partial, netcdf_file)
       end associate
    end subroutine remove_leftovers
 

@@ -50,13 +50,11 @@ contains
    !> Make a motion from a record.
    subroutine make_motion_curve(curve, quantity, values, time_step, error, baseline)
       type(motion_curve_type), intent(out) :: curve            !< curve; undefined after an error
-      !> 'acceleration', 'velocity' or 'displacement'
-      character(len=*), intent(in) :: quantity
+      character(len=*), intent(in) :: quantity  !< 'acceleration', 'velocity' or 'displacement'
       real(wp), intent(in) :: values(:)                        !< m/s², m/s or m [samples]
       real(wp), intent(in) :: time_step                        !< Δt, s
       type(error_type), allocatable, intent(out) :: error      !< allocated if an argument is wrong
-      !> default: order 2, at rest, no taper
-      type(baseline_type), intent(in), optional :: baseline
+      type(baseline_type), intent(in), optional :: baseline  !< default: order 2, at rest, no taper
       type(baseline_type) :: processing
 
       if (present(baseline)) processing = baseline

@@ -16,8 +16,7 @@ contains
    subroutine transform_forward(series, spectrum, success)
       real(wp), intent(inout) :: series(:)                  !< [n] series, unchanged on return
       complex(wp), intent(out) :: spectrum(:)               !< [n/2 + 1]
-      !> .false.: memory is lacking
-      logical, intent(out) :: success
+      logical, intent(out) :: success  !< .false.: memory is lacking
       ! An estimated plan is the same in every run.  Without assumptions on the alignment of arrays,
       ! the order of summation is the same too: results are bit-identical.
       integer(c_int), parameter :: flags = ior(FFTW_ESTIMATE, &

@@ -8,7 +8,7 @@ module dda_low_pass
    use dda_kinds, only: wp, pi
    implicit none
    private
-   public :: low_pass_type, new_low_pass, pass
+   public :: low_pass_type, pass
 
    integer, parameter :: sections = 2
    real(wp), parameter :: damping(sections) = cos([1, 3]*pi/8)
@@ -26,13 +26,6 @@ module dda_low_pass
    end type low_pass_type
 
 contains
-
-   !> Create a filter in its zero state.
-   pure type(low_pass_type) function new_low_pass(frequency) result(filter)
-      real(wp), intent(in) :: frequency  !< frequency at which half the power passes, Hz
-
-      filter%frequency = frequency
-   end function new_low_pass
 
    !> Filter one more acceleration, m/s².
    pure subroutine pass(filter, acceleration, step, low)

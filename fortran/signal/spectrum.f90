@@ -50,10 +50,9 @@ contains
       if (allocated(error)) return
       allocate (spectrum(size(padded)/2 + 1), frequency(size(padded)/2 + 1))
       call transform_forward(padded, spectrum, success)
-      if (.not. success) then
-         call fail(error, error_solver, 'FFTW lacks memory for '//to_text(size(padded))//' samples')
-         return
-      end if
+      if (.not. success) call fail(error, error_solver, 'FFTW lacks memory for '// &
+         to_text(size(padded))//' samples')
+      if (allocated(error)) return
       spectrum = time_step*spectrum
       do bin = 1, size(frequency)
          frequency(bin) = real(bin - 1, wp)/(real(size(padded), wp)*time_step)
@@ -62,10 +61,10 @@ contains
 
    !> Ratio of the complex spectra of two motions, surface / base.
    !>
-   !> Bins in which the base is below `least` of its largest bin are set to 0, since their ratio
+   !> Bins in which the base is below `min_ratio` of its largest bin are set to 0, since their ratio
    !> would contain only rounding errors.
    subroutine amplification(surface_motion, base_motion, time_step, frequency, ratio, error, &
-      padding, taper, min_ratio)
+      padding, taper)
       real(wp), intent(in) :: surface_motion(:), base_motion(:)  !< motions of one kind [samples]
       real(wp), intent(in) :: time_step                      !< Δt, s
       real(wp), allocatable, intent(out) :: frequency(:)     !< Hz [bins]
@@ -73,31 +72,25 @@ contains
       type(error_type), allocatable, intent(out) :: error    !< allocated if an argument is wrong
       integer, intent(in), optional :: padding               !< see `compute_fourier_spectrum`
       real(wp), intent(in), optional :: taper                !< see `compute_fourier_spectrum`
-      !> fraction of the largest bin of the base (default 1e-10)
-      real(wp), intent(in), optional :: min_ratio
+      real(wp), parameter :: min_ratio = 1.0e-10_wp
       complex(wp), allocatable :: surface_spectrum(:), base_spectrum(:)
       real(wp), allocatable :: magnitude(:)
       real(wp) :: floor
 
-      if (size(surface_motion) /= size(base_motion)) then
-         call fail(error, error_input, 'amplification needs two series of equal length, not '// &
-            to_text(size(surface_motion))//' and '//to_text(size(base_motion)))
-         return
-      end if
+      if (size(surface_motion) /= size(base_motion)) call fail(error, error_input, &
+         'amplification needs two series of equal length, not '//to_text(size(surface_motion))// &
+         ' and '//to_text(size(base_motion)))
+      if (allocated(error)) return
       call compute_fourier_spectrum(surface_motion, time_step, frequency, surface_spectrum, error, &
          padding, taper)
       if (.not. allocated(error)) call compute_fourier_spectrum(base_motion, time_step, frequency, &
          base_spectrum, error, padding, taper)
       if (allocated(error)) return
-      floor = 1.0e-10_wp
-      if (present(min_ratio)) floor = min_ratio
       magnitude = abs(base_spectrum)
-      floor = floor*maxval(magnitude)
-      if (.not. floor > tiny(floor)) then
-         call fail(error, error_input, 'amplification needs a moving base, but its spectrum is '// &
-            'zero')
-         return
-      end if
+      floor = min_ratio*maxval(magnitude)
+      if (.not. floor > tiny(floor)) call fail(error, error_input, 'amplification needs a '// &
+         'moving base, but its spectrum is zero')
+      if (allocated(error)) return
       allocate (ratio(size(base_spectrum)), source=(0.0_wp, 0.0_wp))
       where (magnitude > floor) ratio = surface_spectrum/base_spectrum
    end subroutine amplification
@@ -113,18 +106,14 @@ contains
       type(spectral_peak_type), intent(out) :: peak  !< frequency (Hz) and amplitude
       type(error_type), allocatable, intent(out) :: error  !< allocated on failure
 
-      if (size(frequency) /= size(amplitude) .or. size(frequency) < 2) then
-         call fail(error, error_input, 'a peak needs equal numbers of frequencies and '// &
-            'amplitudes, at least two of each, not '//to_text(size(frequency))//' and '// &
-            to_text(size(amplitude)))
-         return
-      end if
+      if (size(frequency) /= size(amplitude) .or. size(frequency) < 2) call fail(error, &
+         error_input, 'a peak needs equal numbers of frequencies and amplitudes, at least two '// &
+         'of each, not '//to_text(size(frequency))//' and '//to_text(size(amplitude)))
+      if (allocated(error)) return
       peak%bin = maxloc(amplitude, 1, frequency >= lowest .and. frequency <= highest)
-      if (peak%bin == 0) then
-         call fail(error, error_input, 'no bin of the spectrum lies between '//to_text(lowest)// &
-            ' and '//to_text(highest)//' Hz')
-         return
-      end if
+      if (peak%bin == 0) call fail(error, error_input, 'no bin of the spectrum lies between '// &
+         to_text(lowest)//' and '//to_text(highest)//' Hz')
+      if (allocated(error)) return
       peak%bin_width = frequency(2) - frequency(1)
       peak%bin_frequency = frequency(peak%bin)
       peak%frequency = peak%bin_frequency

@@ -18,8 +18,7 @@ module dda_branch_law
    implicit none
    private
    public :: response_type, respond, respond_body, advance_branches, advance_body, &
-      stored_by_branches, &
-      stored_by_body
+      stored_by_branches, stored_by_body
 
    !> Response of a strain point to a change of its strain.
    type :: response_type

@@ -28,14 +28,8 @@ module dda_hysteretic_law
    type, extends(material_law_type) :: hysteretic_law_type
       type(branches_type) :: branches
    contains
-      procedure :: state_size
-      procedure :: respond => find_stress
-      procedure :: finish => finish_step
-      procedure :: stored
-      procedure :: rests
-      procedure :: secant
-      procedure :: fit_text => body_fit_text
-      procedure :: unmet => misfit_text
+      procedure :: state_size, respond => find_stress, finish => finish_step, stored, rests, &
+         secant, fit_text => body_fit_text, unmet => misfit_text
    end type hysteretic_law_type
 
    !> Small-strain body in a step: shear (two components) and volume.

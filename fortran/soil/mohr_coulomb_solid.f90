@@ -37,17 +37,8 @@ module dda_mohr_coulomb_solid
       real(wp) :: softening = 0.0_wp  !< displacement from peak to residual strength, m; 0: none
       real(wp) :: out_of_plane = 0.0_wp     !< σ_z − ν(σx + σy) at the start, Pa
    contains
-      procedure :: state_size
-      procedure :: respond => find_stress
-      procedure :: finish => finish_step
-      procedure :: stored
-      procedure :: frozen_stress
-      procedure :: plastic_strain
-      procedure :: yields
-      procedure :: jump_cap
-      procedure :: shape_stress
-      procedure :: pressure
-      procedure :: largest_thickness
+      procedure :: state_size, respond => find_stress, finish => finish_step, stored, &
+         frozen_stress, plastic_strain, yields, jump_cap, shape_stress, pressure, largest_thickness
    end type mohr_coulomb_solid_type
 
    !> A point in its principal stresses.
@@ -126,8 +117,7 @@ contains
       if (circle%radius > 0.0_wp) circle%direction = [0.5_wp*(trial(1) - trial(2)), trial(3)] &
          /circle%radius
       circle%to = return_principal(strength_at(self, point, state(plastic_measure)), &
-         circle%elastic, &
-         [mean + circle%radius, mean - circle%radius, third], point%bounding)
+         circle%elastic, [mean + circle%radius, mean - circle%radius, third], point%bounding)
    end subroutine return_stress
 
    !> Principal stresses of frozen bounds.

@@ -57,11 +57,9 @@ contains
          1)), strains(2), size(fine))
       if (soil%curve == 'gqh') then
          largest_theta = maxval(gqh_theta(soil, fine/soil%reference))
-         if (largest_theta > 1.0_wp) then
-            call fail(error, error_input, 'curve_fit gives θ = '//to_text(largest_theta)// &
-               ': θ must not exceed 1 at any strain')
-            return
-         end if
+         if (largest_theta > 1.0_wp) call fail(error, error_input, 'curve_fit gives θ = '// &
+            to_text(largest_theta)//': θ must not exceed 1 at any strain')
+         if (allocated(error)) return
       end if
       curve%reduction = min(1.0_wp, modulus_reduction(soil, curve%strain))
       curve%damping = masing_damping(fine, modulus_reduction(soil, fine))

@@ -40,8 +40,7 @@ module dda_yield_return
       logical :: yields = .false.
       real(wp) :: stress(3) = 0.0_wp    !< Pa
       real(wp) :: flow(3) = 0.0_wp      !< principal plastic strains
-      !> ∂σ/∂ε, Pa
-      real(wp) :: slope(3, 3) = 0.0_wp
+      real(wp) :: slope(3, 3) = 0.0_wp  !< ∂σ/∂ε, Pa
    end type return_type
 
 contains

@@ -20,7 +20,7 @@ module dda_checkpoint
    use dda_journal, only: journal_type, keep_name, serialise_mark, return_to_mark
    use dda_model, only: model_type, block_sources
    use dda_motion_curve, only: motion_curve_type
-   use dda_output_place, only: checkpoint_name
+   use dda_output_place, only: checkpoint
    use dda_own_file, only: checkpoint_file, remove_own
    use dda_rate_limiter, only: rate_limiter_type, is_due, begin_task, end_task
    use dda_simulation, only: simulation_type
@@ -59,7 +59,7 @@ contains
       type(checkpoints_type), intent(out) :: checkpoints  !< checkpoints of the output
       type(model_type), intent(in) :: model  !< model as read from the input
 
-      checkpoints%newest = checkpoint_name(model%output%file)
+      checkpoints%newest = model%output%file//checkpoint
       checkpoints%previous = checkpoints%newest//'.previous'
       checkpoints%coming = checkpoints%newest//'.coming'
       checkpoints%build = build_of_program()

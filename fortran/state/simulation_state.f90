@@ -10,7 +10,6 @@ module dda_simulation_state
    use dda_changes, only: adopt_values
    use dda_doubts, only: serialise_doubts
    use dda_elements, only: serialise_elements, set_elements
-   use dda_energy, only: energy_type
    use dda_errors, only: error_type
    use dda_input, only: read_model
    use dda_model, only: model_type
@@ -343,8 +342,7 @@ contains
       call serialise_label(archive, 'solver')
       method = trim(solver%method)
       call serialise(archive, method)
-      if (.not. is_solver_name(method)) call fail_archive(archive, &
-         'its solver name is unknown')
+      if (.not. is_solver_name(method)) call fail_archive(archive, 'its solver name is unknown')
       call serialise(archive, solver%last_iterations)
       call serialise(archive, solver%n_shifted)
       call serialise(archive, solver%exact)
