@@ -29,13 +29,8 @@ module dda_barton_bandis
       real(wp) :: residual_angle = 0.0_wp  !< φ_r, degrees
       real(wp) :: reduction = 1.0_wp       !< divisor of the shear strength
    contains
-      procedure :: normal_force
-      procedure :: tangent
-      procedure :: closure
-      procedure :: stored
-      procedure :: strength
-      procedure :: reduced_strengths
-      procedure :: check_and_derive
+      procedure :: normal_force, tangent, closure, stored, strength, reduced_strengths, &
+         check_and_derive
       procedure, private :: last_closure
    end type barton_bandis_type
 

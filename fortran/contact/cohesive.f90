@@ -35,12 +35,7 @@ module dda_cohesive
       real(wp) :: energies(2) = 0.0_wp   !< G_I, G_II, N/m
       logical :: exponential = .false.   !< softening is exponential; else linear
    contains
-      procedure :: strength
-      procedure :: tension
-      procedure :: damage
-      procedure :: damage_in_step
-      procedure :: bond_energy
-      procedure :: check_and_derive
+      procedure :: strength, tension, damage, damage_in_step, bond_energy, check_and_derive
    end type cohesive_type
 
    !> Mixed-mode measure λ of a bond, with its values at failure and at the onset of damage.

@@ -27,10 +27,7 @@ module dda_continuously_yielding
       real(wp) :: initial = 0.0_wp    !< φ_m0
       real(wp) :: roughness = 1.0_wp  !< R, m
    contains
-      procedure :: strength
-      procedure :: flow => slip_curve
-      procedure :: state_after_slip
-      procedure :: check_and_derive
+      procedure :: strength, flow => slip_curve, state_after_slip, check_and_derive
    end type continuously_yielding_type
 
 contains

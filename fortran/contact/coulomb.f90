@@ -20,8 +20,7 @@ module dda_coulomb
       real(wp) :: cohesion = 0.0_wp   !< cohesion before the bond breaks, Pa
       real(wp) :: tensile = 0.0_wp    !< tensile strength before the bond breaks, Pa
    contains
-      procedure :: strength
-      procedure :: tension
+      procedure :: strength, tension
    end type coulomb_type
 
    !> Data of one contact under Coulomb's law, which has no further state.

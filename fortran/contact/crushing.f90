@@ -23,12 +23,7 @@ module dda_crushing
       real(wp) :: compressive = huge(1.0_wp)  !< σ_c, Pa
       real(wp) :: last = huge(1.0_wp)         !< plastic closure at which the strength is 0, m
    contains
-      procedure :: normal_force
-      procedure :: tangent
-      procedure :: closure
-      procedure :: stored
-      procedure :: state_after_slip
-      procedure :: lift
+      procedure :: normal_force, tangent, closure, stored, state_after_slip, lift
       procedure, private :: limit
    end type crushing_type
 

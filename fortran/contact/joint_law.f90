@@ -95,24 +95,14 @@ module dda_joint_law
       !> numbers of these columns in the memory of contacts
       integer :: row(most_law_columns + 3) = 0
    contains
-      procedure :: depends_on_direction
-      procedure :: initial_spring
-      procedure :: shear_spring
-      procedure :: normal_force => linear_force
-      procedure :: tangent => linear_tangent
-      procedure :: closure => linear_closure
-      procedure :: stored => linear_energy
+      procedure :: depends_on_direction, initial_spring, shear_spring, &
+         normal_force => linear_force, tangent => linear_tangent, closure => linear_closure, &
+         stored => linear_energy
       procedure(strength_at), deferred :: strength
-      procedure :: reduced_strengths => divided_strengths
-      procedure :: tension => no_tension
-      procedure :: state_after_slip => add_slip_path
-      procedure :: lift => no_lift
-      procedure :: rise => no_rise
-      procedure :: lifting_share => whole_share
-      procedure :: sliding_force => force_without_lift
-      procedure :: flow => elastic_slip_curve
-      procedure :: expected_slip => no_slip
-      procedure :: check_and_derive => complete_nothing
+      procedure :: reduced_strengths => divided_strengths, tension => no_tension, &
+         state_after_slip => add_slip_path, lift => no_lift, rise => no_rise, &
+         lifting_share => whole_share, sliding_force => force_without_lift, &
+         flow => elastic_slip_curve, expected_slip => no_slip, check_and_derive => complete_nothing
    end type joint_law_type
 
    abstract interface

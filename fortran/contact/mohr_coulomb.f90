@@ -25,14 +25,8 @@ module dda_mohr_coulomb
       real(wp) :: dilation = 0.0_wp               !< tan ψ
       real(wp) :: dilation_slip = huge(1.0_wp)    !< s_max, m
    contains
-      procedure :: strength
-      procedure :: tension
-      procedure :: state_after_slip
-      procedure :: lift
-      procedure :: rise
-      procedure :: lifting_share
-      procedure :: sliding_force
-      procedure :: check_and_derive
+      procedure :: strength, tension, state_after_slip, lift, rise, lifting_share, sliding_force, &
+         check_and_derive
    end type mohr_coulomb_type
 
 contains

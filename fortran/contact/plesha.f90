@@ -28,13 +28,8 @@ module dda_plesha
       real(wp) :: asperity = 0.0_wp   !< α₀, rad
       real(wp) :: wear = 0.0_wp       !< c, m²/J
    contains
-      procedure :: strength
-      procedure :: reduced_strengths
-      procedure :: state_after_slip
-      procedure :: lift
-      procedure :: rise
-      procedure :: sliding_force
-      procedure :: check_and_derive
+      procedure :: strength, reduced_strengths, state_after_slip, lift, rise, sliding_force, &
+         check_and_derive
    end type plesha_type
 
 contains

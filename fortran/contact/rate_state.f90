@@ -33,11 +33,7 @@ module dda_rate_state
       real(wp) :: distance = 1.0_wp    !< L, m
       real(wp) :: first_age = 1.0_wp   !< θ at the start, s
    contains
-      procedure :: strength
-      procedure :: flow => slip_curve
-      procedure :: expected_slip
-      procedure :: state_after_slip
-      procedure :: check_and_derive
+      procedure :: strength, flow => slip_curve, expected_slip, state_after_slip, check_and_derive
    end type rate_state_type
 
 contains

@@ -142,7 +142,7 @@ contains
       stated = find_unit(record%unit)
       call check_time_step(reader, record%time_step)
       if (record%quantity == '') then
-         call refuse_file(reader, ' does not state its quantity; give quantity or unit')
+         call refuse_file(reader, ' does not state its quantity; give its unit')
       else if (stated_quantity /= '' .and. stated_quantity /= record%quantity) then
          call refuse_file(reader, ' contains '//record%quantity//', not '//stated_quantity)
       else if (record%unit == '') then

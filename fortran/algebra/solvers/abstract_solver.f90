@@ -56,11 +56,8 @@ module dda_abstract_solver
       procedure(analyse_pattern), deferred :: analyse
       procedure(renew_values), deferred :: renew
       procedure(solve_system), deferred :: solve
-      procedure :: renew_shifted => keep_error
-      procedure :: correct => correct_nothing
-      procedure :: precondition => copy_residual
-      procedure :: reuse_factor
-      procedure :: serialise => serialise_nothing
+      procedure :: renew_shifted => keep_error, correct => correct_nothing, &
+         precondition => copy_residual, reuse_factor, serialise => serialise_nothing
    end type linear_solver_type
 
    abstract interface

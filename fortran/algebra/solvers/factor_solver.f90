@@ -28,11 +28,7 @@ module dda_factor_solver
       type(factor_type) :: sparse         !< factor of this or an earlier matrix
       logical :: exact = .false.          !< the factor belongs to the present matrix
    contains
-      procedure :: analyse
-      procedure :: renew
-      procedure :: solve
-      procedure :: precondition
-      procedure :: serialise
+      procedure :: analyse, renew, solve, precondition, serialise
    end type factor_solver_type
 
    !> Equations with an assembled matrix.

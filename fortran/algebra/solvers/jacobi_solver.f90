@@ -18,9 +18,7 @@ module dda_jacobi_solver
    type, extends(linear_solver_type) :: jacobi_solver_type
       type(block_jacobi_type) :: diagonal
    contains
-      procedure :: analyse
-      procedure :: renew
-      procedure :: solve
+      procedure :: analyse, renew, solve
    end type jacobi_solver_type
 
 contains

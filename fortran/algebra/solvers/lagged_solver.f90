@@ -28,13 +28,8 @@ module dda_lagged_solver
    type, extends(linear_solver_type) :: lagged_solver_type
       type(lagged_factor_type) :: lagged
    contains
-      procedure :: analyse
-      procedure :: renew
-      procedure :: renew_shifted
-      procedure :: solve
-      procedure :: correct
-      procedure :: precondition
-      procedure :: serialise => serialise_factor
+      procedure :: analyse, renew, renew_shifted, solve, correct, precondition, &
+         serialise => serialise_factor
    end type lagged_solver_type
 
 contains

@@ -14,7 +14,8 @@ from ..input.schema import GROUPS
 
 # Phrases in messages of the engine, and the options that supply the missing value.
 _OPTIONS = {
-    "give quantity or unit": "--quantity, --unit",
+    "give its unit": "--unit",
+    "does not state its unit": "--unit",
     "give time_step": "--time-step",
     "name one of": "--format",
 }
