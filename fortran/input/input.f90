@@ -247,6 +247,7 @@ contains
             model%motions(:i - 1)%name)
       end do
       if (allocated(error)) return
+      ! An omitted stiffness is 0.
       if (.not. model%contact%normal_stiffness > 0.0_wp) model%contact%normal_stiffness = &
          default_stiffness(model%materials)
    end subroutine read_substances

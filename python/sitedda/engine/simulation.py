@@ -5,8 +5,8 @@ import os
 import threading
 import time
 import weakref
-from collections.abc import Callable, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -676,20 +676,30 @@ def run_to_end(
     return False
 
 
+@contextmanager
 def completed_run(
-    file, output, progress: Callable | None = None, signals=SIGNALS, **options
-) -> tuple[Path, str, list[str]]:
-    """Run an input to its end; return output, warning of the energy audit and peak warnings.
+    file,
+    output,
+    progress: Callable | None = None,
+    signals=SIGNALS,
+    waits: bool = False,
+    **options,
+) -> Iterator[tuple[Path, Simulation]]:
+    """Run an input to its end; yield its output and the finished simulation.
 
-    `progress`, `signals`: see `run_to_end` and `Stop`; `options`: see `Simulation`.  A signal
-    raises InterruptedRun; the output then contains the results so far.
+    `progress`, `signals`: see `run_to_end` and `Stop`; `options`: see `Simulation`.
+    `waits`: a signal takes effect only after the model has been built.
+    A signal raises InterruptedRun; the output then contains the results so far.
     """
-    with (
-        Stop(signals, program=signals == SIGNALS) as stop,
-        Simulation(file, output, **options) as simulation,
-    ):
+    stop = Stop(signals, program=signals == SIGNALS)
+    with ExitStack() as stack:
+        if waits:
+            stack.enter_context(stop)
+        simulation = stack.enter_context(Simulation(file, output, **options))
+        if not waits:
+            stack.enter_context(stop)
         is_complete = run_to_end(simulation, progress, stop)
         path = simulation.finish()
         if not is_complete:
             raise InterruptedRun("interrupted")
-        return path, simulation.warning, simulation.peak_warnings
+        yield path, simulation

@@ -65,9 +65,11 @@ class _TwoLayouts(ConstrainedLayoutEngine):
         aspects = {axes: axes.get_aspect() for axes in fig.axes}
         for axes in aspects:
             axes.set_aspect("auto")
-        super().execute(fig)
-        for axes, aspect in aspects.items():
-            axes.set_aspect(aspect)
+        try:
+            super().execute(fig)
+        finally:
+            for axes, aspect in aspects.items():
+                axes.set_aspect(aspect)
         if set(aspects.values()) != {"auto"}:
             super().execute(fig)
 

@@ -132,9 +132,9 @@ def _compare_with_column(options: argparse.Namespace) -> int:
 
     path = options.file
     if path.suffix != ".nc":
-        path, _, peak_warnings = completed_run(path, True)
-        for message in peak_warnings:
-            warnings.warn(message, PeakWarning, stacklevel=1)
+        with completed_run(path, True) as (path, simulation):
+            for message in simulation.peak_warnings:
+                warnings.warn(message, PeakWarning, stacklevel=1)
         print(f"output: {path}")
     history = open_output(path)
     with located(options.file, ValueError):

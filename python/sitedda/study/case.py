@@ -208,8 +208,9 @@ def _run_to_end(folder: Path, time_limit: float) -> str:
                             f"the time limit of {time_limit:g} s is exceeded")  # fmt: skip
 
     files = folder / INPUT, folder / OUTPUT
-    _, warning, peak_warnings = completed_run(*files, check_time, resume=True)
-    write_whole(folder / WARNINGS, "\n".join(filter(None, [warning, *peak_warnings])))
+    with completed_run(*files, check_time, waits=True, resume=True) as (_, simulation):
+        texts = filter(None, [simulation.warning, *simulation.peak_warnings])
+        write_whole(folder / WARNINGS, "\n".join(texts))
     return warnings_of(folder)
 
 

@@ -102,7 +102,8 @@ class Trials:
                 file.write_text(text, "utf-8", "surrogateescape")
                 return self._pick_numbers(split_value(self.name, self.task(file)))
             output = Path(folder) / "out.nc"
-            completed_run(InputOfRun(self.file, text), output)
+            with completed_run(InputOfRun(self.file, text), output, waits=True):
+                pass
             numbers, _ = measure(output, self.requested, [])
         return self._pick_numbers(numbers)
 

@@ -117,7 +117,8 @@ def _try_linear_run(model, changes: Mapping, facts: Facts) -> Accuracy | None:
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "run.nc"
         try:
-            completed_run(model, output, signals=(signal.SIGINT,), changes=changes)
+            with completed_run(model, output, signals=(signal.SIGINT,), changes=changes):
+                pass
         except InterruptedRun:
             raise KeyboardInterrupt from None
         return of_linear_run(model, load(output), changes, facts)
