@@ -94,6 +94,12 @@ def test_every_input_is_read_and_written_without_loss(file):
     assert sorted(parsed) == sorted(group.name for group in find_groups(text))
 
 
+def test_a_model_that_was_read_runs_bit_identically(write_input, same_bits):
+    file = write_input(tower())
+    read = Model.read(file).run().history
+    same_bits(sitedda.run(file).history, read, attributes=("title", "step_control"))
+
+
 @pytest.mark.parametrize(
     ("text", "value"),
     [

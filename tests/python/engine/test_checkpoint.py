@@ -404,6 +404,31 @@ def test_an_active_run_cannot_be_resumed(write_input, tmp_path):
         first.advance(10)
 
 
+# --- Disks that are full -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", [0, 500_000])
+def test_a_full_disk_ends_in_one_message_and_the_run_can_be_resumed(
+    binary, write_input, tmp_path, same_bits, size
+):
+    import resource
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    file = write_input(shaken_tower(4000, 100))
+    arguments = [binary.path, "run", file, "-q", "-o", tmp_path / "out.nc"]
+    process = subprocess.run(
+        arguments, preexec_fn=limit, capture_output=True, text=True, check=False
+    )
+    assert process.returncode == 5
+    assert len(process.stderr.strip().splitlines()) == 1, process.stderr
+    assert "out.nc" in process.stderr and "File too large" in process.stderr
+    second_process = binary.ok("resume", file, "-q", "-o", tmp_path / "out.nc")
+    assert ("resumed at step" in second_process.stdout) == (size > 300_000)
+    same_bits(sitedda.run(file).history, tmp_path / "out.nc")
+
+
 # --- From Python ---------------------------------------------------------------------------------
 
 

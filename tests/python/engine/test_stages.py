@@ -230,6 +230,13 @@ def test_a_settled_run_is_bit_identical_everywhere(write_input, same_everywhere)
     same_everywhere(write_input(slope(steps=30)), 11)
 
 
+def test_a_flying_block_cannot_settle(write_input):
+    groups = changed(flying_block(), "control", settle=True, gravity=[0.0, -GRAVITY])
+    groups = changed(groups, "material", initial_velocity=None)
+    with pytest.raises(sitedda.ConvergenceError, match="block 1 'brick' falls"):
+        sitedda.Simulation(write_input(groups))
+
+
 def test_a_block_that_falls_and_rests_is_reported(write_input, binary, tmp_path):
     """A pedestal is removed: the block lands on the floor, 0.3 m lower."""
     blocks = {"floor": rectangle(-2, -1, 4, 1), "gone": rectangle(-1, 0, 2, 0.3)}

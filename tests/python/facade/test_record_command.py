@@ -50,7 +50,7 @@ def test_invalid_headings_are_refused(table, heading):
 
 @pytest.mark.parametrize(
     ("text", "option"),
-    [("0 0\n0.1 1\n0.2 0\n", "--quantity, --unit"), ("once\nthere was none\n", "--format")],
+    [("0 0\n0.1 1\n0.2 0\n", "try --unit"), ("once\nthere was none\n", "--format")],
 )
 def test_a_message_names_the_option_to_use(main, tmp_path, text, option):
     (tmp_path / "own.txt").write_text(text)

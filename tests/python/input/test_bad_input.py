@@ -275,6 +275,7 @@ def both_refuse(binary, main, tmp_path):
             assert process.returncode == 1, (program.name, process.stdout, process.stderr)
             lines = process.stderr.strip().splitlines()
             assert len(lines) == 1, process.stderr
+            assert program is main or lines[0].startswith(f"{program.name}: ")
             messages.append(lines[0].removeprefix(f"{program.name}: "))
         assert messages[0] == messages[1]
         for phrase in (str(file), *phrases):
