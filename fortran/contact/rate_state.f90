@@ -52,7 +52,6 @@ contains
       law%law_columns(:3) = [column_type('age'), column_type('slip_rate'), &
          column_type('slip_share', limit=most_slip, advice='slip per step over '// &
          'state_distance, above which age is inaccurate; try a smaller time_step')]
-      if (.not. law%evolution > 0.0_wp) law%law_columns(3)%limit = huge(1.0_wp)
       law%has_slip_curve = .true.
       law%inputs = [strength_type('friction_angle', joint%friction_angle, is_angle=.true.), &
          strength_type('direct_effect', joint%direct_effect)]
@@ -171,7 +170,7 @@ contains
       after%memory(slip_rate) = slip/state%time_step
       theta = state_variable(law, state)
       x = abs(slip)/law%distance
-      after%memory(slip_share) = max(state%memory(slip_share), x)
+      if (law%evolution > 0.0_wp) after%memory(slip_share) = max(state%memory(slip_share), x)
       decay = 1.0_wp - 0.5_wp*x*(1.0_wp - x/3.0_wp)  ! (1 − exp(−x))/x
       if (x > 1.0e-4_wp) decay = (1.0_wp - exp(-x))/x
       after%memory(age) = theta*exp(-x) + state%time_step*decay

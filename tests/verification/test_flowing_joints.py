@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import sitedda
 from sitedda_evidence import model as nml
 
 GRAVITY, LOAD = 10.0, 1e6  # m/s²; N/m on a block of 1 m x 1 m: a stress of 1 MPa
@@ -171,3 +172,23 @@ def test_a_spring_slider_has_stick_slip_below_its_critical_stiffness(fraction, s
     else:
         assert final_speeds.min() < 0.1 * velocity
         assert final_speeds.max() > 5 * velocity
+
+
+@pytest.mark.parametrize("sliding", ["strengthening", "weakening"])
+def test_only_slip_of_a_joint_with_an_age_is_doubted(tmp_path, sliding):
+    """A block slides by many `state_distance` in a step; another joint comes first."""
+    law = "friction_angle = 20.0, law = 'rate_state', direct_effect = 0.01"
+    file = tmp_path / "slide.nml"
+    file.write_text(f"""
+&control time_step = 1e-2, duration = 0.5, gravity = 5.0, -9.81 /
+&contact normal_stiffness = 1e9 /
+&material density = 2000.0, young_modulus = 1e10, poisson_ratio = 0.2 /
+&joint name = 'strengthening', {law}, threshold_velocity = 1e-6 /
+&joint name = 'weakening', {law}, evolution_effect = 0.005, state_distance = 1e-4
+   threshold_velocity = 1e-6 /
+&block name = 'base', vertices = -9,-1, 9,-1, 9,0, -9,0, joint = '{sliding}' /
+&block name = 'top', vertices = -0.5,0, 0.5,0, 0.5,1, -0.5,1, joint = '{sliding}' /
+&boundary kind = 'fixed', blocks = 'base', side = 'bottom' /
+""")
+    doubts = str(sitedda.run(file, output=False).verdict)
+    assert ("contact_slip_share" in doubts) == (sliding == "weakening")
