@@ -274,6 +274,30 @@ contains
       call check(.not. success .and. solver%active%iterations == 0, 'it is not used again')
    end subroutine a_factor_is_reused
 
+   !> After a solve for one coordinate, another coordinate with a poorer factor and a negligible
+   !> residual is corrected twice.
+   subroutine a_poorer_direction_is_corrected_again()
+      integer, parameter :: n = 100
+      real(wp), parameter :: stiff = 1.0e7_wp, large = 1.0e2_wp, small = 1.0e-2_wp
+      type(chain_type) :: equations
+      real(wp) :: x(6, n)
+      logical :: success
+
+      call chain_along_x(n, 0.0_wp)
+      matrix%diagonal(1, 1, :) = stiff
+      call prepare('lagged')
+      matrix%diagonal(2, 2, :) = 1.001_wp
+      allocate (equations%b(6, n), source=0.0_wp)
+      equations%b(1, :) = stiff*large
+      x = 0.0_wp
+      call weigh_loads(solver, equations%b)
+      call reuse_factor(solver, equations, x, 0.0_wp, success)
+      call check(success, 'the stiff coordinate')
+      equations%b(2, :) = 1.001_wp*small
+      call reuse_factor(solver, equations, x, 0.0_wp, success)
+      call check(success .and. maxval(abs(x(2, :) - small)) < 1.0e-4_wp*small, 'the soft one')
+   end subroutine a_poorer_direction_is_corrected_again
+
    !> A chain of unit masses joined by springs along x.
    subroutine chain_along_x(n, stiffness)
       integer, intent(in) :: n
