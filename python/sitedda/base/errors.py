@@ -136,7 +136,8 @@ def located(place, *kinds: type[Exception]) -> Iterator[None]:
     try:
         yield
     except kinds as error:
-        raise InputError(f"{place}: {error}" if place else str(error)) from None
+        cause = None if isinstance(error, InputError) else error  # a defect shows its origin
+        raise InputError(f"{place}: {error}" if place else str(error)) from cause
 
 
 @contextmanager
