@@ -111,7 +111,7 @@ contains
    end function assumed_forces
 
    !> Add the assumed forces of contacts first … last at d to the forces on blocks low … high.
-   !> The block of the vertex receives N n − T t.
+   !> The block of the vertex receives N n − T t.  Contacts without springs and forces are skipped.
    pure subroutine add_assumed_forces(contacts, first, last, n, d, low, high, forces)
       type(contacts_type), intent(in) :: contacts  !< contacts in their assumed states
       integer, intent(in) :: first, last           !< first and last contact
@@ -123,6 +123,7 @@ contains
       integer :: c, v, e
 
       do c = first, last
+         if (is_unloaded(contacts, c)) cycle
          v = contacts%block_v(c)
          e = contacts%block_e(c)
          call find_motion(contacts%gradient_v(:, c), contacts%gradient_e(:, c), d(:, v), d(:, e), &
@@ -135,6 +136,15 @@ contains
             contacts%gradient_e(:, c), forces(:, e))
       end do
    end subroutine add_assumed_forces
+
+   !> .true. if the linear equations assume neither springs nor forces in contact c.
+   pure logical function is_unloaded(contacts, c)
+      type(contacts_type), intent(in) :: contacts  !< contacts in their assumed states
+      integer, intent(in) :: c                     !< number of the contact
+
+      is_unloaded = contacts%spring(1, c) == 0.0_wp .and. contacts%spring(2, c) == 0.0_wp .and. &
+         contacts%free_force(1, c) == 0.0_wp .and. contacts%free_force(2, c) == 0.0_wp
+   end function is_unloaded
 
    !> Return the changes of the gap and slip of contact c due to changes of the coordinates.
    pure function relative_motion(contacts, c, of_v, of_e) result(change)
