@@ -50,7 +50,7 @@ contains
       logical :: simple
       integer :: c
 
-      ! Without these features, `find_response` would only test for them (4 % of a quiet wall's time).
+      ! `find_response` would only test for these features (3 % of the time of a quiet wall).
       simple = laws%plain .and. .not. (laws%damped .or. laws%theta < 1.0_wp .or. &
          contacts%with_multipliers .or. allocated(contacts%frozen_bound))
       do c = first, last
