@@ -47,6 +47,11 @@ class LayeredGround(schema.ProfileValues):
         if self.law == "linear" and any(layer.curve for layer in profile.layers):
             notes += [f"the curves of {self.file} have no effect, because the blocks are linear; "
                       "to use the curves, give law = 'hysteretic'"]  # fmt: skip
+        if any(not math.isnan(value) for layer in profile.layers
+               for value in (layer.shear_strength, layer.friction_angle)):  # fmt: skip
+            notes += [f"the strengths of {self.file} (shear_strength, friction_angle) have no "
+                      "effect on the blocks; a column has curves that end at the strength: "
+                      "sitedda site"]  # fmt: skip
         return result + (self._measured_points(profile) if self.points else []), notes
 
     def _check_profile(self, profile: SoilProfile) -> None:

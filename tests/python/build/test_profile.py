@@ -168,6 +168,12 @@ def test_both_programs_run_a_profile_and_compare_its_column(tmp_path, site, bina
     assert not any("half-space" in message for message in build_result.messages)
     rigid = build_file(file_of_layers(tmp_path / "rigid", text), tmp_path / "rigid.nml")[1]
     assert any("vs.csv ends without a half-space" in message for message in rigid.messages)
+    assert not any("strengths" in message for message in rigid.messages)
+    strong = file_of_layers(tmp_path / "strong", text)
+    head = "thickness (m), Vs (m/s), Vp (m/s), density (kg/m3), su (kPa)"
+    (strong.parent / "vs.csv").write_text(f"{head}\n5, 200, 400, 1800, 60\n")
+    messages = build_file(strong, tmp_path / "strong.nml")[1].messages
+    assert any("strengths of vs.csv" in message for message in messages)
     binary.ok("run", built, "-o", tmp_path / "b.nc", "-q")
     same_bits(tmp_path / "a.nc", tmp_path / "b.nc")
     comparison = beside(run.history)
