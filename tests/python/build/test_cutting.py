@@ -454,6 +454,10 @@ def test_surfaces_give_materials_from_the_top_down():
     assert blocks.materials == ["sand", "clay", "soil"]
     assert areas(blocks).tolist() == pytest.approx([40, 45, 15])
     assert blocks.edge_joints[1].count("top") == 2
+    with pytest.raises(InputError, match="surface 2 lies above surface 1: .* top down"):
+        cut([Region(outline=SQUARE, material="soil")], surfaces=surfaces[::-1], settings=KEEP)
+    outcrop = Surface(points=[0, 0, 10, 10], material="clay")  # the surfaces cross
+    cut([Region(outline=SQUARE, material="soil")], surfaces=[outcrop, surfaces[1]], settings=KEEP)
 
 
 def test_regions_side_by_side_share_corners():

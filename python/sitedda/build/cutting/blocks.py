@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -143,6 +144,7 @@ class _Cut:
         self.domain = reduce(shapely.difference, self.holes, self.domain)
         if self.domain.area <= 0:
             raise InputError("the holes cover the regions completely")
+        self._check_order()
         shapely.prepare(self.domain)
         self._gather_segments(joints, surfaces, holes, excavations)
 
@@ -164,6 +166,17 @@ class _Cut:
         for item, polygon in zip(items, polygons, strict=True):
             if not any(shapely.intersection(polygon, ring).area > 0 for ring in self.outlines):
                 raise InputError(f"the {kind} {item.name!r} lies outside all regions")
+
+    def _check_order(self) -> None:
+        """Raise InputError if a surface lies above the one that precedes it, across the regions."""
+        left, right = np.array(self.domain.bounds)[[0, 2]] + self.centre[0]
+        for i, (upper, lower) in enumerate(pairwise(self.surfaces), start=1):
+            x = np.clip(np.concatenate([upper.points[:, 0], lower.points[:, 0]]), left, right)
+            x = np.concatenate([x, [left, right]])
+            difference = np.interp(x, *lower.points.T) - np.interp(x, *upper.points.T)
+            if difference.min() >= -self.tolerance and difference.max() > self.tolerance:
+                raise InputError(f"surface {i + 1} lies above surface {i}: give the surfaces from "
+                                 "the top down")  # fmt: skip
 
     def _gather_segments(self, joints, surfaces, holes, excavations) -> None:
         """Collect the segments of all cuts with their labels; check their expected number first."""
