@@ -44,6 +44,10 @@ contains
       type(detection_type), intent(in) :: detection   !< penetrations and sizes of corners
       integer :: p
 
+      if (size(laws%friction) == 1) then
+         contacts%joint(:contacts%n) = 1
+         return
+      end if
       if (contacts%n < parallel_from) then
          call set_joints_range(contacts, blocks, laws, detection, 1, contacts%n)
          return

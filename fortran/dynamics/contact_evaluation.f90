@@ -6,7 +6,7 @@ module dda_contact_evaluation
    use dda_contact, only: contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_gradients, only: assumed_forces, measure_range, motion_in_step
    use dda_coulomb, only: respond
-   use dda_friction, only: bond_length_of, find_response, law_of, laws_type
+   use dda_friction, only: bond_length_of, find_response, is_simple, law_of, laws_type
    use dda_joint_contact, only: most_closings
    use dda_joint_law, only: response_type
    use dda_ordered_sums, only: pieces, first_of, last_of, parallel_from
@@ -50,9 +50,8 @@ contains
       logical :: simple
       integer :: c
 
-      ! `find_response` would only test for these features (3 % of the time of a quiet wall).
-      simple = laws%plain .and. .not. (laws%damped .or. laws%theta < 1.0_wp .or. &
-         contacts%with_multipliers .or. allocated(contacts%frozen_bound))
+      simple = is_simple(laws) .and. .not. (contacts%with_multipliers .or. &
+         allocated(contacts%frozen_bound))
       do c = first, last
          if (simple) then
             call respond(law_of(laws, contacts%joint(c), contacts%bonded(c), &
