@@ -265,7 +265,7 @@ contains
 
    !> .true. if all joints are Coulomb joints whose contacts act at the end of the step, undamped.
    !> Tests of each contact for other features would take 5 % of the time of a quiet wall.
-   pure logical function is_simple(laws)
+   pure logical function is_simple(laws)  ! total
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
 
       is_simple = laws%plain .and. laws%theta >= 1.0_wp .and. .not. (laws%damped .or. laws%cohesive)
