@@ -13,10 +13,10 @@
 !> blocks are marked as dirty.
 module dda_contact_terms
    use dda_kinds, only: wp, long
-   use dda_contact, only: capacity_of, contacts_type, contact_open, contact_slide
+   use dda_contact, only: capacity_of, contacts_type, contact_open, contact_slide, contact_stick
    use dda_contact_gradients, only: acting_rows, rows_type
    use dda_friction, only: laws_type, acting, acts_at_theta, closed_springs, frozen_bound_of, &
-      multiplier_of
+      is_simple, multiplier_of
    use dda_growth, only: grow
    use dda_joint_bond, only: add_bond_terms, is_cohesive
    use dda_joint_contact, only: centre_shift
@@ -90,13 +90,21 @@ contains
       type(laws_type), intent(in) :: laws  !< stiffness and strength of the contacts
       integer, intent(in) :: first, last  !< first and last contact
       real(wp) :: springs(2), forces(2)
+      logical :: simple
       integer :: c
 
+      simple = is_simple(laws) .and. .not. (contacts%with_multipliers .or. &
+         allocated(contacts%imposed_spring))
       do c = first, last
          terms%changed(c) = is_clean
          if (terms%assembled_state(c) == contacts%state(c) .and. .not. contacts%retained(c) &
             > 0.0_wp) cycle
-         call find_terms(contacts, laws, c, springs, forces)
+         if (simple .and. contacts%state(c) == contact_stick) then
+            springs = [laws%normal_stiffness, laws%shear_stiffness]
+            forces = [0.0_wp - springs(1)*contacts%gap(c), 0.0_wp + springs(2)*contacts%stretch(c)]
+         else
+            call find_terms(contacts, laws, c, springs, forces)
+         end if
          if (.not. terms%rebuild) then
             if (.not. all(same_bits(forces, contacts%free_force(:, c)))) &
                terms%changed(c) = is_dirty_force
