@@ -46,11 +46,18 @@ contains
       integer, intent(in) :: c                     !< number of the contact
       type(rows_type), intent(out) :: rows         !< rows for the coordinates q of the two blocks
 
-      rows%normal_v = contacts%gradient_v(:6, c)
-      rows%normal_e = contacts%gradient_e(:6, c)
-      rows%shear_v = contacts%gradient_v(7:, c)
-      rows%shear_e = contacts%gradient_e(7:, c)
+      call copy_rows(contacts%gradient_v(:, c), rows%normal_v, rows%shear_v)
+      call copy_rows(contacts%gradient_e(:, c), rows%normal_e, rows%shear_e)
    end subroutine find_rows
+
+   !> Copy the rows of gap and slip of a block; arrays of known size need no call of memmove.
+   pure subroutine copy_rows(rows, normal, shear)
+      real(wp), intent(in) :: rows(6, 2)               !< rows of the block
+      real(wp), intent(out) :: normal(6), shear(6)     !< their copies
+
+      normal = rows(:, 1)
+      shear = rows(:, 2)
+   end subroutine copy_rows
 
    !> Compute the rows for the forces of contact c in K̂; with dilation, the normal row is tilted.
    pure subroutine acting_rows(contacts, c, rows)

@@ -86,11 +86,13 @@ contains
             if (dirty(i) >= is_dirty_force) call copy_block_row(system%load(:, i), system%rhs(:, i))
             if (dirty(i) == is_dirty_stiffness) call begin_row(system, i)
             do k = matrix%row_start(i), matrix%row_start(i + 1) - 1
+               if (dirty(i) == is_clean .and. dirty(matrix%column(k)) == is_clean) cycle
                call assemble_pair(system, contacts, i, matrix%column(k), k, .true., &
                   matrix%column(k) >= first)
             end do
          end do
          do i = first, last
+            if (dirty(i) == is_clean) cycle
             do k = matrix%below_start(i), matrix%below_start(i + 1) - 1
                if (matrix%below_row(k) > last) call assemble_pair(system, contacts, &
                   matrix%below_row(k), i, matrix%below_entry(k), .false., .true.)

@@ -465,9 +465,9 @@ contains
             return
          end if
          if (exactly) then
-            call solve_equations(system, solver, contacts, error, reduction)
+            call solve_equations(system, solver, contacts, error, reduction, difference > wanted)
          else
-            call solve_equations(system, solver, contacts, error, reduction, &
+            call solve_equations(system, solver, contacts, error, reduction, .true., &
                iteration%slides%rhs_change)
          end if
          if (allocated(error)) return

@@ -37,20 +37,25 @@ contains
 
    !> Solve K̂ d = f̂ with the contacts in their assumed states.
    !> If `change` is present, solve only for this change of f̂ (see `solve_change`).
-   subroutine solve_equations(system, solver, contacts, error, reduction, change)
+   !> Forces that were added to f̂ remain sums of increments until the next solve without `added`,
+   !> which assembles these rows again.
+   subroutine solve_equations(system, solver, contacts, error, reduction, added, change)
       type(system_type), intent(inout), target :: system      !< equations of the step; d changes
       type(solver_type), intent(inout) :: solver              !< linear solver
       type(contacts_type), intent(inout), target :: contacts  !< contacts of this step
       type(error_type), allocatable, intent(out) :: error     !< allocated on failure
       real(wp), intent(in) :: reduction  !< required residual/first residual
+      logical, intent(in), optional :: added  !< f̂ includes all changes since the last solve
       real(wp), intent(in), optional :: change(:,:)  !< [6,n] change of f̂ since the last solve, N
-      logical :: success
+      logical :: success, assembled
 
       success = .false.
       if (system%contact_terms%rebuild) &
          call solve_unassembled(system, solver, contacts, reduction, success)
       if (success) return
-      call renew_matrix(system, solver, contacts, error)
+      assembled = present(added) .and. .not. system%contact_terms%rebuild
+      if (assembled) assembled = added
+      if (.not. assembled) call renew_matrix(system, solver, contacts, error)
       if (allocated(error)) return
       call record_lap(system%watch, phase_factorise)
       if (.not. system%drifts) then
