@@ -88,28 +88,49 @@ contains
       integer :: b
 
       do b = first, last
-         call integrate_block(step, d(:, b), blocks%position(:, b), blocks%velocity(:, b), &
-            blocks%acceleration(:, b), blocks%mean_velocity(:, :, b))
+         call store_mean_velocity(d(:, b), step%time_step, blocks%mean_velocity(:, :, b))
       end do
+      call integrate_coordinates(6*(last - first + 1), momentum_weight(step), &
+         velocity_weight(step), step%time_step, d(:, first), blocks%position(:, first), &
+         blocks%velocity(:, first), blocks%acceleration(:, first))
    end subroutine integrate_range
 
-   !> Update one block; fixed array lengths permit vectorisation.
-   pure subroutine integrate_block(step, d, position, velocity, acceleration, mean_velocity)
-      type(step_type), intent(in) :: step  !< the present step
-      real(wp), intent(in) :: d(6)         !< increments of the coordinates
-      real(wp), intent(inout) :: position(6), velocity(6), mean_velocity(6, 4)
-      real(wp), intent(out) :: acceleration(6)
-      real(wp) :: new(6)
+   !> Store the mean velocity of a step before those of the last three steps.
+   pure subroutine store_mean_velocity(d, time_step, mean_velocity)
+      real(wp), intent(in) :: d(6), time_step  !< increments of the coordinates; Δt, s
+      real(wp), intent(inout) :: mean_velocity(6, 4)  !< see `blocks_type`
+      real(wp) :: latest(6)
+      integer :: i
 
-      new = momentum_weight(step)*d - velocity_weight(step)*velocity
-      acceleration = (new - velocity)/step%time_step
-      velocity = new
+      !GCC$ unroll 1
+      do i = 1, 6  ! unrolled, the loop would not be vectorised
+         latest(i) = d(i)/time_step
+      end do
       mean_velocity(:, 4) = mean_velocity(:, 3)
       mean_velocity(:, 3) = mean_velocity(:, 2)
       mean_velocity(:, 2) = mean_velocity(:, 1)
-      mean_velocity(:, 1) = d/step%time_step
-      position = position + d
-   end subroutine integrate_block
+      mean_velocity(:, 1) = latest
+   end subroutine store_mean_velocity
+
+   !> Update n coordinates; a loop over those of all blocks can be vectorised.
+   pure subroutine integrate_coordinates(n, weight, former_weight, time_step, d, position, &
+      velocity, acceleration)
+      integer, intent(in) :: n             !< number of coordinates
+      real(wp), intent(in) :: weight, former_weight  !< weights of d, 1/s, and of v in the new v
+      real(wp), intent(in) :: time_step    !< Δt, s
+      real(wp), intent(in) :: d(n)         !< increments of the coordinates
+      real(wp), intent(inout) :: position(n), velocity(n)
+      real(wp), intent(out) :: acceleration(n)
+      real(wp) :: new
+      integer :: i
+
+      do i = 1, n
+         new = weight*d(i) - former_weight*velocity(i)
+         acceleration(i) = (new - velocity(i))/time_step
+         velocity(i) = new
+         position(i) = position(i) + d(i)
+      end do
+   end subroutine integrate_coordinates
 
    !> Return the kinetic energy ½ vᵀMv, J/m.
    real(wp) function kinetic_energy(blocks)

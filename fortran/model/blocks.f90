@@ -331,11 +331,18 @@ contains
       do b = first, last
          call set_axes(blocks%position(:, b), blocks%axes(:, :, b), blocks%gradient(:, :, b))
          associate (from => blocks%first(b), n => blocks%first(b + 1) - blocks%first(b))
-            call set_outline(n, blocks%position(1:2, b), blocks%gradient(:, :, b), &
-               blocks%reference(:, from), blocks%vertex(:, from), blocks%along(:, from), &
-               blocks%length(from))
+            call set_vertices(n, blocks%position(1:2, b), blocks%gradient(:, :, b), &
+               blocks%reference(:, from), blocks%vertex(:, from))
          end associate
       end do
+      do b = first, last
+         associate (from => blocks%first(b), n => blocks%first(b + 1) - blocks%first(b))
+            call set_edges(n, blocks%vertex(:, from), blocks%along(:, from))
+         end associate
+      end do
+      associate (from => blocks%first(first), n => blocks%first(last + 1) - blocks%first(first))
+         call find_lengths(n, blocks%along(:, from), blocks%length(from))
+      end associate
    end subroutine update_geometry_range
 
    !> Compute R(θ) and R(θ)(I + ε) of a block.
@@ -352,24 +359,46 @@ contains
       gradient(:, 2) = axes(:, 1)*0.5_wp*q(6) + axes(:, 2)*(1.0_wp + q(5))
    end subroutine set_axes
 
-   !> Compute the positions of the n vertices of a block, and the edges between them.
-   pure subroutine set_outline(n, centre, gradient, reference, vertex, along, length)
+   !> Compute the positions of the n vertices of a block.
+   pure subroutine set_vertices(n, centre, gradient, reference, vertex)
       integer, intent(in) :: n
       real(wp), intent(in) :: centre(2), gradient(2, 2)
       real(wp), intent(in) :: reference(2, n)  !< offsets ρ, m
-      real(wp), intent(out) :: vertex(2, n), along(2, n), length(n)
-      real(wp) :: edge(2)
+      real(wp), intent(out) :: vertex(2, n)    !< m
       integer :: v
 
       do v = 1, n
          vertex(:, v) = centre + gradient(:, 1)*reference(1, v) + gradient(:, 2)*reference(2, v)
       end do
-      do v = 1, n
-         edge = vertex(:, merge(v + 1, 1, v < n)) - vertex(:, v)
-         length(v) = sqrt(edge(1)**2 + edge(2)**2)
-         along(:, v) = edge/length(v)
+   end subroutine set_vertices
+
+   !> Compute the edges between the n vertices of a block.
+   pure subroutine set_edges(n, vertex, edge)
+      integer, intent(in) :: n              !< number of vertices
+      real(wp), intent(in) :: vertex(2, n)  !< m
+      real(wp), intent(out) :: edge(2, n)   !< m
+      integer :: v
+
+      do v = 1, n - 1
+         edge(:, v) = vertex(:, v + 1) - vertex(:, v)
       end do
-   end subroutine set_outline
+      edge(:, n) = vertex(:, 1) - vertex(:, n)
+   end subroutine set_edges
+
+   !> Find the lengths of n edges, and divide the edges by them.
+   !> A loop over the edges of all blocks can be vectorised.
+   pure subroutine find_lengths(n, edge, length)
+      integer, intent(in) :: n               !< number of edges
+      real(wp), intent(inout) :: edge(2, n)  !< edges, m; then unit vectors
+      real(wp), intent(out) :: length(n)     !< m
+      integer :: v
+
+      do v = 1, n
+         length(v) = sqrt(edge(1, v)**2 + edge(2, v)**2)
+         edge(1, v) = edge(1, v)/length(v)
+         edge(2, v) = edge(2, v)/length(v)
+      end do
+   end subroutine find_lengths
 
    !> .true. if the angle of the block at vertex v is less than 180°.
    pure logical function is_convex(blocks, v)  ! total
